@@ -156,9 +156,10 @@ endef
 # Lines by which extras name each other are left out: what they stand for is listed anyway.
 REQUIREMENTS := import tomllib; project = tomllib.load(open("pyproject.toml", "rb")); \
     extras = project["project"]["optional-dependencies"]; \
+    unlocked = ("peers", "nastran", "ansys", "studies", "docs"); \
     base = project["build-system"]["requires"] + project["project"]["dependencies"]
 REQUIREMENTS_ALL := $(REQUIREMENTS); \
-    print(*base, *(line for name, extra in extras.items() if name != "peers" for line in extra \
+    print(*base, *(line for name, extra in extras.items() if name not in unlocked for line in extra \
     if not line.startswith("gudgeon")), sep="\n")
 REQUIREMENTS_SOLVER := $(REQUIREMENTS); \
     print(*base, *(line for line in extras["dev"] if line.startswith("pytest>")), sep="\n")

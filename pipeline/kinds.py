@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from importlib import import_module
+from importlib.resources import files
 from operator import or_
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from gudgeon.pipeline.linear.analysis import Answer, Asked
     from gudgeon.pipeline.report.document import Document
     from gudgeon.pipeline.report.effort import Effort
+    from gudgeon.pipeline.scenes.reference.key_reference import Table
     from gudgeon.solver.simulation import Steps
 
 DEFAULT_OUT = "out"
@@ -276,6 +278,20 @@ def report(
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON schema of a scene file of any kind."""
+    """Return the JSON schema of complete scenes of any kind, as their models describe them."""
+    from gudgeon.pipeline.scenes.reference.file_schema import described
+
     models: Any = reduce(or_, (_found(kind.model) for kind in KINDS.values()))
-    return TypeAdapter(models).json_schema()
+    return described(TypeAdapter(models).json_schema())
+
+
+def scene_tables() -> "list[Table]":
+    """Return the tables of scene files with their keys; examples are from the scenes of the package."""
+    from gudgeon.pipeline.scenes.reference.examples import found_examples
+    from gudgeon.pipeline.scenes.reference.key_reference import tables
+
+    found = schema()
+    folder = files("gudgeon.examples")
+    paths = [Path(str(one)) for scene in folder.iterdir() if scene.is_dir() for one in scene.iterdir()]
+    scenes = (read_tables(path) for path in sorted(paths) if path.suffix == ".toml")
+    return tables(found, found_examples(found, scenes))

@@ -45,7 +45,7 @@ def test_lock_names_no_host(name: str) -> None:
 
 def test_lock_holds_all_that_is_asked_for() -> None:
     """The lock covers the base, the build and every extra."""
-    assert asked_for("pipeline", "plots", "service", "dev") <= pins("requirements.lock").keys()
+    assert asked_for("pipeline", "plots", "service", "frames", "dev") <= pins("requirements.lock").keys()
 
 
 def test_solver_lock_is_part_of_the_lock() -> None:

@@ -211,10 +211,17 @@ def example_copy_command(options: argparse.Namespace) -> int:
 
 
 def schema_command(options: argparse.Namespace) -> int:
-    """Print the JSON schema of a scene file."""
-    from gudgeon.pipeline.kinds import schema
+    """Print the JSON schema of a scene file, or the reference of a table or key."""
+    if options.key is not None:
+        from gudgeon.pipeline.kinds import scene_tables
+        from gudgeon.pipeline.scenes.reference.key_reference import key_text
 
-    print(json.dumps(schema(), indent=1))
+        print(key_text(scene_tables(), options.key))
+        return 0
+    from gudgeon.pipeline.kinds import schema
+    from gudgeon.pipeline.scenes.reference.file_schema import file_schema
+
+    print(json.dumps(file_schema(schema()), indent=1))
     return 0
 
 

@@ -70,6 +70,11 @@ NEW_HELP = """\
 Write FOLDER/scene.toml with comments, and a copy of the file beside it. The scene runs as it is: a steel part whose
 largest outer flat face, or lowest face, strikes a rigid plane at 1 m/s. Every number in it is for you to change.
 """
+SCHEMA_HELP = """\
+With KEY, print unit, default, range, meaning and an example of a table's keys or of one key. Without it, print the JSON
+schema of scene files, for editors and validators: `gudgeon schema > scene.schema.json`, and `#:schema
+scene.schema.json` as the first line of scene.toml.
+"""
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -123,7 +128,10 @@ def build_parser() -> argparse.ArgumentParser:
     add("name", metavar="NAME", help="name of the scene, from `gudgeon example list`")
     add("folder", metavar="FOLDER", type=Path, nargs="?", help="new folder, must not exist (default ./NAME)")
     add_database(names, _plain)
-    _plain(names, "schema", "print the JSON schema of a scene file", commands.schema_command)
+    text = "explain the keys of a scene file, or print its JSON schema"
+    add = _plain(names, "schema", text, commands.schema_command, SCHEMA_HELP).add_argument
+    text = "table or key without the names that you give: component.interface, component.geometry.box, run.step"
+    add("key", metavar="KEY", nargs="?", help=text)
     return parser
 
 

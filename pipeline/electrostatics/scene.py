@@ -155,7 +155,7 @@ class FieldReport(Strict):
 class FieldFile(Strict):
     """A whole scene file of conductors."""
 
-    conductor: dict[Name, Conductor] = Field(min_length=1)
+    conductor: dict[Name, Conductor] = Field(min_length=1, description="Conductors, by name")
     permittivity: Permittivity = Field(default=1.0, description="Relative permittivity around the conductors")
     half_space: HalfSpaceSettings | None = None
     panels: PanelSettings = PanelSettings()

@@ -49,8 +49,8 @@ class CylinderShape(Strict):
     """A circular cylinder."""
 
     kind: Literal["cylinder"]
-    radius: Length
-    axis: UnitVector
+    radius: Length = Field(description="Radius")
+    axis: UnitVector = Field(description="Direction of the axis")
     origin: Point = Field(description="A point of the axis [m]")
 
 
@@ -58,7 +58,7 @@ class PlaneShape(Strict):
     """A plane."""
 
     kind: Literal["plane"]
-    normal: UnitVector
+    normal: UnitVector = Field(description="Normal of the plane")
     origin: Point = Field(description="A point of the plane [m]")
 
 
@@ -69,7 +69,7 @@ class MeshFile(Strict):
     """A tetrahedral mesh in a file; linear tetrahedra become tet10."""
 
     kind: Literal["file"]
-    path: str
+    path: str = Field(description="File of the mesh, from the folder of the scene")
     unit: Length = Field(default=1.0, description="Metres per unit of length of the file")
     surfaces: dict[Name, SurfaceShape] = Field(
         default={}, description="True shapes by name; a name that is not in the file gets the facets on its shape"

@@ -26,7 +26,7 @@ class PlaneFile(PlanePart):
     """A mesh of triangles in a file."""
 
     kind: Literal["plane-file"]
-    path: str
+    path: str = Field(description="File of the mesh, from the folder of the scene")
     unit: Length = Field(default=1.0, description="Metres per unit of length of the file")
 
     def build(self, size: float | None) -> MeshRecord:

@@ -43,7 +43,7 @@ class Circle(Strict):
     shear_form: ClassVar[float] = 9 / 10
     """κ by the energy of the shear stress."""
     kind: Literal["circle"]
-    radius: Length
+    radius: Length = Field(description="Radius")
     shear_coefficient: Coefficient | None = SHEAR
 
     @property
@@ -120,9 +120,9 @@ class General(Strict):
 
     shear_form: ClassVar[None] = None
     kind: Literal["general"]
-    area: Area
+    area: Area = Field(description="Area")
     second_moment: SecondMoment = Field(description="About the axis of bending [m^4]")
-    height: Length
+    height: Length = Field(description="Distance of the two outer fibres")
     shear_coefficient: Coefficient | None = Field(
         default=None, description="Shear coefficient κ; theory 'timoshenko' needs it"
     )

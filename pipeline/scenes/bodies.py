@@ -1,5 +1,7 @@
 """A scene file of bodies in contact."""
 
+from pydantic import Field
+
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.report import Plot, Report
 from gudgeon.pipeline.scenes.robustness import Robustness
@@ -10,7 +12,7 @@ from gudgeon.solver.scene.scene import Scene
 class SceneFile(Scene):
     """A whole scene file."""
 
-    component: dict[Name, Component]
+    component: dict[Name, Component] = Field(description="Parts, by name; a part may be placed as several bodies")
     report: Report = Report()
     plot: Plot = Plot()
     robustness: Robustness = Robustness()

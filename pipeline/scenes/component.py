@@ -55,14 +55,14 @@ class Change(Strict):
         default=0.02,
         description="Estimated relative change of frequencies or contact compliance above which reuse is refused",
     )
-    profile: Profile = Profile()
+    profile: Profile = Field(default=Profile(), description="By how much a surface moves")
 
 
 class PointMass(Strict):
     """A mass that is not meshed, on a surface: its place moves with the mean motion of the surface."""
 
     surface: str = Field(description="Name of a surface of the mesh")
-    mass: Mass
+    mass: Mass = Field(description="Mass")
     at: Point | None = Field(default=None, description="Its centre of mass [m]; default: the centroid of the surface")
     inertia: tuple[Moment, Moment, Moment] | None = Field(
         default=None, description="Moments of inertia about its centre along x, y, z [kg m^2]; default: zero"
@@ -72,7 +72,7 @@ class PointMass(Strict):
 class Meshed(Strict):
     """A part with a mesh."""
 
-    geometry: Geometry
+    geometry: Geometry = Field(description="Shape, or file of the shape, by `kind`")
     mesh: MeshSettings = MeshSettings()
 
     @property
@@ -97,12 +97,16 @@ class Component(Meshed):
         default=(),
         description="Surfaces whose nodes are held: names (all directions) or tables; none for a free body",
     )
-    interface: dict[Name, Interface] = Field(default={})
+    interface: dict[Name, Interface] = Field(
+        default={}, description="Places where contacts, joints or loads act, by name"
+    )
     gauge: dict[Name, Gauge] = Field(
         default={}, validate_default=True, description="Places where stress or strain is recorded"
     )
     point_mass: dict[Name, PointMass] = optional("Masses on surfaces that are not meshed", default={})
-    modes: ModesSettings = Field(default=ModesSettings(), validate_default=True)
+    modes: ModesSettings = Field(
+        default=ModesSettings(), validate_default=True, description="Reduction of the part to few coordinates"
+    )
     change: Change = Change()
 
     @property

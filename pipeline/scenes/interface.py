@@ -36,7 +36,10 @@ class Interface(Strict):
         description="Only the part between two angles [deg]; needed for a traction space on a cylinder",
     )
     height: Span | None = Field(default=None, description="Only the part between two heights along the axis [m]")
-    spacing: Annotated[tuple[Length, Length], BeforeValidator(_pair)] | None = Field(
+    spacing: (
+        Annotated[tuple[Length, Length], BeforeValidator(_pair, json_schema_input_type=Length | tuple[Length, Length])]
+        | None
+    ) = Field(
         default=None,
         description="Largest knot spacing of a traction space across and along [m], or one number for both",
     )

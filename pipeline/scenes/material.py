@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from gudgeon.pipeline.scenes.modes import optional
 from gudgeon.solver.numbers import Density, Modulus, Name, Poisson, Ratio, Strict
@@ -93,6 +93,13 @@ class Orthotropic(Strict):
 
 class Material(Strict):
     """Linear elasticity: isotropic, or orthotropic; of a solid of several volumes one for each, if they differ."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "required": ["rho"],
+            "anyOf": [{"required": ["E", "nu"]}, {"required": ["orthotropic"]}],
+        }
+    )
 
     E: Modulus = Field(description="Young's modulus [Pa]; not with orthotropic")
     nu: Poisson = Field(description="Poisson's ratio; not with orthotropic")

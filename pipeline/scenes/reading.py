@@ -28,6 +28,12 @@ RENAMED = {
     "full_fe": {FORMER: "nodal"}, "explicit": {FORMER: "kick"}, "implicit": {FORMER: "trapezoid"},
 }  # fmt: skip
 """Keys and values with a former name, which is not accepted, but for which the message names the present one."""
+COUNTS = {2: "two", 3: "three", 4: "four"}
+FORMS = {"number": "a number", "integer": "a whole number", "string": "a text", "boolean": "true or false",
+         "array": "a list"}  # fmt: skip
+EXPECTED = ("missing", "too_long", "tuple_type", "float_parsing", "float_type", "string_type", "int_type",
+            "int_parsing", "int_from_float", "bool_type", "bool_parsing", "model_type", "dict_type")  # fmt: skip
+"""Types of error whose message names what the key takes."""
 KEY = re.compile(
     r"(component|wheel|body|contact|joint|force|motion|probe|report|run|robustness|conductor|panels|half_space|poses)\."
 )
@@ -246,7 +252,10 @@ def _with_items(name: str, items: list[Any], changes: Mapping[str, Any]) -> list
 
 
 def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
-    keys, allowed = _walk(schema, [part for part in entry["loc"] if part != "[key]"])
+    location = [part for part in entry["loc"] if part != "[key]"]
+    if entry["type"] == "missing" and isinstance(location[-1], int):  # A list that is too short.
+        location.pop()
+    keys, allowed, node = _walk(schema, location)
     where = ": ".join([str(path), ".".join(keys)] if keys else [str(path)])
     if entry["type"] == "extra_forbidden":
         return f"{where}: unknown key; {_hint(keys[-1], allowed)}allowed here: {', '.join(allowed)}"
@@ -255,20 +264,37 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
         tag = entry["ctx"]["tag"]
         return f"{where}.{key}: '{tag}' given; {_hint(tag, re.findall(QUOTED, tags))}input should be one of {tags}"
     if entry["type"] == "union_tag_not_found":
-        return f"{where}.{entry['ctx']['discriminator'].strip(chr(39))}: is missing"
-    if entry["type"] == "missing":
+        kinds = ", ".join(f"'{one}'" for one in node.get("discriminator", {}).get("mapping", ()))
+        return f"{where}.{entry['ctx']['discriminator'].strip(chr(39))}: is missing; allowed: {kinds}"
+    if entry["type"] == "missing" and len(location) == len(entry["loc"]):
         return f"{where}: is missing"
     message = entry["msg"].removeprefix("Value error, ")
     given = entry["input"]
     if isinstance(given, Mapping) or entry["type"] == "value_error":
         return f"{where}: {message}"
     shown = _shown(given)
+    if entry["type"] in EXPECTED and (expected := _expected(node)):
+        return f"{where}: {shown} given; allowed: {expected}"
     hint = (
         _hint(given if isinstance(given, str) else shown, re.findall(QUOTED, message))
         if entry["type"] == "literal_error"
         else ""
     )
     return f"{where}: {shown} given; {hint}{message[0].lower()}{message[1:]}"
+
+
+def _expected(node: dict[str, Any]) -> str:
+    """Return what a key takes, in words; empty where the form of its value says nothing."""
+    if "anyOf" in node:
+        return " or ".join(dict.fromkeys(text for one in node["anyOf"] if (text := _expected(one))))
+    unit = f" in {node['unit']}" if isinstance(node.get("unit"), str) and node["unit"] != "1" else ""
+    if (items := node.get("prefixItems")) is not None:
+        names = " [x, y, z]" if len(items) == 3 else ""
+        below = _expected(items[0])
+        return f"{COUNTS.get(len(items))} numbers{names}{below.removeprefix('a number')}" if "number" in below else ""
+    if "$ref" in node or "additionalProperties" in node:
+        return "a table"
+    return FORMS.get(node.get("type", ""), "") + unit
 
 
 def _shown(given: Any) -> str:
@@ -289,26 +315,31 @@ def _hint(given: str, allowed: Sequence[str]) -> str:
     return f"did you mean '{near[0]}'? " if near else ""
 
 
-def _walk(schema: dict[str, Any], location: Sequence[str | int]) -> tuple[list[str], list[str]]:
-    """Return the location's keys as a user writes them, and the keys allowed in its table."""
+def _walk(schema: dict[str, Any], location: Sequence[str | int]) -> tuple[list[str], list[str], dict[str, Any]]:
+    """Return the location's keys as a user writes them, the keys allowed in its table, and the schema of its value."""
     node, keys, allowed = schema, [], list(schema.get("properties", {}))
     for part in location:
-        node = _resolve(schema, node)
-        node = next((one for one in node.get("anyOf", ()) if "discriminator" in one), node)
+        node = _table(schema, node)
         if (mapping := node.get("discriminator", {}).get("mapping")) is not None and part in mapping:
             node = {"$ref": mapping[str(part)]}
-            allowed = list(_resolve(schema, node).get("properties", {}))
+            allowed = list(_table(schema, node).get("properties", {}))
             continue
         keys.append(str(part))
         allowed = list(node.get("properties", {}))
-        below = node.get("properties", {}).get(part, node.get("additionalProperties", node.get("items")))
+        items = dict(enumerate(node.get("prefixItems", ())))
+        below = node.get("properties", items).get(part, node.get("additionalProperties", node.get("items")))
         node = below if isinstance(below, dict) else {}
-    return keys, allowed
+    return keys, allowed, next((one for one in node.get("anyOf", ()) if "discriminator" in one), node)
 
 
-def _resolve(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    while "$ref" in node:
-        node = schema["$defs"][node["$ref"].rsplit("/", 1)[1]]
+def _table(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
+    """Return the definition of a value; of one with several forms, such as an optional table, that of its table."""
+    while "$ref" in node or ("anyOf" in node and "properties" not in node):
+        if "$ref" in node:
+            node = schema["$defs"][node["$ref"].rsplit("/", 1)[1]]
+        else:
+            forms = ("$ref", "discriminator", "properties", "additionalProperties", "prefixItems", "items")
+            node = next((one for one in node["anyOf"] if any(form in one for form in forms)), {})
     return node
 
 

@@ -26,14 +26,14 @@ class Scaled(Strict):
         " size: all lengths at the same material, so that times scale with the factor, masses with its cube;"
         " duration: that of the run; modes: the numbers of normal modes"
     )
-    factor: PositiveRatio
+    factor: PositiveRatio = Field(description="Factor on the quantity")
 
 
 class Restitution(Strict):
     """Use rigid contact of method 'impact'; laws that have a restitution keep their method."""
 
     kind: Literal["restitution"]
-    value: Share
+    value: Share = Field(description="Separation speed over approach speed")
 
 
 class Penetration(Strict):
@@ -47,7 +47,7 @@ class Samples(Strict):
     """Set the number of points of the histories."""
 
     kind: Literal["samples"]
-    count: int = Field(ge=10, le=1_000_000)
+    count: int = Field(ge=10, le=1_000_000, description="Number of points")
 
 
 class Gravity(Strict):
@@ -75,7 +75,7 @@ class PoissonRatio(Strict):
     """Set Poisson's ratio of every elastic component."""
 
     kind: Literal["poisson"]
-    nu: Poisson
+    nu: Poisson = Field(description="Poisson's ratio")
 
 
 class Slivers(Strict):
@@ -102,17 +102,17 @@ class OtherUnits(Strict):
     """Write the same numbers in other units of mass, length and time; 1/1000 is a unit a thousand times as large."""
 
     kind: Literal["units"]
-    mass: PositiveRatio = 1.0
-    length: PositiveRatio = 1.0
-    time: PositiveRatio = 1.0
+    mass: PositiveRatio = Field(default=1.0, description="Factor on the unit of mass")
+    length: PositiveRatio = Field(default=1.0, description="Factor on the unit of length")
+    time: PositiveRatio = Field(default=1.0, description="Factor on the unit of time")
 
 
 class Elasticity(Strict):
     """Scale modulus and density of every elastic component."""
 
     kind: Literal["material"]
-    modulus: PositiveRatio = 1.0
-    density: PositiveRatio = 1.0
+    modulus: PositiveRatio = Field(default=1.0, description="Factor on Young's modulus")
+    density: PositiveRatio = Field(default=1.0, description="Factor on the density")
 
 
 class Set(Strict):
@@ -137,7 +137,7 @@ class Case(Strict):
     """One robustness case."""
 
     group: str = Field(default="own", description="Group of the case in table and picture, and for --only")
-    operation: Operation
+    operation: Operation = Field(description="What changes in the scene, by `kind`")
     rules: tuple[RuleName, ...] = Field(
         description="Rules that determine the verdict, the strictest first; at least one"
     )

@@ -33,5 +33,5 @@ def _as_table(value: Any) -> Any:
     return {"surface": value} if isinstance(value, str) else value
 
 
-SupportEntry = Annotated[Support, BeforeValidator(_as_table)]
+SupportEntry = Annotated[Support, BeforeValidator(_as_table, json_schema_input_type=str | Support)]
 """In a scene: the name of a surface, or a table."""

@@ -136,8 +136,8 @@ class WheelReport(Strict):
 class WheelFile(Strict):
     """A whole scene file of a wheel."""
 
-    component: dict[Name, Component]
-    wheel: dict[Name, Wheel] = Field(min_length=1, max_length=1)
+    component: dict[Name, Component] = Field(description="Parts, by name")
+    wheel: dict[Name, Wheel] = Field(min_length=1, max_length=1, description="The wheel, by name")
     report: WheelReport = WheelReport()
     robustness: Robustness = Robustness()
 

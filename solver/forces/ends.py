@@ -9,7 +9,7 @@ from gudgeon.solver.vectors import Place
 class TwoEnds(Strict):
     """An element between a body and the ground or another body."""
 
-    body: str
+    body: str = Field(description="Name of a body of the scene")
     interface: str | None = Field(
         default=None,
         description="Interface of the body's component on which it acts, needed on elastic bodies: kind 'mean' or"

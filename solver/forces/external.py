@@ -12,7 +12,7 @@ class ExternalForce(Strict):
     """Force on a body that `gudgeon.Simulation` sets between steps; in a run it is zero."""
 
     kind: Literal["external"]
-    body: str
+    body: str = Field(description="Name of a body of the scene")
     interface: str | None = Field(
         default=None, description="Interface of kind 'mean' or 'tie', needed on elastic bodies"
     )

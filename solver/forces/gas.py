@@ -13,7 +13,7 @@ class GasPressure(Strict):
     """Pressure above ambient on an interface of kind 'pressure', as a function of a joint's crank angle."""
 
     kind: Literal["gas"]
-    body: str
+    body: str = Field(description="Name of a body of the scene")
     interface: str = Field(description="Interface of kind 'pressure'")
     joint: str = Field(description="Joint that defines the crank angle")
     table: str | None = Field(

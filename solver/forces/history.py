@@ -80,7 +80,7 @@ class History(Amount):
 
     surface: ClassVar[str | None] = "mean"
     """Kind of the interface on which it acts; None: on rigid bodies alone."""
-    body: str
+    body: str = Field(description="Name of a body of the scene")
 
     def mix(self) -> np.ndarray:
         """Return a unit of it over the forces of its interface, (1, k)."""

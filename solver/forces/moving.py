@@ -12,7 +12,7 @@ class MovingForce(Strict):
     """Force against the outward normal of a traction space, on a body that is undeformed at the start."""
 
     kind: Literal["moving"]
-    body: str
+    body: str = Field(description="Name of a body of the scene")
     interface: str = Field(description="Interface of kind 'traction'; its knot spacing is the size of the footprint")
     force: ForceValue = Field(description="Force, positive inwards [N]")
     at: tuple[Coordinate, Coordinate] = Field(description="Coordinates across and along at the start [m]")

@@ -24,7 +24,7 @@ class Spring(TwoEnds):
     stiffness: Stiffness | None = Field(
         default=None, description="Stiffness [N/m]; it may be left out where a table or a damping is given"
     )
-    damping: DampingConstant = 0.0
+    damping: DampingConstant = Field(default=0.0, description="Damping constant of a dashpot beside the spring")
     against_at: Place | None = Field(
         default=None,
         description="Point of the other body, as `at`, or place of the ground in the scene [m]: the spring acts along"

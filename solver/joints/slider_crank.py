@@ -13,11 +13,11 @@ class SliderCrank(Strict):
     """The crank pin is at centre + radius (cos θ along + sin θ lateral), θ = start + speed t."""
 
     kind: Literal["slider-crank"]
-    body: str
+    body: str = Field(description="Name of a body of the scene")
     interface: str = Field(description="Interface of kind 'mean' that the rod holds")
-    crank_radius: Length
+    crank_radius: Length = Field(description="Distance of the crank pin from the axis of the crank")
     rod_length: Length = Field(description="Between crank pin and piston pin [m]")
-    speed: RotationRate
+    speed: RotationRate = Field(description="Speed of the crank")
     start: Angle = Field(
         default=0.0,
         description="Crank angle at the start, from the upper dead centre [deg]",

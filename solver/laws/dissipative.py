@@ -42,7 +42,9 @@ FINITE_AT_ZERO = ("hunt-crossley", "lankarani-nikravesh")
 class Dissipative(HertzContact):
     """F = K dⁿ (1 + χ ḋ/v⁻) with the loss χ that the kind derives from the restitution."""
 
-    kind: Kind
+    kind: Kind = Field(
+        description="Paper by which the loss follows from the restitution; exact: solved so that the law gives it back"
+    )
     restitution: Share = Field(description="Separation speed over approach speed [1]")
 
     @field_validator("restitution")

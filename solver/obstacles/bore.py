@@ -1,6 +1,6 @@
 """A rigid cylindrical bore around a body: the exact cylinder, without facets."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -12,9 +12,12 @@ from gudgeon.solver.vectors import Direction, Place, unit
 class Bore(Strict):
     """The inside of a circular cylinder."""
 
+    clearance: ClassVar[str] = "enlarge contact.{name}.against.radius"
+    """What makes room for points that start inside."""
+
     shape: Literal["bore"]
-    radius: Length
-    axis: Direction = (0.0, 0.0, 1.0)
+    radius: Length = Field(description="Radius")
+    axis: Direction = Field(default=(0.0, 0.0, 1.0), description="Direction of the axis")
     origin: Place = Field(default=(0.0, 0.0, 0.0), description="A point of the axis [m]")
 
     def gap(self, points: np.ndarray) -> np.ndarray:

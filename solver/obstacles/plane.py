@@ -1,6 +1,6 @@
 """A rigid half-space."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -11,6 +11,9 @@ from gudgeon.solver.vectors import Direction, Place, Velocity, unit
 
 class Plane(Strict):
     """The half-space behind a plane."""
+
+    clearance: ClassVar[str] = "move contact.{name}.against.point"
+    """What makes room for points that start inside."""
 
     shape: Literal["plane"]
     point: Place = Field(description="A point of the plane [m]")

@@ -41,5 +41,5 @@ class Body(Strict):
     freedom: tuple[Freedom, ...] = Field(
         default=ALL_FREE, description="Free rigid motions along and about the axes of the scene; default: all"
     )
-    damping: Damping | None = None
+    damping: Damping | None = Field(default=None, description="Damping of the elastic motion; none by default")
     gauges: tuple[str, ...] = Field(default=(), description="Gauges of its component to record over time")

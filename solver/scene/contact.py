@@ -1,6 +1,6 @@
 """Contacts of a scene."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -14,16 +14,22 @@ from gudgeon.solver.vectors import Direction
 class MasterSurface(Strict):
     """The traction space of another body on which the contact points slide."""
 
+    clearance: ClassVar[str] = "move body.{body}.position"
+    """What makes room for points that start inside."""
+
     shape: Literal["surface"]
-    body: str
+    body: str = Field(description="Name of a body of the scene")
     interface: str = Field(description="Interface of kind 'traction'")
 
 
 class OtherBody(Strict):
     """An interface of another body, paired point by point."""
 
+    clearance: ClassVar[str] = "move body.{body}.position"
+    """What makes room for points that start inside."""
+
     shape: Literal["body"]
-    body: str
+    body: str = Field(description="Name of a body of the scene")
     interface: str = Field(description="Interface of kind 'points' or 'patch' with the same number of points")
 
 
@@ -56,9 +62,11 @@ class Friction(Strict):
 class Contact(Strict):
     """An interface of a body against a rigid obstacle or against another body."""
 
-    body: str
-    interface: str
-    against: Annotated[Bore | Plane | MasterSurface | OtherBody, Field(discriminator="shape")]
+    body: str = Field(description="Name of a body of the scene")
+    interface: str = Field(description="Name of an interface of the component of `body`")
+    against: Annotated[Bore | Plane | MasterSurface | OtherBody, Field(discriminator="shape")] = Field(
+        description="What the interface may touch, by `shape`"
+    )
     method: Literal["residual", "penalty", "constraint", "impact"] = Field(
         default="residual",
         description="residual: gap = g₀ + BΦq + Rλ, with no stiffness parameter; penalty: a spring or a law at each"

@@ -3,7 +3,7 @@
 from typing import Any, Literal, get_args
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from gudgeon.solver.numbers import Angle, Ratio, Strict
 from gudgeon.solver.vectors import Direction, unit
@@ -11,10 +11,16 @@ from gudgeon.solver.vectors import Direction, unit
 Order = Literal["xyz", "yzx", "zxy", "xzy", "zyx", "yxz", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"]
 UNIT = 1e-4
 """Distance of a quaternion's norm from 1 up to which it counts as written with few digits, and is normalised."""
+OF_UNIT = {"type": "number", "minimum": -1, "maximum": 1}
+"""Schema of a number of a unit quaternion."""
 
 
 class Orientation(Strict):
     """Rotation of a component about its origin, from its own axes to those of the scene."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"short_form": {"type": "array", "items": OF_UNIT, "minItems": 4, "maxItems": 4}}
+    )
 
     quaternion: tuple[Ratio, Ratio, Ratio, Ratio] | None = Field(
         default=None, description="Unit quaternion w, x, y, z; a list in place of the table is one"

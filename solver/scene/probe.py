@@ -16,7 +16,7 @@ class PointProbe(Strict):
         " acceleration: mean over each sample interval [m/s^2]; rotation [rad], of rigid bodies and of interfaces"
         " of kind 'tie'"
     )
-    body: str
+    body: str = Field(description="Name of a body of the scene")
     interface: str | None = Field(
         default=None,
         description="Interface of its component, needed on elastic bodies: kind 'mean' or 'tie', or contact points, of"
@@ -36,7 +36,7 @@ class DistanceProbe(Strict):
     """Distance of two points or interfaces [m]."""
 
     kind: Literal["distance"]
-    body: str
+    body: str = Field(description="Name of a body of the scene")
     interface: str | None = Field(default=None, description="As of a displacement")
     at: Place | None = Field(default=None, description="As of a displacement [m]")
     against: str = Field(description="Other body")

@@ -30,13 +30,13 @@ from gudgeon.solver.scene.run import Run
 class Scene(Strict):
     """Everything that the solver needs besides the records."""
 
-    body: dict[Name, Body] = Field(min_length=1)
-    contact: dict[Name, Contact] = Field(default={})
-    joint: dict[Name, Joint] = Field(default={})
-    force: dict[Name, Force] = Field(default={})
+    body: dict[Name, Body] = Field(min_length=1, description="Parts placed in the scene, by name")
+    contact: dict[Name, Contact] = Field(default={}, description="Pairs of surfaces that may touch, by name")
+    joint: dict[Name, Joint] = Field(default={}, description="Joints and drives, by name")
+    force: dict[Name, Force] = Field(default={}, description="Forces, springs and bushings, by name")
     motion: dict[Name, Motion] = Field(default={}, description="Motions of bodies that are given over time")
-    probe: dict[Name, Probe] = Field(default={})
-    run: Run
+    probe: dict[Name, Probe] = Field(default={}, description="Motions and forces that are recorded, by name")
+    run: Run = Field(description="Duration, steps and integrator")
 
     @model_validator(mode="after")
     def _names(self) -> "Scene":

@@ -185,10 +185,11 @@ def _refuse_overlap(system: System, gaps: np.ndarray, refused: np.ndarray, allow
             continue
         drawn = not ((system.gap - system.sag)[contact.rows][inside] < -allowed[contact.rows][inside]).any()
         cause, remedy = (", deformed by the loads", ", or set run.start to 'undeformed'") if drawn else ("", "")
+        against = system.scene.contact[name].against
+        room = against.clearance.format(name=name, body=getattr(against, "body", ""))
         raise SceneError(
             f"contact.{name}: {int(inside.sum())} of {len(own)} points start inside the obstacle, the worst by"
-            f" {-own[inside].min():.3g} m{cause}; move body.{contact.body}.position or widen contact.{name}.against"
-            f"{remedy}"
+            f" {-own[inside].min():.3g} m{cause}; move body.{contact.body}.position, or {room}{remedy}"
         )
 
 

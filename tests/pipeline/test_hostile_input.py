@@ -302,7 +302,10 @@ def test_a_home_folder_is_that_of_the_user(ball: Path, monkeypatch: pytest.Monke
         (["--out", ""], "--out: is empty; a folder is needed"),
         (["--out", "~nosuchuser/out"], "--out '~nosuchuser/out': no folder can be here"),
         (["--set", f"run.integrator=0x{'f' * 5000}"], "run.integrator: a whole number of more digits than are read"),
-        (["--set", "run.duration=1\n[run]\nsamples=5"], "run.duration: '1\\n[run]\\nsamples=5' given; input should be"),
+        (
+            ["--set", "run.duration=1\n[run]\nsamples=5"],
+            "run.duration: '1\\n[run]\\nsamples=5' given; allowed: a number in s",
+        ),
     ],
 )
 def test_places_and_values_that_mean_nothing(options: list[str], expected: str, ball: Path, capsys: Capture) -> None:

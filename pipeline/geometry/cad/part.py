@@ -42,7 +42,7 @@ class CadPart(Strict):
     """Solids of a STEP, IGES or BREP file, or of a script of gmsh (.geo)."""
 
     kind: Literal["cad"]
-    path: str
+    path: str = Field(description="File of the part, from the folder of the scene")
     unit: Length | None = Field(
         default=None, description="Metres per unit of length of the file; default: as the file states, needed if none"
     )

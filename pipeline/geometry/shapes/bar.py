@@ -15,7 +15,7 @@ class Bar(Strict):
     """Bar of constant section from x = 0 (`left`) to x = `length` (`right`)."""
 
     kind: Literal["bar"]
-    length: Length
+    length: Length = Field(description="Length")
     area: Area = Field(description="Cross-section [m^2]")
 
     def elements(self, size: float) -> int:

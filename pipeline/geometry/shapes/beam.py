@@ -23,8 +23,8 @@ class Beam(Strict):
     """Beam of constant section from the origin (`left`) to `length` (`right`) along its axis."""
 
     kind: Literal["beam"]
-    length: Length
-    section: Section
+    length: Length = Field(description="Length along the axis")
+    section: Section = Field(description="Cross-section")
     theory: Literal["euler-bernoulli", "timoshenko"] = Field(
         default="euler-bernoulli",
         description="euler-bernoulli: slender, no shear and no rotary inertia; timoshenko: both",

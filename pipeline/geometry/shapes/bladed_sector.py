@@ -23,16 +23,16 @@ class BladedSector(Solid):
     OPTIONS: ClassVar[Mapping[str, float]] = {"Mesh.MeshSizeFromCurvature": TURN, "Mesh.MeshSizeMin": 0}
     kind: Literal["bladed-sector"]
     sectors: int = Field(default=24, ge=3, le=360, description="Number of sectors of the wheel; one has 2π/sectors")
-    bore_radius: Length = 0.04
-    hub_radius: Length = 0.065
+    bore_radius: Length = Field(default=0.04, description="Radius of the bore")
+    hub_radius: Length = Field(default=0.065, description="Outer radius of the disk, where the blade begins")
     hub_width: Length = Field(default=0.05, description="Width of the hub along the axis [m]")
     web: Length = Field(default=0.012, description="Thickness of the disk between hub and rim [m]")
     rim_radius: Length = Field(default=0.18, description="Root radius of the blade [m]")
     rim_height: Length = Field(default=0.018, description="Radial thickness of the rim [m]")
     rim_width: Length = Field(default=0.045, description="Width of the rim along the axis [m]")
-    tip_radius: Length = 0.27
-    chord: Length = 0.045
-    blade_thickness: Length = 0.006
+    tip_radius: Length = Field(default=0.27, description="Radius of the tip of the blade")
+    chord: Length = Field(default=0.045, description="Length of the blade along the axis of the disk")
+    blade_thickness: Length = Field(default=0.006, description="Thickness of the blade")
     stagger_deg: float = Field(
         default=35.0,
         ge=0,

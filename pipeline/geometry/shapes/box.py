@@ -16,9 +16,9 @@ class Box(Solid):
     """Block centred in x and y, from z = 0 up to z = `lz`. All lengths in metres."""
 
     kind: Literal["box"]
-    lx: Length
-    ly: Length
-    lz: Length
+    lx: Length = Field(description="Length along x")
+    ly: Length = Field(description="Length along y")
+    lz: Length = Field(description="Length along z")
     patch: tuple[Length, Length] | None = Field(
         default=None, description="Sides along x and y of a rectangle in the middle of the top, surface 'patch' [m]"
     )

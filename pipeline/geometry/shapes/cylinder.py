@@ -2,6 +2,8 @@
 
 from typing import Any, Literal
 
+from pydantic import Field
+
 from gudgeon.pipeline.geometry.occ import Solid
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder, plane
 from gudgeon.solver.numbers import Length
@@ -11,8 +13,8 @@ class Cylinder(Solid):
     """Cylinder about the z axis, from z = 0 up to z = `length`. All lengths in metres."""
 
     kind: Literal["cylinder"]
-    radius: Length
-    length: Length
+    radius: Length = Field(description="Radius")
+    length: Length = Field(description="Length along z")
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
         return {

@@ -14,10 +14,10 @@ class Liner(Solid):
 
     OPTIONS = REVOLVED
     kind: Literal["liner"]
-    bore_radius: Length
-    wall: Length
-    length: Length
-    flange_height: Length
+    bore_radius: Length = Field(description="Inner radius")
+    wall: Length = Field(description="Thickness of the wall")
+    length: Length = Field(description="Length along z")
+    flange_height: Length = Field(description="Length of the flange along z")
     flange_width: Length = Field(description="Radial extent of the flange beyond the tube [m]")
 
     def limits(self) -> list[tuple[str, float, float, str]]:

@@ -16,14 +16,14 @@ class Piston(Solid):
     OPTIONS = REVOLVED
     kind: Literal["piston"]
     outer_radius: Length = Field(description="Radius of the skirt [m]")
-    height: Length
+    height: Length = Field(description="Length along z, with the crown")
     crown: Length = Field(description="Thickness of the crown [m]")
     skirt_height: Length = Field(description="Height of the sliding part, below the ring belt [m]")
     wall: Length = Field(description="Thickness of the skirt [m]")
-    pin_radius: Length
+    pin_radius: Length = Field(description="Radius of the bore of the pin")
     pin_height: Length = Field(description="z of the pin's axis [m]")
     pin_offset: Coordinate = Field(default=0.0, description="x of the pin's axis [m]")
-    boss_radius: Length
+    boss_radius: Length = Field(description="Outer radius of the bosses that hold the pin")
     boss_gap: Length = Field(description="Width between the bosses, for the rod [m]")
     rib_width: Length = Field(default=0.012, description="Thickness in x of the ribs from the bosses to the crown [m]")
     belt_relief: Length = Field(default=0.0003, description="Radius of the skirt less that of the belt [m]")

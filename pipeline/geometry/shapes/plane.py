@@ -33,8 +33,8 @@ class Rectangle(PlanePart):
     """Rectangle centred in x and y. All lengths in metres."""
 
     kind: Literal["rectangle"]
-    lx: Length
-    ly: Length
+    lx: Length = Field(description="Length along x")
+    ly: Length = Field(description="Length along y")
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
         """Return the named edges with the true shape of each."""

@@ -21,9 +21,9 @@ class Plate(Solid):
     """
 
     kind: Literal["plate"]
-    lx: Length
-    ly: Length
-    thickness: Length
+    lx: Length = Field(description="Length along x")
+    ly: Length = Field(description="Length along y")
+    thickness: Length = Field(description="Length along z")
     layers: int = Field(default=2, ge=1, le=MOST, description="Elements through the thickness")
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:

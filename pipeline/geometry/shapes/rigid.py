@@ -26,7 +26,7 @@ class Rigid(Strict):
     """Rigid body with its centre of mass at the origin."""
 
     kind: Literal["rigid"]
-    mass: Mass
+    mass: Mass = Field(description="Mass")
     inertia: tuple[Moment, Moment, Moment] = Field(
         default=(0.0, 0.0, 0.0),
         description="Principal inertia about x, y, z [kg m^2]; the body does not rotate about an axis with 0",

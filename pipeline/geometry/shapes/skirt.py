@@ -3,6 +3,7 @@
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from gudgeon.pipeline.geometry.occ import Solid
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder, plane
@@ -13,10 +14,10 @@ class Skirt(Solid):
     """Cup along z: the open end at z = 0, the crown on top. All lengths in metres."""
 
     kind: Literal["skirt"]
-    outer_radius: Length
-    wall: Length
-    height: Length
-    crown: Length
+    outer_radius: Length = Field(description="Outer radius")
+    wall: Length = Field(description="Thickness of the wall")
+    height: Length = Field(description="Length along z, with the crown")
+    crown: Length = Field(description="Thickness of the crown")
 
     def limits(self) -> list[tuple[str, float, float, str]]:
         return [

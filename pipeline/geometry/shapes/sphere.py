@@ -2,6 +2,8 @@
 
 from typing import Any, Literal
 
+from pydantic import Field
+
 from gudgeon.pipeline.geometry.occ import Solid
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, sphere
 from gudgeon.solver.numbers import Length
@@ -11,7 +13,7 @@ class Sphere(Solid):
     """Sphere about the origin."""
 
     kind: Literal["sphere"]
-    radius: Length
+    radius: Length = Field(description="Radius")
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
         return {"surface": sphere(self.radius)}

@@ -125,7 +125,7 @@ def test_whole_numbers_where_the_key_needs_them(scene: Path) -> None:
         ("body.rod.velocity.3=1,2", "no item '3'; allowed: 0 to 2"),
         ("body.rod.velocity.x=1,2", "no item 'x'; allowed: 0 to 2"),
         ("component.rod.mesh.size=0.1,-1", "--vary component.rod.mesh.size: -1 given; input should be greater than 0"),
-        ("component.rod.mesh.size=2mm", "'2mm' given; input should be a valid number"),
+        ("component.rod.mesh.size=2mm", "'2mm' given; allowed: a number in m"),
         ("component.rod.modes.reduction=macneil", "did you mean 'macneal'?"),
         ("report.until=1,2", "'report' does not affect the motion"),
     ],

@@ -1,0 +1,1 @@
+"""What a scene file may hold, from its models: JSON schema and reference of the keys."""

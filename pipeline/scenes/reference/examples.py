@@ -1,0 +1,77 @@
+"""Examples of the keys of scene files: the values that the shipped scenes give them."""
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from gudgeon.pipeline.scenes.reference.example_values import BY_NAME, BY_TABLE
+
+Examples = Mapping[tuple[str, str], Any]
+"""A value by definition of the schema and key."""
+LONGEST = 60
+"""Characters of an example as TOML; longer values are left out."""
+
+
+def found_examples(schema: Mapping[str, Any], scenes: Iterable[Mapping[str, Any]]) -> Examples:
+    """Return a value of every key: the first in some scenes' tables, or one of `example_values`, or the default."""
+    found: dict[tuple[str, str], Any] = {}
+    for tables in scenes:
+        for root in schema["anyOf"]:
+            name = root["$ref"].rsplit("/", 1)[1]
+            if set(tables) <= set(schema["$defs"][name]["properties"]):
+                _collect(schema["$defs"], root, tables, found)
+    for name, definition in schema["$defs"].items():
+        for key, node in definition.get("properties", {}).items():
+            if (name, key) not in found and (value := _own(definition["title"], key, node)) is not None:
+                found[name, key] = value
+    return found
+
+
+def _own(title: str, key: str, node: Mapping[str, Any]) -> Any:
+    """Return an example of a key that no scene has; None for tables."""
+    if "const" in node:
+        return node["const"]
+    if key in BY_TABLE.get(title, {}):
+        return BY_TABLE[title][key]
+    table = any("$ref" in one or "discriminator" in one for one in (node, *node.get("anyOf", ())))
+    if table or "additionalProperties" in node:
+        return None
+    if key in BY_NAME and not ("enum" in node and "default" in node):
+        return BY_NAME[key]
+    default = node.get("default", node["enum"][0] if "enum" in node else None)
+    return None if isinstance(default, Mapping) else default
+
+
+def _collect(definitions: Mapping[str, Any], node: Mapping[str, Any], value: Any, found: dict[Any, Any]) -> None:
+    if "$ref" in node and isinstance(value, Mapping):
+        name = node["$ref"].rsplit("/", 1)[1]
+        for key, below in definitions[name].get("properties", {}).items():
+            if key not in value:
+                continue
+            if len(as_toml(value[key])) <= LONGEST:
+                found.setdefault((name, key), value[key])
+            _collect(definitions, below, value[key], found)
+    elif "discriminator" in node and isinstance(value, Mapping):
+        tag = value.get(node["discriminator"]["propertyName"])
+        place = node["discriminator"]["mapping"].get(tag)
+        if place is not None:
+            _collect(definitions, {"$ref": place}, value, found)
+    elif isinstance(node.get("additionalProperties"), dict) and isinstance(value, Mapping):
+        for one in value.values():
+            _collect(definitions, node["additionalProperties"], one, found)
+    elif isinstance(node.get("items"), dict) and isinstance(value, list):
+        for one in value:
+            _collect(definitions, node["items"], one, found)
+    else:
+        for one in node.get("anyOf", ()):
+            _collect(definitions, one, value, found)
+
+
+def as_toml(value: Any) -> str:
+    """Return a value as it stands in a scene file; tables on one line."""
+    if isinstance(value, Mapping):
+        entries = ", ".join(f"{key} = {as_toml(one)}" for key, one in value.items() if one is not None)
+        return f"{{ {entries} }}" if entries else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(as_toml, value))}]"
+    return json.dumps(value, ensure_ascii=False)
