@@ -29,6 +29,11 @@ TURN = 14
 LEAST_TURN, MOST_TURN = 6, 200
 FINEST = 1 / 20
 """Least element size by curvature, over the size of the mesh: blends of small radius do not fill the memory."""
+QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+"""Flat triangles between the nodes of a six-node one, in gmsh's order."""
+SAME_AREA, SMALL_FACE = 0.3, 1e-4
+"""Share by which a face may differ from its mesh: six elements around a small sphere leave 0.2. Faces of less than the
+second share of the boundary are not compared."""
 SKIN = "skin"
 """The whole boundary."""
 OPTIONS: dict[str, float] = {
@@ -87,6 +92,7 @@ class CadPart(Strict):
             fine = [(length / scale, [one.number for one in named[name][0]]) for name, length in self.sizes.items()]
             _set_sizes(gmsh, size / scale, self.around, fine)
             generate(gmsh.model.mesh, size, repair=True)
+            _refuse_damaged(gmsh, part.faces, scale, self.path)
             record = _collected(gmsh, named, scale, self.path)
             if len(part.solids) > 1:
                 record = replace(record, volumes=_volumes(gmsh, part.solids))
@@ -156,6 +162,23 @@ def _set_sizes(gmsh: Any, size: float, around: int, fine: Sequence[tuple[float, 
         smallest = fields.add("Min")
         fields.setNumbers(smallest, "FieldsList", numbers)
         fields.setAsBackgroundMesh(smallest)
+
+
+def _refuse_damaged(gmsh: Any, faces: Sequence[Face], scale: float, path: str) -> None:
+    """Raise an InputError where a face as it is meshed has not the area that the file gives it."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    points = np.empty((int(tags.max()) + 1, 3))
+    points[tags.astype(int)] = coordinates.reshape(-1, 3) * scale
+    whole = sum(face.area for face in faces)
+    for face in faces:
+        nodes = gmsh.model.mesh.getElementsByType(GMSH_TRIANGLE6, face.number)[1].astype(int).reshape(-1, 6)
+        a, b, c = np.moveaxis(points[nodes[:, QUARTERS].reshape(-1, 3)], 1, 0)
+        area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+        if abs(area - face.area) > SAME_AREA * face.area and face.area > SMALL_FACE * whole:
+            raise InputError(
+                f"{path}: face {face.number}, a {face.kind}, has {face.area:.4g} m^2 by the file and {area:.4g} m^2 as"
+                " it is meshed: its boundary is damaged. IGES often is: write the part as STEP, or mend the face"
+            )
 
 
 def _collected(gmsh: Any, named: Mapping[str, tuple[list[Face], SurfaceRule]], scale: float, path: str) -> MeshRecord:

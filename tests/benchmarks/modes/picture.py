@@ -20,7 +20,10 @@ def draw(rows: Sequence[Row], path: Path) -> None:
             dofs = [row.dofs for row in own]
             time.loglog(dofs, [row.job_cpu for row in own], "o-", color=colour, label=name)
             memory.loglog(dofs, [row.peak / 1024 for row in own], "o-", color=colour, label=name)
+    sizes = {row.dofs: row.size for row in rows}
     for axes, text in ((time, "CPU time of 30 modes [s]"), (memory, "peak memory [GiB]")):
+        axes.set_xticks(list(sizes), list(sizes.values()))
+        axes.set_xticks([], minor=True)
         axes.set_xlabel("degrees of freedom")
         axes.set_ylabel(text)
         axes.grid(True, which="both", alpha=0.3)

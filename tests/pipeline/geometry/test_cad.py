@@ -283,3 +283,20 @@ def test_files_that_are_no_cad_are_refused(files: Path, tmp_path: Path) -> None:
     assert "its unit of length 'FURLONG' is unknown" in refused(part(tmp_path / "feet.step"))
     assert "ends in '.stl', allowed: .step, .stp" in refused(part(tmp_path / "part.stl"))
     assert "no such file" in refused(part(tmp_path / "gone.step"))
+
+
+def test_a_face_that_a_format_damaged_is_named(tmp_path: Path) -> None:
+    """A hook whose round end an IGES file trims wrongly: its area is not that of the mesh between the same edges."""
+
+    def hook(occ: Any) -> None:
+        bend, shank = occ.addTorus(0, 0, 0, 20, 5, angle=np.pi), occ.addCylinder(20, 0, 0, 0, -40, 0, 5)
+        end = occ.addSphere(-20, 0, 0, 5)
+        occ.fuse([(3, bend)], [(3, shank), (3, end)])
+
+    for ending in ("step", "iges"):
+        write_cad(tmp_path / f"hook.{ending}", hook)
+    whole = part(tmp_path / "hook.step").build(0.006)
+    volume = np.pi**2 * 20 * 25 + np.pi * 25 * 40 + 2 / 3 * np.pi * 125
+    assert mass_properties(whole, 1.0).mass == pytest.approx(1e-9 * volume, rel=2e-3)
+    assert "face 2, a sphere, has 9.4" in (said := refused(part(tmp_path / "hook.iges"), 0.006))
+    assert "write the part as STEP" in said
