@@ -106,7 +106,8 @@ def change(subject: Subject, operation: Any) -> Trial:
                 continue
             profile = {"surface": interface.surface, "offset": -operation.share * shape["radius"], "table": "unset"}
             table = {name: {"change": {"update": "reuse", "tolerance": "unset", "profile": profile}}}
-            job = subject.changed({"component": table})
+            # Another shape needs another step than the one given: it is controlled.
+            job = subject.changed({"component": table, "run": {"step": "unset", "checks": True}})
             if moved_surface(job.scene.component[name], job.folder, name) is not None:
                 return Trial(job)
             raise DoesNotApply(f"interface {key} of {name} cannot be moved")
