@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import BEGINS, ENDS, IMPULSE, WINDOWED, Trajectory
-from gudgeon.solver.integrators.steps import Plan
-from gudgeon.solver.result import Result
+from gudgeon.solver.integrators.steps import Plan, plan_run
+from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.system.system import System
 
 ACCURACY = 1e-3
@@ -29,6 +29,8 @@ LAG = 0.5
 """Difference of the times of impacts that does not count, over the window."""
 ROUND_OFF = 1e-9
 """Impulse of the largest force over the whole run, relative to that of the largest impact, below which it is none."""
+LONGER = 1.5
+"""Ratio of two steps from which on their runs are compared."""
 EXPECTED_ORDER = 1.5
 """Order with which the next step is predicted."""
 
@@ -86,6 +88,28 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
             return replace(found, result=Result.INACCURATE.name), finer
         needed = math.ceil(math.log2(max(worst / bound, 1.0)) / EXPECTED_ORDER)
         jump = min(max(1, needed), LARGEST_JUMP, MOST_HALVINGS - halvings)
+
+
+def with_step_estimates(system: System, found: Trajectory, plan: Plan, run: Callable[[Plan], Trajectory]) -> Trajectory:
+    """Return the run of a given step with its estimated errors: the differences from a run with twice the step.
+
+    With order 1, the least, that difference is the error. Where twice the step is above the limit of the integrator,
+    the other run has half of it, and its differences are doubled. Unchanged without contacts, and where it fails.
+    """
+    settings = system.scene.run
+    if not system.contacts or settings.step is None:
+        return found
+    doubled = settings.model_copy(update={"step": 2 * settings.step})
+    other = plan_run(replace(system, scene=system.scene.model_copy(update={"run": doubled})))
+    longer = other.schedule.dt > LONGER * plan.schedule.dt
+    against = run(other if longer else plan.finer(1, settings.samples))
+    if against.result == Result.STOPPED.name:
+        raise RunStopped
+    if not Result[against.result].ok:
+        return found
+    differences = difference(against, found, system.window)._asdict()
+    errors = {f"step.{name}": value * (1 if longer else 2) for name, value in differences.items() if value}
+    return replace(found, estimates=found.estimates | errors)
 
 
 def difference(one: Trajectory, other: Trajectory, window: float) -> Difference:

@@ -33,7 +33,7 @@ class Result(Enum):
     )
     INACCURATE = (
         "impulses, forces or the energy balance change by more than run.accuracy with the step, at every step tried;"
-        " shorten run.duration, increase run.accuracy, or set run.step, whose error is then not estimated"
+        " shorten run.duration, increase run.accuracy, or set run.step, whose error is then estimated, not limited"
     )
     ENERGY = (
         "the energy error exceeds 5 % of the energy exchanged in contact; reduce the step where the integrator has"

@@ -7,7 +7,7 @@ from importlib import import_module
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import FRICTION_NOTES, Trajectory
-from gudgeon.solver.accuracy import controlled
+from gudgeon.solver.accuracy import controlled, with_step_estimates
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.checks.basis import with_basis_estimates
 from gudgeon.solver.checks.mesh import with_mesh_estimates
@@ -31,7 +31,7 @@ COARSER = 2.0
 Progress = Callable[[float], None]
 """Called with the completed share after every frame. `RunStopped` ends the run with its frames so far as the result;
 any other exception that it raises ends it without one."""
-ESTIMATING = "the run was stopped while the errors of its basis and mesh were estimated; its histories are whole"
+ESTIMATING = "the run was stopped while its errors were estimated; its histories are whole"
 
 
 def suggested(system: System) -> float:
@@ -50,7 +50,8 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     """Integrate a system over its scene's duration.
 
     Where run.step is left out and the integrator has a step, the run is repeated with finer steps until impulses,
-    windowed forces and the energy balance are within run.accuracy; see `solver.accuracy`. A run with contacts is
+    windowed forces and the energy balance are within run.accuracy; see `solver.accuracy`. One with a given step is
+    compared with one of twice the step. A run with contacts is
     repeated twice with fewer elastic coordinates, which gives the error of the basis, and once with the frequencies of
     the continuum, which gives that of the mesh; see `solver.checks`.
 
@@ -87,6 +88,8 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
         return run
 
     try:
+        if run.step is not None and not plan.integrator.own_steps:
+            found = with_step_estimates(system, found, plan, lambda one: _march(system, one, progress))
         return with_mesh_estimates(system, with_basis_estimates(system, found, compared), compared)
     except RunStopped:
         return replace(found, result=Result.STOPPED.name, counts=found.counts | {"reason": ESTIMATING})

@@ -1,4 +1,4 @@
-"""Notes on the estimated errors of modal basis and mesh in the result of a run, each with the key that reduces it."""
+"""Notes on the estimated errors of a given step, modal basis and mesh in a run, each with the key that reduces it."""
 
 from collections.abc import Mapping
 
@@ -32,12 +32,21 @@ def estimate_notes(
         reason: Why the run that estimates those of the basis failed, or `ONE_COORDINATE`.
         window: Of the windowed forces [s].
     """
-    return basis_notes(scene, estimates, reason, window) + mesh_notes(scene, estimates)
+    return _step_notes(scene, estimates) + basis_notes(scene, estimates, reason, window) + mesh_notes(scene, estimates)
 
 
 def _noticed(estimates: Mapping[str, float], source: str) -> dict[str, float]:
     """Return the estimated errors of a source that are above `NOTICED`, by their name in words."""
     return {word: error for name, word in WORDS.items() if (error := estimates.get(f"{source}.{name}", 0.0)) > NOTICED}
+
+
+def _step_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
+    """Return a note where the estimated error of a given step is above `NOTICED`, ten times the default accuracy."""
+    if scene.run.step is None or not (errors := _noticed(estimates, "step")):
+        return []
+    told = ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())
+    return [f"run.step: {scene.run.step:g} s given; its estimated error is {told}; leave it out, so that run.accuracy"
+            " sets it, or give a shorter one"]  # fmt: skip
 
 
 def mesh_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:

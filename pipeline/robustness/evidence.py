@@ -77,6 +77,8 @@ class Evidence:
     """Overlap that layers, laws and round-off allow for the energy of the run [m]."""
     basis: float | None = None
     """Estimated relative error of the impulse due to the modal basis; None without an estimate."""
+    mesh: float | None = None
+    """The same due to the mesh."""
     changed: float | None = None
     """Largest estimated change by a design with reused modes over its tolerance; None where no modes are reused."""
     turned: float | None = None

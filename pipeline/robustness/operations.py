@@ -320,7 +320,7 @@ OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "contact-stiffness": contact_stiffness, "mass": mass, "step": step, "restitution": restitution,
     "grazing": grazing, "penetration": penetration, "spin": spin, "poisson": poisson, "slivers": slivers,
     "collinear": collinear, "samples": settings.samples, "duration": settings.duration, "gravity": settings.gravity,
-    "modes": settings.modes, "change": settings.change,
+    "modes": settings.modes, "mesh": settings.mesh, "change": settings.change,
     "units": lambda subject, to: _in_units(subject, Units(to.mass, to.length, to.time)),
     "size": lambda subject, to: _in_units(subject, Units(to.factor**3, to.factor, to.factor)),
     "material": material,

@@ -171,12 +171,13 @@ def impact(found: Evidence, compared: Compared) -> Finding | None:
     return Finding("impact", value, allowed, "start, impulse and windowed force of the first impact")
 
 
-def basis(found: Evidence, compared: Compared) -> Finding | None:
-    """The estimated error of a smaller basis covers how far its first impulse is from that of a larger one."""
-    if found.basis is None or found.contact is None or compared.base.contact is None:
+def _covered(source: str, found: Evidence, compared: Compared) -> Finding | None:
+    """The estimated error of a basis or mesh covers how far its first impulse is from that of a larger or finer one."""
+    estimate = getattr(found, source)
+    if estimate is None or found.contact is None or compared.base.contact is None:
         return None
     apart = _apart(found.contact.impulse, compared.base.contact.impulse)
-    return Finding("basis", apart, COVERS * found.basis + STEPPED, "impulse within the estimated error of the basis")
+    return Finding(source, apart, COVERS * estimate + STEPPED, f"impulse within the estimated error of the {source}")
 
 
 def nested(found: Evidence, compared: Compared) -> Finding | None:
@@ -284,6 +285,6 @@ def _bounded(rule: str, found: Evidence, compared: Compared) -> Finding | None:
 RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {
     "similarity": similarity, "frequencies": frequencies, "collision": collision, "loss": loss,
     "agreement": agreement, "nested": nested, "shear": shear, "monotone": monotone,
-    "impact": impact, "basis": basis,
+    "impact": impact, "basis": partial(_covered, "basis"), "mesh": partial(_covered, "mesh"),
     **{rule: partial(_bounded, rule) for rule in BOUNDED},
 }  # fmt: skip

@@ -21,6 +21,7 @@ COMPARABLE = 0.1
 """Share of added speed from which an impact is another one."""
 LEAST_MODES = 8
 """Least number of modes that is halved."""
+LINES = ("bar", "beam")
 HALVED = ("macneal", "normal+static", "rubin", "fixed-reference")
 """Reductions to normal modes, whose number determines the error of the basis."""
 
@@ -96,6 +97,25 @@ def modes(subject: Subject, operation: Any) -> Trial:
     return Trial(subject.changed(checked | {"component": counts}), like=like)
 
 
+def mesh(subject: Subject, operation: Any) -> Trial:
+    """Scale the elements of bars and beams, with as many modes: the estimated error of that mesh covers the change.
+
+    They have no local compliance, whose own error a mesh of solids has besides.
+    """
+    subject.contact()
+    sizes = {}
+    for name in subject.elastic():
+        component = subject.scene.component[name]
+        if component.geometry.kind in LINES and component.mesh.size is not None and component.modes.reduction in HALVED:
+            modes = {"normal_count": component.modes.normal_count}
+            sizes[name] = {"mesh": {"size": operation.factor * component.mesh.size}, "modes": modes}
+    if not sizes:
+        raise DoesNotApply("no body is a bar or a beam with normal modes")
+    checks = {"run": {"checks": True}}
+    like = Trial(subject.changed({"run": {"checks": subject.scene.run.step is None}}))
+    return Trial(subject.changed(checks | {"component": sizes}), like=like)
+
+
 def change(subject: Subject, operation: Any) -> Trial:
     """Move a cylindrical surface inwards by a share of its radius, with the modes of the design before."""
     for name in subject.elastic():
@@ -106,7 +126,8 @@ def change(subject: Subject, operation: Any) -> Trial:
                 continue
             profile = {"surface": interface.surface, "offset": -operation.share * shape["radius"], "table": "unset"}
             table = {name: {"change": {"update": "reuse", "tolerance": "unset", "profile": profile}}}
-            job = subject.changed({"component": table})
+            # Another shape needs another step than the one given: it is controlled.
+            job = subject.changed({"component": table, "run": {"step": "unset", "checks": True}})
             if moved_surface(job.scene.component[name], job.folder, name) is not None:
                 return Trial(job)
             raise DoesNotApply(f"interface {key} of {name} cannot be moved")

@@ -19,7 +19,7 @@ from gudgeon.solver.numbers import (
 class Scaled(Strict):
     """Scale one quantity of the scene."""
 
-    kind: Literal["contact-stiffness", "mass", "step", "grazing", "size", "duration", "modes"] = Field(
+    kind: Literal["contact-stiffness", "mass", "step", "grazing", "size", "duration", "modes", "mesh"] = Field(
         description="contact-stiffness: surface layers, laws and springs, or the moduli of the bodies if the scene has"
         " none of these; mass: that of the body that the first contact names, or of the first body; step: a multiple of"
         " the one that the integrator chooses by itself; grazing: the speed of approach, and the distance with it;"
@@ -129,7 +129,7 @@ Operation = Annotated[
 ]  # fmt: skip
 RuleName = Literal[
     "similarity", "frequencies", "collision", "loss", "agreement", "nested", "shear", "resolved", "momentum", "energy",
-    "creation", "penetration", "monotone", "orthogonality", "rotation", "impact", "basis", "reuse",
+    "creation", "penetration", "monotone", "orthogonality", "rotation", "impact", "basis", "mesh", "reuse",
 ]  # fmt: skip
 
 

@@ -43,8 +43,8 @@ class Run(Strict):
         default=None,
         description="Time step [s]. Default: the step that run.accuracy requires, found by repeating the run with finer"
         f" steps from 2 times {DEFAULTS} on. A step above the limit of the integrator, {LIMITS}, is divided into"
-        " substeps; a step that does not divide the duration is reduced; its error is not estimated. Integrator 'event'"
-        " has no step.",
+        " substeps; a step that does not divide the duration is reduced; its error is estimated from a run of twice the"
+        " step. Integrator 'event' has no step.",
     )
     accuracy: Annotated[float, Field(ge=1e-12, le=0.1)] | None = Field(
         default=None,

@@ -84,10 +84,22 @@ def test_a_smaller_accuracy_takes_a_smaller_step(tmp_path: Path) -> None:
     assert max(error for name, error in runs[1].estimates.items() if name.startswith("step.")) <= 1e-5
 
 
-@pytest.mark.parametrize("run", [{"step": 1e-8}, {"checks": False}])
-def test_a_given_step_and_a_run_without_checks_are_taken_once(tmp_path: Path, run: dict[str, Any]) -> None:
+@pytest.mark.parametrize("run", [{"checks": False}, {"checks": False, "step": 1e-8}])
+def test_a_run_without_checks_is_taken_once(tmp_path: Path, run: dict[str, Any]) -> None:
     found = simulate(rod(tmp_path, integrator="explicit", **run))
     assert not any(name.startswith("step.") for name in found.estimates)
+
+
+@pytest.mark.parametrize("integrator", ["explicit", "implicit", "discrete-gradient"])
+def test_a_given_step_is_kept_and_its_error_estimated(tmp_path: Path, integrator: str, struck: Trajectory) -> None:
+    """Also where the energy balance is exact at any step, so that nothing else shows the error."""
+    for step in (4e-6, 1e-6, 2.5e-7):
+        found = simulate(rod(tmp_path / str(step), integrator=integrator, step=step))
+        assert found.counts["step"] <= step * (1 + 1e-9)
+        for name, key in (("impulse", "wall.impulse"), ("force", "wall.force_peak")):
+            error = abs(found.quantities[key]["value"] / struck.quantities[key]["value"] - 1)
+            assert found.estimates.get(f"step.{name}", 0.0) > 0.3 * error - 2e-4
+    assert error < 1e-2
 
 
 def test_motion_that_does_not_converge_is_a_failure_with_its_estimate(tmp_path: Path) -> None:

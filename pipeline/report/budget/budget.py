@@ -1,7 +1,8 @@
 """The error budget of one setting of a report: basis, step, mesh, spline spacing and contact layer, each by itself.
 
-Basis and step are compared with the largest basis and the finest step that the report has. Mesh and spline spacing are
-varied by a factor of 1.5 to both sides, and the error follows by Richardson's extrapolation with the observed order.
+The step is compared with the finest that the report has. The basis is halved, and doubled or compared with the largest
+of the report; mesh and spline spacing are varied by a factor of 1.5 to both sides. Of all three the error follows by
+Richardson's extrapolation with the observed order.
 The stiffness of a contact layer is halved and doubled; the larger change counts.
 """
 
@@ -30,6 +31,8 @@ FACTOR = 1.5
 """Factor on edge lengths and spline spacings, to both sides."""
 LEAST = 0.25
 """Logarithm of the ratio of mean edges over that of `FACTOR` below which a mesh is hardly another one."""
+LARGER = 1.8
+"""Coordinates of a larger basis over those of the setting from which on its difference is extrapolated."""
 LAYER = 2.0
 """Factor on the stiffness of contact layers, to both sides."""
 PATIENCE = 20.0
@@ -103,25 +106,45 @@ def budget_of(
 
 
 def _basis(judge: Judge, points: Sequence[Point]) -> Term:
-    """Compare with the largest basis of the report, or where the setting has it itself with twice as many modes."""
+    """Compare with a basis of at least twice and one of half as many coordinates, and extrapolate.
+
+    The larger basis is the largest of the report where it is large enough: one that is little larger lacks nearly the
+    same, so that its difference would be a fraction of the error.
+    """
     one, source = judge.one, "basis"
-    if (other := larger(one, points)) is not None:
-        return judge.term(source, f"against {other.setting.name}", judge.differences(other.trajectory, ""))
-    doubled = {}
-    for name, modes in _elastic(one.job).items():
+    sides: list[tuple[float, Errors] | None] = []
+    known, missing = [], []
+    if (other := larger(one, points)) is not None and other.coordinates >= LARGER * one.coordinates:
+        sides.append((one.coordinates / other.coordinates, judge.differences(other.trajectory, "")))
+        known.append(other.setting.name)
+    for factor, words in ((2.0, "twice as many modes"), (0.5, "half as many")):
+        if factor > 1 and sides:
+            continue
+        changes = _scaled_basis(one.job, factor)
+        if not changes:
+            return Term(source, "no body has modes that could be more")
+        run, why = _run(one, {"component": changes})
+        if run is not None and (why := judge.renumbered(run)):
+            run = None
+        sides.append(None if run is None else (1 / factor, judge.differences(run, "")))
+        (missing if run is None else known).append(f"{words}: {why}" if run is None else words)
+    if not known:
+        return Term(source, f"{MISSING}: {'; '.join(missing)}")
+    return _term_of_sides(judge, source, sides, (f"against {' and '.join(known)}", missing))
+
+
+def _scaled_basis(job: Job, factor: float) -> dict[str, Any]:
+    """Return changes of the components that scale the numbers of their modes; empty where none has any."""
+    scaled = {}
+    for name, modes in _elastic(job).items():
         key = (
             "fixed_count"
             if modes.reduction in ("craig-bampton", "row-craig-bampton", "interface", "partial-interface")
             else "normal_count"
         )
-        if (count := getattr(modes, key)) > 0:
-            doubled[name] = {"modes": {key: 2 * count}}
-    if not doubled:
-        return Term(source, "no body has modes that could be more")
-    run, why = _run(one, {"component": doubled})
-    if run is None:
-        return Term(source, f"{MISSING}: twice as many modes: {why}")
-    return judge.term(source, "against twice as many modes", judge.differences(run, ""))
+        if (count := int(factor * getattr(modes, key))) > 0:
+            scaled[name] = {"modes": {key: count}}
+    return scaled
 
 
 def _step(judge: Judge, points: Sequence[Point]) -> Term:
@@ -218,17 +241,30 @@ def _extrapolated(judge: Judge, source: str, sides: Sides, components: Sequence[
             run = None
         (missing if run is None else known).append(f"{word}: {why}" if run is None else word)
         neighbours.append(None if run is None else (size, judge.differences(run, "")))
-    able = [one for one in neighbours if one is not None]
-    if not able:
+    if not known:
         return Term(source, f"{MISSING}: {'; '.join(missing)}")
+    return _term_of_sides(judge, source, neighbours, (" and ".join(known), missing))
+
+
+def _term_of_sides(
+    judge: Judge, source: str, sides: Sequence[tuple[float, Errors] | None], words: tuple[str, list[str]]
+) -> Term:
+    """Return a term from the differences of a finer and a coarser run, of which one may be missing.
+
+    Args:
+        sides: Size over that of the run of the budget, and differences from it: of the finer, then of the coarser run.
+        words: What the runs are, and why one of them is missing.
+    """
+    able = [one for one in sides if one is not None]
     errors, orders = {}, {}
     for name in able[0][1]:
         if all(name in one[1] for one in able):
-            finer, coarser = (None if one is None else Neighbour(one[0], one[1][name]) for one in neighbours)
+            finer, coarser = (None if one is None else Neighbour(one[0], one[1][name]) for one in sides)
             estimate = extrapolated(finer, coarser, judge.signed(name))
             errors[name] = estimate.error
             orders |= {} if estimate.order is None else {name: estimate.order}
-    how = f"{' and '.join(known)}, extrapolated" + (" with order 1" if missing else " with the observed order")
+    known, missing = words
+    how = f"{known}, extrapolated" + (" with order 1" if missing else " with the observed order")
     return judge.term(source, "; ".join([how, *missing]), errors, orders)
 
 

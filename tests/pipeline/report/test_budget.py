@@ -20,7 +20,7 @@ from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.page.page import page
 from gudgeon.pipeline.report.page.words import budget_table, budget_text
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import system_of
+from gudgeon.pipeline.stages.run import run_job, system_of
 from tests.pipeline import documents
 from tests.pipeline.small import write_scene
 
@@ -120,6 +120,27 @@ def test_terms(made: tuple[Path, Job, Document]) -> None:
     assert 0 < sizes["step"] < 0.02
     assert sizes["contact layer"] > 1e-3
     assert "bore.impulse" in term(document, "contact layer").errors
+
+
+def test_the_basis_is_halved_and_doubled(made: tuple[Path, Job, Document], tmp_path: Path) -> None:
+    """A basis that is little larger lacks nearly the same: 8 against 12 modes showed a fraction of the error."""
+    folder, _, document = made
+    assert document.budget is not None
+    found = term(document, "basis")
+    settings = next(run.settings for run in document.runs if run.name == document.budget.run)
+    own = settings["component"]["skirt"]["modes"]["normal_count"]
+    assert "half as many" in found.how
+    window = settings["run"]["window"]
+    values = {}
+    for count in (own, 2 * own, 48):
+        changes = [f"{path}={json.dumps(value)}" for path, value in flat(settings)]
+        changes += [f"component.skirt.modes.normal_count={count}", f"run.window={window}"]
+        job = open_job(folder / "scene" / "scene.toml", set=changes, db=folder / "db", out=tmp_path / str(count))
+        run_job(job, "solve")
+        values[count] = job.store.get(job.trajectory().key, "trajectory").quantities["bore.impulse"]["value"]
+    true = abs(values[own] / values[48] - 1)
+    assert found.errors["bore.impulse"] > 0.5 * true
+    assert found.errors["bore.impulse"] >= abs(values[2 * own] / values[own] - 1)
 
 
 def test_layer_is_the_larger_of_half_and_double(made: tuple[Path, Job, Document]) -> None:

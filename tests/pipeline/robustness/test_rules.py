@@ -18,7 +18,7 @@ SOUND = Evidence(
     frequencies={"rod": np.array([100.0, 200.0])}, shear={"rod": 8e10}, estimated=1e-3,
     orthogonality=1e-15, contact=replace(CONTACT, impulse=3.0), impacts=IMPACTS, integrator="event", energy_drift=1e-12,
     momentum_residual=1e-12, rise=1e-14, loss=0.75, exchanged=1.0, penetration=1e-6, penetration_bound=2e-6, turned=0.1,
-    basis=1e-3, changed=0.5, steps=100,
+    basis=1e-3, mesh=1e-3, changed=0.5, steps=100,
 )  # fmt: skip
 """(1 + e) m v = 3, ½ m v² (1 − e²) = 0.75."""
 LIKE = Compared(
@@ -42,6 +42,7 @@ WRONG: dict[str, dict[str, Any]] = {
     "rotation": {"turned": 1.1},
     "impact": {"contact": replace(CONTACT, impulse=3.0, force=3e4 * 1.011)},
     "basis": {"contact": replace(CONTACT, impulse=3.0 * 1.015)},
+    "mesh": {"contact": replace(CONTACT, impulse=3.0 * 1.015)},
     "reuse": {"changed": 1.01},
 }
 """What each rule must find."""

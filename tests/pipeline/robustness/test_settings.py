@@ -7,13 +7,16 @@ from typing import Any
 
 import pytest
 
+from gudgeon.pipeline import kinds
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.robustness import trial
 from gudgeon.pipeline.robustness.settings import AGREES, EXACT
 from gudgeon.pipeline.robustness.subject import DoesNotApply
+from gudgeon.pipeline.robustness.trial import approach
 from gudgeon.pipeline.stages import run
 from tests.pipeline.robustness.test_robustness import applied, quiet, subject, two
 from tests.pipeline.small import write_scene
+from tests.solver.test_mesh_check import LIGHT
 
 ROD = """
 [component.rod]
@@ -92,6 +95,29 @@ def test_an_estimate_of_the_basis_that_is_too_small_is_found(
     assert main(["robustness", str(rod), "--only", "basis", *places, *sets]) == 1
     (row,) = json.loads((tmp_path / "out" / "robustness.json").read_text())["rows"]
     assert (row["verdict"], row["rule"]) == ("wrong", "basis")
+
+
+def test_an_estimate_of_the_mesh_that_is_too_small_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A light mass on a bar of 50 elements: the impulse of its first impact changes by 0.3 % with the mesh."""
+    light = tmp_path / "light.toml"
+    light.write_text(LIGHT.replace("size = 0.01", "size = 0.02").replace("normal_count = 60", "normal_count = 30"))
+    row = verdicts(light, "coarser mesh", tmp_path)["coarser mesh"]
+    assert (row["verdict"], row["rule"]) == ("right", "mesh")
+    assert row["value"] > 1e-3
+    monkeypatch.setattr("gudgeon.solver.checks.mesh.MARGIN", 0.0)
+    monkeypatch.setattr("gudgeon.pipeline.robustness.rules.STEPPED", 0.0)
+    other = tmp_path / "other"
+    other.mkdir()
+    assert verdicts(light, "coarser mesh", other)["coarser mesh"]["verdict"] == "wrong"
+
+
+def test_grazing_in_a_bore_starts_at_the_gap_that_it_says(tmp_path: Path) -> None:
+    """Rows are those of the start: 20 µm further on they are off by 1e-9 m, more than a millionth of the gap."""
+    job = kinds.open_job(write_scene(tmp_path / "scene"), db=tmp_path / "db", out=tmp_path / "out")
+    one = subject(job, tmp_path)
+    for factor in (1e-3, 1e-5):
+        grazing = applied(one, kind="grazing", factor=factor)
+        assert approach(grazing.job)[1] == pytest.approx(factor * approach(one.job)[1], rel=1e-2)
 
 
 def test_reuse_is_accepted_within_its_tolerance_and_refused_beyond(
