@@ -87,6 +87,7 @@ SOLVER_FROM: dict[str, tuple[str, ...]] = {
 
 HOMES: dict[str, tuple[str, ...]] = {
     "h5py": ("modaldb/*",),
+    "h5pyd": ("modaldb/stores/hsds.py",),
     "numba": ("solver/compiled.py",),
     "gmsh": ("pipeline/geometry/*",),
     "skfem": ("pipeline/fem/*", "pipeline/interfaces/*"),
