@@ -104,6 +104,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "sqlite3": ("modaldb/stores/*",),
     "fastapi": ("pipeline/service/*",),
     "starlette": ("pipeline/service/*",),
+    "h5grove": ("pipeline/service/tree.py",),
     "uvicorn": ("pipeline/service/run.py",),
     "pyarrow": ("pipeline/studies/table.py",),
     "pyyeti": ("pipeline/geometry/matrices/*", "pipeline/exporters/*"),

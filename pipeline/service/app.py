@@ -9,6 +9,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from gudgeon.modaldb.records import READABLE_VERSIONS, SCHEMA_VERSION
 from gudgeon.pipeline.service import files, records, views
 from gudgeon.pipeline.service.context import EXPLAINED, Service, explain, problem
+from gudgeon.pipeline.service.tree import add_tree
 
 ABOUT = """Records of a modal database, and parts of their arrays. Every error is JSON with `error` and `detail`."""
 
@@ -34,6 +35,7 @@ def build_app(service: Service) -> FastAPI:
     app.include_router(views.router)
     app.include_router(records.router)
     app.include_router(files.router)
+    add_tree(app)
     return app
 
 
