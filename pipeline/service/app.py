@@ -7,7 +7,7 @@ from starlette.routing import Match, Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from gudgeon.modaldb.records import READABLE_VERSIONS, SCHEMA_VERSION
-from gudgeon.pipeline.service import files, records, views
+from gudgeon.pipeline.service import files, motion, records, views
 from gudgeon.pipeline.service.context import EXPLAINED, Service, explain, problem
 from gudgeon.pipeline.service.tree import add_tree
 
@@ -33,6 +33,7 @@ def build_app(service: Service) -> FastAPI:
 
     app.include_router(views.page)
     app.include_router(views.router)
+    app.include_router(motion.router)
     app.include_router(records.router)
     app.include_router(files.router)
     add_tree(app)
