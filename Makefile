@@ -1,6 +1,6 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup browser solver-env demo test fuzz lint bench bench-peers reports defaults lock clean help
+.PHONY: setup browser solver-env hsds demo test fuzz lint bench bench-peers reports defaults lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
@@ -50,6 +50,11 @@ $(SOLVER_READY):
 	@echo '*' > .venv-solver/.gitignore
 	@$(call install_project,.venv-solver)
 	@touch $@
+
+hsds: setup ## start HSDS on this machine, in an environment of its own, and print the variables of its clients
+	@$(BIN)/python -c 'import h5pyd' 2> /dev/null || $(BIN)/python -m pip install -q 'h5pyd>=1.0'
+	@test -x .venv-hsds/bin/hsds || { $(PYTHON) -m venv .venv-hsds && .venv-hsds/bin/pip install -q 'hsds>=1.0.2'; }
+	@$(BIN)/python -m docs.tools.hsds_server $(ARGS)
 
 demo: setup ## run the piston in its liner from mesh to pictures
 	$(BIN)/gudgeon run data/piston
@@ -102,7 +107,7 @@ lock: setup ## pin again what pyproject.toml asks for; `make lock UPGRADE=--upgr
 	@mv requirements-solver.tmp requirements-solver.lock
 
 clean: ## remove the environments and caches; results and the database stay
-	rm -rf .venv .venv-solver gudgeon.egg-info .pytest_cache .ruff_cache .benchmarks
+	rm -rf .venv .venv-solver .venv-hsds gudgeon.egg-info .pytest_cache .ruff_cache .benchmarks
 	find modaldb pipeline solver tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 help: ## show this list

@@ -87,6 +87,7 @@ SOLVER_FROM: dict[str, tuple[str, ...]] = {
 
 HOMES: dict[str, tuple[str, ...]] = {
     "h5py": ("modaldb/*",),
+    "h5pyd": ("modaldb/stores/hsds.py",),
     "numba": ("solver/compiled.py",),
     "gmsh": ("pipeline/geometry/*",),
     "skfem": ("pipeline/fem/*", "pipeline/interfaces/*"),
@@ -103,6 +104,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "sqlite3": ("modaldb/stores/*",),
     "fastapi": ("pipeline/service/*",),
     "starlette": ("pipeline/service/*",),
+    "h5grove": ("pipeline/service/tree.py",),
     "uvicorn": ("pipeline/service/run.py",),
     "pyarrow": ("pipeline/studies/table.py",),
     "pyyeti": ("pipeline/geometry/matrices/*", "pipeline/exporters/*"),

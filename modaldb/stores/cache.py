@@ -40,6 +40,11 @@ class Cache:
         self._root = base / hashlib.sha256(url.encode()).hexdigest()[:16]
         self._base, self._pruned = base, False
 
+    @property
+    def folder(self) -> Path:
+        """Of this server alone; it need not exist."""
+        return self._root
+
     def manifest(self, key: str) -> Manifest | None:
         """Return the manifest of a record that was fetched before, None if there is none."""
         try:

@@ -26,7 +26,7 @@ from gudgeon.modaldb.keys import KEY, content_key
 from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.stores import names, scratch
 from gudgeon.modaldb.stores.base import SHOWN, Leftover, Store, check_inputs, check_key, check_tag, missing
-from gudgeon.modaldb.stores.index import Index, Stamp, record_files
+from gudgeon.modaldb.stores.index import FolderCatalogue, Index, Stamp, record_files
 from gudgeon.modaldb.stores.query import Entry, Query
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class FolderStore(Store):
     def __init__(self, root: Path) -> None:
         self.root = root
         self.location = str(root)
-        self.index = Index(root)
+        self.index = Index(root, FolderCatalogue(root))
         self._sound: dict[Path, tuple[Stamp, hdf5.Head]] = {}
         self._swept = False
 

@@ -1,7 +1,7 @@
-"""An index of a folder of records, in SQLite: what a list shows and a query compares, without opening every file.
+"""An index of a database, in SQLite: what a list shows and a query compares, without opening every file.
 
-It is never the truth: it is compared with the folder whenever it is asked, and is made anew where it is missing,
-damaged, or of another version. A record is looked at again if its size, time of modification or number has changed.
+It is never the truth: it is compared with the records whenever it is asked, and is made anew where it is missing,
+damaged, or of another version. A file is looked at again if its size, time of modification or number has changed.
 """
 
 import json
@@ -9,10 +9,10 @@ import logging
 import os
 import sqlite3
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from gudgeon.modaldb.blocks import Malformed
 from gudgeon.modaldb.keys import KEY, canonical_json, content_key
@@ -41,16 +41,33 @@ Stamp = tuple[int, int, int]
 """Time of modification [ns], size [bytes] and number of a file."""
 
 
+class Catalogue(Protocol):
+    """The records that an index is of."""
+
+    def stamps(self, known: Mapping[str, Stamp]) -> Iterable[tuple[str, Stamp]]:
+        """Return key and stamp of every record; `known` are those of the index."""
+        ...
+
+    def read(self, key: str) -> tuple[str, dict[str, Any]]:
+        """Return kind and inputs of a record; `UNKNOWN` and nothing of one that cannot be read."""
+        ...
+
+    def names(self, start: int) -> tuple[list[dict[str, Any]], int]:
+        """Return the names of records that were noted from a place on, and the place behind them; see `names`."""
+        ...
+
+
 class Index:
-    """The index of a folder.
+    """The index of a database.
 
     Args:
-        root: The folder of the database.
+        folder: Where its file is kept.
+        catalogue: Of the records.
     """
 
-    def __init__(self, root: Path) -> None:
-        self._root = root
-        self.path = root / INDEX
+    def __init__(self, folder: Path, catalogue: Catalogue) -> None:
+        self._folder, self._catalogue = folder, catalogue
+        self.path = folder / INDEX
         self._lock = threading.Lock()
 
     def add(self, key: str, stamp: Stamp, kind: str, inputs: dict[str, Any]) -> None:
@@ -77,7 +94,7 @@ class Index:
                     self._update(base)
                     return _found(base, query)
             except (sqlite3.Error, OSError) as error:
-                if self._root.is_dir():
+                if self._folder.is_dir():
                     logger.info("%s: no index can be kept (%s); every record is read", self.path, error)
                 with self._connected(WAIT, ":memory:") as base:
                     self._update(base)
@@ -86,7 +103,7 @@ class Index:
     @contextmanager
     def _connected(self, wait: float, path: str = "") -> Iterator[sqlite3.Connection]:
         if not path:
-            scratch.shared_file(self.path, self._root)
+            scratch.shared_file(self.path, self._folder)
         base = sqlite3.connect(path or self.path, timeout=wait, isolation_level=None)
         try:
             base.execute("PRAGMA synchronous = OFF")  # A power failure may damage it: then it is made anew.
@@ -104,21 +121,21 @@ class Index:
             base.close()
 
     def _update(self, base: sqlite3.Connection) -> None:
-        """Bring the index up to the state of the folder."""
+        """Bring the index up to the state of the records."""
         known = {key: (m, s, i) for key, m, s, i in base.execute("SELECT key, mtime, size, inode FROM records")}
-        there = dict(record_files(self._root))
+        there = dict(self._catalogue.stamps(known))
         if gone := known.keys() - there.keys():
             rows = [(key,) for key in gone]
             base.executemany("DELETE FROM records WHERE key = ?", rows)
             base.executemany("DELETE FROM refers WHERE key = ?", rows)
         changed = [(key, stamp) for key, stamp in there.items() if known.get(key) != stamp]
-        _insert(base, ((key, stamp, *self._read(key)) for key, stamp in changed))
+        _insert(base, ((key, stamp, *self._catalogue.read(key)) for key, stamp in changed))
         row = base.execute("SELECT place FROM names").fetchone()
-        entries, place = names.read_names(self._root, before := row[0] if row else 0)
+        entries, place = self._catalogue.names(before := row[0] if row else 0)
         if place < before:  # Another file.
             base.execute("DELETE FROM uses")
             base.execute("DELETE FROM tags")
-            entries, place = names.read_names(self._root)
+            entries, place = self._catalogue.names(0)
         uses = [(one["key"], one["scene"], one["component"]) for one in entries if "tag" not in one]
         base.executemany("INSERT OR IGNORE INTO uses VALUES (?, ?, ?)", uses)
         for one in entries:
@@ -129,8 +146,27 @@ class Index:
         base.execute("DELETE FROM names")
         base.execute("INSERT INTO names VALUES (?)", (place,))
 
-    def _read(self, key: str) -> tuple[str, dict[str, Any]]:
-        """Return kind and inputs of a record, as they stand in its file."""
+
+class FolderCatalogue:
+    """The records of a folder.
+
+    Args:
+        root: Of the database.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+
+    def stamps(self, known: Mapping[str, Stamp]) -> Iterable[tuple[str, Stamp]]:
+        """See `Catalogue`."""
+        return record_files(self._root)
+
+    def names(self, start: int) -> tuple[list[dict[str, Any]], int]:
+        """See `Catalogue`."""
+        return names.read_names(self._root, start)
+
+    def read(self, key: str) -> tuple[str, dict[str, Any]]:
+        """Return kind and inputs of a record, as they stand in its file; see `Catalogue`."""
         from gudgeon.modaldb.records import KINDS  # With numpy, which a list of what is known does without.
 
         try:

@@ -11,7 +11,8 @@ VARIABLE, USUAL = "GUDGEON_DB", ".gudgeon"
 
 
 def open_store(location: str | Path | None = None) -> Store:
-    """Open the database at a folder, which need not exist yet, or at the URL of a `gudgeon serve`.
+    """Open the database at a folder, which need not exist yet, at the URL of a `gudgeon serve`, or at that of a
+    folder of HSDS, `hsds://HOST:PORT/FOLDER`.
 
     Args:
         location: None takes that of the environment variable `GUDGEON_DB`, or `.gudgeon`.
@@ -22,6 +23,10 @@ def open_store(location: str | Path | None = None) -> Store:
     place = os.environ.get(VARIABLE) or USUAL if location is None else location
     if "://" not in str(place):
         return open_folder(place)
+    if str(place).startswith("hsds"):
+        from gudgeon.modaldb.stores.hsds import HsdsStore
+
+        return HsdsStore(str(place))
     from gudgeon.modaldb.stores.remote import RemoteStore
 
     return RemoteStore(str(place))

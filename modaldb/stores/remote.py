@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,11 @@ from gudgeon.modaldb.stores.base import Leftover, Store, check_inputs, check_key
 from gudgeon.modaldb.stores.cache import Cache, CachedSource
 from gudgeon.modaldb.stores.manifest import BLOCK, Manifest, manifest_from, manifest_of, unpacked
 from gudgeon.modaldb.stores.query import Entry, Query, entry_of
-from gudgeon.modaldb.stores.transport import KNOWN, Transport
+from gudgeon.modaldb.stores.transport import KNOWN, Transport, Unanswered
 
 RECORDS = "/records"
+ALONE = 60.0
+"""Seconds without asking whether records are there, after a server did not answer."""
 
 
 class RemoteStore(Store):
@@ -32,6 +35,7 @@ class RemoteStore(Store):
         self.location = self._server.url
         self._cache = Cache(self.location)
         self._heads: dict[str, tuple[str, hdf5.Head]] = {}
+        self._asked_again = 0.0
 
     def __reduce__(self) -> tuple[Any, ...]:
         return RemoteStore, (self.location,)
@@ -61,7 +65,7 @@ class RemoteStore(Store):
         """See `Store`; the server has flushed and verified the record when this returns."""
         if content_key(inputs) != key:
             raise RecordMismatch(f"{kind} record: its key {key[:12]}… is not that of its inputs")
-        if self._is_there(key):
+        if self._fault_there(key) is None:
             return
         parts = hdf5.record_bytes(kind, record, inputs)
         headers = {"Content-Type": "application/octet-stream"}
@@ -141,13 +145,25 @@ class RemoteStore(Store):
         rows = self._server.request("GET", "/leftovers").json()
         return [Leftover(f"{self.location}/leftovers/{quote(row['name'])}", row["size"], row["why"]) for row in rows]
 
-    def _is_there(self, key: str) -> bool:
-        """Whether the server has a sound record of a key, whatever the cache has."""
+    def fault(self, key: str) -> ModalDBError | None:
+        """See `Store`; the server says so, whatever the cache has. While it does not answer, the cache does."""
+        if time.monotonic() >= self._asked_again:
+            try:
+                if (found := self._fault_there(key)) is not None:
+                    self._forget(key)
+                    return found
+            except Unanswered:
+                self._asked_again = time.monotonic() + ALONE
+        return super().fault(key)
+
+    def _fault_there(self, key: str) -> ModalDBError | None:
+        """Return why the server has no sound record of a key, None if it has one."""
         try:
+            check_key(self.location, key, "record")
             self._server.request("HEAD", f"{RECORDS}/{key}")
-        except (RecordMissing, RecordDamaged, RecordMismatch):
-            return False
-        return True
+        except (RecordMissing, RecordDamaged, RecordMismatch) as error:
+            return error
+        return None
 
     def _key_of(self, place: str) -> str:
         key = place.removeprefix(f"{self.location}{RECORDS}/")

@@ -36,6 +36,10 @@ LOST = (ConnectionError, socket.timeout, TimeoutError, http.client.BadStatusLine
 """Errors after which a request is worth another try: every one of ours may be repeated."""
 
 
+class Unanswered(StoreUnusable):
+    """A server that did not answer in time."""
+
+
 @dataclass(frozen=True)
 class Answer:
     """What a server answered."""
@@ -71,7 +75,7 @@ class Transport:
         self.url = url.rstrip("/")
         self._base = self._parts.path.rstrip("/") or f"/{DEFAULT}"
         self._token = _token()
-        self._wait = _wait()
+        self._wait = allowed_wait()
         self._local = threading.local()
 
     def request(
@@ -98,7 +102,7 @@ class Transport:
                 self._drop()
                 waited = time.monotonic() - begun
                 if not isinstance(error, LOST) or waited + pause > self._wait:
-                    raise StoreUnusable(f"{self.url}: no answer in {waited:.1f} s ({_cause(error)})") from error
+                    raise Unanswered(f"{self.url}: no answer in {waited:.1f} s ({_cause(error)})") from error
             time.sleep(pause * random.uniform(0.5, 1.0))
             pause = min(2 * pause, PAUSE[1])
 
@@ -182,7 +186,8 @@ def _token() -> str:
     return found
 
 
-def _wait() -> float:
+def allowed_wait() -> float:
+    """Return how long a server is waited for [s]; raise StoreUnusable where the variable has no such number."""
     text = os.environ.get(WAIT, "")
     try:
         wait = float(text) if text else USUAL_WAIT

@@ -1,6 +1,7 @@
 """Checks of a scene of bodies: keys, names, tables and fit of the parts, before any stage runs."""
 
 import difflib
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -137,6 +138,13 @@ def _unknown_quantities(scene: "SceneFile") -> list[str]:
             kinds = " and ".join(owners[owner])
             lines.append(f"report.quantities: no {kinds} has '{rest}'{hint} allowed are {', '.join(able)}")
     return lines
+
+
+def possible_quantities(scene: "SceneFile") -> list[str]:
+    """Return the names of all quantities that a run of the scene may have, numbered ones from 1 to 20."""
+    found = [f"{owner}.{name}" for owner, kinds in _owners(scene).items() for kind in kinds for name in names(kind)]
+    numbered = [[re.sub(r"N(?=\.|$)", str(n), one) for n in range(1, 21)] for one in found]
+    return list(dict.fromkeys(name for one in numbered for name in one))
 
 
 def _owners(scene: "SceneFile") -> dict[str, list[str]]:

@@ -7,8 +7,9 @@ from starlette.routing import Match, Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from gudgeon.modaldb.records import READABLE_VERSIONS, SCHEMA_VERSION
-from gudgeon.pipeline.service import files, records, views
+from gudgeon.pipeline.service import files, motion, records, views
 from gudgeon.pipeline.service.context import EXPLAINED, Service, explain, problem
+from gudgeon.pipeline.service.tree import add_tree
 
 ABOUT = """Records of a modal database, and parts of their arrays. Every error is JSON with `error` and `detail`."""
 
@@ -32,8 +33,10 @@ def build_app(service: Service) -> FastAPI:
 
     app.include_router(views.page)
     app.include_router(views.router)
+    app.include_router(motion.router)
     app.include_router(records.router)
     app.include_router(files.router)
+    add_tree(app)
     return app
 
 

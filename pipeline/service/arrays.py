@@ -4,7 +4,7 @@ import io
 import re
 from collections.abc import Sequence
 from typing import Any
-from urllib.parse import quote
+from urllib.parse import quote, unquote
 
 import numpy as np
 
@@ -41,6 +41,11 @@ def dataset_of(head: Head, path: str) -> Dataset:
     if not isinstance(here, Dataset):
         raise Wrong(f"no array '{path[:200]}' in this {head.kind} record", 404)
     return here
+
+
+def unwritten(path: str) -> str:
+    """Return the field path of a path within the file, such as `/interfaces/a%2Eb/rows`."""
+    return unquote(path.strip("/"))
 
 
 def _written(part: str) -> str:

@@ -6,12 +6,12 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path
 from fastapi.responses import JSONResponse, RedirectResponse, Response
 
-from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.modaldb.stores.query import Entry
 from gudgeon.pipeline.comparison.modes import compare_modes
 from gudgeon.pipeline.service import arrays, skin
 from gudgeon.pipeline.service.context import KEY, PROBLEMS, Key, Reader
 from gudgeon.pipeline.service.files import headers_of
+from gudgeon.pipeline.service.motion import mesh_of
 
 router = APIRouter(prefix="/{database}", tags=["views"])
 page = APIRouter(include_in_schema=False)
@@ -27,7 +27,7 @@ MOST_RELATED = 100
 @router.get("/records/{key}/skin", responses=PROBLEMS)
 def get_skin(key: Key, asked: Reader) -> JSONResponse:
     """Return the outside of the mesh of a record of modes, of a design or of a mesh, as triangles."""
-    return JSONResponse(skin.skin_json(_mesh(asked.store, key)), headers=headers_of(key))
+    return JSONResponse(skin.skin_json(mesh_of(asked.store, key)), headers=headers_of(key))
 
 
 @router.get(
@@ -36,20 +36,12 @@ def get_skin(key: Key, asked: Reader) -> JSONResponse:
 )  # fmt: skip
 def get_shape(key: Key, mode: Annotated[int, Path(ge=0, le=10**6)], asked: Reader) -> Response:
     """Return a mode shape at the points of the skin, scaled to a largest displacement of 1; modes count from 0."""
-    nodes = skin.skin_of(_mesh(asked.store, key)).nodes
+    nodes = skin.skin_of(mesh_of(asked.store, key)).nodes
     with asked.store.opened(key, "modes") as (source, head):
         dataset = arrays.dataset_of(head, "shapes")
         column = arrays.chosen(str(mode), dataset.shape[2], "mode")
         found = arrays.read_part(source, dataset, nodes, column)[:, :, 0]
     return Response(skin.shape_bytes(found), 200, headers_of(key), "application/octet-stream")
-
-
-def _mesh(store: FolderStore, key: str) -> Any:
-    with store.opened(key) as (_, head):
-        mesh = key if head.kind == "mesh" else head.root.attributes.get("mesh_key")
-        if not isinstance(mesh, str):
-            raise arrays.Wrong(f"a {head.kind} record has no mesh")
-    return store.get(mesh, "mesh", only=["nodes", "cells", "cell_type"])
 
 
 @router.get("/records/{key}/graph", responses=PROBLEMS)

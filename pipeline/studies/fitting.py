@@ -3,9 +3,11 @@
 import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from typing import Any
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.checks import possible_quantities
 from gudgeon.pipeline.scenes.reading import check_scene, merged, nested
 from gudgeon.pipeline.studies.parameters import Parameter
 
@@ -109,3 +111,14 @@ def _exists(job: Any, path: str) -> bool:
             return False
         node = items[key]
     return True
+
+
+def check_shown(job: Any, patterns: Sequence[str]) -> None:
+    """Raise InputError where a pattern fits no quantity that runs of a scene of bodies may have."""
+    possible = possible_quantities(job.scene) if patterns and job.kind == "body" else []
+    for pattern in patterns if possible else ():
+        if not any(fnmatchcase(name, pattern) for name in possible):
+            near = difflib.get_close_matches(pattern, possible, 1)
+            hint = f"did you mean '{near[0]}'? " if near else ""
+            have = ", ".join(dict.fromkeys(name.partition(".")[0] for name in possible))
+            raise InputError(f"--quantity {pattern}: no run of the scene has it; {hint}it has quantities of {have}")

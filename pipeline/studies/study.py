@@ -20,7 +20,7 @@ from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.studies.designs import Sampling, read_designs, sampled
 from gudgeon.pipeline.studies.dispatch import Work, dispatched
 from gudgeon.pipeline.studies.executors import Workers, executor_of, named_executor, processes
-from gudgeon.pipeline.studies.fitting import fitted
+from gudgeon.pipeline.studies.fitting import check_shown, fitted
 from gudgeon.pipeline.studies.parameters import Parameter, parse_parameters
 from gudgeon.pipeline.studies.planning import Step, planned
 from gudgeon.pipeline.studies.table import Table, table_of, write_table
@@ -137,6 +137,7 @@ def run_study(job: Any, asked: Asked, tell: Progress, work: Work = solve_design)
     """
     parameters, designs = _designs(asked)
     tables, parameters = fitted(job, parameters)
+    check_shown(job, asked.quantities)
     if asked.over is None:
         designs = sampled(parameters, asked.sampling)
     workers = _workers(asked)

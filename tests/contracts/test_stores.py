@@ -1,22 +1,25 @@
 """Every store keeps the contract of `Store`: whole records or none, the same answers wherever they are."""
 
 import json
+import uuid
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from gudgeon import modaldb
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
-from gudgeon.modaldb.hdf5 import verify_record
+from gudgeon.modaldb.hdf5 import read_record, verify_record
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.modaldb.stores.names import NAMES
 from gudgeon.modaldb.stores.query import Query, QueryWrong, condition
 from gudgeon.modaldb.stores.upkeep import unreferenced
+from tests.hsds import hsds, opened  # noqa: F401
 from tests.modaldb.samples import INPUTS, SAMPLES, WITHOUT_ARRAYS, mesh, modes, same
 from tests.pipeline.service.serving import served
 
@@ -25,12 +28,15 @@ KEY = content_key(INPUTS)
 PLACES: dict[str, Callable[[Path], AbstractContextManager[str]]] = {
     "folder": lambda root: nullcontext(str(root)),
     "HTTP": served,
+    "HSDS": lambda root: nullcontext(f"hsds:///home/{root.parent.name}-{uuid.uuid4().hex[:8]}"),
 }
-"""Where a store is: gives the location of a store whose records stand in a folder."""
+"""Where a store is: gives the location of a store whose records stand in a folder, or in one of HSDS."""
 
 
 @pytest.fixture(params=PLACES)
 def location(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+    if request.param == "HSDS":
+        request.getfixturevalue("hsds")
     with PLACES[request.param](tmp_path / "db") as place:
         yield place
 
@@ -40,17 +46,52 @@ def store(location: str) -> Store:
     return modaldb.open(location)
 
 
+class Behind:
+    """The record of KEY where it is kept, reached without its store."""
+
+    def __init__(self, location: str, folder: Path) -> None:
+        self._domain = f"{location.removeprefix('hsds://')}/{KEY}.h5" if location.startswith("hsds") else ""
+        self._file = folder / KEY[:2] / f"{KEY}.h5"
+        self._names = folder / NAMES
+
+    def _opened(self, mode: str, name: str = "") -> Any:
+        return opened(name or self._domain, mode)
+
+    def damage(self) -> None:
+        """Change one number."""
+        if self._domain:
+            with self._opened("r+") as domain:
+                array = domain["nodes"] if "nodes" in domain else domain["angular_frequencies"]
+                array[0] = array[0] + 1.0
+        else:
+            whole = bytearray(self._file.read_bytes())
+            whole[len(whole) // 2] ^= 1
+            self._file.write_bytes(whole)
+
+    def identity(self) -> tuple[Any, ...]:
+        """Return what changes where a record is written once more."""
+        if self._domain:
+            with self._opened("r") as domain:
+                return domain.id.id, domain.modified
+        return self._file.stat().st_ino, self._file.stat().st_mtime_ns
+
+    def names(self) -> list[dict[str, Any]]:
+        """Return the names of records, as they were noted."""
+        if self._domain:
+            with self._opened("r", f"{self._domain.rpartition('/')[0]}/names") as domain:
+                return [json.loads(text) for text in domain.attrs.values()]
+        return [json.loads(line) for line in self._names.read_text().splitlines()]
+
+
 @pytest.fixture
-def file(tmp_path: Path) -> Path:
-    """Where the record of KEY stands in the folder behind a store."""
-    return tmp_path / "db" / KEY[:2] / f"{KEY}.h5"
+def behind(location: str, tmp_path: Path) -> Behind:
+    return Behind(location, tmp_path / "db")
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_round_trip(kind: str, store: Store, location: str, file: Path) -> None:
+def test_round_trip(kind: str, store: Store, location: str) -> None:
     assert not store.has(KEY)
     store.put(KEY, kind, SAMPLES[kind](), INPUTS)
-    verify_record(file)
     for one in (store, modaldb.open(location)):
         assert one.has(KEY)
         assert one.fault(KEY) is None
@@ -99,42 +140,41 @@ def test_a_field_that_no_record_has(store: Store) -> None:
         store.get(KEY, "mesh", only=["knots"])
 
 
-def test_damage_is_noticed_and_made_again(store: Store, location: str, file: Path) -> None:
+def test_damage_is_noticed_and_made_again(store: Store, location: str, behind: Behind) -> None:
     store.put(KEY, "modes", modes(), INPUTS)
-    whole = bytearray(file.read_bytes())
-    whole[len(whole) // 2] ^= 1
-    file.write_bytes(whole)
+    behind.damage()
     fresh = modaldb.open(location)
     assert isinstance(fresh.examine(KEY), RecordDamaged)
     assert [type(fault) for _, fault in fresh.verify()] == [RecordDamaged]
     fresh.put(KEY, "modes", modes(), INPUTS)
-    assert file.with_suffix(".damaged").is_file()
+    assert [Path(one.place).name for one in fresh.leftovers()] == [f"{KEY}.damaged"]
     assert same(modaldb.open(location).get(KEY, "modes"), modes())
 
 
-def test_set_aside(store: Store, location: str, file: Path) -> None:
+def test_set_aside(store: Store, location: str, behind: Behind, tmp_path: Path) -> None:
     store.put(KEY, "mesh", mesh(), INPUTS)
-    file.write_bytes(file.read_bytes()[:-1])
+    (entry,) = store.find()
+    behind.damage()
     fresh = modaldb.open(location)
     ((place, _),) = fresh.verify()
     assert fresh.set_aside(place) == f"{KEY}.damaged"
     assert isinstance(fresh.fault(KEY), RecordMissing)
     (left,) = fresh.leftovers()
     assert left.why == "damaged, set aside"
-    assert left.size == file.with_suffix(".damaged").stat().st_size
+    assert left.size == entry.size
     fresh.remove(left.place)
     assert fresh.leftovers() == []
     with pytest.raises(RecordMissing):
         fresh.set_aside(place)
     with pytest.raises(RecordMissing):
-        fresh.remove(str(file.parents[2]))
+        fresh.remove(str(tmp_path.parent))
 
 
-def test_an_equal_key_is_kept(store: Store, file: Path) -> None:
+def test_an_equal_key_is_kept(store: Store, behind: Behind) -> None:
     store.put(KEY, "mesh", mesh(), INPUTS)
-    before = file.stat()
+    before = behind.identity()
     store.put(KEY, "mesh", mesh(), INPUTS)
-    assert (file.stat().st_ino, file.stat().st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
+    assert behind.identity() == before
 
 
 def test_a_key_that_is_not_that_of_the_inputs_is_refused(store: Store) -> None:
@@ -142,12 +182,13 @@ def test_a_key_that_is_not_that_of_the_inputs_is_refused(store: Store) -> None:
         store.put("1" * 64, "mesh", mesh(), INPUTS)
 
 
-def test_threads_put_at_the_same_time(store: Store) -> None:
+def test_threads_put_at_the_same_time(store: Store, location: str) -> None:
+    count = 4 if location.startswith("hsds") else 40  # There, each has a hundred requests.
     with ThreadPoolExecutor(4) as pool:
-        keys = list(pool.map(lambda number: _put(store, number), range(40)))
+        keys = list(pool.map(lambda number: _put(store, number), range(count)))
     assert sorted(store.keys()) == sorted(keys)
     assert [fault for _, fault in store.verify() if fault is not None] == []
-    assert len(store.find()) == 40
+    assert len(store.find()) == count
 
 
 def _put(store: Store, number: int) -> str:
@@ -158,10 +199,11 @@ def _put(store: Store, number: int) -> str:
     return key
 
 
-def test_export(store: Store, file: Path, tmp_path: Path) -> None:
+def test_export(store: Store, tmp_path: Path) -> None:
     store.put(KEY, "modes", modes(), INPUTS)
     store.export(KEY, tmp_path / "copy.h5")
-    assert (tmp_path / "copy.h5").read_bytes() == file.read_bytes()
+    assert verify_record(tmp_path / "copy.h5") == "modes"  # By the digest of all bytes.
+    assert same(read_record(tmp_path / "copy.h5", "modes"), modes())
     with pytest.raises(RecordMissing):
         store.export("0" * 64, tmp_path / "none.h5")
 
@@ -219,15 +261,13 @@ def test_queries(store: Store, location: str) -> None:
     assert store.find(Query(key="*")) == []
 
 
-def test_uses_are_noted_once(store: Store, tmp_path: Path) -> None:
+def test_uses_are_noted_once(store: Store, behind: Behind) -> None:
     store.put(KEY, "mesh", mesh(), INPUTS)
     for scene in ("a", "b", "a"):
         for component in ("skirt", 'the "liner"'):
             store.note(KEY, scene, component)
     assert store.find()[0].uses == (("a", "skirt"), ("a", 'the "liner"'), ("b", "skirt"), ("b", 'the "liner"'))
-    lines = (tmp_path / "db" / NAMES).read_text().splitlines()
-    assert len(lines) == 4
-    assert {json.loads(line)["key"] for line in lines} == {KEY}
+    assert [one["key"] for one in behind.names()] == 4 * [KEY]
 
 
 def test_tags(store: Store, location: str) -> None:
@@ -268,7 +308,7 @@ def test_conditions_that_are_none(text: str) -> None:
         condition(text)
 
 
-@pytest.mark.parametrize("location", ["", "ftp://host/db", "nonsense://", "http://"])
+@pytest.mark.parametrize("location", ["", "ftp://host/db", "nonsense://", "http://", "hsds://host:1"])
 def test_places_where_no_database_can_be(location: str) -> None:
     with pytest.raises(StoreUnusable) as caught:
         modaldb.open(location)

@@ -42,13 +42,13 @@ def numbers(store: FolderStore) -> list[int]:
 def looked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Note every file that an index looks into."""
     found: list[str] = []
-    read = index.Index._read
+    read = index.FolderCatalogue.read
 
     def noted(self: index.Index, key: str) -> object:
         found.append(key)
         return read(self, key)
 
-    monkeypatch.setattr(index.Index, "_read", noted)
+    monkeypatch.setattr(index.FolderCatalogue, "read", noted)
     return found
 
 

@@ -153,9 +153,21 @@ def test_a_record_that_is_made_again_while_it_is_read(filled: str, tmp_path: Pat
 def test_a_lost_record_is_put_again_although_it_is_in_the_cache(url: str, tmp_path: Path) -> None:
     store = modaldb.open(url)
     store.put(KEY, "mesh", mesh(), INPUTS)
+    assert store.has(KEY)
     modaldb.open(tmp_path / "db").remove(KEY)
+    assert not store.has(KEY)
+    assert isinstance(modaldb.open(url).fault(KEY), RecordMissing)
     store.put(KEY, "mesh", mesh(), INPUTS)
     assert modaldb.open(tmp_path / "db").has(KEY)
+
+
+def test_the_cache_says_what_is_there_while_the_server_does_not_answer(tmp_path: Path) -> None:
+    with served(tmp_path / "db") as url:
+        modaldb.open(url).put(KEY, "mesh", mesh(), INPUTS)
+    with variables({"GUDGEON_CACHE": str(tmp_path / "cache"), "GUDGEON_DB_WAIT": "0.3"}):
+        store, begun = modaldb.open(url), time.monotonic()
+        assert [store.has(KEY) for _ in range(20)] == 20 * [True]
+        assert time.monotonic() - begun < 20 * 0.3  # It is not waited for every time.
 
 
 def test_a_store_travels_to_other_processes(url: str, tmp_path: Path) -> None:

@@ -70,6 +70,17 @@ export function spectrum(found, pick) {
   return svg;
 }
 
+// Error over run time of the runs of a report, both on logarithmic axes.
+export function scatter(rows) {
+  const seen = rows.filter((row) => row.seconds > 0 && row.error > 0);
+  if (!seen.length) return element("p", { class: "faint" }, "no run has an error");
+  const range = (values) => [Math.floor(Math.min(...values)), Math.ceil(Math.max(...values) + 1e-9)];
+  const x = seen.map((row) => Math.log10(row.seconds)), y = seen.map((row) => Math.log10(row.error));
+  const { svg, placeX, placeY } = framed(620, 260, range(x), range(y), { x: "log₁₀ of CPU time [s]", y: "log₁₀ of the largest relative error", title: "error over run time" });
+  seen.forEach((row, at) => svg.append(drawn("circle", { cx: placeX(x[at]), cy: placeY(y[at]), r: 4, fill: "#1f5fa8", "fill-opacity": 0.75 }, drawn("title", {}, `${row.name}: ${short(row.seconds)} s, error ${short(row.error)}`))));
+  return svg;
+}
+
 const COLOURS = ["#1f5fa8", "#b9540f", "#2b7a3d", "#7b3fa0", "#8a1538", "#0b7285"];
 
 export function curves(times, series, labels) {

@@ -1,6 +1,6 @@
 // The page of a modal database: search, one record, two bases beside each other.
 
-import { curves, element, graph, matrix, short, spectrum } from "./charts.js";
+import { curves, element, graph, matrix, scatter, short, spectrum } from "./charts.js";
 import { View } from "./view.js";
 
 const KINDS = ["mesh", "modes", "morph", "trajectory", "nodal", "cyclic", "wheel", "measurement", "report"];
@@ -71,6 +71,7 @@ async function show(key) {
   if (info.kind === "modes") await told(() => modes(place, key));
   if (info.kind === "mesh" || info.kind === "morph") await told(() => still(place, key));
   if (info.kind === "trajectory") await told(() => run(place, key, info));
+  if (info.kind === "report") await told(() => report(place, key));
   place.append(element("h3", {}, "provenance"), graph(related, key, open));
   if (related.left_out) place.append(element("p", { class: "faint" }, `and ${related.left_out} more`));
   place.append(element("h3", {}, "made from"), table(flat(info.inputs)), element("h3", {}, "arrays"),
@@ -110,7 +111,7 @@ async function modes(place, key) {
   const choice = element("select", { id: "mode", onchange: () => pick(Number(choice.value)) },
     ...found.frequencies.slice(0, found.normal_count).map((one, mode) => element("option", { value: mode }, `${mode + 1}: ${short(one)} Hz`)));
   const scale = element("input", { id: "scale", type: "range", min: 0, max: 0.4, step: 0.01, value: 0.15, oninput: () => sized() });
-  const colour = element("input", { id: "colour", type: "checkbox", checked: "", onchange: () => state.views.forEach((one) => (one.coloured = colour.checked)) });
+  const colour = element("select", { id: "colour", onchange: () => told(coloured) }, ...["displacement", "stress", "nothing"].map((one) => element("option", {}, one)));
   const stop = element("button", { id: "stop", type: "button", onclick: () => state.views.forEach((one) => (one.running = !one.running)) }, "stop, go");
   const others = (await ask(`${base()}/records?kind=modes&limit=200`)).filter((row) => row.key !== key);
   const beside = element("select", { id: "beside", onchange: () => told(() => compare(beside.value)) }, element("option", { value: "" }, "nothing"),
@@ -119,12 +120,23 @@ async function modes(place, key) {
   const sized = () => state.views.forEach((one) => (one.scale = Number(scale.value)));
   let second = null;
 
-  const shaped = async (view, from, mode) => view.vibrate(new Float32Array(await ask(`${record(from)}/skin/${mode}`, "bytes")));
+  const floats = async (path) => new Float32Array(await ask(path, "bytes"));
+  const shaped = async (view, from, mode) => {
+    const path = `${record(from)}/skin/${mode}`, shape = await floats(path);
+    view.vibrate(shape, colour.value === "stress" ? await floats(`${path}/stress`) : undefined);
+    view.coloured = colour.value !== "nothing";
+  };
+  async function coloured() {
+    await shaped(first.view, key, Number(choice.value));
+    if (second) await shaped(second.view, second.key, second.mode);
+  }
   async function pick(mode, other) {
     choice.value = mode;
     await told(async () => {
       await shaped(first.view, key, mode);
-      if (second) await shaped(second.view, second.key, other ?? Math.min(second.best[mode] ?? mode, second.count - 1));
+      if (!second) return;
+      second.mode = other ?? Math.min(second.best[mode] ?? mode, second.count - 1);
+      await shaped(second.view, second.key, second.mode);
     });
   }
   async function compare(other) {
@@ -145,7 +157,7 @@ async function modes(place, key) {
   }
 
   const controls = element("div", { class: "controls" }, element("label", {}, "mode ", choice), element("label", {}, "scale ", scale),
-    element("label", {}, colour, " colour by displacement ", element("span", { class: "scale" })), stop, element("label", {}, "beside ", beside));
+    element("label", {}, "colour by ", colour, " ", element("span", { class: "scale" })), stop, element("label", {}, "beside ", beside));
   place.append(element("h3", {}, "frequencies"), spectrum(found, (mode) => pick(mode)), element("h3", {}, "shape"), controls, stages, below);
   const first = await stageOf(key, "drag or arrow keys: turn; wheel, + and −: zoom; space: stop");
   stages.append(first.stage);
@@ -162,11 +174,44 @@ async function run(place, key, info) {
     series.push({ name: row.path.split("/")[1], values: times.map((_, at) => Math.hypot(values[3 * at], values[3 * at + 1], values[3 * at + 2])) });
   }
   if (series.length) place.append(element("h3", {}, "contact forces"), curves(times, series, { x: "time [s]", y: "force [N]", title: "contact forces" }));
+  const bodies = Object.keys(JSON.parse(info.attributes.bodies ?? "{}"));
+  if (bodies.length) await film(place, key, bodies);
   const energies = await field("energies"), columns = energies.shape[1];
   const named = ["kinetic", "strain", "contact", "dissipated", "work of loads"].slice(0, columns);
   place.append(element("h3", {}, "energies"), curves(times, named.map((name, n) => ({ name, values: times.map((_, at) => energies.values[columns * at + n]) })), { x: "time [s]", y: "energy [J]", title: "energies" }));
   const quantities = JSON.parse(info.attributes.quantities ?? "{}");
   place.append(element("h3", {}, `result: ${info.attributes.result}`), table(Object.entries(quantities).map(([name, one]) => [name, one.value, one.unit])));
+}
+
+async function film(place, key, bodies) {
+  const body = element("select", { id: "body", onchange: () => told(shown) }, ...bodies.map((one) => element("option", {}, one)));
+  const colour = element("select", { id: "film-colour", onchange: () => told(shown) }, ...["displacement", "stress"].map((one) => element("option", {}, one)));
+  const scale = element("input", { id: "film-scale", type: "range", min: 0, max: 0.3, step: 0.01, value: 0.1, oninput: () => sized() });
+  const stop = element("button", { id: "film-stop", type: "button", onclick: () => state.views.forEach((one) => (one.running = !one.running)) }, "stop, go");
+  const time = element("span", { id: "film-time" }), legend = element("span", {}), stages = element("div", {});
+  const sized = () => state.views.forEach((one) => (one.scale = Number(scale.value) / (one.reach || 1)));
+  async function shown() {
+    const found = await ask(`${record(key)}/film/${encodeURIComponent(body.value)}?colour=${colour.value}`);
+    const stage = element("div", { class: "stage" }, element("p", {}, "deformation over time, enlarged; its rigid motion is left out"));
+    stages.replaceChildren(stage);
+    const view = new View(stage), frames = numbers(found.moved, Float32Array), values = numbers(found.sizes, Float32Array);
+    view.show({ points: numbers(found.points, Float32Array), triangles: numbers(found.triangles, Uint32Array) });
+    view.reach = frames.reduce((most, one) => Math.max(most, Math.abs(one)), 0);
+    view.film(frames, values.map((one) => one / (found.largest || 1)), found.times.length, (number) => (time.textContent = `${short(1e3 * found.times[number])} ms`));
+    legend.textContent = ` 0 to ${short(found.largest)} ${colour.value === "stress" ? "Pa, von Mises, of the elastic shapes" : "m"}`;
+    state.views = [view];
+    sized();
+  }
+  place.append(element("h3", {}, "film"), element("div", { class: "controls" }, element("label", {}, "body ", body), element("label", {}, "scale ", scale),
+    element("label", {}, "colour by ", colour, " ", element("span", { class: "scale" }), legend), stop, time), stages);
+  await told(shown);
+}
+
+async function report(place, key) {
+  const found = await ask(`${record(key)}/report`);
+  place.append(element("h3", {}, `report of ${found.scene ?? ""}`));
+  if (found.rows.length) place.append(scatter(found.rows), table(found.rows.map((row) => [row.name, row.seconds, row.error, row.note]), ["run", "CPU [s]", "largest error", ""]));
+  place.append(element("p", {}, found.choice ? `cheapest setting within the tolerance: ${found.choice}` : found.why));
 }
 
 async function start() {

@@ -4,6 +4,7 @@ import * as THREE from "./vendor/three.module.js";
 
 const VERTEX = `
 attribute vec3 shape;
+attribute float value;
 uniform float amplitude;
 uniform float swing;
 varying vec3 seen;
@@ -11,7 +12,7 @@ varying float size;
 void main() {
   vec4 place = modelViewMatrix * vec4(position + amplitude * swing * shape, 1.0);
   seen = place.xyz;
-  size = length(shape);
+  size = value;
   gl_Position = projectionMatrix * place;
 }`;
 const FRAGMENT = `
@@ -28,6 +29,9 @@ void main() {
   gl_FragColor = vec4(mix(vec3(0.66, 0.70, 0.75), warm(size), coloured) * light, 1.0);
 }`;
 const HERTZ = 0.8;
+const FILM = 6; // Seconds of a film.
+
+const lengths = (shape) => Float32Array.from({ length: shape.length / 3 }, (_, at) => Math.hypot(shape[3 * at], shape[3 * at + 1], shape[3 * at + 2]));
 
 export class View {
   constructor(stage) {
@@ -63,6 +67,7 @@ export class View {
     this.geometry = new THREE.BufferGeometry();
     this.geometry.setAttribute("position", new THREE.BufferAttribute(skin.points, 3));
     this.geometry.setAttribute("shape", new THREE.BufferAttribute(new Float32Array(skin.points.length), 3));
+    this.geometry.setAttribute("value", new THREE.BufferAttribute(new Float32Array(skin.points.length / 3), 1));
     this.geometry.setIndex(new THREE.BufferAttribute(skin.triangles, 1));
     this.geometry.computeBoundingSphere();
     const { center, radius } = this.geometry.boundingSphere;
@@ -75,8 +80,22 @@ export class View {
     this.scene.add(mesh);
   }
 
-  vibrate(shape) {
+  // Values colour the points, 0 to 1; without them the length of the shape does.
+  vibrate(shape, values) {
     this.geometry.attributes.shape.copyArray(shape).needsUpdate = true;
+    this.geometry.attributes.value.copyArray(values ?? lengths(shape)).needsUpdate = true;
+  }
+
+  // Frames of displacements and of values, one after the other; `told` hears the number of each frame that is shown.
+  film(frames, values, count, told) {
+    this.frame = -1;
+    this.onFrame = (share) => {
+      const number = Math.min(count - 1, Math.floor(share * count)), size = frames.length / count;
+      if (number === this.frame) return;
+      this.frame = number;
+      this.vibrate(frames.subarray(number * size, (number + 1) * size), values.subarray((number * size) / 3, ((number + 1) * size) / 3));
+      told(number);
+    };
   }
 
   set scale(share) {
@@ -89,7 +108,8 @@ export class View {
 
   render() {
     const { about, above, away } = this.turn;
-    this.uniforms.swing.value = Math.sin(2 * Math.PI * HERTZ * this.phase);
+    this.uniforms.swing.value = this.onFrame ? 1 : Math.sin(2 * Math.PI * HERTZ * this.phase);
+    this.onFrame?.((this.phase / FILM) % 1);
     const flat = Math.cos(above);
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(flat * Math.cos(about), flat * Math.sin(about), Math.sin(above)).multiplyScalar(away * 1.9);

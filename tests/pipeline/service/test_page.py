@@ -13,6 +13,8 @@ if find_spec("playwright") is None:
     pytest.skip("playwright is not installed", allow_module_level=True)
 
 import gudgeon
+from gudgeon.modaldb.keys import content_key
+from gudgeon.modaldb.records.report import ReportRecord
 from gudgeon.pipeline.gudgeon import run
 from tests.pipeline.service.serving import TOKEN, served
 from tests.pipeline.small import write_scene
@@ -20,6 +22,11 @@ from tests.pipeline.small import write_scene
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZES = {"wide": (1366, 900), "narrow": (420, 800)}
+REPORT = {
+    "scene": "skirt", "choice": {"run": "macneal 8", "tolerance": 0.01},
+    "runs": [{"name": f"macneal {count}", "cpu_seconds": 0.1 * count, "conservative_error": 0.3 / count**2,
+              "result": "FINISHED"} for count in (4, 8, 16)],
+}  # fmt: skip
 SOON = 20_000
 """Longest wait for something to appear [ms]."""
 
@@ -29,9 +36,11 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """A server with a run, and the modes of a coarser mesh, which have a tag."""
     folder = tmp_path_factory.mktemp("page")
     scene, places = write_scene(folder / "skirt"), {"db": folder / "db", "out": folder / "out"}
+    store, inputs = gudgeon.open(folder / "db"), {"stage": "report", "scene": "skirt"}
+    store.put(content_key(inputs), "report", ReportRecord(REPORT), inputs)
     run(scene, until="solve", **places)
     coarse = run(scene, until="modes", set={"component.skirt.mesh.size": 0.016}, **places)
-    gudgeon.open(folder / "db").tag("coarse", coarse.stages["modes"].keys["skirt"])
+    store.tag("coarse", coarse.stages["modes"].keys["skirt"])
     with served(folder / "db") as place:
         yield place
 
@@ -91,7 +100,7 @@ def picture(page: Any, place: str = "canvas") -> bytes:
 
 
 def test_a_search_and_a_click(page: Any) -> None:
-    assert len(texts(page, "#records button")) == 6
+    assert len(texts(page, "#records button")) == 7
     page.select_option("select[name=kind]", "modes")
     page.fill("input[name=where]", "material.rho>1000")
     page.click("#search button")
@@ -124,7 +133,14 @@ def test_a_mode_is_drawn_and_moves(page: Any) -> None:
     before = page.evaluate("window.gudgeon.views[0].turn.about")
     page.keyboard.press("ArrowRight")
     assert page.evaluate("window.gudgeon.views[0].turn.about") > before
-    page.uncheck("#colour")
+    page.evaluate("window.gudgeon.views[0].phase = 0")  # Still, but for its colours.
+    page.wait_for_timeout(200)
+    still = picture(page)
+    page.select_option("#colour", "stress")
+    page.wait_for_timeout(700)
+    assert picture(page) != still
+    page.select_option("#colour", "nothing")
+    until(page, "window.gudgeon.views[0].uniforms.coloured.value === 0")
     assert page.evaluate("window.gudgeon.views[0].uniforms.coloured.value") == 0
     page.fill("#scale", "0.4")
     amplitude = page.evaluate("window.gudgeon.views[0].uniforms.amplitude.value / window.gudgeon.views[0].radius")
@@ -150,10 +166,29 @@ def test_a_run_and_where_it_came_from(page: Any) -> None:
     page.wait_for_selector("svg .node", timeout=SOON)
     assert page.locator("svg .node").count() == 4
     assert "bore.impulse" in page.inner_text("#record")
+    until(page, "window.gudgeon.views[0]?.frame > 1")
+    before = picture(page)
+    page.wait_for_timeout(600)
+    assert picture(page) != before  # The film runs.
+    page.focus("#film-stop")
+    page.keyboard.press("Enter")
+    page.wait_for_timeout(200)
+    still, time_shown = picture(page), page.inner_text("#film-time")
+    page.wait_for_timeout(500)
+    assert (picture(page), page.inner_text("#film-time")) == (still, time_shown)
+    page.select_option("#film-colour", "stress")
+    until(page, "document.querySelector('#record').textContent.includes('Pa, von Mises')")
     page.locator("svg .node:has-text('modes')").click()
     until(page, "document.querySelector('#record h2').textContent.startsWith('modes')")
     page.go_back()
     until(page, "document.querySelector('#record h2').textContent.startsWith('trajectory')")
+
+
+def test_a_report(page: Any) -> None:
+    page.click("#records button:has-text('report')")
+    page.wait_for_selector("svg[aria-label='error over run time'] circle", timeout=SOON)
+    assert page.locator("svg[aria-label='error over run time'] circle").count() == 3
+    assert "cheapest setting within the tolerance: macneal 8" in page.inner_text("#record")
 
 
 def test_by_keyboard_alone(page: Any) -> None:
@@ -167,7 +202,7 @@ def test_by_keyboard_alone(page: Any) -> None:
 
 
 def test_nothing_is_wider_than_the_window(page: Any) -> None:
-    for kind in ("modes", "trajectory", "mesh"):
+    for kind in ("modes", "trajectory", "mesh", "report"):
         page.locator(f"#records button:has-text('{kind}')").first.click()
         until(page, f"document.querySelector('#record h2')?.textContent.startsWith('{kind}')")
         page.wait_for_selector("svg .node", timeout=SOON)

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -346,9 +347,16 @@ def test_picture_of_named_quantities(tmp_path: Path) -> None:
     scene = write_rod(tmp_path)
     done(scene, VELOCITIES, tmp_path, quantities=["wall.imp*"])
     assert (tmp_path / "out/study.png").is_file()
-    with pytest.raises(InputError, match=r"--quantity wall\.nothing: no design has such a quantity"):
-        done(scene, VELOCITIES, tmp_path, quantities=["wall.nothing"])
-    assert len(read(tmp_path / "out/study.csv")) == 3
+    with pytest.raises(InputError, match=r"--quantity wall\.restitution: no design has such a quantity"):
+        done(scene, {VELOCITY: [-1.0]}, tmp_path, quantities=["wall.restitution"])
+
+
+def test_a_quantity_that_no_run_can_have_is_refused_before_any_runs(tmp_path: Path) -> None:
+    scene = write_rod(tmp_path)
+    for pattern, hint in (("wall.force_pek", "did you mean 'wall.force_peak'"), ("*energy*", "of wall, rod")):
+        with pytest.raises(InputError, match=rf"--quantity {re.escape(pattern)}: no run of the scene has it; .*{hint}"):
+            done(scene, VELOCITIES, tmp_path, quantities=["wall.imp*", pattern])
+    assert not (tmp_path / "db").exists()
 
 
 def test_notes_that_differ_by_numbers_are_one_line(tmp_path: Path, capsys: Capture) -> None:
