@@ -101,6 +101,8 @@ HOMES: dict[str, tuple[str, ...]] = {
     "fastapi": ("pipeline/service/*",),
     "starlette": ("pipeline/service/*",),
     "uvicorn": ("pipeline/service/run.py",),
+    "pandas": ("pipeline/stages/run_report.py", "pipeline/report/document.py"),
+    "xarray": ("modaldb/records/labelled.py",),
     "pyarrow": ("pipeline/studies/table.py",),
     "pyyeti": ("pipeline/geometry/matrices/*", "pipeline/exporters/*"),
     "ansys": ("pipeline/geometry/matrices/*",),
