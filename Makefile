@@ -73,13 +73,13 @@ lint: setup ## check style and types
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
 
-docs: setup ## build the site of the documents, out/site/index.html
+docs: setup ## build the site of the documents, out/site
 	$(BIN)/python -m docs.tools.scene_reference
 	$(BIN)/python -m docs.tools.gallery
 	$(BIN)/python -m docs.tools.notebooks
 	@$(BIN)/python -c 'import material' 2> /dev/null || $(BIN)/python -m pip install -q $(DOCS)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build -q --strict
-	@echo "docs: out/site/index.html"
+	@echo "docs: out/site"
 
 bench: setup ## time what the tests only count
 	$(BIN)/pytest -o addopts="-q -rs --strict-markers" tests/benchmarks --benchmark-only
