@@ -1,6 +1,6 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup browser solver-env hsds demo test fuzz lint bench bench-peers reports defaults lock clean help
+.PHONY: setup docs browser solver-env hsds demo test fuzz lint bench bench-peers reports defaults lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
@@ -17,6 +17,9 @@ SYSTEM_LIBRARIES := libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxiner
 BROWSERS := chromium chromium-browser google-chrome google-chrome-stable
 # What a command imports before it can say that nothing is to be done, and what takes longest to load.
 COMPILED := numpy scipy h5py pydantic pydantic_core numba llvmlite skfem meshio matplotlib pyvista
+# Libraries that come with MKL and that its solver of sparse systems does not load: offloading to graphics cards, and MPI.
+UNUSED := libomptarget libur_ libtcm libarcher libiomp5_db libmkl_tbb_thread libmkl_scalapack libmkl_blacs libmkl_cdft \
+    libmkl_sycl
 APT_INSTALL := apt-get install -y --no-install-recommends
 
 # A stamp is written last and named after what it vouches for: the lock file, the project file, and the folder,
@@ -41,6 +44,7 @@ $(READY): $(LOCKED)
 
 $(LOCKED):
 	@$(call make_environment,.venv,requirements.lock)
+	@rm -f $(foreach name,$(UNUSED),.venv/lib/$(name)*.so*)
 	@touch $@
 
 solver-env: $(SOLVER_READY) ## make .venv-solver: the solver and the database alone, without mesher and pictures
@@ -73,6 +77,14 @@ lint: setup ## check style and types
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
+
+docs: setup ## build the site of the documents, out/site
+	$(BIN)/python -m docs.tools.scene_reference
+	$(BIN)/python -m docs.tools.gallery
+	$(BIN)/python -m docs.tools.notebooks
+	@$(BIN)/python -c 'import material' 2> /dev/null || $(BIN)/python -m pip install -q $(DOCS)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build -q --strict
+	@echo "docs: out/site"
 
 bench: setup ## time what the tests only count
 	$(BIN)/pytest -o addopts="-q -rs --strict-markers" tests/benchmarks --benchmark-only
@@ -157,6 +169,9 @@ define install_packages
 	    echo "set-up: not installed; $(2): sudo $(APT_INSTALL)$$missing"; \
 	fi
 endef
+
+# The extra docs, which the lock files leave out.
+DOCS = $(shell $(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["docs"])')
 
 # Lines by which extras name each other are left out: what they stand for is listed anyway.
 REQUIREMENTS := import tomllib; project = tomllib.load(open("pyproject.toml", "rb")); \

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from gudgeon.pipeline.linear.analysis import Answer, Asked
     from gudgeon.pipeline.report.document import Document
     from gudgeon.pipeline.report.effort import Effort
+    from gudgeon.pipeline.report.page.notebook import ShownReport
     from gudgeon.pipeline.scenes.reference.key_reference import Table
     from gudgeon.solver.simulation import Steps
 
@@ -257,7 +258,7 @@ def report(
     tolerance: float = 0.01,
     same_mesh: bool = False,
     progress: Progress | None = None,
-) -> "Document":
+) -> "ShownReport":
     """Run the sweep of a scene and write report.json, .csv, .png and .html, error against run time, to its folder.
 
     Args:
@@ -274,7 +275,11 @@ def report(
     from gudgeon.pipeline.report.effort import Effort
 
     job = open_job(scene, set=set, db=db, out=out)
-    return kind_of(job).report(job, Effort(repeat, 1, tolerance, same_mesh), progress or (lambda stage, share: None))
+    how = Effort(repeat, 1, tolerance, same_mesh)
+    document = kind_of(job).report(job, how, progress or (lambda stage, share: None))
+    from gudgeon.pipeline.report.page.notebook import shown  # Late: matplotlib would count into timed runs.
+
+    return shown(document)
 
 
 def schema() -> dict[str, Any]:

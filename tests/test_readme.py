@@ -2,12 +2,14 @@
 
 import re
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import gudgeon
+from gudgeon.pipeline.cli.results import PREFIXED, PREFIXES
 from gudgeon.pipeline.kinds import run
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -29,9 +31,22 @@ def told(path: str) -> list[tuple[str, str]]:
     for language, text in blocks(path):
         if language == "toml":
             scene = text
-        elif scene and re.match(r"\w+\.impulse ", text):
+        elif scene and re.search(r"^  impulse ", text, re.MULTILINE):
             found.append((scene, text))
     return found
+
+
+def printed_values(text: str) -> Iterator[tuple[str, float]]:
+    """Yield the name of each value that a run prints, with its group, and the value in SI units."""
+    group, sizes = "", {name: size for size, name in PREFIXES}
+    for line in text.splitlines():
+        if not line.startswith(" "):
+            group = line
+            continue
+        name, shown = re.split(r" {2,}", line.strip())[:2]
+        number, _, unit = shown.partition(" ")
+        prefix = next((one for one in sizes if one and unit.removeprefix(one) in PREFIXED and unit not in PREFIXED), "")
+        yield f"{group}.{name}", float(number) * sizes[prefix]
 
 
 SCENES = {"README": told("README.md")[0], **dict(zip(SHIPPED, told("docs/examples.md"), strict=True))}
@@ -43,12 +58,12 @@ def test_the_scene_of_a_document_gives_its_numbers(name: str, tmp_path: Path) ->
     (tmp_path / "scene.toml").write_text(scene)
     report = run(tmp_path / "scene.toml", db=tmp_path / "db", out=tmp_path / "out", until="solve")
     assert report.result == "FINISHED"
-    lines = [re.split(r" {2,}", line) for line in printed.splitlines()]
-    for key, text in lines:
-        value = float(text.split()[0])
-        if (error := key.removeprefix("error by ")) != key:
-            assert report.estimates[error.replace(", ", ".")] == pytest.approx(value, rel=0.5), key
-        elif key == "energy drift":
+    lines = list(printed_values(printed))
+    for key, value in lines:
+        group, _, name = key.partition(".")
+        if group == "estimated errors":
+            assert report.estimates[name.replace(", ", ".")] == pytest.approx(value, rel=0.5), key
+        elif key == "checks.energy drift":
             assert report.energy_drift == pytest.approx(value, rel=0.5)
         else:
             assert report.quantities[key]["value"] == pytest.approx(value, rel=MESHER), key

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from gudgeon.modaldb.records.labelled import Labelled
 from gudgeon.modaldb.records.types import Array, Json, rule
 
 
@@ -51,7 +52,7 @@ class SystemMatrices:
 
 
 @dataclass(frozen=True)
-class MeshRecord:
+class MeshRecord(Labelled):
     """Nodes, cells and named surfaces of one component."""
 
     nodes: Array = field(metadata=rule("n 3", unit="m", name="nodal positions", columns="x, y, z"))

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from gudgeon.modaldb.records.labelled import Labelled
 from gudgeon.modaldb.records.types import FORMER, Array, Json, rule
 
 
@@ -172,7 +175,7 @@ class InertiaCouplings:
 
 
 @dataclass(frozen=True)
-class ModalRecord:
+class ModalRecord(Labelled):
     """Elastic coordinates of one component: Φᵀ M Φ = I, Φᵀ K Φ = diag(ω²)."""
 
     mesh_key: str
@@ -246,6 +249,17 @@ class ModalRecord:
     first point, of its second, and so on."""
 
     @property
+    def frequencies(self) -> np.ndarray:
+        """Frequencies of the normal modes, ω/2π [Hz], (normal_count,)."""
+        return self.angular_frequencies[: self.normal_count] / (2 * np.pi)
+
+    def curve(self) -> tuple[str, np.ndarray, np.ndarray] | None:
+        """Return the frequencies of the normal modes over their numbers."""
+        found = self.frequencies
+        title = f"frequencies of {len(found)} normal modes" + (f", up to {found[-1]:.4g} Hz" if len(found) else "")
+        return title, np.arange(1.0, len(found) + 1), found
+
+    @property
     def row_count(self) -> int:
         """Number of rows of the residual flexibility, whether it is stored or not, C."""
         spans = [*self.interface_rows.values(), *self.tangential_spans.values()]
@@ -253,7 +267,7 @@ class ModalRecord:
 
 
 @dataclass(frozen=True)
-class MorphRecord:
+class MorphRecord(Labelled):
     """One design of a component: its nodal positions and contact points, and the modes that it uses."""
 
     mesh_key: str

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from gudgeon.modaldb.records.labelled import Labelled
 from gudgeon.modaldb.records.types import COLUMNS, FORMER, MOTION, Array, Json, rule
 
 BEGINS, ENDS, IMPULSE, PEAK, PEAK_TIME, CLOSING, OPENING, WINDOWED, WINDOWED_TIME = range(9)
@@ -120,7 +123,7 @@ class ProbeHistory:
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class Trajectory(Labelled):
     """The results of a simulation: histories, frames and quantities."""
 
     result: str
@@ -205,3 +208,12 @@ class Trajectory:
     """All velocities at each of `peak_times` [m kg^½/s], (p, coordinates)."""
     estimates: Json = field(default_factory=dict)
     """Estimated relative errors of the run by name, such as `step.impulse`; empty where none was made."""
+
+    def curve(self) -> tuple[str, np.ndarray, np.ndarray] | None:
+        """Return the force of the contact with the largest one over time."""
+        sizes = {name: np.linalg.norm(one.force, axis=1) for name, one in self.contacts.items()}
+        name = max(sizes, key=lambda one: sizes[one].max(initial=0.0), default=None)
+        if name is None:
+            return None
+        title = f"force of {name}, up to {sizes[name].max(initial=0.0):.4g} N, over {self.times[-1]:.4g} s"
+        return title, self.times, sizes[name]

@@ -3,18 +3,16 @@
 import argparse
 import json
 import os
-import re
 import sys
 from pathlib import Path
 from typing import Any
 
 from gudgeon.pipeline.cli.console import Console
+from gudgeon.pipeline.cli.results import check_lines, opening_lines, quantity_lines
 from gudgeon.pipeline.errors import InputError
 
 STOPPED, INTERRUPTED = "STOPPED", 130
 """Result of a run that Ctrl-C stopped, and the exit code then."""
-PER_IMPACT = re.compile(r"\.impact\d+\.")
-"""Quantities of single impacts: summary.json has all of them; those with a reference are printed."""
 
 
 def run_command(options: argparse.Namespace) -> int:
@@ -40,14 +38,6 @@ def run_command(options: argparse.Namespace) -> int:
     return 0
 
 
-def _quantity_line(name: str, entry: dict[str, Any]) -> str:
-    line = f"{name:28} {entry['value']:14.6g} {entry['unit']:6}"
-    if (reference := entry["reference"]) is not None:
-        unit = "" if reference else f" {entry['unit']}"
-        line += f"  reference {reference:.6g}, error {entry['error']:+.2g}{unit}"
-    return line.rstrip()
-
-
 def _print_run(report: Any) -> None:
     for name, stage in report.stages.items():
         print(f"{name:6} {stage.state:6} {stage.seconds:8.2f} s   {stage.key[:12]}")
@@ -67,17 +57,12 @@ def _print_run(report: Any) -> None:
 
 def _print_quantities(report: Any) -> None:
     print()
-    for name, entry in report.quantities.items():
-        if entry["reference"] is None and PER_IMPACT.search(name):
-            continue
-        print(_quantity_line(name, entry))
-    for name, value in (("energy drift", report.energy_drift), ("momentum residual", report.momentum_residual)):
-        if value is not None:
-            print(f"{name:28} {value:14.2g}")
-    for name, value in report.estimates.items():
-        print(f"{'error by ' + name.replace('.', ', '):28} {value:14.2g}")
-    files = [*report.files, *(Path(picture).name for picture in report.pictures)]
-    print(f"\nresults in {report.out}: {', '.join(files)}")
+    for line in (*quantity_lines(report.quantities), *check_lines(report)):
+        print(line)
+    pictures = {Path(picture).name: Path(picture) for picture in report.pictures}
+    print(f"\nresults in {report.out}: {', '.join([*report.files, *pictures])}")
+    for line in opening_lines(pictures):
+        print(line)
 
 
 def status_command(options: argparse.Namespace) -> int:

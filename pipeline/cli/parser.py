@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from gudgeon.pipeline.cli import commands, drafts, studies
+from gudgeon.pipeline.cli.completion import SHELLS, script
 from gudgeon.pipeline.cli.database_parser import DB, add_database
+from gudgeon.pipeline.cli.help_examples import examples_of
 
 EXAMPLES = """\
 examples:
@@ -128,11 +130,20 @@ def build_parser() -> argparse.ArgumentParser:
     add("name", metavar="NAME", help="name of the scene, from `gudgeon example list`")
     add("folder", metavar="FOLDER", type=Path, nargs="?", help="new folder, must not exist (default ./NAME)")
     add_database(names, _plain)
+    text = "print a script by which a shell completes commands and options"
+    add = _plain(names, "completion", text, _completion_command).add_argument
+    add("shell", choices=SHELLS, help="bash, zsh or fish")
     text = "explain the keys of a scene file, or print its JSON schema"
     add = _plain(names, "schema", text, commands.schema_command, SCHEMA_HELP).add_argument
     text = "table or key without the names that you give: component.interface, component.geometry.box, run.step"
     add("key", metavar="KEY", nargs="?", help=text)
     return parser
+
+
+def _completion_command(options: argparse.Namespace) -> int:
+    """Print the script of a shell."""
+    print(script(options.shell, build_parser))
+    return 0
 
 
 def _add_export(names: Any) -> None:
@@ -176,7 +187,7 @@ def _plain(names: Any, name: str, text: str, action: Action | None, description:
     """Add a command; its help text describes it as well unless a description is given."""
     command = names.add_parser(
         name, help=text, description=description or f"{text[0].upper()}{text[1:]}.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=examples_of(name), formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     command.set_defaults(action=action)
     return command
@@ -208,7 +219,6 @@ def _cad(
 def _command(names: Any, name: str, text: str, action: Action, description: str = "") -> argparse.ArgumentParser:
     """Add a command on a scene."""
     command = _plain(names, name, text, action, description)
-    command.epilog = EXAMPLES
     add = command.add_argument
     add("scene", metavar="SCENE", help="folder with scene.toml, or a TOML file")
     text = "override a key of the scene, for instance run.duration=1e-3; may be repeated"

@@ -3,6 +3,7 @@
 matplotlib and pyvista are imported by the child alone.
 """
 
+import contextlib
 import json
 import os
 import shutil
@@ -10,7 +11,8 @@ import signal
 import subprocess
 import sys
 import uuid
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -103,8 +105,7 @@ def render(
     # Named before it is made: Ctrl-C within mkdtemp would leave a folder of unknown name.
     place = str(store) if "://" in str(store) else str(Path(store).resolve())
     scratch = out / f".drawing-{uuid.uuid4().hex}"
-    drawn: list[str] = []
-    notes: list[str] = []
+    jobs: dict[str, Path] = {}
     try:
         scratch.mkdir(parents=True)
         # A picture that fails this time must not remain from an earlier result.
@@ -116,27 +117,43 @@ def render(
                 "compare": dict(compare), "out": str(out.resolve()), "scratch": str(scratch.resolve()), "group": group,
                 "reference": reference,
             }  # fmt: skip
-            path = scratch / f"{group}.json"
-            path.write_text(json.dumps(job))
-            _draw_group(group, path, drawn, notes)
+            jobs[group] = scratch / f"{group}.json"
+            jobs[group].write_text(json.dumps(job))
+        # The lifeline ends first: an interrupt stops the children, for which the pool then waits.
+        with ThreadPoolExecutor(len(jobs)) as pool, _lifeline() as alive:
+            groups = [one.result() for one in [pool.submit(_draw_group, *job, alive) for job in jobs.items()]]
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from error
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
-    return [out / name for name in drawn], list(dict.fromkeys(notes))
+    drawn = [out / name for names, _ in groups for name in names]
+    return drawn, list(dict.fromkeys(note for _, notes in groups for note in notes))
 
 
-def _draw_group(group: str, job: Path, drawn: list[str], notes: list[str]) -> None:
-    """Run the child; if it crashes and a display is set, run it again without the display.
+@contextlib.contextmanager
+def _lifeline() -> Iterator[int]:
+    """Yield a file that is never written: its end tells children that this process is gone or needs them no more."""
+    alive, end = os.pipe()
+    try:
+        yield alive
+    finally:
+        os.close(end)
+        os.close(alive)
+
+
+def _draw_group(group: str, job: Path, alive: int) -> tuple[list[str], list[str]]:
+    """Run the child, and return the files that it drew and its notes; after a crash, run it without a display.
 
     VTK uses the first window system that works: X, EGL, OSMesa. Only a broken X server, such as a forwarded one without
     GLX, prevents that.
     """
+    drawn: list[str] = []
+    notes: list[str] = []
     code, stderr = 0, ""
     for hidden in ((), ("DISPLAY", "WAYLAND_DISPLAY")):
         if hidden and (code >= 0 or not any(name in os.environ for name in hidden)):
             break
-        code, stdout, stderr = _run_child([CHILD, str(job)], hidden)
+        code, stdout, stderr = _run_child([CHILD, str(job)], hidden, alive)
         for line in stdout.splitlines():
             event, _, value = line.partition(" ")
             if event == "note":
@@ -148,13 +165,15 @@ def _draw_group(group: str, job: Path, drawn: list[str], notes: list[str]) -> No
     elif code:
         lines = stderr.strip().splitlines() or [f"exit code {code}"]
         notes.append(f"pictures ({group}) were not drawn: {lines[-1]}")
+    return drawn, notes
 
 
 def render_faces(data: Path, picture: Path) -> str | None:
     """Draw the faces of a part in a child process, see `plots.faces`; return why not if that failed."""
     code, stderr = 0, ""
     for hidden in ((), ("DISPLAY", "WAYLAND_DISPLAY")):
-        code, _, stderr = _run_child([FACES, str(data), str(picture)], hidden)
+        with _lifeline() as alive:
+            code, _, stderr = _run_child([FACES, str(data), str(picture)], hidden, alive)
         if code >= 0:
             break
     lines = stderr.strip().splitlines() or [f"exit code {code}"]
@@ -168,17 +187,11 @@ def _crash(code: int) -> str:
     )
 
 
-def _run_child(arguments: Sequence[str], hidden: Collection[str]) -> tuple[int, str, str]:
-    """Return the child's exit code (−n: killed by signal n), stdout and stderr; it never outlives this call."""
+def _run_child(arguments: Sequence[str], hidden: Collection[str], alive: int) -> tuple[int, str, str]:
+    """Return the child's exit code (−n: killed by signal n), stdout and stderr; it ends with the file `alive`."""
     environment = {name: value for name, value in os.environ.items() if name not in hidden} | {"MPLBACKEND": "Agg"}
     command = [sys.executable, "-P", "-m", *arguments]
-    # Never written: its end tells the child that this process is gone, however it was ended.
-    alive, end = os.pipe()
-    try:
-        child = subprocess.run(
-            command, env=environment, stdin=alive, capture_output=True, encoding="utf-8", errors="replace"
-        )
-    finally:
-        os.close(alive)
-        os.close(end)
+    child = subprocess.run(
+        command, env=environment, stdin=alive, capture_output=True, encoding="utf-8", errors="replace"
+    )
     return child.returncode, child.stdout, child.stderr

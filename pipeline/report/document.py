@@ -11,10 +11,13 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gudgeon.modaldb.records.types import FORMER
 from gudgeon.pipeline.measuring.clock import Seconds
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 SCHEMA = 4
 """Version of the document; raised when a field changes its meaning, its name or goes."""
@@ -251,6 +254,18 @@ class Document:
             "tables": [Table(**entry) for entry in found["tables"]],
         }
         return cls(**{**found, **parts, "schema": SCHEMA})
+
+    def to_frame(self) -> "DataFrame":
+        """Return the table of `report.csv`, one row a run.
+
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ModuleNotFoundError:
+            raise ImportError("to_frame needs pandas: pip install 'gudgeon[frames]'") from None
+        return pandas.read_csv(io.StringIO(csv_text(self)))
 
     def as_text(self) -> str:
         """Return the text of `report.json`."""

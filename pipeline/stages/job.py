@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
     from gudgeon.modaldb.records.modes import MorphRecord
 
+KINDS = ("mesh", "modes", "morph")
+"""Kinds of the records of a component."""
 UNCHECKED = {"run": {"checks": False}}
 """Changes of a scene for the runs of a sweep, which judges their errors itself."""
 
@@ -55,6 +57,20 @@ class Job(SceneJob):
                 name: component_products(name, component, self.folder, self.scene.rubbed_of(name))
                 for name, component in self.used().items()
             }
+
+    def record(self, component: str, kind: str = "modes") -> Any:
+        """Return the record of a component: its `mesh`, `modes` or `morph` (the design).
+
+        Raises:
+            InputError: there is no such component or kind.
+            RecordMissing: it is not in the database; `gudgeon.run(scene, until="morph")` computes it.
+        """
+        made = self.components()
+        if component not in made:
+            raise InputError(f"{self.path}: record: no component '{component}'; the scene has {', '.join(made)}")
+        if kind not in KINDS:
+            raise InputError(f"{self.path}: record: no kind '{kind}'; allowed: {', '.join(KINDS)}")
+        return self.store.get(made[component][kind].key, kind)
 
     def morphs(self) -> dict[str, str]:
         """Return the keys of the records that the solver reads, by component."""

@@ -30,7 +30,7 @@ from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.make import Task, check_finite, make_stage, make_stages, run_stages
 from gudgeon.pipeline.stages.parts import extent_notes, part_sizes
 from gudgeon.pipeline.stages.products import STAGES, Product
-from gudgeon.pipeline.stages.run_report import Progress, RunReport, StageReport
+from gudgeon.pipeline.stages.run_report import TRAJECTORY, Progress, RunReport, StageReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, reference_values, write_summary
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED
 from gudgeon.solver.kernel_cache import compile_beside, is_compiled, uncached_note
@@ -45,8 +45,6 @@ COMPONENT_STAGES = STAGES[:3]
 """Stages of single components, independent of the scene's dynamics."""
 PROBES = "probes.csv"
 """Table of what probes read."""
-TRAJECTORY = "trajectory.h5"
-"""Copy of the record of a run, beside its summary."""
 DRIFT = 1e-3
 """Energy drift above which a run gives a note."""
 EDGE_SHARE = 1e-3

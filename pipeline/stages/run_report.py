@@ -1,8 +1,18 @@
 """The report of a run, the same for every kind of scene."""
 
+import base64
+import html
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gudgeon.pipeline.errors import InputError
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from gudgeon.modaldb.records.trajectory import Trajectory
 
 Progress = Callable[[str, float], None]
 """Called with the stage's name and the share of it that is done, 0 to 1."""
@@ -23,6 +33,12 @@ class StageReport:
     """CPU time of computing its records, without reading and writing the database [s]."""
 
 
+SHOWN = ("deformation.png", "mechanism.png", "force.png")
+"""Pictures of a run, the one that a notebook shows first."""
+TRAJECTORY = "trajectory.h5"
+"""Copy of the record of a run, beside its summary."""
+
+
 @dataclass(frozen=True)
 class RunReport:
     """Stages, quantities and files of a run; `--json` prints the fields in this order, without `files`."""
@@ -36,7 +52,7 @@ class RunReport:
     estimates: dict[str, float] = field(default_factory=dict)
     """Estimated relative errors by name, such as `step.impulse`; see `Trajectory.estimates`."""
     out: str = ""
-    files: tuple[str, ...] = ("summary.json", "trajectory.h5")
+    files: tuple[str, ...] = ("summary.json", TRAJECTORY)
     """Names of the files in `out` beside the pictures."""
     pictures: list[str] = field(default_factory=list)
     frequencies: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
@@ -54,3 +70,54 @@ class RunReport:
         """Return the document that `--json` prints."""
         document = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "files"}
         return document | {"stages": {name: vars(stage) for name, stage in self.stages.items()}}
+
+    def to_frame(self) -> "DataFrame":
+        """Return the quantities as a table: value, unit, reference and error of each.
+
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ModuleNotFoundError:
+            raise ImportError("to_frame needs pandas: pip install 'gudgeon[frames]'") from None
+        rows = {name: {key: one[key] for key in ("value", "unit", "reference", "error")}
+                for name, one in self.quantities.items()}  # fmt: skip
+        return pandas.DataFrame.from_dict(rows, orient="index", columns=["value", "unit", "reference", "error"])
+
+    def trajectory(self) -> "Trajectory":
+        """Return the record of the run, of the folder of results.
+
+        Raises:
+            InputError: the run has none, such as that of a wheel or one that ended before the stage `solve`.
+        """
+        from gudgeon.modaldb.hdf5 import read_record
+
+        path = Path(self.out) / TRAJECTORY
+        if TRAJECTORY not in self.files or not self.out or not path.is_file():
+            raise InputError(f"{self.scene}: no trajectory; run a scene of bodies up to the stage 'solve'")
+        return read_record(path, "trajectory")
+
+    def plot(self) -> Any:
+        """Return the forces of all contacts over time, a `matplotlib.figure.Figure`.
+
+        Raises:
+            InputError: as `trajectory`.
+        """
+        from gudgeon.pipeline.plots.figures import force_figure
+
+        return force_figure(self.trajectory())
+
+    def _repr_html_(self) -> str:
+        head = f"<b>{html.escape(self.scene)}: {html.escape(self.reason or self.result or 'no run')}</b>"
+        pictures = {Path(name).name: Path(name) for name in self.pictures}
+        name = next((one for one in SHOWN if one in pictures), None)
+        image = ""
+        if name is not None and pictures[name].is_file():
+            coded = base64.b64encode(pictures[name].read_bytes()).decode()
+            image = f'<div><img alt="{name}" width="480" src="data:image/png;base64,{coded}"></div>'
+        rows = "".join(
+            f"<tr><td>{html.escape(name)}</td><td>{one['value']:.6g}</td><td>{html.escape(one['unit'])}</td></tr>"
+            for name, one in self.quantities.items()
+        )
+        return f"{head}{image}<table><tr><th>quantity</th><th>value</th><th>unit</th></tr>{rows}</table>"

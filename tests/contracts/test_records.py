@@ -20,7 +20,7 @@ SCALARS = (str, int, float)
 
 def parts(cls: type) -> Iterator[type]:
     """Yield a record's class, those that it inherits from, and every dataclass below it."""
-    yield from cls.__mro__[:-1]
+    yield from filter(dataclasses.is_dataclass, cls.__mro__)
     for hint in typing.get_type_hints(cls).values():
         for arm in (hint, *typing.get_args(hint)):
             if isinstance(arm, type) and dataclasses.is_dataclass(arm):

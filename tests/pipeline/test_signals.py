@@ -136,10 +136,16 @@ def test_signals_end_a_command_as_ctrl_c_does(number: signal.Signals, ball: Path
     assert len(child.stderr.splitlines()) == 1
 
 
+NO_KEYS = {"$defs": {}, "anyOf": []}
+"""Schema of no scene."""
+
+
 def test_a_signal_that_is_ignored_stays_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """`nohup gudgeon run …` goes on when its terminal is closed."""
     seen = []
-    monkeypatch.setattr("gudgeon.pipeline.kinds.schema", lambda: seen.append(signal.getsignal(signal.SIGHUP)) or {})
+    monkeypatch.setattr(
+        "gudgeon.pipeline.kinds.schema", lambda: seen.append(signal.getsignal(signal.SIGHUP)) or NO_KEYS
+    )
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         assert main(["schema"]) == 0

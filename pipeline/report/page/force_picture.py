@@ -4,10 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gudgeon.pipeline.plots.base.style import BLUE, FAINT, INK, ORANGE, SIDES, new_figure, save, styled
+from gudgeon.pipeline.plots.base.style import BLUE, FAINT, INK, SIDES, new_figure, save, styled
 from gudgeon.pipeline.report.force import GRID, Ran, contact_forces, end_of, smooth
 from gudgeon.pipeline.stages.job import Job
 
+GREY = "#a4adb6"
 SHOWN = 4
 """Largest number of contacts that are drawn."""
 BOTTOM, TOP, BETWEEN = 0.1, 0.86, 0.07
@@ -36,7 +37,7 @@ def draw_forces(job: Job, runs: tuple[Ran, Ran], names: tuple[str, str], path: P
                 np.linalg.norm(smooth(run.times, force[name], grid, window), axis=1)
                 for run, force in zip(runs, forces, strict=True)
             ]
-            axes.plot(grid[1:] * 1e3, curves[0], color=ORANGE, linewidth=2.4, label=f"reference: {names[0]}")
+            axes.plot(grid[1:] * 1e3, curves[0], color=GREY, linewidth=2.8, label=f"reference: {names[0]}")
             axes.plot(grid[1:] * 1e3, curves[1], color=BLUE, linewidth=0.9, label=names[1])
             axes.set_xlim(0.0, grid[-1] * 1e3)
             axes.set_ylim(0.0, 1.3 * max(1e-300, *(float(curve.max()) for curve in curves)))

@@ -33,6 +33,7 @@
     for (const event of ["pointerleave", "blur"]) one.addEventListener(event, () => mark(pinned));
     one.addEventListener("click", (event) => {
       event.stopPropagation();
+      runs.closest("details").open = true;
       mark(pinned = pinned === run ? null : run);
     });
   }

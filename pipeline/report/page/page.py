@@ -10,7 +10,7 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-from gudgeon.pipeline.report.document import Chain, Document, Quantity
+from gudgeon.pipeline.report.document import Chain, Document, Quantity, Table
 from gudgeon.pipeline.report.page.picture import ERROR, LEAST, Look, chain_chart, error_chart, looks
 from gudgeon.pipeline.report.page.tables import errors_table, kind_table, quantities_table, runs_table
 from gudgeon.pipeline.report.page.words import (
@@ -20,10 +20,14 @@ from gudgeon.pipeline.report.page.words import (
     count_text,
     edge_text,
     flagged,
+    headline,
     machine_text,
     reference_text,
+    seconds_text,
+    size_text,
     step_text,
     tables_of,
+    use_text,
     verdict,
 )
 
@@ -48,7 +52,7 @@ def page(document: Document, picture: bytes | None = None) -> str:
     """
     folder = files("gudgeon.pipeline.report.page")
     style, script = ((folder / name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
-    title = escape(f"{document.scene}: error against run time")
+    title = escape(headline(document))
     return "\n".join(
         [
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
@@ -56,7 +60,9 @@ def page(document: Document, picture: bytes | None = None) -> str:
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>",
             _head(document, title),
-            *(part for part in _sections(document, picture) if part),
+            _first(document, picture),
+            _facts(document),
+            *(part for part in _sections(document) if part),
             f"</main>\n{_embedded('report-data', document.as_json())}",
             f"<script>\n{script}</script>\n</body>\n</html>\n",
         ]
@@ -64,6 +70,17 @@ def page(document: Document, picture: bytes | None = None) -> str:
 
 
 def _head(document: Document, title: str) -> str:
+    unmet = " unmet" if document.choice is not None and document.choice.run is None else ""
+    flags = flagged(document)
+    warning = ""
+    if flags:
+        names = ", ".join(escape(one.name) for one in flags)
+        warning = f'<p class="bad">Not converged over this sweep; no order is fitted: {names}.</p>'
+    use = f'<p class="use">Use it: <code>{escape(text)}</code></p>' if (text := use_text(document)) else ""
+    return f'<h1>{title}</h1>\n<div class="verdict{unmet}"><p>{escape(verdict(document))}</p>{use}{warning}</div>'
+
+
+def _facts(document: Document) -> str:
     reference = document.reference
     facts = {
         "Reference": f"{escape(reference['kind'])}: {escape(reference_text(document))}",
@@ -79,29 +96,47 @@ def _head(document: Document, title: str) -> str:
         facts["Compared"] = f"up to {document.until * 1e3:g} ms"
     rows = "".join(f"<dt>{key}</dt><dd>{value}</dd>" for key, value in facts.items())
     budget = f'<p class="budget">{escape(text)}</p>\n' if (text := budget_text(document)) else ""
-    unmet = " unmet" if document.choice is not None and document.choice.run is None else ""
-    flags = flagged(document)
-    warning = ""
-    if flags:
-        names = ", ".join(escape(one.name) for one in flags)
-        warning = f'<p class="bad">Not converged over this sweep; no order is fitted: {names}.</p>'
-    return (
-        f'<h1>{title}</h1>\n{budget}<dl class="facts">{rows}</dl>\n'
-        f'<div class="verdict{unmet}"><p>{escape(verdict(document))}</p>{warning}</div>'
-    )
+    return f'{budget}<dl class="facts">{rows}</dl>'
 
 
-def _sections(document: Document, picture: bytes | None) -> list[str]:
+def _first(document: Document, picture: bytes | None) -> str:
+    """Return the forces and the errors side by side, the front and the words."""
+    chart = _section("Error against run time", _chart(document))
+    beside = f'<div class="beside">{_picture(document, picture)}{chart}</div>' if picture is not None else chart
+    return f"{beside}\n{_section('Runs on the front', kind_table(front_table(document)))}\n{WORDS}"
+
+
+def front_table(document: Document) -> Table:
+    """Return the runs that no other run beats in both error and time, the fastest first."""
+    runs = sorted((run for run in document.runs if run.front), key=lambda run: run.cpu_seconds)
+    rows = [
+        [run.name, size_text(run.conservative_error), run.largest_of or "", seconds_text(run.cpu_seconds),
+         count_text(run.coordinates), "" if run.step is None else step_text(run.step)]
+        for run in runs
+    ]  # fmt: skip
+    columns = ["run", "conservative error", "largest in", "CPU time", "coordinates", "step"]
+    return Table("Runs on the front", columns, rows or [["none", "", "", "", "", ""]])
+
+
+WORDS = """<details class="words"><summary>Six words</summary><dl class="facts">
+<dt>conservative error</dt><dd>the largest of total, truncation and time error, so that they cannot cancel</dd>
+<dt>full FE</dt><dd>the mesh with all its degrees of freedom, with contact at its nodes</dd>
+<dt>truncation error</dt><dd>the run against one with a larger basis and the same step</dd>
+<dt>time error</dt><dd>the run against one with a finer step and the same basis</dd>
+<dt>front</dt><dd>runs that no other run beats in both error and time</dd>
+<dt>R</dt><dd>residual flexibility: how far contact points give way beyond the kept modes, per force</dd>
+</dl></details>"""
+
+
+def _sections(document: Document) -> list[str]:
     budget = budget_table(document)
     return [
-        _section("Error against run time", _chart(document)),
         _section(budget.title, _paragraph(budget.note) + kind_table(budget)) if budget is not None else "",
-        _section("Runs", _RUNS_NOTE + runs_table(document)),
-        _section("Error of each quantity", _ERRORS_NOTE + errors_table(document)) if document.quantities else "",
-        _section("Quantities", quantities_table(document)) if document.quantities else "",
+        _folded(f"All {len(document.runs)} runs", _RUNS_NOTE + runs_table(document)),
+        _folded("Error of each quantity", _ERRORS_NOTE + errors_table(document)) if document.quantities else "",
+        _folded("Quantities", quantities_table(document)) if document.quantities else "",
         _convergence(document),
         *(_section(one.title, _paragraph(one.note) + kind_table(one)) for one in tables_of(document)),
-        _picture(document, picture),
         _listed("Omitted settings", [f"{one['name']}: {one['why']}" for one in document.left_out]),
         _listed("Notes", document.notes),
         _section("How times were measured", _paragraph(document.timing)) if document.timing else "",
@@ -121,6 +156,10 @@ _ERRORS_NOTE = (
 
 def _section(title: str, body: str) -> str:
     return f"<section>\n<h2>{escape(title)}</h2>\n{body}\n</section>"
+
+
+def _folded(title: str, body: str) -> str:
+    return f"<section><details><summary><h2>{escape(title)}</h2></summary>\n{body}\n</details></section>"
 
 
 def _paragraph(text: str) -> str:
@@ -212,12 +251,10 @@ def _orders(chains: Sequence[Chain]) -> list[float]:
     return sorted({round(min(found), 1), round(max(found), 1)}) if found else []
 
 
-def _picture(document: Document, picture: bytes | None) -> str:
-    if picture is None:
-        return ""
+def _picture(document: Document, picture: bytes) -> str:
     text = base64.b64encode(picture).decode("ascii")
     alt = escape(f"{document.scene}: its runs beside the reference; the tables have the numbers")
-    return _section("Picture", f'<img alt="{alt}" src="data:image/png;base64,{text}">')
+    return _section("Force beside the reference", f'<img alt="{alt}" src="data:image/png;base64,{text}">')
 
 
 def _listed(title: str, lines: Sequence[str]) -> str:

@@ -146,6 +146,12 @@ def draw(document: Document, path: Path) -> None:
         path: The PNG file, written in one step.
     """
     with styled():
+        save(runs_figure(document), path)
+
+
+def runs_figure(document: Document) -> Figure:
+    """Return the figure of `draw`."""
+    with styled():
         figure = new_figure("", "")
         _line(figure, (0.035, 0.958), f"{document.scene}: error against run time", 70, fontsize=14, fontweight="bold")
         _line(figure, (0.035, 0.917), f"reference: {document.reference['source']}", 118, color=FAINT)
@@ -159,7 +165,7 @@ def draw(document: Document, path: Path) -> None:
         bottom = max(0.175, top + 0.09)
         _draw_runs(figure.add_axes((0.098, bottom, 0.522, 0.855 - bottom)), document)
         _legend(figure, document)
-        save(figure, path)
+    return figure
 
 
 def error_chart(document: Document, quantity: str = "") -> str:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -137,6 +138,32 @@ def verdict(document: Document) -> str:
         f"{choice.run} meets {tick_text(choice.tolerance)}: error {size_text(choice.error)} ({choice.of}),"
         f" {seconds_text(choice.cpu_seconds)} of CPU time; {choice.why}"
     )
+
+
+def headline(document: Document) -> str:
+    """Return in one line what was gained: the accuracy, its CPU time, and how much less that is than full FE's."""
+    choice = document.choice
+    if choice is None:
+        return f"{document.scene}: error against run time"
+    wanted = tick_text(choice.tolerance)
+    if choice.run is None:
+        return f"{document.scene}: no setting meets {wanted}"
+    text = f"{document.scene}: {wanted} accuracy in {seconds_text(choice.cpu_seconds)}"
+    costs = {one.method: one.integration for one in document.costs if one.tolerance == choice.tolerance}
+    own, full = costs.get("reduced"), costs.get("nodal")
+    if not own or not full:
+        return text
+    if full > own:
+        return f"{text}: {full / own:.3g} × less CPU time than full FE"
+    return f"{text}: full FE takes {seconds_text(full)}, nothing is gained"
+
+
+def use_text(document: Document) -> str:
+    """Return the command that runs the chosen setting; empty if there is none."""
+    if document.choice is None or document.choice.run is None:
+        return ""
+    command = re.sub(r" --tolerance \S+", "", document.command).replace("gudgeon report", "gudgeon run", 1)
+    return f"{command} --tolerance {tick_text(document.choice.tolerance)}"
 
 
 def reference_text(document: Document) -> str:

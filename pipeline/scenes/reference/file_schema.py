@@ -55,9 +55,12 @@ def _definition_of(node: Mapping[str, Any]) -> str | None:
 
 
 def file_schema(models: Mapping[str, Any]) -> Schema:
-    """Return the schema of a scene file: complete tables, or with `base` the changes of another file's tables."""
-    full = described(models)
-    definitions, roots = full["$defs"], full["anyOf"]
+    """Return the schema of a scene file: complete tables, or with `base` the changes of another file's tables.
+
+    Args:
+        models: As `described` returns them.
+    """
+    definitions, roots = models["$defs"], models["anyOf"]
     changes = {f"{name}{CHANGES}": _relaxed(one) for name, one in definitions.items()}
     tops = [{"$ref": f"{root['$ref']}{CHANGES}"} for root in roots]
     for top in tops:

@@ -9,15 +9,17 @@ import re
 import shutil
 import subprocess
 from collections import Counter
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 
 from gudgeon.pipeline.doctor import BROWSERS
-from gudgeon.pipeline.report.document import Document
+from gudgeon.pipeline.report.document import Cost, Document
 from gudgeon.pipeline.report.front import pareto_front
 from gudgeon.pipeline.report.page.page import page
+from gudgeon.pipeline.report.page.words import headline
 from tests.pipeline import documents
 from tests.pipeline.documents import BITING
 
@@ -269,3 +271,27 @@ def test_row_of_the_table_shows_its_point(browser: str, tmp_path: Path) -> None:
     tip = re.search(r'<div id="tip"[^>]*>.*?</div>', shown)
     assert tip
     assert "<strong>2  60 modes</strong><span>0.31% impulse</span>" in tip[0]
+
+
+def test_headline_says_what_was_gained() -> None:
+    plain = documents.large()
+    assert plain.choice is not None
+    tolerance = plain.choice.tolerance
+
+    def head(full: float | None) -> str:
+        costs = [Cost(tolerance, "reduced", "a run", 0.004, 0.01)]
+        costs += [] if full is None else [Cost(tolerance, "nodal", "full FE", 0.01, full)]
+        return headline(replace(plain, costs=costs))
+
+    assert head(7.4).endswith(" accuracy in 7.28 ms: 740 × less CPU time than full FE")
+    assert head(0.005).endswith(" accuracy in 7.28 ms: full FE takes 5 ms, nothing is gained")
+    assert head(None).endswith(" accuracy in 7.28 ms")
+    assert headline(documents.small()) == "rod: error against run time"
+    text = page(plain)
+    assert text.index("gudgeon run data/rod --tolerance 5%") < text.index("<svg")
+
+
+def test_the_front_stands_before_all_runs() -> None:
+    text = page(documents.large())
+    front = text[text.index("Runs on the front") : text.index('<details class="words"')]
+    assert front.count("<tr") == 1 + sum(run.front for run in documents.large().runs)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.pipeline.cli.commands import _quantity_line
+from gudgeon.pipeline.cli.results import prefixed, quantity_line, quantity_lines
 from gudgeon.pipeline.stages.summary import write_summary
 
 
@@ -35,5 +35,24 @@ def test_error_where_the_reference_is_zero_is_absolute(tmp_path: Path) -> None:
 
 def test_an_absolute_error_is_printed_with_its_unit(tmp_path: Path) -> None:
     found = summary(tmp_path)
-    assert _quantity_line("v", found["ball.velocity_x"]).endswith("reference 0, error +0.002 m/s")
-    assert _quantity_line("J", found["wall.impulse"]).endswith("reference 2, error +0.05")
+    assert quantity_line("v", found["ball.velocity_x"]).endswith("2 mm/s  reference 0, error +0.002 m/s")
+    assert quantity_line("J", found["wall.impulse"]).endswith("2.1 N s  reference 2 N s, error +0.05")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "expected"),
+    [(15e6, "Pa", "15 MPa"), (999999.99, "N", "1 MN"), (-2.5e-4, "m", "-250 µm"), (3e-14, "J", "0.03 pJ"),
+     (0.0, "N", "0 N"), (0.8, "1", "0.8"), (2.5e-4, "m^2", "0.00025 m^2")],
+)  # fmt: skip
+def test_values_have_prefixes(value: float, unit: str, expected: str) -> None:
+    assert prefixed(value, unit) == expected
+
+
+def test_references_come_first_and_round_off_is_not_printed(tmp_path: Path) -> None:
+    found = summary(tmp_path)
+    found["wall.noise"] = {"value": 1e-13, "unit": "N s", "reference": None, "error": None}
+    lines = [line.split("  reference")[0].split() for line in quantity_lines(found)]
+    assert lines == [
+        ["with", "a", "reference"], ["ball.velocity_x", "2", "mm/s"], ["wall.impulse", "2.1", "N", "s"],
+        ["wall"], ["start", "1", "s"],
+    ]  # fmt: skip

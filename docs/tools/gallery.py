@@ -1,0 +1,46 @@
+"""`python -m docs.tools.gallery`: write docs/gallery.md, all scenes with their first sentence and command."""
+
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "gallery.md"
+PICTURES = {"piston": "deformation.png", "bladed-disk": "wheel.png"}
+"""Pictures of docs/ that show a scene of a folder."""
+HEAD = """# Gallery of all scenes
+
+Written by `python -m docs.tools.gallery` from the scenes' first sentences. `gudgeon example copy NAME` copies a folder.
+
+"""
+
+
+def sentence(text: str) -> str:
+    """Return the first sentence of the comment at the top of a scene."""
+    lines = []
+    for line in text.splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line.lstrip("# "))
+    return " ".join(lines).partition(". ")[0].rstrip(".").replace("|", r"\|")
+
+
+def page() -> str:
+    """Return the text of the page."""
+    parts = [HEAD]
+    for folder in sorted({path.parent for path in ROOT.glob("data/*/*.toml")}):
+        scenes = sorted(folder.glob("*.toml"), key=lambda path: (path.name != "scene.toml", path.name))
+        scenes = [path for path in scenes if set(tomllib.loads(path.read_text(encoding="utf-8"))) != {"case"}]
+        parts.append(f"## {folder.name}\n\n")
+        if folder.name in PICTURES:
+            parts.append(f"![{folder.name}]({PICTURES[folder.name]})\n\n")
+        parts.append("| scene | command |\n|---|---|\n")
+        for path in scenes:
+            name = path.relative_to(ROOT).as_posix()
+            command = f"gudgeon run {name.removesuffix('/scene.toml')}"
+            parts.append(f"| [{sentence(path.read_text(encoding='utf-8')) or path.stem}](../{name}) | `{command}` |\n")
+        parts.append("\n")
+    return "".join(parts).rstrip("\n") + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

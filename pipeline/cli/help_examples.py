@@ -1,0 +1,66 @@
+"""Examples of every command, which end its help."""
+
+EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
+    "run": (
+        ("gudgeon run data/skirt", "all stages: mesh, modes, morph, solve, plot"),
+        ("gudgeon run data/skirt --set run.duration=2e-4", "with another value of a key"),
+        ("gudgeon run data/skirt --tolerance 1%", "the cheapest setting that `gudgeon report` found"),
+    ),
+    "mesh": (("gudgeon mesh data/skirt", "size, mass and inertia of the parts"),),
+    "modes": (("gudgeon modes data/skirt", "frequencies of the parts, with estimated errors"),),
+    "morph": (
+        (
+            "gudgeon morph data/skirt --set component.skirt.change.profile.table=barrel-20um.csv",
+            "nodes move, modes are kept",
+        ),
+    ),
+    "solve": (("gudgeon solve data/skirt", "quantities of the run, without pictures"),),
+    "plot": (("gudgeon plot data/skirt", "pictures and film, in out/skirt/scene"),),
+    "status": (("gudgeon status data/skirt --set component.skirt.mesh.size=0.004", "what would be computed, and why"),),
+    "plan": (("gudgeon plan data/rod-wall", "what the solver reads and omits, and its integrator"),),
+    "report": (
+        ("gudgeon report data/beam-sphere", "report.html: error against run time"),
+        ("gudgeon report data/beam-sphere --tolerance 0.1%", "the cheapest setting below 0.1 %"),
+    ),
+    "study": (("gudgeon study data/rod-wall --vary body.rod.velocity.0=-0.1:-1:10", "ten speeds, one table"),),
+    "robustness": (("gudgeon robustness data/two-mass --only units,turning", "two groups of cases"),),
+    "linear": (
+        (
+            "gudgeon linear data/held-beam --force contact.stop --frequencies 10 5000",
+            "modes with the contacts that press, and a response",
+        ),
+    ),
+    "export": (
+        ("gudgeon export data/skirt results", ".vtu files for ParaView"),
+        ("gudgeon export data/skirt skirt --format abaqus", "the reduced body for another program"),
+    ),
+    "faces": (("gudgeon faces bracket.step", "numbered faces, and rules that name them in a scene"),),
+    "new": (("gudgeon new bracket.step", "the folder bracket with a scene that runs"),),
+    "doctor": (("gudgeon doctor", "what is missing on this machine"),),
+    "example": (
+        ("gudgeon example list", "scenes of the package"),
+        ("gudgeon example copy two-blocks", "the folder two-blocks"),
+    ),
+    "schema": (
+        ("gudgeon schema component.interface", "the keys of a table"),
+        ("gudgeon schema run.step", "one key"),
+        ("gudgeon schema > scene.schema.json", "for editors"),
+    ),
+    "completion": (
+        ("source <(gudgeon completion bash)", "in ~/.bashrc"),
+        ("source <(gudgeon completion zsh)", "in ~/.zshrc"),
+        ("gudgeon completion fish | source", "in config.fish"),
+    ),
+}
+
+
+def examples_of(command: str) -> str:
+    """Return the examples of a command as text; empty if it has none."""
+    if command not in EXAMPLES:
+        return ""
+    width = max(len(text) for text, _ in EXAMPLES[command])
+    lines = [
+        f"  {text.ljust(width)}  {what}" if width < 60 else f"  {text}\n      {what}"
+        for text, what in EXAMPLES[command]
+    ]
+    return "\n".join(["examples:", *lines])

@@ -1,0 +1,81 @@
+"""The results of a run as text: quantities by contact and body, those with a reference first."""
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+PER_IMPACT = re.compile(r"\.impact\d+\.")
+"""Quantities of single impacts: summary.json has all of them; those with a reference are printed."""
+ROUND_OFF = 1e-12
+"""Share of the largest value of a unit below which a value is round-off, and is not printed."""
+PREFIXED = ("N", "Pa", "J", "W", "m", "s", "Hz", "V", "C", "F", "m/s", "N s", "N m")
+"""Units that take a prefix."""
+PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
+OPEN = {
+    "deformation.png": "the parts at the largest contact force, displacement by colour",
+    "mechanism.png": "paths and positions of the bodies",
+    "wheel.png": "the wheel at its largest response",
+    "charge.png": "the charge on the conductors",
+    "cycle.mp4": "film of one cycle",
+    "impact.mp4": "film of the impact",
+    "force.png": "contact force over time",
+}
+"""Pictures to open, the first two that a run has, and what they show."""
+
+
+def prefixed(value: float, unit: str) -> str:
+    """Return a value with six digits and a prefix of its unit: 15 MPa."""
+    if unit not in PREFIXED or value == 0:
+        return f"{value:.6g} {unit}".removesuffix(" 1")
+    size, prefix = next(((size, name) for size, name in PREFIXES if abs(value) >= 0.9999995 * size), PREFIXES[-1])
+    return f"{value / size:.6g} {prefix}{unit}"
+
+
+def quantity_line(name: str, entry: Mapping[str, Any]) -> str:
+    """Return one line of a quantity; its reference and error if it has one, relative, or absolute where it is zero."""
+    line = f"  {name:30} {prefixed(entry['value'], entry['unit']):>18}"
+    if (reference := entry["reference"]) is not None:
+        error = f"{entry['error']:+.2g}" if reference else f"{entry['error']:+.2g} {entry['unit']}"
+        line += f"  reference {prefixed(reference, entry['unit']) if reference else '0'}, error {error}"
+    return line.rstrip()
+
+
+def quantity_lines(quantities: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+    """Yield the lines of all quantities but round-off and those of single impacts, unless they have a reference."""
+    largest: dict[str, float] = {}
+    for entry in quantities.values():
+        largest[entry["unit"]] = max(largest.get(entry["unit"], 0.0), abs(entry["value"]))
+    compared = {name: one for name, one in quantities.items() if one["reference"] is not None}
+    if compared:
+        yield "with a reference"
+        yield from (quantity_line(name, one) for name, one in compared.items())
+    group = None
+    for name, entry in quantities.items():
+        turning = entry["unit"] in ("rad", "rad/s")  # Where nothing turns, all of them are round-off.
+        noise = 0 < abs(entry["value"]) < ROUND_OFF * max(largest[entry["unit"]], turning)
+        if name in compared or noise or PER_IMPACT.search(name):
+            continue
+        owner, _, rest = name.partition(".")
+        if (owner if rest else "") != group:
+            group = owner if rest else ""
+            yield group or "scene"
+        yield quantity_line(rest or name, entry)
+
+
+def check_lines(report: Any) -> Iterator[str]:
+    """Yield the lines of a run's checks and of its estimated errors."""
+    checks = {"energy drift": report.energy_drift, "momentum residual": report.momentum_residual}
+    found = {name: value for name, value in checks.items() if value is not None}
+    if found:
+        yield "checks"
+        yield from (f"  {name:30} {value:18.2g}" for name, value in found.items())
+    if report.estimates:
+        yield "estimated errors"
+        yield from (f"  {name.replace('.', ', '):30} {value:18.2g}" for name, value in report.estimates.items())
+
+
+def opening_lines(pictures: Mapping[str, Path]) -> Iterator[str]:
+    """Yield what to open, from the paths of pictures by name."""
+    for name in [name for name in OPEN if name in pictures][:2]:
+        yield f"open {pictures[name]}: {OPEN[name]}"
