@@ -83,7 +83,7 @@ docs: setup ## build the site of the documents, out/site
 	$(BIN)/python -m docs.tools.gallery
 	$(BIN)/python -m docs.tools.notebooks
 	@$(BIN)/python -c 'import material' 2> /dev/null || $(BIN)/python -m pip install -q $(DOCS)
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build -q --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build -q --strict -f .mkdocs.yml
 	@echo "docs: out/site"
 
 bench: setup ## time what the tests only count
