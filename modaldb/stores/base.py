@@ -102,6 +102,19 @@ class Store(ABC):
     def leftovers(self) -> list[Leftover]:
         """Return what writers that were killed have left, and damaged records that were set aside."""
 
+    def tell(self, name: str, row: dict[str, Any] | None) -> None:  # noqa: B027
+        """Say what a command is doing that uses this database; None: it has ended.
+
+        Not every database keeps this, and it is no error where one does not.
+
+        Args:
+            name: Of the command while it runs, 32 hexadecimal digits.
+        """
+
+    def running(self) -> list[dict[str, Any]]:
+        """Return what commands say that use this database now."""
+        return []
+
     def has(self, key: str) -> bool:
         """Whether the database has a sound record of `key`: undamaged, of this key, and as its kind must be."""
         return self.fault(key) is None

@@ -24,7 +24,7 @@ from gudgeon.modaldb.errors import (
 )
 from gudgeon.modaldb.keys import KEY, content_key
 from gudgeon.modaldb.source import FileSource
-from gudgeon.modaldb.stores import names, scratch
+from gudgeon.modaldb.stores import names, running, scratch
 from gudgeon.modaldb.stores.base import SHOWN, Leftover, Store, check_inputs, check_key, check_tag, missing
 from gudgeon.modaldb.stores.index import FolderCatalogue, Index, Stamp, record_files
 from gudgeon.modaldb.stores.query import Entry, Query
@@ -176,6 +176,14 @@ class FolderStore(Store):
                 yield str(path), RecordMismatch(f"{path}: not where a record of a key stands")
             else:
                 yield str(path), self.examine(key)
+
+    def tell(self, name: str, row: dict[str, Any] | None) -> None:
+        """See `Store`."""
+        running.tell(self.root, name, row)
+
+    def running(self) -> list[dict[str, Any]]:
+        """See `Store`."""
+        return running.running(self.root)
 
     def set_aside(self, place: str) -> str:
         """See `Store`."""

@@ -15,7 +15,7 @@ from gudgeon.modaldb.source import BytesSource
 from gudgeon.modaldb.stores.base import Leftover, Store, check_inputs, check_key, check_tag
 from gudgeon.modaldb.stores.cache import Cache, CachedSource
 from gudgeon.modaldb.stores.manifest import BLOCK, Manifest, manifest_from, manifest_of, unpacked
-from gudgeon.modaldb.stores.query import Entry, Query, entry_of
+from gudgeon.modaldb.stores.query import Entry, Query, QueryWrong, entry_of
 from gudgeon.modaldb.stores.transport import KNOWN, Transport, Unanswered
 
 RECORDS = "/records"
@@ -123,6 +123,16 @@ class RemoteStore(Store):
             self._server.request("DELETE", path)
         else:
             self._server.request("PUT", path, body=[json.dumps({"key": key}).encode()], headers=JSON)
+
+    def tell(self, name: str, row: dict[str, Any] | None) -> None:
+        """See `Store`."""
+        body = [] if row is None else [json.dumps(row).encode()]
+        with contextlib.suppress(StoreUnusable, QueryWrong):
+            self._server.request("DELETE" if row is None else "PUT", f"/running/{name}", body=body, headers=JSON)
+
+    def running(self) -> list[dict[str, Any]]:
+        """See `Store`."""
+        return self._server.request("GET", "/running").json()
 
     def set_aside(self, place: str) -> str:
         """See `Store`."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from gudgeon.pipeline.cli.console import Console
 from gudgeon.pipeline.cli.results import check_lines, opening_lines, quantity_lines
+from gudgeon.pipeline.cli.sharing import shared
 from gudgeon.pipeline.errors import InputError
 
 STOPPED, INTERRUPTED = "STOPPED", 130
@@ -18,13 +19,13 @@ STOPPED, INTERRUPTED = "STOPPED", 130
 def run_command(options: argparse.Namespace) -> int:
     """Run the stages up to the one that the command names."""
     kind, job = opened(options)
-    progress = Console(options.json).progress
-    if options.tolerance is None:
-        report = kind.run(job, options.until, progress)
-    else:
-        from gudgeon.pipeline.report.choice import run_chosen
+    with shared(job, "run", Console(options.json).progress) as progress:
+        if options.tolerance is None:
+            report = kind.run(job, options.until, progress)
+        else:
+            from gudgeon.pipeline.report.choice import run_chosen
 
-        report = run_chosen(job, options.tolerance, options.until, progress, same_mesh=options.same_mesh)
+            report = run_chosen(job, options.tolerance, options.until, progress, same_mesh=options.same_mesh)
     if options.json:
         print(json.dumps(report.as_json(), indent=1))
     else:
@@ -109,7 +110,8 @@ def report_command(options: argparse.Namespace) -> int:
 
     how = Effort(options.repeat, options.jobs or 1, options.tolerance or TOLERANCE, options.same_mesh)
     kind, job = opened(options)
-    document = kind.report(job, how, Console(options.json).progress)
+    with shared(job, "report", Console(options.json).progress) as progress:
+        document = kind.report(job, how, progress)
     print(document.as_text() if options.json else report_text(document))
     return 0
 

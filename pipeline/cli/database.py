@@ -37,7 +37,7 @@ def gc_command(options: argparse.Namespace) -> int:
     """List what can be removed, and remove it on request."""
     from gudgeon import modaldb
     from gudgeon.modaldb.stores import scratch
-    from gudgeon.modaldb.stores.upkeep import unreferenced
+    from gudgeon.modaldb.upkeep import unreferenced
 
     store = modaldb.open(options.db)
     kept, pictures = [*store.leftovers(), *unreferenced(store, _is_current)], list(_unfinished_pictures(options.out))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gudgeon.pipeline.cli.console import Console
+from gudgeon.pipeline.cli.sharing import shared
 
 STUDY_HELP = """\
 Run many designs of a scene and write one table of all quantities and their stated errors (study.csv, and study.parquet
@@ -61,7 +62,9 @@ def study_command(options: argparse.Namespace) -> int:
     if options.random or options.latin:
         how = Sampling("random" if options.random else "latin", options.random or options.latin, options.seed)
     asked = Asked(options.vary, options.over, how, options.quantity, options.jobs, options.executor)
-    report = run_study(opened(options)[1], asked, Console(options.json).progress)
+    job = opened(options)[1]
+    with shared(job, "study", Console(options.json).progress) as progress:
+        report = run_study(job, asked, progress)
     print(json.dumps(report.as_json(), indent=1) if options.json else study_text(report))
     for note, count in report.notes.items():
         such = "" if count == 1 else ", such as"

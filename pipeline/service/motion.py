@@ -133,7 +133,7 @@ def get_report(key: Key, asked: Reader) -> JSONResponse:
     document = asked.store.get(key, "report").document
     rows = [
         {"name": one.get("name", ""), "seconds": one.get("cpu_seconds"), "note": one.get("result", ""),
-         "error": one.get("conservative_error", one.get("sound_error", one.get("largest_error")))}
+         "error": one.get("conservative_error", one.get("largest_error"))}
         for one in document.get("runs", ())
     ]  # fmt: skip
     choice = document.get("choice") or {}

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from fastapi import APIRouter, Body, Path, Query
 from fastapi.responses import JSONResponse, Response
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import RecordMissing
@@ -24,6 +24,7 @@ Text = Annotated[str, Query(max_length=LONGEST)]
 Stated = Annotated[str, Field(pattern=queries.LIKE_A_CONDITION, max_length=LONGEST)]
 Choice = Annotated[str | None, Query(max_length=20_000, pattern=r"^[0-9:, ]*$", description="such as 0:600,700,::10")]
 Tag = Annotated[str, Path(pattern=TAG, max_length=LONGEST_TAG)]
+Running = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="32 hexadecimal digits")]
 Moment = Annotated[float | None, Query(allow_inf_nan=False, description="[s since 1970]")]
 
 
@@ -32,6 +33,21 @@ class Use(BaseModel):
 
     scene: Annotated[str, Field(min_length=1, max_length=LONGEST)]
     component: Annotated[str, Field(min_length=1, max_length=LONGEST)]
+
+
+class Doing(BaseModel):
+    """What a command is doing."""
+
+    model_config = ConfigDict(strict=True)  # A truth value is no number.
+
+    command: Annotated[str, Field(min_length=1, max_length=20)]
+    scene: Annotated[str, Field(max_length=LONGEST)]
+    stage: Annotated[str, Field(max_length=LONGEST)]
+    share: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
+    """Of the stage that is done."""
+    begun: Annotated[float, Field(ge=0.0, le=1e11, allow_inf_nan=False)]
+    """[s since 1970]"""
+    host: Annotated[str, Field(max_length=LONGEST)]
 
 
 class Target(BaseModel):
@@ -164,6 +180,26 @@ def post_link(
     path = f"/{asked.name}/records/{key}?expires={expires}&signature={signature}"
     asked.log("link", key, expires=expires)
     return {"path": path, "expires": expires}
+
+
+@router.get("/running", responses=PROBLEMS)
+def get_running(asked: Reader) -> list[dict[str, Any]]:
+    """Return what commands are doing that use this database."""
+    return asked.store.running()
+
+
+@router.put("/running/{name}", responses=PROBLEMS)
+def put_running(name: Running, row: Doing, asked: Writer) -> dict[str, str]:
+    """Keep what a command is doing, until it says something else, ends, or says nothing for a while."""
+    asked.store.tell(name, row.model_dump())
+    return {"name": name}
+
+
+@router.delete("/running/{name}", responses=PROBLEMS)
+def delete_running(name: Running, asked: Writer) -> dict[str, str]:
+    """Note that a command has ended."""
+    asked.store.tell(name, None)
+    return {"name": name}
 
 
 @router.put("/tags/{tag}", responses=PROBLEMS)

@@ -1,6 +1,8 @@
 """Every store keeps the contract of `Store`: whole records or none, the same answers wherever they are."""
 
 import json
+import os
+import time
 import uuid
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -18,7 +20,7 @@ from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.modaldb.stores.names import NAMES
 from gudgeon.modaldb.stores.query import Query, QueryWrong, condition
-from gudgeon.modaldb.stores.upkeep import unreferenced
+from gudgeon.modaldb.upkeep import unreferenced
 from tests.hsds import hsds, opened  # noqa: F401
 from tests.modaldb.samples import INPUTS, SAMPLES, WITHOUT_ARRAYS, mesh, modes, same
 from tests.pipeline.service.serving import served
@@ -287,6 +289,26 @@ def test_tags(store: Store, location: str) -> None:
     for name in ("", "ab12", "a b", "-x", "../x", "x" * 65, "a\n"):
         with pytest.raises(QueryWrong, match="expected 1 to 64"):
             store.tag(name, keys["mesh"])
+
+
+def test_commands_that_run(store: Store, location: str, tmp_path: Path) -> None:
+    if location.startswith("hsds"):
+        pytest.skip("HSDS keeps no progress")
+    row = {"command": "study", "scene": "a", "stage": "study", "share": 0.5, "begun": 1.0, "host": "here"}
+    store.tell("0" * 32, row)
+    assert store.running() == []  # There is no database yet.
+    store.put(KEY, "mesh", mesh(), INPUTS)
+    store.tell("0" * 32, row)
+    store.tell("1" * 32, row | {"begun": 2.0})
+    store.tell("0" * 32, row | {"share": 0.75})
+    store.tell("../" + "0" * 29, row)
+    assert modaldb.open(location).running() == [row | {"share": 0.75}, row | {"begun": 2.0}]
+    old = time.time() - 60
+    os.utime(tmp_path / "db/running" / f"{'1' * 32}.json", (old, old))
+    assert store.running() == [row | {"share": 0.75}]
+    store.tell("0" * 32, None)
+    assert store.running() == []
+    assert list(store.keys()) == [KEY]
 
 
 def test_unreferenced(store: Store) -> None:

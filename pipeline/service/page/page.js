@@ -214,6 +214,16 @@ async function report(place, key) {
   place.append(element("p", {}, found.choice ? `cheapest setting within the tolerance: ${found.choice}` : found.why));
 }
 
+// Commands that run on this database; when one ends, its records are listed.
+async function running() {
+  const rows = await ask(`${base()}/running`), before = byId("running").children.length;
+  byId("running").replaceChildren(...rows.map((row) => element("li", {}, `${row.command} ${row.scene}: ${row.stage} ${Math.round(100 * row.share)} %, for ${minutes(Date.now() / 1000 - row.begun)}`,
+    element("progress", { max: 1, value: row.share, "aria-label": `${row.command} ${row.scene}` }))));
+  if (rows.length < before) await search();
+}
+
+const minutes = (seconds) => (seconds < 90 ? `${Math.max(0, Math.round(seconds))} s` : `${Math.round(seconds / 60)} min`);
+
 async function start() {
   const health = await ask("../health");
   const place = byId("database");
@@ -222,6 +232,7 @@ async function start() {
   byId("login").hidden = !health.token_needed || Boolean(sessionStorage.getItem("token"));
   state.database = health.databases[0];
   await follow(true);
+  setInterval(() => byId("login").hidden && !document.hidden && running().catch(() => {}), 2000);
 }
 
 async function follow(fresh) {

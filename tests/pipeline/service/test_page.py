@@ -4,6 +4,7 @@ import shutil
 import time
 from collections.abc import Iterator
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -32,9 +33,13 @@ SOON = 20_000
 
 
 @pytest.fixture(scope="module")
-def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("page")
+
+
+@pytest.fixture(scope="module")
+def url(folder: Path) -> Iterator[str]:
     """A server with a run, and the modes of a coarser mesh, which have a tag."""
-    folder = tmp_path_factory.mktemp("page")
     scene, places = write_scene(folder / "skirt"), {"db": folder / "db", "out": folder / "out"}
     store, inputs = gudgeon.open(folder / "db"), {"stage": "report", "scene": "skirt"}
     store.put(content_key(inputs), "report", ReportRecord(REPORT), inputs)
@@ -189,6 +194,15 @@ def test_a_report(page: Any) -> None:
     page.wait_for_selector("svg[aria-label='error over run time'] circle", timeout=SOON)
     assert page.locator("svg[aria-label='error over run time'] circle").count() == 3
     assert "cheapest setting within the tolerance: macneal 8" in page.inner_text("#record")
+
+
+def test_a_command_that_runs(page: Any, folder: Path) -> None:
+    store = gudgeon.open(folder / "db")
+    row = {"command": "study", "scene": "skirt", "stage": "study", "share": 0.25, "begun": time.time(), "host": "here"}
+    store.tell("a" * 32, row)
+    until(page, "document.getElementById('running').textContent.startsWith('study skirt: study 25 %')")
+    store.tell("a" * 32, None)
+    until(page, "document.getElementById('running').children.length === 0")
 
 
 def test_by_keyboard_alone(page: Any) -> None:

@@ -1,0 +1,47 @@
+"""Progress of a command for the page of its database."""
+
+import contextlib
+import platform
+import threading
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from gudgeon.modaldb.errors import ModalDBError
+
+OFTEN = 1.0
+"""Seconds between what is said, and before the first: commands that have nothing to do say nothing."""
+END = 2.0
+"""Longest wait [s] for the last of it at the end."""
+Progress = Callable[[str, float], None]
+
+
+@contextlib.contextmanager
+def shared(job: Any, command: str, progress: Progress) -> Iterator[Progress]:
+    """Yield a progress that is drawn as before and is said to the job's database now and then, by a thread."""
+    row = {"command": command, "scene": job.name, "stage": "", "share": 0.0, "begun": time.time(),
+           "host": platform.node()}  # fmt: skip
+    ended, name = threading.Event(), uuid.uuid4().hex
+
+    def told(stage: str, share: float) -> None:
+        row.update(stage=stage, share=min(max(float(share), 0.0), 1.0))
+        progress(stage, share)
+
+    def say() -> None:
+        said = False
+        with contextlib.suppress(ModalDBError, OSError):
+            while not ended.wait(OFTEN):
+                job.store.tell(name, dict(row))
+                said = True
+        if said:
+            with contextlib.suppress(ModalDBError, OSError):
+                job.store.tell(name, None)
+
+    thread = threading.Thread(target=say, daemon=True)
+    thread.start()
+    try:
+        yield told
+    finally:
+        ended.set()
+        thread.join(END)
