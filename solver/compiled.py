@@ -48,6 +48,16 @@ ordered = compiled(fastmath=FAST | {"nnan", "nsz"}, no_cpython_wrapper=True, no_
 """For the largest of many values, which vector units find only where NaN need not be told; balances tell it."""
 
 
+def machine_code(function: Any, *arguments: Any) -> Callable[..., Any]:
+    """Return the machine code of a compiled function for arguments of these types alone.
+
+    To look at the types of all arrays of a loop's tuples takes longer than a step. Nothing checks the types of a call.
+    """
+    types = tuple(numba.typeof(one) for one in arguments)
+    function.compile(types)
+    return function.get_overload(types)
+
+
 @inner
 def copy(source, target):  # type: ignore[no-untyped-def]
     """Copy a vector into another of the same length."""

@@ -39,6 +39,10 @@ class Result(Enum):
         "the energy error exceeds 5 % of the energy exchanged in contact; reduce the step where the integrator has"
         " one, or set run.accuracy"
     )
+    SURFACE_LEFT = (
+        "points left the sliding surface that they pressed, and the energy of what they pressed in was lost; widen"
+        " component.NAME.interface.NAME.extent or the part between heights and angles, or shorten run.duration"
+    )
     ROTATION = (
         "a body turned or bent by more than run.limits.angle: motion is linear and gyroscopic terms are missing;"
         " shorten run.duration, or raise run.limits.angle"

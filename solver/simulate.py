@@ -136,7 +136,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     end, histories = integrator.outcome(), histories.cut(done, schedule)
     drift = _drift(system, end, histories)
     if result.ok and drift > CREATED_ENERGY:
-        result = Result.ENERGY
+        result = Result.SURFACE_LEFT if end.left else Result.ENERGY
     end = replace(end, impacts=integrator.impacts())
     return trajectory_of(system, plan, end, histories, Ending(result, reason, drift))
 

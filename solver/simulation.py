@@ -66,7 +66,10 @@ class Steps:
         refuse_ambiguous_friction(system)
         self.system, integrator = system, INTEGRATORS["implicit"]
         critical, largest = critical_frequency(system), largest_factor(system, integrator)
-        self.dt = step or system.scene.run.step or own_step(system.scene.run, integrator, choose(system)[1] or critical)
+        given = step or system.scene.run.step
+        self.dt = given or own_step(system.scene.run, integrator, choose(system)[1] or critical)
+        if not given and len(system.gap):
+            self.dt /= parts_of(self.dt, critical, largest)
         if not self.dt > 0:
             raise SolverError(f"run.step: {self.dt:g} s given; a step above zero is needed")
         if len(system.gap) and parts_of(self.dt, critical, largest) > 1:

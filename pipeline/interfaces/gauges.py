@@ -1,8 +1,8 @@
-"""Stress and strain of a reduced body: at a station of a beam, at a point, and on the nodes of a surface.
+"""Stress and strain of a reduced body, and section forces of a beam: at a station, at a point, on a surface's nodes.
 
-A beam's stress at a fibre is σ = E z θ′, −E z w″ without shear; a solid's is recovered at the nodes, see
-`stress_recovery`. With rows S over the dofs, a reduced body has S Φ q + S (G − Φ Λ⁻¹ Φᵀ) Bᵀ λ: exact under a static
-load on the rows of B with any number of coordinates.
+A beam's stress at a fibre is σ = E z θ′, −E z w″ without shear, its moment −E I θ′; a solid's is recovered at the
+nodes, as in `stress_recovery`. With rows S over the dofs, a reduced body has S Φ q + S (G − Φ Λ⁻¹ Φᵀ) Bᵀ λ: exact under
+a static load on the rows of B with any number of coordinates.
 """
 
 import contextlib
@@ -12,7 +12,7 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.fem.elements.beam import turn_gradient
+from gudgeon.pipeline.fem.elements.beam import shear_force, turn_gradient
 from gudgeon.pipeline.fem.elements.materials import material_parts
 from gudgeon.pipeline.fem.elements.reference import DIMENSIONS
 from gudgeon.pipeline.fem.model import FEModel
@@ -31,10 +31,14 @@ LARGEST = 5e7
 
 
 def gauge_row(mesh: MeshRecord, beam: Beam, material: Material, gauge: Gauge) -> np.ndarray:
-    """Return the stress [Pa] of a gauge on a beam per unit of each dof, (1, dofs)."""
+    """Return stress [Pa], bending moment [N m] or shear force [N] of a beam per unit of each dof, (1, dofs)."""
     assert gauge.station is not None
-    assert gauge.fibre is not None
     node = int(mesh.surfaces[gauge.station].facets[0, 0])
+    if gauge.quantity == "shear-force":
+        return shear_force(mesh, node, material, beam)[None]
+    if gauge.quantity == "bending-moment":
+        return -material.E * beam.section.second_moment * turn_gradient(mesh, node)[None]
+    assert gauge.fibre is not None
     z = SIDES[gauge.fibre] * beam.section.height / 2
     return material.E * z * turn_gradient(mesh, node)[None]
 

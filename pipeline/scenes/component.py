@@ -134,7 +134,7 @@ class Component(Meshed):
             raise ValueError(f"{', '.join(value)} given; the stress of a body of matrices needs its material")
         for name, gauge in value.items():
             if kind is not None and (kind == "beam") != (gauge.station is not None):
-                wanted = "a station and a fibre" if kind == "beam" else "a point or a surface"
+                wanted = "a station" if kind == "beam" else "a point or a surface"
                 raise ValueError(f"{name}: geometry '{kind}' needs {wanted}")
             if kind == "beam" and gauge.station not in (places := info.data["geometry"].places()):
                 raise ValueError(f"{name}: station '{gauge.station}' given, the beam has {', '.join(places)}")

@@ -101,6 +101,8 @@ class Outcome:
     """Of each contact, times [s] at which a point begins to slip, True, or sticks, False."""
     springs: np.ndarray = field(default_factory=lambda: np.empty(0))
     """Impulse of each spring, positive where it pulls [N s], (b,)."""
+    left: int = 0
+    """How often a sliding point left its surface with a force."""
     work: dict[str, int] = field(default_factory=dict)
     """Further counts by their names."""
     linkage: Callable[[int], LinkageHistories] | None = None

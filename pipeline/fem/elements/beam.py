@@ -5,6 +5,8 @@ w quadratic plus the cubic ξ − ξ³ that removes the quadratic part of the sh
 needs no reduced integration, is conforming, and exact under forces at nodes; with mass of w and θ.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from pydantic import BaseModel
 
@@ -56,12 +58,41 @@ def turn_gradient(mesh: MeshRecord, node: int) -> np.ndarray:
 
     The axial strain of a fibre at height z is z θ′, in both theories: θ′ = −w″ without shear.
     """
+    return _at_node(
+        mesh,
+        node,
+        lambda h, xi: timoshenko_strains(h, xi)[0] if mesh.cell_type == "beam3" else hermite_curvature(h, xi),
+    )
+
+
+def shear_force(mesh: MeshRecord, node: int, material: Material, beam: Beam) -> np.ndarray:
+    """Return the shear force at a node as a row over the dofs [N/m, N/rad], the mean of its elements, (dofs,).
+
+    It acts along z from the side of the end `right` on the other: κ G A (w′ + θ), E I θ″ without shear.
+    """
+    section, G = beam.section, material.E / 2 / (1 + material.nu)
+
+    def sheared(h: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        if mesh.cell_type == "beam3":
+            return beam.shear_coefficient * G * section.area * timoshenko_strains(h, xi)[1]
+        # Curvatures are linear in ξ.
+        slope = hermite_curvature(h, xi + 0.5) - hermite_curvature(h, xi - 0.5)
+        return material.E * section.second_moment * 2 / h[:, None, None] * slope
+
+    return _at_node(mesh, node, sheared)
+
+
+def _at_node(mesh: MeshRecord, node: int, values: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return what elements have at a node as a row over the dofs, their mean, (dofs,).
+
+    Args:
+        values: Rows over the dofs of elements of length h (e,) at ξ (q,), (e, q, n).
+    """
     row, h = np.zeros(2 * len(mesh.nodes)), element_lengths(mesh)
     cells, places = np.nonzero(mesh.cells == node)
     for cell, place in zip(cells, places, strict=True):
-        own, xi = h[cell : cell + 1], np.array([(-1.0, 1.0, 0.0)[place]])
-        values = timoshenko_strains(own, xi)[0] if mesh.cell_type == "beam3" else hermite_curvature(own, xi)
-        row[(2 * mesh.cells[cell][:, None] + np.arange(2)).ravel()] += values[0, 0] / len(cells)
+        own = values(h[cell : cell + 1], np.array([(-1.0, 1.0, 0.0)[place]]))
+        row[(2 * mesh.cells[cell][:, None] + np.arange(2)).ravel()] += own[0, 0] / len(cells)
     return row
 
 

@@ -29,6 +29,8 @@ class Rows(NamedTuple):
     at: np.ndarray
     """Its place among the values, (p, 2)."""
     values: np.ndarray
+    alike: np.ndarray
+    """Whether a port and the three after it have the same ranges, (p,)."""
 
 
 class Constants(NamedTuple):
@@ -44,6 +46,12 @@ class Constants(NamedTuple):
     rows: Rows
     norm: np.ndarray
     """‖W‖ of each port, (p,)."""
+    parts: np.ndarray
+    """Ranges of the rigid and of the elastic coordinates of each body, (P, 2)."""
+    near: np.ndarray
+    """Parts that each port moves with, (p, 4)."""
+    norms: np.ndarray
+    """‖W‖ over these parts, (p, 4)."""
     reach: np.ndarray
     """Largest |R| of each port [m/N], (p,)."""
     offset: np.ndarray
@@ -127,6 +135,8 @@ class Slides(NamedTuple):
     """First and last + 1 port of the points of each contact, (g, 2)."""
     surface: np.ndarray
     """First port of its functions, their number across, and lines of them along, (g, 3)."""
+    functions: np.ndarray
+    """Ports of the functions of all surfaces, (F,)."""
     window: np.ndarray
     """First and last + 1 port of the functions below its points, (g, 2)."""
     row: np.ndarray
@@ -157,6 +167,8 @@ class Slides(NamedTuple):
     """Gap of a point without the forces of the step's end [m], (p,)."""
     inward: np.ndarray
     """Displacement of functions without these forces, and by them [m], (2, p)."""
+    left: np.ndarray
+    """How many points have left their surface with a force, (1,)."""
 
 
 class State(NamedTuple):
@@ -184,8 +196,10 @@ class State(NamedTuple):
     """r: forces in the residual flexibility, (s, p)."""
     known: np.ndarray
     """Its part that is known before contact, (s, p)."""
-    acts: np.ndarray
-    """Ports whose unknown is not zero, after how many, (p + 1,)."""
+    half: np.ndarray
+    """Generalised force by half of the unknowns of share ½: of contacts and of other ports, (2, m)."""
+    rest: np.ndarray
+    """The same by the rest of the means at the step's end, (2, m)."""
     listed: np.ndarray
     listed_known: np.ndarray
     """Ports whose r is not zero, after how many, (p + 1,)."""
@@ -227,7 +241,12 @@ class State(NamedTuple):
     margin: np.ndarray
     """Sum of a gap and the bounds on its change that were used up when it was found [m], (p,)."""
     travel: np.ndarray
-    """Path length of all coordinates [m kg^½], and Σ|r| [N], (2,)."""
+    """Path length of the coordinates of each part [m kg^½], and of r, Σ|Δr| [N], up to the last step, (P + 1,)."""
+    ahead: np.ndarray
+    """The same up to the forces found, (P + 1,)."""
+    lead: np.ndarray
+    """What the forces of a step's end add to the path of coordinates [m kg^½] and of r [N]: those of the last one, and
+    what is allowed for in this one, (4,)."""
     impulses: np.ndarray
     """Of each port [N s], (p,)."""
     struck: np.ndarray

@@ -2,10 +2,18 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.general.arrays import DRIVEN, LAW, POSITION, RUBBING_LAW, STABILISED, VELOCITY
+from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.integrators.general.arrays import (
+    DRIVEN,
+    LAW,
+    POSITION,
+    RUBBING_LAW,
+    STABILISED,
+    UNILATERAL,
+    VELOCITY,
+)
 from gudgeon.solver.integrators.general.rebounds import rebound
-from gudgeon.solver.integrators.general.rows import displaced, moved
+from gudgeon.solver.integrators.general.rows import displaced, four_in_a_row, moved, moved_four
 from gudgeon.solver.integrators.general.slides import (
     BEFORE,
     displaced_over,
@@ -17,47 +25,85 @@ from gudgeon.solver.integrators.general.slides import (
 
 SCRATCH = 1e-13
 """Share of its margin by which a sleeping point is round-off from waking."""
+FORESIGHT = 2.0
+"""What the forces of a step are expected to add to the paths, over what those of the last step did."""
 
 
 @inner
-def _sleeps(constants, state, i, travel):  # type: ignore[no-untyped-def]
-    """Whether a gap cannot have closed after so long a path of the coordinates."""
-    used = constants.norm[i] * travel + constants.reach[i] * state.travel[1]
-    return state.margin[i] * (1.0 - SCRATCH) > used
+def _used(near, norms, reach, path, i):  # type: ignore[no-untyped-def]
+    """Return a bound of what a port can have moved over a path of its parts and of r [m]."""
+    used = reach[i] * path[len(path) - 1]
+    for n in range(4):
+        used += norms[i, n] * path[near[i, n]]
+    return used
 
 
 @inner
-def _path(state):  # type: ignore[no-untyped-def]
-    """Return the path of the coordinates up to the state [m kg^½]."""
-    length = 0.0
-    for k in range(len(state.q)):
-        length += (state.q[k] - state.before[0, k]) ** 2
-    return state.travel[0] + np.sqrt(length)
+def _look_ahead(constants, state, further, change):  # type: ignore[no-untyped-def]
+    """Set the paths up to the state, with those that forces still add to coordinates [m kg^½] and to r [N]."""
+    q, before, ranges, ahead = state.q, state.before[0], constants.parts, state.ahead
+    for part in range(len(ranges)):
+        length, now, then = 0.0, q[ranges[part, 0] : ranges[part, 1]], before[ranges[part, 0] : ranges[part, 1]]
+        for k in range(len(now)):
+            length += (now[k] - then[k]) ** 2
+        ahead[part] = state.travel[part] + np.sqrt(length) + further
+    ahead[len(ranges)] = state.travel[len(ranges)] + change
+
+
+@inner
+def _changed(constants, state):  # type: ignore[no-untyped-def]
+    """Return Σ|Δr| of the step with the forces found [N]."""
+    total, held, last, unknown = 0.0, state.held, state.last, state.unknown
+    for s in range(len(held)):
+        memory, own = constants.memory[s], held[s]
+        kept, begin, end = memory[0], memory[1], memory[2]
+        for i in range(len(own)):
+            total += abs((kept[i] - 1.0) * own[i] + begin[i] * last[i] + end[i] * unknown[i])
+    return total
+
+
+@inner
+def travelled(constants, state):  # type: ignore[no-untyped-def]
+    """Set the paths up to the end of the step, before r is brought there."""
+    state.lead[1] = _changed(constants, state)
+    _look_ahead(constants, state, 0.0, state.lead[1])
+    copy(state.ahead, state.travel)
 
 
 @inner
 def find_candidates(constants, state, problem):  # type: ignore[no-untyped-def]
     """List the ports that may respond in the step."""
-    travel = _path(state)
+    # What the forces add is foreseen, so that few points are woken after a solution.
+    state.lead[2], state.lead[3] = FORESIGHT * state.lead[0], FORESIGHT * state.lead[1]
+    _look_ahead(constants, state, state.lead[2], state.lead[3])
     if constants.slides and slide(constants, state):
         problem.size[1] = -1
+    near, norms, reach, ahead, margin = constants.near, constants.norms, constants.reach, state.ahead, state.margin
     for n in range(len(constants.touching)):
         i = constants.touching[n]
         problem.awake[1, i] = problem.awake[0, i]
         if state.slides.over[i]:
             beside = state.slides.corner[0, i] < 0
+            state.slides.left[0] += beside and state.last[i] != 0.0
             problem.awake[0, i] = not beside and (state.last[i] != 0.0 or state.slides.free[i] <= 0.0)
             if not problem.awake[0, i]:
                 state.unknown[i] = 0.0
         else:
-            problem.awake[0, i] = state.last[i] != 0.0 or not _sleeps(constants, state, i, travel)
-        if problem.awake[0, i] and not problem.awake[1, i]:
-            _place(constants, state, i)
+            sleeps = margin[i] * (1.0 - SCRATCH) > _used(near, norms, reach, ahead, i)
+            problem.awake[0, i] = state.last[i] != 0.0 or not sleeps
+        if problem.awake[0, i] and not problem.awake[1, i] and not placed_late(constants, i):
+            place(constants, state, i)
     _list(constants, state, problem)
 
 
 @inner
-def _place(constants, state, i):  # type: ignore[no-untyped-def]
+def placed_late(constants, i):  # type: ignore[no-untyped-def]
+    """Whether a block needs its place at the start of a step only once it has a force."""
+    return constants.kind[i] == UNILATERAL and constants.level[i] == POSITION
+
+
+@inner
+def place(constants, state, i):  # type: ignore[no-untyped-def]
     """Set where a block that wakes was at the start of the step [m]."""
     for b in range(i, i + constants.size[i]):
         response = displaced(constants.residual, b, state.held, state.listed)
@@ -98,9 +144,18 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
     """Set the measures of the candidates without their forces of the step's end, and the approach of laws."""
     dt, n, ports, gap = constants.dt, problem.size[0], problem.ports, state.gap
     rows, offset, q, v, kinds, size = constants.rows, constants.offset, state.q, state.v, constants.kind, constants.size
-    for a in range(n):
+    listed, a = ports[:n], 0
+    while a < n:
         i = ports[a]
-        gap[i], state.shift[i] = offset[i] + moved(rows, i, q), 0.0
+        if four_in_a_row(rows, listed, a):
+            gap[i], gap[i + 1], gap[i + 2], gap[i + 3] = moved_four(rows, i, q)
+            a += 4
+        else:
+            gap[i] = moved(rows, i, q)
+            a += 1
+    for a in range(n):
+        gap[ports[a]] += offset[ports[a]]
+        state.shift[ports[a]] = 0.0
     if state.listed_known[0] > 0:
         residual, known, listed = constants.residual, state.known, state.listed_known
         for a in range(n):
@@ -154,7 +209,7 @@ def _touch(obstacle, places, was_open, i):  # type: ignore[no-untyped-def]
     begin, end = before[i], gap[i]
     for b in range(i + 1, i + 3):
         if was_open:
-            share = begin / (begin - end) if begin > 0.0 > end else (0.0 if end <= 0.0 else 1.0)
+            share = begin / (begin - end) if begin > 0.0 >= end else (0.0 if end <= 0.0 else 1.0)
             anchor[b] = before[b] + share * (gap[b] - before[b])
             anchor[b] -= share * belt[b] * dt
         gap[b] -= anchor[b] + belt[b] * dt
@@ -163,17 +218,19 @@ def _touch(obstacle, places, was_open, i):  # type: ignore[no-untyped-def]
 @inner
 def overlooked(constants, state, problem):  # type: ignore[no-untyped-def]
     """Wake the points that the forces found may have closed; whether there are any."""
-    total = 0.0
-    reached = _reached(constants, state, problem)
+    found, further = False, 0.0
     for a in range(problem.size[0]):
-        total += abs(state.unknown[problem.ports[a]])
-    for n in range(len(constants.given)):
-        total += abs(state.unknown[constants.given[n]])
-    before = state.travel[1]
-    state.travel[1] = max(before, len(state.held) * total)
-    found = False
+        i = problem.ports[a]
+        amount = constants.share[i] * state.unknown[i] + state.extra[i]
+        further += abs(amount) * constants.norm[i] * constants.farthest
+    change = _changed(constants, state)
+    state.lead[0] = further
+    if further <= state.lead[2] and change <= state.lead[3] and not constants.slides:
+        return False
+    _look_ahead(constants, state, further, change)
     if constants.slides:
         reach_surfaces(constants, state, problem)
+    near, norms, reach, ahead, margin = constants.near, constants.norms, constants.reach, state.ahead, state.margin
     for n in range(len(constants.touching)):
         i = constants.touching[n]
         if problem.awake[0, i]:
@@ -181,36 +238,26 @@ def overlooked(constants, state, problem):  # type: ignore[no-untyped-def]
         if state.slides.over[i]:
             stays = state.slides.corner[0, i] < 0 or found_gap(constants, state, problem, i) > 0.0
         else:
-            stays = _sleeps(constants, state, i, reached)
+            stays = margin[i] * (1.0 - SCRATCH) > _used(near, norms, reach, ahead, i)
         if not stays:
             problem.awake[0, i] = found = True
-            _place(constants, state, i)
-    state.travel[1] = before
+            if not placed_late(constants, i):
+                place(constants, state, i)
     if found:
         _list(constants, state, problem)
     return found
 
 
 @inner
-def _reached(constants, state, problem):  # type: ignore[no-untyped-def]
-    """Return a bound of the path of the coordinates under the forces found [m kg^½]."""
-    further = 0.0
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        amount = constants.share[i] * state.unknown[i] + state.extra[i]
-        further += abs(amount) * constants.norm[i] * constants.farthest
-    return _path(state) + further
-
-
-@inner
 def used_margins(constants, state, problem):  # type: ignore[no-untyped-def]
     """Set the margin of open points, which they use up by the path of the coordinates and by forces."""
+    near, norms, reach, travel = constants.near, constants.norms, constants.reach, state.travel
     for n in range(len(constants.touching)):
         i = constants.touching[n]
         if not problem.awake[0, i]:
             continue
         gap = state.displacement[0, i]
         if state.unknown[i] == 0.0 and gap > 0.0:
-            state.margin[i] = gap + constants.norm[i] * state.travel[0] - constants.reach[i] * state.travel[1]
+            state.margin[i] = gap + _used(near, norms, reach, travel, i)
         else:
             state.margin[i] = 0.0

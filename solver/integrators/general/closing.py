@@ -4,6 +4,7 @@ import numpy as np
 
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.general.arrays import CONE, POSITION, UNILATERAL
+from gudgeon.solver.integrators.general.candidates import place, placed_late
 from gudgeon.solver.integrators.general.rows import displaced
 from gudgeon.solver.integrators.general.slides import BEFORE, NOW, coupling, displaced_over
 from gudgeon.solver.integrators.general.solution.solve import add_means
@@ -29,6 +30,8 @@ def set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
         part = constants.share[i]
         share, given = 1.0, part * state.unknown[i] + (1.0 - part) * state.last[i]
         if (state.last[i] == 0.0) != (state.unknown[i] == 0.0):
+            if state.unknown[i] != 0.0 and not problem.awake[1, i] and placed_late(constants, i):
+                place(constants, state, i)
             share, given = _closed_share(constants, state, problem, i)
         for b in range(constants.size[i]):
             if b > 0:
@@ -76,7 +79,16 @@ def _closed_share(constants, state, problem, i):  # type: ignore[no-untyped-def]
 @inner
 def _yields(constants, state, problem, i):  # type: ignore[no-untyped-def]
     """Return by how much the compliance of a port gives way in the step under all forces found [m]."""
-    slides = state.slides
+    slides, last = state.slides, constants.layer[i] * state.last[i]
+    if not constants.slides:
+        total = displaced(constants.residual, i, state.known, state.listed_known)
+        total -= displaced(constants.residual, i, state.held, state.listed)
+        for a in range(problem.size[0]):
+            j = problem.ports[a]
+            amount = state.unknown[j]
+            if amount != 0.0:
+                total += (constants.columns[j, i] - constants.share[j] * constants.inertia[j, i]) * amount
+        return total - last
     total = displaced_over(constants, slides, i, NOW, (state.known, state.listed_known))
     # Of a port without a force, `state.response` is not kept from step to step.
     total -= displaced_over(constants, slides, i, BEFORE, (state.held, state.listed))
@@ -84,4 +96,4 @@ def _yields(constants, state, problem, i):  # type: ignore[no-untyped-def]
         j = problem.ports[a]
         inertia = coupling(constants.inertia, slides, j, i)
         total += (coupling(constants.columns, slides, j, i) - constants.share[j] * inertia) * state.unknown[j]
-    return total - constants.layer[i] * state.last[i]
+    return total - last

@@ -52,14 +52,15 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     flexible[rigid] = 0.0
     share = np.where(jumps, 1.0, _share(ports, level, per_port["layer"], flexible))
     norm, reach = _bounds(ports, residual, moving)
+    parts, near, norms = _parts(system, ports)
     matrix = inertia * share + flexible + np.diag(per_port["layer"])
     responds = (ports.kind != Kind.GIVEN) & (ports.kind != Kind.SURFACE)
     scale, among = np.sqrt(np.abs(matrix.diagonal()[responds])), matrix[np.ix_(responds, responds)]
     symmetric = bool((np.abs(among - among.T) <= 1e-12 * np.outer(scale, scale)).all())
     return Constants(
         dt=dt, motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
-        gravity=system.driving.gravity, rows=_rows(system, ports), norm=norm, reach=reach,
-        offset=ports.offset,
+        gravity=system.driving.gravity, rows=_rows(system, ports), norm=norm, parts=parts,
+        near=near, norms=norms, reach=reach, offset=ports.offset,
         kind=ports.kind, size=size, block=block, level=level, share=share, inertia=inertia.T.copy(),
         columns=matrix.T.copy(), residual=residual, memory=memory, layer=per_port["layer"],
         law=per_port["law"], knots=np.vstack([np.empty((0, 2)), *system.springs.knots.values()]),
@@ -218,6 +219,22 @@ def _bounds(ports: Ports, residual: np.ndarray, moving: list[str]) -> tuple[np.n
     return norm, reach
 
 
+def _parts(system: System, ports: Ports) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rigid and the elastic coordinates of each body, the parts that each port moves with, and ‖W‖ there.
+
+    Bounds by parts are closer than by all coordinates: bodies approach by their rigid motion.
+    """
+    parts = [here for body in system.bodies.values() for here in (body.rigid, body.elastic)]
+    sizes = np.array([np.linalg.norm(ports.rows[:, here], axis=1) for here in parts]).reshape(len(parts), -1)
+    near = np.zeros((len(ports.offset), 4), np.int64)
+    for side in range(2):
+        for n in range(2):
+            near[:, 2 * side + n] = 2 * np.maximum(ports.sides[:, side], 0) + n
+    acts = np.repeat((ports.sides >= 0) & (np.diff(ports.sides, axis=1, prepend=-1) != 0), 2, axis=1)
+    norms = np.where(acts, sizes[near, np.arange(len(near))[:, None]], 0.0)
+    return np.array([[here.start, here.stop] for here in parts]).reshape(-1, 2), near, norms
+
+
 def _inverses(ports: Ports, moved: list[str], matrix: np.ndarray) -> np.ndarray:
     """Return the inverse of each drive's block of the measures per unknown, in the rows of its ports, (p, n)."""
     places = [ports.of(name) for name in moved]
@@ -239,7 +256,10 @@ def _rows(system: System, ports: Ports) -> Rows:
                 first[i, side], last[i, side], at[i, side] = here.start, here.stop, used
                 values.append(ports.rows[i, here])
                 used += here.stop - here.start
-    return Rows(first, last, at, np.concatenate(values))
+    ranges = np.hstack([first, last])
+    alike = np.zeros(p, np.bool_)
+    alike[: max(0, p - 3)] = [(ranges[i : i + 4] == ranges[i]).all() for i in range(p - 3)]
+    return Rows(first, last, at, np.concatenate(values), alike)
 
 
 def _loaded(system: System, ports: Ports) -> np.ndarray:

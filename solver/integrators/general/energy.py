@@ -14,8 +14,7 @@ from gudgeon.solver.integrators.general.arrays import (
     UNILATERAL,
     VELOCITY,
 )
-from gudgeon.solver.integrators.general.rows import displaced, moved, push
-from gudgeon.solver.integrators.general.slides import push_contacts
+from gudgeon.solver.integrators.general.rows import displaced, moved
 from gudgeon.solver.integrators.general.solution.responses import spring_energy
 from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, START_ENERGY
 from gudgeon.solver.laws.force import law_energy
@@ -64,14 +63,7 @@ def _ports_energy(constants, state, problem):  # type: ignore[no-untyped-def]
     """Add what all ports store, lose and are given in the step [J]; returns what springs store."""
     parts, extreme = state.parts, state.extreme
     springs = 0.0
-    pressed, mean, unknown, layer = state.pressed, state.mean, state.unknown, constants.layer
-    pressed[:] = 0.0
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        if constants.contact[i] >= 0 and mean[i] != 0.0:
-            push(constants.rows, i, mean[i], pressed)
-    if constants.slides:
-        push_contacts(constants, state, pressed)
+    mean, unknown, layer = state.mean, state.unknown, constants.layer
     for a in range(problem.size[0]):
         i = problem.ports[a]
         kind = constants.kind[i]

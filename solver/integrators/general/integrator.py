@@ -1,7 +1,10 @@
 """The implicit integrator for every feature: runs the loop over ports."""
 
+from collections.abc import Callable
+
 import numpy as np
 
+from gudgeon.solver.compiled import machine_code
 from gudgeon.solver.integrators.general.arrays import (
     STABILISED,
     Arrays,
@@ -41,7 +44,8 @@ class General:
             q=np.zeros((1, len(state.q))), v=np.zeros((1, len(state.q))), ports=np.zeros((1, len(state.unknown))),
             lengths=np.zeros((1, len(state.pin))),
         )  # fmt: skip
-        self._nothing = Given(np.zeros((2, 1, len(constants.given))), np.zeros((1, 0, 4)), np.zeros((1, 0)))
+        self._march: Callable[..., bool] | None = None
+        self._one_step = Given(np.zeros((2, 1, len(constants.given))), np.zeros((1, 0, 4)), np.zeros((1, 0)))
         self._driven = bool(system.driving.joints or system.driving.drives)
         self._slips: list[list[tuple[float, bool]]] = [[] for _ in system.contacts]
         self._gauges = gauge_ports(system, self.ports)
@@ -79,14 +83,18 @@ class General:
         Args:
             applied: Given loads [N], NaN: as the scene gives them, (g,).
         """
-        given = self._nothing
+        given = self._one_step
         if self._driven or (len(applied) and np.isnan(applied).any()):
             given = self._drive(first, count)
             given = given._replace(loads=np.where(np.isnan(applied), given.loads, applied))
-        elif count > 1 or len(applied):
+        elif count > 1:
             given = Given(np.tile(applied, (2, count, 1)), np.zeros((count, 0, 4)), np.zeros((count, 0)))
+        else:
+            given.loads[:] = applied
+        if self._march is None:
+            self._march = machine_code(march, self.arrays, given, first, count, self._bare)
         # What it sums up of forces and loads is not read.
-        sound = march(self.arrays, given, first, count, self._bare)
+        sound = self._march(self.arrays, given, first, count, self._bare)
         self._take_slips()
         if not self._located.take():
             self.failure = Result.IMPACTS
@@ -108,7 +116,7 @@ class General:
         start, j = dt * np.arange(first, first + count), 2 * len(self._system.driving.joints)
         loads, wanted = np.stack([driving.loads(start, dt), driving.loads(start + dt, 0.0)]), driving.driven(start + dt)
         ahead = np.where(constants.level[constants.drives] == STABILISED, 0.5 * dt, 0.0)
-        given = loads[:, :, j : j + len(constants.given)]
+        given = np.ascontiguousarray(loads[:, :, j : j + len(constants.given)])
         return Given(given, driving.crank(start + dt), wanted[:, :, 0] + ahead * wanted[:, :, 1])
 
     def impacts(self) -> list[np.ndarray]:
@@ -132,5 +140,6 @@ class General:
             q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],
             extreme=state.extreme, counts=state.counts, drags=drags if drags.any() else np.empty(0),
             springs=np.concatenate([np.empty(0), *springs]), slips=self._slips,
+            left=int(state.slides.left[0]),
             masters=-inward, master_impulses=state.impulses[self._functions], drag_impulse=drag_impulse,
         )  # fmt: skip

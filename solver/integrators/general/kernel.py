@@ -17,14 +17,29 @@ from gudgeon.solver.integrators.general.arrays import (
     POSITION,
     RUBBING_LAW,
     STABILISED,
+    SURFACE,
     VELOCITY,
 )
-from gudgeon.solver.integrators.general.candidates import find_candidates, free_measures, overlooked, used_margins
+from gudgeon.solver.integrators.general.candidates import (
+    find_candidates,
+    free_measures,
+    overlooked,
+    travelled,
+    used_margins,
+)
 from gudgeon.solver.integrators.general.closing import set_extra
 from gudgeon.solver.integrators.general.energy import balance
 from gudgeon.solver.integrators.general.rebounds import foresee, keep_open, shifts_change, strike
 from gudgeon.solver.integrators.general.resultants import log_forces
-from gudgeon.solver.integrators.general.rows import displaced, list_forces, moved, push
+from gudgeon.solver.integrators.general.rows import (
+    displaced,
+    four_in_a_row,
+    list_forces,
+    moved,
+    push,
+    push_four,
+    respond,
+)
 from gudgeon.solver.integrators.general.slides import (
     NOW,
     displaced_over,
@@ -33,7 +48,6 @@ from gudgeon.solver.integrators.general.slides import (
     place_surfaces,
     press_surfaces,
     pull_along,
-    push_surfaces,
 )
 from gudgeon.solver.integrators.general.solution.responses import rubbed
 from gudgeon.solver.integrators.general.solution.solve import solve
@@ -111,12 +125,10 @@ def _fly(constants, state, loads):  # type: ignore[no-untyped-def]
     copy(state.response[0], state.response[1])
     copy(q, state.before[0])
     copy(v, state.before[1])
-    copy(constants.gravity, force)
+    gravity, contacts, others = constants.gravity, state.half[0], state.half[1]
+    for k in range(len(force)):
+        force[k] = gravity[k] + contacts[k] + others[k]
     state.extra[:] = 0.0
-    for n in range(1, state.acts[0] + 1):
-        i = state.acts[n]
-        if constants.share[i] < 1.0:
-            push(constants.rows, i, 0.5 * last[i], force)
     for n in range(len(constants.given)):
         i, mean, end = constants.given[n], loads[0, n], loads[1, n]
         if mean != 0.0:
@@ -134,6 +146,8 @@ def _fly(constants, state, loads):  # type: ignore[no-untyped-def]
     a, b, c = motion[2], motion[3], constants.push[1]
     for k in range(len(v)):
         v[k] = a[k] * q0[k] + b[k] * v0[k] + c[k] * force[k]
+    if not (constants.damped or len(constants.given) > 0):
+        return
     for s in range(len(state.held)):
         memory = constants.memory[s]
         for i in range(len(last)):
@@ -183,45 +197,33 @@ def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
 def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
     """Bring all ports and coordinates to the end of the step."""
     p = len(state.unknown)
-    second = state.pressed
-    second[:] = 0.0
     for i in range(p):
         now, last = state.unknown[i], state.last[i]
         share = constants.share[i]
         state.mean[i] = share * now + (1.0 - share) * last + state.extra[i]
         state.impulses[i] += constants.dt * state.mean[i]
-    acts = 0
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        amount = constants.share[i] * state.unknown[i] + state.extra[i]
-        if amount != 0.0:
-            push(constants.rows, i, amount, second)
-        if state.unknown[i] != 0.0:
-            acts += 1
-            state.acts[acts] = i
-    state.acts[0] = acts
-    if constants.slides:
-        push_surfaces(constants, state, second)
-    length, q, v, before, force = 0.0, state.q, state.v, state.before[0], state.force
+    q, v, force, half, rest, pressed = state.q, state.v, state.force, state.half, state.rest, state.pressed
+    copy(half[0], pressed)
+    half[:, :] = 0.0
+    rest[:, :] = 0.0
+    _push_ends(constants, state, problem.ports[: problem.size[0]])
+    _push_ends(constants, state, state.slides.functions)
     by_q, by_v = constants.push[0], constants.push[1]
     for k in range(len(q)):
-        q[k] += by_q[k] * second[k]
-    for k in range(len(v)):
-        v[k] += by_v[k] * second[k]
-    for k in range(len(force)):
-        force[k] += second[k]
+        contacts = half[0, k] + rest[0, k]
+        second = contacts + half[1, k] + rest[1, k]
+        pressed[k] += contacts
+        force[k] += second
+        q[k] += by_q[k] * second
+        v[k] += by_v[k] * second
     if constants.bounces:
         strike(constants, state, problem)
-    for k in range(len(q)):
-        length += (q[k] - before[k]) ** 2
-    state.travel[0] += np.sqrt(length)
-    held, total = state.held, 0.0
+    travelled(constants, state)
+    held = state.held
     for s in range(len(held)):
         memory = constants.memory[s]
         for i in range(p):
             held[s, i] = memory[0, i] * held[s, i] + memory[1, i] * state.last[i] + memory[2, i] * state.unknown[i]
-            total += abs(held[s, i])
-    state.travel[1] = total
     list_forces(held, state.listed)
     _displace(constants, state, problem)
     if constants.slides:
@@ -229,6 +231,45 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
         drag_along(constants, state)
     _anchor(constants, state, problem, time)
     used_margins(constants, state, problem)
+
+
+@inner
+def _push_ends(constants, state, ports):  # type: ignore[no-untyped-def]
+    """Add the generalised forces of some ports by what acts at the step's end."""
+    rows, unknown, extra, size, a = constants.rows, state.unknown, state.extra, len(ports), 0
+    while a < size:
+        i = ports[a]
+        a += 1
+        if unknown[i] == 0.0 and extra[i] == 0.0:
+            continue
+        group = 0 if constants.contact[i] >= 0 or constants.kind[i] == SURFACE else 1
+        if _push_alike((constants.contact, constants.share, unknown, extra), i) and four_in_a_row(rows, ports, a - 1):
+            amounts = (0.5 * unknown[i], 0.5 * unknown[i + 1], 0.5 * unknown[i + 2], 0.5 * unknown[i + 3])
+            push_four(rows, i, amounts, state.half[group])
+            a += 3
+        elif constants.share[i] < 1.0:
+            push(rows, i, 0.5 * unknown[i], state.half[group])
+            if extra[i] != 0.0:
+                push(rows, i, extra[i], state.rest[group])
+        else:
+            push(rows, i, unknown[i] + extra[i], state.rest[group])
+
+
+@inner
+def _push_alike(ports, i):  # type: ignore[no-untyped-def]
+    """Whether four ports from i on are of the same contact and have forces without an extra one.
+
+    Args:
+        ports: Contacts, shares, unknowns and extra means of all.
+    """
+    contact, share, unknown, extra = ports
+    if i + 4 > len(unknown) or contact[i] < 0:
+        return False
+    alike = True
+    for j in range(i, i + 4):
+        alike = alike and contact[j] == contact[i] and share[j] < 1.0
+        alike = alike and unknown[j] != 0.0 and extra[j] == 0.0
+    return alike
 
 
 @inner
@@ -263,9 +304,7 @@ def _displace(constants, state, problem):  # type: ignore[no-untyped-def]
                 for b in range(i, i + constants.size[i]):
                     _displace_fully(constants, state, b)
     if len(state.held) == 1:
-        for n in range(1, listed[0] + 1):
-            i = listed[n]
-            response[i] = displaced(residual, i, held, listed)
+        respond(residual[0], listed, held[0], response)
 
 
 @inner

@@ -135,7 +135,7 @@ def _sudden(constants, state, i, average):  # type: ignore[no-untyped-def]
 @inner
 def strike(constants, state, problem):  # type: ignore[no-untyped-def]
     """Let impulses of rigid contact that closes within the step act when it closes and from then on."""
-    by_v, q, second = constants.push[1], state.q, state.pressed
+    by_v, q, second = constants.push[1], state.q, state.rest[0]
     second[:] = 0.0
     average = _average(constants, state, problem)
     state.average[0] = average

@@ -8,7 +8,7 @@ along the line of sliding gives back in the next one.
 
 from gudgeon.solver.compiled import copy, inner
 from gudgeon.solver.contact.weights import weigh
-from gudgeon.solver.integrators.general.rows import displaced, moved, push
+from gudgeon.solver.integrators.general.rows import displaced, moved
 
 NOW, BEFORE = range(2)
 """Weights of the end of a step and of its start."""
@@ -165,19 +165,18 @@ def _add_source(source, slides, problem, weight, column):  # type: ignore[no-unt
 def press_surfaces(constants, state):  # type: ignore[no-untyped-def]
     """Set the forces on functions by those of the points that slide over them."""
     slides = state.slides
-    for g in range(len(slides.chart)):
-        first = slides.surface[g, 0]
-        last = first + slides.surface[g, 1] * slides.surface[g, 2]
-        state.unknown[first:last] = 0.0
-        state.extra[first:last] = 0.0
+    for n in range(len(slides.functions)):
+        state.unknown[slides.functions[n]] = state.extra[slides.functions[n]] = 0.0
+    for g in range(len(slides.ports)):
         for i in range(slides.ports[g, 0], slides.ports[g, 1]):
             if state.unknown[i] != 0.0:
                 _spread(slides, i, NOW, state.unknown[i], state.unknown)
             if state.extra[i] != 0.0:
                 _spread(slides, i, NOW, state.extra[i], state.extra)
-        for f in range(first, last):
-            if state.last[f] == 0.0 and state.unknown[f] != 0.0:
-                state.response[1, f] = displaced(constants.residual, f, state.held, state.listed)
+    for n in range(len(slides.functions)):
+        f = slides.functions[n]
+        if state.last[f] == 0.0 and state.unknown[f] != 0.0:
+            state.response[1, f] = displaced(constants.residual, f, state.held, state.listed)
 
 
 @inner
@@ -210,33 +209,6 @@ def found_gap(constants, state, problem, i):  # type: ignore[no-untyped-def]
 
 
 @inner
-def push_surfaces(constants, state, force):  # type: ignore[no-untyped-def]
-    """Add the generalised force by the forces on functions at the step's end, and list these after the others."""
-    slides, acts = state.slides, state.acts[0]
-    for g in range(len(slides.surface)):
-        first = slides.surface[g, 0]
-        for f in range(first, first + slides.surface[g, 1] * slides.surface[g, 2]):
-            amount = constants.share[f] * state.unknown[f] + state.extra[f]
-            if amount != 0.0:
-                push(constants.rows, f, amount, force)
-            if state.unknown[f] != 0.0:
-                acts += 1
-                state.acts[acts] = f
-    state.acts[0] = acts
-
-
-@inner
-def push_contacts(constants, state, force):  # type: ignore[no-untyped-def]
-    """Add the generalised force by the mean forces on functions in the step."""
-    slides = state.slides
-    for g in range(len(slides.surface)):
-        first = slides.surface[g, 0]
-        for f in range(first, first + slides.surface[g, 1] * slides.surface[g, 2]):
-            if state.mean[f] != 0.0:
-                push(constants.rows, f, state.mean[f], force)
-
-
-@inner
 def pull_along(constants, state, force):  # type: ignore[no-untyped-def]
     """Add the generalised force of the drag of the last step."""
     slides = state.slides
@@ -251,12 +223,11 @@ def pull_along(constants, state, force):  # type: ignore[no-untyped-def]
 @inner
 def place_surfaces(constants, state):  # type: ignore[no-untyped-def]
     """Set the displacement of loaded functions by the residual flexibility at the end of the step [m]."""
-    slides = state.slides
-    for g in range(len(slides.surface)):
-        first = slides.surface[g, 0]
-        for f in range(first, first + slides.surface[g, 1] * slides.surface[g, 2]):
-            if state.unknown[f] != 0.0 or state.last[f] != 0.0:
-                state.response[0, f] = displaced(constants.residual, f, state.held, state.listed)
+    functions = state.slides.functions
+    for n in range(len(functions)):
+        f = functions[n]
+        if state.unknown[f] != 0.0 or state.last[f] != 0.0:
+            state.response[0, f] = displaced(constants.residual, f, state.held, state.listed)
 
 
 @inner

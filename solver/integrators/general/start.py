@@ -40,20 +40,22 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         system.start_contact_energy - 0.5 * float(system.start_forces @ system.residual @ system.start_forces),
     )  # fmt: skip
     pin = system.driving.crank(np.zeros(1))[0]
-    acts, listed = (np.zeros(p + 1, np.int64) for _ in range(2))
-    for numbers, among in ((acts, ports.kind != Kind.GIVEN), (listed, sides > 0)):
-        found = np.flatnonzero((unknown != 0.0) & among)
-        numbers[0], numbers[1 : len(found) + 1] = len(found), found
+    listed, found = np.zeros(p + 1, np.int64), np.flatnonzero(unknown) if sides else np.empty(0, np.int64)
+    listed[0], listed[1 : len(found) + 1] = len(found), found
+    pushes = np.where((constants.share < 1.0) & (ports.kind != Kind.GIVEN), 0.5 * unknown, 0.0)
+    presses = (constants.contact >= 0) | (ports.kind == Kind.SURFACE)
+    half = np.stack([np.where(presses, pushes, 0.0), np.where(presses, 0.0, pushes)]) @ ports.rows
     zeros = {name: np.zeros(p) for name in _ZERO_AT_START}
     return State(
         slides=_slides(system, ports),
         q=system.position.copy(), v=system.velocity.copy(), before=np.zeros((2, m)), force=np.zeros(m),
-        pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), acts=acts,
+        pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), half=half, rest=np.zeros((2, m)),
         listed=listed,
         listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
         response=np.stack([response, response]), anchor=displacement.copy(), sliding=np.zeros(p, np.bool_),
         fastest=np.zeros(1), average=np.zeros(1), wanted=np.zeros(len(constants.drives)),
-        rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(2),
+        rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(len(constants.parts) + 1),
+        ahead=np.zeros(len(constants.parts) + 1), lead=np.zeros(4),
         acting=np.zeros(contacts), struck=np.zeros(contacts, np.bool_), peak=np.zeros((contacts, 2)),
         slips=np.zeros((SLIPS + 1 if contacts else 1, 3)), closing=np.full(p, -1.0),
         stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=parts,
@@ -92,10 +94,11 @@ def _slides(system: System, ports: Ports) -> Slides:
     g, m = len(moving), len(system.velocity)
     found = Slides(
         ports=np.zeros((g, 2), np.int64), surface=np.zeros((g, 3), np.int64), window=np.zeros((g, 2), np.int64),
+        functions=np.flatnonzero(ports.kind == Kind.SURFACE),
         row=np.zeros((g, m)), chart=np.zeros((g, 2)), sigma=np.zeros((2, g)), drag=np.zeros(g),
         drag_impulse=np.zeros(g), over=np.zeros(p, np.bool_), width=np.zeros(p, np.int64), height=np.zeros(p),
         start=np.full(p, -1), across=np.zeros((p, 4)), corner=np.full((2, p), -1), along=np.zeros((2, 4, p)),
-        free=np.zeros(p), inward=np.zeros((2, p)),
+        free=np.zeros(p), inward=np.zeros((2, p)), left=np.zeros(1, np.int64),
     )  # fmt: skip
     for number, item in enumerate(moving):
         normals, functions, over = contact_ports(ports, item), ports.of(f"surface.{item.name}"), item.master

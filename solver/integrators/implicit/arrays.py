@@ -122,6 +122,8 @@ class Masters(NamedTuple):
     """e of the functions in the windows of candidate contacts [m], (F,)."""
     filled: np.ndarray
     """Range along in which w of each contact's space is kept, (k, 2)."""
+    left: np.ndarray
+    """How many points have left their surface with a force, (1,)."""
     corner: np.ndarray
     along: np.ndarray
     """Weights at the end and the start of the step, as in `Compliance`, (2, c) and (2, 4, c)."""

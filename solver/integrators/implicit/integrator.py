@@ -75,7 +75,7 @@ class Implicit(capabilities.Implicit):
         return Outcome(
             q=self.modes.q, v=self.modes.v, multipliers=points.multipliers, impulses=points.impulses,
             extreme=energy.extreme, counts=energy.counts, masters=outward, master_impulses=masters.impulses,
-            drag_impulse=masters.drag_impulse,
+            drag_impulse=masters.drag_impulse, left=int(masters.left[0]),
         )  # fmt: skip
 
 
@@ -157,8 +157,8 @@ def _masters(system: System, dt: float, modes: Modes) -> Masters:
         functions=functions, columns=np.ascontiguousarray(functions.T), span=_span(functions),
         coordinates=np.arange(*_span(functions)),
         residual=system.function_residual, memory=_memory(beta, dt), chart=chart, height=height, slide=slide,
-        start=start, filled=np.zeros((k, 2), np.int64), corner=np.full((2, c), -1), near=np.full(c, -1),
-        along=np.zeros((2, 4, c)),
+        start=start, filled=np.zeros((k, 2), np.int64), left=np.zeros(1, np.int64),
+        corner=np.full((2, c), -1), near=np.full(c, -1), along=np.zeros((2, 4, c)),
         weights_at=np.full((2, k), np.nan), sigma=sigma, slid=np.zeros(k), drag=np.zeros(k), drag_impulse=np.zeros(k),
         function_forces=np.zeros((3, count)), force=np.zeros(m), numbers=np.zeros(count, np.int64),
         size=np.zeros(1, np.int64), refresh=np.array([REFRESH]), **zeros,

@@ -186,6 +186,7 @@ def _free_gaps(modes, points, masters, matrix, loads, k):  # type: ignore[no-unt
         for i in range(len(free)):
             if corner[i] < 0:
                 free[i] = FAR
+                masters.left[0] += points.multipliers[first + i] > 0.0
 
 
 @embedded

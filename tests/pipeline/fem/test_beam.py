@@ -228,6 +228,9 @@ def component(theory: str, reduction: str, supports: list[Any], **modes: Any) ->
                 "under": {"station": "third", "fibre": "bottom"},
                 "root": {"station": "left", "fibre": "top"},
                 "middle": {"station": "mid", "fibre": "top"},
+                "moment": {"station": "third", "quantity": "bending-moment"},
+                "shear": {"station": "third", "quantity": "shear-force"},
+                "held": {"station": "left", "quantity": "bending-moment"},
             },
             "modes": {"reduction": reduction, "normal_count": count, "reference": "left"} | modes,
         }
@@ -253,6 +256,11 @@ def test_gauge_of_a_cantilever_reads_moment_over_modulus(theory: str, reduction:
         (value,) = gauge.rows @ q + gauge.residual @ forces
         moment = F * (LENGTH - x) - P * (1.0 - x)
         assert value == pytest.approx(sign * moment / modulus, rel=1e-7)
+    exact = {"moment": F * (LENGTH - 0.7) - P * 0.3, "held": F * LENGTH - P, "shear": F - P}
+    for name, force in exact.items():
+        gauge = record.gauges[name]
+        assert gauge.unit == ("N" if name == "shear" else "N m")
+        assert (gauge.rows @ q + gauge.residual @ forces)[0] == pytest.approx(force, rel=1e-6)
 
 
 def test_gauge_of_a_free_beam_equals_the_full_model() -> None:
@@ -293,7 +301,7 @@ def test_pictures_get_nodal_displacements() -> None:
         ({"material": None}, "is missing; geometry 'beam' needs E, nu and rho"),
         (
             {"geometry": {"kind": "bar", "length": 1.0, "area": 1.0}},
-            "under, root, middle given; gauges need a beam, solid or plane",
+            "under, root, middle, moment, shear, held given; gauges need a beam, solid or plane",
         ),
     ],
 )

@@ -209,7 +209,9 @@ def test_places_that_the_part_lacks_are_refused(mesh: MeshRecord, gauge: dict[st
         ({"point": [0, 0, 0], "surface": "top"}, "point and surface given; exactly one of"),
         ({"point": [0, 0, 0], "fibre": "top"}, "fibre, 'top' or 'bottom', must be given with a station, and only then"),
         ({"station": "mid"}, "must be given with a station"),
-        ({"station": "mid", "fibre": "top", "quantity": "strain"}, "quantity applies to a point or a surface"),
+        ({"station": "mid", "fibre": "top", "quantity": "strain"}, "quantity 'strain' applies to a point or a surface"),
+        ({"station": "mid", "fibre": "top", "quantity": "shear-force"}, "of a whole section: give a station, and no f"),
+        ({"point": [0, 0, 0], "quantity": "bending-moment"}, "'bending-moment' is of a whole section: give a station"),
         ({"point": [0, 0, float("nan")]}, r"(?s)point\.2.*should be a finite number"),
     ],
 )
