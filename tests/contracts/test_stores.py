@@ -185,7 +185,7 @@ def test_a_key_that_is_not_that_of_the_inputs_is_refused(store: Store) -> None:
 
 
 def test_threads_put_at_the_same_time(store: Store, location: str) -> None:
-    count = 4 if location.startswith("hsds") else 40  # There, each has a hundred requests.
+    count = 4 if location.startswith("hsds") else 40  # There, a put takes seconds.
     with ThreadPoolExecutor(4) as pool:
         keys = list(pool.map(lambda number: _put(store, number), range(count)))
     assert sorted(store.keys()) == sorted(keys)
