@@ -8,7 +8,7 @@ import numpy as np
 from scipy import linalg, sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.modaldb.records.modes import InertiaCouplings, InterfaceModes, LoadModes, ModalRecord, TractionModes
+from gudgeon.modaldb.records.modes import InterfaceModes, LoadModes, ModalRecord, TractionModes
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
@@ -23,6 +23,7 @@ from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too
 from gudgeon.pipeline.modes.normal import largest_count
 from gudgeon.pipeline.modes.static import pressure_fields
 from gudgeon.pipeline.reduction.accuracy import frequency_errors, refuse_locking
+from gudgeon.pipeline.reduction.couplings import inertia_couplings
 from gudgeon.pipeline.reduction.gauges import gauge_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
@@ -63,13 +64,20 @@ class _Acting:
 
 
 def reduce_component(
-    mesh: MeshRecord, mesh_key: str, component: Component, name: str, rubbed: Collection[str] = ()
+    mesh: MeshRecord,
+    mesh_key: str,
+    component: Component,
+    name: str,
+    rubbed: Collection[str] = (),
+    *,
+    turns: bool = False,
 ) -> ModalRecord:
     """Assemble a component and reduce it to a modal record.
 
     Args:
         name: The component's name in the scene, for messages.
         rubbed: Interfaces of contact points on which friction acts: they get tangential rows.
+        turns: Whether bodies of it turn by any angle: they need all tensors of the floating frame.
 
     Raises:
         InputError: an interface or a support does not fit the mesh, or the mesh is inverted.
@@ -89,6 +97,15 @@ def reduce_component(
     responses = np.empty((len(model.held), 0)) if own.responses is None else spread @ own.responses
     static = static_responses(model, {key: one.forces for key, one in acting.items()}, responses)
     modes = {key: one.modes(reduction.Phi) for key, one in acting.items()}
+    loads = [key for key, one in modes.items() if isinstance(one, LoadModes)]
+    pulls = sparse.vstack([sparse.csr_matrix((0, spread.shape[0])), *(acting[key].rows for key in loads)], format="csr")
+    couplings, stiffness = inertia_couplings(
+        model, tied, spread, own.Phi, component, moments=turns, loads=sparse.csr_matrix(pulls)
+    )
+    if len(stiffness):
+        ends = np.cumsum([acting[key].rows.shape[0] for key in loads])[:-1]
+        for key, part in zip(loads, np.split(stiffness, ends), strict=True):
+            modes[key] = replace(modes[key], stress_stiffness=part)
     errors = frequency_errors(tied, own, model, spread, component)
     refuse_locking(
         errors.discretisation_errors, own.angular_frequencies, component, where,
@@ -108,7 +125,7 @@ def reduce_component(
         interface_rows=dict(contact.spans),
         residual_flexibility=reduction.residual_flexibility,
         shapes=model.nodal(reduction.Phi),
-        inertia_couplings=_couplings(model, reduction),
+        inertia_couplings=couplings,
         participation=_participation(model, reduction) if model.held.any() else None,
         quality=reduction.quality
         | {
@@ -224,22 +241,3 @@ def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:
     """Return Tᵀ M Φ [kg^½], T the unit translations, (3, m); held dofs do not move."""
     momentum = (model.M @ reduction.Phi).reshape(len(model.nodes), len(model.directions), -1).sum(axis=0)
     return model.directions.T @ momentum
-
-
-def _couplings(model: FEModel, reduction: Reduction) -> InertiaCouplings | None:
-    """Return the constant tensors of the nodal floating frame, ũᵀ M Φ with u = x + Σ qₖ φₖ.
-
-    None for a line mesh, and for a body that is held or cannot rotate: it has no floating frame.
-    """
-    if len(model.directions) != 3 or len(model.rigid_twists) < 6:
-        return None
-    arm = model.nodes - model.properties.centre
-    momentum = (model.M @ reduction.Phi).reshape(len(arm), 3, -1)
-    shapes = reduction.Phi.reshape(len(arm), 3, -1)
-    pairs = np.einsum("nik,njl->ijkl", shapes, momentum, optimize=True)
-    gradient = np.stack([pairs[1, 2] - pairs[2, 1], pairs[2, 0] - pairs[0, 2], pairs[0, 1] - pairs[1, 0]])
-    return InertiaCouplings(
-        translation=momentum.sum(axis=0),
-        rotation=np.cross(arm[:, :, None], momentum, axis=1).sum(axis=0),
-        rotation_gradient=gradient,
-    )
