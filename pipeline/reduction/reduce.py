@@ -8,7 +8,7 @@ import numpy as np
 from scipy import linalg, sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.modaldb.records.modes import InterfaceModes, LoadModes, ModalRecord, TractionModes
+from gudgeon.modaldb.records.modes import InertiaCouplings, InterfaceModes, LoadModes, ModalRecord, TractionModes
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
@@ -97,48 +97,51 @@ def reduce_component(
     responses = np.empty((len(model.held), 0)) if own.responses is None else spread @ own.responses
     static = static_responses(model, {key: one.forces for key, one in acting.items()}, responses)
     modes = {key: one.modes(reduction.Phi) for key, one in acting.items()}
-    loads = [key for key, one in modes.items() if isinstance(one, LoadModes)]
-    pulls = sparse.vstack([sparse.csr_matrix((0, spread.shape[0])), *(acting[key].rows for key in loads)], format="csr")
-    couplings, stiffness = inertia_couplings(
-        model, tied, spread, own.Phi, component, moments=turns, loads=sparse.csr_matrix(pulls)
-    )
-    if len(stiffness):
-        ends = np.cumsum([acting[key].rows.shape[0] for key in loads])[:-1]
-        for key, part in zip(loads, np.split(stiffness, ends), strict=True):
-            modes[key] = replace(modes[key], stress_stiffness=part)
+    couplings = _coupled((model, tied, spread), own.Phi, component, acting, modes, turns=turns)
     errors = frequency_errors(tied, own, model, spread, component)
     refuse_locking(
         errors.discretisation_errors, own.angular_frequencies, component, where,
         lambda other: reduce_component(mesh, mesh_key, other, name).discretisation_errors,
     )  # fmt: skip
+    made = {"rigid_motions": len(model.rigid_twists)}
+    made |= {"compliance_errors": compliance_errors(model, component, responses, static)}
     return ModalRecord(
-        mesh_key=mesh_key,
-        reduction=component.modes.reduction,
-        normal_count=reduction.normal_count,
+        mesh_key=mesh_key, reduction=component.modes.reduction, normal_count=reduction.normal_count,
         static_count=len(reduction.angular_frequencies) - reduction.normal_count,
-        angular_frequencies=reduction.angular_frequencies,
-        mass=model.properties.mass,
-        centre=model.properties.centre,
-        inertia=model.properties.inertia,
-        rigid_twists=model.rigid_twists,
+        angular_frequencies=reduction.angular_frequencies, mass=model.properties.mass,
+        centre=model.properties.centre, inertia=model.properties.inertia, rigid_twists=model.rigid_twists,
         interfaces={key: one for key, one in modes.items() if isinstance(one, InterfaceModes)},
-        interface_rows=dict(contact.spans),
-        residual_flexibility=reduction.residual_flexibility,
-        shapes=model.nodal(reduction.Phi),
-        inertia_couplings=couplings,
+        interface_rows=dict(contact.spans), residual_flexibility=reduction.residual_flexibility,
+        shapes=model.nodal(reduction.Phi), inertia_couplings=couplings,
         participation=_participation(model, reduction) if model.held.any() else None,
-        quality=reduction.quality
-        | {
-            "rigid_motions": len(model.rigid_twists),
-            "compliance_errors": compliance_errors(model, component, responses, static),
-        },
+        quality=reduction.quality | made,
         tractions={key: one for key, one in modes.items() if isinstance(one, TractionModes)},
         loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
         gauges=gauge_modes(component, gauges, tied, contact.B, own),
         static_responses=static if static.columns and model.mesh.cell_type == "tetra10" else None,
-        tangential_spans=dict(contact.tangential_spans),
-        **vars(errors),
-    )
+        tangential_spans=dict(contact.tangential_spans), **vars(errors),
+    )  # fmt: skip
+
+
+def _coupled(
+    models: tuple[FEModel, FEModel, sparse.csr_matrix],
+    shapes: np.ndarray,
+    component: Component,
+    acting: dict[str, _Acting],
+    modes: dict[str, InterfaceModes | TractionModes | LoadModes],
+    *,
+    turns: bool,
+) -> InertiaCouplings | None:
+    """Return the tensors of the floating frame, and give the loads among `modes` their stiffness by stress."""
+    loads = {key: one for key, one in modes.items() if isinstance(one, LoadModes)}
+    rows = [sparse.csr_matrix((0, models[2].shape[0])), *(acting[key].rows for key in loads)]
+    pulls = sparse.csr_matrix(sparse.vstack(rows, format="csr"))
+    couplings, stiffness = inertia_couplings(*models, shapes, component, moments=turns, loads=pulls)
+    if len(stiffness):
+        ends = np.cumsum([acting[key].rows.shape[0] for key in loads])[:-1]
+        for (key, load), part in zip(loads.items(), np.split(stiffness, ends), strict=True):
+            modes[key] = replace(load, stress_stiffness=part)
+    return couplings
 
 
 def _reduced(model: FEModel, contact: ContactRows, component: Component, where: str) -> Reduction:

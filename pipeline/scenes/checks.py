@@ -75,15 +75,7 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
             wanted.append((f"force.{name}.interface", spring.body, spring.interface, able))
         if spring.against is not None and spring.against_interface is not None:
             wanted.append((f"force.{name}.against_interface", spring.against, spring.against_interface, able))
-    for name, hinge in scene.hinges().items():
-        able = ("tie", "mean") if isinstance(hinge, Distance | Spherical) else ("tie",)
-        if hinge.interface is not None:
-            wanted.append((f"joint.{name}.interface", hinge.body, hinge.interface, able))
-        if hinge.against is not None and hinge.against_interface is not None:
-            wanted.append((f"joint.{name}.against_interface", hinge.against, hinge.against_interface, able))
-    for name, body in scene.body.items():
-        if body.attached_to is not None:
-            wanted.append((f"body.{name}.attached_to", name, body.attached_to, ("tie",)))
+    wanted += _held_interfaces(scene)
     for name, motion in scene.motion.items():
         if motion.interface is not None:
             able = ("tie",) if motion.kind == "rotation" else ("mean", "tie")
@@ -108,6 +100,21 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
     return lines + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
+
+
+def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str, ...]]]:
+    """Return key, body, name and kinds of the interfaces that joints of two markers and attachments name."""
+    wanted: list[tuple[str, str, str, tuple[str, ...]]] = []
+    for name, hinge in scene.hinges().items():
+        able = ("tie", "mean") if isinstance(hinge, Distance | Spherical) else ("tie",)
+        if hinge.interface is not None:
+            wanted.append((f"joint.{name}.interface", hinge.body, hinge.interface, able))
+        if hinge.against is not None and hinge.against_interface is not None:
+            wanted.append((f"joint.{name}.against_interface", hinge.against, hinge.against_interface, able))
+    for name, body in scene.body.items():
+        if body.attached_to is not None:
+            wanted.append((f"body.{name}.attached_to", name, body.attached_to, ("tie",)))
+    return wanted
 
 
 def _wrong_turning(scene: "SceneFile") -> list[str]:

@@ -58,7 +58,7 @@ def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndar
     found = np.zeros((len(states), 5))
     square = (bodies[..., SPEED : SPEED + 3] ** 2).sum(axis=-1)
     found[:, 0] = 0.5 * (square @ model.mass + (omega * bodies[..., SPIN : SPIN + 3]).sum(axis=(1, 2)))
-    for b in np.flatnonzero(model.elastic[:, 0]):
+    for b in map(int, np.flatnonzero(model.elastic[:, 0])):
         q, momentum = modal_parts(model, states, b)
         m = q.shape[1]
         found[:, 0] += 0.5 * (modal[:, b, :m] * momentum).sum(axis=1)

@@ -32,10 +32,10 @@ NEWTON = 12
 
 
 @inner
-def _press(model, work, p, force, moment, factor):  # type: ignore[no-untyped-def]
+def _press(model, work, p, wrench, factor):  # type: ignore[no-untyped-def]
     """Add factor times force and moment at a point to what acts on its body."""
     if model.point_owner[p] != NONE:
-        spread(model, work, p, force, moment, factor, work.push[model.point_owner[p]])
+        spread(model, work, p, wrench, factor, work.push[model.point_owner[p]])
 
 
 @inner
@@ -48,7 +48,7 @@ def set_pushes(model, work, amounts, sums):  # type: ignore[no-untyped-def]
         for k in range(model.elastic[b, 0]):
             work.push[b, 6 + k] = work.inner_force[b, k]
             sums[LOST] += model.modal_damping[b, k] * work.modal[b, 3 + k] * work.modal[b, 3 + k]
-    first, zero = 2 * len(model.owner), (0.0, 0.0, 0.0)
+    first = 2 * len(model.owner)
     for k in range(len(model.spring)):
         pa, pb = first + 2 * k, first + 2 * k + 1
         d0 = work.place[pb, 0] - work.place[pa, 0]
@@ -62,12 +62,12 @@ def set_pushes(model, work, amounts, sums):  # type: ignore[no-untyped-def]
         rate = d0 * (sb[0] - sa[0]) + d1 * (sb[1] - sa[1]) + d2 * (sb[2] - sa[2])
         pull = model.spring[k, 0] * (size - model.spring[k, 2]) + model.spring[k, 1] * rate
         sums[LOST] += model.spring[k, 1] * rate * rate
-        _press(model, work, pa, (d0, d1, d2), zero, pull)
-        _press(model, work, pb, (d0, d1, d2), zero, -pull)
+        _press(model, work, pa, (d0, d1, d2, 0.0, 0.0, 0.0), pull)
+        _press(model, work, pb, (d0, d1, d2, 0.0, 0.0, 0.0), -pull)
     first += 2 * len(model.spring)
     for k in range(len(model.load)):
         u, v, w = model.load[k], work.speed[first + k], work.spin[first + k]
-        _press(model, work, first + k, u[:3], u[3:], amounts[k])
+        _press(model, work, first + k, u, amounts[k])
         for i in range(3):
             sums[WORK] += amounts[k] * (u[i] * v[i] + u[3 + i] * w[i])
 

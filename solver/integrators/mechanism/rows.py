@@ -139,7 +139,7 @@ def set_rows(model, work):  # type: ignore[no-untyped-def]
                 for k in range(6 + model.elastic[b, 0]):
                     block[k] = 0.0
                 slope, p = work.slope[t, side], 2 * model.terms[t, 1] + side
-                spread(model, work, p, slope[:3], slope[3:], model.factors[i, part], block)
+                spread(model, work, p, slope, model.factors[i, part], block)
                 copy(block, light)
                 for k in range(3):
                     light[k] = block[k] / model.mass[b]

@@ -121,7 +121,7 @@ def _scale_momenta(model: Model, state: np.ndarray, factors: np.ndarray) -> None
 
 def _without_rates(model: Model, work: Work, state: np.ndarray) -> None:
     """Set the modal momenta such that no elastic coordinate changes, and the spins that the angular velocities have."""
-    for b in np.flatnonzero(model.elastic[:, 0]):
+    for b in map(int, np.flatnonzero(model.elastic[:, 0])):
         observe(model, work, state)
         m, spin = int(model.elastic[b, 0]), slice(WIDTH * b + SPIN, WIDTH * b + SPIN + 3)
         X = np.tril(work.inertia[b, : 3 + m, : 3 + m])

@@ -62,7 +62,10 @@ def frame_of(body: FlexibleBody, settings: Body) -> Frame:
     m, J = len(modal.angular_frequencies), second_moment(design.inertia)
     if not m:
         none, turn = np.empty(0), np.empty((3, 0))
-        return Frame(J, np.empty((0, 3, 3)), np.empty((0, 0, 3, 3)), np.empty((0, 0)), none, none, turn, turn, False)
+        return Frame(
+            J, np.empty((0, 3, 3)), np.empty((0, 0, 3, 3)), np.empty((0, 0)), stiffness=none, damping=none, turn=turn,
+            shift=turn, stressed=False,
+        )  # fmt: skip
     found = modal.inertia_couplings
     if found is None or found.position_moments is None or found.shape_moments is None:
         raise SceneError(
@@ -88,8 +91,9 @@ def frame_of(body: FlexibleBody, settings: Body) -> Frame:
     if stressed and K is not None:
         G = G - 0.5 * _relative(K, theta)
     return Frame(
-        J, lever.transpose(2, 0, 1), G.transpose(2, 3, 0, 1), 0.5 * (mass + mass.T), modal.angular_frequencies**2,
-        body.damping_rates[body.rigid_count :], theta, shift, stressed=stressed,
+        J, lever.transpose(2, 0, 1), G.transpose(2, 3, 0, 1), 0.5 * (mass + mass.T),
+        stiffness=modal.angular_frequencies**2, damping=body.damping_rates[body.rigid_count :], turn=theta,
+        shift=shift, stressed=stressed,
     )  # fmt: skip
 
 

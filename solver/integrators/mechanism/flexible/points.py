@@ -137,12 +137,13 @@ def _set_axes(work, p, Q, F, omega):  # type: ignore[no-untyped-def]
 
 
 @inner
-def spread(model, work, p, force, moment, factor, target):  # type: ignore[no-untyped-def]
-    """Add factor times force and moment at a point to the force, the moment about the centre, and the modal forces on
-    its body, (6 + m,)."""
+def spread(model, work, p, wrench, factor, target):  # type: ignore[no-untyped-def]
+    """Add factor times force and moment at a point, (6,), to force, moment about the centre and modal forces on its
+    body, (6 + m,)."""
     b = model.point_owner[p]
     if b == NONE:
         return
+    force, moment = (wrench[0], wrench[1], wrench[2]), (wrench[3], wrench[4], wrench[5])
     lever = cross(work.arm[p], force)
     for i in range(3):
         target[i] += factor * force[i]
