@@ -142,10 +142,13 @@ class DiscreteGradient(Integrator):
 
 
 class Mechanism(Integrator):
-    """For rigid bodies that turn by any angle, held by joints. Steps of order 8 with projection."""
+    """For bodies that turn by any angle, held by joints. Steps of order 8 with projection."""
 
     carries = frozenset(
-        {Feature.MECHANISM, Feature.POINT_LOAD, Feature.POINT_SPRING, Feature.GRAVITY, Feature.PROBES}
+        {
+            Feature.MECHANISM, Feature.POINT_LOAD, Feature.POINT_SPRING, Feature.GRAVITY, Feature.PROBES,
+            Feature.DAMPING,
+        }
     )  # fmt: skip
     order = 8
     promised_drift = 1e-6

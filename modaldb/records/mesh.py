@@ -62,7 +62,8 @@ class MeshRecord(Labelled):
     )
     """Node numbers of each cell in meshio's order, (e, 10), (e, 6), (e, 3), (e, 2) or (e, 1)."""
     cell_type: str
-    """`tetra10`; `triangle6`, a plane part in z = 0; `line3`, a bar; `beam2` and `beam3`, a beam;
+    """`tetra10`; `triangle6`, a plane part in z = 0; `line3`, a bar;
+    `beam2` and `beam3`, a beam; `frame2`, one in space;
     `vertex`, a rigid body without mesh. Only with a `system`: `tetra`, `hexahedron`, `hexahedron20`, `wedge15`, solids
     whose cells are only drawn; `nodes`, points without cells."""
     surfaces: dict[str, Surface]

@@ -106,6 +106,13 @@ class LoadModes:
     """Its point of action: the mean of its surface, or the reference point of a tie [m], (3,)."""
     unit: str
     """Of the generalised force: `N` of a mean's three, `N, N m` on a tie's reference point, `Pa` of a pressure."""
+    stress_stiffness: Array | None = field(
+        default=None,
+        metadata=rule("k' M M", unit="1/(kg m), kg^-0.5, m", name="stiffness by the static stress of each unit force"),
+    )
+    """Stiffness by the static stress of each unit force, balanced by inertia [1/(kg m) of a force], over the m shapes
+    and the unit rotations about x, y, z through the centre, (k, m + 3, m + 3); None
+    where no body of the scene turns."""
 
 
 @dataclass(frozen=True)
@@ -172,6 +179,18 @@ class InertiaCouplings:
         metadata=rule("3 m m", unit="1", name="gradient of the coupling of rotations and elastic coordinates")
     )
     """∂(ũᵀ M Φ)/∂q [1], (3, m, m), antisymmetric in the last two."""
+    position_moments: Array | None = field(
+        default=None, metadata=rule("3 3 m", unit="kg^0.5 m", name="first moments of places and shapes")
+    )
+    """∫ ρ x_i φ_jk with x from the centre of mass [kg^½ m], (3, 3, m); None where no body of the scene turns."""
+    shape_moments: Array | None = field(default=None, metadata=rule("3 3 m m", unit="1", name="moments of two shapes"))
+    """∫ ρ φ_ik φ_jl [1], (3, 3, m, m)."""
+    centrifugal_stiffness: Array | None = field(
+        default=None,
+        metadata=rule("3 3 M M", unit="1, kg^0.5 m, kg m^2", name="stiffness by the stress of centrifugal unit loads"),
+    )
+    """Stiffness by the static stress of the load ρ (x_i e_j + x_j e_i), over the m shapes [1] and the unit rotations
+    about x, y, z through the centre, (3, 3, m + 3, m + 3)."""
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ class HsdsStore(Store):
 
     def __init__(self, url: str) -> None:
         try:
-            import h5pyd
+            import h5pyd  # pyright: ignore[reportMissingImports]
         except ModuleNotFoundError as error:
             raise StoreUnusable(f"{url}: {error.name} is not installed; pip install 'gudgeon[hsds]'") from error
         logging.getLogger("h5pyd").setLevel(logging.CRITICAL)  # It warns of what is not there.
@@ -271,7 +271,8 @@ class HsdsStore(Store):
 
     def _link(self, name: str, target: str) -> None:
         """Give the content of a domain another name, in one step; raises FileExistsError where there is one."""
-        from h5pyd.httpconn import HttpConn  # h5pyd 1.0 has no other way to it.
+        # h5pyd 1.0 has no other way to it.
+        from h5pyd.httpconn import HttpConn  # pyright: ignore[reportMissingImports]
 
         with self._asked(), contextlib.closing(HttpConn(f"{self._folder}/{name}", mode="w", **self._options)) as server:
             server.open()

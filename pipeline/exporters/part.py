@@ -31,7 +31,10 @@ def export_part(job: Job, name: str, form: str) -> list[Path]:
         body, folder = reduced_body(job, name), job.out / "parts"
         if form == "exudyn":
             component = job.scene.component[job.scene.component_of(name)]
-            if body.mesh.cell_type in ("vertex", "line3", "beam2", "beam3", "triangle6") or component.supports:
+            if (
+                body.mesh.cell_type in ("vertex", "line3", "beam2", "beam3", "frame2", "triangle6")
+                or component.supports
+            ):
                 raise InputError(
                     f"{job.path}: export: body '{name}' given; format 'exudyn' needs a free solid, whose frame floats"
                 )

@@ -18,6 +18,7 @@ ELEMENTS = {
     "hexahedron20": (116, [0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15]),
     "wedge15": (113, [0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11]),
     "triangle6": (92, [0, 3, 1, 4, 2, 5]), "line3": (11, [0, 1]), "beam2": (21, [0, 1]), "beam3": (21, [0, 1]),
+    "frame2": (21, [0, 1]),
 }  # fmt: skip
 """Descriptor of an element and the order of its nodes, around and upwards with mid-edge nodes between corners."""
 LINES = (11, 21)

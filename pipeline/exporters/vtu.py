@@ -14,7 +14,7 @@ from gudgeon.pipeline.files import whole_file, write_text
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
 from gudgeon.pipeline.reduction.expansion import displacement
 
-LINES = {"beam2": "line", "beam3": "line3", "nodes": "vertex"}
+LINES = {"beam2": "line", "beam3": "line3", "frame2": "line", "nodes": "vertex"}
 """Names of meshio for the cells of beams and of points; the other cell types have the same name there."""
 SURFACES = ("tetra10", "triangle6")
 """Cell types whose contact points have an area."""

@@ -39,6 +39,9 @@ class LineStiffness:
     """Dofs of each element, (e, a): a bar's nodes; deflection and rotation of each node of a beam."""
     distances: np.ndarray | None = None
     """Of each beam element's nodes from its first one [m], (e, a/2); None for bars, which do not rotate."""
+    relative: np.ndarray | None = None
+    """Of each element of a beam in space, the motion of its dofs less its rigid motion, per motion of its dofs,
+    (e, a, a)."""
 
     def product(self, Phi: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
         """Return ΦᵀKX of columns (dofs, m) and (dofs, k), the same by default, (m, k)."""
@@ -49,6 +52,8 @@ class LineStiffness:
     def _bent(self, Phi: np.ndarray) -> np.ndarray:
         """Return the motion of each element's dofs less its rigid motion, (e, a, m)."""
         local = Phi[self.dofs]
+        if self.relative is not None:
+            return np.einsum("eab,ebm->eam", self.relative, local)
         if self.distances is None:
             return local - local[:, :1]
         w, turn = local[:, 0::2], local[:, 1::2]

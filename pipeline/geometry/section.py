@@ -36,6 +36,18 @@ class Rectangle(Strict):
         """Second moment of area about the axis of bending [m^4]."""
         return self.width * self.height**3 / 12
 
+    @property
+    def lateral_moment(self) -> float:
+        """Second moment of area about the axis in the plane of bending [m^4]."""
+        return self.height * self.width**3 / 12
+
+    @property
+    def torsion_constant(self) -> float:
+        """Torsional stiffness over G [m^4], by the series for a rectangle (Timoshenko & Goodier, art. 109)."""
+        b, a = sorted((self.width, self.height))
+        n = np.arange(1, 60, 2)
+        return float(a * b**3 / 3 * (1 - 192 * b / (np.pi**5 * a) * (np.tanh(n * np.pi * a / (2 * b)) / n**5).sum()))
+
 
 class Circle(Strict):
     """Solid circle."""
@@ -60,6 +72,16 @@ class Circle(Strict):
     def second_moment(self) -> float:
         """Second moment of area about the axis of bending [m^4]."""
         return np.pi * self.radius**4 / 4
+
+    @property
+    def lateral_moment(self) -> float:
+        """Second moment of area about the axis in the plane of bending [m^4]."""
+        return self.second_moment
+
+    @property
+    def torsion_constant(self) -> float:
+        """Torsional stiffness over G [m^4]."""
+        return 2 * self.second_moment
 
 
 class IBeam(Strict):
@@ -125,6 +147,16 @@ class General(Strict):
     height: Length = Field(description="Distance of the two outer fibres")
     shear_coefficient: Coefficient | None = Field(
         default=None, description="Shear coefficient κ; theory 'timoshenko' needs it"
+    )
+    lateral_moment: SecondMoment | None = Field(
+        default=None,
+        exclude_if=lambda value: value is None,
+        description="About the axis in the plane of bending [m^4]; motion 'space' needs it",
+    )
+    torsion_constant: SecondMoment | None = Field(
+        default=None,
+        exclude_if=lambda value: value is None,
+        description="Torsional stiffness over G [m^4]; motion 'space' needs it",
     )
 
 

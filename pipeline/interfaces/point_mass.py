@@ -41,6 +41,8 @@ def with_point_masses(model: FEModel, component: Component, where: str) -> FEMod
     M, properties = model.M, model.properties
     for name, mass in component.point_mass.items():
         key = f"{where}.point_mass.{name}"
+        if model.mesh.cell_type == "frame2":
+            raise InputError(f"{key}: given; a beam of motion 'space' has none: fix a rigid body to it by a joint")
         tie = tie_of(model.mesh, Interface(surface=mass.surface, kind="tie", tie="rbe3", point=mass.at), key)
         size = np.abs(tie.weights).max(axis=(1, 2), keepdims=True)
         weights = np.where(np.abs(tie.weights) > SHARE * size, tie.weights, 0.0)

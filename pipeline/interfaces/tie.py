@@ -55,6 +55,10 @@ def tie_of(mesh: MeshRecord, interface: Interface, where: str) -> Tie:
         InputError: the mesh has no such surface, or too few nodes to determine the rotation.
     """
     surface = find_surface(mesh, interface.surface, f"{where}.surface")
+    if mesh.cell_type == "frame2":
+        at = surface.facets.ravel()[:1]
+        point = mesh.nodes[at[0]] if interface.point is None else np.array(interface.point)
+        return Tie(at, point, np.eye(6), np.empty((6, 0, 3)))
     nodes, slot = np.unique(surface.facets, return_inverse=True)
     facet = surface.facets.shape[1] if surface.areas is None else 6
     _refuse_few(mesh.nodes[nodes], facet, f"{where}.surface: '{interface.surface}' given,")
@@ -82,7 +86,20 @@ def tie_rows(model: FEModel, tie: Tie) -> LoadRows:
     """Return the motions of a reference point as rows, with the forces and moments on it conjugate to them."""
     resultant = tie.twists.copy()
     resultant[:, 3:] += np.cross(tie.point, tie.twists[:, :3])
-    return LoadRows(model.weighted(tie.nodes, tie.weights), resultant, tie.point, "N, N m")
+    return LoadRows(_point_rows(model, tie), resultant, tie.point, "N, N m")
+
+
+def _point_rows(model: FEModel, tie: Tie) -> sparse.csr_matrix:
+    """Return the motions of a reference point over the dofs, (j, dofs); that of a beam is fixed to its node."""
+    if model.mesh.cell_type != "frame2":
+        return model.weighted(tie.nodes, tie.weights)
+    (node,) = tie.nodes
+    arm, own = tie.point - model.nodes[node], np.zeros((6, len(model.directions)))
+    own[:3] = (model.directions + np.cross(model.rotations, arm)).T
+    own[3:] = model.rotations.T
+    columns = len(model.directions) * node + np.arange(len(model.directions))
+    places = np.repeat(np.arange(6), len(columns)), np.tile(columns, 6)
+    return sparse.csr_matrix((own.ravel(), places), shape=(6, len(model.held)))
 
 
 def made_rigid(model: FEModel, ties: Mapping[str, Tie], where: str) -> tuple[FEModel, sparse.csr_matrix]:

@@ -23,6 +23,7 @@ from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too
 from gudgeon.pipeline.modes.normal import largest_count
 from gudgeon.pipeline.modes.static import pressure_fields
 from gudgeon.pipeline.reduction.accuracy import frequency_errors, refuse_locking
+from gudgeon.pipeline.reduction.couplings import inertia_couplings
 from gudgeon.pipeline.reduction.gauges import gauge_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
@@ -63,13 +64,20 @@ class _Acting:
 
 
 def reduce_component(
-    mesh: MeshRecord, mesh_key: str, component: Component, name: str, rubbed: Collection[str] = ()
+    mesh: MeshRecord,
+    mesh_key: str,
+    component: Component,
+    name: str,
+    rubbed: Collection[str] = (),
+    *,
+    turns: bool = False,
 ) -> ModalRecord:
     """Assemble a component and reduce it to a modal record.
 
     Args:
         name: The component's name in the scene, for messages.
         rubbed: Interfaces of contact points on which friction acts: they get tangential rows.
+        turns: Whether bodies of it turn by any angle: they need all tensors of the floating frame.
 
     Raises:
         InputError: an interface or a support does not fit the mesh, or the mesh is inverted.
@@ -89,39 +97,51 @@ def reduce_component(
     responses = np.empty((len(model.held), 0)) if own.responses is None else spread @ own.responses
     static = static_responses(model, {key: one.forces for key, one in acting.items()}, responses)
     modes = {key: one.modes(reduction.Phi) for key, one in acting.items()}
+    couplings = _coupled((model, tied, spread), own.Phi, component, acting, modes, turns=turns)
     errors = frequency_errors(tied, own, model, spread, component)
     refuse_locking(
         errors.discretisation_errors, own.angular_frequencies, component, where,
         lambda other: reduce_component(mesh, mesh_key, other, name).discretisation_errors,
     )  # fmt: skip
+    made = {"rigid_motions": len(model.rigid_twists)}
+    made |= {"compliance_errors": compliance_errors(model, component, responses, static)}
     return ModalRecord(
-        mesh_key=mesh_key,
-        reduction=component.modes.reduction,
-        normal_count=reduction.normal_count,
+        mesh_key=mesh_key, reduction=component.modes.reduction, normal_count=reduction.normal_count,
         static_count=len(reduction.angular_frequencies) - reduction.normal_count,
-        angular_frequencies=reduction.angular_frequencies,
-        mass=model.properties.mass,
-        centre=model.properties.centre,
-        inertia=model.properties.inertia,
-        rigid_twists=model.rigid_twists,
+        angular_frequencies=reduction.angular_frequencies, mass=model.properties.mass,
+        centre=model.properties.centre, inertia=model.properties.inertia, rigid_twists=model.rigid_twists,
         interfaces={key: one for key, one in modes.items() if isinstance(one, InterfaceModes)},
-        interface_rows=dict(contact.spans),
-        residual_flexibility=reduction.residual_flexibility,
-        shapes=model.nodal(reduction.Phi),
-        inertia_couplings=_couplings(model, reduction),
+        interface_rows=dict(contact.spans), residual_flexibility=reduction.residual_flexibility,
+        shapes=model.nodal(reduction.Phi), inertia_couplings=couplings,
         participation=_participation(model, reduction) if model.held.any() else None,
-        quality=reduction.quality
-        | {
-            "rigid_motions": len(model.rigid_twists),
-            "compliance_errors": compliance_errors(model, component, responses, static),
-        },
+        quality=reduction.quality | made,
         tractions={key: one for key, one in modes.items() if isinstance(one, TractionModes)},
         loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
         gauges=gauge_modes(component, gauges, tied, contact.B, own),
         static_responses=static if static.columns and model.mesh.cell_type == "tetra10" else None,
-        tangential_spans=dict(contact.tangential_spans),
-        **vars(errors),
-    )
+        tangential_spans=dict(contact.tangential_spans), **vars(errors),
+    )  # fmt: skip
+
+
+def _coupled(
+    models: tuple[FEModel, FEModel, sparse.csr_matrix],
+    shapes: np.ndarray,
+    component: Component,
+    acting: dict[str, _Acting],
+    modes: dict[str, InterfaceModes | TractionModes | LoadModes],
+    *,
+    turns: bool,
+) -> InertiaCouplings | None:
+    """Return the tensors of the floating frame, and give the loads among `modes` their stiffness by stress."""
+    loads = {key: one for key, one in modes.items() if isinstance(one, LoadModes)}
+    rows = [sparse.csr_matrix((0, models[2].shape[0])), *(acting[key].rows for key in loads)]
+    pulls = sparse.csr_matrix(sparse.vstack(rows, format="csr"))
+    couplings, stiffness = inertia_couplings(*models, shapes, component, moments=turns, loads=pulls)
+    if len(stiffness):
+        ends = np.cumsum([acting[key].rows.shape[0] for key in loads])[:-1]
+        for (key, load), part in zip(loads.items(), np.split(stiffness, ends), strict=True):
+            modes[key] = replace(load, stress_stiffness=part)
+    return couplings
 
 
 def _reduced(model: FEModel, contact: ContactRows, component: Component, where: str) -> Reduction:
@@ -224,22 +244,3 @@ def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:
     """Return Tᵀ M Φ [kg^½], T the unit translations, (3, m); held dofs do not move."""
     momentum = (model.M @ reduction.Phi).reshape(len(model.nodes), len(model.directions), -1).sum(axis=0)
     return model.directions.T @ momentum
-
-
-def _couplings(model: FEModel, reduction: Reduction) -> InertiaCouplings | None:
-    """Return the constant tensors of the nodal floating frame, ũᵀ M Φ with u = x + Σ qₖ φₖ.
-
-    None for a line mesh, and for a body that is held or cannot rotate: it has no floating frame.
-    """
-    if len(model.directions) != 3 or len(model.rigid_twists) < 6:
-        return None
-    arm = model.nodes - model.properties.centre
-    momentum = (model.M @ reduction.Phi).reshape(len(arm), 3, -1)
-    shapes = reduction.Phi.reshape(len(arm), 3, -1)
-    pairs = np.einsum("nik,njl->ijkl", shapes, momentum, optimize=True)
-    gradient = np.stack([pairs[1, 2] - pairs[2, 1], pairs[2, 0] - pairs[0, 2], pairs[0, 1] - pairs[1, 0]])
-    return InertiaCouplings(
-        translation=momentum.sum(axis=0),
-        rotation=np.cross(arm[:, :, None], momentum, axis=1).sum(axis=0),
-        rotation_gradient=gradient,
-    )

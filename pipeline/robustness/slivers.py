@@ -11,7 +11,7 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.geometry.cells import EDGES
 
-CORNERS = {"tetra10": 4, "triangle6": 3, "line3": 2, "beam2": 2, "beam3": 2}
+CORNERS = {"tetra10": 4, "triangle6": 3, "line3": 2, "beam2": 2, "beam3": 2, "frame2": 2}
 
 
 def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:

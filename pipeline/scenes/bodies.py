@@ -1,5 +1,7 @@
 """A scene file of bodies in contact."""
 
+from typing import Any
+
 from pydantic import Field
 
 from gudgeon.pipeline.scenes.component import Component
@@ -26,3 +28,12 @@ class SceneFile(Scene):
             return []
         rubbed = self.rubbed()
         return sorted({name for body in self.body if self.component_of(body) == component for name in rubbed[body]})
+
+    def turning(self, component: str) -> bool:
+        """Whether a component deforms and one of its bodies turns by any angle: it needs a floating frame."""
+        deforms = self.component[component].modes.reduction != "rigid"
+        return deforms and self.capabilities.turns and component in map(self.component_of, self.body)
+
+    def reduced_with(self, component: str) -> dict[str, Any]:
+        """Return what the scene asks of a component's modes: `rubbed` and `turns` of `reduce_component`."""
+        return {"rubbed": self.rubbed_of(component), "turns": self.turning(component)}

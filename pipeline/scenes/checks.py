@@ -14,6 +14,7 @@ from gudgeon.pipeline.scenes.fit import misfits
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
 from gudgeon.pipeline.scenes.tables import check_closed, read_cycle, read_knots, read_pairs
 from gudgeon.solver.joints.coupled import Driven
+from gudgeon.solver.joints.markers import Distance, Spherical
 from gudgeon.solver.registry import definition, names
 from gudgeon.solver.scene.body import ALL_FREE
 
@@ -75,6 +76,7 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
             wanted.append((f"force.{name}.interface", spring.body, spring.interface, able))
         if spring.against is not None and spring.against_interface is not None:
             wanted.append((f"force.{name}.against_interface", spring.against, spring.against_interface, able))
+    wanted += _held_interfaces(scene)
     for name, motion in scene.motion.items():
         if motion.interface is not None:
             able = ("tie",) if motion.kind == "rotation" else ("mean", "tie")
@@ -101,20 +103,37 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
     return lines + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
 
 
+def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str, ...]]]:
+    """Return key, body, name and kinds of the interfaces that joints of two markers and attachments name."""
+    wanted: list[tuple[str, str, str, tuple[str, ...]]] = []
+    for name, hinge in scene.hinges().items():
+        able = ("tie", "mean") if isinstance(hinge, Distance | Spherical) else ("tie",)
+        if hinge.interface is not None:
+            wanted.append((f"joint.{name}.interface", hinge.body, hinge.interface, able))
+        if hinge.against is not None and hinge.against_interface is not None:
+            wanted.append((f"joint.{name}.against_interface", hinge.against, hinge.against_interface, able))
+    for name, body in scene.body.items():
+        if body.attached_to is not None:
+            wanted.append((f"body.{name}.attached_to", name, body.attached_to, ("tie",)))
+    return wanted
+
+
 def _wrong_turning(scene: "SceneFile") -> list[str]:
-    """List what a scene has that its bodies, rigid ones which joints alone hold, cannot have."""
-    if not scene.capabilities.turns:
-        return []
+    """List what a scene has that its bodies, which turn and which joints alone hold, cannot have."""
     lines = []
+    if not scene.capabilities.turns:
+        for name, body in scene.body.items():
+            given = [key for key in ("attachment", "geometric_stiffness") if key in body.model_fields_set]
+            lines += [
+                f"body.{name}.{key}: given, but integrator '{scene.integrator}' has small rotations; it is for bodies"
+                " that turn by any angle (integrator 'mechanism')"
+                for key in given
+            ]
+        return lines
     for name, body in scene.body.items():
         component = scene.component.get(owner := scene.component_of(name))
         if component is None:
             continue
-        if component.modes.reduction != "rigid":
-            lines.append(
-                f"component.{owner}.modes.reduction: '{component.modes.reduction}' given, but body '{name}' turns by"
-                " any angle (integrator 'mechanism'), which rigid bodies can: give 'rigid'"
-            )
         if component.supports:
             lines.append(f"component.{owner}.supports: body '{name}' turns by any angle; hold it by a joint instead")
         if tuple(body.freedom) != ALL_FREE:

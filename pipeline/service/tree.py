@@ -24,7 +24,7 @@ def add_tree(app: FastAPI) -> None:
     """Add the routes of h5grove to an application; nothing where h5grove is not installed."""
     if find_spec("h5grove") is None or find_spec("pydantic_settings") is None:
         return
-    from h5grove import fastapi_utils as h5grove
+    from h5grove import fastapi_utils as h5grove  # pyright: ignore[reportMissingImports]
 
     router = APIRouter(prefix="/{database}/h5grove", route_class=h5grove.H5GroveRoute, include_in_schema=False)
     for name in ("attr", "data", "meta", "stats", "paths"):

@@ -54,7 +54,7 @@ class Job(SceneJob):
     def _components(self) -> Mapping[str, dict[str, Product]]:
         with named(self.path, InputError):
             return {
-                name: component_products(name, component, self.folder, self.scene.rubbed_of(name))
+                name: component_products(name, component, self.folder, **self.scene.reduced_with(name))
                 for name, component in self.used().items()
             }
 

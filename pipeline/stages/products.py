@@ -48,7 +48,9 @@ class Product:
     inputs: dict[str, Any]
 
 
-def component_products(name: str, component: Component, folder: Path, rubbed: Sequence[str] = ()) -> dict[str, Product]:
+def component_products(
+    name: str, component: Component, folder: Path, rubbed: Sequence[str] = (), *, turns: bool = False
+) -> dict[str, Product]:
     """Return a component's products by step: `base-mesh`, `mesh`, `modes`, `morph`.
 
     The modes are those of `mesh`: the base mesh, or the moved one on update `recompute`. Relative paths start at the
@@ -56,6 +58,7 @@ def component_products(name: str, component: Component, folder: Path, rubbed: Se
 
     Args:
         rubbed: Interfaces on which friction acts, sorted: the modes have tangential rows there.
+        turns: Whether it deforms and bodies of it turn by any angle: the modes have tensors of the floating frame.
 
     Raises:
         InputError: a file that the component names is missing.
@@ -77,6 +80,7 @@ def component_products(name: str, component: Component, folder: Path, rubbed: Se
             "modes": component.modes.model_dump(mode="json"),
         }
         | ({"friction_on": list(rubbed)} if rubbed else {})
+        | ({"turns": True} if turns else {})
         | ({"point_mass": masses} if masses else {}),
     )  # fmt: skip
     update = component.change.update if change else "none"

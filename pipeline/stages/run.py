@@ -126,7 +126,7 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
         from gudgeon.pipeline.reduction.reduce import reduce_component
 
         mesh = base if steps["mesh"] is steps["base-mesh"] else job.store.get(steps["mesh"].key, "mesh")
-        return reduce_component(mesh, steps["mesh"].key, component, name, job.scene.rubbed_of(name))
+        return reduce_component(mesh, steps["mesh"].key, component, name, **job.scene.reduced_with(name))
     keys = (steps["mesh"].key, steps["modes"].key)
     needed = ["mass", "centre", "inertia", "rigid_twists", *(f"interfaces/{i}/points" for i in component.interface)]
     if movement is None or component.change.update == "recompute":

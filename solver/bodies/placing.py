@@ -132,18 +132,21 @@ def _turned_columns(values: np.ndarray, loads: list[Turned]) -> np.ndarray:
 
 
 def _turned_load(load: LoadModes, Q: np.ndarray) -> LoadModes:
-    rows, resultant = load.rows, _pairs(load.resultant, Q)
+    rows, resultant, stiffness = load.rows, _pairs(load.resultant, Q), load.stress_stiffness
     if load.unit in VECTORS:
         turn = np.kron(np.eye(VECTORS[load.unit]), Q)
         rows, resultant = turn @ rows, turn @ resultant
-    return replace(load, rows=rows, resultant=resultant, point=_vectors(load.point, Q))
+        stiffness = None if stiffness is None else np.einsum("ij,jab->iab", turn, stiffness)
+    return replace(load, rows=rows, resultant=resultant, stress_stiffness=stiffness, point=_vectors(load.point, Q))
 
 
 def _turned_couplings(found: InertiaCouplings | None, Q: np.ndarray) -> InertiaCouplings | None:
     if found is None:
         return None
     gradient = np.einsum("ij,jab->iab", Q, found.rotation_gradient)
-    return InertiaCouplings(Q @ found.translation, Q @ found.rotation, gradient)
+    moments = [found.position_moments, found.shape_moments, found.centrifugal_stiffness]
+    turned = [None if one is None else np.einsum("ia,jb,ab...->ij...", Q, Q, one) for one in moments]
+    return InertiaCouplings(_columns(found.translation, Q), _columns(found.rotation, Q), gradient, *turned)
 
 
 def _vectors(values: Any, Q: np.ndarray) -> Any:

@@ -22,6 +22,12 @@ def second_rates_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
         return _jet(parsed(text), np.asarray(times, float), text.strip(), where)[2]
 
 
+def motions_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
+    """Return values, rates and second rates of an expression at times [s], (t, 3); errors as of `second_rates_of`."""
+    with np.errstate(all="ignore"):
+        return np.column_stack(_jet(parsed(text), np.asarray(times, float), text.strip(), where))
+
+
 def _jet(node: ast.expr, t: np.ndarray, text: str, where: str) -> Jet:
     zero = np.zeros(len(t))
     if isinstance(node, ast.Constant):

@@ -5,12 +5,10 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from gudgeon.solver.forces.expression import values_of
 from gudgeon.solver.forces.given import BY_VALUES, EXPRESSION
 from gudgeon.solver.forces.history import Amount
 from gudgeon.solver.forces.jumps import jump_of
-from gudgeon.solver.forces.rates import rates_of
-from gudgeon.solver.forces.second_rates import second_rates_of
+from gudgeon.solver.forces.second_rates import motions_of
 from gudgeon.solver.numbers import PositiveRatio, Ratio, Strict, TimeValue
 
 KINKED = ("step", "abs", "min", "max")
@@ -68,9 +66,7 @@ class Driven(Amount):
             SceneError: one of them is not finite; it names the joint `where`.
         """
         if self.expression is not None:
-            key = f"{where}.expression"
-            given = values_of(self.expression, times, key), rates_of(self.expression, times, key)
-            return np.column_stack([*given, second_rates_of(self.expression, times, key)])
+            return motions_of(self.expression, times, f"{where}.expression")
         from scipy.interpolate import CubicSpline
 
         knots, values = np.array(self.values, float).T

@@ -32,9 +32,15 @@ class Marked(Strict):
     slides: ClassVar[bool] = False
     """Whether it leaves a translation along its axis alone."""
     body: str = Field(description="Body on which its force and moment are reported")
-    at: Place = Field(
-        default=(0.0, 0.0, 0.0),
-        description="Its point of the body, in the axes of the component and relative to its origin [m]",
+    at: Place | None = Field(
+        default=None,
+        description="Its point of a rigid body, in the axes of the component and relative to its origin [m]; default:"
+        " the origin",
+    )
+    interface: str | None = Field(
+        default=None,
+        description="Its point of a body that deforms: an interface of kind 'tie', or 'mean' for kinds 'spherical' and"
+        " 'distance'",
     )
     against: str | None = Field(default=None, description="Other body; default: the ground")
     against_at: Place | None = Field(
@@ -42,9 +48,15 @@ class Marked(Strict):
         description="Its point of the other body, as `at` [m]; of the ground the place in the scene. Default: the place"
         " of `at` as the scene places the bodies",
     )
+    against_interface: str | None = Field(default=None, description="The same of the other body, as `interface`")
 
     @model_validator(mode="after")
     def _two(self) -> "Marked":
+        for at, interface in (("at", "interface"), ("against_at", "against_interface")):
+            if getattr(self, at) is not None and getattr(self, interface) is not None:
+                raise ValueError(f"give one of: {at}, {interface}")
+        if self.against is None and self.against_interface is not None:
+            raise ValueError("against_interface needs against, the body that has it")
         if self.against == self.body:
             raise ValueError("it needs two bodies, or one and the ground")
         return self
@@ -162,8 +174,8 @@ class Distance(Marked):
 
     @model_validator(mode="after")
     def _apart(self) -> "Distance":
-        if self.against_at is None:
-            raise ValueError("against_at is needed: by default both points would coincide")
+        if self.against_at is None and self.against_interface is None:
+            raise ValueError("against_at is needed, or against_interface: by default both points would coincide")
         return self
 
 

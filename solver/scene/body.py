@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from gudgeon.solver.numbers import Strict
 from gudgeon.solver.scene.damping import Damping
@@ -42,4 +42,29 @@ class Body(Strict):
         default=ALL_FREE, description="Free rigid motions along and about the axes of the scene; default: all"
     )
     damping: Damping | None = Field(default=None, description="Damping of the elastic motion; none by default")
+    attachment: Literal["mean-axis", "fixed"] = Field(
+        default="mean-axis",
+        exclude_if=lambda value: value == "mean-axis",
+        description="Frame of a body that deforms and turns by any angle. mean-axis: the frame of its free modes, which"
+        " elastic motion alone does not turn; fixed: it turns with the interface `attached_to`",
+    )
+    attached_to: str | None = Field(
+        default=None,
+        exclude_if=lambda value: value is None,
+        description="Interface of kind 'tie' with which the frame turns; for attachment 'fixed'",
+    )
+    geometric_stiffness: bool = Field(
+        default=True,
+        exclude_if=lambda value: value,
+        description="Whether the stress by rotation, reactions and loads stiffens or softens a body that deforms and"
+        " turns by any angle; false: its linear floating frame",
+    )
     gauges: tuple[str, ...] = Field(default=(), description="Gauges of its component to record over time")
+
+    @model_validator(mode="after")
+    def _attached(self) -> "Body":
+        if (self.attachment == "fixed") != (self.attached_to is not None):
+            raise ValueError(
+                "attachment 'fixed' needs attached_to, an interface of kind 'tie', and 'mean-axis' has none"
+            )
+        return self

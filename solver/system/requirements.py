@@ -6,12 +6,15 @@ Each term names the record fields that it reads; a term that is omitted reads no
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from gudgeon.solver.joints.markers import Marked
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles import Plane
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe
 from gudgeon.solver.scene.scene import Scene
 
+COUPLINGS = ("translation", "rotation", "rotation_gradient", "position_moments", "shape_moments")
+"""Tensors of the floating frame."""
 PLACES = ("interfaces", "tractions", "loads", "gauges")
 """Groups of a modal record whose members are named by the user."""
 
@@ -64,7 +67,7 @@ def scene_terms(scene: Scene, stocks: Mapping[str, Stock] | None = None) -> list
             *_elements(scene, body),
             *_medium(scene, body, stock),
         ]
-        terms += [*own, *_unused(own, body, stock), *_never(scene, body)]
+        terms += [*own, *_unused(own, body, stock), *_floating(scene, body, stock), *_never(body)]
     return terms
 
 
@@ -156,7 +159,7 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
         if j.body == body
     ]
     joints += [
-        Term(f"joint {n}", body, True, f"a {scene.joint[n].kind} joint")
+        Term(f"joint {n}", body, True, f"a {scene.joint[n].kind} joint", _hinge_fields(j, body))
         for n, j in scene.hinges().items()
         if body in (j.body, j.against)
     ]
@@ -185,6 +188,12 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
     yield from joints or [Term("joints", body, False, "no joint names it")]
     yield from springs or [Term("springs", body, False, "no force of kind 'spring' or 'bushing' names it")]
     yield from loads or [Term("loads", body, False, "no force but a spring or bushing names it")]
+
+
+def _hinge_fields(joint: Marked, body: str) -> tuple[str, ...]:
+    """Return the fields that a joint of two markers reads of a body."""
+    sides = (joint.body, joint.interface), (joint.against, joint.against_interface)
+    return tuple(f"modes:loads/{name}" for owner, name in sides if name is not None and owner == body)
 
 
 def _spring_fields(interface: str | None) -> tuple[str, ...]:
@@ -272,13 +281,25 @@ def _unused(own: list[Term], body: str, stock: Stock) -> Iterator[Term]:
             yield Term(f"{kind or 'gauge'} {name}", body, False, reason, (f"modes:{place}", *points))
 
 
-def _never(scene: Scene, body: str) -> list[Term]:
+def _floating(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
+    """Yield the inertia couplings of a body that deforms and turns, its stiffness by stress, and its attachment."""
+    settings, turns = scene.body[body], scene.capabilities.turns
     reason = "motion is small: frame and elastic inertia do not couple"
-    if scene.capabilities.turns:
-        reason = "a rigid body does not deform"
+    if turns:
+        reason = f"{settings.attachment} frame" if stock.elastic else "a rigid body does not deform"
+    moments = [f"modes:inertia_couplings/{name}" for name in COUPLINGS]
+    if settings.attached_to is not None:
+        moments.append(f"modes:loads/{settings.attached_to}")
+    yield Term("inertia couplings", body, turns and stock.elastic, reason, tuple(moments))
+    stiffened = turns and stock.elastic and settings.geometric_stiffness
+    if turns and stock.elastic:
+        reason = f"geometric_stiffness is {str(settings.geometric_stiffness).lower()}"
+    fields = ("modes:inertia_couplings/centrifugal_stiffness",)
+    yield Term("geometric stiffness", body, stiffened, reason, fields)
+
+
+def _never(body: str) -> list[Term]:
     return [
-        Term("inertia couplings", body, False, reason,
-             ("modes:inertia_couplings",)),
         Term("mode shapes", body, False, "needed for pictures only", ("modes:shapes",)),
         Term("surface and volume mesh", body, False, "the modes contain the contact rows",
              ("mesh:nodes", "mesh:cells", "mesh:surfaces", "morph:nodes")),

@@ -270,6 +270,22 @@ def check_modes_8(record: Any) -> None:
     assert (anti.tangents, anti.tangential_rows) == (None, None)
 
 
+def check_without_moments(record: Any) -> None:
+    """Up to version 10 no record has the moments of a floating frame."""
+    found = record.inertia_couplings
+    assert (found.position_moments, found.shape_moments, found.centrifugal_stiffness) == (None, None, None)
+    assert [load.stress_stiffness for load in record.loads.values()] == [None] * len(record.loads)
+
+
+def check_modes_11(record: Any) -> None:
+    check_modes_8(record)
+    found = record.inertia_couplings
+    assert np.array_equal(found.position_moments, ramp(3, 3, 3, start=27.0))
+    assert np.array_equal(found.shape_moments, ramp(3, 3, 3, 3, start=28.0))
+    assert np.array_equal(found.centrifugal_stiffness, ramp(3, 3, 6, 6, start=29.0))
+    assert np.array_equal(record.loads["pin"].stress_stiffness, ramp(3, 6, 6))
+
+
 def check_trajectory_7(record: Any) -> None:
     check_trajectory_2(record)
     assert np.array_equal(record.impacts["bore"], ramp(2, 9, start=7.0))
@@ -352,6 +368,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v8": {"modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_7},
     "v9": {"modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v10": {"mesh": check_mesh_10, "modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
+    "v11": {"mesh": check_mesh_10, "modes": check_modes_11, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
 }
 """What those of one version hold, or lack."""
 
@@ -363,6 +380,8 @@ def check(path: Path, version: str) -> None:
         own(record)
     if path.stem == "modes" and int(version.removeprefix("v")) < 8:
         check_without_friction(record)
+    if path.stem == "modes" and int(version.removeprefix("v")) < 11:
+        check_without_moments(record)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parent.name}-{path.stem}")

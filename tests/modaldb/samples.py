@@ -104,14 +104,21 @@ def modes() -> ModalRecord:
         },
         residual_flexibility=ramp(47, 47, start=10.0),
         shapes=ramp(10, 3, 3, start=20.0),
-        inertia_couplings=InertiaCouplings(ramp(3, 3), ramp(3, 3, start=1.0), ramp(3, 3, 3, start=2.0)),
+        inertia_couplings=InertiaCouplings(
+            ramp(3, 3),
+            ramp(3, 3, start=1.0),
+            ramp(3, 3, 3, start=2.0),
+            ramp(3, 3, 3, start=27.0),
+            ramp(3, 3, 3, 3, start=28.0),
+            ramp(3, 3, 6, 6, start=29.0),
+        ),
         quality={"residual": 1.5e-11, "dropped": ["thrust 3"], "modes_missed": 0},
         tractions={
             "bore": _traction(cylinder, (4, 4), start=11.0),
             "plate": _traction(plane, (4, 5), start=12.0),
         },
         loads={
-            "pin": LoadModes(ramp(3, 3, start=13.0), ramp(3, 6, start=14.0), ramp(3, start=15.0), "N"),
+            "pin": LoadModes(ramp(3, 3, start=13.0), ramp(3, 6, start=14.0), ramp(3, start=15.0), "N", ramp(3, 6, 6)),
             "gas": LoadModes(ramp(1, 3, start=16.0), ramp(1, 6, start=17.0), ramp(3, start=18.0), "Pa"),
         },
         gauges={

@@ -160,7 +160,17 @@ def test_only_reads_all_below_a_path(tmp_path: Path, touched: list[str]) -> None
     read = hdf5.read_record(path, "modes", only=["interfaces/anti", "inertia_couplings"])
     assert sorted(touched) == sorted(
         [f"interfaces/anti/{name}" for name in ("areas", "edge", "nodes", "normals", "points", "rows")]
-        + [f"inertia_couplings/{name}" for name in ("rotation", "rotation_gradient", "translation")]
+        + [
+            f"inertia_couplings/{name}"
+            for name in (
+                "rotation",
+                "rotation_gradient",
+                "translation",
+                "position_moments",
+                "shape_moments",
+                "centrifugal_stiffness",
+            )
+        ]
     )
     assert same(read.interfaces, {"anti": modes().interfaces["anti"]})
     assert same(read.inertia_couplings, modes().inertia_couplings)
@@ -267,9 +277,8 @@ def test_newer_schema_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         patch.setattr(hdf5, "SCHEMA_VERSION", SCHEMA_VERSION + 1)
         path = written(tmp_path / "r.h5", "mesh", mesh())
     hdf5.verify_record(path)
-    message = (
-        rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, 2, 3, 4, 5, 6, 7, 8, 9, {SCHEMA_VERSION}"
-    )
+    known = ", ".join(map(str, range(1, SCHEMA_VERSION + 1)))
+    message = rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads {known}"
     with pytest.raises(RecordMismatch, match=message):
         hdf5.read_record(path, "mesh")
 

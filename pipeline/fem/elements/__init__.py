@@ -7,6 +7,7 @@ from pydantic import BaseModel
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.bar import assemble_bar
 from gudgeon.pipeline.fem.elements.beam import assemble_beam
+from gudgeon.pipeline.fem.elements.frame import assemble_frame
 from gudgeon.pipeline.fem.elements.plane import assemble_plane
 from gudgeon.pipeline.fem.elements.solid import assemble_solid
 from gudgeon.pipeline.fem.model import FEModel
@@ -18,4 +19,5 @@ ASSEMBLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], FEModel
     "line3": assemble_bar,
     "beam2": assemble_beam,
     "beam3": assemble_beam,
+    "frame2": assemble_frame,
 }

@@ -1,4 +1,4 @@
-"""A straight beam along x or y on a line mesh, bending towards z."""
+"""A straight beam along x or y on a line mesh, bending towards z, or in space."""
 
 from itertools import pairwise
 from typing import Literal
@@ -30,6 +30,12 @@ class Beam(Strict):
         description="euler-bernoulli: slender, no shear and no rotary inertia; timoshenko: both",
     )
     along: Literal["x", "y"] = Field(default="x", description="Axis of the beam")
+    motion: Literal["plane", "space"] = Field(
+        default="plane",
+        exclude_if=lambda value: value == "plane",
+        description="plane: bending towards z alone; space: bending in both planes, stretch and torsion, for bodies of"
+        " mechanisms, by theory 'euler-bernoulli'",
+    )
     stations: dict[Name, Coordinate] = Field(default={}, description="Named positions of nodes along the axis [m]")
 
     @field_validator("theory")
@@ -38,6 +44,21 @@ class Beam(Strict):
         section = info.data.get("section")
         if value == "timoshenko" and isinstance(section, General) and section.shear_coefficient is None:
             raise ValueError("'timoshenko' given, it needs section.shear_coefficient with a section of kind 'general'")
+        return value
+
+    @field_validator("motion")
+    @classmethod
+    def _can_twist(cls, value: str, info: ValidationInfo) -> str:
+        section = info.data.get("section")
+        if value == "space" and info.data.get("theory") == "timoshenko":
+            raise ValueError("'space' given; theory 'timoshenko' is for motion 'plane'")
+        if value == "space" and section is not None:
+            lacking = [key for key in ("lateral_moment", "torsion_constant") if getattr(section, key, None) is None]
+            if lacking:
+                raise ValueError(
+                    f"'space' given, it needs {' and '.join(lacking)} of the section: use kind 'rectangle' or 'circle',"
+                    " or give them with kind 'general'"
+                )
         return value
 
     @field_validator("stations")
@@ -63,6 +84,21 @@ class Beam(Strict):
         return kappa
 
     @property
+    def lateral_moment(self) -> float:
+        """Second moment of area of a beam in space about the axis in the plane of bending [m^4]."""
+        return self._in_space("lateral_moment")
+
+    @property
+    def torsion_constant(self) -> float:
+        """Torsional stiffness of a beam in space over G [m^4]."""
+        return self._in_space("torsion_constant")
+
+    def _in_space(self, key: str) -> float:
+        found = getattr(self.section, key, None)
+        assert found is not None, key
+        return float(found)
+
+    @property
     def axis(self) -> np.ndarray:
         """Unit vector from left to right, (3,)."""
         return np.eye(3)["xy".index(self.along)]
@@ -74,7 +110,7 @@ class Beam(Strict):
     def build(self, size: float) -> MeshRecord:
         """Divide the beam into elements no longer than `size` [m], with nodes at the stations.
 
-        Two-node elements for Euler-Bernoulli (`beam2`), three-node ones for Timoshenko (`beam3`).
+        Two-node elements for Euler-Bernoulli (`beam2`, in space `frame2`), three-node ones for Timoshenko (`beam3`).
         """
         refuse_large("line", self.length / size, size)
         quadratic = self.theory == "timoshenko"
@@ -93,7 +129,8 @@ class Beam(Strict):
             for side, sign in SIDES.items():
                 fibre = at + sign * self.section.height / 2 * up
                 surfaces[f"{name}-{side}"] = point_surface(node, sign * up, area, fibre)
-        return MeshRecord(nodes, cells, "beam3" if quadratic else "beam2", surfaces)
+        two = "frame2" if self.motion == "space" else "beam2"
+        return MeshRecord(nodes, cells, "beam3" if quadratic else two, surfaces)
 
 
 def _divided(start: float, end: float, size: float) -> np.ndarray:

@@ -21,7 +21,7 @@ from gudgeon.solver.bodies.small_motion import free_twists
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.scene.body import Body
 
-LINES = ("line3", "beam2", "beam3")
+LINES = ("line3", "beam2", "beam3", "frame2")
 SOLIDS = ("tetra10", "tetra", "hexahedron", "hexahedron20", "wedge15")
 """Kinds of cells of bars and beams."""
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 
-CELLS = {"tetra10": (4, 3), "triangle6": (3, 2), "line3": (2, 1), "beam2": (2, 2), "beam3": (2, 2)}
+CELLS = {"tetra10": (4, 3), "triangle6": (3, 2), "line3": (2, 1), "beam2": (2, 2), "beam3": (2, 2), "frame2": (2, 2)}
 """Type of cell → its corners, and the dofs of a node."""
 
 

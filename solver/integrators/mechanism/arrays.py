@@ -1,8 +1,9 @@
 """The arrays of a mechanism's time loop, for compiled functions.
 
-Shapes: n bodies, J pairs of markers, t terms, m rows, b springs, l loads, d drives. A body's state is its centre of
-mass x, the unit quaternion e of its rotation since it was placed, its velocity v, and its spin ℓ, the angular momentum
-about its centre along the scene's axes: thirteen numbers; behind those of all bodies stand `SUMS` sums over time.
+Shapes: n bodies, J pairs of markers, t terms, m rows, b springs, l loads, d drives, P points, E elastic coordinates at
+most of a body. A body's state is its centre of mass x, the unit quaternion e of its rotation since it was placed, its
+velocity v, and its spin ℓ, the angular momentum about its centre along the scene's axes: thirteen numbers; behind those
+of all bodies stand the elastic coordinates of all, their momenta, and `SUMS` sums over time.
 """
 
 from typing import NamedTuple
@@ -38,10 +39,30 @@ class Model(NamedTuple):
     """[m/s²], (3,)."""
     owner: np.ndarray
     """Bodies a and b of each pair of markers, (J, 2)."""
-    arm: np.ndarray
-    """Of both markers, from the centre in the axes of the body; of the ground from its origin [m], (J, 2, 3)."""
-    frame: np.ndarray
-    """Axes of both markers as columns, in the axes of the body, (J, 2, 3, 3)."""
+    point_owner: np.ndarray
+    """Bodies of all points: 2 j and 2 j + 1 are the markers of pair j, those of springs follow, then loads', (P,)."""
+    point_arm: np.ndarray
+    """From the centre of the undeformed body in its axes; of the ground from its origin [m], (P, 3)."""
+    point_frame: np.ndarray
+    """Axes of points as columns, in the axes of the body, (P, 3, 3)."""
+    point_rows: np.ndarray
+    """Displacement and rotation per elastic coordinate, (P, 6, E)."""
+    point_bend: np.ndarray
+    """Their second order, see `flexible.frame`, (P, 6, E, E)."""
+    elastic: np.ndarray
+    """Number of elastic coordinates of each body, where they begin in the state, and where their momenta do, (n, 3)."""
+    second: np.ndarray
+    """Of `flexible.frame`, (n, 3, 3)."""
+    lever: np.ndarray
+    """(n, E, 3, 3)"""
+    pair: np.ndarray
+    """(n, E, E, 3, 3)"""
+    modal_mass: np.ndarray
+    """(n, E, E)"""
+    modal_stiffness: np.ndarray
+    """(n, E)"""
+    modal_damping: np.ndarray
+    """(n, E)"""
     terms: np.ndarray
     """Kind, pair, axis of a, axis of b, (t, 4)."""
     row_terms: np.ndarray
@@ -58,16 +79,8 @@ class Model(NamedTuple):
     """Size by which the violation of a row is measured: a length of the scene, or 1, (m,)."""
     pairs: np.ndarray
     """Rows i ≥ j and blocks of theirs that belong to one body, (P, 4)."""
-    spring_owner: np.ndarray
-    """Bodies of both ends, (b, 2)."""
-    spring_arm: np.ndarray
-    """(b, 2, 3)"""
     spring: np.ndarray
     """Stiffness, damping, length without force, (b, 3)."""
-    load_owner: np.ndarray
-    """(l,)"""
-    load_arm: np.ndarray
-    """(l, 3)"""
     load: np.ndarray
     """Force and moment per unit, along the scene's axes, (l, 6)."""
 
@@ -82,23 +95,55 @@ class Work(NamedTuple):
     back: np.ndarray
     """Inverse of the inertia along the scene's axes, (n, 3, 3)."""
     rate: np.ndarray
-    """Accelerations without constraints, (n, 6)."""
+    """Accelerations without constraints, (n, 6 + E)."""
     push: np.ndarray
-    """Force and moment about the centre, (n, 6)."""
+    """Force, moment about the centre, and modal forces, (n, 6 + E)."""
+    place: np.ndarray
+    """Of points [m], (P, 3)."""
+    arm: np.ndarray
+    """From the centre [m], (P, 3)."""
+    speed: np.ndarray
+    """[m/s], (P, 3)."""
+    drift: np.ndarray
+    """Second rate of their places without accelerations of the bodies [m/s²], (P, 3)."""
+    spin: np.ndarray
+    """Angular velocity of their axes [rad/s], (P, 3)."""
+    spin_drift: np.ndarray
+    """Its rate without accelerations [rad/s²], (P, 3)."""
+    axes: np.ndarray
+    """As columns, (P, 3, 3)."""
+    point_rows: np.ndarray
+    """Velocity and angular velocity along the scene's axes per modal rate, (P, 6, E)."""
+    local: np.ndarray
+    """Displacement and rotation of a point in its body, their rates and second rates, (P, 3, 6)."""
+    moment: np.ndarray
+    """B of each body, (n, E, 3, 3)."""
+    moment_rate: np.ndarray
+    """(n, E, 3, 3)"""
+    spare_moment: np.ndarray
+    """(3, 3)"""
+    inertia: np.ndarray
+    """Factor of the inertia over rotation and elastic coordinates, (n, 3 + E, 3 + E)."""
+    modal: np.ndarray
+    """Angular velocity and modal rates, (n, 3 + E)."""
+    inner_force: np.ndarray
+    """Modal forces of inertia, stiffness and damping, (n, E)."""
+    across: np.ndarray
+    """ω · vector of Ḃ_k, (n, E)."""
     value: np.ndarray
     """Of each term, (t,)."""
     bend: np.ndarray
     """Second rate of each term without accelerations, (t,)."""
     slope: np.ndarray
-    """Rate of each term per velocity and angular velocity of a and b, (t, 2, 6)."""
+    """Rate of each term per velocity and angular velocity of the markers a and b, (t, 2, 6)."""
     turned: np.ndarray
     """Angle of the last accepted step of each term that is one [rad], (t,)."""
     block_owner: np.ndarray
     """Bodies of a row's blocks, (m, 4)."""
     block: np.ndarray
-    """Rate of a row per velocity and angular velocity of its bodies, (m, 4, 6)."""
+    """Rate of a row per velocity, angular velocity and modal rates of its bodies, (m, 4, 6 + E)."""
     light: np.ndarray
-    """The same times the inverse of the inertia, (m, 4, 6)."""
+    """The same times the inverse of the inertia, (m, 4, 6 + E)."""
     matrix: np.ndarray
     """S = G M⁻¹ Gᵀ, scaled to a diagonal of ones, (m, m)."""
     lower: np.ndarray
@@ -122,9 +167,11 @@ class Work(NamedTuple):
     spare: np.ndarray
     """(2, m)"""
     slopes: np.ndarray
-    """Rates of the state at the stages, (STAGES, 13 n + SUMS)."""
+    """Rates of the state at the stages, (STAGES, numbers)."""
     stage: np.ndarray
-    """(13 n + SUMS,)"""
+    """(numbers,)"""
+    light_error: np.ndarray
+    """(3 + E,)"""
     lost: np.ndarray
     """Rates of sums that nobody reads, (SUMS,)."""
 

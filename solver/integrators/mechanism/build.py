@@ -6,7 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.solver.bodies.placing import turned_vectors
+from gudgeon.solver.bodies.small_motion import named
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.given import GivenForce, GivenTorque
+from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.integrators.mechanism.arrays import (
     ALONG,
     ANGLE,
@@ -19,13 +22,26 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Model,
     Work,
 )
+from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, point_of
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Distance, Marked, Screw, Universal
 from gudgeon.solver.system.system import System
+from gudgeon.solver.vectors import unit
 
 Term = tuple[int, int, int, int]
-Point = tuple[int, np.ndarray]
-"""Number of a body, `NONE` of the ground, and an arm from its centre or a place in the scene [m], (3,)."""
+
+
+class Point(NamedTuple):
+    """A point of a body or the ground."""
+
+    owner: int
+    """Number of its body, `NONE` of the ground."""
+    arm: np.ndarray
+    """From the centre of the undeformed body, or a place in the scene [m], (3,)."""
+    rows: np.ndarray = np.zeros((6, 0))
+    """Displacement and rotation per elastic coordinate, (6, m)."""
+    bend: np.ndarray = np.zeros((6, 0, 0))
+    """Their second order, (6, m, m)."""
 
 
 class Row(NamedTuple):
@@ -50,34 +66,55 @@ class Linkage:
     """Of mass, as the scene places the bodies [m], (n, 3)."""
     pairs: dict[str, int] = field(default_factory=dict)
     """Number of the pair of markers of each joint that has one."""
-    owner: list[tuple[int, int]] = field(default_factory=list)
-    arm: list[np.ndarray] = field(default_factory=list)
-    frame: list[np.ndarray] = field(default_factory=list)
+    markers: list[tuple[Point, Point]] = field(default_factory=list)
+    axes: list[np.ndarray] = field(default_factory=list)
+    frames: list[Frame] = field(default_factory=list)
+    """Floating frames of the bodies."""
     terms: dict[Term, int] = field(default_factory=dict)
     rows: list[Row] = field(default_factory=list)
     drives: dict[str, Driven] = field(default_factory=dict)
     """Joints that drive others, in the order of their numbers."""
 
-    def point(self, body: str | None, at: tuple[float, float, float]) -> Point:
-        """Return a point of a body, or of the ground."""
+    def point(
+        self, body: str | None, at: tuple[float, float, float] | None, interface: str | None = None, where: str = ""
+    ) -> Point:
+        """Return a point of a body, or of the ground.
+
+        Args:
+            where: Key of the element that needs it.
+
+        Raises:
+            SceneError: the body deforms and no interface is given, or it has no such interface.
+        """
         if body is None:
-            return NONE, np.asarray(at, float)
-        number, settings = self.names.index(body), self.system.scene.body[body]
-        return number, turned_vectors(settings, at) + np.asarray(settings.position) - self.centres[number]
+            return Point(NONE, np.asarray(at or (0.0, 0.0, 0.0), float))
+        number, settings, own = self.names.index(body), self.system.scene.body[body], self.system.bodies[body]
+        if interface is not None:
+            named(own.modal.loads, interface, f"{where}: body '{body}' has no interface of kind 'mean' or 'tie'")
+            return Point(number, *point_of(own, self.frames[number], interface))
+        if len(self.frames[number].stiffness):
+            raise SceneError(f"{where}: body '{body}' deforms; name an interface of it instead of a point")
+        place = turned_vectors(settings, at or (0.0, 0.0, 0.0)) + np.asarray(settings.position)
+        return Point(number, place - self.centres[number])
 
     def place(self, point: Point) -> np.ndarray:
         """Return where a point is as the scene places the bodies [m], (3,)."""
-        number, arm = point
-        return arm if number == NONE else self.centres[number] + arm
+        return point.arm if point.owner == NONE else self.centres[point.owner] + point.arm
 
-    def ends(self, owner: tuple[str, str | None], at: tuple, against_at: tuple | None) -> tuple[Point, Point]:
+    def ends(self, one: Marked | Spring, where: str) -> tuple[Point, Point]:
         """Return the point on the other side of an element, and its own; the former is at the latter by default."""
-        own = self.point(owner[0], at)
-        if against_at is not None:
-            return self.point(owner[1], against_at), own
-        number = NONE if owner[1] is None else self.names.index(owner[1])
-        place = self.place(own)
-        return (number, place if number == NONE else place - self.centres[number]), own
+        own = self.point(one.body, one.at, one.interface, f"{where}.at")
+        if one.against_at is not None or one.against_interface is not None:
+            return self.point(one.against, one.against_at, one.against_interface, f"{where}.against_at"), own
+        number, place = NONE if one.against is None else self.names.index(one.against), self.place(own)
+        if number == NONE:
+            return Point(NONE, place), own
+        if m := len(self.frames[number].stiffness):
+            raise SceneError(
+                f"{where}.against_interface: is missing; body '{one.against}' deforms with {m} elastic coordinates:"
+                " name an interface of it"
+            )
+        return Point(number, place - self.centres[number]), own
 
     def term(self, *key: int) -> int:
         """Return the number of a term: kind, pair, axis of the other marker, axis of the own one."""
@@ -86,23 +123,18 @@ class Linkage:
 
     def start_along(self, pair: int, axis: int) -> float:
         """Return d along an axis of the other marker as the scene places the bodies [m]."""
-        a, b = ((self.owner[pair][side], self.arm[pair][side]) for side in range(2))
-        return float((self.place(b) - self.place(a)) @ self.frame[pair][0][:, axis])
+        a, b = self.markers[pair]
+        return float((self.place(b) - self.place(a)) @ self.axes[pair][0][:, axis])
 
 
 def linkage_of(system: System) -> Linkage:
     """Return the parts of a scene's mechanism.
 
     Raises:
-        SceneError: a body cannot turn or is elastic, or a joint cannot be coupled or driven so.
+        SceneError: a body cannot turn, a point does not fit its body, or a joint cannot be coupled or driven so.
     """
     scene = system.scene
     for name, body in system.bodies.items():
-        if len(body.modal.angular_frequencies):
-            raise SceneError(
-                f"body.{name}: its component is elastic; integrator 'mechanism' carries rigid bodies: set"
-                f" component.{scene.component_of(name)}.modes.reduction = 'rigid'"
-            )
         if body.rigid_count < 6:
             raise SceneError(
                 f"body.{name}: supports, freedom or an inertia of zero hold some of its rigid motions; integrator"
@@ -110,7 +142,8 @@ def linkage_of(system: System) -> Linkage:
             )
     names = list(system.bodies)
     centres = [np.asarray(scene.body[name].position) + body.morph.centre for name, body in system.bodies.items()]
-    found = Linkage(system, names, np.array(centres))
+    frames = [frame_of(body, scene.body[name]) for name, body in system.bodies.items()]
+    found = Linkage(system, names, np.array(centres), frames=frames)
     for name, joint in scene.hinges().items():
         _add_hinge(found, name, joint)
     for name, joint in scene.joint.items():
@@ -122,14 +155,13 @@ def linkage_of(system: System) -> Linkage:
 
 
 def _add_hinge(found: Linkage, name: str, joint: Marked) -> None:
-    pair = found.pairs[name] = len(found.owner)
-    other, own = found.ends((joint.body, joint.against), joint.at, joint.against_at)
+    pair = found.pairs[name] = len(found.markers)
+    other, own = found.ends(joint, f"joint.{name}")
     third, thither = joint.axes
     frame = _frame(thither)
     turned = _frame(third) if isinstance(joint, Universal) else _shortest(thither, third) @ frame
-    found.owner.append((other[0], own[0]))
-    found.arm.append(np.array([other[1], own[1]]))
-    found.frame.append(np.array([frame, turned]))
+    found.markers.append((other, own))
+    found.axes.append(np.array([frame, turned]))
     if isinstance(joint, Distance):
         apart = float(np.linalg.norm(found.place(own) - found.place(other)))
         if apart == 0:
@@ -202,35 +234,68 @@ def model_of(found: Linkage) -> Model:
     """Return the arrays of a mechanism."""
     system, scene = found.system, found.system.scene
     bodies, rows, terms = list(system.bodies.values()), found.rows, list(found.terms)
-    springs = [
-        (found.ends((one.body, one.against), one.at, one.against_at), one) for one in scene.point_springs().values()
-    ]
+    springs = [(found.ends(one, f"force.{name}"), one) for name, one in scene.point_springs().items()]
     loads = list(scene.point_loads().values())
-    points = [found.point(one.body, getattr(one, "at", None) or (0.0, 0.0, 0.0)) for one in loads]
-    wrenches = [one.wrench(lambda at: np.zeros(3)) for one in loads]
+    pressed = [_pressed(found, name, one) for name, one in scene.point_loads().items()]
+    points = [*(p for two in found.markers for p in two), *(p for ends, _ in springs for p in ends), *pressed]
+    wrenches = [_wrench(one) for one in loads]
     inertia = np.array([body.morph.inertia for body in bodies])
     size = reach_of(found)
     filled = [(*row.terms, (NONE, 0.0))[:2] for row in rows]
     row_terms = np.array([[t for t, _ in two] for two in filled], np.int64).reshape(-1, 2)
-    owner = np.array(found.owner, np.int64).reshape(-1, 2)
+    owner = np.array([[p.owner for p in two] for two in found.markers], np.int64).reshape(-1, 2)
+    frames = np.tile(np.eye(3), (len(points), 1, 1))
+    if found.axes:
+        frames[: 2 * len(owner)] = np.array(found.axes).reshape(-1, 3, 3)
     kinds = np.array(terms, np.int64).reshape(-1, 4)
     return Model(
         mass=np.array([body.morph.mass for body in bodies]), inertia=inertia, inverse=np.linalg.inv(inertia),
-        gravity=np.asarray(scene.run.gravity, float), owner=owner, arm=np.array(found.arm, float).reshape(-1, 2, 3),
-        frame=np.array(found.frame, float).reshape(-1, 2, 3, 3), terms=kinds, row_terms=row_terms,
+        gravity=np.asarray(scene.run.gravity, float), owner=owner,
+        point_owner=np.array([p.owner for p in points], np.int64), point_frame=frames,
+        point_arm=np.array([p.arm for p in points], float).reshape(-1, 3), terms=kinds, row_terms=row_terms,
         factors=np.array([[f for _, f in two] for two in filled], float).reshape(-1, 2),
         constant=np.array([row.constant for row in rows], float),
         drive_of=np.array([row.drive for row in rows], np.int64),
         row_pair=np.array([found.pairs.get(row.joint, NONE) for row in rows], np.int64),
         reach=np.array([size if row.length else 1.0 for row in rows], float),
         pairs=_coupled(row_terms, kinds, owner),
-        spring_owner=np.array([[end[0] for end in ends] for ends, _ in springs], np.int64).reshape(-1, 2),
-        spring_arm=np.array([[end[1] for end in ends] for ends, _ in springs], float).reshape(-1, 2, 3),
         spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
-        load_owner=np.array([number for number, _ in points], np.int64),
-        load_arm=np.array([arm for _, arm in points], float).reshape(-1, 3),
-        load=np.array(wrenches, float).reshape(-1, 6),
+        load=np.array(wrenches, float).reshape(-1, 6), **_flexible(found, points),
     )  # fmt: skip
+
+
+def _pressed(found: Linkage, name: str, load: GivenForce | GivenTorque) -> Point:
+    """Return the point where a load acts."""
+    where = f"force.{name}.{'at' if isinstance(load, GivenForce) else 'body'}"
+    return found.point(load.body, getattr(load, "at", None), where=where)
+
+
+def _wrench(load: GivenForce | GivenTorque) -> np.ndarray:
+    """Return force and moment per unit of a load at its point, (6,)."""
+    line = unit(load.direction)
+    return np.concatenate([line, np.zeros(3)] if isinstance(load, GivenForce) else [np.zeros(3), line])
+
+
+def _flexible(found: Linkage, points: list[Point]) -> dict[str, np.ndarray]:
+    """Return the arrays of the bodies' elastic coordinates, filled with zeros up to the most that a body has."""
+    counts = [len(one.stiffness) for one in found.frames]
+    n, most, total = len(counts), max(counts), sum(counts)
+    first = WIDTH * n + np.cumsum([0, *counts[:-1]])
+    shapes = {
+        "second": (n, 3, 3), "lever": (n, most, 3, 3), "pair": (n, most, most, 3, 3), "modal_mass": (n, most, most),
+        "modal_stiffness": (n, most), "modal_damping": (n, most), "point_rows": (len(points), 6, most),
+        "point_bend": (len(points), 6, most, most),
+    }  # fmt: skip
+    arrays = {name: np.zeros(shape) for name, shape in shapes.items()}
+    for b, (frame, m) in enumerate(zip(found.frames, counts, strict=True)):
+        arrays["second"][b] = frame.second
+        arrays["lever"][b, :m], arrays["pair"][b, :m, :m] = frame.lever, frame.pair
+        arrays["modal_mass"][b, :m, :m], arrays["modal_stiffness"][b, :m] = frame.mass, frame.stiffness
+        arrays["modal_damping"][b, :m] = frame.damping
+    for p, point in enumerate(points):
+        m = point.rows.shape[1]
+        arrays["point_rows"][p, :, :m], arrays["point_bend"][p, :, :m, :m] = point.rows, point.bend
+    return arrays | {"elastic": np.column_stack([counts, first, first + total]).astype(np.int64)}
 
 
 def _law(found: Linkage, ends: tuple[Point, Point], spring) -> tuple[float, float, float]:  # type: ignore[no-untyped-def]
@@ -245,8 +310,7 @@ def _law(found: Linkage, ends: tuple[Point, Point], spring) -> tuple[float, floa
 def reach_of(found: Linkage) -> float:
     """Return the size of a mechanism: the diagonal of the box of its centres and markers [m]."""
     places = [*found.centres]
-    for owner, arm in zip(found.owner, found.arm, strict=True):
-        places += [found.place((owner[side], arm[side])) for side in range(2)]
+    places += [found.place(point) for two in found.markers for point in two]
     size = float(np.linalg.norm(np.ptp(np.array(places), axis=0)))
     gyration = max(
         float(np.sqrt(np.linalg.eigvalsh(body.morph.inertia)[-1] / body.morph.mass))
@@ -268,16 +332,25 @@ def _coupled(row_terms: np.ndarray, kinds: np.ndarray, owner: np.ndarray) -> np.
     return np.array(found, np.int64).reshape(-1, 4)
 
 
+def size_of(model: Model) -> int:
+    """Return how many numbers a state has."""
+    return WIDTH * len(model.mass) + 2 * int(model.elastic[:, 0].sum()) + SUMS
+
+
 def work_of(model: Model) -> Work:
     """Return work arrays of a model."""
-    n, m, t = len(model.mass), len(model.row_terms), len(model.terms)
-    size = WIDTH * n + SUMS
+    n, m, t, p, e = len(model.mass), len(model.row_terms), len(model.terms), *model.point_rows.shape[::2]
+    size = size_of(model)
     shapes = {
-        "turn": (n, 3, 3), "omega": (n, 3), "back": (n, 3, 3), "rate": (n, 6), "push": (n, 6), "value": (t,),
-        "bend": (t,), "slope": (t, 2, 6), "turned": (t,), "block_owner": (m, 4), "block": (m, 4, 6),
-        "light": (m, 4, 6), "matrix": (m, m), "lower": (m, m), "scale": (m,), "order": (m,), "left": (m,),
+        "turn": (n, 3, 3), "omega": (n, 3), "back": (n, 3, 3), "rate": (n, 6 + e), "push": (n, 6 + e), "value": (t,),
+        "bend": (t,), "slope": (t, 2, 6), "turned": (t,), "block_owner": (m, 4), "block": (m, 4, 6 + e),
+        "light": (m, 4, 6 + e), "matrix": (m, m), "lower": (m, m), "scale": (m,), "order": (m,), "left": (m,),
         "rank": (1,), "least": (1,), "right": (m,), "multiplier": (m,), "small": (m, m), "spare": (2, m),
         "slopes": (STAGES, size), "stage": (size,), "lost": (SUMS,),
+        "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3), "spin_drift": (p, 3),
+        "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "moment": (n, e, 3, 3),
+        "moment_rate": (n, e, 3, 3), "spare_moment": (3, 3), "inertia": (n, 3 + e, 3 + e), "modal": (n, 3 + e),
+        "inner_force": (n, e), "across": (n, e), "light_error": (3 + e,),
     }  # fmt: skip
     whole = ("block_owner", "order", "rank")
     return Work(**{name: np.zeros(shape, np.int64 if name in whole else float) for name, shape in shapes.items()})

@@ -1,52 +1,70 @@
 """Energy and momentum of states of a mechanism."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from gudgeon.solver.integrators.mechanism.arrays import (
     IMPULSE,
     LOST,
-    NONE,
     SPEED,
     SPIN,
     SUMS,
-    TURN,
     WIDTH,
     WORK,
     Model,
+    Work,
 )
-from gudgeon.solver.integrators.mechanism.rotation import matrices
+from gudgeon.solver.integrators.mechanism.step import observe
 
 
 def bodies_of(model: Model, states: np.ndarray) -> np.ndarray:
-    """Return the bodies' part of states (..., 13 n + SUMS), (..., n, 13)."""
+    """Return the bodies' part of states (..., numbers), (..., n, 13)."""
     n = len(model.mass)
     return states[..., : WIDTH * n].reshape(*states.shape[:-1], n, WIDTH)
 
 
-def angular_velocities(model: Model, bodies: np.ndarray) -> np.ndarray:
-    """Return ω along the scene's axes [rad/s] of bodies (..., n, 13), (..., n, 3)."""
-    turn = matrices(bodies[..., TURN : TURN + 4])
-    own = np.einsum("...bji,...bj->...bi", turn, bodies[..., SPIN : SPIN + 3])
-    return np.einsum("...bij,bjk,...bk->...bi", turn, model.inverse, own)
+def modal_parts(model: Model, state: np.ndarray, b: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return views of a body's elastic coordinates and their momenta in states (..., numbers), (..., m) each."""
+    m, at, momentum = (int(one) for one in model.elastic[b])
+    return state[..., at : at + m], state[..., momentum : momentum + m]
 
 
-def point_places(model: Model, bodies: np.ndarray, owner: int, arm: np.ndarray) -> np.ndarray:
-    """Return the places of a point of a body, or of the ground [m], (..., 3)."""
-    if owner == NONE:
-        return np.broadcast_to(arm, (*bodies.shape[:-2], 3))
-    return bodies[..., owner, :3] + matrices(bodies[..., owner, TURN : TURN + 4]) @ arm
+class Motion(NamedTuple):
+    """What is found of one state."""
+
+    omega: np.ndarray
+    """Angular velocity of each body along the scene's axes [rad/s], (n, 3)."""
+    modal: np.ndarray
+    """Modal rates of each body, (n, E)."""
+    springs: np.ndarray
+    """Places and velocities of both ends of each spring [m, m/s], (b, 2, 2, 3)."""
 
 
-def energies(model: Model, states: np.ndarray) -> np.ndarray:
+def motion_of(model: Model, work: Work, state: np.ndarray) -> Motion:
+    """Return the motion of a state."""
+    observe(model, work, state)
+    first, count = 2 * len(model.owner), len(model.spring)
+    here = slice(first, first + 2 * count)
+    ends = np.stack([work.place[here].reshape(count, 2, 3), work.speed[here].reshape(count, 2, 3)], axis=2)
+    return Motion(work.omega.copy(), work.modal[:, 3:].copy(), ends)
+
+
+def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndarray:
     """Return kinetic and strain energy, none of contact, dissipated energy, and work with that of gravity since the
-    bodies stood at the origin [J], (s, 5), of states (s, 13 n + SUMS)."""
+    bodies stood at the origin [J], (s, 5), of states (s, numbers)."""
     bodies, sums = bodies_of(model, states), states[:, -SUMS:]
-    omega = angular_velocities(model, bodies)
+    omega, modal = (np.array(part) for part in list(zip(*motions, strict=True))[:2])
     found = np.zeros((len(states), 5))
     square = (bodies[..., SPEED : SPEED + 3] ** 2).sum(axis=-1)
     found[:, 0] = 0.5 * (square @ model.mass + (omega * bodies[..., SPIN : SPIN + 3]).sum(axis=(1, 2)))
-    for (a, b), arms, (stiffness, _, length) in zip(model.spring_owner, model.spring_arm, model.spring, strict=True):
-        apart = point_places(model, bodies, b, arms[1]) - point_places(model, bodies, a, arms[0])
+    for b in map(int, np.flatnonzero(model.elastic[:, 0])):
+        q, momentum = modal_parts(model, states, b)
+        m = q.shape[1]
+        found[:, 0] += 0.5 * (modal[:, b, :m] * momentum).sum(axis=1)
+        found[:, 1] += 0.5 * q**2 @ model.modal_stiffness[b, :m]
+    for k, (stiffness, _, length) in enumerate(model.spring):
+        apart = np.array([one.springs[k, 1, 0] - one.springs[k, 0, 0] for one in motions])
         found[:, 1] += 0.5 * stiffness * (np.linalg.norm(apart, axis=1) - length) ** 2
     found[:, 3] = sums[:, LOST]
     found[:, 4] = sums[:, WORK] + np.einsum("sbi,b,i->s", bodies[..., :3], model.mass, model.gravity)
@@ -55,7 +73,7 @@ def energies(model: Model, states: np.ndarray) -> np.ndarray:
 
 def momentum_error(model: Model, states: np.ndarray) -> float:
     """Return the largest error of the balances of momentum and of angular momentum about the origin, over the sum of
-    the bodies' own momenta, of states (s, 13 n + SUMS) of which the first is the start."""
+    the bodies' own momenta, of states (s, numbers) of which the first is the start."""
     bodies, sums = bodies_of(model, states), states[:, -SUMS:]
     speeds, spins = bodies[..., SPEED : SPEED + 3], bodies[..., SPIN : SPIN + 3]
     linear = speeds * model.mass[:, None]

@@ -8,7 +8,7 @@ from gudgeon.modaldb.records.trajectory import JointHistory
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.integrators.mechanism.arrays import Model, Reading, Work
 from gudgeon.solver.integrators.mechanism.build import Linkage
-from gudgeon.solver.integrators.mechanism.energy import bodies_of, momentum_error
+from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, motion_of
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
 from gudgeon.solver.integrators.mechanism.step import read
 from gudgeon.solver.integrators.outcome import LinkageHistories
@@ -21,6 +21,7 @@ class Sample(NamedTuple):
     vectors: np.ndarray
     """Rotation vector of each body [rad], (n, 3)."""
     reading: Reading
+    motion: Motion
 
 
 class Recorder:
@@ -36,7 +37,7 @@ class Recorder:
         pairs = len(self._model.owner)
         found = Reading(np.zeros(len(self._model.row_terms)), np.zeros((pairs, 6)), np.zeros(pairs), np.zeros(pairs))
         read(self._model, self._work, state, given, amounts, found)
-        self.samples.append(Sample(state, vectors, found))
+        self.samples.append(Sample(state, vectors, found, motion_of(self._model, self._work, state)))
 
     def found(self, interval: float, notes: list[str], count: int) -> LinkageHistories:
         """Return the histories of the first samples."""
@@ -53,8 +54,8 @@ class Recorder:
         }
         states = np.array([one.state for one in kept])
         read_all = States(
-            bodies_of(self._model, states), np.array([one.vectors for one in kept]), wrenches,
-            every.multipliers, interval,
+            states, [one.motion for one in kept], np.array([one.vectors for one in kept]), wrenches, every.multipliers,
+            interval,
         )  # fmt: skip
         probes = {one.name: one.history(self._model, read_all) for one in self.readers}
         times = interval * np.arange(1, len(kept))

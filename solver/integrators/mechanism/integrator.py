@@ -7,8 +7,8 @@ import numpy as np
 from gudgeon.solver.capabilities import Mechanism as Capabilities
 from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, TURN
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
-from gudgeon.solver.integrators.mechanism.energy import angular_velocities, bodies_of, energies
-from gudgeon.solver.integrators.mechanism.histories import Recorder
+from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
+from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vector
 from gudgeon.solver.integrators.mechanism.start import start_of
 from gudgeon.solver.integrators.mechanism.step import MAIN, Course, begin, interpolation, keep_angles, tableau
@@ -34,16 +34,16 @@ class Mechanism(Capabilities):
 
     def __init__(self, system: System, interval: float, *, fixed_step: float | None = None) -> None:
         self._system, self._interval = system, interval
-        self._linkage = linkage_of(system)
-        self.model = model_of(self._linkage)
+        self.linkage = linkage_of(system)
+        self.model = model_of(self.linkage)
         self.work = work_of(self.model)
         self._table, self._times = tableau()
         self._loads = [(f"force.{name}", one) for name, one in system.scene.point_loads().items()]
-        self._drives = [(f"joint.{name}", drive) for name, drive in self._linkage.drives.items()]
-        self.start = start_of(self._linkage, self.model, self.work, self._given(np.zeros(1))[0][0])
+        self._drives = [(f"joint.{name}", drive) for name, drive in self.linkage.drives.items()]
+        self.start = start_of(self.linkage, self.model, self.work, self._given(np.zeros(1))[0][0])
         self._duration = system.scene.run.duration
         self._tolerance = max(FINEST, SHARE * (system.scene.run.accuracy or ACCURACY))
-        self._size, n = reach_of(self._linkage), len(self.model.mass)
+        self._size, n = reach_of(self.linkage), len(self.model.mass)
         self._before, self._time, self._state = 0.0, 0.0, self.start.state.copy()
         self._old, self._old_slope = self._state.copy(), np.zeros_like(self._state)
         self._dense = np.zeros((7, len(self._state)))
@@ -51,13 +51,13 @@ class Mechanism(Capabilities):
         self._vectors = np.zeros((n, 3))
         self._vectors = self._turned(self._state)
         self._fastest = np.zeros(2)
-        self._recorder = Recorder(self._linkage, self.model, self.work)
+        self._recorder = Recorder(self.linkage, self.model, self.work)
         given, amounts = self._given(np.zeros(1))
         self._recorder.take(self._state, self._vectors, given[0], amounts[0])
-        self._energy = energies(self.model, self._state[None])[0]
+        self._energy = energies(self.model, self._state[None], [self._recorder.samples[0].motion])[0]
         self._extreme = np.array([float(self._energy @ (1, 1, 1, 1, -1)), 0.0, 0.0, 0.0])
         begin(self.model, self.work, self._state, given[0], amounts[0])
-        q, v = self._coordinates(bodies_of(self.model, self._state[None]), self._vectors[None])
+        q, v = self._coordinates(self._recorder.samples)
         self._at = q[0], v[0]
 
     def _turned(self, state: np.ndarray) -> np.ndarray:
@@ -93,10 +93,12 @@ class Mechanism(Capabilities):
             vectors[number] = self._turned(states[number])
             given, amounts = self._given(np.array([time]))
             self._recorder.take(states[number], vectors[number], given[0], amounts[0])
-        out.energies[:] = energies(self.model, states)
+        taken = self._recorder.samples[len(self._recorder.samples) - count :]
+        out.energies[:] = energies(self.model, states, [one.motion for one in taken])
         self._note_energies(out.energies)
-        q, v = self._coordinates(bodies_of(self.model, states), vectors)
-        out.snapshots[:, :r], out.snapshots[:, r : 2 * r] = q, v
+        q, v = self._coordinates(taken)
+        rigid = self._system.rigid
+        out.snapshots[:, :r], out.snapshots[:, r : 2 * r] = q[:, rigid], v[:, rigid]
         self._at = q[-1], v[-1]
         return True
 
@@ -134,7 +136,7 @@ class Mechanism(Capabilities):
     def _note_speeds(self) -> None:
         """Keep the largest speed and angular velocity of the run, by which errors are measured."""
         bodies = bodies_of(self.model, self._state)
-        spin = float(np.linalg.norm(angular_velocities(self.model, bodies), axis=1).max())
+        spin = float(np.linalg.norm(motion_of(self.model, self.work, self._state).omega, axis=1).max())
         speed = float(np.linalg.norm(bodies[:, SPEED : SPEED + 3], axis=1).max())
         self._fastest = np.maximum(self._fastest, [speed, spin])
 
@@ -148,6 +150,10 @@ class Mechanism(Capabilities):
         bodies[:, TURN : TURN + 4] = 1.0
         bodies[:, SPEED : SPEED + 3] = 1 / speed
         bodies[:, SPIN : SPIN + 3] = 1 / spin
+        for b, mass in enumerate(self.model.mass):
+            # A coordinate of unit modal mass moves the body by about 1/√mass.
+            q, momentum = modal_parts(self.model, weights, b)
+            q[:], momentum[:] = 1 / (np.sqrt(mass) * self._size), 1 / (np.sqrt(mass) * speed)
         return weights
 
     def _interpolated(self, time: float) -> np.ndarray:
@@ -163,16 +169,19 @@ class Mechanism(Capabilities):
         turns /= np.linalg.norm(turns, axis=1, keepdims=True)
         return found
 
-    def _coordinates(self, bodies: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return coordinates and velocities of states (s, n, 13) with rotation vectors (s, n, 3), as records have them,
-        (s, 6 n)."""
-        omega, q, v = angular_velocities(self.model, bodies), [], []
+    def _coordinates(self, samples: list[Sample]) -> tuple[np.ndarray, np.ndarray]:
+        """Return coordinates and velocities of samples, as records have them, (s, coordinates)."""
+        states, vectors = (np.array([getattr(one, part) for one in samples]) for part in ("state", "vectors"))
+        omega, modal = (np.array([getattr(one.motion, part) for one in samples]) for part in ("omega", "modal"))
+        bodies, q, v = bodies_of(self.model, states), [], []
         for b, body in enumerate(self._system.bodies.values()):
             to_momentum = np.zeros((6, 6))
             to_momentum[:3, :3], to_momentum[3:, 3:] = body.morph.mass * np.eye(3), body.morph.inertia
             rows = to_momentum @ body.twists.T
-            q.append(np.hstack([bodies[:, b, :3] - self._linkage.centres[b], vectors[:, b]]) @ rows)
-            v.append(np.hstack([bodies[:, b, SPEED : SPEED + 3], omega[:, b]]) @ rows)
+            own = modal_parts(self.model, states, b)[0]
+            rates = modal[:, b, : own.shape[1]]
+            q += [np.hstack([bodies[:, b, :3] - self.linkage.centres[b], vectors[:, b]]) @ rows, own]
+            v += [np.hstack([bodies[:, b, SPEED : SPEED + 3], omega[:, b]]) @ rows, rates]
         return np.hstack(q), np.hstack(v)
 
     def impacts(self) -> list[np.ndarray]:

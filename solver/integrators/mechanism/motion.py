@@ -11,12 +11,15 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     PLACE,
     SPEED,
     SPIN,
+    SUMS,
     TURN,
     WIDTH,
     WORK,
 )
+from gudgeon.solver.integrators.mechanism.flexible.inertia import set_flexible_rates
+from gudgeon.solver.integrators.mechanism.flexible.points import cross, spread
 from gudgeon.solver.integrators.mechanism.rotation import rate_of, turn_by
-from gudgeon.solver.integrators.mechanism.rows import cross, set_matrix, set_poses, set_rows, violation
+from gudgeon.solver.integrators.mechanism.rows import set_matrix, set_poses, set_rows, violation
 from gudgeon.solver.integrators.mechanism.solve import factor, solve
 
 CLOSED = 1e-9
@@ -29,64 +32,44 @@ NEWTON = 12
 
 
 @inner
-def _end(model, work, y, b, c):  # type: ignore[no-untyped-def]
-    """Return arm, place and velocity of a point of a body, or of the ground."""
-    if b == NONE:
-        return (0.0, 0.0, 0.0), (c[0], c[1], c[2]), (0.0, 0.0, 0.0)
-    Q, s, w = work.turn[b], WIDTH * b, work.omega[b]
-    r = (
-        Q[0, 0] * c[0] + Q[0, 1] * c[1] + Q[0, 2] * c[2],
-        Q[1, 0] * c[0] + Q[1, 1] * c[1] + Q[1, 2] * c[2],
-        Q[2, 0] * c[0] + Q[2, 1] * c[1] + Q[2, 2] * c[2],
-    )
-    u = cross(w, r)
-    return (
-        r,
-        (y[s + PLACE] + r[0], y[s + PLACE + 1] + r[1], y[s + PLACE + 2] + r[2]),
-        (y[s + SPEED] + u[0], y[s + SPEED + 1] + u[1], y[s + SPEED + 2] + u[2]),
-    )
+def _press(model, work, p, wrench, factor):  # type: ignore[no-untyped-def]
+    """Add factor times force and moment at a point to what acts on its body."""
+    if model.point_owner[p] != NONE:
+        spread(model, work, p, wrench, factor, work.push[model.point_owner[p]])
 
 
 @inner
-def _press(work, b, r, force):  # type: ignore[no-untyped-def]
-    """Add a force at an arm to what acts on a body."""
-    if b == NONE:
-        return
-    moment = cross(r, force)
-    for i in range(3):
-        work.push[b, i] += force[i]
-        work.push[b, 3 + i] += moment[i]
-
-
-@inner
-def set_pushes(model, work, y, amounts, sums):  # type: ignore[no-untyped-def]
-    """Set force and moment on each body of gravity, springs and loads, and the rates of work and dissipation."""
+def set_pushes(model, work, amounts, sums):  # type: ignore[no-untyped-def]
+    """Set what acts on each body by gravity, stiffness, inertia, springs and loads, and rates of work and loss."""
     for b in range(len(model.mass)):
         for i in range(3):
             work.push[b, i] = model.mass[b] * model.gravity[i]
             work.push[b, 3 + i] = 0.0
+        for k in range(model.elastic[b, 0]):
+            work.push[b, 6 + k] = work.inner_force[b, k]
+            sums[LOST] += model.modal_damping[b, k] * work.modal[b, 3 + k] * work.modal[b, 3 + k]
+    first = 2 * len(model.owner)
     for k in range(len(model.spring)):
-        a, b = model.spring_owner[k, 0], model.spring_owner[k, 1]
-        ra, pa, sa = _end(model, work, y, a, model.spring_arm[k, 0])
-        rb, pb, sb = _end(model, work, y, b, model.spring_arm[k, 1])
-        d0, d1, d2 = pb[0] - pa[0], pb[1] - pa[1], pb[2] - pa[2]
+        pa, pb = first + 2 * k, first + 2 * k + 1
+        d0 = work.place[pb, 0] - work.place[pa, 0]
+        d1 = work.place[pb, 1] - work.place[pa, 1]
+        d2 = work.place[pb, 2] - work.place[pa, 2]
         size = np.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
         if size == 0.0:
             continue
         d0, d1, d2 = d0 / size, d1 / size, d2 / size
+        sa, sb = work.speed[pa], work.speed[pb]
         rate = d0 * (sb[0] - sa[0]) + d1 * (sb[1] - sa[1]) + d2 * (sb[2] - sa[2])
         pull = model.spring[k, 0] * (size - model.spring[k, 2]) + model.spring[k, 1] * rate
         sums[LOST] += model.spring[k, 1] * rate * rate
-        _press(work, a, ra, (pull * d0, pull * d1, pull * d2))
-        _press(work, b, rb, (-pull * d0, -pull * d1, -pull * d2))
+        _press(model, work, pa, (d0, d1, d2, 0.0, 0.0, 0.0), pull)
+        _press(model, work, pb, (d0, d1, d2, 0.0, 0.0, 0.0), -pull)
+    first += 2 * len(model.spring)
     for k in range(len(model.load)):
-        b, u = model.load_owner[k], model.load[k]
-        r, _, v = _end(model, work, y, b, model.load_arm[k])
-        f = amounts[k]
-        _press(work, b, r, (f * u[0], f * u[1], f * u[2]))
+        u, v, w = model.load[k], work.speed[first + k], work.spin[first + k]
+        _press(model, work, first + k, u, amounts[k])
         for i in range(3):
-            work.push[b, 3 + i] += f * u[3 + i]
-            sums[WORK] += f * (u[i] * v[i] + u[3 + i] * work.omega[b, i])
+            sums[WORK] += amounts[k] * (u[i] * v[i] + u[3 + i] * w[i])
 
 
 @inner
@@ -102,7 +85,7 @@ def _set_right(model, work, given):  # type: ignore[no-untyped-def]
         for p in range(4):
             b = work.block_owner[i, p]
             if b != NONE:
-                for k in range(6):
+                for k in range(6 + model.elastic[b, 0]):
                     total -= work.block[i, p, k] * work.rate[b, k]
         work.right[i] = total
 
@@ -115,6 +98,10 @@ def set_free_rates(model, work, y):  # type: ignore[no-untyped-def]
         lag = cross(w, y[s : s + 3])
         for i in range(3):
             work.rate[b, i] = work.push[b, i] / model.mass[b]
+        if model.elastic[b, 0]:
+            set_flexible_rates(model, work, y, b)
+            continue
+        for i in range(3):
             total = 0.0
             for j in range(3):
                 total += work.back[b, i, j] * (work.push[b, 3 + j] - lag[j])
@@ -125,17 +112,17 @@ def set_free_rates(model, work, y):  # type: ignore[no-untyped-def]
 def prepare(model, work, y, given, amounts, sums):  # type: ignore[no-untyped-def]
     """Set all that the multipliers at a state follow from, and factor S."""
     set_poses(model, work, y)
-    set_pushes(model, work, y, amounts, sums)
+    set_pushes(model, work, amounts, sums)
     set_free_rates(model, work, y)
     if len(model.row_terms):
-        set_rows(model, work, y)
+        set_rows(model, work)
         set_matrix(model, work)
         factor(work)
         _set_right(model, work, given)
 
 
 @inner
-def add_multipliers(work, sign):  # type: ignore[no-untyped-def]
+def add_multipliers(model, work, sign):  # type: ignore[no-untyped-def]
     """Add sign Gᵀ λ to what acts on the bodies."""
     for i in range(len(work.multiplier)):
         amount = sign * work.multiplier[i]
@@ -143,7 +130,7 @@ def add_multipliers(work, sign):  # type: ignore[no-untyped-def]
             for p in range(4):
                 b = work.block_owner[i, p]
                 if b != NONE:
-                    for k in range(6):
+                    for k in range(6 + model.elastic[b, 0]):
                         work.push[b, k] += amount * work.block[i, p, k]
 
 
@@ -151,13 +138,13 @@ def add_multipliers(work, sign):  # type: ignore[no-untyped-def]
 def rates(model, work, y, given, amounts, out):  # type: ignore[no-untyped-def]
     """Set the rates of a state at a time with drives (d, 3) and loads (l,) of that time."""
     n = len(model.mass)
-    sums = out[WIDTH * n :]
+    sums = out[len(out) - SUMS :]
     for i in range(len(sums)):
         sums[i] = 0.0
     prepare(model, work, y, given, amounts, sums)
     if len(model.row_terms):
         solve(work)
-        add_multipliers(work, 1.0)
+        add_multipliers(model, work, 1.0)
         for i in range(len(model.row_terms)):
             if model.drive_of[i] != NONE:
                 sums[WORK] += work.multiplier[i] * given[model.drive_of[i], 1]
@@ -171,6 +158,9 @@ def rates(model, work, y, given, amounts, out):  # type: ignore[no-untyped-def]
         about = cross(y[s + PLACE : s + PLACE + 3], work.push[b])
         for i in range(3):
             sums[MOMENT + i] += about[i] + work.push[b, 3 + i]
+        for k in range(model.elastic[b, 0]):
+            out[model.elastic[b, 1] + k] = work.modal[b, 3 + k]
+            out[model.elastic[b, 2] + k] = work.push[b, 6 + k]
         rate_of(y[s + TURN : s + TURN + 4], work.omega[b], out[s + TURN : s + TURN + 4])
 
 
@@ -191,7 +181,7 @@ def worst_violation(model, work, given):  # type: ignore[no-untyped-def]
 def _move(model, work, y):  # type: ignore[no-untyped-def]
     """Move the bodies by M⁻¹ Gᵀ λ; return the largest motion over the size of the scene, or rotation [rad]."""
     for b in range(len(model.mass)):
-        for k in range(6):
+        for k in range(6 + model.elastic[b, 0]):
             work.rate[b, k] = 0.0
     size = 0.0
     for i in range(len(model.row_terms)):
@@ -200,7 +190,7 @@ def _move(model, work, y):  # type: ignore[no-untyped-def]
         for p in range(4):
             b = work.block_owner[i, p]
             if b != NONE:
-                for k in range(6):
+                for k in range(6 + model.elastic[b, 0]):
                     work.rate[b, k] += work.multiplier[i] * work.light[i, p, k]
     largest = 0.0
     for b in range(len(model.mass)):
@@ -212,6 +202,8 @@ def _move(model, work, y):  # type: ignore[no-untyped-def]
                 largest = abs(move[k]) / size
             if not abs(move[3 + k]) <= largest:
                 largest = abs(move[3 + k])
+        for k in range(model.elastic[b, 0]):
+            y[model.elastic[b, 1] + k] += move[6 + k]
         turn_by(y[s + TURN : s + TURN + 4], move[3], move[4], move[5])
     return largest
 
@@ -226,7 +218,7 @@ def project_places(model, work, y, given):  # type: ignore[no-untyped-def]
     moved = np.inf
     for step in range(NEWTON):
         set_poses(model, work, y)
-        set_rows(model, work, y)
+        set_rows(model, work)
         worst_violation(model, work, given)
         set_matrix(model, work)
         factor(work)
@@ -241,7 +233,7 @@ def project_places(model, work, y, given):  # type: ignore[no-untyped-def]
 def project_speeds(model, work, y, given):  # type: ignore[no-untyped-def]
     """Change velocities so that no row's rate is violated, by least kinetic energy."""
     set_poses(model, work, y)
-    set_rows(model, work, y)
+    set_rows(model, work)
     set_matrix(model, work)
     factor(work)
     for i in range(len(model.row_terms)):
@@ -254,6 +246,8 @@ def project_speeds(model, work, y, given):  # type: ignore[no-untyped-def]
                 s = WIDTH * b + SPEED
                 for k in range(3):
                     total -= work.block[i, p, k] * y[s + k] + work.block[i, p, 3 + k] * work.omega[b, k]
+                for k in range(model.elastic[b, 0]):
+                    total -= work.block[i, p, 6 + k] * work.modal[b, 3 + k]
         work.right[i] = total
     solve(work)
     for i in range(len(model.row_terms)):
@@ -264,3 +258,5 @@ def project_speeds(model, work, y, given):  # type: ignore[no-untyped-def]
                 for k in range(3):
                     y[s + SPEED + k] += work.multiplier[i] * work.block[i, p, k] / model.mass[b]
                     y[s + SPIN + k] += work.multiplier[i] * work.block[i, p, 3 + k]
+                for k in range(model.elastic[b, 0]):
+                    y[model.elastic[b, 2] + k] += work.multiplier[i] * work.block[i, p, 6 + k]

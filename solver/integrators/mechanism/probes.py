@@ -7,9 +7,9 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import ProbeHistory
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.integrators.mechanism.arrays import NONE, SPEED, TURN, Model
+from gudgeon.solver.integrators.mechanism.arrays import SPEED, TURN, Model
 from gudgeon.solver.integrators.mechanism.build import Linkage, Point
-from gudgeon.solver.integrators.mechanism.energy import angular_velocities, point_places
+from gudgeon.solver.integrators.mechanism.energy import Motion, bodies_of, modal_parts
 from gudgeon.solver.integrators.mechanism.rotation import matrices
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe, PointProbe
 from gudgeon.solver.system.probes import AXES, UNITS
@@ -21,8 +21,9 @@ WRENCH = ("x", "y", "z", "moment x", "moment y", "moment z")
 class States(NamedTuple):
     """States of a run: the start, then s samples."""
 
-    bodies: np.ndarray
-    """(1 + s, n, 13)"""
+    samples: np.ndarray
+    """Whole states, (1 + s, numbers)."""
+    motions: list[Motion]
     vectors: np.ndarray
     """Rotation vectors [rad], (1 + s, n, 3)."""
     wrenches: np.ndarray
@@ -48,7 +49,7 @@ class Reader:
         if isinstance(probe, ForceProbe):
             values, columns, name = self._force(model, states, probe.of)
         elif isinstance(probe, DistanceProbe):
-            one, other = (point_places(model, states.bodies, *point) for point in self.points)
+            one, other = (point_motions(model, states, point)[0] for point in self.points)
             values, columns, name = np.linalg.norm(one - other, axis=1)[:, None], ("distance",), "m"
         else:
             values, columns, name = self._motion(model, states), AXES, UNITS[probe.kind]
@@ -60,15 +61,11 @@ class Reader:
 
     def _motion(self, model: Model, states: States) -> np.ndarray:
         """Return displacement, velocity or rotation, (1 + s, 3)."""
-        ((body, arm),) = self.points
-        bodies = states.bodies
+        (point,) = self.points
         if self.probe.kind == "rotation":
-            return states.vectors[:, body]
-        if self.probe.kind == "displacement":
-            return point_places(model, bodies, body, arm) - self.linkage.place(self.points[0])
-        omega = angular_velocities(model, bodies)[:, body]
-        reach = matrices(bodies[:, body, TURN : TURN + 4]) @ arm
-        return bodies[:, body, SPEED : SPEED + 3] + np.cross(omega, reach)
+            return states.vectors[:, point.owner]
+        places, speeds = point_motions(model, states, point)
+        return places - self.linkage.place(point) if self.probe.kind == "displacement" else speeds
 
     def _force(self, model: Model, states: States, of: str) -> tuple[np.ndarray, tuple[str, ...], str]:
         kind, _, owner = of.partition(".")
@@ -83,20 +80,27 @@ class Reader:
 
     def _tension(self, model: Model, states: States, number: int) -> np.ndarray:
         stiffness, damping, length = model.spring[number]
-        ends = [(int(model.spring_owner[number, side]), model.spring_arm[number, side]) for side in range(2)]
-        omega = angular_velocities(model, states.bodies)
-        places, speeds = [], []
-        for body, arm in ends:
-            places.append(point_places(model, states.bodies, body, arm))
-            if body == NONE:
-                speeds.append(np.zeros_like(places[-1]))
-                continue
-            reach = matrices(states.bodies[:, body, TURN : TURN + 4]) @ arm
-            speeds.append(states.bodies[:, body, SPEED : SPEED + 3] + np.cross(omega[:, body], reach))
-        apart = places[1] - places[0]
+        ends = np.array([one.springs[number] for one in states.motions])
+        apart, speed = ends[:, 1, 0] - ends[:, 0, 0], ends[:, 1, 1] - ends[:, 0, 1]
         size = np.linalg.norm(apart, axis=1)
-        rate = ((speeds[1] - speeds[0]) * apart).sum(axis=1) / size
+        rate = (speed * apart).sum(axis=1) / size
         return (stiffness * (size - length) + damping * rate)[:, None]
+
+
+def point_motions(model: Model, states: States, point: Point) -> tuple[np.ndarray, np.ndarray]:
+    """Return places [m] and velocities [m/s] of a point of a body, (1 + s, 3) each."""
+    b = point.owner
+    bodies = bodies_of(model, states.samples)[:, b]
+    turn, m = matrices(bodies[:, TURN : TURN + 4]), point.rows.shape[1]
+    q = modal_parts(model, states.samples, b)[0] if m else np.zeros((len(bodies), 0))
+    rates = np.array([one.modal[b, :m] for one in states.motions])
+    curved = np.einsum("ikl,sl->sik", point.bend[:3], q)
+    local = point.arm + q @ point.rows[:3].T - 0.5 * np.einsum("sik,sk->si", curved, q)
+    moved = rates @ point.rows[:3].T - np.einsum("sik,sk->si", curved, rates)
+    reach = np.einsum("sij,sj->si", turn, local)
+    omega = np.array([one.omega[b] for one in states.motions])
+    speeds = bodies[:, SPEED : SPEED + 3] + np.cross(omega, reach) + np.einsum("sij,sj->si", turn, moved)
+    return bodies[:, :3] + reach, speeds
 
 
 def readers(linkage: Linkage) -> list[Reader]:
@@ -116,14 +120,17 @@ def readers(linkage: Linkage) -> list[Reader]:
                     " springs"
                 )
         else:
-            keys = ("interface", "against_interface")
-            if (key := next((one for one in keys if getattr(probe, one, None) is not None), None)) is not None:
+            if probe.interface is not None and probe.kind == "rotation":
                 raise SceneError(
-                    f"probe.{name}.{key}: integrator 'mechanism' reads points of rigid bodies; give"
-                    f" {'at' if key == 'interface' else 'against_at'} instead"
+                    f"probe.{name}.interface: given; in a scene of integrator 'mechanism' rotations are those of the"
+                    " bodies' frames; leave it out"
                 )
-            points = (linkage.point(probe.body, probe.at or (0.0, 0.0, 0.0)),)
+            if probe.kind == "rotation":
+                points = (Point(linkage.names.index(probe.body), np.zeros(3)),)
+            else:
+                points = (linkage.point(probe.body, probe.at, probe.interface, f"probe.{name}.at"),)
             if isinstance(probe, DistanceProbe):
-                points += (linkage.point(probe.against, probe.against_at or (0.0, 0.0, 0.0)),)
+                against = probe.against, probe.against_at, probe.against_interface
+                points += (linkage.point(*against, f"probe.{name}.against_at"),)
         found.append(Reader(name, probe, linkage, points))
     return found

@@ -1,15 +1,17 @@
 """The start of a mechanism: bodies moved onto their joints, velocities that obey them, and what joints leave free."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.integrators.mechanism.arrays import NONE, PLACE, SPEED, SPIN, SUMS, TURN, WIDTH, Model, Work
-from gudgeon.solver.integrators.mechanism.build import Linkage, reach_of
-from gudgeon.solver.integrators.mechanism.rotation import matrices, rotation_vector
-from gudgeon.solver.integrators.mechanism.step import close, keep_angles, match
+from gudgeon.solver.integrators.mechanism.arrays import NONE, PLACE, SPEED, SPIN, TURN, WIDTH, Model, Work
+from gudgeon.solver.integrators.mechanism.build import Linkage, reach_of, size_of
+from gudgeon.solver.integrators.mechanism.energy import modal_parts, motion_of
+from gudgeon.solver.integrators.mechanism.rotation import rotation_vector
+from gudgeon.solver.integrators.mechanism.step import close, keep_angles, match, observe
 
 ASSEMBLED = 1e-12
 """Violation over the size of the scene up to which a mechanism is closed."""
@@ -27,7 +29,7 @@ class Start(NamedTuple):
     """State and findings at the start."""
 
     state: np.ndarray
-    """(13 n + SUMS,)"""
+    """(numbers,)"""
     rows: int
     rank: int
     notes: list[str]
@@ -42,10 +44,13 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     Raises:
         SceneError: the joints cannot be closed, the position is singular, or a drive contradicts the joints.
     """
-    state = _placed(found)
+    state = _placed(found, model, work)
     if not len(model.row_terms):
         return Start(state, 0, 0, [])
     size, placed = reach_of(found), state.copy()
+    if model.elastic[:, 0].any():
+        # First as rigid bodies, where the joints can be closed so.
+        close(_stiff(model), work, state, given)
     _assemble(found, model, work, state, given)
     notes = [*_moved(found, placed, state, size)]
     keep_angles(model, work, state)
@@ -54,20 +59,21 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     loaded = np.array([_speed_given(found, name) for name in found.names])
     if loaded.any() and not loaded.all():
         heavy = np.where(loaded, HEAVY, 1.0)
-        heavier = model._replace(
-            mass=model.mass * heavy, inertia=model.inertia * heavy[:, None, None],
-            inverse=model.inverse / heavy[:, None, None],
-        )  # fmt: skip
+        heavier = _heavier(_stiff(model), heavy)
         for _ in range(2):  # The second time, what the first one left of 1/HEAVY.
             for b in np.flatnonzero(loaded):
                 at = slice(WIDTH * b + SPEED, WIDTH * b + SPIN + 3)
                 state[at] = wanted[at]
-                state[WIDTH * b + SPIN : WIDTH * b + SPIN + 3] *= HEAVY
+            _without_rates(model, work, state)
+            _scale_momenta(model, state, heavy)
             match(heavier, work, state, given)
-            for b in np.flatnonzero(loaded):
-                state[WIDTH * b + SPIN : WIDTH * b + SPIN + 3] /= HEAVY
+            _scale_momenta(model, state, 1 / heavy)
+    if model.elastic[:, 0].any():
+        _without_rates(model, work, state)
+        match(_stiff(model), work, state, given)
+        _without_rates(model, work, state)
     match(model, work, state, given)
-    notes += _changed(found, model, wanted, state)
+    notes += _changed(found, model, work, wanted, state)
     m = len(model.row_terms)
     if rank < m:
         notes.append(
@@ -78,10 +84,10 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     return Start(state, m, rank, notes)
 
 
-def _placed(found: Linkage) -> np.ndarray:
+def _placed(found: Linkage, model: Model, work: Work) -> np.ndarray:
     """Return the state as the scene gives it."""
     scene, bodies = found.system.scene, found.system.bodies
-    state = np.zeros(WIDTH * len(found.names) + SUMS)
+    state = np.zeros(size_of(model))
     for b, (name, body) in enumerate(bodies.items()):
         settings, at = scene.body[name], WIDTH * b
         omega, speed = np.asarray(settings.angular_velocity, float), np.asarray(settings.velocity, float)
@@ -89,7 +95,41 @@ def _placed(found: Linkage) -> np.ndarray:
             speed = speed + np.cross(omega, body.morph.centre - turned_vectors(settings, settings.velocity_at))
         state[at + PLACE : at + PLACE + 3], state[at + TURN] = found.centres[b], 1.0
         state[at + SPEED : at + SPEED + 3], state[at + SPIN : at + SPIN + 3] = speed, body.morph.inertia @ omega
+    _without_rates(model, work, state)
     return state
+
+
+def _stiff(model: Model) -> Model:
+    """Return a model whose elastic coordinates hardly move: their mass is larger."""
+    return model._replace(modal_mass=model.modal_mass * HEAVY)
+
+
+def _heavier(model: Model, factors: np.ndarray) -> Model:
+    """Return a model with the inertia of bodies times factors, (n,)."""
+    whole = {
+        name: getattr(model, name) * factors.reshape(-1, *(1,) * (getattr(model, name).ndim - 1))
+        for name in ("mass", "inertia", "second", "lever", "pair", "modal_mass")
+    }
+    return model._replace(**whole, inverse=model.inverse / factors[:, None, None])
+
+
+def _scale_momenta(model: Model, state: np.ndarray, factors: np.ndarray) -> None:
+    for b, factor in enumerate(factors):
+        state[WIDTH * b + SPIN : WIDTH * b + SPIN + 3] *= factor
+        modal_parts(model, state, b)[1][:] *= factor
+
+
+def _without_rates(model: Model, work: Work, state: np.ndarray) -> None:
+    """Set the modal momenta such that no elastic coordinate changes, and the spins that the angular velocities have."""
+    for b in map(int, np.flatnonzero(model.elastic[:, 0])):
+        observe(model, work, state)
+        m, spin = int(model.elastic[b, 0]), slice(WIDTH * b + SPIN, WIDTH * b + SPIN + 3)
+        X = np.tril(work.inertia[b, : 3 + m, : 3 + m])
+        turn = work.turn[b]
+        omega = np.linalg.solve((X @ X.T)[:3, :3], turn.T @ state[spin])
+        momenta = X @ (X.T @ np.concatenate([omega, np.zeros(m)]))
+        state[spin] = turn @ momenta[:3]
+        modal_parts(model, state, b)[1][:] = momenta[3:]
 
 
 def _speed_given(found: Linkage, name: str) -> bool:
@@ -128,12 +168,11 @@ def _moved(found: Linkage, placed: np.ndarray, state: np.ndarray, size: float) -
     ]
 
 
-def _changed(found: Linkage, model: Model, wanted: np.ndarray, state: np.ndarray) -> list[str]:
+def _changed(found: Linkage, model: Model, work: Work, wanted: np.ndarray, state: np.ndarray) -> list[str]:
     """Return a note where velocities that the scene gives do not obey the joints."""
     n, notes = len(found.names), []
     one, other = (y[: WIDTH * n].reshape(n, WIDTH) for y in (wanted, state))
-    turn = matrices(other[:, TURN : TURN + 4])
-    spins = [np.einsum("bij,bjk,blk,bl->bi", turn, model.inverse, turn, y[:, SPIN : SPIN + 3]) for y in (one, other)]
+    spins = [motion_of(model, work, y).omega for y in (wanted, state)]
     largest = max(float(np.abs(y[:, SPEED : SPEED + 3]).max()) for y in (one, other))
     fastest = max(float(np.abs(spin).max()) for spin in spins)
     for b, name in enumerate(found.names):
@@ -149,16 +188,35 @@ def _changed(found: Linkage, model: Model, wanted: np.ndarray, state: np.ndarray
     return notes
 
 
+def _roots(model: Model, work: Work, b: int) -> np.ndarray:
+    """Return N with N Nᵀ the inverse of a body's inertia, of the pose that `work` has, (6 + m, 6 + m)."""
+    m = int(model.elastic[b, 0])
+    root = np.zeros((6 + m, 6 + m))
+    root[:3, :3] = np.eye(3) / np.sqrt(model.mass[b])
+    if m:
+        root[3:, 3:] = np.linalg.inv(np.tril(work.inertia[b, : 3 + m, : 3 + m])).T
+        root[3:6] = work.turn[b] @ root[3:6]
+        return root
+    values, vectors = np.linalg.eigh(work.back[b])
+    root[3:, 3:] = (vectors * np.sqrt(values)) @ vectors.T
+    return root
+
+
+def _spans(model: Model) -> list[slice]:
+    """Return the part of each body among the velocities of all, 6 + m numbers each."""
+    ends = np.cumsum([0, *(6 + model.elastic[:, 0])])
+    return [slice(*two) for two in pairwise(ends)]
+
+
 def jacobian(model: Model, work: Work) -> np.ndarray:
-    """Return all rows, each of length 1 in the metric of the inertia, of the poses that `work` has, (m, 6 n)."""
-    n, m = len(model.mass), len(model.row_terms)
-    rows = np.zeros((m, 6 * n))
+    """Return all rows, each of length 1 in the metric of the inertia, of the poses that `work` has, (m, 6 n + E's)."""
+    m, spans = len(model.row_terms), _spans(model)
+    rows = np.zeros((m, spans[-1].stop))
+    roots = [_roots(model, work, b) for b in range(len(spans))]
     for i in range(m):
         for p, b in enumerate(work.block_owner[i]):
             if b != NONE:
-                rows[i, 6 * b : 6 * b + 3] += work.block[i, p, :3] / np.sqrt(model.mass[b])
-                values, vectors = np.linalg.eigh(work.back[b])
-                rows[i, 6 * b + 3 : 6 * b + 6] += work.block[i, p, 3:] @ (vectors * np.sqrt(values)) @ vectors.T
+                rows[i, spans[b]] += work.block[i, p, : len(roots[b])] @ roots[b]
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     return rows / np.where(lengths > 0, lengths, 1.0)
 
@@ -189,7 +247,7 @@ def _check_rows(found: Linkage, model: Model, work: Work, state: np.ndarray, giv
     for _ in range(2):
         beside = state.copy()
         _move(model, work, beside, rng.standard_normal(len(free)) @ free)
-        if not close(model, work, beside, given) <= ASSEMBLED:
+        if not (close(model, work, beside, given) <= ASSEMBLED and np.isfinite(beside).all()):
             continue
         keep_angles(model, work, beside)
         there = _rank(jacobian(model, work))
@@ -208,18 +266,19 @@ def _check_rows(found: Linkage, model: Model, work: Work, state: np.ndarray, giv
 
 def _move(model: Model, work: Work, state: np.ndarray, direction: np.ndarray) -> None:
     """Move a state along a direction of the metric of the inertia, until a body has turned or moved by `ASIDE`."""
-    n = len(model.mass)
-    moves = np.zeros((n, 6))
-    for b in range(n):
-        values, vectors = np.linalg.eigh(work.back[b])
-        part = direction[6 * b : 6 * b + 6]
-        moves[b, :3] = part[:3] / np.sqrt(model.mass[b])
-        moves[b, 3:] = (vectors * np.sqrt(values)) @ vectors.T @ part[3:]
-    size = max(float(np.abs(moves[:, 3:]).max()), float(np.abs(moves[:, :3]).max() / model.reach.max()))
-    moves *= ASIDE / size if size > 0 else 0.0
-    for b in range(n):
-        state[WIDTH * b : WIDTH * b + 3] += moves[b, :3]
-        _turn(state[WIDTH * b + TURN : WIDTH * b + TURN + 4], moves[b, 3:])
+    moves = [_roots(model, work, b) @ direction[span] for b, span in enumerate(_spans(model))]
+    farthest = max(float(np.abs(move[3:6]).max()) for move in moves)
+    # A coordinate of unit modal mass moves its body by about 1/√mass.
+    lengths = [
+        float(np.abs([*move[:3], *move[6:] / np.sqrt(mass)]).max())
+        for move, mass in zip(moves, model.mass, strict=True)
+    ]
+    size = max(farthest, max(lengths) / model.reach.max())
+    for b, move in enumerate(moves):
+        move *= ASIDE / size if size > 0 else 0.0
+        state[WIDTH * b : WIDTH * b + 3] += move[:3]
+        _turn(state[WIDTH * b + TURN : WIDTH * b + TURN + 4], move[3:6])
+        modal_parts(model, state, b)[0][:] += move[6:]
 
 
 def _turn(e: np.ndarray, vector: np.ndarray) -> None:

@@ -10,6 +10,7 @@ from scipy.integrate import DOP853
 
 from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPIN, TURN, WIDTH
+from gudgeon.solver.integrators.mechanism.flexible.inertia import solve_inertia
 from gudgeon.solver.integrators.mechanism.motion import (
     prepare,
     project_places,
@@ -18,7 +19,7 @@ from gudgeon.solver.integrators.mechanism.motion import (
     worst_violation,
 )
 from gudgeon.solver.integrators.mechanism.rotation import normalise
-from gudgeon.solver.integrators.mechanism.rows import cross, set_poses, set_rows, violation
+from gudgeon.solver.integrators.mechanism.rows import set_poses, set_rows, violation
 from gudgeon.solver.integrators.mechanism.solve import solve_least
 
 ORDER = 8
@@ -92,6 +93,9 @@ def _error(model, work, course, coefficients, h):  # type: ignore[no-untyped-def
             total += coefficients[k] * K[k, i]
         apart[i] = total
     for b in range(len(model.mass)):
+        if model.elastic[b, 0]:
+            _as_rates(model, work, b, apart)
+            continue
         s = WIDTH * b + SPIN
         x, y, z = apart[s], apart[s + 1], apart[s + 2]
         for i in range(3):
@@ -102,6 +106,22 @@ def _error(model, work, course, coefficients, h):  # type: ignore[no-untyped-def
         if not size <= worst:
             worst = size
     return worst
+
+
+@inner
+def _as_rates(model, work, b, apart):  # type: ignore[no-untyped-def]
+    """Turn differences of spin and modal momenta of a body into those of angular velocity and modal rates."""
+    s, momentum, m = WIDTH * b + SPIN, model.elastic[b, 2], model.elastic[b, 0]
+    values = work.light_error
+    for i in range(3):
+        values[i] = apart[s + i]
+    for k in range(m):
+        values[3 + k] = apart[momentum + k]
+    solve_inertia(model, work, b, values)
+    for i in range(3):
+        apart[s + i] = values[i]
+    for k in range(m):
+        apart[momentum + k] = values[3 + k]
 
 
 @entry
@@ -150,7 +170,7 @@ def begin(model, work, y, given, amounts):  # type: ignore[no-untyped-def]
 def keep_angles(model, work, y):  # type: ignore[no-untyped-def]
     """Take the angles of an accepted state, from which later ones are continued."""
     set_poses(model, work, y)
-    set_rows(model, work, y)
+    set_rows(model, work)
     for t in range(len(model.terms)):
         if model.terms[t, 0] == ANGLE:
             work.turned[t] = work.value[t]
@@ -161,7 +181,7 @@ def close(model, work, y, given):  # type: ignore[no-untyped-def]
     """Move bodies onto their constraints; return the violation left over its reach."""
     project_places(model, work, y, given)
     set_poses(model, work, y)
-    set_rows(model, work, y)
+    set_rows(model, work)
     return worst_violation(model, work, given)
 
 
@@ -189,19 +209,17 @@ def read(model, work, y, given, amounts, found):  # type: ignore[no-untyped-def]
     for i in range(len(model.row_terms)):
         j = model.row_pair[i]
         if j != NONE:
-            for k in range(6):
-                found.wrenches[j, k] += work.multiplier[i] * work.block[i, 1, k]
+            for part in range(2):
+                t = model.row_terms[i, part]
+                if t != NONE:
+                    for k in range(6):
+                        found.wrenches[j, k] += work.multiplier[i] * model.factors[i, part] * work.slope[t, 1, k]
             lacks = abs(violation(model, work, given, i)) / model.reach[i]
             if not lacks <= found.violations[j]:
                 found.violations[j] = lacks
-    for j in range(len(model.owner)):
-        b, arm, wrench = model.owner[j, 1], model.arm[j, 1], found.wrenches[j]
-        Q = work.turn[b]
-        r = (
-            Q[0, 0] * arm[0] + Q[0, 1] * arm[1] + Q[0, 2] * arm[2],
-            Q[1, 0] * arm[0] + Q[1, 1] * arm[1] + Q[1, 2] * arm[2],
-            Q[2, 0] * arm[0] + Q[2, 1] * arm[1] + Q[2, 2] * arm[2],
-        )
-        lever = cross(r, wrench)
-        for k in range(3):
-            wrench[3 + k] -= lever[k]
+
+
+@entry
+def observe(model, work, y):  # type: ignore[no-untyped-def]
+    """Set angular velocities and modal rates of a state, in `omega` and `modal`, and all points."""
+    set_poses(model, work, y)

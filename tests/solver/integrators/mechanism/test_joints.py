@@ -191,7 +191,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"kind": "gear", "joint": "pin", "other": "pni", "ratio": 2.0}, "did you mean 'pin'"),
     ({"kind": "driven", "joint": "pnn", "expression": "t"}, "no joint 'pnn'"),
     ({"kind": "driven", "joint": "pin"}, "give one of: table, values, expression"),
-    ({"kind": "revolute", "body": "part", "axis": [0, 0, 1], "interface": "bore"}, "Extra inputs"),
+    ({"kind": "revolute", "body": "part", "axis": [0, 0, 1], "interface": "bore", "at": [0, 0, 1]}, "give one of"),
     ({"kind": "revolute", "body": "prat", "axis": [0, 0, 1]}, "did you mean 'part'"),
 ]
 

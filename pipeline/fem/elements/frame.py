@@ -1,0 +1,98 @@
+"""Elements of a straight beam in space: displacement and rotation at each node along and about x, y, z.
+
+Euler-Bernoulli in both planes (cubic Hermite), stretch and torsion linear. Mass is consistent, that of the motion of
+the centre line and of the rotation about it (Przemieniecki 1968).
+"""
+
+import numpy as np
+from pydantic import BaseModel
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.elements.beam import element_lengths
+from gudgeon.pipeline.fem.model import FEModel, LineStiffness, MassProperties, scatter
+from gudgeon.pipeline.geometry.shapes.beam import Beam
+from gudgeon.pipeline.scenes.material import Material
+
+DIRECTIONS = np.vstack([np.eye(3), np.zeros((3, 3))])
+ROTATIONS = np.vstack([np.zeros((3, 3)), np.eye(3)])
+ORDER = 4
+"""Gauss points of an element: exact for products of two cubic deflections and a linear axial force."""
+
+
+def local_axes(beam: Beam) -> np.ndarray:
+    """Return axis, lateral axis and z as rows, right-handed, (3, 3)."""
+    z = np.array([0.0, 0.0, 1.0])
+    return np.array([beam.axis, np.cross(z, beam.axis), z])
+
+
+def assemble_frame(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
+    """Assemble a beam in space: six dofs at each node, displacements [m] and rotations [rad]."""
+    if not isinstance(geometry, Beam):
+        raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam geometry")
+    h, section, axes = element_lengths(mesh), geometry.section, local_axes(geometry)
+    polar = section.second_moment + geometry.lateral_moment
+    shear = material.E / 2 / (1 + material.nu)
+    K, M, relative = np.zeros((3, len(h), 12, 12))
+    line = np.array([[1.0, -1.0], [-1.0, 1.0]]), np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
+    for at, stiffness, mass in (
+        (0, material.E * section.area, section.area),
+        (3, shear * geometry.torsion_constant, polar),
+    ):
+        own = np.ix_(range(len(h)), [at, at + 6], [at, at + 6])
+        K[own] = (stiffness / h)[:, None, None] * line[0]
+        M[own] = (material.rho * mass * h)[:, None, None] * line[1]
+        relative[:, at + 6, at], relative[:, at + 6, at + 6] = -1.0, 1.0
+    x, weights = gauss(h)
+    # Deflection along z rotates about minus the lateral axis, deflection along the lateral axis about z.
+    for w, turn, sign, moment in ((2, 4, -1.0, section.second_moment), (1, 5, 1.0, geometry.lateral_moment)):
+        places = [w, turn, w + 6, turn + 6]
+        N, curvature = hermite(h, x, sign)
+        own = np.ix_(range(len(h)), places, places)
+        K[own] = material.E * moment * np.einsum("eaq,ebq,eq->eab", curvature, curvature, weights)
+        M[own] = material.rho * section.area * np.einsum("eaq,ebq,eq->eab", N, N, weights)
+        relative[:, w + 6, w], relative[:, w + 6, w + 6], relative[:, w + 6, turn] = -1.0, 1.0, -sign * h
+        relative[:, turn + 6, turn], relative[:, turn + 6, turn + 6] = -1.0, 1.0
+    turn = np.kron(np.eye(4), axes)
+    K, M, relative = (np.einsum("ai,eab,bj->eij", turn, block, turn) for block in (K, M, relative))
+    dofs = (6 * mesh.cells[:, :, None] + np.arange(6)).reshape(len(h), -1)
+    mass = material.rho * section.area * geometry.length
+    second = mass * geometry.length**2 / 12
+    along = np.outer(geometry.axis, geometry.axis)
+    inertia = second * (np.eye(3) - along) + material.rho * polar * geometry.length * along
+    twists = np.zeros((6, 6))
+    twists[:3, :3] = np.eye(3) / np.sqrt(mass)
+    twists[3:, 3:] = axes / np.sqrt(np.einsum("ki,ij,kj->k", axes, inertia, axes))[:, None]
+    size = 6 * len(mesh.nodes)
+    return FEModel(
+        K=scatter(K, dofs, size), M=scatter(M, dofs, size), mesh=mesh, directions=DIRECTIONS, rotations=ROTATIONS,
+        properties=MassProperties(mass, geometry.length / 2 * geometry.axis, inertia), rigid_twists=twists,
+        held=np.zeros(size, bool), parts=LineStiffness(K, dofs, relative=relative),
+    )  # fmt: skip
+
+
+def gauss(h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return ξ from 0 to 1 (q,) and weights [m] of elements of length h (e,), (e, q)."""
+    x, weights = np.polynomial.legendre.leggauss(ORDER)
+    return (x + 1) / 2, h[:, None] * weights / 2
+
+
+def hermite(h: np.ndarray, x: np.ndarray, sign: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return deflections and their second derivatives [1/m^2] at ξ (q,) of w, turn at both nodes, (e, 4, q) each.
+
+    Args:
+        sign: Of the slope of the deflection over the rotation.
+    """
+    h = h[:, None]
+    s, still = sign * h, np.zeros_like(h)
+    first, last = 1 - 3 * x**2 + 2 * x**3 + still, 3 * x**2 - 2 * x**3 + still
+    N = np.stack([first, s * (x - 2 * x**2 + x**3), last, s * (x**3 - x**2)], axis=1)
+    bend = np.stack([12 * x - 6 + still, s * (6 * x - 4), 6 - 12 * x + still, s * (6 * x - 2)], axis=1)
+    return N, bend / h[:, None] ** 2
+
+
+def slopes(h: np.ndarray, x: np.ndarray, sign: float) -> np.ndarray:
+    """Return first derivatives of the deflections of `hermite` [1/m], (e, 4, q)."""
+    h = h[:, None]
+    s = sign * h
+    found = [(6 * x**2 - 6 * x) + 0 * h, s * (1 - 4 * x + 3 * x**2), (6 * x - 6 * x**2) + 0 * h, s * (3 * x**2 - 2 * x)]
+    return np.stack(found, axis=1) / h[:, None]

@@ -1,0 +1,205 @@
+"""Constant tensors of a body's floating frame: inertia couplings, and stiffness by the stress of its own loads.
+
+With the modes φ_k and places x from the centre of mass, consistent mass (Zwölfer & Gerstmayr 2020):
+
+  S_k = ∫ ρ x φ_kᵀ,  G_kl = ∫ ρ φ_k φ_lᵀ.
+
+A static stress σ of a load adds ½ qᵀ K q to the energy, K_kl = ∫ σ_ij ∂_i φ_k · ∂_j φ_l (Cook et al., Concepts and
+Applications of Finite Element Analysis, 18.3); by virtual work −½ qᵀ K q is the displacement of second order conjugate
+to the load, as the shortening of a bent beam. The unit loads are ρ (x_i e_j + x_j e_i), of which those of a rotation
+are sums, and the unit forces and moments of interfaces where joints may act, balanced by inertia forces. All other
+inertia forces of the rigid motion, and gravity, are balanced by these alone and need no load of their own (Wallrapp &
+Schwertassek 1991 count them otherwise).
+"""
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.modes import InertiaCouplings
+from gudgeon.pipeline.fem.elements.frame import ROTATIONS, gauss, hermite, local_axes, slopes
+from gudgeon.pipeline.fem.elements.materials import material_cells
+from gudgeon.pipeline.fem.elements.reference import quadrature
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.shapes.beam import Beam
+from gudgeon.pipeline.modes.flexibility import Flexibility
+from gudgeon.pipeline.scenes.component import Component
+
+ORDER = 3
+"""Degree to which the integral of stress and two gradients is exact on straight quadratic solids."""
+BATCH = 512
+"""Elements at a time."""
+LEVI = np.zeros((3, 3, 3))
+for _a, _b, _c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    LEVI[_a, _b, _c], LEVI[_a, _c, _b] = 1.0, -1.0
+
+
+def has_floating_frame(model: FEModel) -> bool:
+    """Whether a model can turn about all axes and its motion is known in space."""
+    return len(model.rigid_twists) == 6 and model.mesh.cell_type in ("tetra10", "frame2")
+
+
+def inertia_couplings(
+    model: FEModel,
+    tied: FEModel,
+    spread: sparse.csr_matrix,
+    shapes: np.ndarray,
+    component: Component,
+    *,
+    moments: bool,
+    loads: sparse.csr_matrix,
+) -> tuple[InertiaCouplings | None, np.ndarray]:
+    """Return the constant tensors of a body's floating frame, and the stiffness by unit loads of its interfaces.
+
+    Args:
+        tied: The model with its rigid surfaces, whose dofs `spread` takes to those of the model.
+        shapes: Of the tied model, (dofs, m).
+        moments: Whether S, G and the stiffness are wanted.
+        loads: Rows of the interfaces over the dofs, (k, dofs).
+
+    Returns:
+        None for a body without floating frame; and K of each load [1/(kg unit)], (k, m + 3, m + 3), or none.
+    """
+    m, Phi = shapes.shape[1], spread @ shapes
+    if not has_floating_frame(model):
+        return None, np.empty((0, m, m))
+    if model.mesh.cell_type == "frame2":
+        translation, S, G = _of_frame(model, Phi, component)
+    else:
+        translation, S, G = _of_nodes(model, Phi)
+    rotation, gradient = np.einsum("abc,bck->ak", LEVI, S), np.einsum("abc,bckl->akl", LEVI, G)
+    if not moments or not m:
+        return InertiaCouplings(translation, rotation, gradient), np.empty((0, m, m))
+    pairs = [(i, j) for i in range(3) for j in range(i, 3)]
+    centrifugal = np.column_stack([_centrifugal(model, i, j) for i, j in pairs])
+    flexibility, forces = Flexibility(tied), np.column_stack([centrifugal, loads.T.toarray()])
+    moved = spread @ flexibility.solve(spread.T @ forces)
+    flexibility.free()
+    turned = _unit_rotations(model)
+    K = _stress_stiffness(model, np.hstack([Phi, turned]), component, moved)
+    own = np.empty((3, 3, m + 3, m + 3))
+    for number, (i, j) in enumerate(pairs):
+        own[i, j] = own[j, i] = K[number]
+    return InertiaCouplings(translation, rotation, gradient, S, G, own), K[len(pairs) :]
+
+
+def _unit_rotations(model: FEModel) -> np.ndarray:
+    """Return the motions of the dofs by unit rotations about x, y, z through the centre, (dofs, 3)."""
+    arm = model.nodes - model.properties.centre
+    motions = [np.cross(axis, arm) @ model.directions.T + axis @ model.rotations.T for axis in np.eye(3)]
+    return np.column_stack([one.ravel() for one in motions])
+
+
+def _of_nodes(model: FEModel, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return ∫ ρ φ (3, m), S (3, 3, m) and G (3, 3, m, m) of a solid."""
+    arm = model.nodes - model.properties.centre
+    momentum = (model.M @ Phi).reshape(len(arm), 3, -1)
+    shapes = Phi.reshape(len(arm), 3, -1)
+    G = np.einsum("nik,njl->ijkl", shapes, momentum, optimize=True)
+    return momentum.sum(axis=0), np.einsum("ni,njk->ijk", arm, momentum), G
+
+
+def _of_frame(model: FEModel, Phi: np.ndarray, component: Component) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the same of a beam in space; rotary inertia about its axis is part of the antisymmetric part of S."""
+    beam, material = component.geometry, component.material
+    assert isinstance(beam, Beam)
+    assert material is not None
+    h, axes, local = _local(model, Phi, beam)
+    x, weights = gauss(h)
+    linear = np.array([1 - x, x])
+    along = np.einsum("eam,aq->eqm", local[:, [0, 6]], linear)
+    z = np.einsum("eam,eaq->eqm", local[:, [2, 4, 8, 10]], hermite(h, x, -1.0)[0])
+    y = np.einsum("eam,eaq->eqm", local[:, [1, 5, 7, 11]], hermite(h, x, 1.0)[0])
+    shapes = np.einsum("eqkm,ki->eqim", np.stack([along, y, z], axis=2), axes)
+    ends = model.nodes[model.mesh.cells]
+    places = np.einsum("eai,aq->eqi", ends, linear) - model.properties.centre
+    mass = material.rho * beam.section.area * weights
+    S = np.einsum("eqi,eqjk,eq->ijk", places, shapes, mass, optimize=True)
+    polar = material.rho * (beam.section.second_moment + beam.lateral_moment)
+    spin = polar * np.einsum("eam,e->m", local[:, [3, 9]], h / 2)
+    S += 0.5 * np.einsum("aij,a,k->ijk", LEVI, axes[0], spin)
+    G = np.einsum("eqik,eqjl,eq->ijkl", shapes, shapes, mass, optimize=True)
+    return np.einsum("eqik,eq->ik", shapes, mass), S, G
+
+
+def _local(model: FEModel, Phi: np.ndarray, beam: Beam) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the lengths of a beam's elements, its axes, and the motion of their dofs along these, (e, 12, m)."""
+    axes = local_axes(beam)
+    ends = model.mesh.cells
+    h = np.linalg.norm(model.nodes[ends[:, 1]] - model.nodes[ends[:, 0]], axis=1)
+    nodal = Phi.reshape(len(model.nodes), 2, 3, -1)
+    turned = np.einsum("ki,ndim->ndkm", axes, nodal).reshape(len(model.nodes), 6, -1)
+    return h, axes, np.concatenate([turned[ends[:, 0]], turned[ends[:, 1]]], axis=1)
+
+
+def _centrifugal(model: FEModel, i: int, j: int) -> np.ndarray:
+    """Return the nodal forces of ρ (x_i e_j + x_j e_i), (dofs,)."""
+    arm = model.nodes - model.properties.centre
+    field = np.zeros((len(arm), 3))
+    field[:, j] += arm[:, i]
+    field[:, i] += arm[:, j]
+    moved = field @ model.directions.T
+    if model.rotations.any():
+        # The nodal rotation of the field u = A x, half its curl: the deflection of a beam is linear in x.
+        slope = np.zeros((3, 3))
+        slope[j, i] += 1.0
+        slope[i, j] += 1.0
+        moved = moved + _slope_turns(model, slope) @ ROTATIONS.T
+    return model.M @ moved.ravel()
+
+
+def _slope_turns(model: FEModel, slope: np.ndarray) -> np.ndarray:
+    """Return the rotations of the cross-sections of a straight beam under u = A x, (n, 3)."""
+    axis = model.nodes[-1] - model.nodes[0]
+    axis = axis / np.linalg.norm(axis)
+    return np.tile(np.cross(axis, slope @ axis), (len(model.nodes), 1))
+
+
+def _stress_stiffness(model: FEModel, Phi: np.ndarray, component: Component, moved: np.ndarray) -> np.ndarray:
+    """Return K of the stress in each static displacement (dofs, k), (k, m, m)."""
+    if model.mesh.cell_type == "frame2":
+        return _frame_stiffness(model, Phi, component, moved)
+    k, m, nodes = moved.shape[1], Phi.shape[1], len(model.nodes)
+    u, shapes = moved.reshape(nodes, 3, k), Phi.reshape(nodes, 3, m)
+    assert component.material is not None
+    total = np.zeros((k, m, m))
+    for material, cells in material_cells(model.mesh, component.material):
+        for start in range(0, len(cells), BATCH):
+            own = cells[start : start + BATCH]
+            _, grad, dx = quadrature(model.mesh, ORDER, own)
+            slope = np.einsum("eaiq,eajk->eqijk", grad, u[model.mesh.cells[own]], optimize=True)
+            flat = slope.reshape(-1, 3, 3, k)
+            stress = _stress(flat, material) * dx.reshape(-1, 1, 1, 1)
+            tilt = np.einsum("eaiq,eajm->eqijm", grad, shapes[model.mesh.cells[own]], optimize=True).reshape(
+                -1, 3, 3, m
+            )
+            for number in range(k):
+                pulled = np.einsum("pij,pjcm->picm", stress[..., number], tilt)
+                total[number] += tilt.reshape(-1, m).T @ pulled.reshape(-1, m)
+    return 0.5 * (total + total.transpose(0, 2, 1))
+
+
+def _stress(slope: np.ndarray, material) -> np.ndarray:  # type: ignore[no-untyped-def]
+    """Return stresses [Pa] of gradients ∂_i u_j, (p, 3, 3, k)."""
+    if material.orthotropic is not None:
+        return np.einsum("ijkl,pkln->pijn", material.orthotropic.tensor, slope, optimize=True)
+    lam, mu = material.lame
+    stress = mu * (slope + slope.transpose(0, 2, 1, 3))
+    trace = lam * np.einsum("piin->pn", slope)
+    for i in range(3):
+        stress[:, i, i] += trace
+    return stress
+
+
+def _frame_stiffness(model: FEModel, Phi: np.ndarray, component: Component, moved: np.ndarray) -> np.ndarray:
+    """Return K of the axial force of a beam in space: ∫ N (y′ y′ + z′ z′)."""
+    beam, material = component.geometry, component.material
+    assert isinstance(beam, Beam)
+    assert material is not None
+    h, _, loaded = _local(model, moved, beam)
+    _, _, local = _local(model, Phi, beam)
+    pull = material.E * beam.section.area * (loaded[:, 6] - loaded[:, 0]) / h[:, None]
+    x, weights = gauss(h)
+    z = np.einsum("eam,eaq->eqm", local[:, [2, 4, 8, 10]], slopes(h, x, -1.0))
+    y = np.einsum("eam,eaq->eqm", local[:, [1, 5, 7, 11]], slopes(h, x, 1.0))
+    parts = [np.einsum("eqm,eqn,eq,ek->kmn", one, one, weights, pull, optimize=True) for one in (y, z)]
+    return parts[0] + parts[1]

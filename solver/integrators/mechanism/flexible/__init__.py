@@ -1,0 +1,1 @@
+"""Bodies of a mechanism that deform: floating frames, and points on them."""
