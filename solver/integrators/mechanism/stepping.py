@@ -88,6 +88,8 @@ class Stepping:
             if self._next < SHORTEST * self._duration:
                 return None
         self._next = one.h * (MOST if one.error == 0 else min(MOST, SAFETY * one.error ** (-1 / ORDER)))
+        if one.least < SINGULAR and self._next < SHORTEST * self._duration:
+            return None  # Ever shorter steps towards a position that it cannot pass.
         if not one.least < SINGULAR:
             self._regular = one.h if not one.least < NEAR else max(self._regular, one.h)
         self.taken += 1
