@@ -124,7 +124,8 @@ def test_a_mechanism_that_jams_ends_with_its_reason(tmp_path: Path) -> None:
 BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no inertia": ({"bodies": {"part": {"inertia": (0.0, 0.1, 0.1)}}}, "needs all three moments of inertia"),
     "interface": (
-        {"probe": {"p": {"kind": "displacement", "body": "part", "interface": "bore"}}}, "has no interface of kind 'mean' or 'tie' 'bore', it has none",
+        {"probe": {"p": {"kind": "displacement", "body": "part", "interface": "bore"}}},
+        "has no interface of kind 'mean' or 'tie' 'bore', it has none",
     ),
     "reaction": ({"probe": {"p": {"kind": "force", "of": "body.part"}}}, "reads forces of joints and springs"),
 }  # fmt: skip
