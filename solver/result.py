@@ -56,7 +56,8 @@ class Result(Enum):
     )
     JAMMED = (
         "the steps of the mechanism became too short: its joints jam, or reach a position beyond which they cannot"
-        " move; check lengths and drives, or shorten run.duration"
+        " move, or a body of attachment 'fixed' deforms beyond its range (take 'mean-axis'); check lengths and drives,"
+        " or shorten run.duration"
     )
     STOPPED = "the run was stopped; its results end with the last frame before"
     RESTITUTION = (

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 Model = TypeVar("Model", bound=BaseModel)
 POINTS = ("points", "patch")
 """Kinds of interface for contacts."""
+WITH_STATICS = ("row-craig-bampton", "rubin", "craig-bampton", "interface", "partial-interface", "attachment")
+"""Reductions whose modes hold the static shapes of interfaces."""
 UNRESOLVED = ("bar", "beam", "rigid")
 """Geometries that do not resolve local compliance."""
 
@@ -100,7 +102,7 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         elif (got := component.interface[interface].kind) not in kinds:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
-    return lines + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
+    return lines + _without_statics(scene) + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
 
 
 def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str, ...]]]:
@@ -116,6 +118,23 @@ def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str,
         if body.attached_to is not None:
             wanted.append((f"body.{name}.attached_to", name, body.attached_to, ("tie",)))
     return wanted
+
+
+def _without_statics(scene: "SceneFile") -> list[str]:
+    """List joints at interfaces whose static shapes the body's modes lack: residual flexibility does not act there."""
+    lines = []
+    for where, body, interface, _ in _held_interfaces(scene):
+        component = scene.component.get(name := scene.component_of(body))
+        if component is None or interface not in component.interface or not where.startswith("joint."):
+            continue
+        if component.modes.reduction in (*WITH_STATICS, "rigid"):
+            continue
+        lines.append(
+            f"component.{name}.modes.reduction: '{component.modes.reduction}' has no static shape of interface"
+            f" '{interface}', so that {where.rpartition('.')[0]} would hold a body that is too stiff; allowed:"
+            f" {', '.join(WITH_STATICS)}"
+        )
+    return list(dict.fromkeys(lines))
 
 
 def _wrong_turning(scene: "SceneFile") -> list[str]:
