@@ -81,6 +81,6 @@ def test_a_chain_that_does_not_close_is_wrong_input(tmp_path: Path) -> None:
 
 def test_modes_without_static_shapes_are_refused_at_joints(tmp_path: Path) -> None:
     """Residual flexibility does not act in mechanisms: the default reduction would be too stiff there, in silence."""
-    changes = {"component.rod.modes": {"normal_count": 20}}
+    changes = {"component.rod.modes.reduction": "macneal", "component.rod.modes.normal_count": 20}
     with pytest.raises(InputError, match=r"component.rod.modes.reduction: 'macneal' has no static shape of interface"):
         open_job(DATA / "elastic-slider-crank", set=changes, db=tmp_path / "db", out=tmp_path / "out")
