@@ -64,6 +64,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.studies",),
     ("pipeline",),
     ("gudgeon",),
+    ("pipeline.cli.help",),
     ("pipeline.cli",),
     ("pipeline.__main__",),
 )  # fmt: skip

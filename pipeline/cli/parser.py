@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from gudgeon.pipeline.cli import commands, drafts, studies
-from gudgeon.pipeline.cli.completion import SHELLS, script
 from gudgeon.pipeline.cli.database_parser import DB, add_database
-from gudgeon.pipeline.cli.help_examples import examples_of
+from gudgeon.pipeline.cli.help.completion import SHELLS, script
+from gudgeon.pipeline.cli.help.examples import examples_of
 
 EXAMPLES = """\
 examples:

@@ -134,6 +134,16 @@ def _without_statics(scene: "SceneFile") -> list[str]:
             f" '{interface}', so that {where.rpartition('.')[0]} would hold a body that is too stiff; allowed:"
             f" {', '.join(WITH_STATICS)}"
         )
+    for name, hinge in scene.hinges().items():
+        for key, body, place in (("at", hinge.body, hinge.at), ("against_at", hinge.against, hinge.against_at)):
+            component = None if body is None else scene.component.get(scene.component_of(body))
+            if component is None or place is None or component.geometry.kind == "rigid":
+                continue
+            if component.modes.reduction != "rigid":
+                lines.append(
+                    f"joint.{name}.{key}: body '{body}' deforms, and is held at interfaces; give one of kind 'tie', or"
+                    f" component.{scene.component_of(body)}.modes.reduction = 'rigid'"
+                )
     return list(dict.fromkeys(lines))
 
 

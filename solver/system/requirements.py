@@ -39,6 +39,8 @@ class Stock:
     """Whether it has elastic coordinates or R."""
     held: bool = True
     """Whether it has supports, so that modes take part in translations."""
+    estimated: bool = True
+    """Whether the errors of its frequencies by the mesh are known."""
     places: tuple[str, ...] = ()
     """`group/name` of its interfaces, traction spaces, loads and gauges."""
 
@@ -49,7 +51,7 @@ class Stock:
             path.rpartition("/")[0] for path in sizes if path.startswith(tuple(f"{group}/" for group in PLACES))
         )
         elastic = sizes.get("angular_frequencies", 0) > 0 or "residual_flexibility" in sizes
-        return cls(elastic, "participation" in sizes, tuple(places))
+        return cls(elastic, "participation" in sizes, "discretisation_errors" in sizes, tuple(places))
 
 
 def scene_terms(scene: Scene, stocks: Mapping[str, Stock] | None = None) -> list[Term]:
@@ -225,7 +227,9 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     reason = f"run.checks is {'true' if scene.run.checks else 'false'}" if touching else "nothing touches it"
     if touching and not stock.elastic:
         reason = "a rigid body does not deform"
-    yield Term("errors of frequencies", body, checked, reason, ("modes:discretisation_errors",))
+    if checked and not stock.estimated:
+        reason = "its modes have no estimate of them"
+    yield Term("errors of frequencies", body, checked and stock.estimated, reason, ("modes:discretisation_errors",))
     pulled = any(scene.run.gravity)
     yield Term(
         "gravity", body, pulled, f"run.gravity is {'not ' if pulled else ''}zero",

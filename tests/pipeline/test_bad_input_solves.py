@@ -168,9 +168,8 @@ def sloppy(factor: Solver | None) -> Solver | None:
 
 def test_statics_of_a_mechanism(hinge: FEModel) -> None:
     """The stiffness of its free dofs is singular: a load along the free motion has no answer."""
-    flexibility = Flexibility(hinge)
-    with pytest.raises(StageError, match=r"^modes: static solutions leave .* is connected by too few nodes"):
-        flexibility.solve(np.random.default_rng(0).standard_normal((len(hinge.held), 5)))
+    with pytest.raises(StageError, match=r"the stiffness matrix .* is singular to machine precision"):
+        Flexibility(hinge)
 
 
 @pytest.mark.parametrize("reduction", ["attachment", "ritz"])

@@ -7,8 +7,8 @@ import subprocess
 import pytest
 
 from gudgeon.pipeline.cli import main
-from gudgeon.pipeline.cli.completion import script, words
-from gudgeon.pipeline.cli.help_examples import EXAMPLES
+from gudgeon.pipeline.cli.help.completion import script, words
+from gudgeon.pipeline.cli.help.examples import EXAMPLES
 from gudgeon.pipeline.cli.parser import build_parser
 
 OWN_HELP = {"db", "serve"}

@@ -54,14 +54,14 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
         r"no integrator supports .* together with",
     ),
     "freedom": ({"body.top.freedom": ["x", "y", "z"]}, r"body\.top\.freedom: the body turns by any angle"),
-    "interface": ({"joint.pivot.interface": "bore"}, r"joint\.pivot\.interface: unknown key"),
+    "interface": ({"joint.pivot.interface": "bore"}, r"joint\.pivot: give one of: at, interface"),
     "ratio": ({"joint.mesh": {"kind": "gear", "joint": "pivot", "other": "pivot", "ratio": -1.0}}, "greater than 0"),
     "elastic": (
         {"component.top.geometry": {"kind": "box", "lx": 0.1, "ly": 0.1, "lz": 0.2},
          "component.top.material": {"E": 2e11, "nu": 0.3, "rho": 7850.0}, "component.top.mesh": {"size": 0.05},
          "component.top.geometry.mass": "unset",
          "component.top.geometry.inertia": "unset"},
-        r"component\.top\.modes\.reduction: .* give 'rigid'",
+        r"joint\.pivot\.at: body 'top' deforms, and is held at interfaces",
     ),
 }  # fmt: skip
 

@@ -176,7 +176,7 @@ def test_terms_of_a_driven_pair() -> None:
         ("part", "surface layer of right"), ("part", "surface layer of left"), ("part", "joint rod"),
         ("part", "load gas"), ("part", "residual flexibility"), ("part", "sliding of right"),
         ("plate", "rigid motion"), ("plate", "elastic flight"), ("plate", "traction space top"), ("plate", "damping"),
-        ("plate", "residual flexibility"),
+        ("plate", "residual flexibility"), ("part", "errors of frequencies"), ("plate", "errors of frequencies"),
     }  # fmt: skip
     assert {("part", "gauges"), ("plate", "gauges")} <= absent
     assert {("part", f"{what} of {side}") for what in ("law", "friction") for side in ("right", "left")} <= absent
@@ -195,11 +195,11 @@ def test_fields_of_a_driven_pair() -> None:
     contact = [
         f"interfaces/{side}/{name}" for side in ("right", "left") for name in ("rows", "normals", "edge", "areas")
     ]
-    own = {"angular_frequencies", "loads/pin", "loads/crown", "residual_flexibility"}
+    own = {"angular_frequencies", "loads/pin", "loads/crown", "residual_flexibility", "discretisation_errors"}
     assert set(fields_read(terms, "part", "modes")) == own | set(contact)
     points = {"points/right", "points/left"}
     assert set(fields_read(terms, "part", "morph")) == {"centre", "inertia", "rigid_twists"} | points
-    expected = {"angular_frequencies", "tractions/top", "residual_flexibility"}
+    expected = {"angular_frequencies", "tractions/top", "residual_flexibility", "discretisation_errors"}
     assert set(fields_read(terms, "plate", "modes")) == expected
     assert set(fields_read(terms, "plate", "morph")) == {"centre", "inertia", "rigid_twists"}
 

@@ -62,7 +62,7 @@ def test_force_with_wave_guide_dashpot(folder: Path) -> None:
     reference = pulse_reference(job)
     assert reference is not None
     assert np.linalg.norm(reference.force) ** 2 * job.scene.run.duration / len(reference.force) == pytest.approx(
-        EXACT["contact_force_plateau"]["value"] ** 2 * EXACT["contact_duration"]["value"], rel=1e-3
+        EXACT["contact_force_plateau"]["value"] ** 2 * EXACT["contact_duration"]["value"], rel=3e-3
     )
     _, force_error = reference.errors(history.times, history.contacts["wall"].force)
     assert force_error <= 0.055
@@ -80,7 +80,8 @@ def test_the_plan_leaves_out_what_the_rod_does_not_need(report: RunReport, folde
     rows = plan(open_job(SCENE, db=folder / "db"))
     present = {row["term"] for row in rows["terms"] if row["present"]}
     left_out = {row["term"] for row in rows["terms"] if not row["present"]}
-    assert present == {"rigid motion", "elastic flight", "contact wall", "residual flexibility"}
+    own = {"rigid motion", "elastic flight", "contact wall", "residual flexibility", "errors of frequencies"}
+    assert present == own
     assert {"inertia couplings", "surface and volume mesh", "mode shapes"} <= left_out
     assert rows["bytes"] < 4000
 
@@ -114,7 +115,8 @@ print(json.dumps([asked, [m for m in ("gmsh", "pyvista", "skfem", "meshio", "mat
     }
     assert fields == {
         "morph:centre", "morph:inertia", "morph:rigid_twists", "morph:points/tip",
-        "modes:angular_frequencies", "modes:interfaces/tip/rows", "modes:interfaces/tip/normals",
+        "modes:angular_frequencies", "modes:discretisation_errors",
+        "modes:interfaces/tip/rows", "modes:interfaces/tip/normals",
         "modes:interfaces/tip/edge",
         "modes:residual_flexibility",
     }  # fmt: skip

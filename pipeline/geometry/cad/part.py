@@ -177,7 +177,7 @@ def _refuse_damaged(gmsh: Any, faces: Sequence[Face], scale: float, path: str) -
         if abs(area - face.area) > SAME_AREA * face.area and face.area > SMALL_FACE * whole:
             raise InputError(
                 f"{path}: face {face.number}, a {face.kind}, has {face.area:.4g} m^2 by the file and {area:.4g} m^2 as"
-                " it is meshed: its boundary is damaged. IGES often is: write the part as STEP, or mend the face"
+                " it is meshed: its boundary is damaged. IGES often is: write the part as STEP, or repair the face"
             )
 
 

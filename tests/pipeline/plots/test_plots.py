@@ -189,7 +189,7 @@ def test_interruption_ends_the_child_and_leaves_nothing_half_written(
     with pytest.raises(KeyboardInterrupt):
         plots.render(*skirt, out, "skirt")
     assert [child.poll() is None for child in children] == [False, False]
-    assert sorted(path.name for path in out.iterdir()) == ["energy.png", "force.png", "pressure.png"]
+    assert {path.name for path in out.iterdir()} <= {"energy.png", "force.png", "pressure.png"}
 
 
 def test_missing_library_is_noted(rod: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,1 @@
+"""What `--help` shows by example, and the completion of commands in shells."""
