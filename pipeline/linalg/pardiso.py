@@ -18,8 +18,8 @@ from gudgeon.pipeline.linalg.counter import COUNTS
 SYMMETRIC_INDEFINITE, POSITIVE_DEFINITE = -2, 2
 ANALYSE, ANALYSE_AND_FACTORISE, FACTORISE, SOLVE, FORWARD, BACKWARD, RELEASE = 11, 12, 22, 33, 331, 333, -1
 SOLVES = (SOLVE, FORWARD, BACKWARD)
-NOT_DEFINITE = -4
-"""Error code of a Cholesky factorisation: the matrix is not positive definite."""
+NOT_DEFINITE = (-4, -13)
+"""Error codes of a Cholesky factorisation: the matrix is not positive definite, found at a column or within a block."""
 NEGATIVE_EIGENVALUES, SINGLE_PRECISION, SCHUR_COMPLEMENT, BLOCK_SIZE = 22, 27, 35, 36
 SETTINGS = {0: 1, 1: 2, 9: 8, 20: 1, 34: 1}
 """iparm by C index. 0: no defaults; 1: METIS ordering; 9: pivots below 1e-8 are perturbed; 20: 1×1 and 2×2 pivots;
@@ -90,7 +90,7 @@ class Pardiso:
             ctypes.byref(error),
         )  # fmt: skip
         library.MKL_Set_Num_Threads_Local(previous)
-        if error.value == NOT_DEFINITE:
+        if error.value in NOT_DEFINITE and self._type == POSITIVE_DEFINITE:
             raise StageError(
                 f"linear solver: the stiffness matrix ({self._size} unknowns) is singular to machine precision. A part"
                 " is not connected, or element sizes differ too much"

@@ -136,10 +136,10 @@ def _without_statics(scene: "SceneFile") -> list[str]:
         )
     for name, hinge in scene.hinges().items():
         for key, body, place in (("at", hinge.body, hinge.at), ("against_at", hinge.against, hinge.against_at)):
-            component = None if body is None else scene.component.get(scene.component_of(body))
-            if component is None or place is None or component.geometry.kind == "rigid":
+            if body is None or place is None:
                 continue
-            if component.modes.reduction != "rigid":
+            component = scene.component.get(scene.component_of(body))
+            if component is not None and "rigid" not in (component.geometry.kind, component.modes.reduction):
                 lines.append(
                     f"joint.{name}.{key}: body '{body}' deforms, and is held at interfaces; give one of kind 'tie', or"
                     f" component.{scene.component_of(body)}.modes.reduction = 'rigid'"
