@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import (
     IMPULSE,
     LOST,
@@ -171,9 +171,7 @@ def worst_violation(model, work, given):  # type: ignore[no-untyped-def]
     for i in range(len(model.row_terms)):
         found = violation(model, work, given, i)
         work.right[i] = -found
-        # Not by max, which may lose NaN.
-        if not abs(found) / model.reach[i] <= worst:
-            worst = abs(found) / model.reach[i]
+        worst = larger(worst, abs(found) / model.reach[i])
     return worst
 
 
@@ -197,11 +195,8 @@ def _move(model, work, y):  # type: ignore[no-untyped-def]
         s, move = WIDTH * b, work.rate[b]
         for k in range(3):
             y[s + PLACE + k] += move[k]
-            # Not by max, which may lose NaN.
-            if not abs(move[k]) / size <= largest:
-                largest = abs(move[k]) / size
-            if not abs(move[3 + k]) <= largest:
-                largest = abs(move[3 + k])
+            largest = larger(largest, abs(move[k]) / size)
+            largest = larger(largest, abs(move[3 + k]))
         for k in range(model.elastic[b, 0]):
             y[model.elastic[b, 1] + k] += move[6 + k]
         turn_by(y[s + TURN : s + TURN + 4], move[3], move[4], move[5])

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import DOP853
 
-from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.compiled import copy, entry, inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPIN, TURN, WIDTH
 from gudgeon.solver.integrators.mechanism.flexible.inertia import solve_inertia
 from gudgeon.solver.integrators.mechanism.motion import (
@@ -101,10 +101,7 @@ def _error(model, work, course, coefficients, h):  # type: ignore[no-untyped-def
         for i in range(3):
             apart[s + i] = work.back[b, i, 0] * x + work.back[b, i, 1] * y + work.back[b, i, 2] * z
     for i in range(len(apart)):
-        size = abs(h * apart[i] * course.weight[i])
-        # Not by max, which may lose NaN.
-        if not size <= worst:
-            worst = size
+        worst = larger(worst, abs(h * apart[i] * course.weight[i]))
     return worst
 
 
