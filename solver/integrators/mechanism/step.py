@@ -21,6 +21,7 @@ from gudgeon.solver.integrators.mechanism.motion import (
 from gudgeon.solver.integrators.mechanism.rotation import normalise
 from gudgeon.solver.integrators.mechanism.rows import set_poses, set_rows, violation
 from gudgeon.solver.integrators.mechanism.solve import solve_least
+from gudgeon.solver.integrators.mechanism.touching.kernel import ARM, set_touches, wrench_on_journal
 
 ORDER = 8
 MAIN = 12
@@ -196,6 +197,10 @@ def read(model, work, y, given, amounts, found):  # type: ignore[no-untyped-def]
         found.angles[j], found.violations[j] = 0.0, 0.0
         for k in range(6):
             found.wrenches[j, k] = 0.0
+    for i in range(len(model.touch_pair)):
+        wrench = wrench_on_journal(model, work, i, work.touch[i, ARM : ARM + 3])
+        for k in range(6):
+            found.wrenches[model.touch_pair[i], k] += wrench[k]
     if not len(model.row_terms):
         return
     solve_least(work)
@@ -218,5 +223,6 @@ def read(model, work, y, given, amounts, found):  # type: ignore[no-untyped-def]
 
 @entry
 def observe(model, work, y):  # type: ignore[no-untyped-def]
-    """Set angular velocities and modal rates of a state, in `omega` and `modal`, and all points."""
+    """Set angular velocities and modal rates of a state, in `omega` and `modal`, all points and journals."""
     set_poses(model, work, y)
+    set_touches(model, work)
