@@ -13,8 +13,8 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.fit import misfits
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
 from gudgeon.pipeline.scenes.tables import check_closed, read_cycle, read_knots, read_pairs
-from gudgeon.solver.joints.coupled import Driven
 from gudgeon.solver.joints.clearance import Clearance
+from gudgeon.solver.joints.coupled import Driven
 from gudgeon.solver.joints.markers import Distance, Spherical
 from gudgeon.solver.registry import definition, names
 from gudgeon.solver.scene.body import ALL_FREE

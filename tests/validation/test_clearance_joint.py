@@ -4,9 +4,8 @@ Its later contacts depend on the earlier ones so much that errors grow tenfold w
 that lasts are compared, then sums over a turn.
 """
 
-from pathlib import Path
-
 import json
+from pathlib import Path
 
 import pytest
 
@@ -22,10 +21,11 @@ RELIABLE = 10
 def test_contacts(accuracy: float | None, bound: float, tmp_path: Path) -> None:
     """Each contact's begin, end and speeds; its largest force, which is read between steps, to 2e-3."""
     found = solve("clearance-joint", tmp_path, {} if accuracy is None else {"run.accuracy": accuracy})
-    assert RELIABLE <= EXPECTED["contacts_reliable"]
+    assert EXPECTED["contacts_reliable"] >= RELIABLE
     for number, contact in enumerate(EXPECTED["contacts"][:RELIABLE], 1):
         for name, key in (
-            ("start", "t_start"), ("end", "t_end"), ("closing", "approach_velocity"), ("opening", "separation_velocity"),
+            ("start", "t_start"), ("end", "t_end"),
+            ("closing", "approach_velocity"), ("opening", "separation_velocity"),
         ):  # fmt: skip
             assert found[f"pin.impact{number}.{name}"] == pytest.approx(contact[key], rel=bound), (number, name)
         assert found[f"pin.impact{number}.force_peak_raw"] == pytest.approx(contact["Fmax"], rel=2e-3)
@@ -37,9 +37,9 @@ def test_contacts(accuracy: float | None, bound: float, tmp_path: Path) -> None:
     assert found.report.energy_drift < 1e-6
 
 
-def test_turned_in_space_and_in_micrometres(tmp_path: Path) -> None:
-    """The first contact of the same mechanism about another axis, and of one 1e-4 of its size, stiffer by dimensions."""
-    E = EXPECTED["contacts"][0]
+def test_turned_in_space(tmp_path: Path) -> None:
+    """The first contact of the same mechanism about another axis."""
+    first = EXPECTED["contacts"][0]
     text = (DATA / "clearance-joint/scene.toml").read_text()
     turned = tmp_path / "turned.toml"
     lines = []
@@ -52,4 +52,4 @@ def test_turned_in_space_and_in_micrometres(tmp_path: Path) -> None:
     turned.write_text("\n".join(lines) + "\n")
     found = solve(str(turned), tmp_path, {"run.duration": 3e-4})
     for name, key in (("start", "t_start"), ("end", "t_end"), ("closing", "approach_velocity")):
-        assert found[f"pin.impact1.{name}"] == pytest.approx(E[key], rel=1e-8)
+        assert found[f"pin.impact1.{name}"] == pytest.approx(first[key], rel=1e-8)
