@@ -1,5 +1,7 @@
 """Errors of the pipeline: one line each, naming file, key, value and what is allowed."""
 
+from typing import Any
+
 
 class PipelineError(Exception):
     """Base of every error that the pipeline raises; its text is one line."""
@@ -11,3 +13,16 @@ class InputError(PipelineError):
 
 class StageError(PipelineError):
     """A stage failed on correct input: exit code 1."""
+
+
+def pandas() -> Any:
+    """Return the library of tables.
+
+    Raises:
+        ImportError: it is not installed; the message has the command.
+    """
+    try:
+        import pandas as found
+    except ModuleNotFoundError:
+        raise ImportError("to_frame needs pandas: pip install 'gudgeon[frames]'") from None
+    return found

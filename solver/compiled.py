@@ -63,3 +63,9 @@ def copy(source, target):  # type: ignore[no-untyped-def]
     """Copy a vector into another of the same length."""
     for i in range(len(source)):
         target[i] = source[i]
+
+
+@inner
+def larger(known, other):  # type: ignore[no-untyped-def]
+    """Return the larger of two numbers, NaN if either is: `max` may lose it."""
+    return other if other > known or other != other else known

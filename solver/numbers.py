@@ -97,6 +97,7 @@ Poisson = Annotated[float, Field(gt=-1, lt=0.5, json_schema_extra={"unit": "1"})
 """Poisson's ratio."""
 Potential = Annotated[float, signed("V"), sizeable("V")]
 PositiveAcceleration = Annotated[float, above_zero("m/s^2"), sizeable("m/s^2")]
+PositiveSpeed = Annotated[float, above_zero("m/s"), sizeable("m/s")]
 PositiveRatio = Annotated[float, above_zero("1"), sizeable("1")]
 Pressure = Annotated[float, signed("Pa"), sizeable("Pa")]
 Ratio = Annotated[float, signed("1"), sizeable("1")]

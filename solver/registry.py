@@ -110,6 +110,26 @@ REGISTRY: tuple[Quantity, ...] = (
     ),
     Quantity("joint", "angle_end", "rad", "Angle of a revolute, cylindrical or screw joint at the end of the run, since"
              " the start, full turns included.", "right-handed about the axis"),
+    Quantity("joint", "impulse", "N s", "Integral over the run of the normal force in a joint with clearance, the sum"
+             " of its sections.", _SIZE),
+    Quantity("joint", "slide", "N m", "Integral over the run of this force times the sliding speed: times a"
+             " coefficient of wear over a hardness it is the worn volume (Archard), times one of friction the work.",
+             _SIZE),
+    Quantity("joint", "impacts", "1", "Number of contacts of a joint with clearance, of each section by itself.",
+             _SIZE),
+    Quantity("joint", "start", "s", "Begin of its first contact.", _SIZE),
+    Quantity("joint", "end", "s", "End of its last contact; the end of the run where it still acts.", _SIZE),
+    Quantity("joint", "duration", "s", "From `start` to `end`, separations included.", _SIZE),
+    Quantity("joint", "force_peak_raw", "N", "Largest normal force of a section of a joint with clearance.", _SIZE,
+             "by parabolas through eight values a step"),
+    Quantity("joint", "impactN.start", "s", "Begin of contact N of a joint with clearance, of the first ten.", _SIZE),
+    Quantity("joint", "impactN.end", "s", "End of contact N.", _SIZE),
+    Quantity("joint", "impactN.impulse", "N s", "Integral of its normal force.", _SIZE),
+    Quantity("joint", "impactN.force_peak_raw", "N", "As `force_peak_raw`, of contact N.", _SIZE,
+             "by parabolas through eight values a step"),
+    Quantity("joint", "impactN.closing", "m/s", "Rate of the indentation as contact N begins.", "positive: approach"),
+    Quantity("joint", "impactN.opening", "m/s", "The same as it ends; absent where it has not.",
+             "positive: separation"),
     Quantity("gauge", "von_mises_peak", "Pa", "Largest von Mises stress of a gauge that records a stress tensor, at"
              " samples.", _SIZE, "of the samples"),
     *(

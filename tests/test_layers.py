@@ -107,7 +107,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "starlette": ("pipeline/service/*",),
     "h5grove": ("pipeline/service/tree.py",),
     "uvicorn": ("pipeline/service/run.py",),
-    "pandas": ("pipeline/stages/run_report.py", "pipeline/report/document.py"),
+    "pandas": ("pipeline/errors.py", "pipeline/stages/run_report.py", "pipeline/report/document.py"),
     "xarray": ("modaldb/records/labelled.py",),
     "pyarrow": ("pipeline/studies/table.py",),
     "pyyeti": ("pipeline/geometry/matrices/*", "pipeline/exporters/*"),

@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 from gudgeon.modaldb.records.types import FORMER
+from gudgeon.pipeline.errors import pandas
 from gudgeon.pipeline.measuring.clock import Seconds
 
 if TYPE_CHECKING:
@@ -261,11 +262,7 @@ class Document:
         Raises:
             ImportError: pandas is not installed.
         """
-        try:
-            import pandas
-        except ModuleNotFoundError:
-            raise ImportError("to_frame needs pandas: pip install 'gudgeon[frames]'") from None
-        return pandas.read_csv(io.StringIO(csv_text(self)))
+        return pandas().read_csv(io.StringIO(csv_text(self)))
 
     def as_text(self) -> str:
         """Return the text of `report.json`."""

@@ -13,6 +13,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.fit import misfits
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
 from gudgeon.pipeline.scenes.tables import check_closed, read_cycle, read_knots, read_pairs
+from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven
 from gudgeon.solver.joints.markers import Distance, Spherical
 from gudgeon.solver.registry import definition, names
@@ -246,8 +247,9 @@ def gravity_notes(scene: "SceneFile") -> list[str]:
 
 def law_notes(scene: "SceneFile") -> list[str]:
     """Return a line for each contact law that is used outside its range of validity."""
-    warned = ((name, contact.law.warning()) for name, contact in scene.contact.items() if contact.law is not None)
-    return [f"contact.{name}.law: {text}" for name, text in warned if text is not None]
+    laws = {f"contact.{name}": contact.law for name, contact in scene.contact.items() if contact.law is not None}
+    laws |= {f"joint.{name}": one.law for name, one in scene.joint.items() if isinstance(one, Clearance)}
+    return [f"{where}.law: {text}" for where, law in laws.items() if (text := law.warning()) is not None]
 
 
 def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.errors import InputError, pandas
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -77,13 +77,9 @@ class RunReport:
         Raises:
             ImportError: pandas is not installed.
         """
-        try:
-            import pandas
-        except ModuleNotFoundError:
-            raise ImportError("to_frame needs pandas: pip install 'gudgeon[frames]'") from None
         rows = {name: {key: one[key] for key in ("value", "unit", "reference", "error")}
                 for name, one in self.quantities.items()}  # fmt: skip
-        return pandas.DataFrame.from_dict(rows, orient="index", columns=["value", "unit", "reference", "error"])
+        return pandas().DataFrame.from_dict(rows, orient="index", columns=["value", "unit", "reference", "error"])
 
     def trajectory(self) -> "Trajectory":
         """Return the record of the run, of the folder of results.

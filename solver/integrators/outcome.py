@@ -71,6 +71,8 @@ class LinkageHistories(NamedTuple):
     momentum_residual: float
     notes: list[str]
     """What is to be said of the start, one sentence each."""
+    impacts: dict[str, np.ndarray]
+    """Of joints with clearance, as `Trajectory.impacts`, (b, 9)."""
 
 
 @dataclass(frozen=True)

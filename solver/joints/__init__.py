@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import (
     Cylindrical,
@@ -18,6 +19,6 @@ from gudgeon.solver.joints.markers import (
 )
 from gudgeon.solver.joints.slider_crank import SliderCrank
 
-Hinge = Fixed | Revolute | Spherical | Translational | Cylindrical | Universal | Planar | Distance | Screw
+Hinge = Fixed | Revolute | Spherical | Translational | Cylindrical | Universal | Planar | Distance | Screw | Clearance
 """Joints of two markers."""
 Joint = Annotated[SliderCrank | Hinge | Gear | Driven, Field(discriminator="kind")]

@@ -12,6 +12,7 @@ from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, LinkageHis
 from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
+from gudgeon.solver.results.contact_events import impact_quantities, named
 from gudgeon.solver.results.gauges import gauge_quantities, recorded_gauges
 from gudgeon.solver.results.momentum import momentum_residual
 from gudgeon.solver.results.nearest import nearest
@@ -130,9 +131,14 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
 def _with_linkage(found: Trajectory, own: LinkageHistories) -> Trajectory:
     """Return a run with what its mechanism recorded itself."""
     notes = {LINKAGE_NOTES: "\n".join(own.notes)} if own.notes else {}
+    parts = found.quantities | own.quantities
+    for name, impacts in own.impacts.items():
+        parts |= named(name, impact_quantities(impacts, 0.0))
+    owners = list(dict.fromkeys(name.partition(".")[0] for name in parts))
+    together = dict(sorted(parts.items(), key=lambda item: owners.index(item[0].partition(".")[0])))
     return replace(
-        found, joints=own.joints, probes=own.probes, quantities=found.quantities | own.quantities,
-        momentum_residual=own.momentum_residual, counts=found.counts | notes,
+        found, joints=own.joints, probes=own.probes, quantities=together, momentum_residual=own.momentum_residual,
+        counts=found.counts | notes,
     )  # fmt: skip
 
 

@@ -3,11 +3,15 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from gudgeon import modaldb
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import kind_of, open_job, plan, run
 from gudgeon.pipeline.linear.analysis import Asked
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.mechanism.motion import moving_bodies
 from gudgeon.pipeline.report.effort import Effort
 from gudgeon.solver.errors import SceneError
 
@@ -84,3 +88,17 @@ def test_modes_without_static_shapes_are_refused_at_joints(tmp_path: Path) -> No
     changes = {"component.rod.modes.reduction": "macneal", "component.rod.modes.normal_count": 20}
     with pytest.raises(InputError, match=r"component.rod.modes.reduction: 'macneal' has no static shape of interface"):
         open_job(DATA / "elastic-slider-crank", set=changes, db=tmp_path / "db", out=tmp_path / "out")
+
+
+def test_points_of_joints_are_drawn_where_they_are(tmp_path: Path) -> None:
+    """Joints at the origin of a body, by default, and at interfaces of bodies that deform."""
+    for scene, body in (("clearance-joint", "slider"), ("elastic-slider-crank", "rod")):
+        out = tmp_path / scene
+        done = run(DATA / scene, set=SHORT | {"run.duration": 1e-4}, db=tmp_path / "db", out=out, until="solve")
+        store = modaldb.open(tmp_path / "db")
+        drawing = Drawing(store, done.stages["solve"].key, scene, out, out, print)
+        found = {one.name: one for one in moving_bodies(drawing)}
+        assert all(np.isfinite(one.places(slice(None))).all() for one in found.values())
+        ends = {tuple(np.round(one, 12)) for one in found[body].points + found[body].centre}
+        expected = {(0.17, 0.0, 0.0)} if body == "slider" else {(0.15, 0, 0), (0.45, 0, 0), (0.3, 0, 0)}
+        assert ends == expected

@@ -61,8 +61,12 @@ def test_force_with_wave_guide_dashpot(folder: Path) -> None:
     history = modaldb.open(folder / "db").get(done.stages["solve"].key, "trajectory")
     reference = pulse_reference(job)
     assert reference is not None
+    # A jump that a Hann window of width W smooths lowers the integral of the squared force by F^2 W times this number:
+    # the integral over v of H - S^2 with S = 1/2 + v + sin(2 pi v) / (2 pi). The record begins inside the pulse.
+    lost = reference.window * (1 / 6 - 5 / (8 * np.pi**2))
+    assert reference.window > 0
     assert np.linalg.norm(reference.force) ** 2 * job.scene.run.duration / len(reference.force) == pytest.approx(
-        EXACT["contact_force_plateau"]["value"] ** 2 * EXACT["contact_duration"]["value"], rel=3e-3
+        EXACT["contact_force_plateau"]["value"] ** 2 * (EXACT["contact_duration"]["value"] - lost), rel=1e-4
     )
     _, force_error = reference.errors(history.times, history.contacts["wall"].force)
     assert force_error <= 0.055

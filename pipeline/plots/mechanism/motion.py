@@ -41,21 +41,24 @@ def rotations(vectors: np.ndarray) -> np.ndarray:
 def moving_bodies(drawing: Drawing) -> list[Moving]:
     """Return the bodies of a mechanism."""
     scene, found = drawing.scene, []
+    hinges = [one for one in scene["joint"].values() if "body" in one]
     for name in drawing.trajectory.bodies:
         settings = Body.model_validate(scene["body"][name])
         centre = np.asarray(settings.position) + drawing.design(name, ["centre"]).centre
-        ends = [(joint["body"], joint["at"], joint) for joint in scene["joint"].values() if "at" in joint]
-        places = [_placed(scene, body, at) for body, at, _ in ends if body == name]
-        for body, at, joint in ends:
-            if joint.get("against") == name:
-                given = joint.get("against_at")
-                places.append(_placed(scene, body, at) if given is None else _placed(scene, name, given))
+        places = [_placed(drawing, name, one.get("at"), one.get("interface")) for one in hinges if one["body"] == name]
+        for one in hinges:
+            if one.get("against") == name:
+                given = one.get("against_at"), one.get("against_interface")
+                default = one["body"], one.get("at"), one.get("interface")
+                places.append(_placed(drawing, *(default if given == (None, None) else (name, *given))))
         points = np.array([*places, centre]) - centre
         found.append(Moving(name, points, centre, drawing.trajectory.motion[name]))
     return found
 
 
-def _placed(scene: dict, body: str, at: tuple[float, float, float]) -> np.ndarray:
-    """Return where the scene places a point of a body [m], (3,)."""
-    settings = Body.model_validate(scene["body"][body])
-    return turned_vectors(settings, at) + np.asarray(settings.position)
+def _placed(drawing: Drawing, body: str, at: tuple[float, float, float] | None, interface: str | None) -> np.ndarray:
+    """Return where the scene places a point of a body, its origin by default, or an interface [m], (3,)."""
+    settings = Body.model_validate(drawing.scene["body"][body])
+    if interface is not None:
+        at = drawing.modes(body, ["loads"]).loads[interface].point
+    return turned_vectors(settings, (0.0, 0.0, 0.0) if at is None else at) + np.asarray(settings.position)

@@ -10,7 +10,7 @@ from gudgeon.pipeline.plots.mechanism.motion import Moving, moving_bodies
 
 SHOWN, MOST = 5, 8
 """Positions that are drawn, and joints whose histories are."""
-FLAT = 1e-6
+FLAT = 1e-3
 """Extent of a mechanism across a plane over its own, below which it is drawn in the plane."""
 NAMES = ("x", "y", "z")
 

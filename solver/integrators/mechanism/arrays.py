@@ -1,9 +1,10 @@
 """The arrays of a mechanism's time loop, for compiled functions.
 
-Shapes: n bodies, J pairs of markers, t terms, m rows, b springs, l loads, d drives, P points, E elastic coordinates at
-most of a body. A body's state is its centre of mass x, the unit quaternion e of its rotation since it was placed, its
-velocity v, and its spin ℓ, the angular momentum about its centre along the scene's axes: thirteen numbers; behind those
-of all bodies stand the elastic coordinates of all, their momenta, and `SUMS` sums over time.
+Shapes: n bodies, J pairs of markers, t terms, m rows, b springs, l loads, d drives, P points, c sections of journals, E
+elastic coordinates at most of a body. A body's state is its centre of mass x, the unit quaternion e of its rotation
+since it was placed, its velocity v, and its spin ℓ, the angular momentum about its centre along the scene's axes:
+thirteen numbers; behind those of all bodies stand the elastic coordinates of all, their momenta, of each section the
+integrals of its force and of force times sliding speed, and `SUMS` sums over time.
 """
 
 from typing import NamedTuple
@@ -83,6 +84,14 @@ class Model(NamedTuple):
     """Stiffness, damping, length without force, (b, 3)."""
     load: np.ndarray
     """Force and moment per unit, along the scene's axes, (l, 6)."""
+    touch_pair: np.ndarray
+    """Pair of markers of each section of a journal, (c,)."""
+    touch_size: np.ndarray
+    """Clearance, radius of the journal, place of the section along its axis [m], (c, 3)."""
+    touch_law: np.ndarray
+    """Coefficients of its law, (c, 4)."""
+    touch_friction: np.ndarray
+    """Coefficient [1] and speed [m/s] of friction, (c, 2)."""
 
 
 class Work(NamedTuple):
@@ -174,6 +183,15 @@ class Work(NamedTuple):
     """(3 + E,)"""
     lost: np.ndarray
     """Rates of sums that nobody reads, (SUMS,)."""
+    touching: np.ndarray
+    """Whether a section may press, (c,)."""
+    approach: np.ndarray
+    """Rate at which its present contact began [m/s], (c,)."""
+    shift: np.ndarray
+    """Added to its indentation, which by round-off was not above zero as the contact began: a dashpot's force jumps
+    there [m], (c,)."""
+    touch: np.ndarray
+    """What it does, columns of `touching.kernel`, (c, 16)."""
 
 
 class Reading(NamedTuple):

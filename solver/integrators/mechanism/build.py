@@ -23,6 +23,8 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Work,
 )
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, point_of
+from gudgeon.solver.integrators.mechanism.touching.kernel import COLUMNS
+from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Distance, Marked, Screw, Universal
 from gudgeon.solver.system.system import System
@@ -260,8 +262,24 @@ def model_of(found: Linkage) -> Model:
         reach=np.array([size if row.length else 1.0 for row in rows], float),
         pairs=_coupled(row_terms, kinds, owner),
         spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
-        load=np.array(wrenches, float).reshape(-1, 6), **_flexible(found, points),
+        load=np.array(wrenches, float).reshape(-1, 6), **_flexible(found, points), **_sections(found),
     )  # fmt: skip
+
+
+def _sections(found: Linkage) -> dict[str, np.ndarray]:
+    """Return the arrays of the sections of journals."""
+    pairs, sizes, laws, rubbing = [], [], [], []
+    for name, joint in found.system.scene.hinges().items():
+        for place in joint.sections if isinstance(joint, Clearance) else ():
+            law, share = joint.law.coefficients(), 1 / len(joint.sections)
+            pairs.append(found.pairs[name])
+            sizes.append((joint.clearance, joint.radius, place))
+            laws.append(law._replace(stiffness=share * law.stiffness, damping=share * law.damping))
+            rubbing.append((joint.friction.coefficient, joint.friction.speed) if joint.friction else (0.0, 1.0))
+    return {
+        "touch_pair": np.array(pairs, np.int64), "touch_size": np.array(sizes, float).reshape(-1, 3),
+        "touch_law": np.array(laws, float).reshape(-1, 4), "touch_friction": np.array(rubbing, float).reshape(-1, 2),
+    }  # fmt: skip
 
 
 def _pressed(found: Linkage, name: str, load: GivenForce | GivenTorque) -> Point:
@@ -334,13 +352,13 @@ def _coupled(row_terms: np.ndarray, kinds: np.ndarray, owner: np.ndarray) -> np.
 
 def size_of(model: Model) -> int:
     """Return how many numbers a state has."""
-    return WIDTH * len(model.mass) + 2 * int(model.elastic[:, 0].sum()) + SUMS
+    return WIDTH * len(model.mass) + 2 * int(model.elastic[:, 0].sum()) + 2 * len(model.touch_pair) + SUMS
 
 
 def work_of(model: Model) -> Work:
     """Return work arrays of a model."""
     n, m, t, p, e = len(model.mass), len(model.row_terms), len(model.terms), *model.point_rows.shape[::2]
-    size = size_of(model)
+    size, c = size_of(model), len(model.touch_pair)
     shapes = {
         "turn": (n, 3, 3), "omega": (n, 3), "back": (n, 3, 3), "rate": (n, 6 + e), "push": (n, 6 + e), "value": (t,),
         "bend": (t,), "slope": (t, 2, 6), "turned": (t,), "block_owner": (m, 4), "block": (m, 4, 6 + e),
@@ -350,7 +368,8 @@ def work_of(model: Model) -> Work:
         "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3), "spin_drift": (p, 3),
         "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "moment": (n, e, 3, 3),
         "moment_rate": (n, e, 3, 3), "spare_moment": (3, 3), "inertia": (n, 3 + e, 3 + e), "modal": (n, 3 + e),
-        "inner_force": (n, e), "across": (n, e), "light_error": (3 + e,),
+        "inner_force": (n, e), "across": (n, e), "light_error": (3 + e,), "touching": (c,), "approach": (c,),
+        "shift": (c,), "touch": (c, COLUMNS),
     }  # fmt: skip
-    whole = ("block_owner", "order", "rank")
+    whole = ("block_owner", "order", "rank", "touching")
     return Work(**{name: np.zeros(shape, np.int64 if name in whole else float) for name, shape in shapes.items()})

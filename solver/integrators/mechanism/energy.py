@@ -16,6 +16,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Work,
 )
 from gudgeon.solver.integrators.mechanism.step import observe
+from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH
 
 
 def bodies_of(model: Model, states: np.ndarray) -> np.ndarray:
@@ -39,6 +40,8 @@ class Motion(NamedTuple):
     """Modal rates of each body, (n, E)."""
     springs: np.ndarray
     """Places and velocities of both ends of each spring [m, m/s], (b, 2, 2, 3)."""
+    depths: np.ndarray
+    """Indentation of each section of a journal [m], (c,)."""
 
 
 def motion_of(model: Model, work: Work, state: np.ndarray) -> Motion:
@@ -47,11 +50,11 @@ def motion_of(model: Model, work: Work, state: np.ndarray) -> Motion:
     first, count = 2 * len(model.owner), len(model.spring)
     here = slice(first, first + 2 * count)
     ends = np.stack([work.place[here].reshape(count, 2, 3), work.speed[here].reshape(count, 2, 3)], axis=2)
-    return Motion(work.omega.copy(), work.modal[:, 3:].copy(), ends)
+    return Motion(work.omega.copy(), work.modal[:, 3:].copy(), ends, work.touch[:, DEPTH].copy())
 
 
 def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndarray:
-    """Return kinetic and strain energy, none of contact, dissipated energy, and work with that of gravity since the
+    """Return kinetic and strain energy, that of contact, dissipated energy, and work with that of gravity since the
     bodies stood at the origin [J], (s, 5), of states (s, numbers)."""
     bodies, sums = bodies_of(model, states), states[:, -SUMS:]
     omega, modal = (np.array(part) for part in list(zip(*motions, strict=True))[:2])
@@ -66,6 +69,9 @@ def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndar
     for k, (stiffness, _, length) in enumerate(model.spring):
         apart = np.array([one.springs[k, 1, 0] - one.springs[k, 0, 0] for one in motions])
         found[:, 1] += 0.5 * stiffness * (np.linalg.norm(apart, axis=1) - length) ** 2
+    for i, (stiffness, exponent, _, _) in enumerate(model.touch_law):
+        depth = np.maximum([one.depths[i] for one in motions], 0.0)
+        found[:, 2] += stiffness * depth ** (exponent + 1) / (exponent + 1)
     found[:, 3] = sums[:, LOST]
     found[:, 4] = sums[:, WORK] + np.einsum("sbi,b,i->s", bodies[..., :3], model.mass, model.gravity)
     return found

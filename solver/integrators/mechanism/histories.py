@@ -6,11 +6,12 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import JointHistory
 from gudgeon.modaldb.records.types import Json
-from gudgeon.solver.integrators.mechanism.arrays import Model, Reading, Work
+from gudgeon.solver.integrators.mechanism.arrays import SUMS, Model, Reading, Work
 from gudgeon.solver.integrators.mechanism.build import Linkage
 from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, motion_of
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
 from gudgeon.solver.integrators.mechanism.step import read
+from gudgeon.solver.integrators.mechanism.touching.log import Touching
 from gudgeon.solver.integrators.outcome import LinkageHistories
 
 
@@ -27,8 +28,8 @@ class Sample(NamedTuple):
 class Recorder:
     """Reads states of a run, one after the other."""
 
-    def __init__(self, linkage: Linkage, model: Model, work: Work) -> None:
-        self._linkage, self._model, self._work = linkage, model, work
+    def __init__(self, linkage: Linkage, model: Model, work: Work, touching: Touching) -> None:
+        self._linkage, self._model, self._work, self._touching = linkage, model, work, touching
         self.samples: list[Sample] = []
         self.readers: list[Reader] = readers(linkage)
 
@@ -36,11 +37,18 @@ class Recorder:
         """Record a state with drives (d, 3) and loads (l,) at its time."""
         pairs = len(self._model.owner)
         found = Reading(np.zeros(len(self._model.row_terms)), np.zeros((pairs, 6)), np.zeros(pairs), np.zeros(pairs))
+        pressing = self._work.touching.copy()
+        self._work.touching[:] = True  # What was indented then may have parted since.
         read(self._model, self._work, state, given, amounts, found)
+        self._work.touching[:] = pressing
         self.samples.append(Sample(state, vectors, found, motion_of(self._model, self._work, state)))
 
-    def found(self, interval: float, notes: list[str], count: int) -> LinkageHistories:
-        """Return the histories of the first samples."""
+    def found(self, interval: float, notes: list[str], end: tuple[np.ndarray, float], count: int) -> LinkageHistories:
+        """Return the histories of the first samples.
+
+        Args:
+            end: State and time of the last step [s].
+        """
         kept = self.samples[: count + 1]
         scene, linkage = self._linkage.system.scene, self._linkage
         every = Reading(*(np.array(one) for one in zip(*(one.reading for one in kept), strict=True)))
@@ -60,9 +68,25 @@ class Recorder:
         probes = {one.name: one.history(self._model, read_all) for one in self.readers}
         times = interval * np.arange(1, len(kept))
         return LinkageHistories(
-            joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]), momentum_error(self._model, states),
-            notes,
+            joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]) | self._pushes(end[0]),
+            momentum_error(self._model, states), notes,
+            {name: self._touching.of_pair(linkage.pairs[name], *end) for name in self._clearances()},
         )  # fmt: skip
+
+    def _pushes(self, state: np.ndarray) -> Json:
+        """Return the impulses of joints with clearance, and force times sliding distance, of a state."""
+        found: Json = {}
+        sections = self._model.touch_pair
+        sums = state[len(state) - SUMS - 2 * len(sections) : len(state) - SUMS].reshape(-1, 2)
+        for name in self._clearances():
+            impulse, slide = sums[sections == self._linkage.pairs[name]].sum(axis=0)
+            found[f"{name}.impulse"] = {"value": float(impulse), "unit": "N s"}
+            found[f"{name}.slide"] = {"value": float(slide), "unit": "N m"}
+        return found
+
+    def _clearances(self) -> list[str]:
+        """Return the joints with clearance."""
+        return [name for name, pair in self._linkage.pairs.items() if pair in self._model.touch_pair]
 
 
 def _quantities(linkage: Linkage, times: np.ndarray, wrenches: np.ndarray, angles: np.ndarray) -> Json:

@@ -1,11 +1,11 @@
-"""Rigid bodies that turn by any angle, held by joints: Dormand and Prince's method with projection."""
+"""Bodies that turn by any angle, held by joints: Dormand and Prince's method with projection."""
 
 from functools import partial
 
 import numpy as np
 
 from gudgeon.solver.capabilities import Mechanism as Capabilities
-from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, TURN
+from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, SUMS, TURN
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
@@ -13,6 +13,7 @@ from gudgeon.solver.integrators.mechanism.rotation import rotation_vector
 from gudgeon.solver.integrators.mechanism.start import start_of
 from gudgeon.solver.integrators.mechanism.step import MAIN, Course, begin, interpolation, keep_angles, tableau
 from gudgeon.solver.integrators.mechanism.stepping import Stepping, Tried
+from gudgeon.solver.integrators.mechanism.touching.log import Touching
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
@@ -23,6 +24,8 @@ SHARE = 1e-3
 """Error of a step over run.accuracy: errors of hundreds of steps add up."""
 FINEST = 2e-13
 """Least error of a step that is asked for: below is round-off."""
+TOGETHER = 1e-14
+"""Time over the duration within which journals touch or part together."""
 RESOLVED = 1e-9
 """Share of the work of gravity over the size of the scene below which an exchange of energy is round-off."""
 
@@ -45,13 +48,15 @@ class Mechanism(Capabilities):
         self._tolerance = max(FINEST, SHARE * (system.scene.run.accuracy or ACCURACY))
         self._size, n = reach_of(self.linkage), len(self.model.mass)
         self._before, self._time, self._state = 0.0, 0.0, self.start.state.copy()
-        self._old, self._old_slope = self._state.copy(), np.zeros_like(self._state)
+        self._old, self._end, self._until = self._state, self._state, 0.0
         self._dense = np.zeros((7, len(self._state)))
         self._stepping = Stepping(self.model, self.work, self._tolerance, self._duration, fixed=fixed_step)
         self._vectors = np.zeros((n, 3))
         self._vectors = self._turned(self._state)
         self._fastest = np.zeros(2)
-        self._recorder = Recorder(self.linkage, self.model, self.work)
+        self.touching = Touching(self.model, self.work)
+        self.touching.begin(self._state)
+        self._recorder = Recorder(self.linkage, self.model, self.work, self.touching)
         given, amounts = self._given(np.zeros(1))
         self._recorder.take(self._state, self._vectors, given[0], amounts[0])
         self._energy = energies(self.model, self._state[None], [self._recorder.samples[0].motion])[0]
@@ -110,28 +115,47 @@ class Mechanism(Capabilities):
         self._extreme[2] = max(self._extreme[2], exchanged, float(self._energy[0]), RESOLVED * weight)
 
     def _advance(self) -> bool:
-        """Take one step; False where none is short enough."""
+        """Take one step, or the part of it up to the first time at which a journal touches or parts; False where none
+        is short enough."""
         one = self._stepping.take(self._state, self._time, lambda h: self._course(self._time, h))
         if one is None:
             return False
-        self._accept(one)
+        self._span(one)
+        event = self.touching.first(self._interpolated, self._before, self._until) if self.touching else None
+        h = 0.0 if event is None else event.time - self._time
+        if h > TOGETHER * self._duration:
+            one = self._stepping.again(self._state, h, self._course(self._time, h))
+            if not one.sound:
+                return False
+            self._span(one)
+        if event is None or h > TOGETHER * self._duration:
+            self._accept(one)
+        if event is not None:
+            self.touching.switch(event, self._state)
+            given, amounts = self._given(np.array([self._time]))
+            begin(self.model, self.work, self._state, given[0], amounts[0])
         return True
 
-    def _accept(self, one: Tried) -> None:
-        h, out, course = one.h, one.state, one.course
-        K = self.work.slopes
-        interpolation(self.model, self.work, course, self._state, h)
-        change = out - self._state
+    def _span(self, one: Tried) -> None:
+        """Set the interpolation of a step from the present state."""
+        h, K = one.h, self.work.slopes
+        interpolation(self.model, self.work, one.course, self._state, h)
+        change = one.state - self._state
         self._dense[0] = change
         self._dense[1] = h * K[0] - change
         self._dense[2] = 2 * change - h * (K[MAIN] + K[0])
         self._dense[3:] = h * (self._table.dense @ K)
         self._old, self._before = self._state, self._time
-        self._state, self._time = out, self._duration if self._time + h >= self._duration else self._time + h
+        self._end = one.state
+        self._until = self._duration if self._time + h >= self._duration else self._time + h
+
+    def _accept(self, one: Tried) -> None:
+        """Go on to the end of a step."""
+        self._state, self._time = one.state, self._until
         self._note_speeds()
-        self._vectors = self._turned(out)
-        keep_angles(self.model, self.work, out)
-        K[0] = K[MAIN]
+        self._vectors = self._turned(one.state)
+        keep_angles(self.model, self.work, one.state)
+        self.work.slopes[0] = self.work.slopes[MAIN]
 
     def _note_speeds(self) -> None:
         """Keep the largest speed and angular velocity of the run, by which errors are measured."""
@@ -154,13 +178,17 @@ class Mechanism(Capabilities):
             # A coordinate of unit modal mass moves the body by about 1/√mass.
             q, momentum = modal_parts(self.model, weights, b)
             q[:], momentum[:] = 1 / (np.sqrt(mass) * self._size), 1 / (np.sqrt(mass) * speed)
+        sections = len(self.model.touch_pair)
+        pushes = weights[len(weights) - SUMS - 2 * sections : len(weights) - SUMS]
+        whole = float(self.model.mass.sum()) * speed
+        pushes[::2], pushes[1::2] = 1 / whole, 1 / (whole * speed)
         return weights
 
     def _interpolated(self, time: float) -> np.ndarray:
         """Return the state at a time within the last step [s]."""
-        if time >= self._time:
-            return self._state.copy()
-        x = (time - self._before) / (self._time - self._before)
+        if time >= self._until:
+            return self._end.copy()
+        x = (time - self._before) / (self._until - self._before)
         found = np.zeros_like(self._state)
         for number in range(7):
             found = (found + self._dense[6 - number]) * (x if number % 2 == 0 else 1 - x)
@@ -198,5 +226,5 @@ class Mechanism(Capabilities):
         return Outcome(
             q=q, v=v, multipliers=none, impulses=none, extreme=self._extreme, counts=np.zeros(3),
             work=counts | {"rank": self.start.rank},
-            linkage=partial(self._recorder.found, self._interval, self.start.notes),
+            linkage=partial(self._recorder.found, self._interval, self.start.notes, (self._state, self._time)),
         )  # fmt: skip

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import (
     IMPULSE,
     LOST,
@@ -17,10 +17,11 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     WORK,
 )
 from gudgeon.solver.integrators.mechanism.flexible.inertia import set_flexible_rates
-from gudgeon.solver.integrators.mechanism.flexible.points import cross, spread
+from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
 from gudgeon.solver.integrators.mechanism.rotation import rate_of, turn_by
 from gudgeon.solver.integrators.mechanism.rows import set_matrix, set_poses, set_rows, violation
 from gudgeon.solver.integrators.mechanism.solve import factor, solve
+from gudgeon.solver.integrators.mechanism.touching.kernel import press_touches, set_touch_sums
 
 CLOSED = 1e-9
 """Motion of a step of Newton's method over the size of the scene, or rotation [rad], after which it ends: it converges
@@ -32,15 +33,8 @@ NEWTON = 12
 
 
 @inner
-def _press(model, work, p, wrench, factor):  # type: ignore[no-untyped-def]
-    """Add factor times force and moment at a point to what acts on its body."""
-    if model.point_owner[p] != NONE:
-        spread(model, work, p, wrench, factor, work.push[model.point_owner[p]])
-
-
-@inner
 def set_pushes(model, work, amounts, sums):  # type: ignore[no-untyped-def]
-    """Set what acts on each body by gravity, stiffness, inertia, springs and loads, and rates of work and loss."""
+    """Set what acts on each body but by joints, and rates of work and loss."""
     for b in range(len(model.mass)):
         for i in range(3):
             work.push[b, i] = model.mass[b] * model.gravity[i]
@@ -62,14 +56,15 @@ def set_pushes(model, work, amounts, sums):  # type: ignore[no-untyped-def]
         rate = d0 * (sb[0] - sa[0]) + d1 * (sb[1] - sa[1]) + d2 * (sb[2] - sa[2])
         pull = model.spring[k, 0] * (size - model.spring[k, 2]) + model.spring[k, 1] * rate
         sums[LOST] += model.spring[k, 1] * rate * rate
-        _press(model, work, pa, (d0, d1, d2, 0.0, 0.0, 0.0), pull)
-        _press(model, work, pb, (d0, d1, d2, 0.0, 0.0, 0.0), -pull)
+        press(model, work, pa, (d0, d1, d2, 0.0, 0.0, 0.0), pull)
+        press(model, work, pb, (d0, d1, d2, 0.0, 0.0, 0.0), -pull)
     first += 2 * len(model.spring)
     for k in range(len(model.load)):
         u, v, w = model.load[k], work.speed[first + k], work.spin[first + k]
-        _press(model, work, first + k, u, amounts[k])
+        press(model, work, first + k, u, amounts[k])
         for i in range(3):
             sums[WORK] += amounts[k] * (u[i] * v[i] + u[3 + i] * w[i])
+    press_touches(model, work, sums)
 
 
 @inner
@@ -142,6 +137,7 @@ def rates(model, work, y, given, amounts, out):  # type: ignore[no-untyped-def]
     for i in range(len(sums)):
         sums[i] = 0.0
     prepare(model, work, y, given, amounts, sums)
+    set_touch_sums(work, out)
     if len(model.row_terms):
         solve(work)
         add_multipliers(model, work, 1.0)
@@ -171,9 +167,7 @@ def worst_violation(model, work, given):  # type: ignore[no-untyped-def]
     for i in range(len(model.row_terms)):
         found = violation(model, work, given, i)
         work.right[i] = -found
-        # Not by max, which may lose NaN.
-        if not abs(found) / model.reach[i] <= worst:
-            worst = abs(found) / model.reach[i]
+        worst = larger(worst, abs(found) / model.reach[i])
     return worst
 
 
@@ -197,11 +191,8 @@ def _move(model, work, y):  # type: ignore[no-untyped-def]
         s, move = WIDTH * b, work.rate[b]
         for k in range(3):
             y[s + PLACE + k] += move[k]
-            # Not by max, which may lose NaN.
-            if not abs(move[k]) / size <= largest:
-                largest = abs(move[k]) / size
-            if not abs(move[3 + k]) <= largest:
-                largest = abs(move[3 + k])
+            largest = larger(largest, abs(move[k]) / size)
+            largest = larger(largest, abs(move[3 + k]))
         for k in range(model.elastic[b, 0]):
             y[model.elastic[b, 1] + k] += move[6 + k]
         turn_by(y[s + TURN : s + TURN + 4], move[3], move[4], move[5])

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import DOP853
 
-from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.compiled import copy, entry, inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPIN, TURN, WIDTH
 from gudgeon.solver.integrators.mechanism.flexible.inertia import solve_inertia
 from gudgeon.solver.integrators.mechanism.motion import (
@@ -21,6 +21,7 @@ from gudgeon.solver.integrators.mechanism.motion import (
 from gudgeon.solver.integrators.mechanism.rotation import normalise
 from gudgeon.solver.integrators.mechanism.rows import set_poses, set_rows, violation
 from gudgeon.solver.integrators.mechanism.solve import solve_least
+from gudgeon.solver.integrators.mechanism.touching.kernel import ARM, set_touches, wrench_on_journal
 
 ORDER = 8
 MAIN = 12
@@ -101,10 +102,7 @@ def _error(model, work, course, coefficients, h):  # type: ignore[no-untyped-def
         for i in range(3):
             apart[s + i] = work.back[b, i, 0] * x + work.back[b, i, 1] * y + work.back[b, i, 2] * z
     for i in range(len(apart)):
-        size = abs(h * apart[i] * course.weight[i])
-        # Not by max, which may lose NaN.
-        if not size <= worst:
-            worst = size
+        worst = larger(worst, abs(h * apart[i] * course.weight[i]))
     return worst
 
 
@@ -199,6 +197,10 @@ def read(model, work, y, given, amounts, found):  # type: ignore[no-untyped-def]
         found.angles[j], found.violations[j] = 0.0, 0.0
         for k in range(6):
             found.wrenches[j, k] = 0.0
+    for i in range(len(model.touch_pair)):
+        wrench = wrench_on_journal(model, work, i, work.touch[i, ARM : ARM + 3])
+        for k in range(6):
+            found.wrenches[model.touch_pair[i], k] += wrench[k]
     if not len(model.row_terms):
         return
     solve_least(work)
@@ -221,5 +223,6 @@ def read(model, work, y, given, amounts, found):  # type: ignore[no-untyped-def]
 
 @entry
 def observe(model, work, y):  # type: ignore[no-untyped-def]
-    """Set angular velocities and modal rates of a state, in `omega` and `modal`, and all points."""
+    """Set angular velocities and modal rates of a state, in `omega` and `modal`, all points and journals."""
     set_poses(model, work, y)
+    set_touches(model, work)

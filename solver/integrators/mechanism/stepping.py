@@ -96,6 +96,11 @@ class Stepping:
         self._work.slopes[:] = one.slopes
         return one
 
+    def again(self, state: np.ndarray, h: float, course: Course) -> Tried:
+        """Return a step of a given size from a state, whose slope is the first of `slopes`: a part of the one taken,
+        whose size stays that of the next one."""
+        return self._computed(state, h, course)
+
     def _leapt(self, state: np.ndarray, rest: float, course: Callable[[float], Course]) -> Tried | None:
         """Return the first good step over a singular position, or else the one of least error; None without one."""
         best = None

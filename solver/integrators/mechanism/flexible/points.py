@@ -154,3 +154,10 @@ def spread(model, work, p, wrench, factor, target):  # type: ignore[no-untyped-d
         for i in range(3):
             total += rows[i, k] * force[i] + rows[3 + i, k] * moment[i]
         target[6 + k] += factor * total
+
+
+@inner
+def press(model, work, p, wrench, factor):  # type: ignore[no-untyped-def]
+    """Add factor times force and moment at a point, (6,), to what acts on its body."""
+    if model.point_owner[p] != NONE:
+        spread(model, work, p, wrench, factor, work.push[model.point_owner[p]])

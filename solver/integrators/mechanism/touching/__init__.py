@@ -1,0 +1,1 @@
+"""Contact in joints with clearance."""

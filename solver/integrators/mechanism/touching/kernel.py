@@ -1,0 +1,102 @@
+"""Sections of journals that touch their bearings, in compiled functions.
+
+With d from the bearing's point to the journal's section, u the bearing's axis and n the direction of d less its part
+along u, the indentation is δ = |d − (d·u) u| − c. Its rate is n · v, with v the velocity of the section relative to the
+bearing's material at the same place, and friction has that of the contact point, a journal's radius further along n.
+"""
+
+import numpy as np
+
+from gudgeon.solver.compiled import inner
+from gudgeon.solver.integrators.mechanism.arrays import LOST, SUMS
+from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
+from gudgeon.solver.laws.force import law_force
+
+DEPTH, RATE, FORCE, SLIDING = range(4)
+"""Columns of `Work.touch`: indentation [m] and its rate [m/s], force [N], sliding speed [m/s]."""
+NORMAL, DRAG, APART, ARM = 4, 7, 10, 13
+"""Where vectors begin: n, force of friction on the journal [N], d, and the section's place from the journal's point."""
+COLUMNS = 16
+
+
+@inner
+def set_touches(model, work):  # type: ignore[no-untyped-def]
+    """Set what every section does; points are set."""
+    for i in range(len(model.touch_pair)):
+        a, b, found = 2 * model.touch_pair[i], 2 * model.touch_pair[i] + 1, work.touch[i]
+        clearance, radius, offset = model.touch_size[i, 0], model.touch_size[i, 1], model.touch_size[i, 2]
+        u = (work.axes[a, 0, 2], work.axes[a, 1, 2], work.axes[a, 2, 2])
+        arm = (offset * work.axes[b, 0, 2], offset * work.axes[b, 1, 2], offset * work.axes[b, 2, 2])
+        sa, sb = work.spin[a], work.spin[b]
+        d = (
+            work.place[b, 0] + arm[0] - work.place[a, 0],
+            work.place[b, 1] + arm[1] - work.place[a, 1],
+            work.place[b, 2] + arm[2] - work.place[a, 2],
+        )
+        own, carried = cross(sb, arm), cross(sa, d)
+        along = d[0] * u[0] + d[1] * u[1] + d[2] * u[2]
+        e0, e1, e2 = d[0] - along * u[0], d[1] - along * u[1], d[2] - along * u[2]
+        size = np.sqrt(e0 * e0 + e1 * e1 + e2 * e2)
+        over = 1.0 / size if size > 0.0 else 0.0
+        n = (e0 * over, e1 * over, e2 * over)
+        v0 = work.speed[b, 0] + own[0] - work.speed[a, 0] - carried[0]
+        v1 = work.speed[b, 1] + own[1] - work.speed[a, 1] - carried[1]
+        v2 = work.speed[b, 2] + own[2] - work.speed[a, 2] - carried[2]
+        rate = n[0] * v0 + n[1] * v1 + n[2] * v2
+        found[DEPTH], found[RATE] = size - clearance, rate
+        force = 0.0
+        if work.touching[i]:
+            force, _, _ = law_force(model.touch_law[i], size - clearance + work.shift[i], rate, work.approach[i])
+        found[FORCE] = force
+        apart = (sb[0] - sa[0], sb[1] - sa[1], sb[2] - sa[2])
+        turned = cross(apart, (radius * n[0], radius * n[1], radius * n[2]))
+        v0, v1, v2 = v0 + turned[0] - rate * n[0], v1 + turned[1] - rate * n[1], v2 + turned[2] - rate * n[2]
+        sliding = np.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
+        found[SLIDING] = sliding
+        slow, drag = model.touch_friction[i, 1], 0.0
+        if model.touch_friction[i, 0] > 0.0:
+            drag = -force * model.touch_friction[i, 0] / np.sqrt(sliding * sliding + slow * slow)
+        found[DRAG], found[DRAG + 1], found[DRAG + 2] = drag * v0, drag * v1, drag * v2
+        for k in range(3):
+            found[NORMAL + k], found[APART + k], found[ARM + k] = n[k], d[k], arm[k]
+
+
+@inner
+def wrench_on_journal(model, work, i, arm):  # type: ignore[no-untyped-def]
+    """Return force and moment on the journal about a point from which its section is at `arm`."""
+    found = work.touch[i]
+    n, force, radius = found[NORMAL : NORMAL + 3], found[FORCE], model.touch_size[i, 1]
+    drag = (found[DRAG], found[DRAG + 1], found[DRAG + 2])
+    f = (drag[0] - force * n[0], drag[1] - force * n[1], drag[2] - force * n[2])
+    moment = cross(arm, f)
+    rubbed = cross((radius * n[0], radius * n[1], radius * n[2]), drag)
+    return f[0], f[1], f[2], moment[0] + rubbed[0], moment[1] + rubbed[1], moment[2] + rubbed[2]
+
+
+@inner
+def press_touches(model, work, sums):  # type: ignore[no-untyped-def]
+    """Set every section and add its forces on both bodies, and the rates of what laws and friction dissipate."""
+    set_touches(model, work)
+    for i in range(len(model.touch_pair)):
+        found, depth = work.touch[i], work.touch[i, DEPTH] + work.shift[i]
+        if not work.touching[i] or depth <= 0.0:
+            continue
+        a, b = 2 * model.touch_pair[i], 2 * model.touch_pair[i] + 1
+        press(model, work, b, wrench_on_journal(model, work, i, found[ARM : ARM + 3]), 1.0)
+        press(model, work, a, wrench_on_journal(model, work, i, found[APART : APART + 3]), -1.0)
+        law = model.touch_law[i]
+        elastic = law[0] * depth ** law[1]
+        sums[LOST] += (found[FORCE] - elastic) * found[RATE]
+        slow = model.touch_friction[i, 1]
+        if model.touch_friction[i, 0] > 0.0:
+            square = found[SLIDING] * found[SLIDING]
+            sums[LOST] += found[FORCE] * model.touch_friction[i, 0] * square / np.sqrt(square + slow * slow)
+
+
+@inner
+def set_touch_sums(work, out):  # type: ignore[no-untyped-def]
+    """Set the rates of the impulse of each section and of ∫ F |v| dt, which stand before the other sums."""
+    first = len(out) - SUMS - 2 * len(work.touch)
+    for i in range(len(work.touch)):
+        out[first + 2 * i] = work.touch[i, FORCE]
+        out[first + 2 * i + 1] = work.touch[i, FORCE] * work.touch[i, SLIDING]
