@@ -16,10 +16,10 @@ from gudgeon.pipeline.scenes.supports import SupportEntry
 from gudgeon.solver.numbers import Coordinate, Length, Mass, Moment, Name, PositiveRatio, Ratio, Strict
 
 BAR_COUNT = 180
-"""Default number of normal modes of a bar: with 160, the windowed force of a rigid striker of a tenth of its mass has an
-error of 1 %."""
+"""Default number of normal modes of a bar: with 160, the windowed force of a rigid striker of a tenth of its mass has
+an error of 1 %."""
 BAR_ELEMENTS = 600
-"""Default number of elements of a bar. With 250, waves that are too fast change the impulse of that striker by 0.8 %."""
+"""Default number of elements of a bar. With 250, waves that are too fast change that striker's impulse by 0.8 %."""
 RESOLVED = 0.6
 """Modes per quadratic element of a bar whose frequencies have a discretisation error below 1 %."""
 NORMAL_MODES = ("macneal", "normal+static", "fixed-reference", "rubin")
