@@ -115,3 +115,11 @@ def test_robustness_cases_run_without_checks(tmp_path: Path, monkeypatch: pytest
     with pytest.raises(Stop):
         kind_of(job).robustness(job, None, (), lambda *_: None)
     assert not seen[0].checks
+
+
+def test_a_given_step_of_an_integrator_without_one_is_named(tmp_path: Path) -> None:
+    """Collocation has no limit of the step that could be exceeded."""
+    changes = {"run.step": 1e-6, "run.duration": 4e-5, "run.samples": 40, "run.checks": False}
+    report = run(DATA / "beam-sphere", set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+    notes = [note for note in report.notes if note.startswith("run.step")]
+    assert notes == ["run.step: 1e-06 s given; integrator 'collocation' steps by run.accuracy instead"]
