@@ -37,7 +37,7 @@ class ModesSettings(Strict):
         ge=0,
         le=MOST,
         description="Number of elastic normal modes or Ritz vectors (default: 30; on bars with normal modes, as many as"
-        " the mesh resolves, 0.6 an element, from 30 to 150); 0: all, for reductions 'craig-bampton',"
+        " the mesh resolves, 0.6 an element, from 30 to 180); 0: all, for reductions 'craig-bampton',"
         " 'row-craig-bampton', 'interface', 'partial-interface' and 'attachment'; not used by reduction 'rigid'",
     )
     static_count: int = Field(

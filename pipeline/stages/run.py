@@ -346,6 +346,8 @@ def _step_notes(job: Job, counts: dict[str, Any]) -> list[str]:
     effect = f"each step was divided into {parts} substeps"
     if INTEGRATORS[name].own_steps:
         effect = "the integrator chose its steps by run.accuracy instead"
+        if math.isinf(factor):
+            return [f"run.step: {job.scene.run.step:g} s given; integrator '{name}' steps by run.accuracy instead"]
     return [f"run.step: {job.scene.run.step:g} s exceeds the limit of integrator '{name}', {limit}; {effect}"]
 
 

@@ -17,9 +17,6 @@ from tests.solver.systems import (
     block_records,
     block_scene,
     build,
-    build_all,
-    pair_scene,
-    plate_records,
     rod_records,
     rod_scene,
 )
@@ -132,10 +129,12 @@ def test_differences_that_do_not_decrease_end_the_search_for_a_step_after_seven_
 
 
 def test_an_energy_error_above_five_percent_is_a_failure(tmp_path: Path) -> None:
-    records = {"part": block_records(4), "plate": plate_records(12)}
-    found = simulate(build_all(tmp_path, records, pair_scene(150.0, step=2e-5)))
+    """A block strikes a wall, a plane that it cannot leave, with a given step that is too long for its contact."""
+    scene = block_scene()
+    scene["run"] |= {"integrator": "implicit", "step": 2e-5}
+    found = simulate(build(tmp_path, block_records(4), scene))
     assert found.energy_drift > 0.05
-    assert found.result in (Result.ENERGY.name, Result.SURFACE_LEFT.name)
+    assert found.result == Result.ENERGY.name
 
 
 def run_of(system: System, **settings: Any) -> Any:

@@ -3,10 +3,12 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.results.contact_events import windowed
 
 LIGHT = """
 component.mass.geometry = { kind = "rigid", mass = 0.246, points = { face = { at = [0, 0, 0], normal = [1, 0, 0] } } }
@@ -39,6 +41,20 @@ def test_waves_that_return_too_early_are_estimated(tmp_path: Path) -> None:
         error = abs(found.quantities["pair.impulse"]["value"] / exact["pair.impulse"]["value"] - 1)
         assert error > least
         assert error < found.estimates["mesh.impulse"] < 2 * error
+
+
+@pytest.mark.parametrize("method", ["constraint", "residual"])
+def test_by_default_a_light_striker_is_within_one_percent(method: str, tmp_path: Path) -> None:
+    """Its wave returns after 20 times the time in which the bar stops it, and takes the bar's end away from it."""
+    unset = {"component__bar__mesh__size": "unset", "component__bar__modes__normal_count": "unset"}
+    found = solved(tmp_path, **unset, contact__pair__method=method, run__window="unset").quantities
+    mass, wave = 0.246, 3.14e-4 * (210e9 * 7850) ** 0.5
+    edges = np.linspace(0.0, 3e-4, 30001)
+    exact = mass * (1 - np.exp(-wave / mass * edges))[:, None] * [1.0, 0.0, 0.0]
+    force = windowed(edges, exact, found["pair.force_window"]["value"])[0]
+    assert found["pair.impulse"]["value"] == pytest.approx(mass, rel=0.01)
+    assert found["pair.rebound_velocity"]["value"] == pytest.approx(0.0, abs=0.01)
+    assert found["pair.force_peak"]["value"] == pytest.approx(force, rel=0.01)
 
 
 def test_the_note_names_a_smaller_mesh(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ SAME = 0.02
 def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None:
     """Return a contact's smoothed force [N], (s, 3), and the name of the window; None where smoothing is meaningless.
 
-    The window is that of the quantity `force_peak`.
+    Window and largest value are those of the quantity `force_peak`: force is zero before and after the run.
     """
     times, force = trajectory.times, trajectory.contacts[name].force
     interval = float(times[1] - times[0])
@@ -36,8 +36,11 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
     width = own["value"] if own else 0.0
     if width < FINEST * interval or SHORTEST * width > lasts:
         return None
-    mean = _windowed(force, round(width / interval))
-    if np.abs(mean - force).max() < SAME * np.abs(force).max():
+    count = round(width / interval)
+    mean = _windowed(force, count)
+    changed = np.abs(mean - force)
+    # A force that is there from the start or to the end changes there by the window alone.
+    if changed[count : len(force) - count].max(initial=0.0) < SAME * np.abs(force).max():
         return None
     return mean, f"mean over {style.quantity(width, 's')}, twice"
 
@@ -104,12 +107,17 @@ def windowed(trajectory: Trajectory, name: str, reference: Curve) -> Curve:
 
 
 def _windowed(force: np.ndarray, count: int) -> np.ndarray:
-    """Return the mean over a number of samples of the mean over as many [N], as `force_peak` has it, (s, ...)."""
+    """Return the mean over a number of samples of the mean over as many [N], as `force_peak` has it, (s, ...).
+
+    It is zero before and after the samples.
+    """
     from scipy.ndimage import uniform_filter1d
 
     # Two windows of an even number are shifted by half a sample each, to opposite sides.
-    once = uniform_filter1d(force, count, axis=0, mode="reflect")
-    return uniform_filter1d(once, count, axis=0, mode="reflect", origin=-1 if count % 2 == 0 else 0)
+    padded = np.pad(force, [(count, count)] + [(0, 0)] * (force.ndim - 1))
+    once = uniform_filter1d(padded, count, axis=0, mode="constant")
+    twice = uniform_filter1d(once, count, axis=0, mode="constant", origin=-1 if count % 2 == 0 else 0)
+    return twice[count : len(force) + count]
 
 
 def _reference_line(axes: Axes, times: np.ndarray, abscissa: np.ndarray, reference: Curve) -> float:

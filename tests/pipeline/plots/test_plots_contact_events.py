@@ -18,6 +18,7 @@ pytest.importorskip("pyvista")
 from gudgeon.pipeline.plots.contact.curves import balance, energy_curves
 from gudgeon.pipeline.plots.contact.force_axes import WRITTEN, smoothed, spaced, windowed
 from gudgeon.pipeline.plots.contact.located import Touch, course, normal_courses, touches
+from gudgeon.solver.results import contact_events
 from tests.pipeline.plots.test_plots import assert_picture
 
 RIGID = """
@@ -210,6 +211,19 @@ def test_window_is_drawn_only_where_it_smooths_something() -> None:
     assert smoothed(made(impacts, np.ones(200), 10.0), "c") is None
     assert smoothed(made(impacts, rough, 2.0), "c") is None
     assert smoothed(made(impacts, rough), "c") is None
+
+
+def test_the_drawn_window_has_the_peak_of_its_quantity() -> None:
+    """A force that begins with a jump: before the run it is zero, as in `force_peak`."""
+    times = np.arange(1, 401) * 1.0
+    force = np.exp(-times / 40) * (1 + 0.3 * np.cos(times))
+    edges, sums = np.append(0.0, times), np.append(0.0, np.cumsum(force))[:, None] * [0.0, 0.0, 1.0]
+    impacts = np.array([[0.0, 400.0, force.sum(), force[0], 1.0, 1, 1, 1, 200.0]])
+    for window in (20.0, 25.0):
+        found = smoothed(made(impacts, force, window), "c")
+        assert found is not None
+        peak = contact_events.windowed(edges, sums, window)[0]
+        assert np.abs(found[0]).max() == pytest.approx(peak, rel=2e-3)
 
 
 def test_texts_keep_their_distance() -> None:

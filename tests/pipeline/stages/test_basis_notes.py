@@ -80,15 +80,15 @@ def test_a_run_with_few_modes_gives_the_note_and_with_many_modes_not(tmp_path: P
     assert not said[100]
 
 
-@pytest.mark.parametrize(("size", "count"), [(0.1, 30), (0.01, 60), (0.001, 150)])
-def test_a_bar_has_as_many_modes_as_its_mesh_resolves(size: float, count: int) -> None:
+@pytest.mark.parametrize(("size", "count"), [(0.1, 30), (0.01, 60), (0.001, 180), ("unset", 180)])
+def test_a_bar_has_as_many_modes_as_its_mesh_resolves(size: float | str, count: int) -> None:
     job = open_job(
         DATA / "rod-wall", set={"component.rod.modes.normal_count": "unset", "component.rod.mesh.size": size}
     )
     assert job.scene.component["rod"].modes.normal_count == count
 
 
-@pytest.mark.parametrize(("reduction", "count"), [("craig-bampton", 30), ("ritz", 30), ("rubin", 150)])
+@pytest.mark.parametrize(("reduction", "count"), [("craig-bampton", 30), ("ritz", 30), ("rubin", 180)])
 def test_other_reductions_keep_their_default(reduction: str, count: int) -> None:
     modes = {"component.rod.modes.normal_count": "unset", "component.rod.modes.reduction": reduction}
     job = open_job(DATA / "rod-wall", set=modes | {"component.rod.mesh.size": 0.001})
@@ -115,3 +115,11 @@ def test_robustness_cases_run_without_checks(tmp_path: Path, monkeypatch: pytest
     with pytest.raises(Stop):
         kind_of(job).robustness(job, None, (), lambda *_: None)
     assert not seen[0].checks
+
+
+def test_a_given_step_of_an_integrator_without_one_is_named(tmp_path: Path) -> None:
+    """Collocation has no limit of the step that could be exceeded."""
+    changes = {"run.step": 1e-6, "run.duration": 4e-5, "run.samples": 40, "run.checks": False}
+    report = run(DATA / "beam-sphere", set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+    notes = [note for note in report.notes if note.startswith("run.step")]
+    assert notes == ["run.step: 1e-06 s given; integrator 'collocation' steps by run.accuracy instead"]
