@@ -1,4 +1,4 @@
-"""Cases of friction: other units, a turned scene, coefficients that vanish or are too large, surfaces that are pressed."""
+"""Cases of friction: other units, a turned scene, coefficients that vanish or are too large, pressed surfaces."""
 
 from dataclasses import replace
 from pathlib import Path
