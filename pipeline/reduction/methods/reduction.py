@@ -23,8 +23,8 @@ from gudgeon.pipeline.modes.static import Residual, residual_shapes, ritz_pairs,
 DEFINITENESS_TOLERANCE = 1e-9
 """Negative eigenvalues that round-off may leave in R, each row scaled by the root of its total flexibility."""
 SAGS = 1e-8
-"""Share of the work of gravity on its static displacement that modes may lack. m modes of a cantilever lack m⁻⁵/60 of it
-and m⁻⁵/20 of the sag of its end, 3e-8 where the work is this share."""
+"""Share of the work of gravity on its static displacement that modes may lack. m modes of a cantilever lack m⁻⁵/60 of
+it and m⁻⁵/20 of the sag of its end, 3e-8 where the work is this share."""
 ROUND_OFFS = 10.0
 """Round-off of R over the round-off of the eigenvalues, at most."""
 
