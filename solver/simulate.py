@@ -15,6 +15,7 @@ from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.implicit.energy import WORK
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, own_step, plan_run
+from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.uniqueness import friction_limits, refuse_ambiguous_friction
 from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.results.limits import Limits
@@ -107,6 +108,7 @@ def start(system: System, plan: Plan) -> Marching:
 
 def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     """Integrate a system with the steps of a plan and return its trajectory."""
+    system = at_rest(system)
     schedule, integrator = plan.schedule, start(system, plan)
     histories, limits = Histories.empty(system, schedule), Limits(system)
     result, done, reason = Result.FINISHED, 0, ""

@@ -14,6 +14,7 @@ from gudgeon.solver.errors import SolverError
 from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.integrators.steps import largest_factor, own_step, parts_of
+from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import Kind
 from gudgeon.solver.ports.uniqueness import refuse_ambiguous_friction
 from gudgeon.solver.system.system import System
@@ -77,7 +78,8 @@ class Steps:
                 f"run.step: {self.dt:g} s exceeds the limit of integrator 'implicit',"
                 f" {largest / critical:.3g} s; use a smaller step"
             )
-        self._run, self._done = General(system, self.dt), 0
+        self.system = at_rest(system)
+        self._run, self._done = General(self.system, self.dt), 0
         self._state, self._problem, self._log = self._run.arrays.state, self._run.arrays.problem, self._run.arrays.log
         self._given = {load.name: slice(at.start - 2 * len(system.driving.joints),
                                         at.stop - 2 * len(system.driving.joints))

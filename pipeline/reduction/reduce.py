@@ -1,6 +1,6 @@
 """The modes stage: mesh and component in, ModalRecord out."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -69,6 +69,7 @@ def reduce_component(
     component: Component,
     name: str,
     rubbed: Collection[str] = (),
+    pulled: Sequence[tuple[float, ...]] = (),
     *,
     turns: bool = False,
 ) -> ModalRecord:
@@ -77,6 +78,7 @@ def reduce_component(
     Args:
         name: The component's name in the scene, for messages.
         rubbed: Interfaces of contact points on which friction acts: they get tangential rows.
+        pulled: Unit vectors along which gravity acts on a held component: it gets the static shapes that modes lack.
         turns: Whether bodies of it turn by any angle: they need all tensors of the floating frame.
 
     Raises:
@@ -89,7 +91,7 @@ def reduce_component(
     acting = _acting(places, component, model, rubbed, f"{where}.interface")
     rigid = {key: tie for key, tie in places.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
     tied, spread = made_rigid(model, rigid, f"{where}.interface")
-    contact = _stacked(acting, spread)
+    contact = replace(_stacked(acting, spread), weights=spread.T @ _weights(model, pulled))
     gauges = {key: sparse.csr_matrix(S @ spread) for key, S in gauge_rows(model, component, where).items()}
     refuse_large(gauges, contact.B.shape[0], where)
     own = _reduced(tied, contact, component, where)
@@ -238,6 +240,12 @@ def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix) -> ContactRo
         sparse.csr_matrix(B @ spread), fields, dict(zip(acting, spans, strict=False)), smooth,
         dict(zip(across, spans[len(acting) :], strict=True)),
     )  # fmt: skip
+
+
+def _weights(model: FEModel, pulled: Sequence[tuple[float, ...]]) -> np.ndarray:
+    """Return the weights under unit gravity along unit vectors [N s²/m], (dofs, k); none of a free model."""
+    along = np.array(pulled, float).reshape(-1, 3) if model.held.any() else np.zeros((0, 3))
+    return model.M @ np.tile(model.directions @ along.T, (len(model.nodes), 1))
 
 
 def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:

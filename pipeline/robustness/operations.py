@@ -8,6 +8,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.robustness import settings
+from gudgeon.pipeline.robustness.friction import friction
 from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import (
@@ -325,5 +326,6 @@ OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "size": lambda subject, to: _in_units(subject, Units(to.factor**3, to.factor, to.factor)),
     "material": material,
     "turned": whole_turn,
+    "friction": lambda subject, operation: friction(subject, operation, _in_units),
     "set": lambda subject, to: Trial(subject.changed(to.values)),
 }  # fmt: skip

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 from pydantic import Field
 
 from gudgeon.pipeline.scenes.component import Component
@@ -9,6 +10,9 @@ from gudgeon.pipeline.scenes.report import Plot, Report
 from gudgeon.pipeline.scenes.robustness import Robustness
 from gudgeon.solver.numbers import Name
 from gudgeon.solver.scene.scene import Scene
+
+AXIS_DIGITS = 12
+"""Digits of the direction of gravity by which modes are found again."""
 
 
 class SceneFile(Scene):
@@ -35,5 +39,23 @@ class SceneFile(Scene):
         return deforms and self.capabilities.turns and component in map(self.component_of, self.body)
 
     def reduced_with(self, component: str) -> dict[str, Any]:
-        """Return what the scene asks of a component's modes: `rubbed` and `turns` of `reduce_component`."""
-        return {"rubbed": self.rubbed_of(component), "turns": self.turning(component)}
+        """Return what the scene asks of a component's modes: `rubbed`, `pulled` and `turns` of `reduce_component`."""
+        return {
+            "rubbed": self.rubbed_of(component), "pulled": self.pulls_on(component), "turns": self.turning(component)
+        }  # fmt: skip
+
+    def pulls_on(self, component: str) -> list[tuple[float, ...]]:
+        """Return the unit vectors along which gravity deforms a component, in its axes: those of its bodies.
+
+        None without supports: gravity does not deform a free body.
+        """
+        part, size = self.component[component], float(np.linalg.norm(self.run.gravity))
+        if not size or not part.supports or part.modes.reduction == "rigid" or self.capabilities.turns:
+            return []
+        found = set[tuple[float, ...]]()
+        for name, body in self.body.items():
+            if self.component_of(name) == component:
+                turned = np.eye(3) if body.orientation is None else body.orientation.matrix()
+                along = np.round(turned.T @ np.asarray(self.run.gravity) / size, AXIS_DIGITS) + 0.0
+                found.add(tuple((along * np.sign(along[np.flatnonzero(along)[0]]) + 0.0).tolist()))
+        return sorted(found)

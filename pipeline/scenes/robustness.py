@@ -10,6 +10,7 @@ from gudgeon.solver.numbers import (
     Poisson,
     PositiveAcceleration,
     PositiveRatio,
+    RatioFromZero,
     RotationAngle,
     Share,
     Strict,
@@ -55,6 +56,21 @@ class Gravity(Strict):
 
     kind: Literal["gravity"]
     size: PositiveAcceleration = Field(default=9.81, description="Acceleration [m/s^2]")
+
+
+class Rubbing(Strict):
+    """Give every contact a coefficient of friction, while the surfaces of the first one move along each other."""
+
+    kind: Literal["friction"]
+    coefficient: RatioFromZero = Field(description="Coefficient of friction, static and kinetic")
+    press: PositiveAcceleration | None = Field(
+        default=None, description="Acceleration that presses the surfaces on each other [m/s^2]; default: none"
+    )
+    compared: Literal["alone", "units", "turned", "frictionless"] = Field(
+        default="alone",
+        description="With what the run is compared: units, turned: the same scene in mm and t, or turned as a whole;"
+        " frictionless: the scene without friction; alone: with nothing, its balances decide",
+    )
 
 
 class Reuse(Strict):
@@ -123,7 +139,7 @@ class Set(Strict):
 
 
 Operation = Annotated[
-    Scaled | Restitution | Penetration | Samples | Gravity | Reuse | Spin | PoissonRatio | Slivers | Collinear
+    Scaled | Restitution | Penetration | Samples | Gravity | Rubbing | Reuse | Spin | PoissonRatio | Slivers | Collinear
     | OtherUnits | Turned | Elasticity | Set,
     Field(discriminator="kind"),
 ]  # fmt: skip

@@ -49,7 +49,13 @@ class Product:
 
 
 def component_products(
-    name: str, component: Component, folder: Path, rubbed: Sequence[str] = (), *, turns: bool = False
+    name: str,
+    component: Component,
+    folder: Path,
+    rubbed: Sequence[str] = (),
+    pulled: Sequence[tuple[float, ...]] = (),
+    *,
+    turns: bool = False,
 ) -> dict[str, Product]:
     """Return a component's products by step: `base-mesh`, `mesh`, `modes`, `morph`.
 
@@ -58,6 +64,7 @@ def component_products(
 
     Args:
         rubbed: Interfaces on which friction acts, sorted: the modes have tangential rows there.
+        pulled: Directions of gravity in the component's axes, sorted: the modes have its static shapes.
         turns: Whether it deforms and bodies of it turn by any angle: the modes have tensors of the floating frame.
 
     Raises:
@@ -80,6 +87,7 @@ def component_products(
             "modes": component.modes.model_dump(mode="json"),
         }
         | ({"friction_on": list(rubbed)} if rubbed else {})
+        | ({"gravity_along": [list(one) for one in pulled]} if pulled else {})
         | ({"turns": True} if turns else {})
         | ({"point_mass": masses} if masses else {}),
     )  # fmt: skip

@@ -12,7 +12,8 @@ import numpy as np
 
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.ports.members import contact_ports, ports_of, probe_ports, with_surfaces
+from gudgeon.solver.ports.members import contact_ports, ports_of, probe_ports, start_unknowns, with_surfaces
+from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.scene.probe import PointProbe
 from gudgeon.solver.system.system import System
@@ -55,6 +56,7 @@ def linearised(system: System, closed: Collection[str] = ()) -> Linearised:
     Raises:
         SceneError: there is no such contact, or a law without stiffness holds at no force.
     """
+    system = at_rest(system)
     ports = with_surfaces(system, ports_of(system), system.position)
     contacts = [f"contact.{name}" for name in system.scene.contact]
     for name in closed:
@@ -127,13 +129,8 @@ def _tangent(system: System, row: int, force: float, name: str) -> float:
 
 def _elongations(system: System, ports: Ports) -> np.ndarray:
     """Return the elongations of all springs at the start [m], (b,)."""
-    forces, driving = np.zeros(len(ports.offset)), system.driving
-    for contact in system.contacts:
-        forces[contact_ports(ports, contact)] = system.start_forces[contact.rows]
-    names = [f"joint.{one.name}" for one in driving.joints] + [f"force.{one.name}" for one in driving.given]
-    forces[ports.numbers(names + [f"motion.{one.name}" for one in driving.drives])] = system.loads
+    forces = start_unknowns(system, ports)
     springs = ports.numbers([f"force.{name}" for name in system.scene.springs()])
-    forces[springs] = system.start_pulls
     return (ports.offset + ports.rows @ system.position + ports.residual.sum(axis=0) @ forces)[springs]
 
 

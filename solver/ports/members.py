@@ -165,6 +165,20 @@ def _spring_side(body: FlexibleBody, end: End) -> Side:
     return _load_side(body, end.interface, end.rigid, end.mix)
 
 
+def start_unknowns(system: System, ports: Ports) -> np.ndarray:
+    """Return the forces of all ports at the start [N], (p,)."""
+    found, driving = np.zeros(len(ports.offset)), system.driving
+    for contact in system.contacts:
+        normals = contact_ports(ports, contact)
+        found[normals] = system.start_forces[contact.rows]
+        if system.scene.contact[contact.name].friction is not None:
+            found[normals + 1], found[normals + 2] = system.start_friction[contact.rows].T
+    names = [f"joint.{one.name}" for one in driving.joints] + [f"force.{one.name}" for one in driving.given]
+    found[ports.numbers(names + [f"motion.{one.name}" for one in driving.drives])] = system.loads
+    found[ports.numbers([f"force.{name}" for name in system.scene.springs()])] = system.start_pulls
+    return found
+
+
 def probe_ports(system: System, ports: Ports) -> np.ndarray:
     """Return what the residual flexibility adds to each value of the probes per force of each port, (P, p)."""
     probes = system.probes

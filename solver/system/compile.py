@@ -110,6 +110,7 @@ def assembled(
         rigid=rigid,
         driving=driving, springs=springs, loads=loads, position=position,
         velocity=velocity, start_forces=np.zeros(len(arrays["gap"])), start_pulls=np.zeros(len(springs.stiffness)),
+        start_friction=np.zeros((len(arrays["gap"]), 2)), start_stretch=np.zeros((len(arrays["gap"]), 2)),
         terms=terms, probes=compile_probes(scene, bodies, contacts, springs, size), **arrays,
         **compile_gauges(bodies, contacts, size),
     )  # fmt: skip

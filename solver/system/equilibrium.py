@@ -52,7 +52,7 @@ def settled(system: System, held: Held) -> System:
     system = _with_springs(loaded, held, np.zeros(len(system.gap)))
     if not len(system.gap):
         return system
-    gaps, allowed = _gaps(system), _allowed(system)
+    gaps, allowed = _gaps(system), touching_depths(system)
     if system.scene.run.start == "undeformed":
         _refuse_overlap(system, system.gap, np.full(len(gaps), True), allowed)
         return system
@@ -145,7 +145,7 @@ def _gaps(system: System) -> np.ndarray:
     return system.gap + system.moved_gaps(system.position) + given
 
 
-def _allowed(system: System) -> np.ndarray:
+def touching_depths(system: System) -> np.ndarray:
     """Return the depth up to which each row's point touches and does not penetrate [m], (c,)."""
     allowed = []
     for item in system.contacts:

@@ -79,6 +79,10 @@ class System:
     """Contact forces of the static equilibrium at the start [N], (c,)."""
     start_pulls: np.ndarray
     """Forces of the springs' rows along their elongations at the start [N], (b,)."""
+    start_friction: np.ndarray
+    """Forces along the tangents at the start, with friction in equilibrium [N], (c, 2)."""
+    start_stretch: np.ndarray
+    """Displacement of the tangents at the start from where they stick [m], (c, 2)."""
     velocity: np.ndarray
     """Initial velocities [m kg^½/s], (m,)."""
     terms: list[Term]

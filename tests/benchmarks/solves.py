@@ -1,8 +1,7 @@
 """CPU time of the solve stage of every scene beside another clone's, in processes of their own that take turns.
 
 `python -m tests.benchmarks.solves CLONE [SCENE…]` prints a table. Each process compiles its system once, runs it twice,
-or for two seconds, and tells the shortest time; the clone has an environment of its own, and both keep databases below
-their `out`.
+or for two seconds, and tells the shortest time; the clone has an environment of its own, and nothing is written there.
 """
 
 import argparse
@@ -22,10 +21,11 @@ import sys, time, json
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.stages.run import system_of
 from gudgeon.solver.simulate import simulate
-scene, folder = sys.argv[1:]
+scene, folder, checks = sys.argv[1:]
 places = {"db": folder + "/db", "out": folder + "/" + scene.replace("/", "-")}
-run(scene, **places, until="morph")
-system, found = system_of(open_job(scene, **places)), []
+sets = {} if checks == "True" else {"run.checks": False}
+run(scene, **places, set=sets, until="morph")
+system, found = system_of(open_job(scene, **places, set=sets)), []
 while sum(found) < (SHORT if len(found) > 1 else LONG):
     begin = time.process_time()
     done = simulate(system)
@@ -34,11 +34,16 @@ print(json.dumps([min(found), done.counts["integrator"], done.counts["steps"]]))
 """
 
 
-def solve(clone: Path, scene: str) -> tuple[float, str, int] | None:
-    """Return CPU seconds, integrator and steps of a scene's run in a clone; None where it has none."""
+def solve(clone: Path, scene: str, *, checks: bool) -> tuple[float, str, int] | None:
+    """Return CPU seconds, integrator and steps of a scene's run in a clone; None where it has none.
+
+    Args:
+        checks: Whether errors are estimated by further runs, as the scene says.
+    """
     environment = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
     work = WORK.replace("SHORT", str(SHORT)).replace("LONG", str(LONG))
-    command = [str(clone / ".venv/bin/python"), "-c", work, scene, str(clone / "out/solves")]
+    folder = str(ROOT / "out/solves" / ("here" if clone == ROOT else "other"))
+    command = [str(clone / ".venv/bin/python"), "-c", work, scene, folder, str(checks)]
     done = subprocess.run(command, cwd=clone, env=environment, capture_output=True, text=True, check=False)
     if done.returncode:
         return None
@@ -51,11 +56,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.solves", description=__doc__)
     parser.add_argument("clone", type=Path, help="another clone, with an environment")
     parser.add_argument("scenes", nargs="*", help="scene files; all below data where none is named")
+    parser.add_argument("--rounds", type=int, default=ROUNDS, help="turns of both, of which the median counts")
+    parser.add_argument(
+        "--no-checks", dest="checks", action="store_false", help="one run at the integrator's step, without estimates"
+    )
     asked = parser.parse_args()
     scenes = asked.scenes or [str(path.relative_to(ROOT)) for path in sorted(ROOT.glob("data/*/*.toml"))]
     print("| scene | integrator, steps | other [s] | here [s] | ratio |\n|---|---|---:|---:|---:|", flush=True)
     for scene in scenes:
-        turns = [(solve(asked.clone, scene), solve(ROOT, scene)) for _ in range(ROUNDS)]
+        turns = [
+            (solve(asked.clone, scene, checks=asked.checks), solve(ROOT, scene, checks=asked.checks))
+            for _ in range(asked.rounds)
+        ]
         rows = [(other, here) for other, here in turns if other and here]
         if not rows:
             print(f"{scene}: no run", file=sys.stderr)

@@ -206,7 +206,7 @@ def explicit(finer: int = 1) -> dict[str, Family]:
         ),
         "kick, many points": family(
             block, {"dashpot 'none'": none, "no gravity": STILL, "no gauges": UNREAD},
-            {"gauge": READ, "damping, by the implicit": DAMPED | {"run": block.scene["run"] | {"integrator": "auto"}}},
+            {"gauge": READ},
         ),
     }  # fmt: skip
 
@@ -235,7 +235,8 @@ def implicit(finer: int = 1) -> dict[str, Family]:
     return {
         "implicit": family(
             block, {"dashpot 'none'": _contact("wall", dashpot="none"), "no gravity": STILL},
-            {"surface layer": _contact("wall", surface_stiffness=1e14), "moving force": {"force": {"f": push}}},
+            {"surface layer": _contact("wall", surface_stiffness=1e14), "moving force": {"force": {"f": push}},
+             "damping": DAMPED},
             UNGAUGED, each=True,
         ),
         "implicit, sliding pair": family(pair, {}, {"moving force": {"force": {"f": push}}}, HEAVY),

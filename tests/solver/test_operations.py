@@ -44,6 +44,6 @@ def test_what_is_in_costs_operations(family: str, counts: dict[str, Counts]) -> 
     for name in FAMILIES[family].into:
         found = counts[family][f"in: {name}"]
         assert found["result"] == "FINISHED", name
-        assert found["compile"] != plain["compile"], name
-        assert found["run"] != plain["run"], name  # Other motion lets other points sleep: it may be less.
+        assert found["compile"] > plain["compile"], name
+        assert found["run"] > plain["run"], name
         assert found["arrays"] != plain["arrays"], name

@@ -11,6 +11,7 @@ from gudgeon.solver.errors import SolverError
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.simulation import Steps
 from gudgeon.solver.system.system import System
+from tests.solver.features import DURATION, STEP, store_of, system_of
 from tests.solver.systems import (
     block_records,
     block_scene,
@@ -190,3 +191,32 @@ def test_checkpoint_of_every_kind_of_port_continues_with_the_same_bits(
     for name in set(one._state._fields) - {"slips"}:  # A log that every call empties; its rows are not cleared.
         assert same(getattr(one._state, name), getattr(other._state, name)), name
     assert one._state.impulses.any()
+
+
+@pytest.mark.parametrize("names", [("force", "gauges"), ("motion", "gauges"), ("joint", "gas", "gauges")], ids="+".join)
+def test_what_a_scene_gives_over_time_is_evaluated_for_many_steps_at_once(
+    names: tuple[str, ...], tmp_path: Path
+) -> None:
+    """With the same bits as in one call, from any step on; no time beyond the run is asked for."""
+    store, asked = store_of(tmp_path), list[int]()
+    system = system_of(store, names)
+    whole = type(system.driving).loads
+
+    def counting(driving: Any, start: np.ndarray, dt: float) -> np.ndarray:
+        asked.append(len(start))
+        assert start.max() < DURATION * (1 + 1e-9)
+        return whole(driving, start, dt)
+
+    one, other = Steps(system, STEP), Steps(system, STEP)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(type(system.driving), "loads", counting)
+        for _ in range(600):
+            one.step()
+        assert asked == [256, 256] * 3
+        while one.steps < 1000:
+            one.step()
+        assert sum(asked) == 2 * 1000
+    other.step(37)
+    other.step(700)
+    other.step(263)
+    assert same(one._state, other._state)

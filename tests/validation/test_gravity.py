@@ -63,3 +63,61 @@ def test_gravity_along_what_a_support_leaves_loads_no_mode(folder: Path) -> None
     )
     displacement, _ = solved(folder, text)
     assert np.abs(displacement).max() < 1e-15
+
+
+SLENDER = """
+[component.arm]
+geometry = {{ kind = "beam", length = 1.0, section = {{ kind = "rectangle", width = 0.02, height = 0.01 }} }}
+material = {{ E = 210e9, nu = 0.3, rho = 7850.0 }}
+mesh = {{ size = 0.05 }}
+supports = ["left"]
+interface.tip = {{ surface = "right", kind = "mean" }}
+modes = {{ reduction = "{reduction}", normal_count = 3 }}
+
+[body.arm]
+{orientation}
+
+[probe.sag]
+kind = "displacement"
+body = "arm"
+interface = "tip"
+
+[run]
+duration = 0.02
+step = 1e-5
+gravity = {gravity}
+"""
+
+
+@pytest.mark.parametrize("reduction", ["macneal", "normal+static"])
+@pytest.mark.parametrize("turn", [0.0, 30.0])
+def test_three_modes_and_the_static_shape_of_gravity_sag_exactly(reduction: str, turn: float, tmp_path: Path) -> None:
+    """Bernoulli-Euler, q L⁴ / 8 E I, with the part of gravity across a beam that is turned; it stays so."""
+    orientation = f"orientation = {{ axis = [0, 1, 0], angle = {turn} }}"
+    text = SLENDER.format(reduction=reduction, orientation=orientation, gravity=[0.0, 0.0, -G])
+    (tmp_path / "scene.toml").write_text(text)
+    job = open_job(tmp_path / "scene.toml", db=tmp_path / "db", out=tmp_path / "out")
+    run_job(job, "morph")
+    system = compile_system(job.store, job.scene, {n: s["morph"].key for n, s in job.components().items()})
+    assert len(system.position) == 4, "three modes and the static shape"
+    found = simulate(system).probes["sag"].values
+    across = np.cos(np.radians(turn))
+    sag = DENSITY * G * 0.01 * 0.02 * across / (8 * 210e9 * 0.02 * 0.01**3 / 12)
+    down = np.array([np.sin(np.radians(turn)), 0.0, np.cos(np.radians(turn))])
+    np.testing.assert_allclose(found @ down, -sag, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("change", "extra"), [("", 1), ("gravity", 0), ("supports", 0), ("modes", 0)])
+def test_static_shapes_of_gravity_are_made_where_it_deforms_a_body(change: str, extra: int, tmp_path: Path) -> None:
+    """Neither without gravity nor of a free body nor beside 20 modes; gravity of another size finds the same modes."""
+    text = SLENDER.format(reduction="macneal", orientation="", gravity=[0.0, 0.0, 0.0 if change == "gravity" else -G])
+    text = text.replace('supports = ["left"]\n', "") if change == "supports" else text
+    count = 20 if change == "modes" else 3
+    text = text.replace("normal_count = 3", f"normal_count = {count}")
+    (tmp_path / "scene.toml").write_text(text)
+    job = open_job(tmp_path / "scene.toml", db=tmp_path / "db", out=tmp_path / "out")
+    key = job.components()["arm"]["modes"].key
+    run_job(job, "morph")
+    assert len(job.store.get(key, "modes").angular_frequencies) == count + extra
+    (tmp_path / "scene.toml").write_text(text.replace(str(-G), str(-2 * G)))
+    assert open_job(tmp_path / "scene.toml", db=tmp_path / "db").components()["arm"]["modes"].key == key

@@ -54,6 +54,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "PlaneFile": {"path": "section.msh"},
     "PointMass": {"inertia": [1e-5, 1e-5, 2e-5]},
     "PoissonRatio": {"nu": 0.45},
+    "Rubbing": {"coefficient": 0.3, "press": 1000.0},
     "Poses": {"pivot": [0.0, 0.0, 0.0]},
     "Report": {"rivals": ["rubin"], "interest": ["floor.impulse"]},
     "Case": {"rules": ["frequencies"]},

@@ -20,6 +20,9 @@ from gudgeon.solver.ports.members import contact_ports, gauge_ports, ports_of, p
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
+AHEAD = 256
+"""Steps for which forces, drives and cranks are evaluated together: one at a time takes longer than the step."""
+
 
 class General:
     """A run of steps `dt`."""
@@ -45,8 +48,13 @@ class General:
             lengths=np.zeros((1, len(state.pin))),
         )  # fmt: skip
         self._march: Callable[..., bool] | None = None
-        self._one_step = Given(np.zeros((2, 1, len(constants.given))), np.zeros((1, 0, 4)), np.zeros((1, 0)))
+        self._one_step = Given(
+            np.zeros((2, 1, len(constants.given))), np.zeros((1, len(system.driving.joints), 4)),
+            np.zeros((1, len(constants.drives))),
+        )  # fmt: skip
         self._driven = bool(system.driving.joints or system.driving.drives)
+        self._ahead = range(0), self._one_step
+        self._whole = round(system.scene.run.duration / dt)
         self._slips: list[list[tuple[float, bool]]] = [[] for _ in system.contacts]
         self._gauges = gauge_ports(system, self.ports)
         self._probes = probe_ports(system, self.ports)
@@ -85,8 +93,15 @@ class General:
         """
         given = self._one_step
         if self._driven or (len(applied) and np.isnan(applied).any()):
-            given = self._drive(first, count)
-            given = given._replace(loads=np.where(np.isnan(applied), given.loads, applied))
+            if count > 1:
+                given = self._drive(first, count)
+            else:
+                steps, ahead = self._block(first)
+                at = first - steps.start
+                given.loads[:, 0], given.crank[0] = ahead.loads[:, at], ahead.crank[at]
+                given.driven[0] = ahead.driven[at]
+            set_ = ~np.isnan(applied)
+            given.loads[:, :, set_] = applied[set_]
         elif count > 1:
             given = Given(np.tile(applied, (2, count, 1)), np.zeros((count, 0, 4)), np.zeros((count, 0)))
         else:
@@ -112,6 +127,30 @@ class General:
 
     def _drive(self, first: int, count: int) -> Given:
         """Return what the scene gives in some steps."""
+        parts, step = list[Given](), first
+        while step < first + count:
+            steps, ahead = self._block(step)
+            here = slice(step - steps.start, min(first + count, steps.stop) - steps.start)
+            parts.append(Given(ahead.loads[:, here], ahead.crank[here], ahead.driven[here]))
+            step = steps.stop
+        loads, crank, driven = zip(*parts, strict=True)
+        return Given(np.concatenate(loads, axis=1), np.concatenate(crank), np.concatenate(driven))
+
+    def _block(self, step: int) -> tuple[range, Given]:
+        """Return the block of steps that a step is in, and what the scene gives there, which is kept.
+
+        Blocks begin at multiples of `AHEAD`, so that what is given has the same bits however the steps are taken; none
+        reaches beyond the run, where a table or an expression need not have a value.
+        """
+        if step not in self._ahead[0]:
+            begin = step - step % AHEAD
+            end = min(begin + AHEAD, self._whole)
+            steps = range(begin, end) if step < end else range(step, step + 1)
+            self._ahead = steps, self._given(steps.start, len(steps))
+        return self._ahead
+
+    def _given(self, first: int, count: int) -> Given:
+        """Return what the scene gives in some steps, from its tables and expressions."""
         driving, dt, constants = self._system.driving, self._dt, self.arrays.constants
         start, j = dt * np.arange(first, first + count), 2 * len(self._system.driving.joints)
         loads, wanted = np.stack([driving.loads(start, dt), driving.loads(start + dt, 0.0)]), driving.driven(start + dt)

@@ -13,7 +13,7 @@ from gudgeon.solver.integrators.general.arrays import (
     State,
 )
 from gudgeon.solver.integrators.general.solution.solve import WINDOW
-from gudgeon.solver.ports.members import contact_ports
+from gudgeon.solver.ports.members import contact_ports, start_unknowns
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.system.system import System
 
@@ -21,15 +21,15 @@ from gudgeon.solver.system.system import System
 def state_of(system: System, ports: Ports, constants: Constants) -> State:
     p, m, contacts, joints = len(ports.offset), len(system.velocity), len(system.contacts), len(system.driving.joints)
     sides = len(constants.residual)
-    unknown = np.zeros(p)
-    for item in system.contacts:
-        unknown[contact_ports(ports, item)] = system.start_forces[item.rows]
-    unknown[constants.loaded] = system.loads
-    for name in system.scene.springs():
-        unknown[ports.of(f"force.{name}")] = system.start_pulls[system.springs.of(name)]
+    unknown = start_unknowns(system, ports)
     held = np.tile(unknown, (sides, 1)) if sides else np.zeros((0, p))
     response = np.einsum("sij,sj->i", constants.residual, held) if sides else np.zeros(p)
     displacement = ports.offset + ports.rows @ system.position + response
+    anchor = displacement.copy()
+    for item in system.contacts:
+        if system.scene.contact[item.name].friction is not None:
+            for b in (1, 2):
+                anchor[contact_ports(ports, item) + b] -= system.start_stretch[item.rows, b - 1]
     parts = np.zeros(5)
     stored = 0.5 * float(unknown @ response)
     pulled = [displacement[ports.of(f"force.{name}")] for name in system.scene.springs()]
@@ -52,7 +52,7 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), half=half, rest=np.zeros((2, m)),
         listed=listed,
         listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
-        response=np.stack([response, response]), anchor=displacement.copy(), sliding=np.zeros(p, np.bool_),
+        response=np.stack([response, response]), anchor=anchor, sliding=np.zeros(p, np.bool_),
         fastest=np.zeros(1), average=np.zeros(1), wanted=np.zeros(len(constants.drives)),
         rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(len(constants.parts) + 1),
         ahead=np.zeros(len(constants.parts) + 1), lead=np.zeros(4),

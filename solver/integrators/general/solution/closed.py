@@ -1,9 +1,13 @@
 """Candidates that are all unilateral over a symmetric compliance: their complementarity problem by its closed ports."""
 
+import numpy as np
+
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import remove, solve_lcp
 
+BETWEEN = 32
+"""Ports between two candidates up to which the loops over a run cost less than two loops."""
 GAP_TOLERANCE = 1e-12
 """Violation of a gap that is accepted, relative to the largest gap."""
 
@@ -33,13 +37,19 @@ def close(problem):  # type: ignore[no-untyped-def]
 
 @inner
 def _list_runs(problem):  # type: ignore[no-untyped-def]
-    """List the candidates by runs of ports that follow each other, and open closed ports that are no candidates."""
-    count, last, active = 0, -2, problem.active
+    """List the candidates by runs of ports that follow each other, and open closed ports that are no candidates.
+
+    Runs with few others between them are one: the gaps of those are computed too, and are infinite.
+    """
+    count, last, active = 0, -2 - BETWEEN, problem.active
     for a in range(problem.size[0]):
         i = problem.ports[a]
-        if i != last + 1:
+        if i > last + 1 + BETWEEN:
             problem.runs[count, 0] = i
             count += 1
+        else:
+            for j in range(last + 1, i):
+                problem.free[j] = np.inf
         problem.runs[count - 1, 1] = i + 1
         last = i
     problem.size[3], problem.size[1] = count, problem.size[0]

@@ -1,0 +1,361 @@
+"""Static equilibrium at the start with friction: of bodies that stand still on contacts with friction.
+
+All loads act in one increment: a point sticks to where its body, undeformed, is placed, and slips where the force that
+holds it there exceeds μ λ_n. With y the gaps and the displacements of tangents from those places,
+
+    y = g + C x + W_r δ,   0 ≤ λ_n ⊥ y_n ≥ 0,   λ_t = Π(λ_t − ρ y_t) onto the disc μ λ_n,   W_rᵀ x + f_r = 0,
+
+C = W_e Λ⁻¹ W_eᵀ + R + layers over the elastic coordinates, δ the small motion of the rigid ones onto their contacts.
+Springs and drives are further ports. Solved by the semismooth Newton's method of P. Alart and A. Curnier, Comput.
+Methods Appl. Mech. Engrg. 92 (1991) 353-375, with a proximal term, so that motions and forces which nothing determines
+stay as they are. Bodies for which it finds none, such as one on too steep a slope, start as they are placed.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg
+
+from gudgeon.solver.ports.members import contact_ports, ports_of, start_unknowns
+from gudgeon.solver.ports.table import Kind, Ports
+from gudgeon.solver.system.equilibrium import touching_depths
+from gudgeon.solver.system.springs import Springs
+from gudgeon.solver.system.system import System
+
+CONVERGED = 1e-11
+"""Residual relative to the largest force at which Newton's method ends."""
+PROXIMAL = (1e-10, 1e-7)
+"""Shares of the proximal term that are tried, the least first: the method converges by this factor a step."""
+MOST_STEPS = 100
+MOST_HALVINGS = 16
+BORDER = 1e-9
+"""Share of its limit by which a force on the border of its disc is round-off from it."""
+CONTACTS = (Kind.UNILATERAL, Kind.CONE, Kind.LAW, Kind.RUBBING_LAW)
+
+
+@dataclass(frozen=True)
+class _Statics:
+    """Bodies that rest on each other. Shapes: n ports, r rigid coordinates, k cones."""
+
+    ports: np.ndarray
+    """Their numbers among all, (n,)."""
+    free: np.ndarray
+    """g: measures without these forces [m], (n,)."""
+    compliance: np.ndarray
+    """C [m/N], (n, n)."""
+    rows: np.ndarray
+    """W_r of the rigid coordinates that contacts resist, (n, r)."""
+    pull: np.ndarray
+    """f_r, (r,)."""
+    rho: np.ndarray
+    """[N/m], (n,)."""
+    normals: np.ndarray
+    """Places among the ports: of unilateral contact without a law."""
+    laws: np.ndarray
+    """Of contact with a law."""
+    law: np.ndarray
+    """Its K and n, (l, 2)."""
+    cones: np.ndarray
+    """Of the normals with friction, (k,)."""
+    friction: np.ndarray
+    """Static and kinetic coefficient, (k, 2)."""
+    springs: np.ndarray
+    """Of springs."""
+    stretched: np.ndarray
+    """Their numbers among all springs' rows."""
+    tension: Springs
+    drives: np.ndarray
+    """Of drives."""
+
+
+def at_rest(system: System) -> System:
+    """Return a system whose bodies at rest on contacts with friction start in equilibrium with it.
+
+    Bodies take part that have no velocity, no crank and no moving obstacle, and touch over a compliance.
+    """
+    rubs = any(one.friction is not None and one.friction.static > 0 for one in system.scene.contact.values())
+    if system.scene.run.start != "rest" or system.scene.capabilities.turns or not rubs:
+        return system
+    ports = ports_of(system)
+    for bodies in _groups(system, ports):
+        statics = _statics(system, ports, bodies)
+        found = None if statics is None else _balanced(statics, _guess(system, ports, statics))
+        if statics is not None and found is not None:
+            system = _placed(system, ports, bodies, statics, found)
+    return system
+
+
+def _groups(system: System, ports: Ports) -> Iterator[list[int]]:
+    """Yield the numbers of bodies that touch each other or are joined by springs, with friction, all of them still."""
+    moving, number = _moving(system), {name: at for at, name in enumerate(system.bodies)}
+    group, rubbing = list(range(len(number))), set[int]()
+
+    def joined(pair: np.ndarray) -> None:
+        one, other = (group[at] for at in pair[[0, -1 if pair[1] >= 0 else 0]])
+        group[:] = [one if at == other else at for at in group]
+
+    displacement = _displacement(system, ports, start_unknowns(system, ports))
+    depths = touching_depths(system)
+    for contact in system.contacts:
+        normals, pair = contact_ports(ports, contact), ports.sides[ports.of(f"contact.{contact.name}").start]
+        touches = (displacement[normals] <= depths[contact.rows]) | (system.start_forces[contact.rows] > 0)
+        if touches.any():
+            joined(pair)
+            settings = system.scene.contact[contact.name]
+            if contact.master is not None or np.any(getattr(settings.against, "velocity", 0.0)):
+                moving |= {int(at) for at in pair}
+            if settings.friction is not None:
+                rubbing.add(number[contact.body])
+    for name in system.scene.springs():
+        joined(ports.sides[ports.of(f"force.{name}").start])
+    for first in sorted(set(group)):
+        bodies = [at for at in number.values() if group[at] == first]
+        if rubbing & set(bodies) and not moving & set(bodies):
+            yield bodies
+
+
+def _moving(system: System) -> set[int]:
+    """Return the numbers of bodies with a velocity, a crank, or a drive that moves at the start."""
+    names = [held.joint.body for held in system.driving.joints]
+    rates = system.driving.driven(np.zeros(1))[0, :, 1]
+    first = 0
+    for drive, at in system.driving.driven_rows():
+        count = at.stop - at.start
+        names += [drive.body] * bool(rates[first : first + count].any())
+        first += count
+    names += [name for name, body in system.bodies.items() if system.velocity[body.coordinates].any()]
+    return {list(system.bodies).index(name) for name in names}
+
+
+def _displacement(system: System, ports: Ports, unknown: np.ndarray) -> np.ndarray:
+    """Return the displacement of all ports at the start under their forces [m], (p,)."""
+    return ports.offset + ports.rows @ system.position + ports.residual.sum(axis=0) @ unknown
+
+
+def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None:
+    """Return the statics of some bodies; None where a contact among them has no compliance, or nothing holds them."""
+    inside = (np.isin(ports.sides, bodies) | (ports.sides < 0)).all(axis=1) & (ports.sides >= 0).any(axis=1)
+    here = np.flatnonzero(inside & np.isin(ports.kind, [*CONTACTS, Kind.SPRING, Kind.DRIVEN]))
+    place = np.full(len(ports.offset), -1)
+    place[here] = np.arange(len(here))
+    parts = [list(system.bodies.values())[at] for at in bodies]
+    elastic = np.concatenate([np.arange(part.elastic.start, part.elastic.stop) for part in parts])
+    rigid = np.concatenate([np.arange(part.rigid.start, part.rigid.stop) for part in parts])
+    fixed = start_unknowns(system, ports)
+    fixed[here] = 0.0
+    force = system.driving.gravity + ports.rows.T @ fixed
+    W, R, K = ports.rows[np.ix_(here, elastic)], ports.residual.sum(axis=0), system.stiffness[elastic]
+    layer, law, laws, stuck = np.zeros(len(here)), [np.zeros((0, 2))], list[int](), np.zeros(len(here), np.bool_)
+    normals, cones, friction = list[int](), list[int](), [np.zeros((0, 2))]
+    for contact in system.contacts:
+        own = ports.of(f"contact.{contact.name}")
+        if place[own.start] < 0:
+            continue
+        at, kind = place[contact_ports(ports, contact)], ports.kind[own.start]
+        if kind in (Kind.LAW, Kind.RUBBING_LAW):
+            laws += at.tolist()
+            law.append(system.law[contact.rows, :2])
+        else:
+            normals += at.tolist()
+            layer[at] = system.layer[contact.rows]
+        if kind in (Kind.CONE, Kind.RUBBING_LAW):
+            cones += at.tolist()
+            friction.append(system.friction[contact.rows])
+            stuck[at + 1], stuck[at + 2] = True, True
+    C = (W / K) @ W.T + R[np.ix_(here, here)] + np.diag(layer)
+    turned = ports.offset[here] + ports.rows[np.ix_(here, rigid)] @ system.position[rigid]
+    free = turned + (W / K) @ force[elastic] + R[here] @ fixed - np.where(stuck, turned, 0.0)
+    drives = place[ports.numbers([f"motion.{one.name}" for one in system.driving.drives])]
+    free[drives[drives >= 0]] -= system.driving.driven(np.zeros(1))[0, drives >= 0, 0]
+    springs = place[ports.numbers([f"force.{name}" for name in system.scene.springs()])]
+    rows, pull, own = ports.rows[np.ix_(here, rigid)], force[rigid], C.diagonal()
+    resisted = np.any(rows, axis=0)
+    if not (own[normals] > 0).all() or np.any(pull[~resisted]):
+        return None
+    typical = float(own.max(initial=0.0))
+    if not typical > 0:  # Rigid bodies on laws: their slope under a share of the load.
+        given, share = np.vstack(law), float(np.linalg.norm(pull) / np.linalg.norm(rows))
+        depths = (share / given[:, 0]) ** (1 / given[:, 1])
+        typical = float(depths.max(initial=0.0)) / share if share > 0 else 0.0
+    if not typical > 0:
+        return None
+    rho = 1 / np.where(own > 1e-9 * typical, own, typical)
+    first, second = np.array(cones, int) + 1, np.array(cones, int) + 2
+    both = own[first] + own[second]  # Above the larger eigenvalue of the 2 × 2 block of the tangents.
+    rho[first] = rho[second] = 1 / np.where(both > 1e-9 * typical, both, typical)
+    return _Statics(
+        ports=here, free=free, compliance=C, rows=rows[:, resisted], pull=pull[resisted], rho=rho,
+        normals=np.array(normals, int), laws=np.array(laws, int), law=np.vstack(law), cones=np.array(cones, int),
+        friction=np.vstack(friction), springs=springs[springs >= 0], stretched=np.flatnonzero(springs >= 0),
+        tension=system.springs, drives=drives[drives >= 0],
+    )  # fmt: skip
+
+
+def _guess(system: System, ports: Ports, statics: _Statics) -> np.ndarray:
+    """Return forces near those of the equilibrium [N], (n,): on contacts alone the least ones that carry the loads."""
+    guess = start_unknowns(system, ports)[statics.ports]
+    pressing = np.concatenate([statics.normals, statics.laws])
+    if len(statics.pull) and np.any(statics.pull):
+        touching = pressing[statics.free[pressing] <= statics.free[pressing].min() + 1e-3 / statics.rho[pressing].min()]
+        carrying = np.unique(np.concatenate([touching, *(statics.cones + b for b in (1, 2))]))
+        lacking = -statics.pull - statics.rows.T @ guess
+        guess[carrying] += np.linalg.lstsq(statics.rows[carrying].T, lacking, rcond=1e-12)[0]
+        mean = np.abs(guess[touching]).mean() if len(touching) else 0.0
+        guess[touching] = np.maximum(guess[touching], 0.01 * mean)
+    return guess
+
+
+def _balanced(statics: _Statics, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Return the forces (n,), the rigid motion (r,) and which cones slip (k,) of the equilibrium; None without one."""
+    slipped = np.zeros(len(statics.cones), np.bool_)
+    x = np.concatenate([guess, np.zeros(len(statics.pull))])
+    for _ in range(len(slipped) + 1):
+        tried = (_newton(statics, slipped, x, share) for share in PROXIMAL)
+        solved = next((one for one in tried if one is not None), None)
+        if solved is None:
+            return None
+        x, slips = solved
+        # What slips has the kinetic coefficient from then on, which lets others slip.
+        if not (slips & ~slipped).any() or (statics.friction[:, 0] == statics.friction[:, 1]).all():
+            n = len(statics.ports)
+            forces, pressing = x[:n], np.concatenate([statics.normals, statics.laws])
+            open_ = forces[pressing] <= CONVERGED * np.abs(forces).max(initial=0.0)
+            forces[pressing[open_]] = 0.0
+            for cone in statics.cones[forces[statics.cones] == 0.0]:
+                forces[cone : cone + 3] = 0.0
+            return forces, x[n:], slips
+        slipped |= slips
+    return None
+
+
+def _newton(
+    statics: _Statics, slipped: np.ndarray, x: np.ndarray, share: float
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return forces with rigid motions, (n + r,), and which cones slip, (k,); None where the method does not converge.
+
+    Args:
+        slipped: Cones that have the kinetic coefficient, (k,).
+        share: Of the proximal term.
+    """
+    n = len(statics.ports)
+    size = np.linalg.norm(statics.rows, axis=0)
+    moved = 1 / np.linalg.norm(statics.rho[:, None] * statics.rows, axis=0)  # Per unit of a rigid motion's unknown.
+    for _ in range(MOST_STEPS):
+        wrong, matrix, slips = _derived(statics, slipped, x, (moved, size))
+        largest = float(np.abs(x[:n]).max(initial=0.0))
+        if np.abs(wrong).max(initial=0.0) <= CONVERGED * largest:
+            return np.concatenate([x[:n], x[n:] * moved]), slips
+        matrix[np.arange(n), np.arange(n)] += share
+        matrix[np.arange(n, len(x)), np.arange(n, len(x))] -= share
+        try:
+            step = linalg.solve(matrix, wrong, check_finite=True)
+        except (linalg.LinAlgError, ValueError):
+            return None
+        x = x - step * _fraction(lambda at: _derived(statics, slipped, at, (moved, size))[0], x, step, wrong)
+    return None
+
+
+def _fraction(
+    residual: Callable[[np.ndarray], np.ndarray], x: np.ndarray, step: np.ndarray, wrong: np.ndarray
+) -> float:
+    """Return which fraction of a step reduces the residual, among halves; the best of them where none does."""
+    fractions, best, least = 0.5 ** np.arange(MOST_HALVINGS), 1.0, np.inf
+    for fraction in fractions:
+        now = float(np.linalg.norm(residual(x - fraction * step)))
+        if now < least:
+            best, least = float(fraction), now
+        if now <= (1 - 1e-4 * fraction) * np.linalg.norm(wrong):
+            break
+    return best
+
+
+def _derived(
+    statics: _Statics, slipped: np.ndarray, x: np.ndarray, scales: tuple[np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the residual [N], (n + r,), its derivative, and which cones slip, (k,)."""
+    moved, size = scales
+    n, rho = len(statics.ports), statics.rho
+    forces, slope = x[:n], np.hstack([statics.compliance, statics.rows * moved])
+    y = statics.free + slope @ x
+    wrong, matrix = np.zeros(len(x)), np.zeros((len(x), len(x)))
+    own = np.eye(n, len(x))
+    closed = forces[statics.normals] - rho[statics.normals] * y[statics.normals] > 0
+    on, off = statics.normals[closed], statics.normals[~closed]
+    wrong[on], matrix[on] = rho[on] * y[on], rho[on, None] * slope[on]
+    wrong[off], matrix[off] = forces[off], own[off]
+    depth, (K, exponent) = np.maximum(-y[statics.laws], 0.0), statics.law.T
+    wrong[statics.laws] = forces[statics.laws] - K * depth**exponent
+    matrix[statics.laws] = own[statics.laws] + (K * exponent * depth ** (exponent - 1))[:, None] * slope[statics.laws]
+    slips = np.zeros(len(slipped), np.bool_)
+    for k, at in enumerate(statics.cones):
+        pair = np.array([at + 1, at + 2])
+        trial = forces[pair] - rho[pair] * y[pair]
+        mu = statics.friction[k, 1 if slipped[k] else 0]
+        limit, length = mu * max(float(forces[at]), 0.0), float(np.linalg.norm(trial))
+        slips[k] = length > limit * (1 + BORDER) and limit > 0
+        if length <= limit:
+            wrong[pair], matrix[pair] = rho[pair] * y[pair], rho[pair, None] * slope[pair]
+        else:
+            unit = trial / length
+            across = (np.eye(2) - np.outer(unit, unit)) * (limit / length)
+            wrong[pair] = forces[pair] - limit * unit
+            matrix[pair] = own[pair] - across @ (own[pair] - rho[pair, None] * slope[pair])
+            matrix[pair] -= mu * (forces[at] > 0) * np.outer(unit, own[at])
+    pulled, stiffness = statics.tension.tension(_all_springs(statics, y[statics.springs]))
+    wrong[statics.springs] = forces[statics.springs] + pulled[statics.stretched]
+    matrix[statics.springs] = own[statics.springs] + stiffness[statics.stretched, None] * slope[statics.springs]
+    wrong[statics.drives] = rho[statics.drives] * y[statics.drives]
+    matrix[statics.drives] = rho[statics.drives, None] * slope[statics.drives]
+    wrong[n:] = (statics.rows.T @ forces + statics.pull) / size
+    matrix[n:, :n] = statics.rows.T / size[:, None]
+    return wrong, matrix, slips
+
+
+def _all_springs(statics: _Statics, elongation: np.ndarray) -> np.ndarray:
+    """Return elongations of all springs' rows with those of these bodies [m], (b,)."""
+    found = np.zeros(len(statics.tension.stiffness))
+    found[statics.stretched] = elongation
+    return found
+
+
+def _placed(
+    system: System,
+    ports: Ports,
+    bodies: list[int],
+    statics: _Statics,
+    found: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> System:
+    """Return the system with some bodies in their equilibrium."""
+    forces, motion, slips = found
+    unknown = start_unknowns(system, ports)
+    unknown[statics.ports] = forces
+    position, place = system.position.copy(), np.full(len(ports.offset), -1)
+    place[statics.ports] = np.arange(len(forces))
+    acting = system.driving.gravity + ports.rows.T @ unknown
+    parts = [list(system.bodies.values())[at] for at in bodies]
+    rigid = np.concatenate([np.arange(part.rigid.start, part.rigid.stop) for part in parts])
+    for part in parts:
+        position[part.elastic] = acting[part.elastic] / system.stiffness[part.elastic]
+    position[rigid[np.any(ports.rows[np.ix_(statics.ports, rigid)], axis=0)]] += motion
+    held = statics.free + statics.compliance @ forces + statics.rows @ motion
+    pressed, pulls, loads = system.start_forces.copy(), system.start_pulls.copy(), system.loads.copy()
+    rubbed, stretch = system.start_friction.copy(), system.start_stretch.copy()
+    sliding = dict(zip(statics.cones.tolist(), slips.tolist(), strict=True))
+    for contact in system.contacts:
+        for normal, row in zip(contact_ports(ports, contact), range(*contact.rows.indices(len(pressed))), strict=True):
+            at = int(place[normal])
+            if at < 0:
+                continue
+            pressed[row] = max(0.0, forces[at])
+            if at in sliding:
+                rubbed[row] = forces[at + 1 : at + 3]
+                stretch[row] = 0.0 if sliding[at] or pressed[row] == 0.0 else held[at + 1 : at + 3]
+    for name in system.scene.springs():
+        pulls[system.springs.of(name)] = unknown[ports.of(f"force.{name}")]
+    for drive, at in system.driving.driven_rows():
+        loads[at] = unknown[ports.of(f"motion.{drive.name}")]
+    return replace(
+        system, position=position, start_forces=pressed, start_pulls=pulls, loads=loads, start_friction=rubbed,
+        start_stretch=stretch,
+    )  # fmt: skip

@@ -1,0 +1,72 @@
+"""Cases of friction: other units, a turned scene, coefficients that vanish or are too large, pressed surfaces."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gudgeon.pipeline.robustness import trial
+from gudgeon.pipeline.robustness.subject import DoesNotApply
+from tests.pipeline.robustness.test_robustness import applied, subject, two
+from tests.pipeline.robustness.test_settings import verdicts
+
+BLOCK = """
+[component.block]
+geometry = { kind = "rectangle", lx = 0.04, ly = 0.02, thickness = 0.01 }
+material = { E = 70e9, nu = 0.33, rho = 2700.0 }
+mesh = { size = 0.01 }
+interface.foot = { surface = "bottom" }
+modes = { normal_count = 6 }
+
+[body.block]
+velocity = [0.0, -0.5, 0.0]
+angular_velocity = [0.0, 0.0, 3.0]
+
+[contact.floor]
+body = "block"
+interface = "foot"
+against = { shape = "plane", point = [0.0, -0.010002, 0.0], normal = [0.0, 1.0, 0.0] }
+
+[run]
+duration = 1e-4
+samples = 100
+frames = 10
+"""
+
+
+@pytest.fixture
+def block(tmp_path: Path) -> Path:
+    (tmp_path / "block.toml").write_text(BLOCK)
+    return tmp_path / "block.toml"
+
+
+def test_a_block_is_right_in_all_cases_of_friction(block: Path, tmp_path: Path) -> None:
+    rows = verdicts(block, "friction", tmp_path)
+    assert {name: (row["verdict"], row["rule"]) for name, row in rows.items()} == {
+        "friction 1e-9": ("right", "agreement"), "friction in mm-t-s": ("right", "similarity"),
+        "friction, turned": ("right", "similarity"), "friction, pressed": ("right", "energy"),
+        "friction 100": ("refused", None),
+    }  # fmt: skip
+    assert "its force is not determined; allowed: up to" in rows["friction 100"]["reason"]
+    assert 0 < rows["friction 1e-9"]["value"] < 1e-6, "the coefficient that vanishes acts"
+
+
+def test_friction_that_depends_on_the_axes_is_found(block: Path, tmp_path: Path, monkeypatch: Any) -> None:
+    whole = trial.simulate
+
+    def wrong(system: Any, progress: Any = None) -> Any:
+        more = 1 + 1e-6 * float(np.abs(system.directions[0, 0]))
+        return whole(replace(system, friction=more * system.friction), progress)
+
+    monkeypatch.setattr(trial, "simulate", wrong)
+    row = verdicts(block, "friction, turned", tmp_path)["friction, turned"]
+    assert (row["verdict"], row["rule"]) == ("wrong", "similarity")
+
+
+def test_friction_is_not_tried_on_many_points(tmp_path: Path) -> None:
+    one = subject(two(tmp_path), tmp_path)
+    many = replace(one, known=one.known | {"points": 321})
+    with pytest.raises(DoesNotApply, match="321 contact points, friction is tried on 320 at most"):
+        applied(many, kind="friction", coefficient=0.3)
