@@ -80,7 +80,7 @@ def solve_records(job: Job, until: str = "solve", progress: Progress | None = No
 def _compilation(job: Job, until: str, tell: Progress) -> Iterator[Compilation]:
     """Compile the time loop in a child process beside mesh and modes, unless that is done for these sources."""
     name = job.scene.loop
-    if until in COMPONENT_STAGES or is_compiled(name) or job.store.has(job.trajectory().key):
+    if until in COMPONENT_STAGES or job.store.has(job.trajectory().key) or is_compiled(name):
         yield None
         return
     tell(f"compile '{name}' (once)", 0.0)
