@@ -220,10 +220,6 @@ def opened(options: argparse.Namespace) -> tuple[Any, Any]:
     with _uncollected():
         from gudgeon.pipeline.kinds import kind_of, open_job
 
-        if options.verbose:
-            import logging
-
-            logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(name)s: %(message)s")
         job = open_job(options.scene, set=options.set, db=options.db, out=options.out)
     return kind_of(job), job
 
