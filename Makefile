@@ -87,6 +87,7 @@ lint: setup ## check style and types
 
 docs: setup ## build the site of the documents, out/site
 	$(BIN)/python -m docs.tools.scene_reference
+	$(BIN)/python -m docs.tools.api
 	$(BIN)/python -m docs.tools.gallery
 	$(BIN)/python -m docs.tools.notebooks
 	@$(BIN)/python -c 'import material' 2> /dev/null || $(BIN)/python -m pip install -q $(DOCS)
