@@ -13,13 +13,12 @@ WORKERS ?= 2
 SCENES := $(filter-out data/piston/scene.toml data/piston/coarse.toml,$(sort $(wildcard data/*/*.toml)))
 # gmsh and off-screen drawing load these; pipeline/doctor.py has the same list.
 SYSTEM_LIBRARIES := libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1
+# What is loaded of each of them, in the same order. No package of pip brings these.
+SONAMES := libGLU.so.1 libGL.so.1 libXrender.so.1 libXcursor.so.1 libXft.so.2 libXinerama.so.1 libgomp.so.1 libEGL.so.1
 # Read by the tests, which open a report's page in it.
 BROWSERS := chromium chromium-browser google-chrome google-chrome-stable
 # What a command imports before it can say that nothing is to be done, and what takes longest to load.
 COMPILED := numpy scipy h5py pydantic pydantic_core numba llvmlite skfem meshio matplotlib pyvista
-# Libraries that come with MKL and that its solver of sparse systems does not load: offloading to graphics cards, and MPI.
-UNUSED := libomptarget libur_ libtcm libarcher libiomp5_db libmkl_tbb_thread libmkl_scalapack libmkl_blacs libmkl_cdft \
-    libmkl_sycl
 APT_INSTALL := apt-get install -y --no-install-recommends
 
 # A stamp is written last and named after what it vouches for: the lock file, the project file, and the folder,
@@ -32,7 +31,6 @@ SOLVER_READY := .venv-solver/ready-$(call key,requirements-solver.lock pyproject
 setup: $(READY) ## make .venv with the pinned packages and the system libraries (the targets that need it do it first)
 
 $(READY): $(LOCKED)
-	@$(call install_packages,$(SYSTEM_LIBRARIES),gmsh and the pictures need)
 	@echo "set-up: installing gudgeon itself"
 	@$(call install_project,.venv)
 	@$(call link_package,.venv/links/gudgeon)
@@ -42,14 +40,21 @@ $(READY): $(LOCKED)
 	@rm -f .venv/ready-*; touch $@
 	@echo "set-up: done; $(BIN)/gudgeon --help shows the commands"
 
+# The system libraries come first: without root and without them, nothing is begun.
 $(LOCKED):
+	@$(check_python)
+	@missing="$$($(missing_libraries))"; test -z "$$missing" || { $(install_packages); }; \
+	missing="$$($(missing_libraries))"; test -z "$$missing" || { \
+	    echo "set-up: gmsh and the pictures need system libraries; install them, then run make again:" \
+	        "sudo $(APT_INSTALL) $$missing" >&2; exit 1; }
 	@$(call make_environment,.venv,requirements.lock)
-	@rm -f $(foreach name,$(UNUSED),.venv/lib/$(name)*.so*)
+	@.venv/bin/python -m docs.tools.prune .venv
 	@touch $@
 
 solver-env: $(SOLVER_READY) ## make .venv-solver: the solver and the database alone, without mesher and pictures
 
 $(SOLVER_READY):
+	@$(check_python)
 	@$(call make_environment,.venv-solver,requirements-solver.lock)
 	@echo '*' > .venv-solver/.gitignore
 	@$(call install_project,.venv-solver)
@@ -68,7 +73,9 @@ test: browser solver-env ## run the tests, on two cores; `make test WORKERS=8` t
 
 browser: setup # After the set-up: apt-get does not run twice at once.
 	@for name in $(BROWSERS); do command -v $$name > /dev/null && exit 0; done; \
-	$(call install_packages,chromium,the tests of a report's page need)
+	missing=chromium; $(install_packages); \
+	command -v chromium > /dev/null || \
+	    echo "set-up: not installed; the tests of a report's page need: sudo $(APT_INSTALL) chromium"
 
 fuzz: setup ## run the fuzzers at length, an hour; `make fuzz ARGS="records --count 500"` runs one
 	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -X faulthandler -m tests.fuzz $(ARGS)
@@ -80,6 +87,7 @@ lint: setup ## check style and types
 
 docs: setup ## build the site of the documents, out/site
 	$(BIN)/python -m docs.tools.scene_reference
+	$(BIN)/python -m docs.tools.api
 	$(BIN)/python -m docs.tools.gallery
 	$(BIN)/python -m docs.tools.notebooks
 	@$(BIN)/python -c 'import material' 2> /dev/null || $(BIN)/python -m pip install -q $(DOCS)
@@ -126,12 +134,15 @@ help: ## show this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1|\2/p' Makefile | while IFS='|' read -r name text; do \
 	    printf '  make %-12s %s\n' "$$name" "$$text"; done
 
-# $(call make_environment,FOLDER,LOCK FILE). What is not in COMPILED is compiled when first used.
-define make_environment
+define check_python
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	    echo "set-up: $(PYTHON) is not Python 3.11 or newer; name one: make PYTHON=python3.11" >&2; exit 1; }; \
 	$(PYTHON) -c 'import ensurepip, venv' 2> /dev/null || { \
-	    echo "set-up: $(PYTHON) cannot make environments; run: apt-get install python3-venv" >&2; exit 1; }; \
+	    echo "set-up: $(PYTHON) cannot make environments; run: apt-get install python3-venv" >&2; exit 1; }
+endef
+
+# $(call make_environment,FOLDER,LOCK FILE). What is not in COMPILED is compiled when first used.
+define make_environment
 	echo "set-up: making $(1) with $$($(PYTHON) --version)"; \
 	rm -rf $(1); \
 	$(PYTHON) -m venv $(1); \
@@ -148,26 +159,19 @@ link_package = rm -rf $(1); mkdir -p $(1); \
     for name in pipeline/gudgeon/__init__.py pipeline/gudgeon/py.typed modaldb pipeline solver; do \
         ln -s $(CURDIR)/$$name $(1)/$$(basename $$name); done
 
-# $(call install_packages,PACKAGES,WHO NEEDS THEM). What is missing is installed by root, or by sudo where it asks for no
-# password; set-up goes on either way.
+# Prints the packages of those libraries that cannot be loaded, whatever the system that should have them.
+missing_libraries = for pair in $(join $(addsuffix =,$(SONAMES)),$(SYSTEM_LIBRARIES)); do \
+    $(PYTHON) -c 'import ctypes, sys; ctypes.CDLL(sys.argv[1])' $${pair%%=*} 2> /dev/null || echo $${pair\#*=}; \
+    done | xargs
+
+# Tries to install $$missing, by root, or by sudo where it asks for no password; the caller sees whether it did.
 define install_packages
-	missing=; \
-	if command -v dpkg-query > /dev/null; then \
-	    for name in $(1); do \
-	        dpkg-query -W -f '$${Status}' $$name 2> /dev/null | grep -q 'ok installed' || missing="$$missing $$name"; \
-	    done; \
-	else \
-	    echo "set-up: no Debian packages here; $(2) what these hold: $(1)"; \
-	fi; \
-	if [ -n "$$missing" ]; then \
-	    echo "set-up: installing system packages:$$missing"; \
-	    if [ "$$(id -u)" = 0 ]; then as_root=; \
-	    elif sudo -n true 2> /dev/null; then as_root="sudo -n"; \
-	    else as_root=false; fi; \
-	    { $$as_root apt-get update -qq && \
-	      $$as_root env DEBIAN_FRONTEND=noninteractive $(APT_INSTALL) -qq $$missing; } > /dev/null || \
-	    echo "set-up: not installed; $(2): sudo $(APT_INSTALL)$$missing"; \
-	fi
+	if [ "$$(id -u)" = 0 ]; then as_root=; \
+	elif sudo -n true 2> /dev/null; then as_root="sudo -n"; \
+	else as_root=false; fi; \
+	test "$$as_root" = false || echo "set-up: installing system packages: $$missing"; \
+	{ $$as_root apt-get update -qq && \
+	  $$as_root env DEBIAN_FRONTEND=noninteractive $(APT_INSTALL) -qq $$missing; } > /dev/null || true
 endef
 
 # The extra docs, which the lock files leave out.

@@ -1,8 +1,8 @@
 """Digests of the sources that shape the products of each stage, so that no key outlives the code that made its record.
 
 A digest covers the modules that a stage's own import, directly or not, without comments and docstrings; it is the same
-on every machine and Python version. To find it takes a second, so digests are kept in the user's cache folder, under
-the digest of all sources as they stand.
+on every machine and Python version. To find it takes a second, so digests are kept in the user's cache folder, by the
+state of the files: their names, sizes, inodes, and when each was last written or replaced, which no copying tool sets.
 """
 
 import ast
@@ -55,16 +55,12 @@ SOURCES = Path(__file__).resolve().parents[1]
 @cache
 def code_digests(root: Path = SOURCES) -> Mapping[str, str]:
     """Return the digest of each stage's sources, 16 digits, for the packages in a folder."""
-    texts = source_texts(root)
-    whole = hashlib.sha256()
-    for name, text in texts.items():
-        whole.update(f"{name}\0{len(text)}\0".encode() + text)
-    kept = _cache_folder() / f"sources-{whole.hexdigest()[:32]}.json"
+    kept = _cache_folder() / f"sources-{_state(root)}.json"
     with contextlib.suppress(OSError, ValueError):
         found = json.loads(kept.read_text())
         if isinstance(found, dict) and found.keys() == ROOTS.keys():
             return {stage: str(digest) for stage, digest in found.items()}
-    modules = Modules(texts)
+    modules = Modules(source_texts(root))
     found = {stage: modules.digest(stage) for stage in ROOTS}
     with contextlib.suppress(OSError):
         kept.parent.mkdir(parents=True, exist_ok=True)
@@ -72,6 +68,19 @@ def code_digests(root: Path = SOURCES) -> Mapping[str, str]:
         unfinished.write_text(json.dumps(found))
         os.replace(unfinished, kept)
     return found
+
+
+def _state(root: Path) -> str:
+    """Return 32 digits that tell the files of the sources apart from what they were before any change."""
+    digest = hashlib.sha256(str(root).encode())
+    for package in PACKAGES:
+        for folder, below, names in os.walk(root / package):
+            below.sort()
+            for name in sorted(name for name in names if name.endswith(".py")):
+                state = os.stat(os.path.join(folder, name))
+                told = (folder, name, state.st_size, state.st_ino, state.st_mtime_ns, state.st_ctime_ns)
+                digest.update(repr(told).encode())
+    return digest.hexdigest()[:32]
 
 
 def source_texts(root: Path) -> dict[str, bytes]:

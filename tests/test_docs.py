@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from docs.tools import gallery, notebooks
+import gudgeon
+from docs.tools import api, gallery, notebooks
 from gudgeon.pipeline.cli.parser import build_parser
 from gudgeon.pipeline.kinds import run
 from tests.test_readme import blocks
@@ -80,3 +81,35 @@ def test_notebooks_are_written(name: str) -> None:
 def test_lists_are_those_of_the_sources() -> None:
     assert gallery.PAGE.read_text(encoding="utf-8") == gallery.page(), "run python -m docs.tools.gallery"
     assert (notebooks.FOLDER / "README.md").read_text(encoding="utf-8") == notebooks.listing()
+
+
+def test_the_python_interface_is_that_of_the_sources() -> None:
+    """Every name of the package's face stands there, and what its methods return has a part of its own."""
+    text = api.PAGE.read_text(encoding="utf-8")
+    assert text == api.page(), "run python -m docs.tools.api"
+    heads = set(re.findall(r"^### (.*)$", text, re.MULTILINE))
+    assert {f"gudgeon.{name}" for name in gudgeon.__all__ if name != "__version__"} <= heads
+    assert {"RunReport", "ShownReport", "Steps", "Store", "ModalRecord", "Trajectory"} <= heads
+    for shown in (
+        "RunReport.to_frame() -> DataFrame",
+        "Labelled.to_xarray()",
+        "Job.record(component: str, kind: str = 'modes')",
+    ):
+        assert shown in text, shown
+
+
+def test_what_has_no_docstring_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "a.py").write_text(
+        'class A:\n    """Is a class."""\n    def b(self, c: int = 1) -> str:\n        pass\n'
+    )
+    monkeypatch.setattr(api, "ROOT", tmp_path)
+    with pytest.raises(ValueError, match=r"A\.b: no docstring"):
+        api.class_text("a.py", "A")
+    (tmp_path / "a.py").write_text(
+        (tmp_path / "a.py")
+        .read_text()
+        .replace("pass", '"""Return c.\n\n        Args:\n            c: Number.\n        """')
+    )
+    assert api.class_text("a.py", "A").endswith(
+        "A.b(c: int = 1) -> str\n```\n\nReturn c.\n\n**Args**\n\n- `c`: Number.\n\n"
+    )

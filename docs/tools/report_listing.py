@@ -2,17 +2,16 @@
 
 Puts the main figures of every `report.json` and `robustness.json`, and the seconds of `seconds.csv` (scene, command,
 seconds), into `docs/reports/report.json`; scenes without a report in the folder keep theirs. Writes
-`docs/reports/README.md` and the table of the README from that file, and copies the pictures of documents.
+`docs/reports/README.md` from that file, and copies the pictures of documents.
 """
 
 import csv
 import json
-import re
 import sys
 from pathlib import Path
 from typing import Any
 
-from docs.tools.seeds import budget_text, read_seeds, scene_link, seeds_table, short_table
+from docs.tools.seeds import budget_text, read_seeds, scene_link, seeds_table
 from gudgeon.pipeline.files import write_text
 
 Scenes = dict[str, dict[str, Any]]
@@ -145,11 +144,6 @@ def _beside(own: float | None, full: float | None, rival: float | None) -> str:
     return f"{own:.3g} s" + (f" ({'; '.join(ratios)})" if ratios else "")
 
 
-def with_table(text: str, table: str) -> str:
-    """Return a text with its table of published systems replaced."""
-    return re.sub(r"^\| system \|(.*\n)(\|.*\n)*", lambda _: f"{table}\n", text, count=1, flags=re.MULTILINE)
-
-
 def _row(name: str, scene: dict[str, Any]) -> list[str]:
     choice, verdicts = scene.get("choice") or {}, scene.get("robustness", {})
     nodal = [run["cpu_seconds"] for run in scene.get("runs", []) if run["kind"] == "nodal"]
@@ -186,9 +180,7 @@ def main(folder: Path) -> None:
     for name, entry in main_figures(folder).items():
         scenes[name] = scenes.get(name, {}) | entry
     write_text(REPORTS / "report.json", scenes_text(scenes))
-    seeds, readme = read_seeds(), ROOT / "README.md"
-    write_text(REPORTS / "README.md", listing_text(scenes, seeds))
-    write_text(readme, with_table(readme.read_text(encoding="utf-8"), short_table(scenes, seeds)))
+    write_text(REPORTS / "README.md", listing_text(scenes, read_seeds()))
     for name in SHOWN:
         if (folder / name).is_file():
             _copy_picture(folder / name, REPORTS / name)

@@ -9,8 +9,6 @@ COLUMNS = (
     "system", "scene", "reference", "run", "error", "of", "its error budget", "CPU time", "full FE",
     "error of full FE", "CPU time of full FE", "ratio",
 )  # fmt: skip
-SHORT = ("system", "scene", "error", "of the mesh", "CPU time", "full FE", "ratio", "ratio of first runs")
-"""Columns of the README."""
 NOTHING = "–"
 
 
@@ -32,32 +30,6 @@ def seeds_table(scenes: Mapping[str, Mapping[str, Any]], seeds: Mapping[str, Any
         link: Relative path to the root of the repository.
     """
     return _table(COLUMNS, [_row(scenes, system, seeds["tolerance"], link) for system in seeds["system"]])
-
-
-def short_table(scenes: Mapping[str, Mapping[str, Any]], seeds: Mapping[str, Any]) -> str:
-    """Return the columns `SHORT` for the systems that have a report.
-
-    Of each scene: the cheapest setting within the tolerance on its mesh, or the most accurate one, marked as missed;
-    the error of its mesh; and full FE on the same mesh, at the step that just meets the tolerance where runs of several
-    steps are known.
-    """
-    reported = [system for system in seeds["system"] if "runs" in scenes.get(system.get("report"), {})]
-    return _table(SHORT, [_short_row(scenes, one, seeds["tolerance"]) for one in reported])
-
-
-def _short_row(scenes: Mapping[str, Mapping[str, Any]], system: dict[str, Any], tolerance: float) -> list[str]:
-    scene = scenes[system["report"]]
-    row = dict(zip(COLUMNS, _row(scenes, system, tolerance, ""), strict=True))
-    budget = scene.get("budget") or {"run": None, "terms": {}}
-    mesh = budget["terms"].get("mesh")
-    costs = [one for one in scene.get("costs", []) if one["tolerance"] == tolerance]
-    own, full = ([one for one in costs if one["method"] == kind] for kind in ("reduced", "nodal"))
-    cells = [row["error"], NOTHING if mesh is None else _percent(mesh), row["CPU time"], row["CPU time of full FE"]]
-    ratios = [row["ratio"], NOTHING]
-    if own and full and own[0]["integration"] is not None and full[0]["integration"] is not None:
-        cells = [_percent(own[0]["error"]), cells[1], *(f"{one[0]['integration']:.3g} s" for one in (own, full))]
-        ratios = [_ratio(full[0][key] / own[0][key]) for key in ("integration", "first")]
-    return [system["name"], row["scene"], *cells, *ratios]
 
 
 def _table(columns: Sequence[str], rows: list[list[str]]) -> str:
@@ -116,10 +88,6 @@ def _error(run: dict[str, Any], tolerance: float) -> str:
         return "reference"
     text = _percent(error)
     return text if error <= tolerance else f"{text} (missed)"
-
-
-def _ratio(ratio: float) -> str:
-    return f"{ratio:,.0f}" if ratio >= 10 else f"{ratio:.2g}"
 
 
 def _percent(error: float) -> str:

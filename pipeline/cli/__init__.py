@@ -74,6 +74,8 @@ def _outcome(arguments: Sequence[str] | None) -> tuple[int, str]:
     assert logging.lastResort is not None
     logging.lastResort.setFormatter(logging.Formatter("gudgeon: %(message)s"))  # Of warnings, without --verbose.
     options = build_parser().parse_args(arguments)
+    if getattr(options, "verbose", False):
+        logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(name)s: %(message)s", force=True)
     if (threads := getattr(options, "threads", None) or getattr(options, "jobs", None)) is not None:
         os.environ["MKL_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = str(threads)
     from gudgeon.modaldb.errors import ModalDBError, StoreUnusable

@@ -1,9 +1,12 @@
 """The commands: each calls a function that a notebook can call as well, and prints its result."""
 
 import argparse
+import contextlib
+import gc
 import json
 import os
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -214,11 +217,21 @@ def schema_command(options: argparse.Namespace) -> int:
 
 def opened(options: argparse.Namespace) -> tuple[Any, Any]:
     """Return the kind of the scene and its job."""
-    from gudgeon.pipeline.kinds import kind_of, open_job
+    with _uncollected():
+        from gudgeon.pipeline.kinds import kind_of, open_job
 
-    if options.verbose:
-        import logging
-
-        logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(name)s: %(message)s")
-    job = open_job(options.scene, set=options.set, db=options.db, out=options.out)
+        job = open_job(options.scene, set=options.set, db=options.db, out=options.out)
     return kind_of(job), job
+
+
+@contextlib.contextmanager
+def _uncollected() -> Iterator[None]:
+    """Leave out the search for cyclic garbage: modules and models stay, and to go through them takes time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.freeze()
+            gc.enable()

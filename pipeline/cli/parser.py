@@ -190,6 +190,9 @@ def _plain(names: Any, name: str, text: str, action: Action | None, description:
         epilog=examples_of(name), formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     command.set_defaults(action=action)
+    # Suppressed: a command below another one must not undo what was given before its name.
+    text = "print log messages of the library on stderr: what is fresh, computed, read"
+    command.add_argument("-v", "--verbose", action="store_true", default=argparse.SUPPRESS, help=text)
     return command
 
 
@@ -228,7 +231,6 @@ def _command(names: Any, name: str, text: str, action: Action, description: str 
     add("--out", metavar="PATH", help=text)
     add("--json", action="store_true", help="print one JSON document on stdout and everything else on stderr")
     add("--jobs", type=_positive, metavar="N", help="number of cores to use (default all)")
-    add("-v", "--verbose", action="store_true", help="print log messages of the library")
     return command
 
 

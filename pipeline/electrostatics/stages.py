@@ -245,4 +245,4 @@ def _draw(job: FieldJob, tell: Progress) -> tuple[list[Path], list[str]]:
     from gudgeon.pipeline.plots import render
 
     tell("plot", 0.0)
-    return render(job.store.location, job.field().key, job.out, job.name, pictures=FIELD)
+    return render(job.store.location, job.field().key, job.out, job.name, pictures=FIELD, tell=tell)

@@ -10,8 +10,10 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
+import threading
 import uuid
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import MappingProxyType
@@ -84,6 +86,7 @@ def render(
     *,
     pictures: Pictures | None = None,
     reference: Mapping[str, Any] | None = None,
+    tell: Callable[[str, float], None] = lambda stage, share: None,
 ) -> tuple[list[Path], list[str]]:
     """Draw all pictures of a trajectory, or of a wheel, into a folder.
 
@@ -95,6 +98,7 @@ def render(
         pictures: Of another kind of scene; the default is `PLOTS`, `DRIVEN` or `TURNING`.
         reference: Of the force in `force.png`: its `label`, and `times` [s] and `force` [N] or the `key` of a full-FE
             run.
+        tell: Called with `plot (3 of 7 pictures)` and the share of them, from two threads, never by both at once.
 
     Returns:
         The files that were drawn, and a note for each picture that could not be drawn.
@@ -120,8 +124,9 @@ def render(
             jobs[group] = scratch / f"{group}.json"
             jobs[group].write_text(json.dumps(job))
         # The lifeline ends first: an interrupt stops the children, for which the pool then waits.
+        count = _Count(len(jobs), tell)
         with ThreadPoolExecutor(len(jobs)) as pool, _lifeline() as alive:
-            groups = [one.result() for one in [pool.submit(_draw_group, *job, alive) for job in jobs.items()]]
+            groups = [one.result() for one in [pool.submit(_draw_group, *job, alive, count) for job in jobs.items()]]
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from error
     finally:
@@ -141,7 +146,31 @@ def _lifeline() -> Iterator[int]:
         os.close(alive)
 
 
-def _draw_group(group: str, job: Path, alive: int) -> tuple[list[str], list[str]]:
+class _Count:
+    """Counts what the children of all groups have drawn of what they try; what turns out empty is not counted.
+
+    Args:
+        groups: Number of children; nothing is told before all have begun.
+    """
+
+    def __init__(self, groups: int, tell: Callable[[str, float], None]) -> None:
+        self._lock, self._tell = threading.Lock(), tell
+        self._waited, self._drawn, self._all = groups, 0, 0
+
+    def begin(self, number: int) -> None:
+        with self._lock:
+            self._waited -= 1
+            self._all += number
+
+    def end(self, drawn: bool) -> None:
+        with self._lock:
+            self._drawn += drawn
+            self._all -= not drawn
+            if not self._waited and self._drawn < self._all:
+                self._tell(f"plot ({self._drawn} of {self._all} pictures)", self._drawn / self._all)
+
+
+def _draw_group(group: str, job: Path, alive: int, count: _Count) -> tuple[list[str], list[str]]:
     """Run the child, and return the files that it drew and its notes; after a crash, run it without a display.
 
     VTK uses the first window system that works: X, EGL, OSMesa. Only a broken X server, such as a forwarded one without
@@ -153,13 +182,19 @@ def _draw_group(group: str, job: Path, alive: int) -> tuple[list[str], list[str]
     for hidden in ((), ("DISPLAY", "WAYLAND_DISPLAY")):
         if hidden and (code >= 0 or not any(name in os.environ for name in hidden)):
             break
-        code, stdout, stderr = _run_child([CHILD, str(job)], hidden, alive)
-        for line in stdout.splitlines():
-            event, _, value = line.partition(" ")
+
+        def heard(line: str, first: bool = not hidden) -> None:
+            event, _, value = line.rstrip("\n").partition(" ")
             if event == "note":
                 notes.append(value)
             elif event == "drawn" and value not in drawn:
                 drawn.append(value)
+            elif event == "begin" and first:
+                count.begin(int(value))
+            elif event == "end" and first:
+                count.end(value == "drawn")
+
+        code, stderr = _run_child([CHILD, str(job)], hidden, alive, heard)
     if code < 0 and group == "rendered":
         notes.append(f"pictures with 3-D rendering were not drawn: {_crash(code)}")
     elif code:
@@ -173,7 +208,7 @@ def render_faces(data: Path, picture: Path) -> str | None:
     code, stderr = 0, ""
     for hidden in ((), ("DISPLAY", "WAYLAND_DISPLAY")):
         with _lifeline() as alive:
-            code, _, stderr = _run_child([FACES, str(data), str(picture)], hidden, alive)
+            code, stderr = _run_child([FACES, str(data), str(picture)], hidden, alive)
         if code >= 0:
             break
     lines = stderr.strip().splitlines() or [f"exit code {code}"]
@@ -187,11 +222,28 @@ def _crash(code: int) -> str:
     )
 
 
-def _run_child(arguments: Sequence[str], hidden: Collection[str], alive: int) -> tuple[int, str, str]:
-    """Return the child's exit code (−n: killed by signal n), stdout and stderr; it ends with the file `alive`."""
+def _run_child(
+    arguments: Sequence[str], hidden: Collection[str], alive: int, heard: Callable[[str], None] = lambda line: None
+) -> tuple[int, str]:
+    """Return the child's exit code (−n: killed by signal n) and stderr; it ends with the file `alive`.
+
+    Args:
+        heard: Called with each line of stdout as it comes.
+    """
     environment = {name: value for name, value in os.environ.items() if name not in hidden} | {"MPLBACKEND": "Agg"}
     command = [sys.executable, "-P", "-m", *arguments]
-    child = subprocess.run(
-        command, env=environment, stdin=alive, capture_output=True, encoding="utf-8", errors="replace"
-    )
-    return child.returncode, child.stdout, child.stderr
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
+        child = subprocess.Popen(
+            command, env=environment, stdin=alive, stdout=subprocess.PIPE, stderr=errors, encoding="utf-8",
+            errors="replace",
+        )  # fmt: skip
+        with child:
+            assert child.stdout is not None
+            try:
+                for line in child.stdout:
+                    heard(line)
+            except BaseException:
+                child.kill()
+                raise
+        errors.seek(0)
+        return child.returncode, errors.read()

@@ -1,6 +1,7 @@
 """`python -m gudgeon.pipeline.plots.child JOB.json`: draws one group of pictures and writes a line each to stdout:
 
-`drawn NAME` for a complete file, `note TEXT` for a picture that could not be drawn.
+`begin N` for the number of drawing functions, `drawn NAME` for a complete file, `note TEXT` for a picture that could
+not be drawn, and `end drawn` or `end empty` after each function.
 """
 
 import importlib
@@ -29,19 +30,27 @@ def end_with_parent() -> None:
 def main(job_path: str) -> None:
     """Draw the pictures of the job; one that fails is noted, and the others are drawn."""
     job = json.loads(Path(job_path).read_text())
+    files: list[str] = []
+
+    def drawn(name: str) -> None:
+        files.append(name)
+        _tell("drawn", name)
+
     drawing = Drawing(
         store=modaldb.open(job["store"]),
         key=job["key"],
         scene_name=job["scene"],
         out=Path(job["out"]),
         scratch=Path(job["scratch"]),
-        tell=lambda name: _tell("drawn", name),
+        tell=drawn,
         compare=job["compare"],
         reference=job["reference"],
     )
     foreign = job["pictures"]
     own = foreign or (TURNING if drawing.turning else DRIVEN if drawing.driven else PLOTS)
+    _tell("begin", str(len(own[job["group"]])))
     for name, function in own[job["group"]].items():
+        before = len(files)
         module, _, attribute = function.partition(":")
         try:
             getattr(importlib.import_module(module), attribute)(drawing)
@@ -52,6 +61,7 @@ def main(job_path: str) -> None:
             traceback.print_exc()
             reason = (str(error).splitlines() or [""])[0]
             _tell("note", f"{name} was not drawn: {type(error).__name__}: {reason}")
+        _tell("end", "drawn" if len(files) > before else "empty")
     for name in [] if foreign else drawing.unseen():
         _tell("note", f"contact {name} was closed between two frames only; increase run.frames to see it in pictures")
 

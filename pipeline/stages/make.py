@@ -3,6 +3,7 @@
 `keep` is the gate through which every product enters the database: no NaN and no infinity leaves a stage.
 """
 
+import logging
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -25,6 +26,8 @@ from gudgeon.pipeline.stages.run_report import Progress, RunReport, StageReport
 from gudgeon.pipeline.stages.status import fresh_pictures, remember
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.result import Result
+
+log = logging.getLogger(__name__)
 
 UNKNOWN = ("impacts", "discretisation_errors", "probes", "potentials")
 """Fields in which NaN stands for what is unknown, by docs/format.md."""
@@ -99,12 +102,15 @@ def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> Stage
         names[product.name] = product.key
         if job.store.has(product.key):
             job.store.note(product.key, scene_name(job), product.name)
+            log.info("%s of '%s': fresh, record %s", stage, product.name, product.key[:12])
             continue
         tell(stage, 0.0)
         before = time.process_time()
         with named(job.path, InputError, StageError, SceneError):
             record = make()
-        cpu += time.process_time() - before
+        taken = time.process_time() - before
+        cpu += taken
+        log.info("%s of '%s': computed in %.2f s of CPU time, record %s", stage, product.name, taken, product.key[:12])
         keep(job.store, product, record)
         job.store.note(product.key, scene_name(job), product.name)
         ran = True

@@ -80,10 +80,10 @@ def solve_records(job: Job, until: str = "solve", progress: Progress | None = No
 def _compilation(job: Job, until: str, tell: Progress) -> Iterator[Compilation]:
     """Compile the time loop in a child process beside mesh and modes, unless that is done for these sources."""
     name = job.scene.loop
-    if until in COMPONENT_STAGES or is_compiled(name) or job.store.has(job.trajectory().key):
+    if until in COMPONENT_STAGES or job.store.has(job.trajectory().key) or is_compiled(name):
         yield None
         return
-    tell(f"compile '{name}' (once)", 0.0)
+    tell(f"compile '{name}', once", 0.0)
     child = compile_beside(name)
     try:
         yield child
@@ -300,9 +300,9 @@ def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
             make_stage(other, stage, partial(_tasks, other, tell=tell), tell)
         compare[name] = other.trajectory().key
     tell("plot", 0.0)
-    alone, curve = len(compare) < 2, job.reference()
+    others, curve = compare if len(compare) > 1 else {}, job.reference()
     return render(
-        job.store.location, job.trajectory().key, job.out, job.name, {} if alone else compare, reference=curve
+        job.store.location, job.trajectory().key, job.out, job.name, others, reference=curve, tell=tell
     )  # fmt: skip
 
 

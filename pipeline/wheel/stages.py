@@ -109,7 +109,9 @@ def _draw(job: WheelJob, tell: Progress) -> tuple[list[Path], list[str]]:
     from gudgeon.pipeline.wheel.pictures import WHEEL
 
     tell("plot", 0.0)
-    return render(job.store.location, job.response(job.wheel.interface).key, job.out, job.name, pictures=WHEEL)
+    return render(
+        job.store.location, job.response(job.wheel.interface).key, job.out, job.name, pictures=WHEEL, tell=tell
+    )
 
 
 def _response_table(record: WheelRecord) -> str:

@@ -1,8 +1,12 @@
 """Help with examples of every command, and completion by the shell."""
 
+import argparse
 import shlex
 import shutil
 import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +14,7 @@ from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.cli.help.completion import script, words
 from gudgeon.pipeline.cli.help.examples import EXAMPLES
 from gudgeon.pipeline.cli.parser import build_parser
+from tests.pipeline.small import write_scene
 
 OWN_HELP = {"db", "serve"}
 """Commands whose examples are those of their subcommands, in docs/service.md."""
@@ -49,3 +54,30 @@ def test_bash_completes(line: list[str], expected: str) -> None:
     text = f"{script('bash', build_parser)}\n{test}"
     found = subprocess.run([bash, "-c", text], capture_output=True, text=True, check=True)
     assert found.stdout.split() == [expected]
+
+
+def parsers(parser: argparse.ArgumentParser, name: str = "gudgeon") -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Yield every command, also those below another one."""
+    below = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    if name != "gudgeon":
+        yield name, parser
+    for action in below:
+        for one, command in action.choices.items():
+            yield from parsers(command, f"{name} {one}")
+
+
+def test_every_command_takes_verbose() -> None:
+    found = dict(parsers(build_parser()))
+    assert {"gudgeon run", "gudgeon db ls", "gudgeon example copy", "gudgeon doctor", "gudgeon serve"} <= found.keys()
+    assert [name for name, one in found.items() if "--verbose" not in one._option_string_actions] == []
+
+
+def test_verbose_tells_what_is_fresh_and_what_is_computed(tmp_path: Path) -> None:
+    """In lines of the standard library's logging on standard error; without it none of them."""
+    command = [sys.executable, "-m", "gudgeon.pipeline", "mesh", str(write_scene(tmp_path / "skirt"))]
+    for extra, said in ((["-v"], "computed in"), (["-v"], "fresh, record"), ([], None)):
+        child = subprocess.run([*command, *extra], cwd=tmp_path, capture_output=True, text=True, check=True)
+        lines = [line for line in child.stderr.splitlines() if line.startswith("gudgeon.pipeline.stages.make: ")]
+        assert [said in line and "mesh of 'skirt'" in line for line in lines] == ([True] if said else [])
+    listing = [sys.executable, "-m", "gudgeon.pipeline", "db", "-v", "ls"]
+    assert subprocess.run(listing, cwd=tmp_path, capture_output=True).returncode == 0

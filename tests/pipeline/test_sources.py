@@ -1,6 +1,7 @@
 """Keys follow the sources: what shapes a product changes its key, a comment does not."""
 
 import ast
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -114,6 +115,28 @@ def test_digests_are_kept_and_not_trusted_blindly(tmp_path: Path, monkeypatch: p
     code_digests.cache_clear()
     assert code_digests() == found
     assert not [path for path in kept.parent.iterdir() if path.name.startswith(".")]
+
+
+def test_kept_digests_are_those_of_the_files_as_they_stand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file replaced by another of the same size, with its time of change set back, has digests of its own."""
+    made: list[str] = []
+    monkeypatch.setattr(Modules, "digest", lambda self, stage: made.append(stage) or f"{len(made)}".rjust(16, "0"))
+    monkeypatch.setattr(sources, "_cache_folder", lambda: tmp_path / "cache")
+    for name in sources.PACKAGES:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "a.py").write_text("x = 1\n")
+    path = tmp_path / "solver" / "a.py"
+    before = path.stat()
+    code_digests.cache_clear()
+    first = code_digests(tmp_path)
+    code_digests.cache_clear()
+    assert code_digests(tmp_path) == first
+    assert len(made) == len(ROOTS)
+    path.write_text("x = 2\n")
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert (path.stat().st_size, path.stat().st_mtime_ns) == (before.st_size, before.st_mtime_ns)
+    code_digests.cache_clear()
+    assert code_digests(tmp_path) != first
 
 
 @pytest.fixture(autouse=True)

@@ -125,7 +125,7 @@ class _Clock:
 
 
 @pytest.mark.parametrize("terminal", [True, False])
-def test_progress_has_the_time_left(terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+def test_progress_has_the_time_taken_and_left(terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     clock: Any = _Clock()
     monkeypatch.setattr(console, "time", clock)
     monkeypatch.setattr("sys.stderr.isatty", lambda: terminal, raising=False)
@@ -140,13 +140,35 @@ def test_progress_has_the_time_left(terminal: bool, monkeypatch: pytest.MonkeyPa
     text = capsys.readouterr().err
     if terminal:
         assert "\n" not in text
-        assert "solve  [#.......................]   5%  3 min 10 s left" in text
-        assert text.rstrip().endswith("solve  [##......................]  10%  3 min 00 s left")
+        assert "solve  [#.......................]   5%  10 s elapsed, 3 min 10 s left" in text
+        assert text.rstrip().endswith("solve  [##......................]  10%  20 s elapsed, 3 min 00 s left")
     else:
         lines = text.splitlines()
-        assert lines[:3] == ["solve …", "solve … 5%, 3 min 10 s left", "solve … 10%, 3 min 00 s left"]
+        assert lines[:3] == [
+            "solve …", "solve … 5%, 10 s elapsed, 3 min 10 s left", "solve … 10%, 20 s elapsed, 3 min 00 s left",
+        ]  # fmt: skip
         assert len(lines) == 7
-        assert lines[-1] == "solve … 10%, 3 min 00 s left"
+        assert lines[-1] == "solve … 10%, 20 s elapsed, 3 min 00 s left"
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_progress_counts_pictures(terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    """What is done stands beside the share; it is one stage, and a plain line comes at its begin and every 10 s."""
+    clock: Any = _Clock()
+    monkeypatch.setattr(console, "time", clock)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: terminal, raising=False)
+    shown = Console(quiet=False)
+    shown.progress("plot", 0.0)
+    for done in range(1, 4):
+        clock.now += 6.0
+        shown.progress(f"plot ({done} of 4 pictures)", done / 4)
+    assert Console.last_stage == "plot"
+    shown.progress("plot", 1.0)
+    text = capsys.readouterr().err
+    if terminal:
+        assert "plot   [##################......]  75%  3 of 4 pictures, 18 s elapsed, 6 s left" in text
+    else:
+        assert text.splitlines() == ["plot …", "plot … 50%, 2 of 4 pictures, 12 s elapsed, 12 s left"]
 
 
 def test_long_times_are_told_in_hours() -> None:

@@ -118,7 +118,7 @@ def front_table(document: Document) -> Table:
     return Table("Runs on the front", columns, rows or [["none", "", "", "", "", ""]])
 
 
-WORDS = """<details class="words"><summary>Six words</summary><dl class="facts">
+WORDS = """<details class="words"><summary>Six words</summary><dl class="glossary">
 <dt>conservative error</dt><dd>the largest of total, truncation and time error, so that they cannot cancel</dd>
 <dt>full FE</dt><dd>the mesh with all its degrees of freedom, with contact at its nodes</dd>
 <dt>truncation error</dt><dd>the run against one with a larger basis and the same step</dd>
@@ -185,8 +185,10 @@ def _chart(document: Document) -> str:
     notes = (
         "The chart shows the conservative error: the largest of the total error, the truncation error and the time"
         f" error of a run. Errors of opposite sign therefore cannot cancel.{largest} The line is the Pareto front: for"
-        " every run above it, a run on the front is faster and no less accurate. Grey squares are full-FE runs. Numbers"
-        " are those of the table of runs; a ring marks the selected run. A hollow mark on the lower edge has an error"
+        " every run above it, a run on the front is faster and no less accurate. Grey squares are full-FE runs. Of"
+        " gudgeon, full FE and the rival basis, the fastest run within the tolerance has its error and CPU time beside"
+        " it, and so has the most accurate setting. Numbers are those of the table of runs; a ring marks the selected"
+        " run. A hollow mark on the lower edge has an error"
         f" below {LEAST:.0e}; a dotted line marks the CPU time of the reference."
     )
     return (

@@ -7,7 +7,7 @@ have the numbers of their runs for the script of the page.
 import io
 import math
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -21,6 +21,7 @@ from matplotlib.lines import Line2D
 from gudgeon.pipeline.plots.base.style import FAINT, INK, RED, new_figure, save, styled
 from gudgeon.pipeline.report.document import Chain, Document, Quantity, Run
 from gudgeon.pipeline.report.front import pareto_front
+from gudgeon.pipeline.report.page.labels import BOX, POINT, RING, labels, places
 from gudgeon.pipeline.report.page.words import (
     budget_text,
     flagged,
@@ -38,10 +39,6 @@ GREY, SETTLED = "#7b8690", "#1f5fa8"
 ERROR = "conservative error of a run"
 LEAST = 1e-12
 """Errors below it are round-off, drawn as hollow marks on the lower edge."""
-BOX = (5.4, 8.5)
-"""Width of a digit and height of a number beside a point [pt]."""
-POINT, RING = 3.0, 6.5
-"""Half the width of a point, and of the ring around the chosen one [pt]."""
 SMALL = 0.72
 """Least size of a long name in the legend, of that of others; a longer one is shortened."""
 TICKS = 9
@@ -106,39 +103,6 @@ def floor_of(errors: Sequence[float]) -> float:
     return min(seen) / 3 if seen else LEAST
 
 
-def places(
-    points: Sequence[tuple[float, float]],
-    texts: Sequence[str],
-    important: Sequence[bool],
-    radii: Sequence[float] | None = None,
-) -> list[tuple[float, float] | None]:
-    """Return the offset of each number's lower left corner from its point [pt], None where there is no room.
-
-    Args:
-        points: Coordinates to the right and upwards [pt].
-        important: Whether the number is always shown, even over others.
-        radii: Half the width of what is drawn at each point [pt]; that of a point by default.
-    """
-    radii = [POINT] * len(points) if radii is None else radii
-    taken = [(x - r, y - r, x + r, y + r) for (x, y), r in zip(points, radii, strict=True)]
-    found: list[tuple[float, float] | None] = [None] * len(points)
-    for i in sorted(range(len(points)), key=lambda i: not important[i]):
-        (x, y), width, height = points[i], BOX[0] * len(texts[i]), BOX[1]
-        aside, above = radii[i] + 1.5, radii[i]
-        corners = ((aside, above), (-aside - width, above), (aside, -above - height), (-aside - width, -above - height))
-        boxes = [(x + dx, y + dy, x + dx + width, y + dy + height) for dx, dy in corners]
-        free = [k for k, box in enumerate(boxes) if not any(_meet(box, other) for other in taken)]
-        if free or important[i]:
-            k = free[0] if free else 0
-            found[i] = corners[k]
-            taken.append(boxes[k])
-    return found
-
-
-def _meet(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
-
-
 def draw(document: Document, path: Path) -> None:
     """Draw the conservative error of each run against its CPU seconds, with title and legend.
 
@@ -175,8 +139,8 @@ def error_chart(document: Document, quantity: str = "") -> str:
         quantity: Quantity whose errors are drawn; the conservative errors if empty.
     """
     with styled():
-        figure = Figure(figsize=(12.6, 5.6))
-        _draw_runs(figure.add_axes((0.062, 0.105, 0.925, 0.865)), document, quantity)
+        figure = Figure(figsize=(8.6, 5.2))  # Its text is to be read in a column of 700 pixels.
+        _draw_runs(figure.add_axes((0.088, 0.105, 0.895, 0.875)), document, quantity)
         spots, chosen = drawn(document.runs, quantity), document.choice.run if document.choice is not None else None
         front = front_of(spots, quantity)
         root = _svg(figure, f"Error of {len(spots)} runs against their CPU time; the table of runs has the numbers")
@@ -261,23 +225,38 @@ def _draw_runs(axes: Axes, document: Document, quantity: str = "") -> None:
             *place, s=32, marker=mark, facecolor="white" if error < LEAST else colour, edgecolor=colour, zorder=4,
             clip_on=False, gid=f"run-{number}",
         )  # fmt: skip
-    _numbers(axes, at, spots, front, ringed)
+    _numbers(axes, at, spots, front, ringed, labels(document))
     axes.set_xlabel("CPU time of a run")
     axes.set_ylabel(f"error: {quantity}" if quantity else ERROR, parse_math=False)
 
 
-def _numbers(axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int], ringed: int | None) -> None:
-    """Write the number of each run beside its point, or its ring, if there is room; numbers on the front always."""
+def _numbers(
+    axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int], ringed: int | None, named: Mapping[str, str]
+) -> None:
+    """Write the number of each run beside its point, or its ring, if there is room; on the front always.
+
+    Args:
+        named: What runs are, by name; these have error and CPU time beside their number.
+    """
     figure = axes.get_figure()
     assert figure is not None
-    texts, important = [str(spot.number + 1) for spot in spots], [spot.number in front for spot in spots]
+    texts = [
+        f"{number + 1}  {named[run.name]}: {size_text(error)}, {seconds_text(run.cpu_seconds)}"
+        if run.name in named else str(number + 1)
+        for number, run, error in spots
+    ]  # fmt: skip
+    weights = [2 if run.name in named else int(number in front) for number, run, _ in spots]
     points = [(x, y) for x, y in axes.transData.transform(at) * 72 / figure.dpi]
-    shifts = places(points, texts, important, [RING if spot.number == ringed else POINT for spot in spots])
-    for place, spot, text, best, shift in zip(at, spots, texts, important, shifts, strict=True):
+    (left, bottom), (right, top) = axes.bbox.get_points() * 72 / figure.dpi
+    radii = [RING if spot.number == ringed else POINT for spot in spots]
+    shifts = places(points, texts, weights, radii, (left, bottom, right, top))
+    for place, spot, text, weight, shift in zip(at, spots, texts, weights, shifts, strict=True):
         if shift is not None:
+            left = shift[0] < 0  # A text there ends at its point, however wide its characters are.
             axes.annotate(
-                text, place, textcoords="offset points", xytext=shift, fontsize=7.5, color=INK, zorder=5,
-                fontweight="bold" if best else "normal", gid=f"number-{spot.number}",
+                text, place, textcoords="offset points", xytext=(shift[0] + left * BOX[0] * len(text), shift[1]),
+                ha="right" if left else "left", fontsize=8.5 if weight == 2 else 7.5, color=INK, zorder=5,
+                fontweight="bold" if weight else "normal", gid=f"number-{spot.number}",
             )  # fmt: skip
 
 

@@ -1,6 +1,10 @@
 """The pictures of a small skirt and a small rod, and what is left when drawing them goes wrong."""
 
+import os
+import signal
 import subprocess
+import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -171,25 +175,67 @@ def test_crash_of_rendering_spares_the_rest(
     assert sorted(path.name for path in out.iterdir()) == ["energy.png", "force.png", "pressure.png"]
 
 
-def test_interruption_ends_the_child_and_leaves_nothing_half_written(
-    skirt: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+FLAT = ["energy.png", "force.png", "pressure.png"]
+
+
+@pytest.mark.parametrize("last", ["force.png", "pressure.png"], ids=["between pictures", "after them"])
+def test_interruption_ends_both_children_and_leaves_nothing_half_written(
+    last: str, skirt: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fake_child(tmp_path, monkeypatch, "time.sleep(600)")
+    """SIGINT while one child draws, or is done, and the other has written half a file and sleeps."""
+    ends = "from gudgeon.pipeline.plots import child; child.end_with_parent(); time.sleep(60)"
+    fake_child(tmp_path, monkeypatch, ends)
     children: list[subprocess.Popen[str]] = []
-    communicate = subprocess.Popen.communicate
+    start, out = subprocess.Popen.__init__, tmp_path / "out"
 
-    def interrupted(child: "subprocess.Popen[str]", *arguments: Any, **options: Any) -> Any:
+    def started(child: "subprocess.Popen[str]", *arguments: Any, **options: Any) -> None:
+        start(child, *arguments, **options)
         children.append(child)
-        if len(children) > 1:
-            raise KeyboardInterrupt
-        return communicate(child, *arguments, **options)
 
-    monkeypatch.setattr(subprocess.Popen, "communicate", interrupted)
-    out = tmp_path / "out"
+    def interrupt() -> None:
+        half = False
+        while not (half and (out / last).is_file()):
+            half = any(out.glob(".drawing-*/deformation.png"))
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(subprocess.Popen, "__init__", started)
+    threading.Thread(target=interrupt, daemon=True).start()
     with pytest.raises(KeyboardInterrupt):
         plots.render(*skirt, out, "skirt")
     assert [child.poll() is None for child in children] == [False, False]
-    assert {path.name for path in out.iterdir()} <= {"energy.png", "force.png", "pressure.png"}
+    left = sorted(path.name for path in out.iterdir())
+    assert left == FLAT if last == "pressure.png" else last in left
+    assert not set(left) - set(FLAT)
+    for name in left:
+        assert_picture(out / name)
+
+
+def test_pictures_are_counted_as_they_are_drawn(
+    skirt: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of both children; a drawing function that has nothing to draw lowers the number of pictures."""
+    (tmp_path / "fake_child.py").write_text(COUNTING_CHILD)
+    monkeypatch.setattr(plots, "CHILD", "fake_child")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    told: list[tuple[str, float]] = []
+    plots.render(*skirt, tmp_path / "out", "skirt", tell=lambda stage, share: told.append((stage, share)))
+    assert told == [(f"plot ({n} of 4 pictures)", n / 4) for n in (1, 2, 3)]
+
+
+COUNTING_CHILD = """
+import json, pathlib, sys, time
+job = json.loads(pathlib.Path(sys.argv[1]).read_text())
+lines = {"flat": ["begin 4", "end empty"], "rendered": ["begin 3", "end empty", "end empty"]}[job["group"]]
+print(*lines, sep="\\n", flush=True)
+if job["group"] == "rendered":
+    print("end drawn", flush=True)
+    time.sleep(1.0)
+    job["group"] = ""
+time.sleep(0.5)
+for _ in range(3 if job["group"] else 0):
+    print("end drawn", flush=True)
+"""
 
 
 def test_missing_library_is_noted(rod: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

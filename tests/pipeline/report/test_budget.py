@@ -175,7 +175,7 @@ def test_the_budget_is_in_every_file(made: tuple[Path, Job, Document]) -> None:
     assert f"mesh {term(document, 'mesh').size:.2%} ({term(document, 'mesh').of}) > " in text
     assert json.loads((folder / "out" / "report.json").read_text())["budget"] == document.as_json()["budget"]
     html = (folder / "out" / "report.html").read_text()
-    assert '<p class="budget">Error budget of' in html
+    assert html.index('<p class="budget">Error budget of') < html.index('<dl class="facts">')
     table = budget_table(document)
     assert table is not None
     assert table.columns == ["quantity", "basis", "step", "mesh", "contact layer", "counts"]

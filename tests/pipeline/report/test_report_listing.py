@@ -1,21 +1,14 @@
 """The list of reports, and the table of the README: nothing stands in them but what reports hold."""
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
 import pytest
 
-from docs.tools.report_listing import (
-    REPORTS,
-    Scenes,
-    costs_lines,
-    listing_text,
-    main_figures,
-    scenes_text,
-    with_table,
-)
-from docs.tools.seeds import read_seeds, seeds_table, short_table
+from docs.tools.report_listing import REPORTS, Scenes, costs_lines, listing_text, main_figures, scenes_text
+from docs.tools.seeds import read_seeds, seeds_table
 from gudgeon.pipeline.report.document import Budget, Choice, Document, Term
 from tests.pipeline.documents import document, quantity, run
 
@@ -77,22 +70,6 @@ def test_table_of_systems(folder: Path) -> None:
     assert len({line.count("|") for line in lines}) == 1
 
 
-def test_short_table_has_the_systems_with_a_report(folder: Path) -> None:
-    lines = short_table(main_figures(folder), SEEDS).splitlines()
-    assert lines[0] == "| system | scene | error | of the mesh | CPU time | full FE | ratio | ratio of first runs |"
-    assert lines[2] == "| One | [`one`](data/one/scene.toml) | 0.80% | 0.70% | 0.01 s | 4 s | 400 | – |"
-    assert [line.split(" | ")[0] for line in lines[2:]] == ["| One", "| Two"]
-
-
-def test_short_table_takes_the_costs_at_the_tolerance(folder: Path) -> None:
-    scenes = main_figures(folder)
-    own = {"tolerance": 0.01, "method": "reduced", "run": "a", "error": 5e-3, "integration": 0.2, "first": 10.0}
-    scenes["one"]["costs"] = [own, own | {"method": "nodal", "run": "b", "integration": 50.0, "first": 51.0}]
-    scenes["one"]["budget"] = {"run": "a", "terms": {"mesh": 0.002}}
-    line = short_table(scenes, SEEDS).splitlines()[2]
-    assert line == "| One | [`one`](data/one/scene.toml) | 0.50% | 0.20% | 0.2 s | 50 s | 250 | 5.1 |"
-
-
 def test_nodal_reference_has_no_error_of_its_own(folder: Path) -> None:
     (folder / "one" / "report.json").write_text(nodal(1, None, 4.0).as_text(), encoding="utf-8")
     assert "| nodal, 1 µs | reference | 4 s | 400 |" in seeds_table(main_figures(folder), SEEDS)
@@ -120,18 +97,51 @@ def test_main_figures_are_those_of_the_reports(folder: Path) -> None:
     assert scenes["one"]["seconds"] == {"report": 30.0, "robustness": 12.0}
 
 
-def test_table_in_a_text_is_replaced() -> None:
-    text = "before\n\n| system | a |\n|---|---|\n| x | y |\n\nafter | b |\n"
-    assert with_table(text, "| system | new |\n|---|---|") == ("before\n\n| system | new |\n|---|---|\n\nafter | b |\n")
-
-
 @pytest.fixture(scope="module")
 def scenes() -> Scenes:
     return json.loads((REPORTS / "report.json").read_text(encoding="utf-8"))
 
 
-def test_the_list_begins_with_the_short_table(scenes: Scenes) -> None:
-    assert short_table(scenes, read_seeds())
+def readme_rows() -> dict[str, list[str]]:
+    """Return the cells of the README's table of methods, by the words before a colon of their first cell."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    lines = re.search(r"^\| method \|.*\n\|[-|]+\|\n((?:\|.*\n)+)", text, re.MULTILINE)
+    assert lines is not None
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[1].splitlines()]
+    return {row[0].partition(":")[0]: row for row in rows}
+
+
+def test_the_readme_has_the_figures_of_the_pistons_report(scenes: Scenes) -> None:
+    """Error and CPU time at 1 % of the setting, the fastest rival and full FE, to the digits that are written."""
+    scene, rows = scenes["piston/stroke"], readme_rows()
+    costs = [one for one in scene["costs"] if one["tolerance"] == 0.01 and one["integration"] is not None]
+    best = {
+        name: min((one for one in costs if one["method"] == method), key=lambda one: one["integration"])
+        for name, method in {"gudgeon": "reduced", "best rival reduction": "rival", "full FE": "nodal"}.items()
+    }
+    for name, cost in best.items():
+        _, error, seconds, *rods = rows[name]
+        assert error == f"{100 * cost['error']:.2g} %", name
+        assert seconds == f"{cost['integration']:.3g} s", name
+        assert rods == ["–", "–"] or name == "gudgeon"
+    assert rows["best rival reduction"][0] == "best rival reduction: Craig-Bampton, 30 fixed modes, penalty"
+    assert best["best rival reduction"]["run"].startswith("Craig-Bampton, 30 fixed, penalty")
+    text = (ROOT / "README.md").read_text(encoding="utf-8").replace("\n", " ")
+    gain = best["full FE"]["first"] / best["gudgeon"]["first"]
+    assert f"The first run with mesh and modes is {gain:.2g} times faster than full FE" in text
+    assert f"{100 * scene['budget']['terms']['mesh']:.1f} % to one force peak" in text
+
+
+def test_the_readme_has_the_figures_of_the_benchmarks() -> None:
+    """Rows of the table of rods: the own one and that of Exudyn with the best spring."""
+    rows, text = readme_rows(), (ROOT / "docs/benchmarks.md").read_text(encoding="utf-8")
+    lines = {"gudgeon": "gudgeon, the same shapes, Exudyn's best spring",
+             "Exudyn 1.13.6, best spring": "Exudyn, our shapes, best spring"}  # fmt: skip
+    for name, label in lines.items():
+        (line,) = re.findall(rf"^\| {label} \|(.*)\|$", text, re.MULTILINE)
+        _, _, seconds, error, _ = (cell.strip() for cell in line.split("|"))
+        assert float(rows[name][4].removesuffix(" s")) == float(seconds.removesuffix(" s")), name
+        assert rows[name][3].replace(" %", "%") == error, name
 
 
 def test_list_is_that_of_the_main_figures(scenes: Scenes) -> None:

@@ -8,19 +8,10 @@ import numpy as np
 import pytest
 from matplotlib import image
 
+from gudgeon.pipeline.report.document import Choice, Cost
 from gudgeon.pipeline.report.front import pareto_front, with_front
-from gudgeon.pipeline.report.page.picture import (
-    BOX,
-    GREY,
-    LEAST,
-    draw,
-    drawn,
-    error_chart,
-    floor_of,
-    front_of,
-    looks,
-    places,
-)
+from gudgeon.pipeline.report.page.labels import BOX, labels, places
+from gudgeon.pipeline.report.page.picture import GREY, LEAST, draw, drawn, error_chart, floor_of, front_of, looks
 from tests.pipeline import documents
 
 NAMES = ("small", "large", "crowd", "infinite", "biting", "unmatched")
@@ -70,7 +61,7 @@ def test_numbers_do_not_cover_each_other() -> None:
     """In a crowd some are left out, but never those that matter; none lies on another."""
     points = [(float(10 * (i % 8)), float(9 * (i // 8))) for i in range(64)]
     texts = [str(i + 1) for i in range(64)]
-    important = [i == 20 for i in range(64)]
+    important = [int(i == 20) for i in range(64)]
     found = places(points, texts, important)
     assert found[20] is not None
     boxes = [
@@ -81,7 +72,7 @@ def test_numbers_do_not_cover_each_other() -> None:
     assert 0 < len(boxes) < 64
     for a, b in combinations(boxes, 2):
         assert not (a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3])
-    assert all(shift is not None for shift in places([(0.0, 0.0), (90.0, 0.0)], ["1", "2"], [False, False]))
+    assert all(shift is not None for shift in places([(0.0, 0.0), (90.0, 0.0)], ["1", "2"], [0, 0]))
 
 
 def test_points_of_the_chart_carry_their_runs() -> None:
@@ -99,3 +90,45 @@ def test_points_of_the_chart_carry_their_runs() -> None:
             assert lines[0] == f"{spot.number + 1}  {spot.run.name}"
             assert lines[-1] == spot.run.scheme
         assert not [node for node in chart.iter() if "id" in node.attrib]
+
+
+def test_texts_stay_within_the_axes() -> None:
+    """A text of a point in the right upper corner stands to its left and below."""
+    (shift,) = places([(95.0, 45.0)], ["abcd"], [2], within=(0.0, 0.0, 100.0, 50.0))
+    assert shift is not None
+    assert shift[0] < -BOX[0] * 4
+    assert shift[1] < -BOX[1]
+    assert places([(95.0, 45.0)], ["a" * 40], [0], within=(0.0, 0.0, 100.0, 50.0)) == [None]
+
+
+def test_four_runs_of_the_chart_say_what_they_are() -> None:
+    """The choice, the fastest full FE and rival within the tolerance, and the most accurate setting; error and time."""
+    runs = [
+        documents.run("60 modes", 0.004, 0.2),
+        documents.run("200 modes", 1e-4, 1.0),
+        documents.run("10 modes", 0.2, 0.05),
+        documents.run("rival, coarse", 0.02, 0.6, scheme="penalty"),
+        documents.run("rival, fine", 0.006, 0.8, scheme="penalty"),
+        documents.run("full FE, 4 µs", 0.008, 90.0, kind="nodal"),
+        documents.run("full FE, 1 µs", 0.001, 300.0, kind="nodal"),
+        documents.run("failed", None, 0.1),
+    ]
+    choice = Choice(0.01, "60 modes", {}, 0.004, "impulse", 0.2, "the cheapest")
+    costs = [Cost(0.01, "rival", "rival, fine", 0.006, 0.8)]
+    document = documents.document(runs, [documents.quantity("impulse")], choice=choice, costs=costs)
+    assert labels(document) == {
+        "60 modes": "gudgeon", "200 modes": "most accurate", "rival, fine": "rival", "full FE, 4 µs": "full FE",
+    }  # fmt: skip
+    chart = ElementTree.fromstring(error_chart(document))
+    told = [text for node in chart.iter() if (text := node.text or "").count(": ") and text[0].isdigit()]
+    assert sorted(told) == [
+        "1  gudgeon: 0.40%, 0.2 s", "2  most accurate: 1.0e-04, 1 s", "5  rival: 0.60%, 0.8 s",
+        "6  full FE: 0.80%, 90 s",
+    ]  # fmt: skip
+
+
+def test_without_full_fe_and_rival_the_fastest_run_on_the_front_has_a_label() -> None:
+    """And of runs without a tolerance, the fastest within 1 %."""
+    runs = with_front([documents.run("a", 0.5, 0.01), documents.run("b", 0.005, 0.1), documents.run("c", 1e-5, 9.0)])
+    found = labels(documents.document(runs, [documents.quantity("impulse")]))
+    assert found == {"b": "gudgeon", "c": "most accurate", "a": "fastest"}

@@ -1,0 +1,108 @@
+"""Which runs of a report have a label in its chart of errors, and where labels and numbers find room."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from gudgeon.pipeline.report.document import Document, Run
+
+TOLERANCE = 0.01
+"""Relative error that labelled runs meet where the report has no tolerance."""
+LABELLED = 4
+"""Largest number of runs with a label."""
+BOX = (5.4, 8.5)
+"""Width of a character and height of a text beside a point [pt]."""
+LINES = 5
+"""How many lines above or below its point a label may stand."""
+POINT, RING = 3.0, 6.5
+"""Half the width of a point, and of the ring around the chosen one [pt]."""
+
+Box = tuple[float, float, float, float]
+"""Left, bottom, right, top [pt]."""
+
+
+def labels(document: Document) -> Mapping[str, str]:
+    """Return what at most four runs are, by name: the choice, full FE, the rival, and the most accurate setting.
+
+    Of each method it is the fastest run within the tolerance, or the most accurate one. Where methods are missing, the
+    fastest run on the front takes their place.
+    """
+    choice = document.choice
+    tolerance = TOLERANCE if choice is None else choice.tolerance
+    named = {one.run for one in document.costs if one.method == "rival"}
+    schemes = {run.scheme for run in document.runs if run.name in named}
+    known = [run for run in document.runs if run.conservative_error is not None and math.isfinite(_error(run))]
+    full = [run for run in known if run.kind == "nodal"]
+    rivals = [run for run in known if run.kind != "nodal" and run.scheme in schemes]
+    own = [run for run in known if run.kind != "nodal" and run.scheme not in schemes]
+    chosen = [run for run in own if choice is not None and run.name == choice.run]
+    found = {
+        "gudgeon": _best(chosen or own, tolerance),
+        "full FE": _best(full, tolerance),
+        "rival": _best(rivals, tolerance),
+        "most accurate": min(own, key=_error, default=None),
+        "fastest": min((run for run in own if run.front), key=lambda run: run.cpu_seconds, default=None),
+    }
+    texts: dict[str, str] = {}
+    for text, run in found.items():
+        if run is not None and len(texts) < LABELLED:
+            texts.setdefault(run.name, text)
+    return texts
+
+
+def _best(runs: Sequence[Run], tolerance: float) -> Run | None:
+    """Return the fastest run within a tolerance; if there is none, the most accurate one."""
+    able = [run for run in runs if _error(run) <= tolerance]
+    if able:
+        return min(able, key=lambda run: run.cpu_seconds)
+    return min(runs, key=_error, default=None)
+
+
+def _error(run: Run) -> float:
+    return math.inf if run.conservative_error is None else abs(run.conservative_error)
+
+
+def places(
+    points: Sequence[tuple[float, float]],
+    texts: Sequence[str],
+    weights: Sequence[int],
+    radii: Sequence[float] | None = None,
+    within: Box = (-math.inf, -math.inf, math.inf, math.inf),
+) -> list[tuple[float, float] | None]:
+    """Return the offset of each text's lower left corner from its point [pt], None where there is no room.
+
+    Args:
+        points: Coordinates to the right and upwards [pt].
+        weights: Texts of a larger weight are placed first; those above zero are always shown, over as few others as can
+            be; those above one may stand some lines away.
+        radii: Half the width of what is drawn at each point [pt]; that of a point by default.
+        within: Where texts may stand; one that is always shown leaves it only where no side of its point is within.
+    """
+    radii = [POINT] * len(points) if radii is None else radii
+    taken = [(x - r, y - r, x + r, y + r) for (x, y), r in zip(points, radii, strict=True)]
+    found: list[tuple[float, float] | None] = [None] * len(points)
+    for i in sorted(range(len(points)), key=lambda i: -weights[i]):
+        (x, y), width, height = points[i], BOX[0] * len(texts[i]), BOX[1]
+        offsets = _offsets(radii[i], width, height, LINES if weights[i] > 1 else 1)
+        boxes = [(x + dx, y + dy, x + dx + width, y + dy + height) for dx, dy in offsets]
+        covered = [sum(_meet(box, other) for other in taken) for box in boxes]
+        inside = [k for k, box in enumerate(boxes) if _holds(within, box)]
+        best = min(inside, key=lambda k: covered[k], default=None)
+        if weights[i] or (best is not None and not covered[best]):
+            found[i] = offsets[best or 0]
+            taken.append(boxes[best or 0])
+    return found
+
+
+def _offsets(radius: float, width: float, height: float, lines: int) -> list[tuple[float, float]]:
+    """Return where a text may stand about its point, the best first: right or left, above or below, lines away."""
+    aside = (radius + 1.5, -radius - 1.5 - width)
+    beyond = [radius + 1.3 * height * line for line in range(lines)]
+    return [(dx, dy) for rise in beyond for dy in (rise, -rise - height) for dx in aside]
+
+
+def _meet(a: Box, b: Box) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def _holds(outer: Box, box: Box) -> bool:
+    return outer[0] <= box[0] and outer[1] <= box[1] and box[2] <= outer[2] and box[3] <= outer[3]
