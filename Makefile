@@ -56,7 +56,6 @@ $(SOLVER_READY):
 	@touch $@
 
 hsds: setup ## start HSDS on this machine, in an environment of its own, and print the variables of its clients
-	@$(BIN)/python -c 'import h5pyd' 2> /dev/null || $(BIN)/python -m pip install -q 'h5pyd>=1.0'
 	@test -x .venv-hsds/bin/hsds || { $(PYTHON) -m venv .venv-hsds && .venv-hsds/bin/pip install -q 'hsds>=1.0.2'; }
 	@$(BIN)/python -m docs.tools.hsds_server $(ARGS)
 

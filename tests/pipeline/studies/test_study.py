@@ -380,3 +380,9 @@ def test_study_of_a_wheel(tmp_path: Path) -> None:
     values = [row["magnification [1]"] for row in report.table.records()]
     assert values[1] == single.quantities["magnification"]["value"]
     assert len({*values}) == 3
+    assert [*single.quantities] == [*open_job(DATA / "bladed-disk").quantities()]
+    with pytest.raises(
+        InputError, match=r"--quantity magnif: no run of the scene has it; did you mean 'magnification'"
+    ):
+        done(DATA / "bladed-disk", ["wheel.disk.mistuning.seed=4"], tmp_path, set=settings, quantities=["magnif"])
+    assert [row["wheel.disk.mistuning.seed"] for row in read(tmp_path / "out/study.csv")] == ["1", "2", "3"]
