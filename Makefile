@@ -61,7 +61,6 @@ $(SOLVER_READY):
 	@touch $@
 
 hsds: setup ## start HSDS on this machine, in an environment of its own, and print the variables of its clients
-	@$(BIN)/python -c 'import h5pyd' 2> /dev/null || $(BIN)/python -m pip install -q 'h5pyd>=1.0'
 	@test -x .venv-hsds/bin/hsds || { $(PYTHON) -m venv .venv-hsds && .venv-hsds/bin/pip install -q 'hsds>=1.0.2'; }
 	@$(BIN)/python -m docs.tools.hsds_server $(ARGS)
 
@@ -180,7 +179,7 @@ DOCS = $(shell $(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pypro
 # Lines by which extras name each other are left out: what they stand for is listed anyway.
 REQUIREMENTS := import tomllib; project = tomllib.load(open("pyproject.toml", "rb")); \
     extras = project["project"]["optional-dependencies"]; \
-    unlocked = ("peers", "nastran", "ansys", "studies", "docs"); \
+    unlocked = ("peers", "ansys", "docs"); \
     base = project["build-system"]["requires"] + project["project"]["dependencies"]
 REQUIREMENTS_ALL := $(REQUIREMENTS); \
     print(*base, *(line for name, extra in extras.items() if name not in unlocked for line in extra \

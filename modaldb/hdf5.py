@@ -12,10 +12,10 @@ import typing
 import uuid
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote, unquote
+from urllib.parse import unquote
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from gudgeon.modaldb.schema import (
     type_hints,
 )
 from gudgeon.modaldb.source import FileSource
-from gudgeon.modaldb.structure import LABELS, Dataset, Group, read_structure
+from gudgeon.modaldb.structure import Dataset, Group, read_structure
 
 MAGIC = b"GUDGEON-RECORD 1\n"
 BESIDE = {"encoding-type", "encoding-version", "provenance"}
@@ -68,15 +68,18 @@ def record_bytes(kind: str, record: Any, inputs: dict[str, Any]) -> tuple[bytes,
     """
     import h5py
 
+    from gudgeon.modaldb.writing import write_attribute, write_fields
+
     # In memory: HDF5 does not survive a disk that is full when it closes a file.
     options = {"driver": "core", "backing_store": False, "userblock_size": USERBLOCK, "libver": ("v110", "v110")}
     # A name of its own: HDF5 refuses two files of one name, in memory too, and threads write at the same time.
     with h5py.File(f"{kind} record {uuid.uuid4().hex}", "w", **options) as file:
-        file.attrs["encoding-type"] = f"gudgeon-{kind}"
-        file.attrs["encoding-version"] = SCHEMA_VERSION
-        file.attrs["provenance"] = json.dumps(inputs, sort_keys=True)
+        root = h5py.h5g.open(file.id, b"/")
+        write_attribute(root, "encoding-type", f"gudgeon-{kind}")
+        write_attribute(root, "encoding-version", SCHEMA_VERSION)
+        write_attribute(root, "provenance", json.dumps(inputs, sort_keys=True))
         try:
-            _write_group(file, record, "")
+            write_fields(root, record)
         except Malformed as error:
             raise RecordMismatch(f"{kind} record: {error}") from None
         file.flush()
@@ -202,35 +205,6 @@ def _user_block(digest: str, kind: bytes) -> bytes:
     return (MAGIC + digest.encode() + b"\n" + kind + b"\n").ljust(USERBLOCK, b"\0")
 
 
-def _write_group(group: Any, record: Any, prefix: str) -> None:
-    hints = type_hints(type(record))
-    for entry in fields(record):
-        rule = entry.metadata.get(ARRAY)
-        _write_field(group, entry.name, getattr(record, entry.name), (hints[entry.name], rule, prefix + entry.name))
-
-
-def _write_field(group: Any, name: str, value: Any, field: tuple[Any, Any, str]) -> None:
-    """Write a value under a name; `field` has its type, the rule of its arrays and its path."""
-    hint, rule, path = field
-    if isinstance(value, np.ndarray):
-        array = (
-            value.astype(float) if rule.dtype == "float" and value.dtype.kind in "iu" else np.ascontiguousarray(value)
-        )
-        check_values(array, rule, {}, path)
-        dataset = group.create_dataset(name, data=array, track_times=False)
-        for attribute, text in zip(LABELS, (rule.unit, rule.name, rule.columns), strict=True):
-            if text:
-                dataset.attrs[attribute] = text
-    elif is_dataclass(value):
-        _write_group(group.create_group(name), value, f"{path}/")
-    elif (member := member_type(hint)) is not None:
-        below = group.create_group(name)
-        for item, part in value.items():
-            _write_field(below, _escaped(item), part, (member, rule, f"{path}/{item}"))
-    elif value is not None:
-        group.attrs[name] = json.dumps(value) if isinstance(value, dict) else value
-
-
 class _Reader:
     """Reads the fields of a record from its file and its structure."""
 
@@ -308,8 +282,3 @@ def _widened(array: np.ndarray, columns: int) -> np.ndarray:
     if array.ndim < 2 or array.shape[1] == columns:
         return array
     return _sealed(np.column_stack([array, np.full((len(array), columns - array.shape[1]), np.nan)]))
-
-
-def _escaped(name: str) -> str:
-    """Return a member's name percent-encoded, since HDF5 reserves `/` and `.`."""
-    return quote(name, safe=" ").replace(".", "%2E")

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from gudgeon.solver.simulation import Steps
 
 DEFAULT_OUT = "out"
+ONE_FILE = "its record holds capacitances, one file a design"
+"""Why scenes of conductors have no studies."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,8 @@ class Kind:
     """Writes a reduced body, by its name, in a format and returns the files."""
     linear: Callable[[Any, "Asked", Progress], "Answer"]
     """Writes assembled modes and a frequency response."""
+    no_study: str = ""
+    """Why such scenes have no studies; empty where they have."""
 
 
 def _found(home: str) -> Any:
@@ -122,13 +126,14 @@ KINDS: dict[str, Kind] = {
         model="gudgeon.pipeline.electrostatics.scene:FieldFile",
         open=_late("gudgeon.pipeline.electrostatics.job:field_job"),
         run=_late("gudgeon.pipeline.electrostatics.stages:run_field"),
-        solve=_refused("study", "its record holds capacitances, one file a design"),
+        solve=_refused("study", ONE_FILE),
         plan=_late("gudgeon.pipeline.electrostatics.stages:plan_field"),
         report=_refused("report", "`gudgeon run` gives the error of every capacitance"),
         robustness=_refused("robustness", "its cases change bodies and materials"),
         export=_refused("export", "its record holds panels and charges"),
         export_part=_refused("export", "it has no reduced body"),
         linear=_refused("linear", "it has no modes"),
+        no_study=ONE_FILE,
     ),
 }
 """Kinds by the table that identifies them; the first if a file has none of these tables."""

@@ -6,6 +6,7 @@ surfaces that stay; no factorisation is needed. Mass, centre and inertia are int
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy import sparse
@@ -22,6 +23,8 @@ NEIGHBOURS = 4
 """Surface nodes that an inner node follows, weighted by inverse square distance; more if some are equally near."""
 AS_NEAR = 1e-9
 """Relative difference of distances by round-off, which must not choose among equally near nodes."""
+KEPT = 4
+"""Meshes whose weights are kept: the designs of a study move the same nodes."""
 
 
 @dataclass(frozen=True)
@@ -59,27 +62,33 @@ def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
     fixed = np.setdiff1d(np.concatenate(others) if others else np.empty(0, int), on_surface)
     inner = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([on_surface, fixed]))
     if len(inner):
-        followed, nearest = _followed(mesh.nodes[on_surface], mesh.nodes[inner])
-        fade = np.ones(len(inner))
-        if len(fixed):
-            to_fixed, _ = KDTree(mesh.nodes[fixed]).query(mesh.nodes[inner])
-            fade = to_fixed / (to_fixed + nearest)
+        followed, fade = _followed(*(mesh.nodes[own].tobytes() for own in (on_surface, fixed, inner)))
         shift[inner] = followed @ shift[on_surface] * fade[:, None]
     nodes = mesh.nodes + shift
     _refuse_inverted(replace(mesh, nodes=nodes), movement)
     return nodes
 
 
-def _followed(surface: np.ndarray, inner: np.ndarray) -> tuple[sparse.csr_matrix, np.ndarray]:
-    """Return the weights of surface nodes in inner ones (inner, surface), and the nearest distance [m], (inner,)."""
+@lru_cache(maxsize=KEPT)
+def _followed(moved: bytes, fixed: bytes, inner: bytes) -> tuple[sparse.csr_matrix, np.ndarray]:
+    """Return the weights of moved nodes in inner ones (inner, moved), and the share of it that these follow (inner,).
+
+    Args:
+        moved, fixed, inner: Positions [m] of nodes as the bytes of an array (k, 3).
+    """
+    surface, still, within = (np.frombuffer(one).reshape(-1, 3) for one in (moved, fixed, inner))
     tree = KDTree(surface)
-    far, _ = tree.query(inner, NEIGHBOURS)
-    near = tree.query_ball_point(inner, far[:, -1] * (1 + AS_NEAR), return_sorted=True)
-    rows = np.repeat(np.arange(len(inner)), [len(one) for one in near])
+    far, _ = tree.query(within, NEIGHBOURS)
+    near = tree.query_ball_point(within, far[:, -1] * (1 + AS_NEAR), return_sorted=True)
+    rows = np.repeat(np.arange(len(within)), [len(one) for one in near])
     columns = np.concatenate(near).astype(np.intp)
-    weights = 1 / ((inner[rows] - surface[columns]) ** 2).sum(axis=1)
+    weights = 1 / ((within[rows] - surface[columns]) ** 2).sum(axis=1)
     weights /= np.bincount(rows, weights)[rows]
-    return sparse.csr_matrix((weights, (rows, columns)), (len(inner), len(surface))), far[:, 0]
+    fade = np.ones(len(within))
+    if len(still):
+        to_fixed, _ = KDTree(still).query(within)
+        fade = to_fixed / (to_fixed + far[:, 0])
+    return sparse.csr_matrix((weights, (rows, columns)), (len(within), len(surface))), fade
 
 
 def own_modes(mesh_key: str, modes_key: str, modal: ModalRecord, update: str) -> MorphRecord:

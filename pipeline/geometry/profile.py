@@ -6,8 +6,10 @@ revolution. Between its points it is a bicubic spline (of lower degree where the
 """
 
 import csv
+import io
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +20,9 @@ HEIGHT_MARGIN = 1e-9
 """Largest distance of a node outside the table's heights [m]: round-off of mesh generators."""
 WRAPPED = 3
 """Columns repeated on either side, so that the spline is periodic to its own degree."""
+WHAT = "profile table"
+KEPT = 8
+"""Texts of tables whose numbers are kept: the designs of a study read the same files again and again."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +90,16 @@ def read_profile(path: Path, scale: float = 1.0, offset: float = 0.0) -> Profile
     Raises:
         InputError: the file is missing or cut off, a value is no number, or the grid is not allowed.
     """
-    rows = read_rows(path, "profile table")
+    table = _parsed(read_text(path, WHAT), path)
+    table = replace(table, deviations=scale * table.deviations + offset)
+    _check_grid(table)
+    return table
+
+
+@lru_cache(maxsize=KEPT)
+def _parsed(text: str, path: Path) -> ProfileTable:
+    """Return the table of a text, neither scaled nor checked; `path` is for messages."""
+    rows = rows_of(text, path, WHAT)
     if len(rows) < 3 or len(rows[0]) < 2:
         raise InputError(f"{path}: a profile table needs a row of angles and at least two rows of heights")
     for number, row in enumerate(rows, 1):
@@ -95,23 +109,43 @@ def read_profile(path: Path, scale: float = 1.0, offset: float = 0.0) -> Profile
             )
     angles = np.radians([finite(cell, path, 1) for cell in rows[0][1:]])
     values = np.array([[finite(cell, path, n) for cell in row] for n, row in enumerate(rows[1:], 2)])
-    table = ProfileTable(values[:, 0], angles, scale * values[:, 1:] + offset, str(path))
-    _check_grid(table)
-    return table
+    for array in (angles, values):
+        array.setflags(write=False)
+    return ProfileTable(values[:, 0], angles, values[:, 1:], str(path))
 
 
 def read_rows(path: Path, what: str) -> list[list[str]]:
-    """Return the cells of a CSV file, without blank rows; `what` names it in messages.
+    """Return the cells of a CSV file; see `read_text` and `rows_of`."""
+    return rows_of(read_text(path, what), path, what)
+
+
+def read_text(path: Path, what: str) -> str:
+    """Return the text of a CSV file; `what` names it in messages.
 
     Raises:
-        InputError: the file is missing, is no UTF-8 text or no CSV.
+        InputError: the file is missing or is no UTF-8 text.
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            return [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path}: {what} cannot be read ({reason})") from error
+            return file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        raise _unreadable(path, what, error) from error
+
+
+def rows_of(text: str, path: Path, what: str) -> list[list[str]]:
+    """Return the cells of the text of a CSV file, without blank rows; `path` and `what` name it in messages.
+
+    Raises:
+        InputError: it is no CSV.
+    """
+    try:
+        return [row for row in csv.reader(io.StringIO(text, newline="")) if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise _unreadable(path, what, error) from error
+
+
+def _unreadable(path: Path, what: str, error: Exception) -> InputError:
+    return InputError(f"{path}: {what} cannot be read ({getattr(error, 'strerror', None) or error})")
 
 
 def _check_grid(table: ProfileTable) -> None:

@@ -1,26 +1,34 @@
 """Tables of pairs, read from CSV: a header, then rows; over the crank angle they are periodic in one or two turns."""
 
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.profile import finite, read_rows
+from gudgeon.pipeline.geometry.profile import KEPT, finite, read_text, rows_of
 from gudgeon.solver.forces.spring import check_knots
 
 SPANS = (360.0, 720.0)
+WHAT = "table"
+Pairs = tuple[tuple[float, float], ...]
 CLOSED = 1e-3
 """Largest difference of the first and the last value, relative to the largest value."""
 
 
-def read_pairs(path: Path, columns: str) -> tuple[tuple[float, float], ...]:
+def read_pairs(path: Path, columns: str) -> Pairs:
     """Return the rows of a table; `columns` names both of them in messages.
 
     Raises:
         InputError: the file is missing or truncated, a value is not a finite number, or the first ones do not rise.
     """
-    rows = read_rows(path, "table")
+    return _rising(read_text(path, WHAT), path, columns)
+
+
+@lru_cache(maxsize=KEPT)
+def _rising(text: str, path: Path, columns: str) -> Pairs:
+    rows = rows_of(text, path, WHAT)
     if len(rows) < 3:
         raise InputError(f"{path}: a table of {columns} needs a header and at least two rows")
     values = _pairs(rows, path, columns)
@@ -30,13 +38,18 @@ def read_pairs(path: Path, columns: str) -> tuple[tuple[float, float], ...]:
     return values
 
 
-def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
+def read_cycle(path: Path) -> Pairs:
     """Return the rows of a table over the crank angle: angle [deg] and value.
 
     Raises:
         InputError: the file is missing or truncated, a value is not a finite number; or see `check_closed`.
     """
-    rows = read_rows(path, "table")
+    return _cycle(read_text(path, WHAT), path)
+
+
+@lru_cache(maxsize=KEPT)
+def _cycle(text: str, path: Path) -> Pairs:
+    rows = rows_of(text, path, WHAT)
     if len(rows) < 5:
         raise InputError(f"{path}: a table over the crank angle needs a header and at least four rows")
     values = _pairs(rows, path, "angle [deg] and value")
@@ -44,13 +57,13 @@ def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
     return values
 
 
-def read_knots(path: Path) -> tuple[tuple[float, float], ...]:
+def read_knots(path: Path) -> Pairs:
     """Return the rows of a spring's table: elongation [m] and tension [N].
 
     Raises:
         InputError: the file is missing, a value is not a finite number, or see `check_knots`.
     """
-    values = _pairs(read_rows(path, "table"), path, "elongation [m] and tension [N]")
+    values = _pairs(rows_of(read_text(path, WHAT), path, WHAT), path, "elongation [m] and tension [N]")
     try:
         check_knots(str(path), np.array(values).reshape(-1, 2), 2)
     except ValueError as error:
@@ -58,7 +71,7 @@ def read_knots(path: Path) -> tuple[tuple[float, float], ...]:
     return values
 
 
-def _pairs(rows: list[list[str]], path: Path, needed: str) -> tuple[tuple[float, float], ...]:
+def _pairs(rows: list[list[str]], path: Path, needed: str) -> Pairs:
     """Return the numbers of the rows below the header."""
     values = []
     for number, row in enumerate(rows[1:], 2):

@@ -37,6 +37,10 @@ class SceneJob(Place, ABC):
     def products(self, stages: Sequence[str]) -> dict[str, Product]:
         """Return the products of some stages by place: component and step, or the scene's own."""
 
+    def quantities(self) -> Sequence[str]:
+        """Return the names of all quantities that a run of the scene may have; none where only the run knows them."""
+        return ()
+
     @abstractmethod
     def pictures(self) -> dict[str, Any]:
         """Return everything that the pictures depend on."""

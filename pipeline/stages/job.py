@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.bodies import SceneFile
-from gudgeon.pipeline.scenes.checks import checked
+from gudgeon.pipeline.scenes.checks import checked, possible_quantities
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import merged, named
 from gudgeon.pipeline.stages.base import Place, SceneJob
@@ -107,6 +107,10 @@ class Job(SceneJob):
     @cached_property
     def _trajectory(self) -> Product:
         return product("solve", self.name, {"scene": self.dynamics(), "morphs": self.morphs()})
+
+    def quantities(self) -> Sequence[str]:
+        """See `SceneJob`."""
+        return possible_quantities(self.scene)
 
     def products(self, stages: Sequence[str]) -> dict[str, Product]:
         found = {

@@ -7,7 +7,6 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.checks import possible_quantities
 from gudgeon.pipeline.scenes.reading import check_scene, merged, nested
 from gudgeon.pipeline.studies.parameters import Parameter
 
@@ -114,8 +113,8 @@ def _exists(job: Any, path: str) -> bool:
 
 
 def check_shown(job: Any, patterns: Sequence[str]) -> None:
-    """Raise InputError where a pattern fits no quantity that runs of a scene of bodies may have."""
-    possible = possible_quantities(job.scene) if patterns and job.kind == "body" else []
+    """Raise InputError where a pattern fits no quantity that runs of a scene may have."""
+    possible = job.quantities() if patterns else ()
     for pattern in patterns if possible else ():
         if not any(fnmatchcase(name, pattern) for name in possible):
             near = difflib.get_close_matches(pattern, possible, 1)

@@ -12,7 +12,7 @@ from typing import Any
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import write_sealed
-from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.kinds import kind_of, open_job
 from gudgeon.pipeline.scenes.reading import override_text, override_texts
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.folder import claim, held
@@ -135,6 +135,8 @@ def run_study(job: Any, asked: Asked, tell: Progress, work: Work = solve_design)
         job: Of the scene as written, a `SceneJob`.
         work: What workers do with a task.
     """
+    if reason := kind_of(job).no_study:
+        raise InputError(f"{job.path}: study: a scene of this kind has none; {reason}")
     parameters, designs = _designs(asked)
     tables, parameters = fitted(job, parameters)
     check_shown(job, asked.quantities)

@@ -20,6 +20,11 @@ STAGES = ("mesh", "modes", "solve", "plot")
 SYMMETRY = {"sectors", "low", "high", "axis", "origin"}
 BLADES = {"count", "blade_radius", "response"}
 """Settings of a wheel that its modes depend on, and those that its response depends on besides."""
+QUANTITIES = (
+    "magnification", "amplitude.tuned", "amplitude.mistuned", "amplitude.mistuned.at", "amplitude.mistuned.blade",
+    "reduction.frequency_error",
+)  # fmt: skip
+"""Names of the quantities of a run."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +47,10 @@ class WheelJob(SceneJob):
     def component(self) -> Component:
         """The sector."""
         return self.scene.component[self.wheel.component]
+
+    def quantities(self) -> Sequence[str]:
+        """See `SceneJob`."""
+        return QUANTITIES
 
     def mesh(self) -> Product:
         """Return the sector's mesh."""

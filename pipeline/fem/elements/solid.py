@@ -12,7 +12,16 @@ from scipy import sparse
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.assembly import NodePairs
 from gudgeon.pipeline.fem.elements.materials import densities, material_cells, stiffness_of
-from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, STIFFNESS_ORDER, quadrature, reference, shape_functions
+from gudgeon.pipeline.fem.elements.reference import (
+    MASS_ORDER,
+    STIFFNESS_ORDER,
+    adjugates,
+    determinants,
+    jacobians,
+    quadrature,
+    reference,
+    shape_functions,
+)
 from gudgeon.pipeline.fem.model import FEModel, MassProperties, point_masses
 from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.geometry.soundness import refuse_degenerate
@@ -70,11 +79,10 @@ def _closed_form(
     on the reference element as coefficients: one matrix product for all elements.
     """
     x = mesh.nodes[mesh.cells[cells]]
-    J = (x[:, 1:4] - x[:, :1]).transpose(0, 2, 1)
-    det = np.linalg.det(J)
+    adjugate, det = adjugates((x[:, 1:4] - x[:, :1]).transpose(2, 1, 0))
     refuse_degenerate(x, det[:, None], cells)
-    g = np.linalg.inv(J)
-    products = np.einsum("emi,enj->eijmn", g, g)
+    g = adjugate / det
+    products = np.einsum("mie,nje->eijmn", g, g)
     strain = stiffness_of(products, material) * det[:, None, None, None, None]
     _, dN, W = reference("tetra10", 2)
     gradients = np.einsum("amq,bnq,q->mnab", dN, dN, W)[:, :, pairs.first, pairs.second]
@@ -96,7 +104,7 @@ def _by_quadrature(
     # No gradients are needed at the more numerous points of the mass.
     N, dN, W = reference("tetra10", MASS_ORDER)
     x = mesh.nodes[mesh.cells[cells]]
-    det = _determinants(x, dN)
+    det = determinants(jacobians(x, dN))
     refuse_degenerate(x, det, cells)
     masses = material.rho * np.matmul(N * (det * W)[:, None], N.T)
     return stiffness_of(G, material), masses[:, pairs.first, pairs.second]
@@ -107,7 +115,7 @@ def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
     from skfem import ElementTetP2
 
     _, dN = shape_functions("tetra10", ElementTetP2().doflocs.T)
-    return _determinants(mesh.nodes[mesh.cells], dN)
+    return determinants(jacobians(mesh.nodes[mesh.cells], dN))
 
 
 def mass_properties(mesh: MeshRecord, rho: float | np.ndarray) -> MassProperties:
@@ -118,14 +126,8 @@ def mass_properties(mesh: MeshRecord, rho: float | np.ndarray) -> MassProperties
     """
     N, dN, W = reference("tetra10", MASS_ORDER)
     x = mesh.nodes[mesh.cells]
-    weights = (np.reshape(rho, (-1, 1)) * W * _determinants(x, dN)).ravel()
+    weights = (np.reshape(rho, (-1, 1)) * W * determinants(jacobians(x, dN))).ravel()
     return point_masses(np.matmul(N.T, x).reshape(-1, 3), weights)
-
-
-def _determinants(x: np.ndarray, dN: np.ndarray) -> np.ndarray:
-    """Return det(∂x/∂ξ) (e, q) of elements with nodes x (e, a, 3) and shape gradients dN (a, k, q)."""
-    tangents = np.matmul(dN.transpose(1, 2, 0), x[:, None])
-    return (tangents[:, 0] * np.cross(tangents[:, 1], tangents[:, 2])).sum(axis=2)
 
 
 def solid_twists(properties: MassProperties) -> np.ndarray:

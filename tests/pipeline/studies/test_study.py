@@ -359,6 +359,12 @@ def test_a_quantity_that_no_run_can_have_is_refused_before_any_runs(tmp_path: Pa
     assert not (tmp_path / "db").exists()
 
 
+def test_a_scene_of_conductors_has_no_studies(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"cube\.toml: study: a scene of this kind has none; its record holds"):
+        done(DATA / "electrostatics/cube.toml", {"conductor.cube.mesh.size": [0.1, 0.2]}, tmp_path)
+    assert not (tmp_path / "out").exists()
+
+
 def test_notes_that_differ_by_numbers_are_one_line(tmp_path: Path, capsys: Capture) -> None:
     places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out"), "--jobs", "1"]
     options = ["--vary", f"{VELOCITY}=-1,-2,-3,1", *places]
@@ -380,3 +386,9 @@ def test_study_of_a_wheel(tmp_path: Path) -> None:
     values = [row["magnification [1]"] for row in report.table.records()]
     assert values[1] == single.quantities["magnification"]["value"]
     assert len({*values}) == 3
+    assert [*single.quantities] == [*open_job(DATA / "bladed-disk").quantities()]
+    with pytest.raises(
+        InputError, match=r"--quantity magnif: no run of the scene has it; did you mean 'magnification'"
+    ):
+        done(DATA / "bladed-disk", ["wheel.disk.mistuning.seed=4"], tmp_path, set=settings, quantities=["magnif"])
+    assert [row["wheel.disk.mistuning.seed"] for row in read(tmp_path / "out/study.csv")] == ["1", "2", "3"]
