@@ -239,7 +239,7 @@ def _report(job: Job, summary: dict[str, Any], stages: dict[str, StageReport]) -
     """Return the report of a run: its quantities, estimated errors and what is to be said of it."""
     own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     own += _energy_notes(job, summary)
-    if summary["result"] != Result.NOT_CONVERGED.name:
+    if summary["result"] == Result.FINISHED.name:
         own += _gap_notes(job, summary["quantities"])
     own += _probe_notes(job)
     for notes_of in (FRICTION_NOTES, LINKAGE_NOTES):

@@ -92,3 +92,4 @@ def test_the_reason_of_a_run_that_left_its_range_has_figures(scene: Path) -> Non
     assert report.result == "ROTATION"
     assert report.reason is not None
     assert report.reason.startswith("body 'one' turned by 0.0")
+    assert not any("increase run.duration" in note for note in report.notes)
