@@ -245,6 +245,9 @@ class HsdsStore(Store):
             assert domain is not None
             if attribute not in domain.attrs:
                 domain.attrs[attribute] = json.dumps(entry, sort_keys=True)
+        with self._domain(NAMES) as domain:  # h5pyd may write later, and say nothing where that fails.
+            if domain is None or attribute not in domain.attrs:
+                raise Busy(f"{self.location}: a name was not kept")
 
     @contextlib.contextmanager
     def _domain(self, name: str, mode: str = "r") -> Iterator[Any]:

@@ -12,6 +12,7 @@ from gudgeon import modaldb
 from gudgeon.modaldb.errors import StoreUnusable
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.stores.base import Store
+from gudgeon.modaldb.stores.query import Query
 from tests.hsds import hsds, opened  # noqa: F401
 from tests.modaldb.samples import INPUTS, modes, ramp, same
 
@@ -44,6 +45,23 @@ def received(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
     monkeypatch.setattr(requests.Session, "send", noted)
     return found
+
+
+def test_a_tag_that_was_not_written_is_written_again(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    from h5pyd._hl.attrs import AttributeManager
+
+    store.put(KEY, "modes", modes(), INPUTS)
+    write, tries = AttributeManager.__setitem__, list[str]()
+
+    def lossy(self: Any, name: str, value: Any) -> None:
+        tries.append(name)
+        if len(tries) > 1:
+            write(self, name, value)
+
+    monkeypatch.setattr(AttributeManager, "__setitem__", lossy)
+    store.tag("kept", KEY)
+    assert len(tries) == 2
+    assert [one.key for one in modaldb.open(store.location).find(Query(tag="kept"))] == [KEY]
 
 
 def test_contact_rows_travel_without_the_basis(store: Store, received: list[int]) -> None:
