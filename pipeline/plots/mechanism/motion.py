@@ -58,7 +58,7 @@ def moving_bodies(drawing: Drawing) -> list[Moving]:
 
 def _placed(drawing: Drawing, body: str, at: tuple[float, float, float] | None, interface: str | None) -> np.ndarray:
     """Return where the scene places a point of a body, its origin by default, or an interface [m], (3,)."""
-    settings = Body.model_validate(drawing.scene["body"][body])
+    settings, place = Body.model_validate(drawing.scene["body"][body]), at or (0.0, 0.0, 0.0)
     if interface is not None:
-        at = drawing.modes(body, ["loads"]).loads[interface].point
-    return turned_vectors(settings, (0.0, 0.0, 0.0) if at is None else at) + np.asarray(settings.position)
+        place = tuple(map(float, drawing.modes(body, ["loads"]).loads[interface].point))
+    return turned_vectors(settings, place) + np.asarray(settings.position)

@@ -269,9 +269,10 @@ def model_of(found: Linkage) -> Model:
 def _sections(found: Linkage) -> dict[str, np.ndarray]:
     """Return the arrays of the sections of journals."""
     pairs, sizes, laws, rubbing = [], [], [], []
-    for name, joint in found.system.scene.hinges().items():
-        for place in joint.sections if isinstance(joint, Clearance) else ():
-            law, share = joint.law.coefficients(), 1 / len(joint.sections)
+    joints = ((name, one) for name, one in found.system.scene.hinges().items() if isinstance(one, Clearance))
+    for name, joint in joints:
+        law, share = joint.law.coefficients(), 1 / len(joint.sections)
+        for place in joint.sections:
             pairs.append(found.pairs[name])
             sizes.append((joint.clearance, joint.radius, place))
             laws.append(law._replace(stiffness=share * law.stiffness, damping=share * law.damping))
