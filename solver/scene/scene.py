@@ -26,6 +26,9 @@ from gudgeon.solver.scene.motion import Motion
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe, Probe
 from gudgeon.solver.scene.run import Run
 
+NAMED = 4
+"""Elements of a scene that a line names."""
+
 
 class Scene(Strict):
     """Everything that the solver needs besides the records."""
@@ -192,7 +195,7 @@ class Scene(Strict):
             advice = (
                 f"use {' or '.join(map(repr, ('auto', *able)))}" if able else "no integrator supports the whole scene"
             )
-            raise ValueError(f"run.integrator: '{named}' does not support {lacking[0]}; {advice}")
+            raise ValueError(f"run.integrator: '{named}' does not support {_listed(lacking)}; {advice}")
         if math.isinf(INTEGRATORS[named].order) and self.run.step is not None:
             _refuse_step(repr(named))
         return named
@@ -211,6 +214,13 @@ class Scene(Strict):
     def component_of(self, body: str) -> str:
         """Return the component that a body is made of."""
         return self.body[body].component or body
+
+
+def _listed(names: list[str]) -> str:
+    """Return all names, up to four, so that what is refused for several reasons is refused once."""
+    if len(names) > NAMED:
+        names = [*names[: NAMED - 1], f"{len(names) - NAMED + 1} more elements"]
+    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
 def _refuse_step(name: str) -> None:

@@ -196,7 +196,8 @@ def test_liner_that_is_too_short(
         ("report.until=0", "report.until: 0 given; input should be greater than 0"),
         (
             "run.integrator=explicit",
-            "run.integrator: 'explicit' does not support damping of body.piston; use 'auto' or 'implicit'",
+            "run.integrator: 'explicit' does not support damping of body.piston, damping of body.liner, joint.rod and 4"
+            " more elements; use 'auto' or 'implicit'",
         ),
     ],
 )
@@ -345,7 +346,11 @@ def test_pressures_are_in_the_solvers_scene() -> None:
         ("joint.rod.rod_length=0.0432", "joint.rod.rod_length: 0.0432 m given; it must be above"),
         ("force.gas.table=none.csv", "force.gas.table: no file 'none.csv'"),
         ("force.gas.interface=pin", "force.gas.interface: interface 'pin' is of kind 'mean', kind 'pressure'"),
-        ("run.integrator=explicit", "run.integrator: 'explicit' does not support damping of body.piston; use 'auto'"),
+        (
+            "run.integrator=explicit",
+            "run.integrator: 'explicit' does not support damping of body.piston, damping of body.liner, joint.rod and 4"
+            " more elements; use 'auto'",
+        ),
     ],
 )
 @pytest.mark.parametrize("command", ["plan", "run", "report"])
