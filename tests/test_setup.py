@@ -142,13 +142,16 @@ def test_what_nothing_loads_is_removed(tmp_path: Path) -> None:
 
 
 def test_a_library_without_its_symbol_table_still_loads(tmp_path: Path) -> None:
-    """A module of an installed package, from a copy of its folder."""
+    """A module of an installed package, from a copy of its folder; the set-up may have cut it already."""
     package = tmp_path / "kiwisolver"
     shutil.copytree(Path(kiwisolver.__file__).parent, package)
     (library,) = package.glob("_cext*.so")
-    whole = library.stat().st_size
-    saved = drop_symbols(library)
-    assert 0.2 * whole < saved == whole - library.stat().st_size
+    drop_symbols(library)
+    kept = library.stat().st_size
+    with library.open("ab") as file:
+        file.write(bytes(range(256)) * 100)
+    assert drop_symbols(library) == 25_600
+    assert library.stat().st_size == kept
     assert drop_symbols(library) == 0
     code = "import kiwisolver as k; x = k.Variable('x'); s = k.Solver(); s.addConstraint(x == 7); s.updateVariables();"
     code += "print(x.value(), k.__file__)"

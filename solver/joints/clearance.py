@@ -14,7 +14,7 @@ from gudgeon.solver.laws import Law
 from gudgeon.solver.numbers import Length, PositiveSpeed, RatioFromZero, Strict
 
 
-class Rubbing(Strict):
+class JournalFriction(Strict):
     """Friction of which the force rises with the sliding speed: F μ v/√(v² + v₀²)."""
 
     coefficient: RatioFromZero = Field(description="μ, of kinetic friction [1]")
@@ -38,7 +38,7 @@ class Clearance(Axial):
         description="Of the journal, whose two end sections touch by half the law's force each, so that it holds a"
         " tilted journal; default: its middle section touches alone, and it may tilt",
     )
-    friction: Rubbing | None = Field(default=None, description="Friction in the plane of contact; default: none")
+    friction: JournalFriction | None = Field(default=None, description="Friction in the plane of contact; default: none")
 
     @property
     def sections(self) -> tuple[float, ...]:

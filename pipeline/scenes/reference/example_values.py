@@ -52,6 +52,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "Orientation": {"quaternion": [0.9238795325, 0.0, 0.0, 0.3826834324], "euler": [30.0, 0.0, 10.0], "order": "zxz"},
     "Orthotropic": {"E": [1.35e11, 1e10, 1e10], "nu": [0.3, 0.3, 0.4], "G": [5e9, 5e9, 3.5e9]},
     "PlaneFile": {"path": "section.msh"},
+    "JournalFriction": {"coefficient": 0.1, "speed": 1e-3},
     "PointMass": {"inertia": [1e-5, 1e-5, 2e-5]},
     "PoissonRatio": {"nu": 0.45},
     "Rubbing": {"coefficient": 0.3, "press": 1000.0},

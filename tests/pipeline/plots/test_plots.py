@@ -200,9 +200,13 @@ def test_interruption_ends_both_children_and_leaves_nothing_half_written(
         os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr(subprocess.Popen, "__init__", started)
-    threading.Thread(target=interrupt, daemon=True).start()
-    with pytest.raises(KeyboardInterrupt):
-        plots.render(*skirt, out, "skirt")
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # Ignored where the tests run in the background.
+    try:
+        threading.Thread(target=interrupt, daemon=True).start()
+        with pytest.raises(KeyboardInterrupt):
+            plots.render(*skirt, out, "skirt")
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert [child.poll() is None for child in children] == [False, False]
     left = sorted(path.name for path in out.iterdir())
     assert left == FLAT if last == "pressure.png" else last in left

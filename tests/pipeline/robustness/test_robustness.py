@@ -308,7 +308,7 @@ def test_shipped_cases_are_sound_and_every_kind_has_an_operation() -> None:
     assert {kind for one in named for kind in typing.get_args(one)} == set(OPERATIONS)
     assert {name for name, case in cases.items() if case.refusal} == {
         "initial penetration", "rotation 0.02 rad", "rotation 1 rad", "nu 0.49", "nu 0.499", "nu 0.4999",
-        "slivers 1:1000", "duration 4", "coarser mesh", "reuse 0.02",
+        "slivers 1:1000", "duration 4", "coarser mesh", "reuse 0.02", "friction 100",
     }  # fmt: skip
 
 
