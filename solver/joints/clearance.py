@@ -38,7 +38,7 @@ class Clearance(Axial):
         description="Of the journal, whose two end sections touch by half the law's force each, so that it holds a"
         " tilted journal; default: its middle section touches alone, and it may tilt",
     )
-    friction: JournalFriction | None = Field(default=None, description="Friction in the plane of contact; default: none")
+    friction: JournalFriction | None = Field(default=None, description="Friction of the journal; default: none")
 
     @property
     def sections(self) -> tuple[float, ...]:
