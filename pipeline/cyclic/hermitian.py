@@ -12,6 +12,8 @@ from scipy import linalg, sparse
 
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.modes.block_lanczos import block_lanczos, capacity
+from gudgeon.pipeline.modes.block_method import LEAST_DOFS
 from gudgeon.pipeline.modes.lanczos import inverse_lanczos, static_estimate
 from gudgeon.pipeline.modes.problem import Problem, count_shift, refuse_stiff_rigid
 
@@ -39,7 +41,7 @@ class Pairs:
 class HermitianFactor:
     """A⁻¹ of a Hermitian matrix, by a real factor."""
 
-    def __init__(self, matrix: sparse.csr_matrix) -> None:
+    def __init__(self, matrix: sparse.csr_matrix, definite: bool = False) -> None:
         self.real = not np.iscomplexobj(matrix)
         whole = matrix
         if not self.real:
@@ -48,10 +50,10 @@ class HermitianFactor:
                 for part in (np.real(matrix.data), np.imag(matrix.data))
             )
             whole = sparse.bmat([[A, -B], [B, A]])
-        self.factor = factorise(sparse.csr_matrix(whole))
+        self.factor = factorise(sparse.csr_matrix(whole), definite=definite)
 
     def solve(self, loads: np.ndarray) -> np.ndarray:
-        """Return A⁻¹ loads, (m,)."""
+        """Return A⁻¹ loads, (m,) or (m, k)."""
         if self.real:
             return self.factor.solve(np.ascontiguousarray(np.real(loads)))
         answer = self.factor.solve(np.concatenate([np.real(loads), np.imag(loads)]))
@@ -107,8 +109,15 @@ def _dense(problem: Problem, count: int) -> np.ndarray:
 
 
 def _lanczos(problem: Problem, count: int) -> np.ndarray:
+    """Return `count` vectors, by blocks where the matrices are large, else or if that fails with single columns."""
     shift = -static_estimate(problem, HermitianFactor) if problem.rigid.shape[1] else 0.0
-    factor = HermitianFactor(sparse.csr_matrix(problem.K - shift * problem.M))
+    factor = HermitianFactor(sparse.csr_matrix(problem.K - shift * problem.M), definite=True)
+    size = problem.K.shape[0]
+    if size >= LEAST_DOFS and size >= 2 * capacity(count):
+        pairs = block_lanczos(problem, lambda loads: problem.elastic(factor.solve(loads)), shift, count)
+        if pairs is not None:
+            factor.free()
+            return pairs.vectors
     return inverse_lanczos(problem, shift, count, factor)[1]
 
 

@@ -149,6 +149,26 @@ def test_dense_and_lanczos_agree(monkeypatch: pytest.MonkeyPatch) -> None:
         assert one.rigid == dense.rigid == (2 if one.harmonic < 2 else 0)
 
 
+@pytest.mark.parametrize("supports", [(), ("bore",)], ids=["free", "held"])
+def test_blocks_and_single_columns_agree(supports: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of every harmonic, real and complex: the method of large sectors finds what that of small ones does."""
+    sector, _ = bladed(*supports)
+    single = [harmonic_modes(sector, h, COUNT).angular_frequencies for h in range(SECTORS // 2 + 1)]
+    taken: list[int] = []
+    lanczos = hermitian.block_lanczos
+
+    def counted(*arguments: Any) -> Any:
+        taken.append(arguments[3])
+        return lanczos(*arguments)
+
+    monkeypatch.setattr(hermitian, "block_lanczos", counted)
+    monkeypatch.setattr(hermitian, "LEAST_DOFS", 0)
+    blocks = [harmonic_modes(sector, h, COUNT).angular_frequencies for h in range(SECTORS // 2 + 1)]
+    assert len(taken) == SECTORS // 2 + 1
+    for one, other in zip(single, blocks, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
 def test_a_missed_mode_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     sector, _ = bladed("bore")
     whole = hermitian._lanczos
