@@ -66,6 +66,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     refuse_ambiguous_friction(system)
     plan = plan_run(system)
     notes = [note for limit in friction_limits(system) if (note := limit.note()) is not None]
+    at_rest(system, notes)
     found = _simulated(system, plan, progress)
     return replace(found, counts=found.counts | {FRICTION_NOTES: "\n".join(notes)}) if notes else found
 

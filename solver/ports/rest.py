@@ -69,10 +69,13 @@ class _Statics:
     """Of drives."""
 
 
-def at_rest(system: System) -> System:
+def at_rest(system: System, notes: list[str] | None = None) -> System:
     """Return a system whose bodies at rest on contacts with friction start in equilibrium with it.
 
     Bodies take part that have no velocity, no crank and no moving obstacle, and touch over a compliance.
+
+    Args:
+        notes: Receives a sentence for bodies that have no equilibrium and start as placed.
     """
     rubs = any(one.friction is not None and one.friction.static > 0 for one in system.scene.contact.values())
     if system.scene.run.start != "rest" or system.scene.capabilities.turns or not rubs:
@@ -83,6 +86,9 @@ def at_rest(system: System) -> System:
         found = None if statics is None else _balanced(statics, _guess(system, ports, statics))
         if statics is not None and found is not None:
             system = _placed(system, ports, bodies, statics, found)
+        elif statics is not None and notes is not None:
+            names = " and ".join(name for at, name in enumerate(system.bodies) if at in bodies)
+            notes.append(f"{names}: no static equilibrium with friction was found; the run starts as placed")
     return system
 
 

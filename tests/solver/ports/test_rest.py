@@ -109,8 +109,12 @@ def test_points_that_slip_take_their_limit_against_their_slip(kinetic: float, tm
 
 
 def test_no_body_starts_at_rest_beyond_the_angle_of_friction(tmp_path: Path) -> None:
-    system = sloped(tmp_path, 1.1, {})
-    assert at_rest(system) is system
+    system, notes = sloped(tmp_path, 1.1, {}), list[str]()
+    assert at_rest(system, notes) is system
+    assert notes == ["part: no static equilibrium with friction was found; the run starts as placed"]
+    assert notes[0] in simulate(system).counts["friction_notes"]
+    assert at_rest(sloped(tmp_path / "less", 0.9, {}), notes) is not system
+    assert len(notes) == 1
 
 
 @pytest.mark.parametrize("change", [{"velocity": [0, 0.1, 0]}, {"position": [-1e-4, 0, 0]}], ids=["thrown", "apart"])
