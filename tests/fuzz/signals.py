@@ -33,8 +33,8 @@ class Command:
         self.child = subprocess.Popen(
             [sys.executable, "-m", "gudgeon.pipeline", "solve", str(folder / "scene"), *places],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-            # A shell's job in the background ignores SIGINT, and a child would inherit that.
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL) and None,
+            # A shell's job in the background ignores SIGINT, one of nohup SIGHUP, and a child would inherit that.
+            preexec_fn=lambda: [signal.signal(one, signal.SIG_DFL) for one in SIGNALS] and None,
         )  # fmt: skip
         self.lines: dict[str, float] = {}
         self.printed = ""
