@@ -19,6 +19,7 @@ class Feature(Enum):
     LINE_FRICTION = "friction along one line, of rigid bodies in rigid contact"
     RIGID_CONTACT = "rigid contact by multipliers and impacts"
     SLIDING_PAIR = "points that slide over the traction space of another body"
+    TWO_BODIES = "contact between two bodies"
     DASHPOT = "dashpots beside residual flexibility"
     DAMPING = "damping of modes"
     GAUGES = "gauges read at every sample"
@@ -73,7 +74,7 @@ class Integrator:
 class Explicit(Integrator):
     """For undamped bodies. At dt·ω_c = 0.2 the skirt's energy drift is 1e-4; at 2 energy grows without bound."""
 
-    carries = frozenset({Feature.COMPLIANT_CONTACT, Feature.DASHPOT, Feature.GAUGES})
+    carries = frozenset({Feature.COMPLIANT_CONTACT, Feature.TWO_BODIES, Feature.DASHPOT, Feature.GAUGES})
     order = 2
     promised_drift = 2e-3
     largest = 0.2
@@ -87,8 +88,8 @@ class Implicit(Integrator):
     carries = frozenset(Feature) - {Feature.MECHANISM, Feature.POINT_SPRING}
     preferred = frozenset(
         {
-            Feature.COMPLIANT_CONTACT, Feature.SLIDING_PAIR, Feature.DAMPING, Feature.JOINT, Feature.LOAD,
-            Feature.POINT_LOAD, Feature.GRAVITY,
+            Feature.COMPLIANT_CONTACT, Feature.TWO_BODIES, Feature.SLIDING_PAIR, Feature.DAMPING, Feature.JOINT,
+            Feature.LOAD, Feature.POINT_LOAD, Feature.GRAVITY,
         }
     )  # fmt: skip
     order = 2
@@ -104,8 +105,9 @@ class Event(Integrator):
 
     carries = frozenset(
         {
-            Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.RIGID_CONTACT, Feature.DASHPOT, Feature.GAUGES,
-            Feature.PROBES, Feature.SPRING, Feature.SPRING_DAMPING, Feature.GRAVITY, Feature.LINE_FRICTION,
+            Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.RIGID_CONTACT, Feature.TWO_BODIES, Feature.DASHPOT,
+            Feature.GAUGES, Feature.PROBES, Feature.SPRING, Feature.SPRING_DAMPING, Feature.GRAVITY,
+            Feature.LINE_FRICTION,
         }
     )  # fmt: skip
     order = math.inf
@@ -117,7 +119,10 @@ class Collocation(Integrator):
     """Four Lobatto points a step: order 6 at the ends of steps. Its drift is 100 times its default accuracy of 1e-8."""
 
     carries = frozenset(
-        {Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.GAUGES, Feature.PROBES, Feature.SPRING, Feature.GRAVITY}
+        {
+            Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.TWO_BODIES, Feature.GAUGES, Feature.PROBES, Feature.SPRING,
+            Feature.GRAVITY,
+        }
     )  # fmt: skip
     order = 6
     promised_drift = 1e-6
@@ -130,7 +135,7 @@ class DiscreteGradient(Integrator):
 
     carries = frozenset(
         {
-            Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.GAUGES,
+            Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.TWO_BODIES, Feature.GAUGES,
             Feature.PROBES, Feature.SPRING, Feature.GRAVITY,
         }
     )  # fmt: skip
@@ -147,7 +152,7 @@ class Mechanism(Integrator):
     carries = frozenset(
         {
             Feature.MECHANISM, Feature.POINT_LOAD, Feature.POINT_SPRING, Feature.GRAVITY, Feature.PROBES,
-            Feature.DAMPING,
+            Feature.DAMPING, Feature.LINEAR_LAW, Feature.SMOOTH_LAW,
         }
     )  # fmt: skip
     order = 8

@@ -74,7 +74,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
 def _simulated(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     """Integrate a system with the steps of a plan, or with controlled ones."""
     run = system.scene.run
-    if not run.checks:
+    if not run.checks or plan.integrator.turns:
         return _march(system, plan, progress)
     if plan.integrator.own_steps or run.step is not None:
         found = _march(system, plan, progress)

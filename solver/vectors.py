@@ -34,3 +34,11 @@ def unit(vector: tuple[float, ...] | np.ndarray) -> np.ndarray:
 def length_across(vectors: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Return the length of vectors (…, 3) across a unit vector, (…)."""
     return np.linalg.norm(vectors - (vectors @ along)[..., None] * along, axis=-1)
+
+
+def frame_along(axis: np.ndarray) -> np.ndarray:
+    """Return three axes as columns, the third one given, a unit vector, (3, 3)."""
+    first = np.eye(3)[np.abs(axis).argmin()]
+    first = first - (first @ axis) * axis
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(axis, first), axis])

@@ -14,7 +14,7 @@ import numpy as np
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.stages.run import run_job
-from gudgeon.solver.results.contact_events import windowed
+from gudgeon.solver.integrators.curves import windowed
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 COUNTS, MANY = (15, 30, 60), 240

@@ -30,8 +30,11 @@ class SceneFile(Scene):
         """
         if self.component[component].modes.reduction == "rigid":
             return []
-        rubbed = self.rubbed()
-        return sorted({name for body in self.body if self.component_of(body) == component for name in rubbed[body]})
+        rubbed, own = self.rubbed(), [body for body in self.body if self.component_of(body) == component]
+        found = {name for body in own for name in rubbed[body]}
+        if self.turning(component):  # What turns is not pressed along its normals alone.
+            found |= {contact.interface for contact in self.contact.values() if contact.body in own}
+        return sorted(found)
 
     def turning(self, component: str) -> bool:
         """Whether a component deforms and one of its bodies turns by any angle: it needs a floating frame."""

@@ -24,9 +24,9 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import BASIS_REASON, BEGINS, ENDS, IMPULSE, ONE_COORDINATE, Trajectory
 from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.integrators.curves import windowed
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.result import Result
-from gudgeon.solver.results.contact_events import windowed
 from gudgeon.solver.system.nested import nested
 from gudgeon.solver.system.system import System
 

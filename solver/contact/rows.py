@@ -153,7 +153,8 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
             at = np.asarray(scene.body[master.name].position)
             obstacle = basic_surface(_space(obstacle, name, master).chart, at)
         directions, gap = obstacle.direction(placed), obstacle.gap(placed)
-        _check_facing(name, contact.interface, placed, np.einsum("ci,ci->c", directions, -interface.normals))
+        if not scene.capabilities.turns:  # Bodies that turn may come to face it.
+            _check_facing(name, contact.interface, placed, np.einsum("ci,ci->c", directions, -interface.normals))
     gap = _without_round_off(gap, touching_depth(placed, position))
     rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
     residual = _residual(contact, name, body, contact.interface)

@@ -47,7 +47,9 @@ def _contacts(scene: Scene, counts: Counts) -> Iterator[PortRow]:
         bodies = (contact.body, *((other.body,) if other is not None else ()))
         count = None if points is None else points * BLOCK.get(kind, 1)
         word = WORDS[kind] + (", rigid" if METHODS[contact.method].rigid else "")
-        yield PortRow(f"contact.{name}", word, count, bodies, "moving" if slides else "constant")
+        yield PortRow(
+            f"contact.{name}", word, count, bodies, "moving" if slides or scene.capabilities.turns else "constant"
+        )
 
 
 def contact_kind(contact: Contact) -> Kind:

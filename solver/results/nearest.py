@@ -3,6 +3,7 @@
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
+from gudgeon.solver.integrators.curves import least_of_cubics
 from gudgeon.solver.integrators.outcome import Outcome
 from gudgeon.solver.results.contact_events import named
 from gudgeon.solver.system.system import System
@@ -18,6 +19,8 @@ def nearest(system: System, end: Outcome, times: np.ndarray, frames: np.ndarray,
         frames, velocities: Coordinates and their rates, (f, m).
     """
     found: Json = {}
+    if system.scene.capabilities.turns:  # Its integrator follows the gaps.
+        return found
     times = np.concatenate([[0.0], times])
     places, rates = np.vstack([system.position, frames]), np.vstack([system.velocity, velocities])
     for contact in system.contacts:
@@ -29,7 +32,7 @@ def nearest(system: System, end: Outcome, times: np.ndarray, frames: np.ndarray,
             moved = [body.centre_motion(places[:, body.rigid])[:, :3] @ over.direction for body in (own, other)]
             inward = places @ system.functions[contact.functions].T
             gaps += np.array([over.at_points(*item) for item in zip(moved[0] - moved[1], inward, strict=True)])
-        least, time = _least(times, gaps, rates @ system.rows[contact.rows].T)
+        least, time = least_of_cubics(times, gaps, rates @ system.rows[contact.rows].T)
         found |= named(contact.name, {"least_gap": (least, "m"), "least_gap_time": (time, "s")})
     return found
 
@@ -38,22 +41,3 @@ def _gaps(system: System, rows: slice, times: np.ndarray, places: np.ndarray) ->
     """Return the gaps of a contact's points without traction space and contact forces [m], (f, c)."""
     driving = system.driving
     return system.gap[rows] + places @ system.rows[rows].T + driving.loads(times, 0.0) @ driving.to_gap[rows].T
-
-
-def _least(times: np.ndarray, gaps: np.ndarray, rates: np.ndarray) -> tuple[float, float]:
-    """Return the least value of cubics by values [m] and rates [m/s] at some times, (f, c), and its time [s]."""
-    frame, point = np.unravel_index(int(gaps.argmin()), gaps.shape)
-    best = (float(gaps[frame, point]), float(times[frame]))
-    spans = np.diff(times)[:, None]
-    first, last, begin, end = gaps[:-1], gaps[1:], rates[:-1] * spans, rates[1:] * spans
-    # g(x) = first + begin x + square x² + cube x³ with x from 0 to 1; its minimum is where g' = 0 and g'' > 0.
-    with np.errstate(invalid="ignore", divide="ignore"):  # A point beside its surface has no gap: infinite.
-        square, cube = 3 * (last - first) - 2 * begin - end, 2 * (first - last) + begin + end
-        under = np.sqrt(square**2 - 3 * cube * begin)
-        x = -begin / (square + under)
-        lowest = np.where((x > 0) & (x < 1), first + x * (begin + x * (square + x * cube)), np.inf)
-    lowest = np.where(np.isfinite(lowest), lowest, np.inf)
-    if lowest.size and lowest.min() < best[0]:
-        frame, point = np.unravel_index(int(lowest.argmin()), lowest.shape)
-        best = (float(lowest[frame, point]), float(times[frame] + x[frame, point] * spans[frame, 0]))
-    return best

@@ -36,7 +36,7 @@ def quantities(system: System, end: Outcome, states: tuple[np.ndarray, np.ndarra
         if contact.edge.any() and pressed > 0:
             values["edge_share"] = (float(end.impulses[contact.rows][contact.edge].sum()) / pressed, "1")
         values |= impact_quantities(end.impacts[number], system.window)
-        if size > 0:
+        if size > 0 and not system.scene.capabilities.turns:
             values |= _rebound(system, end, contact, impulse / size)
         if number < len(end.slips):
             values |= _of_slips(end.slips[number])

@@ -269,6 +269,8 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
         if contact.friction is not None:
             along = METHODS[contact.method].rigid and contact.friction.direction is not None
             yield f"the friction of {where}", Feature.LINE_FRICTION if along else Feature.FRICTION
+        if isinstance(contact.against, OtherBody):
+            yield f"the other body of {where}", Feature.TWO_BODIES
         if contact.dashpot != "none":
             yield f"the dashpot of {where}", Feature.DASHPOT
     for name, spring in scene.springs().items():

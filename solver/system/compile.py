@@ -90,7 +90,7 @@ def assembled(
     if scene.capabilities.turns:
         # Its joints, forces and probes turn with the bodies: the integrator builds them.
         scene = scene.model_copy(update={"joint": {}, "force": {}, "probe": {}})
-    contacts, arrays = _contacts(scene, bodies, size)
+    contacts, arrays = _contacts(whole, bodies, size)
     sag = np.zeros_like(arrays["gap"]) if sag is None else sag
     arrays["gap"] = arrays["gap"] + sag
     driving = compile_driving(scene, bodies, contacts, size)

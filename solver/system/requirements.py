@@ -102,6 +102,10 @@ def _contacts(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     for name, contact in scene.contact.items():
         if contact.body == body:
             yield from _own_side(name, contact, elastic=stock.elastic)
+            if scene.capabilities.turns and stock.elastic:
+                path = f"modes:interfaces/{contact.interface}"
+                fields = (f"{path}/tangents", f"{path}/tangential_rows")
+                yield Term(f"motion across {name}", body, True, "the body turns before its obstacle", fields)
     for name, over in masters.items():
         if over.body == body:
             reason = f"contact {name} slides over it"
@@ -229,6 +233,8 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
         reason = "a rigid body does not deform"
     if checked and not stock.estimated:
         reason = "its modes have no estimate of them"
+    if touching and scene.capabilities.turns:
+        checked, reason = False, "the body turns by any angle: errors of mesh and basis are not estimated"
     yield Term("errors of frequencies", body, checked and stock.estimated, reason, ("modes:discretisation_errors",))
     pulled = any(scene.run.gravity)
     yield Term(

@@ -11,8 +11,8 @@ from gudgeon.modaldb.records.trajectory import BASIS_REASON, ONE_COORDINATE, Tra
 from gudgeon.solver import simulate as solver
 from gudgeon.solver.checks import basis as basis_check
 from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.integrators.curves import windowed
 from gudgeon.solver.result import Result
-from gudgeon.solver.results.contact_events import windowed
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System
 from tests.solver.systems import block_records, block_scene, build, build_all, rigid_records, rod_records, rod_scene

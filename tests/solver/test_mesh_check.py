@@ -8,7 +8,7 @@ import pytest
 
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.stages.run import run_job
-from gudgeon.solver.results.contact_events import windowed
+from gudgeon.solver.integrators.curves import windowed
 
 LIGHT = """
 component.mass.geometry = { kind = "rigid", mass = 0.246, points = { face = { at = [0, 0, 0], normal = [1, 0, 0] } } }

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gudgeon.solver.results.contact_events import windowed
+from gudgeon.solver.integrators.curves import windowed
 from tests.validation.scenes import DATA, Solved, reference, solve
 
 NAMES = {"clamped": "A4c_mass_clamped_rod_ratio1", "free": "A4f_mass_free_rod_ratio1"}

@@ -8,10 +8,13 @@ from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.scene.body import Body
 
+DRAWN = 4
+"""Contact points of a body that are drawn one by one."""
+
 
 @dataclass(frozen=True)
 class Moving:
-    """A body with its points: those of its joints and, last, its centre of mass."""
+    """A body with its points: those of its joints and contacts and, last, its centre of mass."""
 
     name: str
     points: np.ndarray
@@ -51,9 +54,18 @@ def moving_bodies(drawing: Drawing) -> list[Moving]:
                 given = one.get("against_at"), one.get("against_interface")
                 default = one["body"], one.get("at"), one.get("interface")
                 places.append(_placed(drawing, *(default if given == (None, None) else (name, *given))))
+        places += _touching(drawing, name)
         points = np.array([*places, centre]) - centre
         found.append(Moving(name, points, centre, drawing.trajectory.motion[name]))
     return found
+
+
+def _touching(drawing: Drawing, body: str) -> list[np.ndarray]:
+    """Return where the scene places the contact points of a body [m], (3,) each; of many their mean."""
+    own = [one.points for one in drawing.trajectory.contacts.values() if one.body == body]
+    position = np.asarray(drawing.scene["body"][body]["position"], float)
+    few = [points if len(points) <= DRAWN else points.mean(axis=0, keepdims=True) for points in own]
+    return [position + point for points in few for point in points]
 
 
 def _placed(drawing: Drawing, body: str, at: tuple[float, float, float] | None, interface: str | None) -> np.ndarray:

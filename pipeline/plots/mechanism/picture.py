@@ -29,7 +29,7 @@ def _figure(drawing: Drawing) -> Figure:
     figure = style.new_figure("Motion of the bodies", subtitle, height=1900)
     grid = figure.add_gridspec(3, 1, height_ratios=[2.2, 1.0, 1.0], left=0.1, right=0.965, bottom=0.06, top=0.92,
                                hspace=0.36)  # fmt: skip
-    _bodies(figure, grid[0], bodies)
+    _bodies(figure, grid[0], bodies, drawing)
     abscissa = style.over_time(trajectory.times, (0.0, end))
     panels = [figure.add_subplot(grid[1]), figure.add_subplot(grid[2])]
     _angles(panels[0], abscissa.values, drawing)
@@ -38,7 +38,7 @@ def _figure(drawing: Drawing) -> Figure:
     return figure
 
 
-def _bodies(figure: Figure, place, bodies: list[Moving]) -> None:  # type: ignore[no-untyped-def]
+def _bodies(figure: Figure, place, bodies: list[Moving], drawing: Drawing) -> None:  # type: ignore[no-untyped-def]
     """Draw lines through the points of each body at some samples, and the paths of the points."""
     every = [body.places(slice(None)) for body in bodies]
     cloud = np.concatenate([one.reshape(-1, 3) for one in every])
@@ -67,31 +67,68 @@ def _bodies(figure: Figure, place, bodies: list[Moving]) -> None:  # type: ignor
     axes.set_ylabel(labels[1])
     if flat:
         axes.set_aspect("equal", adjustable="datalim")
+        _obstacles(axes, drawing, cloud[:, shown], shown)
     else:
         axes.set_zlabel(labels[2])  # type: ignore[attr-defined]
         axes.locator_params(nbins=5)
         axes.set_box_aspect(np.maximum(extent, 0.2 * extent.max()))  # type: ignore[arg-type]
 
 
+def _obstacles(axes: Axes, drawing: Drawing, cloud: np.ndarray, shown: np.ndarray) -> None:
+    """Draw obstacles that stand upright on the plane of drawing: planes as lines with their inside hatched, bores.
+
+    Args:
+        cloud: Points of all bodies at all times in the plane [m], (n, 2).
+        shown: Its two axes.
+    """
+    size = float(np.ptp(cloud, axis=0).max())
+    hidden = 3 - int(shown.sum())
+    for contact in drawing.scene["contact"].values():
+        against = contact["against"]
+        if against["shape"] == "plane":
+            normal = np.asarray(against["normal"], float)
+            normal = normal / np.linalg.norm(normal)
+            if abs(normal[hidden]) > FLAT:
+                continue
+            across, point = normal[shown], np.asarray(against["point"], float)[shown]
+            along = np.array([-across[1], across[0]])
+            reach = (cloud - point) @ along
+            ends = point + np.outer([reach.min() - 0.05 * size, reach.max() + 0.05 * size], along)
+            axes.fill(*np.vstack([ends, (ends - 0.03 * size * across)[::-1]]).T, color=style.FAINT, alpha=0.25, lw=0)
+            axes.plot(*ends.T, color=style.FAINT, lw=1.2)
+        elif against["shape"] == "bore":
+            axis = np.asarray(against["axis"], float)
+            if abs(axis[hidden]) < (1 - FLAT) * np.linalg.norm(axis):
+                continue
+            turn = np.linspace(0, 2 * np.pi, 200)
+            ring = np.column_stack([np.cos(turn), np.sin(turn)]) * against["radius"]
+            axes.plot(*(ring + np.asarray(against["origin"], float)[shown]).T, color=style.FAINT, lw=1.2)
+
+
 def _angles(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
-    """Draw the angles of the joints that have one."""
-    joints = drawing.trajectory.joints
+    """Draw the angles of the joints that have one; where none has, how far the bodies have turned."""
+    joints, what = drawing.trajectory.joints, "joint"
     turning = {name: one.angle for name, one in joints.items() if one.angle.any()}
+    if not turning:
+        turns = {name: np.linalg.norm(one[:, 3:6], axis=1) for name, one in drawing.trajectory.motion.items()}
+        turning, what = {name: turn for name, turn in turns.items() if turn.any()}, "body"
     for name, angle in list(turning.items())[:MOST]:
         axes.plot(times, np.degrees(angle), lw=1.2, label=name)
-    axes.set_ylabel("angle of joint [deg]")
+    axes.set_ylabel(f"angle of {what} [deg]")
     if turning:
         style.legend(axes, columns=4)
 
 
 def _reactions(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
-    """Draw the sizes of the largest forces of joints."""
-    sizes = {name: np.linalg.norm(one.force, axis=1) for name, one in drawing.trajectory.joints.items()}
+    """Draw the sizes of the largest forces of joints and contacts."""
+    every = {**drawing.trajectory.joints, **drawing.trajectory.contacts}
+    sizes = {name: np.linalg.norm(one.force, axis=1) for name, one in every.items()}
     chosen = sorted(sizes, key=lambda name: -float(sizes[name].max()))[:MOST]
     largest = max((float(sizes[name].max()) for name in chosen), default=0.0)
     scale, unit = style.prefixed(largest, "N")
     for name in (name for name in sizes if name in chosen):
         axes.plot(times, sizes[name] * scale, lw=1.2, label=name)
-    axes.set_ylabel(f"force of joint [{unit}]")
+    kinds = [kind for kind in ("joint", "contact") if getattr(drawing.trajectory, f"{kind}s")]
+    axes.set_ylabel(f"force of {' or '.join(kinds) or 'joint'} [{unit}]")
     if chosen:
         style.legend(axes, columns=4)

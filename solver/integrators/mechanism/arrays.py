@@ -1,10 +1,13 @@
 """The arrays of a mechanism's time loop, for compiled functions.
 
-Shapes: n bodies, J pairs of markers, t terms, m rows, b springs, l loads, d drives, P points, c sections of journals, E
-elastic coordinates at most of a body. A body's state is its centre of mass x, the unit quaternion e of its rotation
-since it was placed, its velocity v, and its spin ℓ, the angular momentum about its centre along the scene's axes:
-thirteen numbers; behind those of all bodies stand the elastic coordinates of all, their momenta, of each section the
-integrals of its force and of force times sliding speed, and `SUMS` sums over time.
+Shapes: n bodies, J pairs of markers, t terms, m rows, b springs, l loads, d drives, P points, c sections, E elastic
+coordinates at most of a body. A body's state is its centre of mass x, the unit quaternion e of its rotation since it
+was placed, its velocity v, and its spin ℓ, the angular momentum about its centre along the scene's axes: thirteen
+numbers; behind those of all bodies stand the elastic coordinates of all, their momenta, of each section `PUSHES`
+integrals, and `SUMS` sums over time.
+
+A section is what touches of a pair of markers: a section of a journal in its bearing, or a point of a body that may
+strike an obstacle.
 """
 
 from typing import NamedTuple
@@ -19,6 +22,11 @@ WORK, LOST, IMPULSE, MOMENT = 0, 1, 2, 5
 """Sums over time: work of loads and drives, and what dashpots dissipated [J]; of all that acts on the bodies, impulse
 and its moment about the origin of the scene, three numbers each [N s, N m s]."""
 SUMS = 8
+PUSHES = 5
+"""Integrals of each section: force, force times sliding speed, and the normal force on the own body along the scene's
+axes, three numbers [N s, N m, N s]."""
+JOURNAL, PLANE = range(2)
+"""Shapes that a section touches: the inside of a cylinder, or what is behind a plane across the third axis."""
 ALONG, SQUARE, DISTANCE, ANGLE = range(4)
 """Kinds of a term: d = p_b − p_a along an axis of a; scalar product of two axes; |d|; rotation about a's third axis."""
 NONE = -1
@@ -85,9 +93,12 @@ class Model(NamedTuple):
     load: np.ndarray
     """Force and moment per unit, along the scene's axes, (l, 6)."""
     touch_pair: np.ndarray
-    """Pair of markers of each section of a journal, (c,)."""
+    """Pair of markers of each section, (c,)."""
+    touch_shape: np.ndarray
+    """`JOURNAL` or `PLANE`, (c,)."""
     touch_size: np.ndarray
-    """Clearance, radius of the journal, place of the section along its axis [m], (c, 3)."""
+    """Clearance, radius of the journal, place of the section along its axis [m], (c, 3); a point in a bore has no
+    radius, and its clearance is the radius of the bore."""
     touch_law: np.ndarray
     """Coefficients of its law, (c, 4)."""
     touch_friction: np.ndarray
@@ -205,3 +216,9 @@ class Reading(NamedTuple):
     """Of each pair; 0 without one [rad], (J,)."""
     violations: np.ndarray
     """Of each pair over its reach, (J,)."""
+
+
+def pushes_of(state: np.ndarray, sections: int) -> np.ndarray:
+    """Return a view of the integrals of the sections in states (..., numbers), (..., c, `PUSHES`)."""
+    here = state[..., state.shape[-1] - SUMS - PUSHES * sections : state.shape[-1] - SUMS]
+    return here.reshape(*state.shape[:-1], sections, PUSHES)

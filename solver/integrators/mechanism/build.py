@@ -1,7 +1,6 @@
 """The model of a compiled scene's mechanism: bodies, markers, terms of its joints, and their rows."""
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     ANGLE,
     DISTANCE,
     NONE,
+    PUSHES,
     SQUARE,
     STAGES,
     SUMS,
@@ -23,38 +23,16 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Work,
 )
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, point_of
+from gudgeon.solver.integrators.mechanism.parts import Point, Row
 from gudgeon.solver.integrators.mechanism.touching.kernel import COLUMNS
+from gudgeon.solver.integrators.mechanism.touching.sections import Section, of_contact, of_journal
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Distance, Marked, Screw, Universal
 from gudgeon.solver.system.system import System
-from gudgeon.solver.vectors import unit
+from gudgeon.solver.vectors import frame_along, unit
 
 Term = tuple[int, int, int, int]
-
-
-class Point(NamedTuple):
-    """A point of a body or the ground."""
-
-    owner: int
-    """Number of its body, `NONE` of the ground."""
-    arm: np.ndarray
-    """From the centre of the undeformed body, or a place in the scene [m], (3,)."""
-    rows: np.ndarray = np.zeros((6, 0))
-    """Displacement and rotation per elastic coordinate, (6, m)."""
-    bend: np.ndarray = np.zeros((6, 0, 0))
-    """Their second order, (6, m, m)."""
-
-
-class Row(NamedTuple):
-    """One constraint: Σ factor · term = constant + drive."""
-
-    joint: str
-    terms: tuple[tuple[int, float], ...]
-    constant: float = 0.0
-    drive: int = NONE
-    length: bool = False
-    """Whether its unit is m."""
 
 
 @dataclass
@@ -76,6 +54,8 @@ class Linkage:
     rows: list[Row] = field(default_factory=list)
     drives: dict[str, Driven] = field(default_factory=dict)
     """Joints that drive others, in the order of their numbers."""
+    sections: list[Section] = field(default_factory=list)
+    """What may touch: journals of joints with clearance, then points of contacts."""
 
     def point(
         self, body: str | None, at: tuple[float, float, float] | None, interface: str | None = None, where: str = ""
@@ -153,6 +133,11 @@ def linkage_of(system: System) -> Linkage:
             _add_gear(found, name, joint)
         elif isinstance(joint, Driven):
             _add_drive(found, name, joint)
+    for contact in system.contacts:
+        for ends, axes, section in of_contact(contact, system, found.names, found.centres, found.frames):
+            found.sections.append(section._replace(pair=len(found.markers)))
+            found.markers.append(ends)
+            found.axes.append(axes)
     return found
 
 
@@ -160,10 +145,12 @@ def _add_hinge(found: Linkage, name: str, joint: Marked) -> None:
     pair = found.pairs[name] = len(found.markers)
     other, own = found.ends(joint, f"joint.{name}")
     third, thither = joint.axes
-    frame = _frame(thither)
-    turned = _frame(third) if isinstance(joint, Universal) else _shortest(thither, third) @ frame
+    frame = frame_along(thither)
+    turned = frame_along(third) if isinstance(joint, Universal) else _shortest(thither, third) @ frame
     found.markers.append((other, own))
     found.axes.append(np.array([frame, turned]))
+    if isinstance(joint, Clearance):
+        found.sections += of_journal(name, joint, pair)
     if isinstance(joint, Distance):
         apart = float(np.linalg.norm(found.place(own) - found.place(other)))
         if apart == 0:
@@ -217,14 +204,6 @@ def _check_motion(found: Linkage, where: str, name: str, motion: str) -> None:
     raise SceneError(f"{where}: joint '{name}' {kind}: {what} is needed; {', '.join(able) or 'no joint'} has one")
 
 
-def _frame(axis: np.ndarray) -> np.ndarray:
-    """Return three axes as columns, the third one given, (3, 3)."""
-    first = np.eye(3)[np.abs(axis).argmin()]
-    first = first - (first @ axis) * axis
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(axis, first), axis])
-
-
 def _shortest(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return the shortest rotation of a unit vector to another one less than 180 degrees away, (3, 3)."""
     v = np.cross(one, other)
@@ -267,20 +246,15 @@ def model_of(found: Linkage) -> Model:
 
 
 def _sections(found: Linkage) -> dict[str, np.ndarray]:
-    """Return the arrays of the sections of journals."""
-    pairs, sizes, laws, rubbing = [], [], [], []
-    joints = ((name, one) for name, one in found.system.scene.hinges().items() if isinstance(one, Clearance))
-    for name, joint in joints:
-        law, share = joint.law.coefficients(), 1 / len(joint.sections)
-        for place in joint.sections:
-            pairs.append(found.pairs[name])
-            sizes.append((joint.clearance, joint.radius, place))
-            laws.append(law._replace(stiffness=share * law.stiffness, damping=share * law.damping))
-            rubbing.append((joint.friction.coefficient, joint.friction.speed) if joint.friction else (0.0, 1.0))
+    """Return the arrays of the sections."""
+    kept = found.sections
     return {
-        "touch_pair": np.array(pairs, np.int64), "touch_size": np.array(sizes, float).reshape(-1, 3),
-        "touch_law": np.array(laws, float).reshape(-1, 4), "touch_friction": np.array(rubbing, float).reshape(-1, 2),
-    }  # fmt: skip
+        "touch_pair": np.array([one.pair for one in kept], np.int64),
+        "touch_shape": np.array([one.shape for one in kept], np.int64),
+        "touch_size": np.array([one.size for one in kept], float).reshape(-1, 3),
+        "touch_law": np.array([one.law for one in kept], float).reshape(-1, 4),
+        "touch_friction": np.array([one.friction for one in kept], float).reshape(-1, 2),
+    }
 
 
 def _pressed(found: Linkage, name: str, load: GivenForce | GivenTorque) -> Point:
@@ -353,7 +327,7 @@ def _coupled(row_terms: np.ndarray, kinds: np.ndarray, owner: np.ndarray) -> np.
 
 def size_of(model: Model) -> int:
     """Return how many numbers a state has."""
-    return WIDTH * len(model.mass) + 2 * int(model.elastic[:, 0].sum()) + 2 * len(model.touch_pair) + SUMS
+    return WIDTH * len(model.mass) + 2 * int(model.elastic[:, 0].sum()) + PUSHES * len(model.touch_pair) + SUMS
 
 
 def work_of(model: Model) -> Work:

@@ -6,11 +6,12 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import JointHistory
 from gudgeon.modaldb.records.types import Json
-from gudgeon.solver.integrators.mechanism.arrays import SUMS, Model, Reading, Work
+from gudgeon.solver.integrators.mechanism.arrays import Model, Reading, Work, pushes_of
 from gudgeon.solver.integrators.mechanism.build import Linkage
 from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, motion_of
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
 from gudgeon.solver.integrators.mechanism.step import read
+from gudgeon.solver.integrators.mechanism.touching.kernel import FORCE
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
 from gudgeon.solver.integrators.outcome import LinkageHistories
 
@@ -23,6 +24,8 @@ class Sample(NamedTuple):
     """Rotation vector of each body [rad], (n, 3)."""
     reading: Reading
     motion: Motion
+    pressed: np.ndarray
+    """Force of each section [N], (c,)."""
 
 
 class Recorder:
@@ -40,8 +43,9 @@ class Recorder:
         pressing = self._work.touching.copy()
         self._work.touching[:] = True  # What was indented then may have parted since.
         read(self._model, self._work, state, given, amounts, found)
+        forces = self._work.touch[:, FORCE].copy()
         self._work.touching[:] = pressing
-        self.samples.append(Sample(state, vectors, found, motion_of(self._model, self._work, state)))
+        self.samples.append(Sample(state, vectors, found, motion_of(self._model, self._work, state), forces))
 
     def found(self, interval: float, notes: list[str], end: tuple[np.ndarray, float], count: int) -> LinkageHistories:
         """Return the histories of the first samples.
@@ -70,23 +74,32 @@ class Recorder:
         return LinkageHistories(
             joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]) | self._pushes(end[0]),
             momentum_error(self._model, states), notes,
-            {name: self._touching.of_pair(linkage.pairs[name], *end) for name in self._clearances()},
+            {name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
         )  # fmt: skip
 
     def _pushes(self, state: np.ndarray) -> Json:
-        """Return the impulses of joints with clearance, and force times sliding distance, of a state."""
+        """Return the impulses of joints with clearance, with force times sliding distance, and of contacts."""
         found: Json = {}
-        sections = self._model.touch_pair
-        sums = state[len(state) - SUMS - 2 * len(sections) : len(state) - SUMS].reshape(-1, 2)
+        sums = pushes_of(state, len(self._linkage.sections))
         for name in self._clearances():
-            impulse, slide = sums[sections == self._linkage.pairs[name]].sum(axis=0)
+            impulse, slide = sums[self._sections(name), :2].sum(axis=0)
             found[f"{name}.impulse"] = {"value": float(impulse), "unit": "N s"}
             found[f"{name}.slide"] = {"value": float(slide), "unit": "N m"}
+        for contact, track in zip(self._linkage.system.contacts, self._touching.tracks, strict=True):
+            size = float(np.linalg.norm(sums[track.sections, 2:].sum(axis=0)))
+            found[f"{contact.name}.impulse"] = {"value": size, "unit": "N s"}
+            if not track.touched:
+                for key, value, unit in zip(("least_gap", "least_gap_time"), track.least, ("m", "s"), strict=True):
+                    found[f"{contact.name}.{key}"] = {"value": value, "unit": unit}
         return found
 
     def _clearances(self) -> list[str]:
         """Return the joints with clearance."""
         return [name for name, pair in self._linkage.pairs.items() if pair in self._model.touch_pair]
+
+    def _sections(self, name: str) -> np.ndarray:
+        """Return the numbers of a joint's sections."""
+        return np.flatnonzero(self._model.touch_pair == self._linkage.pairs[name])
 
 
 def _quantities(linkage: Linkage, times: np.ndarray, wrenches: np.ndarray, angles: np.ndarray) -> Json:

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from gudgeon.solver.capabilities import Mechanism as Capabilities
-from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, SUMS, TURN
+from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, TURN, pushes_of
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
@@ -14,6 +14,8 @@ from gudgeon.solver.integrators.mechanism.start import start_of
 from gudgeon.solver.integrators.mechanism.step import MAIN, Course, begin, interpolation, keep_angles, tableau
 from gudgeon.solver.integrators.mechanism.stepping import Stepping, Tried
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
+from gudgeon.solver.integrators.mechanism.touching.sections import refuse_overlap
+from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
@@ -54,7 +56,10 @@ class Mechanism(Capabilities):
         self._vectors = np.zeros((n, 3))
         self._vectors = self._turned(self._state)
         self._fastest = np.zeros(2)
-        self.touching = Touching(self.model, self.work)
+        owners = np.array([one.owner for one in self.linkage.sections])
+        tracks = [Track(np.flatnonzero(owners == contact.name)) for contact in system.contacts]
+        self.touching = Touching(self.model, self.work, tracks, self._size)
+        refuse_overlap(system, self.touching.depths(self._state), tracks, self._size)
         self.touching.begin(self._state)
         self._recorder = Recorder(self.linkage, self.model, self.work, self.touching)
         given, amounts = self._given(np.zeros(1))
@@ -101,11 +106,19 @@ class Mechanism(Capabilities):
         taken = self._recorder.samples[len(self._recorder.samples) - count :]
         out.energies[:] = energies(self.model, states, [one.motion for one in taken])
         self._note_energies(out.energies)
+        self._set_forces(out.forces, stride * self._interval)
         q, v = self._coordinates(taken)
         rigid = self._system.rigid
         out.snapshots[:, :r], out.snapshots[:, r : 2 * r] = q[:, rigid], v[:, rigid]
         self._at = q[-1], v[-1]
         return True
+
+    def _set_forces(self, forces: np.ndarray, interval: float) -> None:
+        """Set the mean resultant of each contact over the last samples, (s, k, 3)."""
+        last = self._recorder.samples[len(self._recorder.samples) - len(forces) - 1 :]
+        pushed = pushes_of(np.array([one.state for one in last]), len(self.linkage.sections))[:, :, 2:]
+        for number, track in enumerate(self.touching.tracks):
+            forces[:, number] = np.diff(pushed[:, track.sections].sum(axis=1), axis=0) / interval
 
     def _note_energies(self, found: np.ndarray) -> None:
         total = found @ (1, 1, 1, 1, -1)
@@ -178,10 +191,8 @@ class Mechanism(Capabilities):
             # A coordinate of unit modal mass moves the body by about 1/√mass.
             q, momentum = modal_parts(self.model, weights, b)
             q[:], momentum[:] = 1 / (np.sqrt(mass) * self._size), 1 / (np.sqrt(mass) * speed)
-        sections = len(self.model.touch_pair)
-        pushes = weights[len(weights) - SUMS - 2 * sections : len(weights) - SUMS]
-        whole = float(self.model.mass.sum()) * speed
-        pushes[::2], pushes[1::2] = 1 / whole, 1 / (whole * speed)
+        pushes, whole = pushes_of(weights, len(self.model.touch_pair)), float(self.model.mass.sum()) * speed
+        pushes[:], pushes[:, 1] = 1 / whole, 1 / (whole * speed)
         return weights
 
     def _interpolated(self, time: float) -> np.ndarray:
@@ -213,18 +224,22 @@ class Mechanism(Capabilities):
         return np.hstack(q), np.hstack(v)
 
     def impacts(self) -> list[np.ndarray]:
-        """Return none: there are no contacts."""
-        return []
+        """Return the impacts of each contact up to the last step, (b, 9) each."""
+        window = self._system.window
+        return [self.touching.of_contact(track, self._state, self._time, window) for track in self.touching.tracks]
 
     def outcome(self) -> Outcome:
-        (q, v), none = self._at, np.empty(0)
+        (q, v), last = self._at, self._recorder.samples[-1]
+        own = np.concatenate([np.empty(0, int), *(track.sections for track in self.touching.tracks)]).astype(int)
+        pushed = pushes_of(last.state, len(self.linkage.sections))[own]
+        self._extreme[3] = self.touching.deepest
         counts = {
             "steps_taken": self._stepping.taken,
             "steps_rejected": self._stepping.rejected,
             "rows": self.start.rows,
         }
         return Outcome(
-            q=q, v=v, multipliers=none, impulses=none, extreme=self._extreme, counts=np.zeros(3),
+            q=q, v=v, multipliers=last.pressed[own], impulses=pushed[:, 0], extreme=self._extreme, counts=np.zeros(3),
             work=counts | {"rank": self.start.rank},
             linkage=partial(self._recorder.found, self._interval, self.start.notes, (self._state, self._time)),
         )  # fmt: skip

@@ -12,6 +12,8 @@ LEFT = 1e-8
 """Last motion of Newton's method over the size of the scene; a step with more is repeated shorter."""
 SHORTEST = 1e-9
 """Least step over the duration."""
+PARTING = 1e-13
+"""The same while a section presses: its force has a kink where it ends."""
 FIRST = 1e-4
 """First step over the duration."""
 SAFETY, LEAST, MOST = 0.9, 0.2, 5.0
@@ -85,16 +87,21 @@ class Stepping:
             self.rejected += 1
             shrink = SAFETY * one.error ** (-1 / ORDER) if one.sound else LEAST
             self._next = one.h * max(LEAST, min(shrink, SAFETY))
-            if self._next < SHORTEST * self._duration:
+            if self._next < self._shortest:
                 return None
         self._next = one.h * (MOST if one.error == 0 else min(MOST, SAFETY * one.error ** (-1 / ORDER)))
-        if one.least < SINGULAR and self._next < SHORTEST * self._duration:
+        if one.least < SINGULAR and self._next < self._shortest:
             return None  # Ever shorter steps towards a position that it cannot pass.
         if not one.least < SINGULAR:
             self._regular = one.h if not one.least < NEAR else max(self._regular, one.h)
         self.taken += 1
         self._work.slopes[:] = one.slopes
         return one
+
+    @property
+    def _shortest(self) -> float:
+        """Least step [s]."""
+        return (PARTING if self._work.touching.any() else SHORTEST) * self._duration
 
     def again(self, state: np.ndarray, h: float, course: Course) -> Tried:
         """Return a step of a given size from a state, whose slope is the first of `slopes`: a part of the one taken,

@@ -18,7 +18,7 @@ pytest.importorskip("pyvista")
 from gudgeon.pipeline.plots.contact.curves import balance, energy_curves
 from gudgeon.pipeline.plots.contact.force_axes import WRITTEN, smoothed, spaced, windowed
 from gudgeon.pipeline.plots.contact.located import Touch, course, normal_courses, touches
-from gudgeon.solver.results import contact_events
+from gudgeon.solver.integrators.curves import windowed as windowed_force
 from tests.pipeline.plots.test_plots import assert_picture
 
 RIGID = """
@@ -222,7 +222,7 @@ def test_the_drawn_window_has_the_peak_of_its_quantity() -> None:
     for window in (20.0, 25.0):
         found = smoothed(made(impacts, force, window), "c")
         assert found is not None
-        peak = contact_events.windowed(edges, sums, window)[0]
+        peak = windowed_force(edges, sums, window)[0]
         assert np.abs(found[0]).max() == pytest.approx(peak, rel=2e-3)
 
 

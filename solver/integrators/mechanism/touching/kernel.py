@@ -1,14 +1,15 @@
-"""Sections of journals that touch their bearings, in compiled functions.
+"""Sections that touch: journals in their bearings, points on planes and in bores, in compiled functions.
 
 With d from the bearing's point to the journal's section, u the bearing's axis and n the direction of d less its part
 along u, the indentation is δ = |d − (d·u) u| − c. Its rate is n · v, with v the velocity of the section relative to the
-bearing's material at the same place, and friction has that of the contact point, a journal's radius further along n.
+bearing's material at the same place, and friction has that of the contact point, a journal's radius further along n. A
+point in a bore is a journal without radius. Behind a plane across u it is δ = −d · u, and n = −u.
 """
 
 import numpy as np
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.mechanism.arrays import LOST, SUMS
+from gudgeon.solver.integrators.mechanism.arrays import LOST, PLANE, PUSHES, SUMS
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
 from gudgeon.solver.laws.force import law_force
 
@@ -35,10 +36,14 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
         )
         own, carried = cross(sb, arm), cross(sa, d)
         along = d[0] * u[0] + d[1] * u[1] + d[2] * u[2]
-        e0, e1, e2 = d[0] - along * u[0], d[1] - along * u[1], d[2] - along * u[2]
-        size = np.sqrt(e0 * e0 + e1 * e1 + e2 * e2)
-        over = 1.0 / size if size > 0.0 else 0.0
-        n = (e0 * over, e1 * over, e2 * over)
+        if model.touch_shape[i] == PLANE:
+            size = -along
+            n = (-u[0], -u[1], -u[2])
+        else:
+            e0, e1, e2 = d[0] - along * u[0], d[1] - along * u[1], d[2] - along * u[2]
+            size = np.sqrt(e0 * e0 + e1 * e1 + e2 * e2)
+            over = 1.0 / size if size > 0.0 else 0.0
+            n = (e0 * over, e1 * over, e2 * over)
         v0 = work.speed[b, 0] + own[0] - work.speed[a, 0] - carried[0]
         v1 = work.speed[b, 1] + own[1] - work.speed[a, 1] - carried[1]
         v2 = work.speed[b, 2] + own[2] - work.speed[a, 2] - carried[2]
@@ -51,7 +56,8 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
         apart = (sb[0] - sa[0], sb[1] - sa[1], sb[2] - sa[2])
         turned = cross(apart, (radius * n[0], radius * n[1], radius * n[2]))
         v0, v1, v2 = v0 + turned[0] - rate * n[0], v1 + turned[1] - rate * n[1], v2 + turned[2] - rate * n[2]
-        sliding = np.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
+        # Wear of points is not asked for: |v| has a kink where sliding turns back.
+        sliding = np.sqrt(v0 * v0 + v1 * v1 + v2 * v2) if radius > 0.0 else 0.0
         found[SLIDING] = sliding
         slow, drag = model.touch_friction[i, 1], 0.0
         if model.touch_friction[i, 0] > 0.0:
@@ -95,8 +101,11 @@ def press_touches(model, work, sums):  # type: ignore[no-untyped-def]
 
 @inner
 def set_touch_sums(work, out):  # type: ignore[no-untyped-def]
-    """Set the rates of the impulse of each section and of ∫ F |v| dt, which stand before the other sums."""
-    first = len(out) - SUMS - 2 * len(work.touch)
+    """Set the rates of the integrals of each section, which stand before the other sums."""
+    first = len(out) - SUMS - PUSHES * len(work.touch)
     for i in range(len(work.touch)):
-        out[first + 2 * i] = work.touch[i, FORCE]
-        out[first + 2 * i + 1] = work.touch[i, FORCE] * work.touch[i, SLIDING]
+        force = work.touch[i, FORCE]
+        out[first + PUSHES * i] = force
+        out[first + PUSHES * i + 1] = force * work.touch[i, SLIDING]
+        for k in range(3):
+            out[first + PUSHES * i + 2 + k] = -force * work.touch[i, NORMAL + k]

@@ -1,4 +1,4 @@
-"""When journals touch and part: contact begins and ends with steps, and its impacts are kept.
+"""When sections touch and part: contact begins and ends with steps, and its impacts are kept.
 
 Steps are smooth because a section presses either throughout a step or not at all: a step within which one touches or
 parts is taken again, to that time. It is located on the interpolation of the step.
@@ -21,14 +21,15 @@ from gudgeon.modaldb.records.trajectory import (
     PEAK_TIME,
     WINDOWED,
 )
-from gudgeon.solver.integrators.mechanism.arrays import SUMS, Model, Work
+from gudgeon.solver.integrators.mechanism.arrays import Model, Work, pushes_of
 from gudgeon.solver.integrators.mechanism.step import observe
-from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH, FORCE, RATE
+from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH, FORCE, NORMAL, RATE
+from gudgeon.solver.integrators.mechanism.touching.track import Track
 
 LOOKS = 8
 """Times of a step at which sections are looked at, evenly spaced: so many times less may a contact last unnoticed."""
 SHIFT = 1e-14
-"""Indentation at which a contact begins, over the clearance."""
+"""Indentation at which a contact begins, over the clearance of a journal or the size of the mechanism."""
 
 At = Callable[[float], np.ndarray]
 """State at a time of the last step [s]."""
@@ -45,10 +46,18 @@ class Event(NamedTuple):
 class Touching:
     """Which sections press, and their impacts so far."""
 
-    def __init__(self, model: Model, work: Work) -> None:
+    def __init__(self, model: Model, work: Work, tracks: list[Track], size: float) -> None:
+        """
+        Args:
+            tracks: Of the contacts with obstacles.
+            size: Of the mechanism [m].
+        """
         self._model, self._work, c = model, work, len(model.touch_pair)
         self.impacts: list[list[np.ndarray]] = [[] for _ in range(c)]
+        self.deepest = 0.0
+        self.tracks = tracks
         self._impulse = np.zeros(c)
+        self._scale = np.where(model.touch_size[:, 0] > 0, model.touch_size[:, 0], size)
 
     def __bool__(self) -> bool:
         return len(self._work.touching) > 0
@@ -57,6 +66,10 @@ class Touching:
         """Let press what is indented at the start; its contact began at rest, without the loss of an impact."""
         for i in np.flatnonzero(self._looked(state)[:, DEPTH] > 0):
             self._close(int(i), 0.0, state, 0.0)
+
+    def depths(self, state: np.ndarray) -> np.ndarray:
+        """Return the indentations of all sections in a state [m], (c,)."""
+        return self._looked(state)[:, DEPTH]
 
     def _looked(self, state: np.ndarray) -> np.ndarray:
         """Return what all sections do in a state, (c, 16)."""
@@ -69,7 +82,8 @@ class Touching:
         Peaks of forces within the step, up to then, are kept.
         """
         times = np.linspace(before, after, LOOKS + 1)
-        found = np.array([self._looked(at(time)) for time in times])
+        states = np.array([at(time) for time in times])
+        found = np.array([self._looked(state) for state in states])
         depths, pressing = found[:, :, DEPTH], self._work.touching.astype(bool)
         # A section that presses began this step indented, and one that does not began it free, up to round-off.
         inside = depths > 0
@@ -80,9 +94,50 @@ class Touching:
             if len(changes := np.flatnonzero(inside[1:, i] != inside[:-1, i]))
             for k in changes[:1]
         ]
+        events += self._grazed(at, times, found)
         first = min(events, default=None)
-        self._note_peaks(times, found, after if first is None else first.time)
+        until = after if first is None else first.time
+        self._note_peaks(times, found, until)
+        self._note_tracks(times, found, states, until)
         return first
+
+    def _grazed(self, at: At, times: np.ndarray, found: np.ndarray) -> list[Event]:
+        """Return when free sections touch which are free again at the next look: where they are deepest in between."""
+        approaching, free = found[:, :, RATE] > 0, found[:, :, DEPTH] <= 0
+        turns = approaching[:-1] & ~approaching[1:] & free[:-1] & free[1:]
+        events = []
+        for k, i in np.argwhere(turns & (self._work.touching == 0)):
+            span = times[k : k + 2]
+
+            def rate(time: float, section: int = int(i)) -> float:
+                return float(self._looked(at(time))[section, RATE])
+
+            deepest = float(brentq(rate, *span, xtol=1e-15 * max(abs(float(span[1])), 1e-300), rtol=8.9e-16))
+            if self._looked(at(deepest))[i, DEPTH] > 0:
+                events.append(Event(self._located(at, int(i), np.array([span[0], deepest])), int(i)))
+        return events
+
+    def _note_tracks(self, times: np.ndarray, found: np.ndarray, states: np.ndarray, until: float) -> None:
+        """Keep forces and impulses of contacts that press, up to a time, and the deepest indentation of all."""
+        here = times <= until * (1 + 1e-15)
+        pushed = pushes_of(states, len(self.impacts))[:, :, 2:]
+        for track in self.tracks:
+            own = track.sections
+            track.watch(times[here], -found[here][:, own, DEPTH], -found[here][:, own, RATE])
+            if not self._work.touching[own].any():
+                continue
+            forces = -(found[:, own, FORCE, None] * found[:, own, NORMAL : NORMAL + 3]).sum(axis=1)
+            track.add(times[here], forces[here], pushed[here][:, own].sum(axis=1))
+            self.deepest = max(self.deepest, float(found[here][:, own, DEPTH].max()))
+
+    def _mark(self, section: int, state: np.ndarray, time: float) -> None:
+        """Keep force and impulse of the contact of a section as it begins or ends."""
+        for track in self.tracks:
+            if section in track.sections:
+                found = self._looked(state)[track.sections]
+                force = -(found[:, FORCE, None] * found[:, NORMAL : NORMAL + 3]).sum(axis=0)
+                pushed = pushes_of(state, len(self.impacts))[track.sections, 2:].sum(axis=0)
+                track.add(np.array([time]), force[None], pushed[None])
 
     def _located(self, at: At, section: int, span: np.ndarray) -> float:
         """Return the time between two looks at which a section touches or parts [s]."""
@@ -118,11 +173,12 @@ class Touching:
         found = self._looked(state)[i]
         if not self._work.touching[i]:
             self._close(i, event.time, state, float(found[RATE]))
-            self._work.shift[i] = max(0.0, -float(found[DEPTH])) + SHIFT * self._model.touch_size[i, 0]
+            self._work.shift[i] = max(0.0, -float(found[DEPTH])) + SHIFT * self._scale[i]
             return
         impact = self.impacts[i][-1]
         impact[ENDS], impact[OPENING] = event.time, -found[RATE]
         impact[IMPULSE] = self._pushed(i, state) - self._impulse[i]
+        self._mark(i, state, event.time)
         self._work.touching[i] = False
 
     def _close(self, i: int, time: float, state: np.ndarray, rate: float) -> None:
@@ -131,22 +187,27 @@ class Touching:
         self.impacts[i].append(impact)
         self._impulse[i] = self._pushed(i, state)
         self._work.touching[i], self._work.approach[i] = True, max(rate, 0.0)
+        self._mark(i, state, time)
 
     def _pushed(self, i: int, state: np.ndarray) -> float:
         """Return the integral of a section's force since the start [N s]."""
-        return float(state[len(state) - SUMS - 2 * len(self.impacts) + 2 * i])
+        return float(pushes_of(state, len(self.impacts))[i, 0])
 
-    def of_pair(self, pair: int, state: np.ndarray, time: float) -> np.ndarray:
-        """Return the impacts of a joint up to a time, as `Trajectory.impacts`, (b, 9), those of its sections sorted.
+    def of_sections(self, sections: np.ndarray, state: np.ndarray, time: float) -> np.ndarray:
+        """Return the impacts of some sections up to a time, as `Trajectory.impacts`, (b, 9), sorted by their begins.
 
         Args:
             state: At this time.
         """
         every = []
-        for i in np.flatnonzero(self._model.touch_pair == pair):
+        for i in sections:
             for impact in self.impacts[int(i)]:
                 whole = impact.copy()
                 if np.isnan(whole[ENDS]):  # It still presses.
                     whole[ENDS], whole[IMPULSE] = time, self._pushed(int(i), state) - self._impulse[i]
                 every.append(whole)
         return np.array(sorted(every, key=lambda one: float(one[BEGINS]))).reshape(-1, IMPACT_COLUMNS)
+
+    def of_contact(self, track: Track, state: np.ndarray, time: float, window: float) -> np.ndarray:
+        """Return the impacts of a contact up to a time, (b, 9); those separated by less than the window [s] are one."""
+        return track.impacts(self.of_sections(track.sections, state, time), window)

@@ -18,11 +18,14 @@ DOWN = [0.0, 0.0, -9.81]
 def system_of(
     folder: Path, bodies: dict[str, dict[str, Any]], joints: dict[str, dict[str, Any]], **tables: Any
 ) -> System:
-    """Return a compiled mechanism of bodies whose tables may have `mass` [kg] and `inertia` [kg m²]."""
+    """Return a compiled mechanism of bodies whose tables may have `mass` [kg], `inertia` [kg m²] and `points`,
+    place [m] and outward normal by interface."""
     records, placed = {}, {}
     for name, body in bodies.items():
         settings = dict(body)
-        records[name] = rigid_records(settings.pop("mass", MASS), {}, settings.pop("inertia", INERTIA))
+        records[name] = rigid_records(
+            settings.pop("mass", MASS), settings.pop("points", {}), settings.pop("inertia", INERTIA)
+        )
         placed[name] = settings
     run = {"integrator": "mechanism", "samples": 40, "frames": 2} | tables.pop("run", {})
     return build_all(folder, records, {"body": placed, "joint": joints, "run": run} | tables)
@@ -31,7 +34,7 @@ def system_of(
 def solved(folder: Path, bodies: dict[str, Any], joints: dict[str, Any], **tables: Any) -> Trajectory:
     """Return the finished run of a mechanism."""
     found = simulate(system_of(folder, bodies, joints, **tables))
-    assert found.result == "FINISHED", found.counts
+    assert found.result == "FINISHED", (found.result, found.energy_drift, found.counts)
     return found
 
 

@@ -1,0 +1,115 @@
+"""What may touch in a mechanism: sections of journals, and contact points of bodies before rigid obstacles."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.rows import ContactRows
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.integrators.mechanism.arrays import JOURNAL, NONE, PLANE
+from gudgeon.solver.integrators.mechanism.flexible.frame import Frame
+from gudgeon.solver.integrators.mechanism.parts import Point
+from gudgeon.solver.integrators.mechanism.touching.track import Track
+from gudgeon.solver.joints.clearance import Clearance
+from gudgeon.solver.laws.base import Coefficients
+from gudgeon.solver.obstacles import Bore, Plane
+from gudgeon.solver.system.system import System
+from gudgeon.solver.vectors import frame_along, unit
+
+TOUCHING = 1e-9
+"""Depth over the size of the mechanism up to which points touch and do not penetrate at the start."""
+Ends = tuple[Point, Point]
+"""On the other side, and the own one."""
+
+
+class Section(NamedTuple):
+    """One place that may touch."""
+
+    owner: str
+    """Its joint or contact."""
+    size: tuple[float, float, float]
+    """Clearance, radius, place along the axis [m]."""
+    law: Coefficients
+    friction: tuple[float, float] = (0.0, 1.0)
+    """Coefficient [1] and speed [m/s]."""
+    shape: int = JOURNAL
+    pair: int = NONE
+    """Of markers."""
+
+
+def of_journal(name: str, joint: Clearance, pair: int) -> list[Section]:
+    """Return the sections of a joint with clearance, which share its law."""
+    law, share = joint.law.coefficients(), 1 / len(joint.sections)
+    law = law._replace(stiffness=share * law.stiffness, damping=share * law.damping)
+    friction = (joint.friction.coefficient, joint.friction.speed) if joint.friction else (0.0, 1.0)
+    return [Section(name, (joint.clearance, joint.radius, place), law, friction, pair=pair) for place in joint.sections]
+
+
+def of_contact(
+    contact: ContactRows, system: System, names: list[str], centres: np.ndarray, frames: list[Frame]
+) -> list[tuple[Ends, np.ndarray, Section]]:
+    """Return markers, their axes (2, 3, 3) and the section of each point of a contact.
+
+    Args:
+        names: Of the bodies.
+        centres: Their centres of mass as the scene places them [m], (n, 3).
+
+    Raises:
+        SceneError: the body deforms, and the contact or the record has not what a turning body needs.
+    """
+    number, settings = names.index(contact.body), system.scene.contact[contact.name]
+    body, against, law = system.bodies[contact.body], settings.against, settings.law
+    assert isinstance(against, Bore | Plane)  # Others are refused with the scene.
+    assert law is not None
+    if isinstance(against, Plane):
+        axis, origin, size, shape = unit(against.normal), np.asarray(against.point, float), (0.0, 0.0, 0.0), PLANE
+    else:
+        axis, origin = unit(against.axis), np.asarray(against.origin, float)
+        size, shape = (against.radius, 0.0, 0.0), JOURNAL
+    rows = _rows(body, frames[number], contact)
+    placed = contact.points + np.asarray(system.scene.body[contact.body].position)
+    found = []
+    for place, own in zip(placed, rows, strict=True):
+        along = (place - origin) @ axis
+        ground = place - along * axis if shape == PLANE else origin + along * axis
+        ends = Point(NONE, ground), Point(number, place - centres[number], own, np.zeros((6, *2 * own.shape[1:])))
+        axes = np.array([frame_along(axis), np.eye(3)])
+        found.append((ends, axes, Section(contact.name, size, law.coefficients(), shape=shape)))
+    return found
+
+
+def refuse_overlap(system: System, depths: np.ndarray, tracks: list[Track], size: float) -> None:
+    """Raise a SceneError where points of a contact are inside their obstacle as the joints place the bodies.
+
+    Args:
+        depths: Of all sections [m], (c,).
+        size: Of the mechanism [m].
+    """
+    for contact, track in zip(system.contacts, tracks, strict=True):
+        own, against = depths[track.sections], system.scene.contact[contact.name].against
+        if (inside := own > TOUCHING * size).any():
+            room = against.clearance.format(name=contact.name)
+            raise SceneError(
+                f"contact.{contact.name}: {int(inside.sum())} of {len(own)} points start inside the obstacle, the worst"
+                f" by {own.max():.3g} m; move body.{contact.body}.position, or {room}"
+            )
+
+
+def _rows(body: FlexibleBody, frame: Frame, contact: ContactRows) -> np.ndarray:
+    """Return the displacement of the points of a contact per elastic coordinate, (c, 6, m): a point has no rotation."""
+    m, c = len(frame.stiffness), len(contact.points)
+    rows = np.zeros((c, 6, m))
+    if not m:
+        return rows
+    own = body.modal.interfaces[contact.interface]
+    if own.tangents is None or own.tangential_rows is None:
+        raise SceneError(
+            f"contact.{contact.name}: the record of the modes of body '{body.name}' has no tangential rows of"
+            f" '{contact.interface}', which a body that turns needs; run the stage modes of this scene again"
+        )
+    rows[:, :3] = own.normals[:, :, None] * own.rows[:, None]
+    rows[:, :3] += np.einsum("cti,ctm->cim", own.tangents, own.tangential_rows)
+    for point, moved in zip(contact.points, rows, strict=True):
+        moved[:3] -= frame.shift + np.cross(frame.turn, point - body.morph.centre, axisa=0, axisc=0)
+    return rows

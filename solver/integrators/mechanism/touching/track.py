@@ -1,0 +1,103 @@
+"""Forces and impulses of a contact with an obstacle over time, and the impacts that they make."""
+
+import numpy as np
+
+from gudgeon.modaldb.records.trajectory import (
+    BEGINS,
+    CLOSING,
+    ENDS,
+    IMPACT_COLUMNS,
+    IMPULSE,
+    OPENING,
+    PEAK,
+    PEAK_TIME,
+    WINDOWED,
+    WINDOWED_TIME,
+)
+from gudgeon.solver.integrators.curves import least_of_cubics, windowed
+
+
+class Track:
+    """What is kept of one contact while it presses."""
+
+    def __init__(self, sections: np.ndarray) -> None:
+        """
+        Args:
+            sections: Numbers of its points' sections.
+        """
+        self.sections = sections
+        self.least = (np.inf, 0.0)
+        """Smallest gap so far [m], and its time [s]."""
+        self._times: list[np.ndarray] = []
+        self._forces: list[np.ndarray] = []
+        self._pushes: list[np.ndarray] = []
+
+    def add(self, times: np.ndarray, forces: np.ndarray, pushes: np.ndarray) -> None:
+        """Keep times [s], (t,), resultants on the body [N], (t, 3), and their integrals since the start [N s]."""
+        self._times.append(times)
+        self._forces.append(forces)
+        self._pushes.append(pushes)
+
+    def watch(self, times: np.ndarray, gaps: np.ndarray, rates: np.ndarray) -> None:
+        """Keep the smallest gap of its points, (t, c) [m], which change by rates [m/s]; none once it has touched."""
+        if not self._times:
+            self.least = min(self.least, least_of_cubics(times, gaps, rates))
+
+    @property
+    def touched(self) -> bool:
+        """Whether it has pressed."""
+        return bool(self._times)
+
+    def impacts(self, parts: np.ndarray, window: float) -> np.ndarray:
+        """Return the impacts of the contact, (b, 9) as `Trajectory.impacts`.
+
+        Args:
+            parts: Those of its sections, sorted by their begins.
+            window: Time below which impacts are one, and over which forces are averaged [s].
+        """
+        if not len(parts):
+            return np.zeros((0, IMPACT_COLUMNS))
+        groups: list[list[np.ndarray]] = []
+        end = -np.inf
+        for part in parts:
+            if groups and part[BEGINS] - end <= window:
+                groups[-1].append(part)
+            else:
+                groups.append([part])
+            end = max(end, float(part[ENDS]))
+        times, first = np.unique(np.concatenate(self._times), return_index=True)
+        forces, pushes = (np.concatenate(kept)[first] for kept in (self._forces, self._pushes))
+        return np.array([_joined(group, times, forces, pushes, window) for group in groups])
+
+
+def _joined(
+    group: list[np.ndarray], times: np.ndarray, forces: np.ndarray, pushes: np.ndarray, window: float
+) -> np.ndarray:
+    """Return one impact from those of sections that overlap, (9,)."""
+    last = max(group, key=lambda part: float(part[ENDS]))
+    begin, end = float(group[0][BEGINS]), float(last[ENDS])
+    here = (times >= begin) & (times <= end)
+    edges, sizes, impulse = times[here], np.linalg.norm(forces[here], axis=1), pushes[here] - pushes[here][0]
+    found = np.full(IMPACT_COLUMNS, np.nan)
+    found[[BEGINS, ENDS, CLOSING, OPENING]] = begin, end, group[0][CLOSING], last[OPENING]
+    found[IMPULSE] = float(np.linalg.norm(impulse[-1]))
+    found[[PEAK, PEAK_TIME]] = group[0][[PEAK, PEAK_TIME]] if len(group) == 1 else _highest(edges, sizes)
+    found[[WINDOWED, WINDOWED_TIME]] = found[[PEAK, PEAK_TIME]]
+    if window > 0 and len(edges) > 1:
+        found[[WINDOWED, WINDOWED_TIME]] = windowed(edges, impulse, window)
+    return found
+
+
+def _highest(times: np.ndarray, sizes: np.ndarray) -> tuple[float, float]:
+    """Return the largest of some forces and its time, by a parabola through those beside it."""
+    most = int(sizes.argmax())
+    if not 0 < most < len(sizes) - 1:
+        return float(sizes[most]), float(times[most])
+    x, y = times[most - 1 : most + 2] - times[most], sizes[most - 1 : most + 2] - sizes[most]
+    left, right = y[0] / x[0], y[2] / x[2]
+    square = (right - left) / (x[2] - x[0])
+    slope = left - square * x[0]
+    if not square < 0:
+        return float(sizes[most]), float(times[most])
+    shift = -slope / (2 * square)
+    return float(sizes[most] + 0.5 * slope * shift), float(times[most] + shift)
