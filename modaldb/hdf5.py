@@ -22,6 +22,7 @@ import numpy as np
 from gudgeon.modaldb.blocks import USERBLOCK, Malformed, Source
 from gudgeon.modaldb.contents import check_contents
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
+from gudgeon.modaldb.keys import canonical_json
 from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
 from gudgeon.modaldb.records.types import ARRAY, COLUMNS
 from gudgeon.modaldb.schema import (
@@ -54,14 +55,19 @@ class Head:
     inputs: dict[str, Any]
     """What the record was made from."""
 
+    @property
+    def provenance(self) -> str:
+        """The inputs as they stand in the file."""
+        return str(self.root.attributes["provenance"])
 
-def record_bytes(kind: str, record: Any, inputs: dict[str, Any]) -> tuple[bytes, bytes]:
+
+def record_bytes(kind: str, record: Any, inputs: dict[str, Any] | str) -> tuple[bytes, bytes]:
     """Return the user block and the rest of a record's file.
 
     Args:
         kind: A name in `KINDS`.
         record: An instance of that kind's dataclass.
-        inputs: Everything that the record depends on, stored as provenance.
+        inputs: Everything that the record depends on, stored as provenance; or its canonical JSON text.
 
     Raises:
         RecordMismatch: a number is not finite, or not what its field allows.
@@ -77,7 +83,7 @@ def record_bytes(kind: str, record: Any, inputs: dict[str, Any]) -> tuple[bytes,
         root = h5py.h5g.open(file.id, b"/")
         write_attribute(root, "encoding-type", f"gudgeon-{kind}")
         write_attribute(root, "encoding-version", SCHEMA_VERSION)
-        write_attribute(root, "provenance", json.dumps(inputs, sort_keys=True))
+        write_attribute(root, "provenance", inputs if isinstance(inputs, str) else canonical_json(inputs))
         try:
             write_fields(root, record)
         except Malformed as error:
@@ -122,13 +128,16 @@ def verify_open(descriptor: int, place: Path | str) -> str:
     return lines[2].decode(errors="replace")
 
 
-def read_head(source: Source, place: Path | str, kind: str | None = None) -> Head:
+def read_head(
+    source: Source, place: Path | str, kind: str | None = None, known: tuple[str, dict[str, Any]] | None = None
+) -> Head:
     """Read all of a record but its arrays, and check it against the schema of its kind.
 
     Args:
         source: Bytes that `verify_open` accepts.
         place: Path or URL, for the message.
         kind: The kind expected; None takes the one that the file has.
+        known: The inputs as text and read, if the caller has them: the same text is not read again.
 
     Raises:
         RecordMismatch: another kind, an unknown schema version, or not what the schema says.
@@ -141,9 +150,10 @@ def read_head(source: Source, place: Path | str, kind: str | None = None) -> Hea
             expected = f"gudgeon-{kind}" if kind is not None else f"one of {', '.join(KINDS)}"
             raise Malformed(f"holds {encoding}, expected {expected}")
         if version not in READABLE_VERSIONS:
-            known = ", ".join(map(str, READABLE_VERSIONS))
-            raise Malformed(f"schema version {version}, this release reads {known}")
-        inputs = _json(root.attributes.get("provenance"), "provenance")
+            readable = ", ".join(map(str, READABLE_VERSIONS))
+            raise Malformed(f"schema version {version}, this release reads {readable}")
+        text = root.attributes.get("provenance")
+        inputs = known[1] if known is not None and known[0] == text else _json(text, "provenance")
         return Head(found, root, checked_outline(root, KINDS[found], BESIDE), inputs)
 
 

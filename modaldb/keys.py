@@ -31,7 +31,12 @@ def canonical_json(inputs: Mapping[str, Any]) -> str:
 
 def content_key(inputs: Mapping[str, Any]) -> str:
     """Return the key of a product made from `inputs`, 64 hexadecimal digits."""
-    return hashlib.sha256(canonical_json(inputs).encode()).hexdigest()
+    return text_key(canonical_json(inputs))
+
+
+def text_key(text: str) -> str:
+    """Return the key of a product whose inputs have this canonical JSON text."""
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def file_digest(path: Path) -> str:

@@ -6,6 +6,7 @@ HDF5 library below them.
 
 import json
 from dataclasses import fields, is_dataclass
+from functools import cache
 from typing import Any
 from urllib.parse import quote
 
@@ -17,6 +18,16 @@ from gudgeon.modaldb.schema import check_values, member_type, type_hints
 from gudgeon.modaldb.structure import LABELS
 
 TEXT, SINGLE = string_dtype(), h5s.create_simple(())
+
+
+def _new_types(dtype: np.dtype) -> tuple[Any, Any]:
+    """Return the HDF5 type of numbers or texts in the file and that in memory."""
+    return h5t.py_create(dtype, logical=True), h5t.py_create(dtype)
+
+
+_types_of = cache(_new_types)
+TEXT_TYPES = _new_types(TEXT)
+"""Apart, since numpy takes all types of objects for equal."""
 
 
 def write_fields(group: Any, record: Any, prefix: str = "") -> None:
@@ -60,7 +71,8 @@ def _write_field(group: Any, name: str, value: Any, field: tuple[Any, Any, str])
 def write_attribute(owner: Any, name: str, value: Any) -> None:
     """Write a number, a truth value or a text as an attribute of a group or dataset."""
     array = np.array(value, TEXT if isinstance(value, str) else None)
-    h5a.create(owner, name.encode(), h5t.py_create(array.dtype, logical=True), SINGLE).write(array)
+    kind, here = TEXT_TYPES if isinstance(value, str) else _types_of(array.dtype)
+    h5a.create(owner, name.encode(), kind, SINGLE).write(array, here)
 
 
 def _new_group(group: Any, name: str) -> Any:
@@ -69,10 +81,10 @@ def _new_group(group: Any, name: str) -> Any:
 
 def _write_array(group: Any, name: str, array: np.ndarray) -> Any:
     """Write an array and return its dataset."""
-    number, space = h5t.py_create(array.dtype, logical=True), h5s.create_simple(array.shape)
-    dataset = h5d.create(group, name.encode(), number, space, NEW_ARRAY)
+    (kind, here), space = _types_of(array.dtype), h5s.create_simple(array.shape)
+    dataset = h5d.create(group, name.encode(), kind, space, NEW_ARRAY)
     if array.size:
-        dataset.write(h5s.ALL, h5s.ALL, array)
+        dataset.write(h5s.ALL, h5s.ALL, array, here)
     return dataset
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gudgeon.modaldb.blocks import Source
 from gudgeon.modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing
-from gudgeon.modaldb.keys import KEY, content_key
+from gudgeon.modaldb.keys import KEY, content_key, text_key
 from gudgeon.modaldb.stores.query import Entry, Query, QueryWrong
 
 if TYPE_CHECKING:
@@ -187,6 +187,8 @@ def check_tag(name: str) -> None:
 
 def check_inputs(place: str, key: str, head: "hdf5.Head") -> None:
     """Raise RecordMismatch where the key is not that of the inputs that a record names."""
+    if text_key(head.provenance) == key:  # A text that is canonical JSON needs not be made again.
+        return
     try:
         own = content_key(head.inputs)
     except (ValueError, RecursionError):

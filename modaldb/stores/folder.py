@@ -22,7 +22,7 @@ from gudgeon.modaldb.errors import (
     RecordNotWritten,
     StoreUnusable,
 )
-from gudgeon.modaldb.keys import KEY, content_key
+from gudgeon.modaldb.keys import KEY, canonical_json, text_key
 from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.stores import names, running, scratch
 from gudgeon.modaldb.stores.base import SHOWN, Leftover, Store, check_inputs, check_key, check_tag, missing
@@ -53,6 +53,7 @@ class FolderStore(Store):
         self.location = str(root)
         self.index = Index(root, FolderCatalogue(root))
         self._sound: dict[Path, tuple[Stamp, hdf5.Head]] = {}
+        self._uses = names.Uses(root)
         self._swept = False
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -71,14 +72,15 @@ class FolderStore(Store):
 
         A record that cannot be used is set aside as `.damaged`. The first call removes what dead writers have left.
         """
-        if content_key(inputs) != key:
+        text = canonical_json(inputs)
+        if text_key(text) != key:
             raise RecordMismatch(f"{kind} record: its key {key[:12]}… is not that of its inputs")
         if self.has(key):
             return
         from gudgeon.modaldb import hdf5
 
-        parts = hdf5.record_bytes(kind, record, inputs)
-        with self._written(key, kind, sum(map(len, parts))) as descriptor:
+        parts = hdf5.record_bytes(kind, record, text)
+        with self._written(key, (kind, text, inputs), sum(map(len, parts))) as descriptor:
             scratch.write_whole(descriptor, parts)
 
     @contextlib.contextmanager
@@ -102,21 +104,22 @@ class FolderStore(Store):
             hdf5.read_fields(source, head, place)
 
     @contextlib.contextmanager
-    def _written(self, key: str, kind: str | None, size: int) -> Iterator[int]:
+    def _written(self, key: str, made: tuple[str, str, dict[str, Any]] | None, size: int) -> Iterator[int]:
         """Yield the descriptor of a new file, which becomes the record of `key` unless a sound one is there by then.
 
         Args:
-            kind: Of the record, where it is known.
+            made: Kind, inputs as text and inputs of the record, where they are known.
             size: Of the record [bytes], for the message.
         """
         from gudgeon.modaldb import hdf5
 
+        kind, known = (made[0], made[1:]) if made is not None else (None, None)
         path = self.path(key)
         try:
             self._make_folders(path.parent)
             with scratch.scratch_file(path.parent, self.root.stat()) as (descriptor, unfinished):
                 yield descriptor
-                head = hdf5.read_head(FileSource(descriptor), path, kind)
+                head = hdf5.read_head(FileSource(descriptor), path, kind, known)
                 if (fault := self.fault(key)) is None:
                     return
                 if not isinstance(fault, RecordMissing):
@@ -134,7 +137,7 @@ class FolderStore(Store):
                 f"{path.parent}: the {named} was not written ({cause}); free the space or give another folder with"
                 " --db, and run the command again"
             ) from error
-        self.index.add(key, stamp, head.kind, head.inputs)
+        self.index.add(key, stamp, head.kind, head.provenance)
 
     def keys(self) -> Iterator[str]:
         """See `Store`."""
@@ -152,7 +155,7 @@ class FolderStore(Store):
     def note(self, key: str, scene: str, component: str) -> None:
         """See `Store`."""
         try:
-            names.add_use(self.root, key, scene, component)
+            self._uses.add(key, scene, component)
         except OSError as error:
             logger.info("%s: %s is not noted (%s)", self.root, scene, error.strerror)
 

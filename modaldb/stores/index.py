@@ -4,18 +4,21 @@ It is never the truth: it is compared with the records whenever it is asked, and
 damaged, or of another version. A file is looked at again if its size, time of modification or number has changed.
 """
 
+import atexit
 import json
 import logging
 import os
 import sqlite3
 import threading
+import time
+import weakref
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Protocol
 
 from gudgeon.modaldb.blocks import Malformed
-from gudgeon.modaldb.keys import KEY, canonical_json, content_key
+from gudgeon.modaldb.keys import KEY, canonical_json, content_key, text_key
 from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.stores import names, scratch
 from gudgeon.modaldb.stores.query import RELATIONS, Condition, Entry, Query
@@ -35,6 +38,8 @@ CREATE TABLE uses (key TEXT, scene TEXT, component TEXT, PRIMARY KEY (key, scene
 CREATE TABLE tags (tag TEXT PRIMARY KEY, key TEXT);
 CREATE TABLE names (place INTEGER);
 """
+TOGETHER, EVERY = 16, 5.0
+"""Records that are added to the index at a time, and longest time [s] between them that these wait for the next one."""
 WAIT = 10.0
 """Longest wait [s] for another process that writes the index."""
 Stamp = tuple[int, int, int]
@@ -57,6 +62,10 @@ class Catalogue(Protocol):
         ...
 
 
+OPEN: weakref.WeakSet["Index"] = weakref.WeakSet()
+"""All indexes of this process."""
+
+
 class Index:
     """The index of a database.
 
@@ -69,18 +78,38 @@ class Index:
         self._folder, self._catalogue = folder, catalogue
         self.path = folder / INDEX
         self._lock = threading.Lock()
+        self._new: list[tuple[str, Stamp, str, str]] = []
+        """Records that were written and are not in the file yet."""
+        self._added = -EVERY
+        OPEN.add(self)
 
-    def add(self, key: str, stamp: Stamp, kind: str, inputs: dict[str, Any]) -> None:
-        """Add a record that was just written, unless another process writes the index: it is found later, too."""
+    def add(self, key: str, stamp: Stamp, kind: str, inputs: str) -> None:
+        """Add a record that was just written, with others that follow it: what is not added is found later, too."""
+        with self._lock:
+            self._new.append((key, stamp, kind, inputs))
+            if len(self._new) >= TOGETHER or time.monotonic() - self._added >= EVERY:
+                self._add_new()
+
+    def flush(self) -> None:
+        """Add what waits."""
+        with self._lock:
+            if self._new:
+                self._add_new()
+
+    def _add_new(self) -> None:
+        """Add what is new, unless another process writes the index."""
+        found, self._new, self._added = self._new, [], time.monotonic()
         try:
-            with self._lock, self._connected(wait=0.0) as base:
-                _insert(base, [(key, stamp, kind, inputs)])
+            with self._connected(wait=0.0) as base:
+                _insert(base, ((key, stamp, kind, _canonical(key, text)) for key, stamp, kind, text in found))
         except (OSError, sqlite3.Error) as error:
             logger.info("%s: not written (%s)", self.path, error)
 
     def find(self, query: Query) -> list[Entry]:
         """Return the records of the folder that a query asks for, newest first."""
         with self._lock:
+            if self._new:
+                self._add_new()
             try:
                 with self._connected(WAIT) as base:
                     self._update(base)
@@ -129,7 +158,8 @@ class Index:
             base.executemany("DELETE FROM records WHERE key = ?", rows)
             base.executemany("DELETE FROM refers WHERE key = ?", rows)
         changed = [(key, stamp) for key, stamp in there.items() if known.get(key) != stamp]
-        _insert(base, ((key, stamp, *self._catalogue.read(key)) for key, stamp in changed))
+        read = ((key, stamp, *self._catalogue.read(key)) for key, stamp in changed)
+        _insert(base, ((key, stamp, kind, canonical_json(inputs)) for key, stamp, kind, inputs in read))
         row = base.execute("SELECT place FROM names").fetchone()
         entries, place = self._catalogue.names(before := row[0] if row else 0)
         if place < before:  # Another file.
@@ -145,6 +175,12 @@ class Index:
                     base.execute("INSERT INTO tags VALUES (?, ?)", (one["tag"], one["key"]))
         base.execute("DELETE FROM names")
         base.execute("INSERT INTO names VALUES (?)", (place,))
+
+
+@atexit.register
+def _flush_all() -> None:
+    for one in list(OPEN):
+        one.flush()
 
 
 class FolderCatalogue:
@@ -206,9 +242,13 @@ def _scanned(folder: str | Path) -> list[os.DirEntry[str]]:
         return []
 
 
-def _insert(base: sqlite3.Connection, found: Any) -> None:
-    for key, stamp, kind, inputs in found:
-        text = canonical_json(inputs)
+def _canonical(key: str, text: str) -> str:
+    """Return the inputs of a sound record as canonical JSON; older files have other white space."""
+    return text if text_key(text) == key else canonical_json(json.loads(text))
+
+
+def _insert(base: sqlite3.Connection, found: Iterable[tuple[str, Stamp, str, str]]) -> None:
+    for key, stamp, kind, text in found:
         base.execute("INSERT OR REPLACE INTO records VALUES (?, ?, ?, ?, ?, ?)", (key, *stamp, kind, text))
         base.execute("DELETE FROM refers WHERE key = ?", (key,))
         targets = [(key, one) for one in set(KEY.findall(text))]

@@ -6,6 +6,7 @@ They stand in one file of the database, a JSON object a line, to which lines are
 
 import json
 import os
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,28 +16,58 @@ from gudgeon.modaldb.keys import KEY
 from gudgeon.modaldb.stores import scratch
 
 NAMES = "names.jsonl"
+TIME = b',"time":'
+"""What stands before the last value of a line."""
 LONGEST = 200
 """Characters of a name."""
 
 
-def add_use(root: Path, key: str, scene: str, component: str) -> None:
-    """Note that a scene uses a record, unless it is noted.
+class Uses:
+    """The uses of records that a database has noted; of the file only what is new is read.
 
-    Raises:
-        OSError: the file cannot be written.
+    Args:
+        root: The folder of the database.
     """
-    line = _line({"component": component[:LONGEST], "key": key, "scene": scene[:LONGEST]})
-    try:
-        with (root / NAMES).open("rb") as file:
-            if line[:-1] + b"," in file.read():
+
+    def __init__(self, root: Path) -> None:
+        self._root, self._lock = root, threading.Lock()
+        self._known: set[bytes] = set()
+        self._file, self._place = 0, 0
+
+    def add(self, key: str, scene: str, component: str) -> None:
+        """Note that a scene uses a record, unless it is noted.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        line = _line({"component": component[:LONGEST], "key": key, "scene": scene[:LONGEST]})
+        with self._lock:
+            self._read()
+            if line[:-1] in self._known:
                 return
-    except FileNotFoundError:
-        pass
-    _append(root, line)
+            _append(self._root, line)
+
+    def _read(self) -> None:
+        """Read the whole lines that were added since."""
+        try:
+            found = (self._root / NAMES).stat()
+        except FileNotFoundError:
+            found = None
+        if found is None or found.st_ino != self._file or found.st_size < self._place:
+            self._known, self._place = set(), 0
+        if found is None or found.st_size == self._place:
+            return
+        with (self._root / NAMES).open("rb") as file:
+            self._file = os.fstat(file.fileno()).st_ino
+            file.seek(self._place)
+            text = file.read()
+        end = text.rfind(b"\n") + 1
+        self._known.update(line.partition(TIME)[0] for line in text[:end].splitlines())
+        self._place += end
 
 
 def add_tag(root: Path, tag: str, key: str | None) -> None:
-    """Give a tag to a record, or take it away; raises as `add_use` does."""
+    """Give a tag to a record, or take it away; raises OSError where the file cannot be written."""
     _append(root, _line({"key": key or "", "tag": tag}))
 
 
@@ -45,7 +76,7 @@ def _line(entry: dict[str, str]) -> bytes:
 
 
 def _append(root: Path, line: bytes) -> None:
-    line = line[:-1] + f',"time":{round(time.time(), 3)}}}\n'.encode()
+    line = line[:-1] + TIME + f"{round(time.time(), 3)}}}\n".encode()
     scratch.shared_file(root / NAMES, root)
     descriptor = os.open(root / NAMES, os.O_RDWR | os.O_APPEND | os.O_CLOEXEC)
     try:

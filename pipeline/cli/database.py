@@ -40,7 +40,8 @@ def gc_command(options: argparse.Namespace) -> int:
     from gudgeon.modaldb.upkeep import unreferenced
 
     store = modaldb.open(options.db)
-    kept, pictures = [*store.leftovers(), *unreferenced(store, _is_current)], list(_unfinished_pictures(options.out))
+    unused = unreferenced(store, _is_current, studies=options.studies)
+    kept, pictures = [*store.leftovers(), *unused], list(_unfinished_pictures(options.out))
     if options.delete:
         for one in kept:
             store.remove(one.place)

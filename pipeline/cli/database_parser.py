@@ -15,8 +15,8 @@ List those that cannot be used, with the reason. Exit code: 0 all can be used, o
 GC_HELP = """\
 List what can be removed: files of writers that were killed, damaged records that were set aside, and unreferenced
 records. These were made by another version of the code or of the libraries, so that no run of this version finds them,
-and no record of this version refers to them. In the folder of results: unfinished pictures that are older than a day.
-Nothing is removed without --delete.
+and no record of this version, no finished study and no tag leads to them. In the folder of results: unfinished pictures
+that are older than a day. Nothing is removed without --delete.
 """
 SERVE_HELP = """\
 Serve databases over HTTP (docs/service.md). Without tokens everybody on this machine may read and nobody may put. A
@@ -51,6 +51,8 @@ def add_database(names: Any, plain: Plain) -> None:
     text = "list what can be removed from a database"
     add = _database(plain(what, "gc", text, database.gc_command, GC_HELP))
     add("--delete", action="store_true", help="remove what is listed")
+    text = "list finished studies without a tag, too, and of their runs those that this release does not find"
+    add("--studies", action="store_true", help=text)
     add("--out", type=Path, default=Path("out"), metavar="PATH", help="folder of all results (default out)")
     _add_serve(names, plain)
 

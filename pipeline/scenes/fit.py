@@ -74,10 +74,13 @@ def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, maste
     moved = deviation_of(scene.component[component], folder, component)
     profile = moved[1] if moved is not None and moved[0] == item.surface else 0.0
     table = profile if isinstance(profile, ProfileTable) else None
+    aside = np.asarray(scene.body[contact.body].position) - scene.body[scene.masters()[name].body].position
+    most = float(profile.deviations.max() if isinstance(profile, ProfileTable) else profile)
+    if bore - radius - most - float(np.hypot(aside[0], aside[1])) > 0:  # At any height and angle.
+        return []
     bottom, top = item.height or (table.heights[[0, -1]] if table else (0.0, 0.0))
     z = np.linspace(bottom, top, HEIGHTS)
     deviation = profile.linear(z[:, None], theta) if isinstance(profile, ProfileTable) else profile
-    aside = np.asarray(scene.body[contact.body].position) - scene.body[scene.masters()[name].body].position
     out = aside[0] * np.cos(theta) + aside[1] * np.sin(theta)
     clearance = np.broadcast_to(bore - radius - deviation - out, (len(z), len(theta)))
     worst = np.unravel_index(np.argmin(clearance), clearance.shape)

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from gudgeon.pipeline.studies.executors import Workers, executor_of, named_execu
 from gudgeon.pipeline.studies.fitting import check_shown, fitted
 from gudgeon.pipeline.studies.parameters import Parameter, parse_parameters
 from gudgeon.pipeline.studies.planning import Step, planned
+from gudgeon.pipeline.studies.record import keep_study
 from gudgeon.pipeline.studies.table import Table, table_of, write_table
 from gudgeon.pipeline.studies.task import LOST, SOLVE, Row, Source, solve_design, version_key
 from gudgeon.solver.kernel_cache import is_compiled
@@ -61,6 +62,8 @@ class StudyReport:
     """Number of designs whose runs were in the database."""
     out: str
     files: list[str]
+    key: str | None = None
+    """Of the study's record in the database; None where designs are missing."""
     reasons: dict[str, int] = field(default_factory=dict)
     """Number of designs by the reason why they did not finish, of reasons that differ by numbers the first."""
     notes: dict[str, int] = field(default_factory=dict)
@@ -145,7 +148,8 @@ def run_study(job: Any, asked: Asked, tell: Progress, work: Work = solve_design)
     workers = _workers(asked)
     with held(job.out):
         claim(job)
-        write_sealed(job.out / STUDY, _asked_text(job, asked, parameters, len(designs)))
+        document = _asked_text(job, asked, parameters, len(designs))
+        write_sealed(job.out / STUDY, document)
     where = job.store.location if "://" in job.store.location else os.path.abspath(job.store.location)
     source = Source(job.name, str(job.path.absolute()), json.dumps(tables), where, version_key())
     paths = [one.path for one in parameters]
@@ -160,7 +164,8 @@ def run_study(job: Any, asked: Asked, tell: Progress, work: Work = solve_design)
         _write(job, paths, designs, found, ())
         raise
     tell("study", 1.0)
-    return _write(job, paths, designs, found, asked.quantities)
+    report = _write(job, paths, designs, found, asked.quantities)
+    return replace(report, key=keep_study(job, document, report.table, found))
 
 
 def _designs(asked: Asked) -> tuple[list[Parameter], list[tuple[Any, ...]]]:
@@ -253,4 +258,5 @@ def study_text(report: StudyReport) -> str:
         lines.append(f"  {count} × {reason}")
     if len(report.reasons) > NOT_FINISHED:
         lines.append(f"  and {len(report.reasons) - NOT_FINISHED} other reasons, in {report.files[1]}")
-    return "\n".join([*lines, f"results in {report.out}: {', '.join(report.files)}"])
+    kept = f"; record {report.key[:12]}" if report.key else ""
+    return "\n".join([*lines, f"results in {report.out}: {', '.join(report.files)}{kept}"])

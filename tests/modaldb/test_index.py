@@ -3,6 +3,8 @@
 import json
 import os
 import sqlite3
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +21,9 @@ COUNT = 5
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> FolderStore:
-    """A folder of five meshes."""
+def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FolderStore:
+    """A folder of five meshes, each added to the index as it is put."""
+    monkeypatch.setattr(index, "EVERY", 0.0)
     made = open_folder(tmp_path / "db")
     for number in range(COUNT):
         put(made, number)
@@ -44,7 +47,7 @@ def looked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     found: list[str] = []
     read = index.FolderCatalogue.read
 
-    def noted(self: index.Index, key: str) -> object:
+    def noted(self: index.FolderCatalogue, key: str) -> object:
         found.append(key)
         return read(self, key)
 
@@ -54,6 +57,30 @@ def looked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def test_what_was_put_is_not_looked_at_again(store: FolderStore, looked: list[str]) -> None:
     assert numbers(store) == [*range(COUNT)]
+    assert looked == []
+
+
+def test_records_are_added_several_at_a_time(store: FolderStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(index, "TOGETHER", 4)
+    monkeypatch.setattr(index, "EVERY", 1e9)
+    looked: list[str] = []
+    read = index.FolderCatalogue.read
+    monkeypatch.setattr(index.FolderCatalogue, "read", lambda self, key: (looked.append(key), read(self, key))[1])
+    keys = [put(store, COUNT + number) for number in range(6)]
+    # Another process, as after this one was killed, looks at the two that it had not added.
+    assert numbers(open_folder(store.root)) == [*range(COUNT + 6)]
+    assert sorted(looked) == sorted(keys[4:])
+    assert numbers(store) == [*range(COUNT + 6)]
+    assert len(looked) == 2
+
+
+def test_what_waits_is_added_when_the_program_ends(tmp_path: Path, looked: list[str]) -> None:
+    text = (
+        "from tests.modaldb.test_index import open_folder, put\nimport sys\n"
+        "store = open_folder(sys.argv[1])\nfor number in range(3): put(store, number)"
+    )
+    subprocess.run([sys.executable, "-c", text, str(tmp_path / "db")], check=True, cwd=Path(__file__).parents[2])
+    assert numbers(open_folder(tmp_path / "db")) == [0, 1, 2]
     assert looked == []
 
 
@@ -137,6 +164,16 @@ def test_names_are_read_on_from_where_the_index_stood(store: FolderStore) -> Non
     assert store.find(Query(scene="two"))[0].uses == (("one", "part"), ("two", "part"))
     (store.root / NAMES).write_text(json.dumps({"component": "c", "key": key, "scene": "three"}) + "\nnonsense\n[]\n")
     assert store.find(Query(key=key))[0].uses == (("three", "c"),)
+
+
+def test_a_use_is_noted_once_and_again_where_the_file_was_removed(store: FolderStore) -> None:
+    key, other = store.find()[0].key, open_folder(store.root)
+    for one in (store, other, store):
+        one.note(key, "one", "part")
+    assert len((store.root / NAMES).read_text().splitlines()) == 1
+    (store.root / NAMES).unlink()
+    store.note(key, "one", "part")
+    assert len((store.root / NAMES).read_text().splitlines()) == 1
 
 
 def work_of_a_put(store: FolderStore, number: int) -> list[str]:
