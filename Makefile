@@ -18,7 +18,8 @@ SONAMES := libGLU.so.1 libGL.so.1 libXrender.so.1 libXcursor.so.1 libXft.so.2 li
 # Read by the tests, which open a report's page in it.
 BROWSERS := chromium chromium-browser google-chrome google-chrome-stable
 # What a command imports before it can say that nothing is to be done, and what takes longest to load.
-COMPILED := numpy scipy h5py pydantic pydantic_core numba llvmlite skfem meshio matplotlib pyvista
+COMPILED := numpy scipy h5py pydantic pydantic_core annotated_types typing_extensions.py typing_inspection numba \
+    llvmlite skfem meshio matplotlib pyvista
 APT_INSTALL := apt-get install -y --no-install-recommends
 
 # A stamp is written last and named after what it vouches for: the lock file, the project file, and the folder,

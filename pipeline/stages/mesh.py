@@ -2,12 +2,17 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.design_change.morph import Movement
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.scenes.change import deviation_of
 from gudgeon.pipeline.scenes.component import Component, Meshed
 from gudgeon.pipeline.scenes.reading import find_file
+
+LARGEST = 10.0
+"""Ratio of mesh.size and a part's largest extent above which its unit is mistaken."""
 
 
 def build_mesh(component: Meshed, folder: Path, name: str, table: str = "component") -> MeshRecord:
@@ -35,13 +40,21 @@ def build_mesh(component: Meshed, folder: Path, name: str, table: str = "compone
     if component.mesh.size is None:
         raise InputError(f"{table}.{name}.mesh.size: is missing; give an edge length [m]")
     try:
-        return geometry.build(component.mesh.size)
+        mesh = geometry.build(component.mesh.size)
     except InputError as error:
         if not str(error).startswith("mesh."):
             raise
         raise InputError(f"{table}.{name}.{error}") from error
     except StageError as error:
         raise StageError(f"{table}.{name}.geometry: {error}") from error
+    extent = float(np.ptp(mesh.nodes, axis=0).max(initial=0.0))
+    if component.mesh.size > LARGEST * extent > 0:
+        raise InputError(
+            f"{table}.{name}.mesh.size: {component.mesh.size:g} m given; allowed: up to {LARGEST:g} times the part's"
+            f" largest extent, {extent:.3g} m; lengths are in metres, {1e-3 * component.mesh.size:g} for"
+            f" {component.mesh.size:g} mm"
+        )
+    return mesh
 
 
 def movement_of(component: Component, folder: Path, name: str) -> Movement | None:

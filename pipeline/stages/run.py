@@ -216,14 +216,14 @@ def _finish(job: Job, until: str) -> RunReport:
     """Write summary and trajectory unless they are up to date, and return the report."""
     frequencies, notes = _frequencies(job)
     keys = {name: steps["mesh"].key for name, steps in job.components().items()}
-    notes = unit_notes(job.used()) + extent_notes(job.store, job.used(), keys) + gravity_notes(job.scene) + notes
+    units = unit_notes(job.used()) + extent_notes(job.store, job.used(), keys) + gravity_notes(job.scene)
     if until == "mesh":
-        return RunReport(job.name, None, out=str(job.out), notes=notes, parts=_parts(job))
+        return RunReport(job.name, None, out=str(job.out), notes=units + notes, parts=_parts(job))
     if until == "modes":
-        return RunReport(job.name, None, out=str(job.out), notes=notes, frequencies=frequencies)
+        return RunReport(job.name, None, out=str(job.out), notes=units + notes, frequencies=frequencies)
     notes = change_notes(job) + notes
     if until == "morph":
-        return RunReport(job.name, None, out=str(job.out), notes=notes, changes=change_estimates(job))
+        return RunReport(job.name, None, out=str(job.out), notes=units + notes, changes=change_estimates(job))
     key, expected = job.trajectory().key, _references(job)
     summary = read_summary(job.out, key, TRAJECTORY, expected)
     if summary is None:
@@ -232,7 +232,7 @@ def _finish(job: Job, until: str) -> RunReport:
         summary = write_summary(job.out, key, expected, found, TRAJECTORY)
         _write_probes(job, job.store.get(key, "trajectory", only=["times", "probes"]))
     found = _report(job, summary, {})
-    return replace(found, out=str(job.out), notes=found.notes + notes, parts=_sizes(job), files=_files(job))
+    return replace(found, out=str(job.out), notes=units + found.notes + notes, parts=_sizes(job), files=_files(job))
 
 
 def _report(job: Job, summary: dict[str, Any], stages: dict[str, StageReport]) -> RunReport:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.spatial import KDTree
 
 PATCH_SHARE = 0.01
 """Area of a patch, of the whole contact surface."""
@@ -47,6 +46,8 @@ class PressurePeak:
 
 def patches(points: np.ndarray, areas: np.ndarray) -> Patches:
     """Return the patches of contact points (c, 3) with tributary areas [m^2], (c,)."""
+    from scipy.spatial import KDTree
+
     count, median = len(points), float(np.median(areas))
     wanted = min(max(PATCH_SHARE * float(areas.sum()), PATCH_POINTS * median), float(areas.sum()))
     tree, near = KDTree(points), min(count, 8)

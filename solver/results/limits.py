@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ASIDE, ContactRows
@@ -207,6 +206,8 @@ def _spacing(system: System, contact: ContactRows) -> tuple[float, str]:
     """Return the offset [m] that leaves the range by default, and what it is."""
     points = contact.points
     if len(points) > 1:
+        from scipy.spatial import cKDTree
+
         apart = cKDTree(points).query(points, k=2)[0][:, 1]
         return float(np.median(apart)), "the distance of neighbouring contact points"
     sides = [(name, at) for name, _, _, at, _ in contact.sides]

@@ -14,7 +14,7 @@ between two solutions. Drives hold their bodies, see `held`: they take a part of
 from dataclasses import replace
 
 import numpy as np
-from scipy import linalg, optimize
+from scipy import linalg
 
 from gudgeon.solver.bodies.small_motion import MOVES
 from gudgeon.solver.contact.rows import touching_depth
@@ -169,7 +169,7 @@ def _moves(system: System, held: Held, inside: np.ndarray) -> np.ndarray:
     # Forces that sum up to one, of these points alone, without resultant on any free motion.
     each = free[pushed]
     each = np.column_stack([each / (np.abs(each).max(axis=0, initial=0.0) + np.finfo(float).tiny), np.ones(len(each))])
-    if len(pushed) and optimize.nnls(each.T, np.eye(each.shape[1])[-1])[1] < MOVES:
+    if len(pushed) and _nonnegative(each.T, np.eye(each.shape[1])[-1])[1] < MOVES:
         moves[:] = False
     for contact in system.contacts:
         moves[contact.rows] |= contact.master is not None
@@ -245,6 +245,13 @@ def _forces(system: System, C: np.ndarray, gaps: np.ndarray, rows: np.ndarray) -
     )
 
 
+def _nonnegative(matrix: np.ndarray, wanted: np.ndarray, most: int | None = None) -> tuple[np.ndarray, float]:
+    """Return x ≥ 0 of least |A x − b| and this residual, after so many steps at most."""
+    from scipy.optimize import nnls  # Late: most runs start without a contact, and it takes a tenth of a second.
+
+    return nnls(matrix, wanted, maxiter=most)
+
+
 def _complementary(system: System, C: np.ndarray, gaps: np.ndarray) -> np.ndarray:
     """Solve 0 ≤ λ ⊥ g + C λ ≥ 0 [N], (k,), with C positive definite.
 
@@ -255,7 +262,7 @@ def _complementary(system: System, C: np.ndarray, gaps: np.ndarray) -> np.ndarra
     try:
         lower = linalg.cholesky(C * scale[:, None] * scale, lower=True)
         wanted = linalg.solve_triangular(lower, -scale * gaps, lower=True)
-        found = optimize.nnls(lower.T, wanted, maxiter=PIVOTS * len(gaps))[0]
+        found = _nonnegative(lower.T, wanted, PIVOTS * len(gaps))[0]
         closed = np.flatnonzero(found > 0)
         # The forces of the closed rows once more, without the round-off of the factor.
         forces = np.zeros(len(gaps))

@@ -10,7 +10,8 @@ import pytest
 
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.drafts.faces import Look, look_at
-from gudgeon.pipeline.drafts.scene import impact_of
+from gudgeon.pipeline.drafts.scene import _bore, impact_of
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.part import opened
 from gudgeon.pipeline.geometry.cad.selection import FaceRule, chosen_faces
 from tests.pipeline.geometry.cad_files import ASSEMBLY, COLOURS, COMPONENT, bracket, part, write_cad
@@ -94,6 +95,32 @@ def test_files_of_others_run_as_they_are(
     assert quantities["plane.impacts"]["value"] >= 1
     assert quantities["plane.impulse"]["value"] > 0
     assert 0.3 < quantities["plane.restitution"]["value"] < 1.01
+
+
+def test_a_part_in_micrometres_meets_the_plane(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The gap at the start is a share of what it moves in the run: 10 µm would take longer than a run of its size."""
+    monkeypatch.chdir(tmp_path)
+    path = write_cad(tmp_path / "jaw.step", lambda occ: occ.addBox(0, 0, 0, 300, 120, 40))
+    assert main(["new", str(path), "--unit", "1e-6"]) == 0
+    coarse = ["component.jaw.mesh.size=4e-5", "component.jaw.modes.normal_count=6", "run.frames=4"]
+    assert main(["solve", "jaw", *(text for one in coarse for text in ("--set", one))]) == 0
+    summary = json.loads((tmp_path / "out/jaw/scene/summary.json").read_text())
+    assert summary["quantities"]["plane.impacts"]["value"] >= 1
+
+
+def test_the_pin_of_a_draft_is_a_bore_and_no_fillet(look: Look) -> None:
+    """Both are hollow cylinders; the blend of the bracket is a quarter of one."""
+    hollow = [face for face in look.faces if face.kind == "cylinder" and face.hollow]
+    blend = next(face for face in hollow if face.shape["radius"] == pytest.approx(0.010))
+    pin = _bore(look, [blend, *hollow])
+    assert pin is not None
+    assert pin.shape["radius"] != pytest.approx(0.010)
+    assert _bore(look, [blend]) is None
+
+
+def test_lengths_in_mm_are_told(step: Path) -> None:
+    with opened(part(step)) as found, pytest.raises(InputError, match=r"in metres: cylinder_radius = 0\.011; the near"):
+        chosen_faces(FaceRule(cylinder_radius=11.0), found.faces, found.away, "here")
 
 
 def test_new_refuses_a_folder_that_exists(step: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -128,7 +128,7 @@ def chosen_faces(rule: FaceRule, faces: Sequence[Face], away: Away, where: str) 
         first, last = faces[0].number, faces[-1].number
         raise InputError(f"{where}: no outer face {min(unknown)}; the part has {len(faces)}, from {first} to {last}")
     if not matching:
-        raise InputError(f"{where}: no face matches; {_nearest(rule, faces)}")
+        raise InputError(f"{where}: no face matches; {_in_metres(rule, faces)}{_nearest(rule, faces)}")
     if rule.at is not None:
         return _at(matching, away(matching, np.array(rule.at)), where)
     if rule.face is not None or rule.all or common_shape(matching) or len(matching) == 1:
@@ -183,6 +183,17 @@ def _nearest(rule: FaceRule, faces: Sequence[Face]) -> str:
             return f"the file's {key}s are {', '.join(have[:SHOWN])}" if have else f"its faces have no {key}s"
     kinds = ", ".join(sorted({face.kind for face in faces}))
     return f"the part's {len(faces)} faces are of kind {kinds}"
+
+
+def _in_metres(rule: FaceRule, faces: Sequence[Face]) -> str:
+    """Return the radius in metres of a rule that was written in mm or µm; empty of any other."""
+    for key, given in _only_sizes(rule).items():
+        for factor in (1e-3, 1e-6):
+            if key.endswith("radius") and isinstance(given, float):
+                size = f"{given * factor:.7g}"
+                if any(FaceRule.model_validate({key: float(size)}).meets(face) for face in faces):
+                    return f"lengths are in metres: {key} = {size}; "
+    return ""
 
 
 def _only_sizes(rule: FaceRule) -> dict[str, object]:

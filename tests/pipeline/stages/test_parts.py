@@ -9,7 +9,9 @@ import pytest
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import EDGES
+from gudgeon.pipeline.kinds import run
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.stages.mesh import build_mesh
@@ -40,6 +42,27 @@ def test_a_bar_and_a_rigid_body() -> None:
     assert bar["principal_inertia"] == pytest.approx([0.0, 1.57 * 4 / 12, 1.57 * 4 / 12], rel=1e-9, abs=1e-12)
     rigid = row({"kind": "rigid", "mass": 3.0, "inertia": [3.0, 1.0, 2.0]})
     assert (rigid["volume"], rigid["mass"], rigid["principal_inertia"]) == (None, 3.0, [1.0, 2.0, 3.0])
+
+
+def test_an_element_far_larger_than_its_part_is_refused() -> None:
+    """It gave the coarsest of meshes, and advice to halve it."""
+    with pytest.raises(
+        InputError, match=r"component\.part\.mesh\.size: 3\.7 m given; .* 0\.04 m; .* 0\.0037 for 3\.7 mm"
+    ):
+        row({"kind": "box", "lx": 0.04, "ly": 0.03, "lz": 0.02}, material=STEEL, mesh={"size": 3.7})
+
+
+def test_a_mistaken_unit_is_the_first_note(tmp_path: Path) -> None:
+    """Before what follows from it: impacts that last too long, estimates of errors."""
+    changed = {
+        "component.rod.material.E": 210e3,
+        "component.rod.mesh.size": 0.05,
+        "component.rod.modes.normal_count": 8,
+    }
+    places = {"db": tmp_path / "db", "out": tmp_path / "out"}
+    report = run("data/rod-wall", set=changed, until="solve", **places)
+    assert len(report.notes) > 1
+    assert "probably E in MPa was given" in report.notes[0]
 
 
 def test_mesh_prints_them_as_text_and_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,99 @@
+"""What a table of a scene takes, in the words of a message, and where a key belongs that stands in the wrong table."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from gudgeon.pipeline.scenes.reference.examples import as_toml
+
+EXAMPLES = {
+    "Friction": {"static": 0.2},
+    "Damping": {"ratio": 0.01, "frequency": 1000.0},
+    "MeshSettings": {"size": 0.005},
+    "Material": {"E": 210e9, "nu": 0.3, "rho": 7850.0},
+    "ModesSettings": {"normal_count": 30},
+    "Box": {"kind": "box", "lx": 0.06, "ly": 0.04, "lz": 0.02},
+    "Plane": {"shape": "plane", "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]},
+    "Hertz": {"kind": "hertz", "stiffness": 1e9},
+    "Interface": {"surface": "bottom"},
+    "Contact": {"body": "part", "interface": "foot", "against": {"shape": "plane", "point": [0.0, 0.0, 0.0],
+                                                                 "normal": [0.0, 0.0, 1.0]}},
+    "Body": {"velocity": [0.0, 0.0, -1.0]},
+    "Run": {"duration": 1e-3},
+}  # fmt: skip
+"""Short tables, by the title of their definition."""
+ALIASES = {
+    "mu": "friction", "density": "rho", "poisson": "nu", "young": "E", "youngs_modulus": "E", "modulus": "E",
+    "dt": "step", "timestep": "step", "time": "duration", "t_end": "duration", "initial_velocity": "velocity",
+    "stiffness": "surface_stiffness", "mesh_size": "size", "element_size": "size", "modes_count": "normal_count",
+    "num_modes": "normal_count", "boundary_conditions": "supports", "fixed": "supports", "omega": "angular_velocity",
+}  # fmt: skip
+"""Names of other programs and of formulas for keys of a scene."""
+LISTED = 6
+"""Keys of a table that a message lists."""
+
+
+def table(schema: Mapping[str, Any], node: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the definition of a value; of one with several forms, such as an optional table, that of its table."""
+    found: Any = node
+    while "$ref" in found or ("anyOf" in found and "properties" not in found):
+        if "$ref" in found:
+            found = schema["$defs"][found["$ref"].rsplit("/", 1)[1]]
+        else:
+            forms = ("$ref", "discriminator", "properties", "additionalProperties", "prefixItems", "items")
+            found = next((one for one in found["anyOf"] if any(form in one for form in forms)), {})
+    return found
+
+
+def table_text(schema: Mapping[str, Any], node: Mapping[str, Any], key: str, given: Any = None) -> str:
+    """Return the keys of a table with an example; a number that was given instead stands there where one key takes it.
+
+    So `friction = 0.2` has `a table of static, kinetic, direction, such as friction = { static = 0.2 }`.
+    """
+    found = table(schema, node)
+    kinds = list(_forms(schema, found))
+    keys = list(found.get("properties", {}))
+    text = "a table of " + ", ".join(keys[:LISTED]) + (", …" if len(keys) > LISTED else "") if keys else "a table"
+    example = next((EXAMPLES[one["title"]] for one in kinds if one.get("title") in EXAMPLES), None)
+    if example is None:
+        return text
+    if len(example) == 1 and isinstance(given, int | float) and not isinstance(given, bool):
+        example = {name: given if isinstance(value, float | int) else value for name, value in example.items()}
+    return f"{text}, such as {key} = {as_toml(example)}"
+
+
+def homes(schema: Mapping[str, Any], key: str) -> list[str]:
+    """Return where in a scene a key stands, as paths such as `contact.NAME.friction`."""
+    found = []
+    for name, node in schema.get("properties", {}).items():
+        own = table(schema, node)
+        below, path = own.get("additionalProperties"), name
+        if isinstance(below, dict):
+            own, path = table(schema, below), f"{name}.NAME"
+        for one in _forms(schema, own):
+            if key in one.get("properties", {}):
+                found.append(f"{path}.{key}")
+            for part, inner in one.get("properties", {}).items():
+                below = table(schema, inner)
+                if any(key in form.get("properties", {}) for form in _forms(schema, below)):
+                    found.append(f"{path}.{part}.{key}")
+    return list(dict.fromkeys(found))
+
+
+def home_text(schema: Mapping[str, Any], key: str, above: Sequence[str]) -> str:
+    """Return where an unknown key belongs, if that is one place or two; empty for keys of many tables.
+
+    Args:
+        above: The keys of the table where it stands.
+    """
+    places = [one for one in homes(schema, ALIASES.get(key, key)) if one.split(".")[:-1] != list(above)]
+    return f"it belongs in {' or '.join(places)}; " if 0 < len(places) <= 2 else ""
+
+
+def _forms(schema: Mapping[str, Any], node: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+    """Yield a table's definition, or those of all its kinds."""
+    kinds = node.get("discriminator", {}).get("mapping")
+    if kinds is None:
+        yield node
+        return
+    for place in kinds.values():
+        yield schema["$defs"][place.rsplit("/", 1)[1]]
