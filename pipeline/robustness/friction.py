@@ -17,6 +17,8 @@ MOST_POINTS = 320
 """Contact points up to which cases of friction are run: each has three unknowns, and time grows with their square."""
 VANISHING = 1e-6
 """Allowed relative difference of an impulse without friction and with a coefficient that vanishes, of 1e-9."""
+MOST_TURN, MOST_OFFSET = 1e3, 1e6
+"""Limits of the motion [rad, m]: rules hold of the linear model wherever its surfaces move."""
 SPEED = 1.0
 """Of surfaces along each other where no body has a velocity [m/s]."""
 
@@ -31,6 +33,8 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
         raise DoesNotApply("friction does not act on points that slide over another body's surface")
     if subject.scene.joint:
         raise DoesNotApply("a joint prescribes how surfaces move along each other")
+    if straight := [body for body in _touching(subject) if _moves_on_a_line(subject, body)]:
+        raise DoesNotApply(f"body '{straight[0]}' moves along one line only, so that no surfaces move along each other")
     if subject.known["points"] > MOST_POINTS:
         raise DoesNotApply(f"{subject.known['points']} contact points, friction is tried on {MOST_POINTS} at most")
     rubbing = _rubbing(subject, operation.coefficient, operation.press)
@@ -45,6 +49,16 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
     return plain
 
 
+def _touching(subject: Subject) -> list[str]:
+    """Return the bodies that contacts name."""
+    named = [contact.body for contact in subject.contacts.values()]
+    return named + [one for contact in subject.contacts.values() if (one := getattr(contact.against, "body", None))]
+
+
+def _moves_on_a_line(subject: Subject, body: str) -> bool:
+    return subject.scene.component[subject.scene.component_of(body)].geometry.kind == "bar"
+
+
 def _rubbing(subject: Subject, coefficient: float, press: float | None) -> Any:
     """Return the job with friction, run by the implicit integrator, its first contact's surfaces in relative motion."""
     scene = subject.scene
@@ -56,7 +70,8 @@ def _rubbing(subject: Subject, coefficient: float, press: float | None) -> Any:
     changes: dict[str, Any] = {
         "contact": {name: {"friction": {"static": coefficient, "kinetic": coefficient, "direction": "unset"}}
                     for name in subject.contacts},
-        "run": {"integrator": "implicit"} | ({} if scene.integrator == "implicit" else {"step": "unset"}),
+        "run": {"integrator": "implicit", "limits": {"angle": MOST_TURN, "offset": MOST_OFFSET}}
+        | ({} if scene.integrator == "implicit" else {"step": "unset"}),
     }  # fmt: skip
     if isinstance(first.against, Plane):
         if coefficient > 0:  # Without friction it has no effect.

@@ -269,13 +269,17 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     if not plain or not len(found.frames):
         return None, None
     paths = found.frames @ system.rows.T
-    depth = -(system.gap + paths + _multipliers(system, found) @ system.residual)
+    pressed = _multipliers(system, found)
+    depth = -(system.gap + paths + pressed @ system.residual)
     start = 0.5 * float(system.velocity @ system.velocity + system.stiffness @ system.position**2)
     start += system.start_contact_energy
     energy = max(start, float((start + found.energies[:, 4]).max(initial=0.0)))
     speeds = np.abs(np.vstack([system.velocity, found.velocities]) @ system.rows.T)
     speed = float(speeds.max())
     slack = ROUND_OFF * float(np.abs(paths).max() + system.gap.max(initial=0.0) + speed * found.times[-1])
+    # What presses bodies on each other would move them by so much in a step, if contact did not prevent it.
+    pulled = float(np.abs(pressed @ (system.rows @ system.rows.T)).max(initial=0.0))
+    slack += ROUND_OFF * float(found.counts["step"]) ** 2 * pulled
     # The explicit integrator ends a frame half a step after its contact forces.
     slack += found.counts["step"] * speed if INTEGRATORS[found.counts["integrator"]].staggered else 0.0
     rows = np.concatenate([np.arange(contact.rows.start, contact.rows.stop) for contact in plain])

@@ -19,6 +19,7 @@ from gudgeon.solver.integrators.outcome import Samples
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.friction import ACROSS, lines
+from gudgeon.solver.system.friction import ROUND_OFF as VELOCITY_ROUND_OFF
 from gudgeon.solver.system.system import System
 
 ROUND_OFF = 1e-9
@@ -123,7 +124,8 @@ class Limits:
             size = np.maximum.accumulate(np.append(self._fastest[line.name], np.linalg.norm(speeds, axis=1)))[1:]
             self._fastest[line.name], across = float(size[-1]), np.abs(speeds @ line.across)
             touches = forces[:, line.number].any(axis=1)
-            if (at := _first(touches & (across > ACROSS * size))) is not None:
+            allowed = np.maximum(ACROSS * size, VELOCITY_ROUND_OFF * line.size(rates, rigid=True))
+            if (at := _first(touches & (across > allowed))) is not None:
                 yield times[at], Exit(Result.SLIP_ACROSS, line.sentence(float(across[at]), float(times[at])))
 
 

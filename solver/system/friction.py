@@ -13,6 +13,8 @@ ACROSS = 0.01
 """Speed across the line of friction, relative to the largest speed of the point so far, above which a run ends."""
 DRIVEN = 1e-6
 """Share of the initial velocity, or of gravity, across the line above which a scene is refused: round-off."""
+ROUND_OFF = 1e-12
+"""Share of the velocities of point and surface below which their difference is round-off."""
 IN_PLANE = 1e-6
 """Largest component of the direction of friction along the contact normal."""
 
@@ -40,6 +42,11 @@ class Line:
             rigid: Whether the rates are those of the rigid coordinates, (…, r).
         """
         return rates @ (self.rows[:, self.rigid] if rigid else self.rows).T - self.surface
+
+    def size(self, rates: np.ndarray, *, rigid: bool = False) -> np.ndarray:
+        """Return the speeds of point and surface together, of which `relative` is a difference [m/s], (…,)."""
+        moved = rates @ (self.rows[:, self.rigid] if rigid else self.rows).T
+        return np.asarray(np.linalg.norm(moved, axis=-1) + np.linalg.norm(self.surface))
 
     def sentence(self, speed: float, time: float) -> str:
         """Return the reason for the end of a run in which the point moved across its line at a speed [m/s]."""
@@ -78,9 +85,13 @@ def refuse_motion_across(system: System) -> None:
             _refuse_direction_out_of_plane(contact.name, friction.direction, contact.directions)
     for line in lines(system):
         speed, pull = line.relative(system.velocity), line.rows @ system.driving.gravity
-        for vector, what, measure in ((speed, "its velocity", "m/s"), (pull, "run.gravity", "m/s²")):
+        # The difference of two equal velocities is their round-off.
+        fastest = line.size(system.velocity)
+        for vector, size, what, measure in (
+            (speed, fastest, "its velocity", "m/s"), (pull, np.linalg.norm(pull), "run.gravity", "m/s²"),
+        ):  # fmt: skip
             across = abs(float(line.across @ vector))
-            if across > DRIVEN * np.linalg.norm(vector):
+            if across > max(DRIVEN * np.linalg.norm(vector), ROUND_OFF * size):
                 raise SceneError(
                     f"contact.{line.name}.friction.direction: {what} has {across:.3g} {measure} across it, and friction"
                     " acts along one line only; remove it, so that friction acts in the plane of contact, or turn it to"

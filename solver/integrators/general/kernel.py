@@ -335,8 +335,9 @@ def _anchor(constants, state, problem, time):  # type: ignore[no-untyped-def]
         if state.unknown[i] > 0.0:
             reach = max(constants.columns[i + 1, i + 1], constants.columns[i + 2, i + 2])
             limit = (constants.friction[i, 0] * state.unknown[i], constants.friction[i, 1] * state.unknown[i])
-            first = state.unknown[i + 1] - state.measure[i + 1] / reach
-            second = state.unknown[i + 2] - state.measure[i + 2] / reach
+            weight = 1.0 / reach if reach > 0.0 else 0.0
+            first = state.unknown[i + 1] - weight * state.measure[i + 1]
+            second = state.unknown[i + 2] - weight * state.measure[i + 2]
             # A force on the border of its disc by round-off sticks.
             slips = rubbed((limit[0] * (1 + 1e-9), limit[1] * (1 + 1e-9)), problem.slipped[i], first, second)[2]
         slides = slips and state.unknown[i] > 0.0

@@ -70,3 +70,28 @@ def test_friction_is_not_tried_on_many_points(tmp_path: Path) -> None:
     many = replace(one, known=one.known | {"points": 321})
     with pytest.raises(DoesNotApply, match="321 contact points, friction is tried on 320 at most"):
         applied(many, kind="friction", coefficient=0.3)
+
+
+def test_a_bar_has_no_friction(tmp_path: Path) -> None:
+    one = subject(two(tmp_path), tmp_path)
+    component = one.scene.component[one.scene.component_of(next(iter(one.scene.body)))]
+    kind = type("Bar", (), {"kind": "bar"})()
+    along = component.model_copy(update={"geometry": kind})
+    components = {**one.scene.component, one.scene.component_of(next(iter(one.scene.body))): along}
+    bar = replace(one, job=replace(one.job, scene=one.scene.model_copy(update={"component": components})))
+    with pytest.raises(DoesNotApply, match="moves along one line only"):
+        applied(bar, kind="friction", coefficient=0.3)
+
+
+def test_a_turned_line_of_friction_is_none_across_by_round_off(tmp_path: Path) -> None:
+    """The belt and its block begin at the same speed: their difference is round-off, in a turned scene across too."""
+    scene = Path(__file__).parents[3] / "data" / "rigid" / "belt.toml"
+    row = verdicts(scene, "turned", tmp_path)["turned"]
+    assert (row["verdict"], row["rule"]) == ("right", "similarity"), row["reason"]
+
+
+@pytest.mark.parametrize("name", ["incline-sticks", "rolling"])
+def test_what_contact_presses_back_in_a_long_step_is_no_overlap(name: str, tmp_path: Path) -> None:
+    scene = Path(__file__).parents[3] / "data" / "rigid" / f"{name}.toml"
+    rows = verdicts(scene, "step", tmp_path)
+    assert {row["verdict"] for row in rows.values()} == {"right"}, rows

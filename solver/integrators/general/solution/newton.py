@@ -10,7 +10,7 @@ import numpy as np
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.elimination import eliminate
 from gudgeon.solver.integrators.general.arrays import BILATERAL, CONE, DRIVEN, SPRING, UNILATERAL
-from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed
+from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed, presses
 
 MOST_STEPS = 12
 NEWTON = 5
@@ -34,7 +34,9 @@ def natural_residual(constants, state, problem):  # type: ignore[no-untyped-def]
         i = ports[a]
         if sizes[i] == 0:
             continue
-        if kinds[i] == UNILATERAL or kinds[i] == CONE:
+        if columns[a, a] <= 0.0 and presses(kinds[i]):
+            total += x[a] * x[a]  # No force moves it.
+        elif kinds[i] == UNILATERAL or kinds[i] == CONE:
             wanted = x[a] - y[a] / columns[a, a]
             # No `max`, which is 0 where the force wanted is not a number.
             wrong = x[a] if wanted <= 0.0 else y[a] / columns[a, a]
@@ -104,7 +106,9 @@ def _derive(constants, state, problem, matrix, wrong):  # type: ignore[no-untype
             _derive_drive(constants.inverse[i : i + size, :size], problem, a, matrix, wrong)
             continue
         reach = columns[a, a]
-        if kind in (UNILATERAL, CONE):
+        if reach <= 0.0 and presses(kind):
+            wrong[a], matrix[a, a] = x[a], 1.0
+        elif kind in (UNILATERAL, CONE):
             closed = x[a] - y[a] / reach > 0.0
             wrong[a] = y[a] / reach if closed else x[a]
             if closed:

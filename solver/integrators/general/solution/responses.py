@@ -2,11 +2,18 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import embedded, inner
 from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
+from gudgeon.solver.integrators.general.arrays import CONE, LAW, RUBBING_LAW, UNILATERAL
 from gudgeon.solver.laws.force import law_force
 
 BISECTIONS = 200
+
+
+@embedded
+def presses(kind):  # type: ignore[no-untyped-def]
+    """Whether ports of a kind only press."""
+    return kind in (UNILATERAL, CONE, LAW, RUBBING_LAW)
 
 
 @inner

@@ -19,7 +19,7 @@ from gudgeon.solver.integrators.general.arrays import (
 from gudgeon.solver.integrators.general.slides import coupling, gather_sliding
 from gudgeon.solver.integrators.general.solution.closed import close
 from gudgeon.solver.integrators.general.solution.newton import natural_residual, newton
-from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed
+from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed, presses
 from gudgeon.solver.integrators.outcome import PIVOTS
 
 RELAXATION = 0.7
@@ -106,12 +106,43 @@ def _balanced(constants, state, problem):  # type: ignore[no-untyped-def]
     if problem.size[1] != problem.size[0]:
         _gather(constants, state, problem)
     bound = _begin(state, problem)
-    if _swept(constants, state, problem, (MOST_SWEEPS, WINDOW), bound):
-        return True
-    _begin(state, problem)
-    if _swept(constants, state, problem, (FIRST_SWEEPS, 0), bound):
-        return True
-    return newton(constants, state, problem, NEWTON_TOLERANCE, bound)
+    found = _swept(constants, state, problem, (MOST_SWEEPS, WINDOW), bound)
+    if not found:
+        _begin(state, problem)
+        found = _swept(constants, state, problem, (FIRST_SWEEPS, 0), bound)
+    found = found or newton(constants, state, problem, NEWTON_TOLERANCE, bound)
+    if found:
+        _release(constants, state, problem)
+    return found
+
+
+@inner
+def _release(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Open the contact whose response is no force: what is left of it within the tolerance would never end."""
+    x, y, columns = problem.x[: problem.size[0]], problem.y[: problem.size[0]], problem.columns
+    for a in range(len(x)):
+        i = problem.ports[a]
+        kind, size, reach = constants.kind[i], constants.size[i], columns[a, a]
+        if size == 0 or not presses(kind):
+            continue
+        if reach <= 0.0:
+            force = 0.0
+        elif kind in (UNILATERAL, CONE):
+            force = x[a] - y[a] / reach
+        else:
+            force = _lawful(constants, state, i, y[a] - reach * x[a], reach)
+        if force <= 0.0:
+            for b in range(a, a + size):
+                _change(columns[b], x, y, b, 0.0)
+
+
+@inner
+def _lawful(constants, state, i, free, reach):  # type: ignore[no-untyped-def]
+    """Return the force [N] of a law or spring whose displacement is `free` [m] without it."""
+    ends, before = constants.share[i] < 1.0, state.displacement[1, i]
+    knots = constants.knots[constants.table[i, 0] : constants.table[i, 1]]
+    given = (constants.law[i], state.approach[i], knots)
+    return compliant_force(constants.kind[i] == SPRING, given, (before, free), reach, constants.dt, ends)
 
 
 @inner
@@ -195,16 +226,15 @@ def _sweep(constants, state, problem, decided):  # type: ignore[no-untyped-def]
         elif not _idle(kind, size, a, x, y):
             old, reach = x[a], columns[a, a]
             free = y[a] - reach * old
-            if kind == UNILATERAL:
+            if reach <= 0.0 and presses(kind):
+                normal = 0.0  # No force moves it.
+            elif kind == UNILATERAL:
                 normal = max(0.0, -free / reach)
             elif kind == CONE:
                 normal = max(0.0, old + RELAXATION * (-free / reach - old))
             else:
-                ends, before = constants.share[i] < 1.0, state.displacement[1, i]
-                knots = constants.knots[constants.table[i, 0] : constants.table[i, 1]]
-                given = (constants.law[i], state.approach[i], knots)
-                normal = compliant_force(kind == SPRING, given, (before, free), reach, constants.dt, ends)
-                if kind == RUBBING_LAW:
+                normal = _lawful(constants, state, i, free, reach)
+                if kind == RUBBING_LAW and normal > 0.0:
                     normal = max(0.0, old + RELAXATION * (normal - old))
             _change(columns[a], x, y, a, normal)
             if size == 3:
