@@ -38,6 +38,12 @@ class InterfaceModes:
         default=None, metadata=rule("c' 2 m", unit="kg^-0.5", name="displacement along t1, t2 per elastic coordinate")
     )
     """Displacement along t1 and t2 per unit of each elastic coordinate [kg^-½], (c, 2, m)."""
+    facets: Array | None = field(
+        default=None, metadata=rule("f' 3", "int", unit="1", name="numbers of the contact points of each facet")
+    )
+    """Facets all of whose contact points belong to the interface, by the numbers of these points, (f, 3): the mid-side
+    nodes of a triangle in the order of its edges, outward; the ends and the middle of an edge of a plane part. Empty
+    where points are no nodes of facets; None before version 12."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ uniform pressure p each has the force p·a, a = Σ ∫ N dA over its facets. On 
 sixth of each edge, and all nodes are contact points.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -30,10 +30,11 @@ class ContactPoints:
     normals: np.ndarray
     areas: np.ndarray
     edge: np.ndarray
+    facets: np.ndarray = field(default_factory=lambda: np.empty((0, 3), np.int64))
 
     def modes(self, rows: np.ndarray) -> InterfaceModes:
         """Return the record with the points' displacement rows per coordinate, (c, m)."""
-        return InterfaceModes(self.nodes, self.points, self.normals, self.areas, self.edge, rows)
+        return InterfaceModes(self.nodes, self.points, self.normals, self.areas, self.edge, rows, facets=self.facets)
 
 
 def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> ContactPoints:
@@ -62,7 +63,10 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
     if not keep.any():
         raise InputError(f"{where}: no contact point of surface '{interface.surface}' lies in its sector and height")
     edge = np.isin(nodes[keep], bearing[np.isin(bearing, nodes[~keep]).any(axis=1)])
-    return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge)
+    number = np.full(len(mesh.nodes), -1)
+    number[nodes[keep]] = np.arange(int(keep.sum()))
+    facets = number[bearing]
+    return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge, facets[(facets >= 0).all(axis=1)])
 
 
 def _of_nodes(mesh: MeshRecord, interface: Interface, surface: Surface, where: str) -> ContactPoints:

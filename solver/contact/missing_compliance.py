@@ -4,8 +4,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.shares import shared
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
@@ -21,15 +23,16 @@ class Side(NamedTuple):
 
     body: FlexibleBody
     interface: str
-    order: np.ndarray
-    """Number of each point in the record, (c,)."""
+    share: sparse.csr_matrix
+    """Of the record's points in each, (c, k)."""
     placed: np.ndarray
     """Points of the contact in the scene [m], (c, 3)."""
 
     def flexibility(self) -> np.ndarray:
         """Return the static flexibility of each point by elastic coordinates and R [m/N], (c,)."""
-        rows = self.body.modal.interfaces[self.interface].rows[self.order]
-        whole = self.body.residual(self.interface, self.interface).diagonal()[self.order].copy()
+        rows = shared(self.share, self.body.modal.interfaces[self.interface].rows)
+        residual = self.body.residual(self.interface, self.interface)
+        whole = np.asarray(self.share.multiply(shared(self.share, residual)).sum(axis=1)).ravel()
         if len(self.body.modal.angular_frequencies):
             whole += (rows**2 / self.body.modal.angular_frequencies**2).sum(axis=1)
         return whole

@@ -3,11 +3,14 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import sparse
 
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
 from gudgeon.modaldb.traction import along_direction, chart_coordinates, cubic_weights, inside, spline_weights
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.missing_compliance import Side, check_compliance
+from gudgeon.solver.contact.pairs import OtherBlock, faced
+from gudgeon.solver.contact.shares import identity, shared_twice
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles import basic_surface
@@ -17,28 +20,10 @@ from gudgeon.solver.vectors import unit
 
 TOUCHING = 1e-9
 """Depth relative to the size of the points' coordinates up to which points touch and do not penetrate."""
-ASIDE = 0.02
-"""Largest offset of paired points across the normal, relative to their gap and to the size of the bodies."""
 FACING = 0.99
 """Least cosine between a surface's normal and the direction to its obstacle: rows act along the normal."""
 PER_ROW = {"gap": (), "layer": (), "dashpot": (), "restitution": (), "law": (4,), "friction": (2,), "belt": ()}
 """Shape of the entry per contact row of the arrays of `System` that every contact contributes to."""
-
-
-@dataclass(frozen=True)
-class OtherBlock:
-    """The other body of a contact, its points in the order of the first's."""
-
-    body: str
-    interface: str
-    rows: np.ndarray
-    """∂g/∂q over its own coordinates, (c, r + m)."""
-    tangents: np.ndarray
-    """(c, r + m)"""
-    points: np.ndarray
-    """In its design position [m], (c, 3)."""
-    order: np.ndarray
-    """Number of each point in the record, (c,)."""
 
 
 @dataclass(frozen=True)
@@ -124,11 +109,14 @@ class ContactRows(ContactPoints):
     """Of its traction space among all functions."""
 
     @property
-    def sides(self) -> list[tuple[str, str, np.ndarray, np.ndarray, float]]:
-        """Body, interface, order of points in the record, points, and sign of the force, of each side with points."""
-        sides = [(self.body, self.interface, np.arange(len(self.points)), self.points, 1.0)]
+    def sides(self) -> list[tuple[str, str, sparse.csr_matrix, np.ndarray, float]]:
+        """Body, interface, shares of the record's points, points, and sign of the force, of each side with points.
+
+        Each of the c points moves as the sum of its shares of the k points of the interface, (c, k).
+        """
+        sides = [(self.body, self.interface, identity(len(self.points)), self.points, 1.0)]
         if (other := self.other) is not None:
-            sides.append((other.body, other.interface, other.order, other.points, -1.0))
+            sides.append((other.body, other.interface, other.share, other.points, -1.0))
         return sides
 
 
@@ -146,7 +134,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     if isinstance(obstacle, OtherBody):
         assert master is not None
         directions = -interface.normals
-        other, gap = _pair(scene, name, (body, master), placed, interface.normals)
+        other, gap = faced(scene, name, (body, master), placed)
     else:
         if isinstance(obstacle, MasterSurface):
             assert master is not None
@@ -159,7 +147,8 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
     residual = _residual(contact, name, body, contact.interface)
     if other is not None and master is not None:
-        residual = residual + _residual(contact, name, master, other.interface)[np.ix_(other.order, other.order)]
+        there = _residual(contact, name, master, other.interface)
+        residual = residual + shared_twice(other.share, there, other.share)
         if contact.friction is not None:
             other = replace(other, tangents=-_tangents(contact, name, master, other.interface, other.points))
     layer = np.zeros(len(gap))
@@ -167,9 +156,9 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
         layer = 1.0 / (contact.surface_stiffness * interface.areas)
     elif contact.law is not None and contact.law.kind == "linear":
         layer = np.full(len(gap), 1.0 / contact.law.stiffness)
-    sides = [Side(body, contact.interface, np.arange(len(gap)), placed)]
+    sides = [Side(body, contact.interface, identity(len(gap)), placed)]
     if other is not None and master is not None:
-        sides.append(Side(master, other.interface, other.order, placed))
+        sides.append(Side(master, other.interface, other.share, placed))
     check_compliance(scene, name, sides, master, residual.diagonal(), layer)
     per_row = _surface(contact, len(gap)) | {
         "gap": gap,
@@ -220,60 +209,6 @@ def touching_depth(placed: np.ndarray, position: np.ndarray | float = 0.0) -> fl
 def _without_round_off(gap: np.ndarray, allowed: float) -> np.ndarray:
     """Return gaps [m], (c,), zero where they are negative by no more than is allowed [m]: round-off of places."""
     return np.where((gap < 0) & (gap >= -allowed), 0.0, gap)
-
-
-def _reach(body: FlexibleBody, points: np.ndarray) -> float:
-    """Return the largest distance of points from a body's centre of mass [m]."""
-    return float(np.linalg.norm(points - body.morph.centre, axis=1).max())
-
-
-def _pair(
-    scene: Scene, name: str, sides: tuple[FlexibleBody, FlexibleBody], placed: np.ndarray, normals: np.ndarray
-) -> tuple[OtherBlock, np.ndarray]:
-    """Return the points of the other body that face each point, and the gaps between them [m], (c,).
-
-    Raises:
-        SceneError: the interfaces do not pair, or do not face each other.
-    """
-    against, (body, master) = scene.contact[name].against, sides
-    assert isinstance(against, OtherBody)
-    where, at = f"contact.{name}.against", np.asarray(scene.body[body.name].position)
-    interface = _points(against.interface, f"{where}.interface", master)
-    points = master.morph.points[against.interface]
-    there = points + np.asarray(scene.body[master.name].position)
-    if len(there) != len(placed):
-        raise SceneError(
-            f"{where}.interface: has {len(there)} points, {len(placed)} face them; the numbers must be equal"
-        )
-    order, gap, beside = _facing(placed, normals, there)
-    if len(set(order.tolist())) < len(order):
-        raise SceneError(f"{where}.interface: two points face the same point; mesh both faces alike, or use a 'patch'")
-    if np.einsum("ci,ci->c", interface.normals[order], normals).max() > -FACING:
-        raise SceneError(f"{where}: interface '{against.interface}' does not face '{scene.contact[name].interface}'")
-    rows = np.column_stack([master.rigid_rows(points[order], normals), -interface.rows[order]])
-    near = ASIDE * max(float(np.abs(gap).max()), _reach(body, placed - at), _reach(master, points))
-    if beside.max() > near + TOUCHING * float(np.abs(placed).max()):
-        raise SceneError(
-            f"{where}: the points are offset by {beside.max():.3g} m across the contact normal; a contact of two bodies"
-            " acts along the line through its points, so move the bodies or their interfaces"
-        )
-    return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), points[order], order), gap
-
-
-def _facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the number of the point of another body that faces each point, their gap and their offset [m], (c,) each.
-
-    Args:
-        placed: Points [m], (c, 3).
-        normals: Their outward normals, (c, 3).
-        there: Points of the other body [m], (k, 3).
-    """
-    far = there[None] - placed[:, None]
-    along = np.einsum("abi,ai->ab", far, normals)
-    aside = np.linalg.norm(far - along[..., None] * normals[:, None], axis=2)
-    order = aside.argmin(axis=1)
-    first = np.arange(len(placed))
-    return order, along[first, order], aside[first, order]
 
 
 def _surface(contact: Contact, c: int) -> dict[str, np.ndarray]:

@@ -4,9 +4,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from scipy import sparse
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ContactRows
+from gudgeon.solver.contact.shares import padded
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.ports.listing import contact_kind
 from gudgeon.solver.ports.table import Kind, PortBlock, Ports, Side, gathered
@@ -71,8 +73,8 @@ def _contacts(system: System) -> Iterator[PortBlock]:
         offset[:, 0] = system.gap[contact.rows]
         flexible = METHODS[settings.method].flexible
         sides = tuple(
-            _contact_side(system.bodies[name], interface, order, sign * directions, flexible=flexible)
-            for name, interface, order, _, sign in contact.sides
+            _contact_side(system.bodies[side[0]], side[1:4], side[4] * directions, flexible=flexible)
+            for side in contact.sides
         )
         if contact.master is not None:
             sides += (_nothing_of(system.bodies[contact.master.body], len(offset)),)
@@ -99,23 +101,26 @@ def _surfaces(system: System) -> Iterator[PortBlock]:
 
 
 def _contact_side(
-    body: FlexibleBody, interface: str, order: np.ndarray, directions: np.ndarray, *, flexible: bool
+    body: FlexibleBody, at: tuple[str, sparse.csr_matrix, np.ndarray], directions: np.ndarray, *, flexible: bool
 ) -> Side:
-    """Return the displacement of points, given by their numbers in the record, along directions, (c, d, 3)."""
-    count, each = directions.shape[:2]
-    points = np.repeat(body.morph.points[interface][order], each, axis=0)
-    rigid = body.rigid_rows(points, directions.reshape(-1, 3))
+    """Return the displacement of points along directions, (c, d, 3); at: interface, shares of its points, places."""
+    (interface, share, places), (count, each) = at, directions.shape[:2]
+    rigid = body.rigid_rows(np.repeat(places, each, axis=0), directions.reshape(-1, 3))
     if body.modal.residual_flexibility is None and not len(body.modal.angular_frequencies):
         return Side(body, rigid, np.empty((count * each, 0), np.int64), np.empty((count * each, 0)), flexible)
     first, _ = body.modal.interface_rows[interface]
     # The normal row acts along the outward normal of the record, also where the obstacle's differs slightly.
-    sense = np.sign(np.einsum("ci,ci->c", directions[:, 0], body.modal.interfaces[interface].normals[order]))
+    numbers, amounts = padded(share)
+    normals = body.modal.interfaces[interface].normals[numbers]
+    sense = np.sign(np.einsum("ci,cni->cn", directions[:, 0], normals))
     if each == 1:
-        return Side(body, rigid, (first + order)[:, None], sense[:, None], flexible)
-    places = body.contact_places(interface).reshape(-1, 3)[order]
-    weight = np.einsum("cdi,cai->cda", directions, body.contact_frame(interface)[order])
-    weight[:, 0] = sense[:, None] * np.array([1.0, 0.0, 0.0])
-    return Side(body, rigid, np.repeat(places, each, axis=0), weight.reshape(-1, 3), flexible)
+        return Side(body, rigid, first + numbers, amounts * sense, flexible)
+    index = body.contact_places(interface).reshape(-1, 3)[numbers]
+    weight = np.einsum("cdi,cnai->cdna", directions, body.contact_frame(interface)[numbers])
+    weight[:, 0] = sense[..., None] * np.array([1.0, 0.0, 0.0])
+    weight *= amounts[:, None, :, None]
+    k = index.shape[1] * 3
+    return Side(body, rigid, np.repeat(index.reshape(count, k), each, axis=0), weight.reshape(-1, k), flexible)
 
 
 def _joints(system: System) -> Iterator[PortBlock]:

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
-from gudgeon.solver.contact.rows import ASIDE, ContactRows
+from gudgeon.solver.contact.pairs import ASIDE
+from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import Samples
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.result import Result

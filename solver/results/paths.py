@@ -3,8 +3,10 @@
 from collections.abc import Iterator
 
 import numpy as np
+from scipy import sparse
 
 from gudgeon.solver.contact.rows import ContactRows
+from gudgeon.solver.contact.shares import shared_twice
 from gudgeon.solver.integrators.paths import Paths
 from gudgeon.solver.system.system import System
 
@@ -32,14 +34,14 @@ def _single(system: System) -> list[ContactRows]:
     return [contact for contact in system.contacts if len(contact.points) == 1 and contact.master is None]
 
 
-def _sides(contact: ContactRows) -> Iterator[tuple[str, str, int, float]]:
-    """Yield body, interface, number of the point in the record, and sign of the force, of each side."""
-    for body, interface, order, _, sign in contact.sides:
-        yield body, interface, int(order[0]), sign
+def _sides(contact: ContactRows) -> Iterator[tuple[str, str, sparse.csr_matrix, float]]:
+    """Yield body, interface, shares of the record's points, and sign of the force, of each side."""
+    for body, interface, share, _, sign in contact.sides:
+        yield body, interface, share, sign
 
 
 def _row(
-    system: System, contact: ContactRows, body: str, interface: str, point: int, sign: float
+    system: System, contact: ContactRows, body: str, interface: str, share: sparse.csr_matrix, sign: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return displacement along the force on the first body per coordinate, (m,), and per contact force [m/N], (c,)."""
     row, residual, one = np.zeros(len(system.velocity)), np.zeros(len(system.gap)), system.bodies[body]
@@ -50,5 +52,5 @@ def _row(
         for other in system.contacts:
             for same, at, places, *_ in other.sides:
                 if same == body and methods[other.name] == "residual":
-                    residual[other.rows] += sign * one.residual(interface, at)[point, places]
+                    residual[other.rows] += sign * shared_twice(share, one.residual(interface, at), places)[0]
     return row, residual

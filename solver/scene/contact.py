@@ -23,14 +23,16 @@ class MasterSurface(Strict):
 
 
 class OtherBody(Strict):
-    """An interface of another body, paired point by point."""
+    """An interface of another body: its points where the meshes match, else its facets."""
 
     clearance: ClassVar[str] = "move body.{body}.position"
     """What makes room for points that start inside."""
 
     shape: Literal["body"]
     body: str = Field(description="Name of a body of the scene")
-    interface: str = Field(description="Interface of kind 'points' or 'patch' with the same number of points")
+    interface: str = Field(
+        description="Interface of kind 'points' or 'patch'; points of meshes that do not match press on its facets"
+    )
 
 
 class Friction(Strict):

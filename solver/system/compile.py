@@ -12,6 +12,7 @@ from gudgeon.modaldb.stores.base import Store
 from gudgeon.solver.bodies.placing import rotation, turned_design, turned_modes, turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
 from gudgeon.solver.contact.rows import PER_ROW, ContactPoints, ContactRows, contact_block, sliding_block
+from gudgeon.solver.contact.shares import shared_twice
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.drives import begin_velocities
@@ -207,11 +208,11 @@ def _couple(
     for one, other in permutations(contacts, 2):
         if {scene.contact[one.name].method, scene.contact[other.name].method} != {"residual"}:
             continue
-        for body, interface, order, *_ in one.sides:
-            for same, at, places, *_ in other.sides:
+        for body, interface, share, *_ in one.sides:
+            for same, at, there, *_ in other.sides:
                 if body == same:
                     block = bodies[body].residual(interface, at)
-                    residual[one.rows, other.rows] += block[np.ix_(order, places)]
+                    residual[one.rows, other.rows] += shared_twice(share, block, there)
         if one.master is not None and other.master is not None and one.master.body == other.master.body:
             block = bodies[one.master.body].residual(one.master.interface, other.master.interface)
             ordered = block[np.ix_(one.master.order, other.master.order)]

@@ -6,6 +6,7 @@ import numpy as np
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ContactRows
+from gudgeon.solver.contact.shares import shared_columns
 
 
 def compile_gauges(bodies: dict[str, FlexibleBody], contacts: list[ContactRows], size: int) -> dict[str, Any]:
@@ -18,11 +19,11 @@ def compile_gauges(bodies: dict[str, FlexibleBody], contacts: list[ContactRows],
             over, pressed = np.zeros((k, size)), np.zeros((k, residual[0].shape[1]))
             over[:, body.elastic] = gauge.rows
             for contact in contacts:
-                for owner, interface, order, *_ in contact.sides:
+                for owner, interface, share, *_ in contact.sides:
                     if owner == name and gauge.residual.shape[1]:
                         begin, end = body.modal.interface_rows[interface]
                         # A contact force acts against the outward normal, R's rows along it.
-                        pressed[:, contact.rows] -= gauge.residual[:, begin:end][:, order]
+                        pressed[:, contact.rows] -= shared_columns(share, gauge.residual[:, begin:end])
             rows.append(over)
             residual.append(pressed)
     return {"gauges": names, "gauge_rows": np.vstack(rows), "gauge_residual": np.vstack(residual)}

@@ -13,6 +13,7 @@ from gudgeon.modaldb.traction import inside, spread
 from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.rows import ContactRows
+from gudgeon.solver.contact.shares import shared
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces import OverTime
 from gudgeon.solver.forces.external import ExternalForce
@@ -257,9 +258,9 @@ def _shared(
             if body == other and at is not None:
                 residual[here, there] = mix @ bodies[body].residual(interface, at) @ weights.T
         for contact in contacts:
-            for owner, touching, order, *_ in contact.sides:
+            for owner, touching, share, *_ in contact.sides:
                 if body == owner and METHODS[scene.contact[contact.name].method].flexible:
-                    to_gap[contact.rows, here] = -bodies[body].residual(touching, interface)[order] @ mix.T
+                    to_gap[contact.rows, here] = -shared(share, bodies[body].residual(touching, interface)) @ mix.T
     return residual, to_gap
 
 

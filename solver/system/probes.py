@@ -9,6 +9,7 @@ import numpy as np
 from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ContactRows
+from gudgeon.solver.contact.shares import shared_columns
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe, PointProbe
 from gudgeon.solver.scene.scene import Scene
@@ -118,10 +119,10 @@ def _block(
         rows[:, body.elastic] += sign * one.elastic
         if len(one.index) and body.modal.residual_flexibility is not None:
             for contact in contacts:
-                for owner, interface, order, *_ in contact.sides:
+                for owner, interface, share, *_ in contact.sides:
                     if owner == one.body:
-                        first, _ = body.modal.interface_rows[interface]
-                        block = body.modal.residual_flexibility[np.ix_(one.index, first + order)]
+                        columns = slice(*body.modal.interface_rows[interface])
+                        block = shared_columns(share, body.modal.residual_flexibility[one.index, columns])
                         # A contact force acts against the outward normal, R's rows along it.
                         pressed[:, contact.rows] -= sign * one.mix @ block
     moving = probe.kind in ("velocity", "acceleration")

@@ -113,7 +113,7 @@ def _contacts(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     for name, other in others.items():
         if other.body == body and name not in masters:
             path = f"modes:interfaces/{other.interface}"
-            fields = (f"{path}/rows", f"{path}/normals", f"morph:points/{other.interface}")
+            fields = (f"{path}/rows", f"{path}/normals", f"{path}/facets", f"morph:points/{other.interface}")
             yield Term(f"contact {name}", body, True, "faces another body", fields)
             if scene.contact[name].friction is not None:
                 yield _friction(name, scene.contact[name], (body, other.interface), elastic=stock.elastic)
@@ -130,9 +130,10 @@ def _friction(name: str, contact: Contact, side: tuple[str, str], *, elastic: bo
 
 def _own_side(name: str, contact: Contact, *, elastic: bool) -> Iterator[Term]:
     path, body = f"modes:interfaces/{contact.interface}", contact.body
+    facets = (f"{path}/facets",) if isinstance(contact.against, OtherBody) else ()
     yield Term(
         f"contact {name}", body, True, _faced(contact),
-        (f"{path}/rows", f"{path}/normals", f"{path}/edge", f"morph:points/{contact.interface}"),
+        (f"{path}/rows", f"{path}/normals", f"{path}/edge", *facets, f"morph:points/{contact.interface}"),
     )  # fmt: skip
     slides = isinstance(contact.against, MasterSurface)
     yield Term(f"sliding of {name}", body, slides, f"against.shape is '{contact.against.shape}'")

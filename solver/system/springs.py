@@ -8,6 +8,7 @@ import numpy as np
 from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ContactRows
+from gudgeon.solver.contact.shares import shared
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.spring import Spring
@@ -156,9 +157,9 @@ def _shared(
                 to_loads[here, there] += end.mix @ bodies[body].residual(end.interface, interface) @ mix.T
         for contact in contacts:
             if METHODS[scene.contact[contact.name].method].flexible:
-                for body, interface, order, *_ in contact.sides:
+                for body, interface, share, *_ in contact.sides:
                     if body == end.body and end.interface is not None:
-                        block = bodies[body].residual(interface, end.interface)[order]
+                        block = shared(share, bodies[body].residual(interface, end.interface))
                         # A contact force acts against the outward normal, R's rows along it.
                         to_gap[contact.rows, here] -= block @ end.mix.T
     return residual, to_gap, to_loads

@@ -286,6 +286,12 @@ def check_modes_11(record: Any) -> None:
     assert np.array_equal(record.loads["pin"].stress_stiffness, ramp(3, 6, 6))
 
 
+def check_modes_12(record: Any) -> None:
+    check_modes_11(record)
+    assert record.interfaces["thrust"].facets.tolist() == [[0, 1, 0]]
+    assert record.interfaces["anti"].facets.shape == (0, 3)
+
+
 def check_trajectory_7(record: Any) -> None:
     check_trajectory_2(record)
     assert np.array_equal(record.impacts["bore"], ramp(2, 9, start=7.0))
@@ -369,6 +375,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v9": {"modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v10": {"mesh": check_mesh_10, "modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v11": {"mesh": check_mesh_10, "modes": check_modes_11, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
+    "v12": {"mesh": check_mesh_10, "modes": check_modes_12, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
 }
 """What those of one version hold, or lack."""
 
@@ -380,6 +387,8 @@ def check(path: Path, version: str) -> None:
         own(record)
     if path.stem == "modes" and int(version.removeprefix("v")) < 8:
         check_without_friction(record)
+    if path.stem == "modes" and int(version.removeprefix("v")) < 12:
+        assert [one.facets for one in record.interfaces.values()] == [None] * len(record.interfaces)
     if path.stem == "modes" and int(version.removeprefix("v")) < 11:
         check_without_moments(record)
 

@@ -84,6 +84,7 @@ def modes() -> ModalRecord:
                 rows=ramp(2, 3, start=7.0),
                 tangents=ramp(2, 2, 3, start=27.0),
                 tangential_rows=ramp(2, 2, 3, start=28.0),
+                facets=np.array([[0, 1, 0]]),
             ),
             "anti": InterfaceModes(
                 nodes=np.array([6]),
@@ -92,6 +93,7 @@ def modes() -> ModalRecord:
                 areas=ramp(1),
                 edge=np.array([False]),
                 rows=ramp(1, 3, start=9.0),
+                facets=np.empty((0, 3), np.int64),
             ),
         },
         interface_rows={

@@ -90,7 +90,12 @@ def test_all_else_is_listed_as_left_out_with_a_reason(scene: str, tmp_path: Path
             absent[row["body"]].add(row["term"])
     for body, entries in plan["body"].items():
         present = {parsed(entry)[0] for entry in entries}
-        own = {name.removeprefix("contact ") for entry in entries if "(points" in entry for name in [parsed(entry)[0]]}
+        own = {
+            name.removeprefix("contact ")
+            for entry in entries
+            if re.search(r"\((points|meeting)", entry)
+            for name in [parsed(entry)[0]]
+        }
         other = {f"{what} of {name}" for what in EXPECTED["of_contact"] for name in own}
         groups = {f"{name.split(' ')[0]}s" for name in present}  # "spring spring" is one of the springs
         unused = plan.get("unused", {}).get(body, [])

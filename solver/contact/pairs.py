@@ -1,0 +1,184 @@
+"""What the points of a contact meet on another body: points of an equal mesh, or facets of any."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import KDTree
+
+from gudgeon.modaldb.records.modes import InterfaceModes
+from gudgeon.solver.bodies.small_motion import FlexibleBody, named
+from gudgeon.solver.contact.facets import Facets, paired
+from gudgeon.solver.contact.shares import chosen, shared
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.scene.contact import OtherBody
+from gudgeon.solver.scene.scene import Scene
+
+ASIDE = 0.02
+"""Largest offset of paired points across the normal, relative to their gap and to the size of the bodies."""
+OPPOSITE = 0.99
+"""Least cosine between the normal of a point and that against the normal of the point that it is paired with."""
+MATCHING = 1e-6
+"""Offset of points of two facetted surfaces, relative to the size of the bodies, below which their meshes match."""
+ROUND_OFF = 1e-9
+"""Offset relative to the points' coordinates that is round-off."""
+MISSES = 1e3
+"""Gap of points that meet nothing, over the size of the bodies."""
+
+
+@dataclass(frozen=True)
+class OtherBlock:
+    """The other body of a contact, its points in the order of the first's."""
+
+    body: str
+    interface: str
+    rows: np.ndarray
+    """∂g/∂q over its own coordinates, (c, r + m)."""
+    tangents: np.ndarray
+    """(c, r + m)"""
+    points: np.ndarray
+    """Where the forces act on it, in its design position [m], (c, 3)."""
+    share: sparse.csr_matrix
+    """Of the k points of the record in each, (c, k)."""
+
+
+def faced(
+    scene: Scene, name: str, sides: tuple[FlexibleBody, FlexibleBody], placed: np.ndarray
+) -> tuple[OtherBlock, np.ndarray]:
+    """Return what the points of a contact meet on the other body, and the gaps to it [m], (c,).
+
+    Args:
+        sides: The body of the contact, and the other one.
+        placed: The points in the scene [m], (c, 3).
+
+    Raises:
+        SceneError: the interfaces neither pair nor have facets, or do not face each other.
+    """
+    contact, (body, master) = scene.contact[name], sides
+    against = contact.against
+    assert isinstance(against, OtherBody)
+    interface = named(
+        master.modal.interfaces, against.interface, f"contact.{name}.against.interface: body '{master.name}' has no"
+    )
+    own, points = body.modal.interfaces[contact.interface], master.morph.points[against.interface]
+    there = points + np.asarray(scene.body[master.name].position)
+    at = np.asarray(scene.body[body.name].position)
+    reach = max(_reach(body, placed - at), _reach(master, points))
+    facets = [one.facets is not None and len(one.facets) > 0 for one in (own, interface)]
+    if len(there) == len(placed):
+        order, gap, beside = _facing(placed, own.normals, there)
+        single = len(set(order.tolist())) == len(order)
+        if not all(facets) or (single and beside.max() <= MATCHING * reach):
+            _refuse_apart(scene, name, (own, interface), (order, gap, beside), (placed, reach))
+            rows = np.column_stack([master.rigid_rows(points[order], own.normals), -interface.rows[order]])
+            share = chosen(order, len(points))
+            return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), points[order], share), gap
+    if not all(facets):
+        raise SceneError(_unpaired(scene, name, (own, interface), (len(placed), len(there))))
+    return _on_facets(scene, name, (own, interface), master, (placed, reach))
+
+
+def _on_facets(
+    scene: Scene,
+    name: str,
+    surfaces: tuple[InterfaceModes, InterfaceModes],
+    master: FlexibleBody,
+    place: tuple[np.ndarray, float],
+) -> tuple[OtherBlock, np.ndarray]:
+    """Return what points meet on the facets of the other body; place: the points in the scene, and the bodies' size."""
+    against, (own, interface), (placed, reach) = scene.contact[name].against, surfaces, place
+    assert isinstance(against, OtherBody)
+    position, points = np.asarray(scene.body[master.name].position), master.morph.points[against.interface]
+    found = paired(
+        Facets.of(_numbers(own, name), placed, own.normals),
+        Facets.of(_numbers(interface, name), points + position, interface.normals),
+    )
+    if not found.meets.any():
+        raise SceneError(
+            f"contact.{name}.against: interface '{against.interface}' does not face"
+            f" '{scene.contact[name].interface}': no outward normal of a point of one meets the other"
+        )
+    # Points that meet nothing cannot close, whatever they are a share of.
+    missed = np.flatnonzero(~found.meets)
+    nearest = KDTree(points + position).query(placed[missed])[1].astype(np.int64)
+    spare = sparse.csr_matrix((np.ones(len(missed)), (missed, nearest)), found.weights.shape)
+    share = sparse.csr_matrix(found.weights + spare)
+    gap = np.where(found.meets, found.gap, MISSES * reach)
+    foot = placed - position + np.where(found.meets, found.gap, 0.0)[:, None] * own.normals
+    rows = np.column_stack([master.rigid_rows(foot, own.normals), -shared(share, interface.rows)])
+    return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), foot, share), gap
+
+
+def _numbers(surface: InterfaceModes, name: str) -> np.ndarray:
+    """Return the points of each facet, (f, 3); a SceneError where a number is no point's."""
+    assert surface.facets is not None
+    if surface.facets.min() < 0 or surface.facets.max() >= len(surface.normals):
+        raise SceneError(f"contact.{name}: facets of an interface name points that it does not have; make modes anew")
+    return surface.facets
+
+
+def _unpaired(scene: Scene, name: str, surfaces: tuple[InterfaceModes, InterfaceModes], counts: tuple[int, int]) -> str:
+    """Return the complaint about interfaces of which one has no facets; counts: of their points."""
+    contact = scene.contact[name]
+    assert isinstance(contact.against, OtherBody)
+    bodies = (contact.body, contact.interface), (contact.against.body, contact.against.interface)
+    body, interface = next(
+        who for who, one in zip(bodies, surfaces, strict=True) if one.facets is None or not len(one.facets)
+    )
+    return (
+        f"contact.{name}.against.interface: has {counts[1]} points, {counts[0]} face them; the numbers must be equal,"
+        f" since interface '{interface}' of body '{body}' has no facets; points of a named surface have them, with"
+        " modes made by this version (`gudgeon modes SCENE`)"
+    )
+
+
+def _refuse_apart(
+    scene: Scene,
+    name: str,
+    surfaces: tuple[InterfaceModes, InterfaceModes],
+    found: tuple[np.ndarray, np.ndarray, np.ndarray],
+    place: tuple[np.ndarray, float],
+) -> None:
+    """Refuse points that do not pair one by one.
+
+    Args:
+        found: Order, gap and offset of `_facing`.
+        place: The points in the scene [m], and the size of the bodies.
+
+    Raises:
+        SceneError: two face the same, they do not face each other, or are offset across the normal.
+    """
+    contact, (own, interface), (order, gap, beside), (placed, reach) = scene.contact[name], surfaces, found, place
+    against, where = contact.against, f"contact.{name}.against"
+    assert isinstance(against, OtherBody)
+    if len(set(order.tolist())) < len(order):
+        raise SceneError(f"{where}.interface: two points face the same point; mesh both faces alike, or use a 'patch'")
+    if np.einsum("ci,ci->c", interface.normals[order], own.normals).max() > -OPPOSITE:
+        raise SceneError(f"{where}: interface '{against.interface}' does not face '{contact.interface}'")
+    near = ASIDE * max(float(np.abs(gap).max()), reach)
+    if beside.max() > near + ROUND_OFF * float(np.abs(placed).max()):
+        raise SceneError(
+            f"{where}: the points are offset by {beside.max():.3g} m across the contact normal; a contact of two bodies"
+            " acts along the line through its points, so move the bodies or their interfaces"
+        )
+
+
+def _reach(body: FlexibleBody, points: np.ndarray) -> float:
+    """Return the largest distance of points from a body's centre of mass [m]."""
+    return float(np.linalg.norm(points - body.morph.centre, axis=1).max())
+
+
+def _facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the number of the point of another body that faces each point, their gap and their offset [m], (c,) each.
+
+    Args:
+        placed: Points [m], (c, 3).
+        normals: Their outward normals, (c, 3).
+        there: Points of the other body [m], (k, 3).
+    """
+    far = there[None] - placed[:, None]
+    along = np.einsum("abi,ai->ab", far, normals)
+    aside = np.linalg.norm(far - along[..., None] * normals[:, None], axis=2)
+    order = aside.argmin(axis=1)
+    first = np.arange(len(placed))
+    return order, along[first, order], aside[first, order]
