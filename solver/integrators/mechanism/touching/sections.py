@@ -13,6 +13,7 @@ from gudgeon.solver.integrators.mechanism.parts import Point
 from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.laws.base import Coefficients
+from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.system.system import System
 from gudgeon.solver.vectors import frame_along, unit
@@ -67,6 +68,11 @@ def of_contact(
     else:
         axis, origin = unit(against.axis), np.asarray(against.origin, float)
         size, shape = (against.radius, 0.0, 0.0), JOURNAL
+    if len(frames[number].stiffness) and METHODS[settings.method].flexible:
+        raise SceneError(
+            f"contact.{contact.name}.method: '{settings.method}' given, but residual flexibility does not act on body"
+            f" '{contact.body}', which turns by any angle; use 'penalty' with its law"
+        )
     rows = _rows(body, frames[number], contact)
     placed = contact.points + np.asarray(system.scene.body[contact.body].position)
     found = []
