@@ -59,6 +59,10 @@ class Result(Enum):
         " move, or a body of attachment 'fixed' deforms beyond its range (take 'mean-axis'); check lengths and drives,"
         " or shorten run.duration"
     )
+    HALF_TURN = (
+        "a bushing was turned by nearly a half turn, beyond which its rotation is not defined; hold the rotation by a"
+        " joint, increase its rotational_stiffness, or shorten run.duration"
+    )
     STOPPED = "the run was stopped; its results end with the last frame before"
     RESTITUTION = (
         "an impact would increase the energy: Newton's restitution is not admissible with this friction; reduce"

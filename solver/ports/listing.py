@@ -82,7 +82,7 @@ def _forces(scene: Scene, counts: Counts) -> Iterator[PortRow]:
     for name, spring in scene.springs().items():
         count = len(spring.parts()[1]) if isinstance(spring, Bushing) else 1
         bodies = (spring.body, *((spring.against,) if spring.against is not None else ()))
-        rows = "moving" if name in scene.point_springs() else "constant"
+        rows = "moving" if name in scene.point_springs() or name in scene.turning_bushings() else "constant"
         yield PortRow(f"force.{name}", WORDS[Kind.SPRING], count, bodies, rows)
 
 

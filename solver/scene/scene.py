@@ -106,6 +106,11 @@ class Scene(Strict):
         """Return the springs between two points, whose line turns with them, by name."""
         return {n: f for n, f in self.force.items() if isinstance(f, Spring) and f.against_at is not None}
 
+    def turning_bushings(self) -> dict[str, Bushing]:
+        """Return the bushings of bodies that turn by any angle by name: beside joints of two markers, or as named."""
+        turns = self.hinges() or self.run.integrator == "mechanism"
+        return {n: f for n, f in self.force.items() if isinstance(f, Bushing) and turns}
+
     def point_loads(self) -> dict[str, GivenForce | GivenTorque]:
         """Return forces over time at points of rigid bodies, and torques on them, by name."""
         found = {n: f for n, f in self.force.items() if isinstance(f, GivenForce | GivenTorque)}
@@ -276,6 +281,9 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
     for name, spring in scene.springs().items():
         if name in scene.point_springs():
             yield f"the turning line of force.{name}", Feature.POINT_SPRING
+            continue
+        if name in scene.turning_bushings():
+            yield f"the bushing force.{name}", Feature.MECHANISM
             continue
         yield f"force.{name}", Feature.SPRING
         if spring.elastic:

@@ -1,10 +1,10 @@
 """The arrays of a mechanism's time loop, for compiled functions.
 
-Shapes: n bodies, J pairs of markers, t terms, m rows, b springs, l loads, d drives, P points, c sections, E elastic
-coordinates at most of a body. A body's state is its centre of mass x, the unit quaternion e of its rotation since it
-was placed, its velocity v, and its spin ℓ, the angular momentum about its centre along the scene's axes: thirteen
-numbers; behind those of all bodies stand the elastic coordinates of all, their momenta, of each section `PUSHES`
-integrals, and `SUMS` sums over time.
+Shapes: n bodies, J pairs of markers, t terms, m rows, b springs, u bushings, l loads, d drives, P points, c sections, E
+elastic coordinates at most of a body. A body's state is its centre of mass x, the unit quaternion e of its rotation
+since it was placed, its velocity v, and its spin ℓ, the angular momentum about its centre along the scene's axes:
+thirteen numbers; behind those of all bodies stand the elastic coordinates of all, their momenta, of each section
+`PUSHES` integrals, and `SUMS` sums over time.
 
 A section is what touches of a pair of markers: a section of a journal in its bearing, or a point of a body that may
 strike an obstacle.
@@ -49,7 +49,8 @@ class Model(NamedTuple):
     owner: np.ndarray
     """Bodies a and b of each pair of markers, (J, 2)."""
     point_owner: np.ndarray
-    """Bodies of all points: 2 j and 2 j + 1 are the markers of pair j, those of springs follow, then loads', (P,)."""
+    """Bodies of all points: 2 j and 2 j + 1 are the markers of pair j, those of springs follow, then
+    loads', then two of each bushing, (P,)."""
     point_arm: np.ndarray
     """From the centre of the undeformed body in its axes; of the ground from its origin [m], (P, 3)."""
     point_frame: np.ndarray
@@ -92,6 +93,12 @@ class Model(NamedTuple):
     """Stiffness, damping, length without force, (b, 3)."""
     load: np.ndarray
     """Force and moment per unit, along the scene's axes, (l, 6)."""
+    bush_rest: np.ndarray
+    """Way between the points of each bushing at the start, along the axes of the other side [m], (u, 3)."""
+    bush_stiffness: np.ndarray
+    """Over translations and rotations, (u, 6, 6)."""
+    bush_damping: np.ndarray
+    """(u, 6, 6)"""
     touch_pair: np.ndarray
     """Pair of markers of each section, (c,)."""
     touch_shape: np.ndarray
@@ -194,6 +201,10 @@ class Work(NamedTuple):
     """(3 + E,)"""
     lost: np.ndarray
     """Rates of sums that nobody reads, (SUMS,)."""
+    bush: np.ndarray
+    """Motions of each bushing and their rates, (u, 12)."""
+    bush_push: np.ndarray
+    """Force and moment on its own body, about its point, along the scene's axes, (u, 6)."""
     touching: np.ndarray
     """Whether a section may press, (c,)."""
     approach: np.ndarray

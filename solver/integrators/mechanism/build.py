@@ -7,6 +7,7 @@ import numpy as np
 from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import named
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.given import GivenForce, GivenTorque
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.integrators.mechanism.arrays import (
@@ -83,11 +84,12 @@ class Linkage:
         """Return where a point is as the scene places the bodies [m], (3,)."""
         return point.arm if point.owner == NONE else self.centres[point.owner] + point.arm
 
-    def ends(self, one: Marked | Spring, where: str) -> tuple[Point, Point]:
+    def ends(self, one: Marked | Spring | Bushing, where: str) -> tuple[Point, Point]:
         """Return the point on the other side of an element, and its own; the former is at the latter by default."""
         own = self.point(one.body, one.at, one.interface, f"{where}.at")
-        if one.against_at is not None or one.against_interface is not None:
-            return self.point(one.against, one.against_at, one.against_interface, f"{where}.against_at"), own
+        at = None if isinstance(one, Bushing) else one.against_at
+        if at is not None or one.against_interface is not None:
+            return self.point(one.against, at, one.against_interface, f"{where}.against_at"), own
         number, place = NONE if one.against is None else self.names.index(one.against), self.place(own)
         if number == NONE:
             return Point(NONE, place), own
@@ -218,7 +220,9 @@ def model_of(found: Linkage) -> Model:
     springs = [(found.ends(one, f"force.{name}"), one) for name, one in scene.point_springs().items()]
     loads = list(scene.point_loads().values())
     pressed = [_pressed(found, name, one) for name, one in scene.point_loads().items()]
-    points = [*(p for two in found.markers for p in two), *(p for ends, _ in springs for p in ends), *pressed]
+    bushings = [(found.ends(one, f"force.{name}"), one) for name, one in scene.turning_bushings().items()]
+    points = [*(p for two in found.markers for p in two), *(p for ends, _ in springs for p in ends), *pressed,
+              *(p for ends, _ in bushings for p in ends)]  # fmt: skip
     wrenches = [_wrench(one) for one in loads]
     inertia = np.array([body.morph.inertia for body in bodies])
     size = reach_of(found)
@@ -242,6 +246,7 @@ def model_of(found: Linkage) -> Model:
         pairs=_coupled(row_terms, kinds, owner),
         spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
         load=np.array(wrenches, float).reshape(-1, 6), **_flexible(found, points), **_sections(found),
+        **_bushings(found, bushings),
     )  # fmt: skip
 
 
@@ -254,6 +259,16 @@ def _sections(found: Linkage) -> dict[str, np.ndarray]:
         "touch_size": np.array([one.size for one in kept], float).reshape(-1, 3),
         "touch_law": np.array([one.law for one in kept], float).reshape(-1, 4),
         "touch_friction": np.array([one.friction for one in kept], float).reshape(-1, 2),
+    }
+
+
+def _bushings(found: Linkage, bushings: list[tuple[tuple[Point, Point], Bushing]]) -> dict[str, np.ndarray]:
+    """Return the arrays of the bushings, whose axes are those of the scene at the start."""
+    matrices = [one.matrices() for _, one in bushings]
+    return {
+        "bush_rest": np.array([found.place(own) - found.place(other) for (other, own), _ in bushings]).reshape(-1, 3),
+        "bush_stiffness": np.array([stiffness for stiffness, _ in matrices], float).reshape(-1, 6, 6),
+        "bush_damping": np.array([damping for _, damping in matrices], float).reshape(-1, 6, 6),
     }
 
 
@@ -333,7 +348,7 @@ def size_of(model: Model) -> int:
 def work_of(model: Model) -> Work:
     """Return work arrays of a model."""
     n, m, t, p, e = len(model.mass), len(model.row_terms), len(model.terms), *model.point_rows.shape[::2]
-    size, c = size_of(model), len(model.touch_pair)
+    size, c, u = size_of(model), len(model.touch_pair), len(model.bush_rest)
     shapes = {
         "turn": (n, 3, 3), "omega": (n, 3), "back": (n, 3, 3), "rate": (n, 6 + e), "push": (n, 6 + e), "value": (t,),
         "bend": (t,), "slope": (t, 2, 6), "turned": (t,), "block_owner": (m, 4), "block": (m, 4, 6 + e),
@@ -344,7 +359,7 @@ def work_of(model: Model) -> Work:
         "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "moment": (n, e, 3, 3),
         "moment_rate": (n, e, 3, 3), "spare_moment": (3, 3), "inertia": (n, 3 + e, 3 + e), "modal": (n, 3 + e),
         "inner_force": (n, e), "across": (n, e), "light_error": (3 + e,), "touching": (c,), "approach": (c,),
-        "shift": (c,), "touch": (c, COLUMNS),
+        "shift": (c,), "touch": (c, COLUMNS), "bush": (u, 12), "bush_push": (u, 6),
     }  # fmt: skip
     whole = ("block_owner", "order", "rank", "touching")
     return Work(**{name: np.zeros(shape, np.int64 if name in whole else float) for name, shape in shapes.items()})

@@ -40,6 +40,8 @@ class Motion(NamedTuple):
     """Modal rates of each body, (n, E)."""
     springs: np.ndarray
     """Places and velocities of both ends of each spring [m, m/s], (b, 2, 2, 3)."""
+    bushings: np.ndarray
+    """Motions of each bushing, (u, 6), and force and moment on its own body, (u, 6): (u, 12)."""
     depths: np.ndarray
     """Indentation of each section of a journal [m], (c,)."""
 
@@ -50,7 +52,8 @@ def motion_of(model: Model, work: Work, state: np.ndarray) -> Motion:
     first, count = 2 * len(model.owner), len(model.spring)
     here = slice(first, first + 2 * count)
     ends = np.stack([work.place[here].reshape(count, 2, 3), work.speed[here].reshape(count, 2, 3)], axis=2)
-    return Motion(work.omega.copy(), work.modal[:, 3:].copy(), ends, work.touch[:, DEPTH].copy())
+    return Motion(work.omega.copy(), work.modal[:, 3:].copy(), ends, np.hstack([work.bush[:, :6], work.bush_push]),
+                  work.touch[:, DEPTH].copy())  # fmt: skip
 
 
 def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndarray:
@@ -69,6 +72,9 @@ def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndar
     for k, (stiffness, _, length) in enumerate(model.spring):
         apart = np.array([one.springs[k, 1, 0] - one.springs[k, 0, 0] for one in motions])
         found[:, 1] += 0.5 * stiffness * (np.linalg.norm(apart, axis=1) - length) ** 2
+    for k, matrix in enumerate(model.bush_stiffness):
+        x = np.array([one.bushings[k, :6] for one in motions])
+        found[:, 1] += 0.5 * np.einsum("si,ij,sj->s", x, matrix, x)
     for i, (stiffness, exponent, _, _) in enumerate(model.touch_law):
         depth = np.maximum([one.depths[i] for one in motions], 0.0)
         found[:, 2] += stiffness * depth ** (exponent + 1) / (exponent + 1)

@@ -7,6 +7,7 @@ import numpy as np
 from gudgeon.solver.capabilities import Mechanism as Capabilities
 from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, TURN, pushes_of
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
+from gudgeon.solver.integrators.mechanism.bushings import WIDEST
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vector
@@ -55,7 +56,7 @@ class Mechanism(Capabilities):
         self._stepping = Stepping(self.model, self.work, self._tolerance, self._duration, fixed=fixed_step)
         self._vectors = np.zeros((n, 3))
         self._vectors = self._turned(self._state)
-        self._fastest = np.zeros(2)
+        self._fastest, self._widest = np.zeros(2), 0.0
         owners = np.array([one.owner for one in self.linkage.sections])
         tracks = [Track(np.flatnonzero(owners == contact.name)) for contact in system.contacts]
         self.touching = Touching(self.model, self.work, tracks, self._size)
@@ -143,6 +144,9 @@ class Mechanism(Capabilities):
             self._span(one)
         if event is None or h > TOGETHER * self._duration:
             self._accept(one)
+        if self._widest > WIDEST:
+            self.failure = Result.HALF_TURN
+            return False
         if event is not None:
             self.touching.switch(event, self._state)
             given, amounts = self._given(np.array([self._time]))
@@ -173,7 +177,9 @@ class Mechanism(Capabilities):
     def _note_speeds(self) -> None:
         """Keep the largest speed and angular velocity of the run, by which errors are measured."""
         bodies = bodies_of(self.model, self._state)
-        spin = float(np.linalg.norm(motion_of(self.model, self.work, self._state).omega, axis=1).max())
+        motion = motion_of(self.model, self.work, self._state)
+        spin = float(np.linalg.norm(motion.omega, axis=1).max())
+        self._widest = float(np.linalg.norm(motion.bushings[:, 3:6], axis=1).max(initial=0.0))
         speed = float(np.linalg.norm(bodies[:, SPEED : SPEED + 3], axis=1).max())
         self._fastest = np.maximum(self._fastest, [speed, spin])
 

@@ -16,6 +16,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     WIDTH,
     WORK,
 )
+from gudgeon.solver.integrators.mechanism.bushings import press_bushings
 from gudgeon.solver.integrators.mechanism.flexible.inertia import set_flexible_rates
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
 from gudgeon.solver.integrators.mechanism.rotation import rate_of, turn_by
@@ -64,6 +65,7 @@ def set_pushes(model, work, amounts, sums):  # type: ignore[no-untyped-def]
         press(model, work, first + k, u, amounts[k])
         for i in range(3):
             sums[WORK] += amounts[k] * (u[i] * v[i] + u[3 + i] * w[i])
+    press_bushings(model, work, sums)
     press_touches(model, work, sums)
 
 

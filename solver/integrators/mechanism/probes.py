@@ -70,6 +70,9 @@ class Reader:
     def _force(self, model: Model, states: States, of: str) -> tuple[np.ndarray, tuple[str, ...], str]:
         kind, _, owner = of.partition(".")
         if kind == "force":
+            if owner in (bushings := list(self.linkage.system.scene.turning_bushings())):
+                number = bushings.index(owner)
+                return np.array([one.bushings[number, 6:] for one in states.motions]), WRENCH, "N, N m"
             number = list(self.linkage.system.scene.point_springs()).index(owner)
             return self._tension(model, states, number), ("tension",), "N"
         if owner in self.linkage.pairs:
@@ -116,8 +119,8 @@ def readers(linkage: Linkage) -> list[Reader]:
             kind = probe.of.partition(".")[0]
             if kind not in ("joint", "force"):
                 raise SceneError(
-                    f"probe.{name}.of: '{probe.of}' given; a scene of integrator 'mechanism' reads forces of joints and"
-                    " springs"
+                    f"probe.{name}.of: '{probe.of}' given; a scene of integrator 'mechanism' reads forces of joints,"
+                    " springs and bushings"
                 )
         else:
             if probe.interface is not None and probe.kind == "rotation":

@@ -10,6 +10,7 @@ from scipy.integrate import DOP853
 
 from gudgeon.solver.compiled import copy, entry, inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPIN, TURN, WIDTH
+from gudgeon.solver.integrators.mechanism.bushings import set_bushings
 from gudgeon.solver.integrators.mechanism.flexible.inertia import solve_inertia
 from gudgeon.solver.integrators.mechanism.motion import (
     prepare,
@@ -223,6 +224,7 @@ def read(model, work, y, given, amounts, found):  # type: ignore[no-untyped-def]
 
 @entry
 def observe(model, work, y):  # type: ignore[no-untyped-def]
-    """Set angular velocities and modal rates of a state, in `omega` and `modal`, all points and journals."""
+    """Set angular velocities and modal rates of a state, in `omega` and `modal`, all points, bushings and sections."""
     set_poses(model, work, y)
+    set_bushings(model, work)
     set_touches(model, work)
