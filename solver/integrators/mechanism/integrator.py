@@ -7,8 +7,8 @@ import numpy as np
 from gudgeon.solver.capabilities import Mechanism as Capabilities
 from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, TURN, pushes_of
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
-from gudgeon.solver.integrators.mechanism.bushings import WIDEST
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
+from gudgeon.solver.integrators.mechanism.forces.bushings import WIDEST
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vector
 from gudgeon.solver.integrators.mechanism.start import start_of

@@ -16,9 +16,9 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     WIDTH,
     WORK,
 )
-from gudgeon.solver.integrators.mechanism.bushings import press_bushings
 from gudgeon.solver.integrators.mechanism.flexible.inertia import set_flexible_rates
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
+from gudgeon.solver.integrators.mechanism.forces.bushings import press_bushings
 from gudgeon.solver.integrators.mechanism.rotation import rate_of, turn_by
 from gudgeon.solver.integrators.mechanism.rows import set_matrix, set_poses, set_rows, violation
 from gudgeon.solver.integrators.mechanism.solve import factor, solve

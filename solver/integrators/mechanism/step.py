@@ -10,8 +10,8 @@ from scipy.integrate import DOP853
 
 from gudgeon.solver.compiled import copy, entry, inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPIN, TURN, WIDTH
-from gudgeon.solver.integrators.mechanism.bushings import set_bushings
 from gudgeon.solver.integrators.mechanism.flexible.inertia import solve_inertia
+from gudgeon.solver.integrators.mechanism.forces.bushings import set_bushings
 from gudgeon.solver.integrators.mechanism.motion import (
     prepare,
     project_places,

@@ -1,0 +1,1 @@
+"""Forces of elements between bodies that turn."""
