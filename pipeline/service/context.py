@@ -115,7 +115,7 @@ Writer = Annotated[Asked, asked("put")]
 Remover = Annotated[Asked, asked("delete")]
 
 
-def known_parameters(request: Request) -> None:
+async def known_parameters(request: Request) -> None:  # Not in a thread of its own: every request asks.
     """Refuse a query parameter that a route of the schema does not have: it would be left out in silence."""
     route = request.scope.get("route")
     if not request.query_params or not isinstance(route, APIRoute) or not route.include_in_schema:

@@ -109,7 +109,17 @@ export function curves(times, series, labels) {
 // A finished study is a report of its own.
 export const kindOf = (row) => (row.kind === "report" && row.uses.some((use) => use[1] === "study") ? "study" : row.kind);
 
-export function graph(found, here, open) {
+// Scenes stand before the records that they begin with: those that are made from no other record.
+function withScenes(found) {
+  const made = new Set(found.edges.map((edge) => edge[1])), first = found.records.filter((row) => !made.has(row.key) && row.uses.length);
+  const names = [...new Set(first.flatMap((row) => row.uses.map((use) => use[0])))].slice(0, 4);
+  const scenes = names.map((name) => ({ key: `scene ${name}`, kind: "scene", scene: name, uses: [[name]] }));
+  const edges = first.flatMap((row) => scenes.filter((scene) => row.uses.some((use) => use[0] === scene.scene)).map((scene) => [scene.key, row.key]));
+  return { records: [...scenes, ...found.records], edges: [...edges, ...found.edges] };
+}
+
+export function graph(related, here, open, search) {
+  const found = withScenes(related);
   const level = {}, below = new Map(found.records.map((row) => [row.key, []]));
   for (const [target, one] of found.edges) below.get(one)?.push(target);
   const depth = (key) => (level[key] ??= 1 + Math.max(-1, ...below.get(key).map(depth)));
@@ -125,9 +135,10 @@ export function graph(found, here, open) {
     svg.append(drawn("path", { class: "axis", d: `M${x1 + wide} ${y1 + 18}C${x1 + wide + 20} ${y1 + 18} ${x2 - 20} ${y2 + 18} ${x2} ${y2 + 18}` }));
   }
   for (const row of found.records) {
+    const go = () => (row.scene ? search(row.scene) : open(row.key));
     const [x, y] = place.get(row.key), uses = row.uses.map((use) => use.join(", "))[0] ?? row.key.slice(0, 12);
     const node = drawn("g", { class: row.key === here ? "node here" : "node", tabindex: 0, role: "link", "data-key": row.key, transform: `translate(${x} ${y})`,
-      onclick: () => open(row.key), onkeydown: (event) => event.key === "Enter" && open(row.key) });
+      onclick: go, onkeydown: (event) => event.key === "Enter" && go() });
     node.append(drawn("rect", { width: wide, height: 36, rx: 4 }), drawn("text", { x: 8, y: 15, style: "font-weight:600" }, kindOf(row)), drawn("text", { x: 8, y: 29 }, uses.slice(0, 22)), drawn("title", {}, `${row.kind} ${row.key}`));
     svg.append(node);
   }

@@ -42,6 +42,12 @@ async function search() {
   byId("records").replaceChildren(...rows.map(item));
 }
 
+function ofScene(name) {
+  byId("search").reset();
+  byId("search").elements.scene.value = name;
+  told(search);
+}
+
 function item(row) {
   const parts = [...new Set(row.uses.map((use) => use[1]))].join(", "), scenes = [...new Set(row.uses.map((use) => use[0]))].join(", ");
   const isStudy = kindOf(row) === "study";
@@ -76,7 +82,7 @@ async function show(key) {
   if (info.kind === "trajectory") await told(() => run(place, key, info));
   if (info.kind === "report" && info.inputs.stage === "study") await told(() => study(place, JSON.parse(info.attributes.document), open));
   else if (info.kind === "report") await told(() => report(place, key));
-  place.append(element("h3", {}, "provenance"), element("div", { class: "scroll" }, graph(related, key, open)));
+  place.append(element("h3", {}, "provenance"), element("div", { class: "scroll" }, graph(related, key, open, ofScene)));
   if (related.left_out) place.append(element("p", { class: "faint" }, `and ${related.left_out} more`));
   place.append(element("h3", {}, "made from"), table(flat(info.inputs)));
   place.lastChild.classList.add("keys");

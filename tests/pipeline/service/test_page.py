@@ -178,7 +178,7 @@ def test_a_run_and_where_it_came_from(page: Any) -> None:
     page.click("#records button:has-text('trajectory')")
     page.wait_for_selector("svg[aria-label='contact forces'] path", timeout=SOON)
     page.wait_for_selector("svg .node", timeout=SOON)
-    assert page.locator("svg .node").count() == 5  # Mesh, modes, design, run and study.
+    assert page.locator("svg .node").count() == 6  # Scene, mesh, modes, design, run and study.
     assert "bore.impulse" in page.inner_text("#record")
     until(page, "window.gudgeon.views[0]?.frame > 1")
     before, end = picture(page), time.monotonic() + SOON / 1000
@@ -193,6 +193,9 @@ def test_a_run_and_where_it_came_from(page: Any) -> None:
     assert (picture(page), page.inner_text("#film-time")) == (still, time_shown)
     page.select_option("#film-colour", "stress")
     until(page, "document.querySelector('#record').textContent.includes('Pa, von Mises')")
+    page.locator("svg .node:has-text('scene')").click()
+    until(page, "document.querySelector('#search input[name=scene]').value === 'skirt'")
+    until(page, "document.querySelectorAll('#records button').length === 12")  # All but the report.
     page.locator("svg .node:has-text('modes')").click()
     until(page, "document.querySelector('#record h2').textContent.startsWith('modes')")
     page.go_back()
