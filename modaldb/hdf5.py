@@ -151,7 +151,9 @@ def read_head(
             raise Malformed(f"holds {encoding}, expected {expected}")
         if version not in READABLE_VERSIONS:
             readable = ", ".join(map(str, READABLE_VERSIONS))
-            raise Malformed(f"schema version {version}, this release reads {readable}")
+            newer = isinstance(version, int) and version > READABLE_VERSIONS[-1]
+            later = "; gudgeon reads it from the release on that wrote it" if newer else ""
+            raise Malformed(f"schema version {version}, this release reads {readable}{later}")
         text = root.attributes.get("provenance")
         inputs = known[1] if known is not None and known[0] == text else _json(text, "provenance")
         return Head(found, root, checked_outline(root, KINDS[found], BESIDE), inputs)

@@ -1,6 +1,6 @@
 """The application: routes, rights and errors put together."""
 
-from fastapi import FastAPI, Request
+from fastapi import Depends, FastAPI, Request
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 from starlette.routing import Match, Route
@@ -8,7 +8,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from gudgeon.modaldb.records import READABLE_VERSIONS, SCHEMA_VERSION
 from gudgeon.pipeline.service import files, motion, records, views
-from gudgeon.pipeline.service.context import EXPLAINED, Service, explain, problem
+from gudgeon.pipeline.service.context import EXPLAINED, Service, explain, known_parameters, problem
 from gudgeon.pipeline.service.tree import add_tree
 
 ABOUT = """Records of a modal database, and parts of their arrays. Every error is JSON with `error` and `detail`."""
@@ -17,7 +17,7 @@ ABOUT = """Records of a modal database, and parts of their arrays. Every error i
 def build_app(service: Service) -> FastAPI:
     """Return the application that serves some databases."""
     app = FastAPI(title="gudgeon modal database", version=str(SCHEMA_VERSION), description=ABOUT, docs_url=None,
-                  redoc_url=None)  # fmt: skip
+                  redoc_url=None, dependencies=[Depends(known_parameters)])  # fmt: skip
     app.state.service, app.state.manifests = service, files.Manifests()
     for kind in EXPLAINED:
         app.add_exception_handler(kind, explain)

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from fastapi import Depends, Path, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
+from fastapi.routing import APIRoute
 from pydantic import BaseModel
 
 from gudgeon.modaldb.errors import (
@@ -81,6 +82,8 @@ class Asked:
         audit.info("%s %s %s %s by=%s from=%s %s", stamp, what, self.name, key, self.who, client, rest)
 
 
+SIGNED = ("expires", "signature")
+"""Parameters of a signed link."""
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 KEY = r"^[0-9a-f]{64}$"
 Database = Annotated[str, Path(pattern=NAME, description="name of the database", examples=["default"])]
@@ -110,6 +113,19 @@ def asked(right: str) -> Any:
 Reader = Annotated[Asked, asked("read")]
 Writer = Annotated[Asked, asked("put")]
 Remover = Annotated[Asked, asked("delete")]
+
+
+async def known_parameters(request: Request) -> None:  # Not in a thread of its own: every request asks.
+    """Refuse a query parameter that a route of the schema does not have: it would be left out in silence."""
+    route = request.scope.get("route")
+    if not request.query_params or not isinstance(route, APIRoute) or not route.include_in_schema:
+        return
+    described = request.app.openapi()["paths"][route.path_format][request.method.lower()]
+    known = [one["name"] for one in described.get("parameters", ()) if one["in"] == "query"]
+    unknown = next((name for name in request.query_params if name not in known and name not in SIGNED), None)
+    if unknown is not None:
+        allowed = ", ".join(known) or "none"
+        raise Wrong(f"{unknown[:80]}: no such parameter of {route.path.rpartition('/')[2]}; allowed: {allowed}")
 
 
 def problem(status: int, kind: str, text: str) -> JSONResponse:

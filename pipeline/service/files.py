@@ -11,7 +11,9 @@ from typing import Any
 from anyio import to_thread
 from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse, Response, StreamingResponse
+from starlette.requests import ClientDisconnect
 
+from gudgeon.modaldb.errors import ModalDBError
 from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.stores.manifest import BLOCK, Manifest, manifest_of, packed
 from gudgeon.pipeline.service.access import Refused
@@ -153,10 +155,14 @@ async def put_record(key: Key, asked: Writer, request: Request) -> JSONResponse:
         raise Wrong(f"a record of {size} bytes; this server takes {service.largest}", 413)
     if await to_thread.run_sync(asked.store.has, key):
         return await to_thread.run_sync(_answer, asked, key, "kept")
-    with ExitStack() as stack:
-        descriptor = await to_thread.run_sync(stack.enter_context, asked.store.incoming(key))
-        await _receive(request, descriptor, size)
-        await to_thread.run_sync(stack.close)
+    try:
+        with ExitStack() as stack:
+            descriptor = await to_thread.run_sync(stack.enter_context, asked.store.incoming(key))
+            await _receive(request, descriptor, size)
+            await to_thread.run_sync(stack.close)
+    except (ModalDBError, Refused, Wrong) as error:
+        asked.log("refuse", key, bytes=size, why=type(error).__name__)
+        raise
     asked.log("put", key, bytes=size)
     return await to_thread.run_sync(_answer, asked, key, "written")
 
@@ -169,6 +175,8 @@ async def _receive(request: Request, descriptor: int, size: int) -> None:
             part = await asyncio.wait_for(anext(stream, b""), SLOWEST)
         except TimeoutError:
             raise Refused(408, f"no byte came for {SLOWEST:g} s after {done} of {size}; nothing is kept") from None
+        except ClientDisconnect:
+            raise Wrong(f"the connection ended after {done} of {size} bytes; nothing is kept", 400) from None
         if not part:
             break
         done += len(part)
@@ -176,7 +184,7 @@ async def _receive(request: Request, descriptor: int, size: int) -> None:
             raise Wrong(f"more than the {size} bytes of Content-Length; nothing is kept", 413)
         await to_thread.run_sync(_write, descriptor, part)
     if done != size:
-        raise Wrong(f"{done} of {size} bytes came; nothing is kept")
+        raise Wrong(f"{done} of {size} bytes came; nothing is kept", 400)
 
 
 def _write(descriptor: int, part: bytes) -> None:

@@ -19,6 +19,8 @@ from gudgeon.pipeline.stages.products import made_by
 from gudgeon.pipeline.studies.table import Table
 from gudgeon.pipeline.studies.task import LOST, MISSING, Row
 
+ASKED = ("set", "parameters", "sampling", "designs")
+"""What the inputs have of `study.json`: the texts of `--vary` do not matter beside the designs."""
 MOST_DESIGNS = 10_000
 """Designs of a study that is kept: each names its run in the inputs, which every list of records reads."""
 
@@ -41,9 +43,11 @@ def keep_study(job: SceneJob, asked: Mapping[str, Any], table: Table, rows: Mapp
         "rows": [[_finite(value) for value in row] for row in table.rows],
     }  # fmt: skip
     text = json.dumps(document, sort_keys=True, allow_nan=False)
+    runs = [rows[number].key for number in sorted(rows) if rows[number].key]
     inputs = {
-        "stage": STUDY, "scene": job.name, "asked": dict(asked), "table": hashlib.sha256(text.encode()).hexdigest(),
-        "runs": list(dict.fromkeys(row.key for row in rows.values() if row.key)), **made_by("report"),
+        "stage": STUDY, "scene": job.name, **{name: asked[name] for name in ASKED},
+        "table": hashlib.sha256(text.encode()).hexdigest(),
+        "runs": list(dict.fromkeys(runs)), **made_by("report"),
     }  # fmt: skip
     store: Store = job.store
     key = content_key(inputs)

@@ -55,6 +55,8 @@ class Seen:
     seconds: list[float]
     wrong: int = 0
     failed: int = 0
+    cpu: float = 0.0
+    """Of the server [s]."""
 
     def line(self, name: str, whole: float) -> str:
         """Return a line of the table; `whole` is the length of the test [s]."""
@@ -62,8 +64,14 @@ class Seen:
         at = found[int(0.99 * len(found))]
         return (
             f"{name:44} {len(found) / whole:8.0f}/s  median {1e3 * median(found):7.1f} ms  99 % {1e3 * at:7.1f} ms"
-            f"  wrong {self.wrong}, failed {self.failed}"
+            f"  server's CPU {1e3 * self.cpu / len(found):5.2f} ms  wrong {self.wrong}, failed {self.failed}"
         )
+
+
+def cpu_of(process: int) -> float:
+    """Return the CPU time of a process so far [s]: a figure that other work on the machine changes least."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 @contextmanager
@@ -128,14 +136,21 @@ async def read_slowly(port: int, path: str, expected: str, seen: Seen, end: floa
         seen.failed += 1
 
 
-async def load(port: int, path: str, readers: int, seconds: float, slow: tuple[str, str] | None = None) -> Seen:
-    """Let many read at once; `slow` has path and file of what slow clients read beside them."""
+async def load(
+    port: int, path: str, many: tuple[int, float], process: int, slow: tuple[str, str] | None = None
+) -> Seen:
+    """Let many read at once for some seconds; `slow` has path and file of what slow clients read beside them.
+
+    Args:
+        process: Of the server.
+    """
+    (readers, seconds), before = many, cpu_of(process)
     seen, beside, end = Seen([]), Seen([]), time.perf_counter() + seconds
     tasks = [read_on(port, path, None, seen, end) for _ in range(readers)]
     if slow is not None:
         tasks += [read_slowly(port, *slow, beside, end) for _ in range(SLOW)]
     await asyncio.gather(*tasks)
-    return Seen(seen.seconds, seen.wrong + beside.wrong, seen.failed + beside.failed)
+    return Seen(seen.seconds, seen.wrong + beside.wrong, seen.failed + beside.failed, cpu_of(process) - before)
 
 
 def survive(root: Path, port: int) -> str:
@@ -214,7 +229,8 @@ def main() -> None:
         scattered = f"/default/records/{KEY}/field/shapes?rows={rows}"
         together = f"/default/records/{KEY}/field/shapes?rows=0:{ROWS}"
         whole = (f"/default/records/{KEY}", store.place(KEY))
-        with server(root, port):
+        many = options.readers, options.seconds
+        with server(root, port) as child:
             for name, path in (("600 rows together", together), ("600 rows, scattered", scattered)):
                 print(f"{name + ', alone':44} median {1e3 * asyncio.run(alone(port, path, 200)):.2f} ms")
             for name, path, slow in (
@@ -222,7 +238,7 @@ def main() -> None:
                 (f"{options.readers} readers of 600 scattered rows", scattered, None),
                 (f"{options.readers} readers, {SLOW} slow ones beside", together, whole),
             ):
-                found = asyncio.run(load(port, path, options.readers, options.seconds, slow))
+                found = asyncio.run(load(port, path, many, child.pid, slow))
                 print(found.line(name, options.seconds))
         if options.peer:
             program = [sys.executable, "-c", PEER, str(root / KEY[:2]), str(port)]
@@ -231,7 +247,7 @@ def main() -> None:
                 path = f"/data?file={KEY}.h5&path=/shapes&selection=0:{ROWS},:,:&format=npy"
                 took = 1e3 * asyncio.run(alone(port, path, 100))
                 print(f"{'h5grove, 600 rows together, alone':44} median {took:.2f} ms")
-                found = asyncio.run(load(port, path, options.readers, options.seconds))
+                found = asyncio.run(load(port, path, many, child.pid))
                 print(found.line(f"h5grove, {options.readers} readers", options.seconds))
                 child.kill()
         print(survive(root, port))

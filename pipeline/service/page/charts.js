@@ -7,7 +7,7 @@ export function element(name, attributes = {}, ...children) {
   return filled(made, attributes, children);
 }
 
-function drawn(name, attributes = {}, ...children) {
+export function drawn(name, attributes = {}, ...children) {
   return filled(document.createElementNS(SVG, name), attributes, children);
 }
 
@@ -36,7 +36,10 @@ function ticks(low, high, count = 5) {
   return found;
 }
 
-function framed(width, height, x, y, labels) {
+// Units of a chart are pixels, so that its texts can be read in a narrow window.
+export const WIDE = () => Math.min(620, Math.max(340, window.innerWidth - 30));
+
+export function framed(width, height, x, y, labels) {
   const left = 64, bottom = height - 34;
   const svg = drawn("svg", { class: "chart", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": labels.title });
   const placeX = (value) => left + ((value - x[0]) / (x[1] - x[0] || 1)) * (width - left - 26);
@@ -45,7 +48,13 @@ function framed(width, height, x, y, labels) {
     svg.append(drawn("line", { class: "grid", x1: left, x2: width - 26, y1: placeY(value), y2: placeY(value) }));
     svg.append(drawn("text", { x: left - 6, y: placeY(value) + 4, "text-anchor": "end" }, short(value)));
   }
-  for (const value of ticks(...x)) svg.append(drawn("text", { x: placeX(value), y: bottom + 15, "text-anchor": "middle" }, short(value)));
+  const named = labels.marks ?? ticks(...x).map((value) => [value, short(value)]);
+  let end = -Infinity; // Of the text before: none lies on another one.
+  for (const [value, text] of named) {
+    if (placeX(value) - 3.2 * text.length < end) continue;
+    svg.append(drawn("text", { x: placeX(value), y: bottom + 15, "text-anchor": "middle" }, text));
+    end = placeX(value) + 3.2 * text.length + 4;
+  }
   svg.append(drawn("path", { class: "axis", d: `M${left} 16V${bottom}H${width - 26}` }));
   svg.append(drawn("text", { x: (left + width) / 2, y: height - 4, "text-anchor": "middle" }, labels.x));
   svg.append(drawn("text", { x: 12, y: 9, "text-anchor": "start", dy: 2 }, labels.y));
@@ -55,7 +64,7 @@ function framed(width, height, x, y, labels) {
 export function spectrum(found, pick) {
   const modes = found.frequencies.slice(0, found.normal_count);
   const top = Math.max(...modes) * 1.06 || 1;
-  const { svg, placeX, placeY } = framed(620, 240, [0.2, modes.length + 0.8], [0, top], { x: "mode", y: "frequency [Hz], bar: estimated error of the mesh", title: "spectrum" });
+  const { svg, placeX, placeY } = framed(WIDE(), 240, [0.2, modes.length + 0.8], [0, top], { x: "mode", y: "frequency [Hz], bar: estimated error of the mesh", title: "spectrum" });
   modes.forEach((frequency, mode) => {
     const error = found.discretisation_errors?.[mode], x = placeX(mode + 1), y = placeY(frequency);
     const group = drawn("g", { class: "bar", "data-mode": mode, onclick: () => pick(mode) });
@@ -76,17 +85,17 @@ export function scatter(rows) {
   if (!seen.length) return element("p", { class: "faint" }, "no run has an error");
   const range = (values) => [Math.floor(Math.min(...values)), Math.ceil(Math.max(...values) + 1e-9)];
   const x = seen.map((row) => Math.log10(row.seconds)), y = seen.map((row) => Math.log10(row.error));
-  const { svg, placeX, placeY } = framed(620, 260, range(x), range(y), { x: "log₁₀ of CPU time [s]", y: "log₁₀ of the largest relative error", title: "error over run time" });
+  const { svg, placeX, placeY } = framed(WIDE(), 260, range(x), range(y), { x: "log₁₀ of CPU time [s]", y: "log₁₀ of the largest relative error", title: "error over run time" });
   seen.forEach((row, at) => svg.append(drawn("circle", { cx: placeX(x[at]), cy: placeY(y[at]), r: 4, fill: "#1f5fa8", "fill-opacity": 0.75 }, drawn("title", {}, `${row.name}: ${short(row.seconds)} s, error ${short(row.error)}`))));
   return svg;
 }
 
-const COLOURS = ["#1f5fa8", "#b9540f", "#2b7a3d", "#7b3fa0", "#8a1538", "#0b7285"];
+export const COLOURS = ["#1f5fa8", "#b9540f", "#2b7a3d", "#7b3fa0", "#8a1538", "#0b7285"];
 
 export function curves(times, series, labels) {
   const values = series.flatMap((one) => one.values);
   const low = Math.min(0, ...values), high = Math.max(0, ...values) || 1;
-  const { svg, placeX, placeY } = framed(620, 240, [0, times.at(-1) || 1], [low, high], labels);
+  const { svg, placeX, placeY } = framed(WIDE(), 240, [0, times.at(-1) || 1], [low, high], labels);
   let legend = 110;
   series.forEach((one, index) => {
     const line = one.values.map((value, at) => `${at ? "L" : "M"}${placeX(times[at]).toFixed(1)} ${placeY(value).toFixed(1)}`).join("");
@@ -97,7 +106,20 @@ export function curves(times, series, labels) {
   return svg;
 }
 
-export function graph(found, here, open) {
+// A finished study is a report of its own.
+export const kindOf = (row) => (row.kind === "report" && row.uses.some((use) => use[1] === "study") ? "study" : row.kind);
+
+// Scenes stand before the records that they begin with: those that are made from no other record.
+function withScenes(found) {
+  const made = new Set(found.edges.map((edge) => edge[1])), first = found.records.filter((row) => !made.has(row.key) && row.uses.length);
+  const names = [...new Set(first.flatMap((row) => row.uses.map((use) => use[0])))].slice(0, 4);
+  const scenes = names.map((name) => ({ key: `scene ${name}`, kind: "scene", scene: name, uses: [[name]] }));
+  const edges = first.flatMap((row) => scenes.filter((scene) => row.uses.some((use) => use[0] === scene.scene)).map((scene) => [scene.key, row.key]));
+  return { records: [...scenes, ...found.records], edges: [...edges, ...found.edges] };
+}
+
+export function graph(related, here, open, search) {
+  const found = withScenes(related);
   const level = {}, below = new Map(found.records.map((row) => [row.key, []]));
   for (const [target, one] of found.edges) below.get(one)?.push(target);
   const depth = (key) => (level[key] ??= 1 + Math.max(-1, ...below.get(key).map(depth)));
@@ -106,17 +128,18 @@ export function graph(found, here, open) {
   const filledColumns = columns.filter(Boolean), height = 16 + 46 * Math.max(...filledColumns.map((one) => one.length));
   const wide = 150, place = new Map();
   const width = Math.max(filledColumns.length * (wide + 40), 420);
-  const svg = drawn("svg", { viewBox: `0 0 ${width} ${height}`, role: "group", "aria-label": "provenance", style: `max-width:${1.1 * width}px` });
+  const svg = drawn("svg", { viewBox: `0 0 ${width} ${height}`, role: "group", "aria-label": "provenance", style: `max-width:${1.1 * width}px;min-width:${0.85 * width}px` });
   filledColumns.forEach((rows, column) => rows.forEach((row, index) => place.set(row.key, [8 + column * (wide + 40), 8 + 46 * index])));
   for (const [target, one] of found.edges) {
     const [x1, y1] = place.get(target), [x2, y2] = place.get(one);
     svg.append(drawn("path", { class: "axis", d: `M${x1 + wide} ${y1 + 18}C${x1 + wide + 20} ${y1 + 18} ${x2 - 20} ${y2 + 18} ${x2} ${y2 + 18}` }));
   }
   for (const row of found.records) {
+    const go = () => (row.scene ? search(row.scene) : open(row.key));
     const [x, y] = place.get(row.key), uses = row.uses.map((use) => use.join(", "))[0] ?? row.key.slice(0, 12);
     const node = drawn("g", { class: row.key === here ? "node here" : "node", tabindex: 0, role: "link", "data-key": row.key, transform: `translate(${x} ${y})`,
-      onclick: () => open(row.key), onkeydown: (event) => event.key === "Enter" && open(row.key) });
-    node.append(drawn("rect", { width: wide, height: 36, rx: 4 }), drawn("text", { x: 8, y: 15, style: "font-weight:600" }, row.kind), drawn("text", { x: 8, y: 29 }, uses.slice(0, 22)), drawn("title", {}, `${row.kind} ${row.key}`));
+      onclick: go, onkeydown: (event) => event.key === "Enter" && go() });
+    node.append(drawn("rect", { width: wide, height: 36, rx: 4 }), drawn("text", { x: 8, y: 15, style: "font-weight:600" }, kindOf(row)), drawn("text", { x: 8, y: 29 }, uses.slice(0, 22)), drawn("title", {}, `${row.kind} ${row.key}`));
     svg.append(node);
   }
   return svg;

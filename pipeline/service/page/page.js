@@ -1,6 +1,8 @@
 // The page of a modal database: search, one record, two bases beside each other.
 
-import { curves, element, graph, matrix, scatter, short, spectrum } from "./charts.js";
+import { curves, element, graph, kindOf, matrix, scatter, short, spectrum } from "./charts.js";
+import { study } from "./study.js";
+import { tree } from "./tree.js";
 import { View } from "./view.js";
 
 const KINDS = ["mesh", "modes", "morph", "trajectory", "nodal", "cyclic", "wheel", "measurement", "report"];
@@ -40,11 +42,18 @@ async function search() {
   byId("records").replaceChildren(...rows.map(item));
 }
 
+function ofScene(name) {
+  byId("search").reset();
+  byId("search").elements.scene.value = name;
+  told(search);
+}
+
 function item(row) {
   const parts = [...new Set(row.uses.map((use) => use[1]))].join(", "), scenes = [...new Set(row.uses.map((use) => use[0]))].join(", ");
+  const isStudy = kindOf(row) === "study";
   const button = element("button", { type: "button", "data-key": row.key, onclick: () => open(row.key) },
-    element("span", { class: "what" }, row.kind), element("span", {}, parts || row.key.slice(0, 12)), element("small", {}, bytes(row.size)),
-    element("small", { class: "wide" }, `${new Date(1000 * row.made).toLocaleString()}  ${scenes}  `, ...row.tags.map((tag) => element("span", { class: "tag" }, tag))));
+    element("span", { class: "what" }, kindOf(row)), element("span", {}, (isStudy ? scenes : parts) || row.key.slice(0, 12)), element("small", {}, bytes(row.size)),
+    element("small", { class: "wide" }, `${new Date(1000 * row.made).toLocaleString()}  ${isStudy ? "" : scenes}  `, ...row.tags.map((tag) => element("span", { class: "tag" }, tag))));
   return element("li", {}, button);
 }
 
@@ -65,17 +74,20 @@ async function show(key) {
   state.views = [];
   const own = related.records.find((row) => row.key === key);
   place.replaceChildren(
-    element("h2", {}, `${info.kind} `, ...(own?.tags ?? []).map((tag) => element("span", { class: "tag" }, tag))),
+    element("h2", {}, `${info.inputs.stage === "study" ? "study" : info.kind} `, ...(own?.tags ?? []).map((tag) => element("span", { class: "tag" }, tag))),
     element("p", { class: "faint" }, `${key}, ${bytes(info.size)}`));
   place.scrollTop = 0;
   if (info.kind === "modes") await told(() => modes(place, key));
   if (info.kind === "mesh" || info.kind === "morph") await told(() => still(place, key));
   if (info.kind === "trajectory") await told(() => run(place, key, info));
-  if (info.kind === "report") await told(() => report(place, key));
-  place.append(element("h3", {}, "provenance"), graph(related, key, open));
+  if (info.kind === "report" && info.inputs.stage === "study") await told(() => study(place, JSON.parse(info.attributes.document), open));
+  else if (info.kind === "report") await told(() => report(place, key));
+  place.append(element("h3", {}, "provenance"), element("div", { class: "scroll" }, graph(related, key, open, ofScene)));
   if (related.left_out) place.append(element("p", { class: "faint" }, `and ${related.left_out} more`));
-  place.append(element("h3", {}, "made from"), table(flat(info.inputs)), element("h3", {}, "arrays"),
-    table(info.fields.map((row) => [row.path, row.shape.join(" × "), bytes(row.bytes)])));
+  place.append(element("h3", {}, "made from"), table(flat(info.inputs)));
+  place.lastChild.classList.add("keys");
+  if (info.fields.length) place.append(element("h3", {}, "arrays"), table(info.fields.map((row) => [row.path, row.shape.join(" × "), bytes(row.bytes)])));
+  tree(place, key, ask, base());
   place.focus({ preventScroll: true });
 }
 

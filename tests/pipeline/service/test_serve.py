@@ -3,12 +3,14 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -159,3 +161,49 @@ def test_without_the_extra_it_says_what_to_install(
     monkeypatch.setitem(sys.modules, "uvicorn", None)
     assert main(["serve"]) == 2
     assert "serve: uvicorn is not installed; pip install 'gudgeon[service]'" in capsys.readouterr().err
+
+
+UNIT = Path(__file__).parents[3] / "docs/deploy/gudgeon.service"
+
+
+def unit_settings() -> dict[str, str]:
+    """Return the settings of the systemd unit of the documents."""
+    lines = [line.partition("=") for line in UNIT.read_text().splitlines() if line and line[0] not in "#["]
+    return {name: text for name, _, text in lines}
+
+
+def test_the_systemd_unit_is_valid(tmp_path: Path) -> None:
+    program = shutil.which("systemd-analyze")
+    if program is None:
+        pytest.skip("systemd-analyze is not installed")
+    trial = tmp_path / "gudgeon.service"
+    trial.write_text(UNIT.read_text().replace("/opt/gudgeon/bin/gudgeon", sys.executable))
+    found = subprocess.run([program, "verify", trial], capture_output=True, text=True, timeout=60)
+    assert (found.returncode, found.stderr) == (0, "")
+
+
+def test_the_command_of_the_systemd_unit(tmp_path: Path) -> None:
+    """Its line as it is but for the folders: it serves with tokens, writes its audit, and ends by its signal."""
+    unit = unit_settings()
+    program, *arguments = unit["ExecStart"].split()
+    assert program == "/opt/gudgeon/bin/gudgeon"
+    state = unit["WorkingDirectory"]
+    assert state == f"/var/lib/{unit['StateDirectory']}"
+    here = [one.replace(state, str(tmp_path)).replace("/etc/gudgeon", str(tmp_path)) for one in arguments]
+    digest = sha256(TOKEN.encode()).hexdigest()
+    row = f'[[token]]\nname="ann"\nsha256="{digest}"\ndatabases=["*"]\nrights=["read", "put"]\n'
+    (tmp_path / "tokens.toml").write_text(row)
+    environment = {name: text for name, text in os.environ.items() if name != "GUDGEON_TOKEN"}
+    command = [sys.executable, "-m", "gudgeon.pipeline", *here, "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment, cwd=tmp_path) as child:
+        try:
+            assert child.stdout is not None
+            url = child.stdout.readline().split()[-1]
+            modaldb.open(url).put(content_key(INPUTS), "mesh", mesh(), INPUTS)
+            child.send_signal(getattr(signal, unit["KillSignal"]))
+            assert child.wait(int(unit["TimeoutStopSec"])) == 0
+        finally:
+            child.kill()
+    (line,) = (tmp_path / "audit.log").read_text().splitlines()
+    assert f" put default {content_key(INPUTS)} by=ann from=127.0.0.1 bytes=" in line
+    assert modaldb.open(tmp_path / "db").has(content_key(INPUTS))

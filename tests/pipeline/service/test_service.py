@@ -5,6 +5,7 @@ import io
 import json
 import logging
 import socket
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -448,13 +449,18 @@ def half_sent(client: Client, head: str, body: bytes, *, close: bool = True) -> 
         return found
 
 
-def test_a_body_that_breaks_off_is_not_kept(client: Client, store: FolderStore) -> None:
+def test_a_body_that_breaks_off_is_not_kept(
+    client: Client, store: FolderStore, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
     half_sent(client, f"PUT {RECORD} HTTP/1.1\r\nContent-Length: {len(image())}\r\n", image()[:1000])
-    for _ in range(100):
-        if files_of(store) == []:
+    for _ in range(200):
+        if caplog.messages:
             break
         time.sleep(0.05)
     assert files_of(store) == []
+    (line,) = caplog.messages  # Of the audit; no other, such as of an unexpected error.
+    assert f" refuse default {KEY} by=tests from=127.0.0.1 bytes={len(image())} why=Wrong" in line
     assert client.ask("PUT", RECORD, image())[0] == 201
 
 
@@ -484,6 +490,41 @@ def test_a_full_disk_is_said(client: Client, store: FolderStore, monkeypatch: py
 
 
 # Lists, tags, removal
+
+
+@pytest.mark.parametrize(
+    ("path", "name", "allowed"),
+    [(f"{RECORD}/field/shapes?modes=-1", "modes", "rows, columns, surface, format"),
+     (f"{RECORD}/field/shapes?rows=0:1&Columns=2", "Columns", "rows, columns, surface, format"),
+     ("/default/records?materal.E=1", "materal.E", "kind, scene, component, tag, key, text, since, until, where"),
+     (f"{RECORD}/spectrum?signatur=1", "signatur", "none"), ("/health?x", "x", "none"),
+     (f"{RECORD}?rows=0", "rows", "none")],
+)  # fmt: skip
+def test_parameters_that_a_route_does_not_have(
+    path: str, name: str, allowed: str, client: Client, store: FolderStore
+) -> None:
+    store.put(KEY, "modes", modes(), INPUTS)
+    if path.endswith("x"):
+        path += "="
+    line = line_of(client.get(path), 422, "QueryWrong")
+    assert line.startswith(f"{name}: no such parameter of ")
+    assert f"; allowed: {allowed}" in line
+
+
+def test_puts_of_one_key_at_once(client: Client, store: FolderStore, caplog: pytest.LogCaptureFixture) -> None:
+    """Eight clients send one record: all are told that it is there, one wrote it, and it is whole."""
+    caplog.set_level(logging.INFO, "gudgeon.audit")
+    given: list[Given] = []
+    threads = [threading.Thread(target=lambda: given.append(client.ask("PUT", RECORD, image()))) for _ in range(8)]
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join()
+    assert {one[0] for one in given} <= {200, 201}
+    assert len({json.loads(one[2])["digest"] for one in given}) == 1
+    assert files_of(store) == [f"{KEY}.h5"]
+    assert store.examine(KEY) is None
+    assert len(caplog.messages) == [one[0] for one in given].count(201)
 
 
 def test_wrong_queries(client: Client) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from gudgeon import modaldb
 from gudgeon.modaldb.errors import RecordMissing
+from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.gudgeon import run
@@ -112,7 +113,7 @@ def test_gc_lists_and_removes(made: Path, capsys: pytest.CaptureFixture[str]) ->
     current = set(store.keys())
     key = next(key for key in current if store.provenance(key)["stage"] == "mesh")
     old = store.provenance(key) | {"code": "another"}
-    old_key = modaldb.stores.folder.content_key(old)
+    old_key = content_key(old)
     store.put(old_key, "mesh", store.get(key, "mesh"), old)
     folder = store.path(key).parent
     (folder / ".writing-1").write_bytes(b"half of a record")

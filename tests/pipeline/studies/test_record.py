@@ -15,6 +15,7 @@ from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.studies import record
 from gudgeon.pipeline.studies.study import Asked, run_study
 from tests.modaldb.samples import mesh
+from tests.pipeline.service.serving import served
 from tests.pipeline.studies import cases
 from tests.pipeline.studies.cases import VELOCITY, thread, write_rod
 
@@ -89,3 +90,16 @@ def test_a_study_without_some_designs_is_no_record(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(record, "MOST_DESIGNS", 1)
     assert run_study(job, asked, lambda stage, share: None, cases.answer).key is None
     assert studies(tmp_path) == []
+
+
+def test_a_study_whose_database_is_a_server(tmp_path: Path) -> None:
+    """Runs and the study itself are in the server's folder; a second study elsewhere finds them all there."""
+    with served(tmp_path / "db") as url:
+        scene = write_rod(tmp_path / "scene")
+        first = study(scene, {VELOCITY: [1.0, 2.0]}, db=url, out=tmp_path / "out", executor=thread)
+        again = study(scene, {VELOCITY: [1.0, 2.0]}, db=url, out=tmp_path / "out2", executor=thread)
+    assert (first.fresh, again.fresh, again.key) == (0, 2, first.key)
+    (found,) = studies(tmp_path)
+    assert found.key == first.key
+    assert all(modaldb.open(tmp_path / "db").has(key) for key in found.inputs["runs"])
+    assert (tmp_path / "out/study.csv").read_bytes() == (tmp_path / "out2/study.csv").read_bytes()
