@@ -279,6 +279,8 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
         return f"{where}: {message}"
     shown = _shown(given)
     if entry["type"] in EXPECTED and (expected := _expected(node)):
+        if expected == "a list" and isinstance(given, str) and len(given) < SHOWN:
+            expected = f'a list, such as ["{given}"]'
         if expected == "a table":
             expected = table_text(schema, node, keys[-1] if keys else "", given)
         return f"{where}: {shown} given; allowed: {expected}"
