@@ -272,7 +272,9 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
         kinds = ", ".join(f"'{one}'" for one in node.get("discriminator", {}).get("mapping", ()))
         return f"{where}.{entry['ctx']['discriminator'].strip(chr(39))}: is missing; allowed: {kinds}"
     if entry["type"] == "missing" and len(location) == len(entry["loc"]):
-        return f"{where}: is missing"
+        form = _expected(node)
+        form = table_text(schema, node, keys[-1]) if form == "a table" else form
+        return f"{where}: is missing; give {form}" if form else f"{where}: is missing"
     message = entry["msg"].removeprefix("Value error, ")
     given = entry["input"]
     if isinstance(given, Mapping) or entry["type"] == "value_error":
