@@ -3,6 +3,7 @@
 import re
 import shlex
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 import gudgeon
 from docs.tools import api, gallery, notebooks
+from docs.tools.command_cost import PAGE, Cost, cost, table, written
 from gudgeon.pipeline.cli.parser import build_parser
 from gudgeon.pipeline.kinds import run
 from tests.test_readme import blocks
@@ -113,3 +115,17 @@ def test_what_has_no_docstring_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_p
     assert api.class_text("a.py", "A").endswith(
         "A.b(c: int = 1) -> str\n```\n\nReturn c.\n\n**Args**\n\n- `c`: Number.\n\n"
     )
+
+
+def test_the_table_of_commands_is_replaced_alone() -> None:
+    """Of the page as it is; a command that fails is no measurement."""
+    page = PAGE.read_text()
+    text = table([Cost("one", 0.123, 0.5), Cost("other", 1.0, float("nan"))], 0.5)
+    assert text.splitlines()[2:] == ["| one | 0.12 | 0.50 |", "| other | 1.00 |  |"]
+    changed = written(page, text)
+    assert text in changed
+    assert written(changed, table([], 0.5)).count("|---|---:|---:|\n\nOthers") == 1
+    assert changed.partition("## Whole")[0] == page.partition("## Whole")[0]
+    assert changed.partition("## Normal modes")[2] == page.partition("## Normal modes")[2]
+    with pytest.raises(SystemExit, match="ended with 3"):
+        cost(sys.executable, "-c", "raise SystemExit(3)")

@@ -60,6 +60,8 @@ NOTEBOOKS: dict[str, tuple[str, ...]] = {
     "6-study": (
         "# A table of designs",
         '#:\nimport gudgeon\n\ntable = gudgeon.study("data/two-mass", vary=["body.striker.velocity.0=0.5:2:4"])\ntable',
+        "All columns, as those of `study.csv`:",
+        '#:\nframe = table.to_frame()\nframe[["body.striker.velocity.0", "pair.impulse [N s]"]]',
     ),
     "7-step-by-step": (
         "# Step by step\n\nThe caller steps a scene and sets a force between steps: here a hand that holds a ball.",

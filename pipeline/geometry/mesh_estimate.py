@@ -1,5 +1,6 @@
 """What a mesh will need, estimated before it is made: elements, memory and time of the stages up to its modes."""
 
+import logging
 import math
 import os
 from typing import NamedTuple
@@ -7,7 +8,10 @@ from typing import NamedTuple
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.measuring.memory import total_memory
 
+log = logging.getLogger(__name__)
 GIB = 2**30
+LONG = 120.0
+"""Estimated time up to the modes [s] from which a line says so before meshing begins."""
 DISTRIBUTED = "GUDGEON_SLEPC"
 """Variable that hands the extraction of modes to several machines, see docs/cluster.md."""
 
@@ -37,20 +41,24 @@ COSTS = {
 
 
 def refuse_large(kind: str, elements: float, size: float) -> None:
-    """Raise InputError where a mesh of about so many elements, of edge length `size` [m], exceeds the memory."""
+    """Raise InputError where a mesh of about so many elements, of edge length `size` [m], exceeds the memory.
+
+    A warning is logged where it takes long: lengths in mm are noticed at once.
+    """
     cost = COSTS[kind]
     dofs = cost.dofs * elements
     # Several machines may hold the factor.
     factor = 0.0 if os.environ.get(DISTRIBUTED) else cost.factor_bytes * dofs**cost.growth
     need = cost.mesh_bytes * elements + factor
-    if need <= total_memory():
-        return
     seconds = cost.seconds * elements + cost.factor_seconds * dofs ** (1.5 * cost.growth)
     many, memory, minutes = map(_figure, (elements, need / GIB, math.ceil(seconds / 60)))
-    raise InputError(
-        f"mesh.size: {size:g} m gives about {many} elements, whose modes need about {memory} GiB of memory and"
-        f" {minutes} minutes; this machine has {total_memory() / GIB:.1f} GiB: give a larger size"
-    )
+    what = f"mesh.size: {size:g} m gives about {many} elements, whose modes need about {memory} GiB of memory and"
+    if need > total_memory():
+        raise InputError(
+            f"{what} {minutes} minutes; this machine has {total_memory() / GIB:.1f} GiB: give a larger size"
+        )
+    if seconds > LONG:
+        log.warning("%s %s minutes; lengths are in metres", what, minutes)
 
 
 def _figure(value: float) -> str:

@@ -49,7 +49,10 @@ def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ())
     meeting = [run for error, run in known if error <= tolerance]
     if meeting:
         best = min(meeting, key=lambda run: run.cpu_seconds)
-        why = f"the fastest of {len(meeting)} of {len(known)} settings that meet {tick_text(tolerance)}"
+        asked = tick_text(tolerance)
+        why = f"the fastest of {len(meeting)} of {len(known)} settings that meet {asked}"
+        if len(meeting) == 1 < len(known):
+            why = f"the only one of {len(known)} settings that meets {asked}"
         error, of = best.largest_error, best.largest_of
         return Choice(tolerance, best.name, best.settings, error, of, cpu_seconds=best.cpu_seconds, why=why)
     if not known and avoided:

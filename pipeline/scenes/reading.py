@@ -272,13 +272,17 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
         kinds = ", ".join(f"'{one}'" for one in node.get("discriminator", {}).get("mapping", ()))
         return f"{where}.{entry['ctx']['discriminator'].strip(chr(39))}: is missing; allowed: {kinds}"
     if entry["type"] == "missing" and len(location) == len(entry["loc"]):
-        return f"{where}: is missing"
+        form = _expected(node)
+        form = table_text(schema, node, keys[-1]) if form == "a table" else form
+        return f"{where}: is missing; give {form}" if form else f"{where}: is missing"
     message = entry["msg"].removeprefix("Value error, ")
     given = entry["input"]
     if isinstance(given, Mapping) or entry["type"] == "value_error":
         return f"{where}: {message}"
     shown = _shown(given)
     if entry["type"] in EXPECTED and (expected := _expected(node)):
+        if expected == "a list" and isinstance(given, str) and len(given) < SHOWN:
+            expected = f'a list, such as ["{given}"]'
         if expected == "a table":
             expected = table_text(schema, node, keys[-1] if keys else "", given)
         return f"{where}: {shown} given; allowed: {expected}"

@@ -110,10 +110,15 @@ class RunReport:
         name = next((one for one in SHOWN if one in pictures), None)
         image = ""
         if name is not None and pictures[name].is_file():
-            coded = base64.b64encode(pictures[name].read_bytes()).decode()
-            image = f'<div><img alt="{name}" width="480" src="data:image/png;base64,{coded}"></div>'
+            image = image_html(pictures[name], 480)
         rows = "".join(
             f"<tr><td>{html.escape(name)}</td><td>{one['value']:.6g}</td><td>{html.escape(one['unit'])}</td></tr>"
             for name, one in self.quantities.items()
         )
         return f"{head}{image}<table><tr><th>quantity</th><th>value</th><th>unit</th></tr>{rows}</table>"
+
+
+def image_html(path: Path, width: int) -> str:
+    """Return a PNG as HTML that holds it."""
+    coded = base64.b64encode(path.read_bytes()).decode()
+    return f'<div><img alt="{html.escape(path.name)}" width="{width}" src="data:image/png;base64,{coded}"></div>'

@@ -7,16 +7,17 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from html import escape
 from pathlib import Path
 from typing import Any
 
-from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.errors import InputError, pandas
 from gudgeon.pipeline.files import write_sealed
 from gudgeon.pipeline.kinds import kind_of, open_job
 from gudgeon.pipeline.scenes.reading import override_text, override_texts
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.folder import claim, held
-from gudgeon.pipeline.stages.run_report import Progress
+from gudgeon.pipeline.stages.run_report import Progress, image_html
 from gudgeon.pipeline.studies.designs import Sampling, read_designs, sampled
 from gudgeon.pipeline.studies.dispatch import Work, dispatched
 from gudgeon.pipeline.studies.executors import Workers, executor_of, named_executor, processes
@@ -24,13 +25,15 @@ from gudgeon.pipeline.studies.fitting import check_shown, fitted
 from gudgeon.pipeline.studies.parameters import Parameter, parse_parameters
 from gudgeon.pipeline.studies.planning import Step, planned
 from gudgeon.pipeline.studies.record import keep_study
-from gudgeon.pipeline.studies.table import Table, table_of, write_table
+from gudgeon.pipeline.studies.table import Table, cell_text, table_of, write_table
 from gudgeon.pipeline.studies.task import LOST, SOLVE, Row, Source, solve_design, version_key
 from gudgeon.solver.kernel_cache import is_compiled
 from gudgeon.solver.result import Result
 
 STUDY, PICTURE = "study.json", "study.png"
 NUMBERS = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")
+SHOWN = 9
+"""Columns of a table that a notebook shows."""
 NOT_FINISHED = 5
 """Reasons of designs without quantities that are printed."""
 
@@ -74,6 +77,22 @@ class StudyReport:
         return {name: value for name, value in vars(self).items() if name != "table"} | {
             "designs": self.table.records()
         }
+
+    def to_frame(self) -> Any:
+        """Return the designs as a `pandas.DataFrame`, a row each, with the heads of `study.csv`."""
+        return pandas().DataFrame([dict(zip(self.table.heads, row, strict=True)) for row in self.table.rows])
+
+    def _repr_html_(self) -> str:
+        counts = ", ".join(f"{count} {result}" for result, count in self.counts.items())
+        picture = Path(self.out) / PICTURE
+        image = image_html(picture, 720) if PICTURE in self.files and picture.is_file() else ""
+        heads, rows = self.table.heads[:SHOWN], [row[:SHOWN] for row in self.table.rows]
+        lines = ["".join(f"<th>{escape(str(head))}</th>" for head in heads)]
+        lines += ["".join(f"<td>{escape(cell_text(cell))}</td>" for cell in row) for row in rows]
+        table = "".join(f"<tr>{line}</tr>" for line in lines)
+        more = len(self.table.heads) - SHOWN
+        foot = f"<div>{more} further columns: to_frame()</div>" if more > 0 else ""
+        return f"<b>{escape(self.scene)}: {counts}</b>{image}<table>{table}</table>{foot}"
 
 
 def study(

@@ -115,3 +115,8 @@ def _merged(lists: Sequence[Sequence[str]]) -> list[str]:
                 known.add(name)
                 at += 1
     return found
+
+
+def cell_text(value: Any) -> str:
+    """Return a value of a table for a page: six digits of numbers, nothing for what is missing."""
+    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

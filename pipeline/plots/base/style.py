@@ -1,5 +1,6 @@
 """One look for all pictures: fonts, colours, titles, and units with a fitting prefix."""
 
+import io
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -79,9 +80,18 @@ PREFIXES = (
 )  # fmt: skip
 
 
-def new_figure(title: str, subtitle: str, *, height: int = HEIGHT, width: int = WIDTH, dpi: int = DPI) -> Figure:
+class ShownFigure(Figure):
+    """A figure that a notebook shows as a picture, whatever backend of matplotlib it has chosen, if any."""
+
+    def _repr_png_(self) -> bytes:
+        file = io.BytesIO()
+        FigureCanvasAgg(self).print_png(file)
+        return file.getvalue()
+
+
+def new_figure(title: str, subtitle: str, *, height: int = HEIGHT, width: int = WIDTH, dpi: int = DPI) -> ShownFigure:
     """Return an empty figure of some size [px] with its title in the upper left corner."""
-    figure = Figure(figsize=(width / dpi, height / dpi), dpi=dpi, facecolor="white")
+    figure = ShownFigure(figsize=(width / dpi, height / dpi), dpi=dpi, facecolor="white")
     figure.text(0.28 * dpi / width, 1 - 0.25 * dpi / height, title, fontsize=14, fontweight="bold", va="center")
     figure.text(0.28 * dpi / width, 1 - 0.5 * dpi / height, subtitle, fontsize=9.5, color=FAINT, va="center")
     return figure

@@ -162,7 +162,7 @@ def use_text(document: Document) -> str:
     """Return the command that runs the chosen setting; empty if there is none."""
     if document.choice is None or document.choice.run is None:
         return ""
-    command = re.sub(r" --tolerance \S+", "", document.command).replace("gudgeon report", "gudgeon run", 1)
+    command = re.sub(r" --(tolerance|repeat) \S+", "", document.command).replace("gudgeon report", "gudgeon run", 1)
     return f"{command} --tolerance {tick_text(document.choice.tolerance)}"
 
 

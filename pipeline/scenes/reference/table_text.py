@@ -50,6 +50,11 @@ def table_text(schema: Mapping[str, Any], node: Mapping[str, Any], key: str, giv
     So `friction = 0.2` has `a table of static, kinetic, direction, such as friction = { static = 0.2 }`.
     """
     found = table(schema, node)
+    if isinstance(below := found.get("additionalProperties"), dict):  # Members by names of the user.
+        kinds = list(_forms(schema, table(schema, below)))
+        text = f"a table {key}.NAME for each"
+        example = next((EXAMPLES[one["title"]] for one in kinds if one.get("title") in EXAMPLES), None)
+        return text if example is None else f"{text}, such as {key}.part = {as_toml(example)}"
     kinds = list(_forms(schema, found))
     keys = list(found.get("properties", {}))
     text = "a table of " + ", ".join(keys[:LISTED]) + (", …" if len(keys) > LISTED else "") if keys else "a table"

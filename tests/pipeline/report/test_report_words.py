@@ -1,10 +1,14 @@
 """Numbers of a report as people read them, and the tables that its command prints."""
 
+import shlex
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+from gudgeon.pipeline.cli.parser import build_parser
 from gudgeon.pipeline.report.document import Chain, Choice
+from gudgeon.pipeline.report.effort import Effort, command_text
 from gudgeon.pipeline.report.page.output import report_text
 from gudgeon.pipeline.report.page.page import axes_of
 from gudgeon.pipeline.report.page.words import (
@@ -14,6 +18,7 @@ from gudgeon.pipeline.report.page.words import (
     setting_texts,
     size_text,
     tick_text,
+    use_text,
     verdict,
 )
 from tests.pipeline import documents
@@ -114,3 +119,15 @@ def test_table_that_is_printed() -> None:
     assert "Does not converge over this sweep, not fitted: chatter" in text
     assert "- penalty, event: a law has no exact motion between events" in text
     assert "| 20 µm barrel | −8.90% |" in text
+
+
+def test_the_command_to_use_is_a_command() -> None:
+    """That of a report of one timed run per setting had `--repeat`, which `gudgeon run` does not take."""
+    how = Effort(repeat=1, tolerance=0.05, same_mesh=True)
+    command = command_text(Path("data/rod/scene.toml"), ["run.duration=2e-4"], how)
+    met = Choice(0.05, "30 modes", {}, 0.0082, "impulse", 0.05, "")
+    chosen = replace(documents.small(), command=command, choice=met)
+    text = use_text(chosen)
+    options = build_parser().parse_args(shlex.split(text)[1:])
+    assert (options.scene, options.set, options.tolerance) == ("data/rod/scene.toml", ["run.duration=2e-4"], 0.05)
+    assert options.same_mesh

@@ -42,6 +42,8 @@ def test_every_example_is_such_a_table(title: str) -> None:
         ),
         ("component.rod.mesh=0.004", "mesh: 0.004 given; allowed: a table of size, such as mesh = { size = 0.004 }"),
         ("contact.wall.against=3", f"contact.wall.against: 3 given; allowed: a table, such as {PLANE}"),
+        ("contact=3", "contact: 3 given; allowed: a table contact.NAME for each, such as contact.part = { body ="),
+        ('force.push={kind="force",body="rod"}', "force.push.direction: is missing; give three numbers [x, y, z]"),
         ("body.rod.friction=0.2", "it belongs in contact.NAME.friction or joint.NAME.friction; allowed here: "),
         ("component.rod.density=7850", "it belongs in component.NAME.material.rho; allowed here: geometry"),
         ("run.dt=1e-6", "run.dt: unknown key; did you mean 'step'? allowed here: duration"),

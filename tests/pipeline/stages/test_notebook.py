@@ -71,6 +71,7 @@ def test_records_are_asked_for_by_name(place: Path, tmp_path: Path) -> None:
 
 def test_figures_and_pages(found: RunReport, tmp_path: Path) -> None:
     figure: Any = found.plot()
+    assert figure._repr_png_().startswith(b"\x89PNG")
     (axes,) = figure.axes
     assert axes.get_ylabel() == "force of pair [kN]"
     assert axes.lines[0].get_ydata().max() > 0
@@ -100,4 +101,5 @@ def test_a_report_is_a_table_and_a_figure() -> None:
     assert list(table["name"]) == [run.name for run in document.runs]
     assert list(table["cpu_seconds"]) == pytest.approx([run.cpu_seconds for run in document.runs])
     assert document.plot().axes
+    assert document.plot()._repr_png_().startswith(b"\x89PNG")
     assert "<svg" in document._repr_html_()

@@ -52,6 +52,13 @@ def test_table_has_what_single_runs_have(tmp_path: Path) -> None:
     assert report.counts == {"FINISHED": 3}
     rows = read(tmp_path / "out/study.csv")
     assert [row[VELOCITY] for row in rows] == ["0.5", "1.0", "1.5"]
+    frame = report.to_frame()
+    assert list(frame.columns) == [*rows[0]]
+    assert frame[VELOCITY].tolist() == [0.5, 1.0, 1.5]
+    page = report._repr_html_()
+    assert "3 FINISHED" in page
+    assert page.count("<tr>") == 4
+    assert "data:image/png;base64" in page
     for row in rows:
         single = gudgeon.run(
             scene, set=[f"{VELOCITY}={row[VELOCITY]}"], db=tmp_path / "other", out=tmp_path / "single", until="solve"
