@@ -1,13 +1,18 @@
 """Two solids whose meshes do not match, face to face: the patch test, by their records."""
 
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.simulate import adjusted_notes
 from gudgeon.solver.system.compile import compile_system
+from gudgeon.solver.system.system import System
 
 SCENE = """
 [component.upper]
@@ -39,18 +44,31 @@ against = {{ shape = "body", body = "lower", interface = "face" }}
 [run]
 duration = 1e-4
 """
+CHANGED = {
+    "position": "position = [0.0, 0.0, 0.02]",
+    "shape": 'shape = "body"',
+    "own": 'surface = "bottom" }',
+    "interface": 'interface = "face"\nagainst',
+}
 STIFFNESS = 210e9 / 0.04
 """Pressure per approach of the two ends [Pa/m]."""
+
+
+def compiled(folder: Path, upper: float, lower: float, **changes: str) -> tuple[Any, System]:
+    """Return the scene with element sizes [m] and parts of its text changed, and its system."""
+    path, text = folder / "scene.toml", SCENE.format(upper=upper, lower=lower)
+    for old, new in changes.items():
+        text = text.replace(CHANGED[old], new)
+    path.write_text(text)
+    job = open_job(path, db=folder / "db", out=folder / "out")
+    run_job(job, "morph")
+    return job, compile_system(job.store, job.scene, job.morphs())
 
 
 @pytest.mark.parametrize(("upper", "lower"), [(0.007, 0.0095), (0.0095, 0.007)])
 def test_patch_test(tmp_path: Path, upper: float, lower: float) -> None:
     """Blocks pressed together have a uniform pressure, E times the strain, to round-off."""
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE.format(upper=upper, lower=lower))
-    job = open_job(path)
-    run_job(job, "morph")
-    system = compile_system(job.store, job.scene, job.morphs())
+    job, system = compiled(tmp_path, upper, lower)
     elastic = system.stiffness > 0
     rows = system.rows[:, elastic]
     compliance = rows / system.stiffness[elastic] @ rows.T + system.residual
@@ -63,3 +81,38 @@ def test_patch_test(tmp_path: Path, upper: float, lower: float) -> None:
     assert forces.sum() == pytest.approx(1e-6 * STIFFNESS * 0.03**2, rel=1e-11)
     moment = np.cross(system.contacts[0].points, [0.0, 0.0, 1.0]).T @ forces
     assert moment == pytest.approx(0.0, abs=1e-9 * forces.sum() * 0.03)
+
+
+def test_shape_surface_meets_contact_points_too(tmp_path: Path) -> None:
+    gaps = [
+        compiled(tmp_path, 0.0095, 0.007, shape=f'shape = "{shape}"', position="position = [0.0, 0.002, 0.0201]")[1].gap
+        for shape in ("body", "surface")
+    ]
+    assert np.array_equal(*gaps)
+    assert gaps[0].min() == pytest.approx(1e-4, rel=1e-9)
+
+
+def test_interpenetration_is_refused_and_adjusted(tmp_path: Path) -> None:
+    """The complaint says by how much and where; `adjust` moves the points and says so."""
+    inside = "position = [0.0, 0.0, 0.0199]"
+    message = (
+        r"^contact\.faces: \d+ of \d+ points start inside the obstacle, the worst by 0\.0001 m at \(.*, 0\.0199\) m; "
+    )
+    with pytest.raises(SceneError, match=message + r".* or set contact\.faces\.adjust to true$"):
+        compiled(tmp_path, 0.0095, 0.007, position=inside)
+    _, system = compiled(
+        tmp_path, 0.0095, 0.007, position=inside, interface='interface = "face"\nadjust = true\nagainst'
+    )
+    assert np.array_equal(system.gap, np.zeros(len(system.gap)))
+    count = len(system.gap)
+    assert adjusted_notes(system) == [
+        f"contact.faces.adjust moved {count} of {count} points out of what they touch, by up to 0.0001 m"
+    ]
+
+
+@pytest.mark.parametrize(
+    "change", [{"position": "position = [0.1, 0.0, 0.02]"}, {"own": 'surface = "top" }'}], ids=["beside", "backwards"]
+)
+def test_faces_that_do_not_meet_are_refused(tmp_path: Path, change: dict[str, str]) -> None:
+    with pytest.raises(SceneError, match=re.escape("contact.faces.against: interface 'face' does not face 'face'")):
+        compiled(tmp_path, 0.0095, 0.007, **change)
