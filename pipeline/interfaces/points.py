@@ -66,7 +66,8 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
     number = np.full(len(mesh.nodes), -1)
     number[nodes[keep]] = np.arange(int(keep.sum()))
     facets = number[bearing]
-    return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge, facets[(facets >= 0).all(axis=1)])
+    whole = (facets >= 0).all(axis=1) & (surface.facets.shape[1] == 6)
+    return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge, facets[whole])
 
 
 def _of_nodes(mesh: MeshRecord, interface: Interface, surface: Surface, where: str) -> ContactPoints:
