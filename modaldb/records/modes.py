@@ -42,8 +42,8 @@ class InterfaceModes:
         default=None, metadata=rule("f' 3", "int", unit="1", name="numbers of the contact points of each facet")
     )
     """Facets all of whose contact points belong to the interface, by the numbers of these points, (f, 3): the mid-side
-    nodes of a triangle in the order of its edges, outward. Empty where points are no nodes of triangles; None before
-    version 12."""
+    nodes of a triangle in the order of its edges, outward; the ends and the middle of an edge of a plane part. Empty
+    where points are no nodes of facets; None before version 12."""
 
 
 @dataclass(frozen=True)

@@ -66,8 +66,7 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
     number = np.full(len(mesh.nodes), -1)
     number[nodes[keep]] = np.arange(int(keep.sum()))
     facets = number[bearing]
-    whole = (facets >= 0).all(axis=1) & (surface.facets.shape[1] == 6)
-    return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge, facets[whole])
+    return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge, facets[(facets >= 0).all(axis=1)])
 
 
 def _of_nodes(mesh: MeshRecord, interface: Interface, surface: Surface, where: str) -> ContactPoints:

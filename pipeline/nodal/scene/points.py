@@ -64,8 +64,11 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
         far, there = parts[other].contact_rows(contact.against.interface, where)
         order, gap, beside = _facing(placed, normals, parts[other].placed(far.points))
         equal = len(far.points) == len(placed) and len(np.unique(order)) == len(order)
-        if len(points.facets) and len(far.facets) and (not equal or beside > MATCHING * float(np.ptp(placed))):
+        surfaces = []
+        if len(points.facets) and len(far.facets):
             surfaces = [surface_of(parts[own], contact.interface), surface_of(parts[other], contact.against.interface)]
+        solids = len(surfaces) > 0 and all(one.facets.shape[1] == 6 for one in surfaces)
+        if solids and (not equal or beside > MATCHING * float(np.ptp(placed))):
             rows[other], gap = faced_rows((parts[own], points, surfaces[0]), (parts[other], surfaces[1]))
             gap = np.where(np.isfinite(gap), gap, MISSES * float(np.ptp(placed)))
         elif equal:
