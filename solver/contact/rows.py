@@ -170,11 +170,17 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     }
     return ContactBlock(
         name=name, body=body.name, interface=contact.interface, points=points, directions=directions,
-        areas=interface.areas if contact.surface_stiffness is not None else None, edge=interface.edge, other=other,
+        areas=_areas(contact, interface), edge=interface.edge, other=other,
         adjusted=adjusted,
         rows=rows, tangents=_tangents(contact, name, body, contact.interface, points), residual=residual,
         per_row=per_row,
     )  # fmt: skip
+
+
+def _areas(contact: Contact, interface: InterfaceModes) -> np.ndarray | None:
+    """Return the areas that make pressures of forces [m^2], (c,): of layers, and of several points on another body."""
+    several = isinstance(contact.against, OtherBody) and len(interface.areas) > 1
+    return interface.areas if contact.surface_stiffness is not None or several else None
 
 
 def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.ndarray) -> None:
