@@ -76,6 +76,14 @@ REGISTRY: tuple[Quantity, ...] = (
                  " position.", f"positive: along {axis}")
         for axis in "xyz"
     ),
+    *(
+        Quantity("contact", f"centre_{axis}", "m", f"Centre of pressure along {axis} at the largest force, in"
+                 " the body's own design position; absent of a single point.", f"positive: along {axis}",
+                 "of the frames")
+        for axis in "xyz"
+    ),
+    Quantity("contact", "contact_area", "m^2", "Area of the points that are pressed then; absent on an"
+             " obstacle without `surface_stiffness`.", _SIZE, "of the frames"),
     Quantity("contact", "sliver_share", "1", "Share of the impulses that acts at points with a sliver of area; absent"
              " where it is zero.", _SIZE),
     Quantity("contact", "least_gap", "m", "Smallest gap in a run in which nothing touches.", _SIZE, "of the frames"),

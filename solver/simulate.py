@@ -67,8 +67,20 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     plan = plan_run(system)
     notes = [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)
+    notes += adjusted_notes(system)
     found = _simulated(system, plan, progress)
     return replace(found, counts=found.counts | {FRICTION_NOTES: "\n".join(notes)}) if notes else found
+
+
+def adjusted_notes(system: System) -> list[str]:
+    """Return a sentence for each contact whose points were moved onto what they touch."""
+    found = [(one, int((one.adjusted > 0).sum())) for one in system.contacts]
+    return [
+        f"contact.{one.name}.adjust moved {count} of {len(one.points)} points out of what they touch, by up to"
+        f" {one.adjusted.max():.3g} m"
+        for one, count in found
+        if count
+    ]
 
 
 def _simulated(system: System, plan: Plan, progress: Progress | None) -> Trajectory:

@@ -29,6 +29,7 @@ NAMES = {
     "residual": "residual contact", "layer": "surface layer", "linear-law": "linear law", "hertz": "Hertz",
     "hunt-crossley": "Hunt-Crossley", "residual-law": "residual with law", "constraint": "rigid: constraint",
     "impact": "rigid: restitution", "friction": "friction", "belt": "moving obstacle", "two-bodies": "two bodies",
+    "facets": "two bodies, meshes that do not match",
     "sliding": "sliding pair", "several-points": "several points", "wave-guide": "wave-guide dashpot",
     "start-rest": "start at rest", "start-undeformed": "start undeformed", "given-step": "given step",
     "automatic-step": "automatic step",

@@ -15,7 +15,8 @@ BASIS_REASON = "basis_reason"
 ONE_COORDINATE = "one elastic coordinate is kept"
 """Reason why there is no such run: half of the coordinates of a body would be none."""
 FRICTION_NOTES = "friction_notes"
-"""Entry of `Trajectory.counts`: what is to be said of the coefficients of friction, one sentence a line."""
+"""Entry of `Trajectory.counts`: what is to be said of the coefficients of friction and of the start of contacts, one
+sentence a line."""
 
 LINKAGE_NOTES = "linkage_notes"
 """Entry of `Trajectory.counts`: what is to be said of the start of a mechanism, one sentence a line."""

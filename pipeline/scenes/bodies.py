@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.report import Plot, Report
@@ -11,6 +11,8 @@ from gudgeon.pipeline.scenes.robustness import Robustness
 from gudgeon.solver.numbers import Name
 from gudgeon.solver.scene.scene import Scene
 
+CONTACT_KINDS = ("points", "patch")
+"""Kinds of interface that have contact points."""
 AXIS_DIGITS = 12
 """Digits of the direction of gravity by which modes are found again."""
 
@@ -22,6 +24,20 @@ class SceneFile(Scene):
     report: Report = Report()
     plot: Plot = Plot()
     robustness: Robustness = Robustness()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _surfaces_of_points(cls, raw: Any) -> Any:
+        """Return the tables with `against.shape = "surface"` read as `"body"` where it names no traction space."""
+        contacts = raw.get("contact") if isinstance(raw, dict) else None
+        if not isinstance(contacts, dict):
+            return raw
+        found = {
+            name: contact | {"against": contact["against"] | {"shape": "body"}}
+            for name, contact in contacts.items()
+            if isinstance(contact, dict) and _kind_against(raw, contact.get("against")) in CONTACT_KINDS
+        }
+        return raw | {"contact": contacts | found} if found else raw
 
     def rubbed_of(self, component: str) -> list[str]:
         """Return the interfaces of an elastic component on which a contact of one of its bodies has friction, sorted.
@@ -62,3 +78,21 @@ class SceneFile(Scene):
                 along = np.round(turned.T @ np.asarray(self.run.gravity) / size, AXIS_DIGITS) + 0.0
                 found.add(tuple((along * np.sign(along[np.flatnonzero(along)[0]]) + 0.0).tolist()))
         return sorted(found)
+
+
+def _kind_against(raw: dict[str, Any], against: Any) -> str | None:
+    """Return the kind of the interface that `against` of shape `surface` names; None where there is none."""
+    if not isinstance(against, dict) or against.get("shape") != "surface":
+        return None
+    body = _below(raw, "body", against.get("body"))
+    named = body.get("component", against["body"]) if isinstance(body, dict) else None
+    interface = _below(raw, "component", named, "interface", against.get("interface"))
+    kind = interface.get("kind", "points") if isinstance(interface, dict) else None
+    return kind if isinstance(kind, str) else None
+
+
+def _below(table: Any, *keys: Any) -> Any:
+    """Return what stands below some keys, one in the other; None where nothing does."""
+    for key in keys:
+        table = table.get(key) if isinstance(table, dict) and isinstance(key, str) else None
+    return table

@@ -8,6 +8,7 @@ from scipy.spatial import KDTree
 
 from gudgeon.modaldb.records.modes import InterfaceModes
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
+from gudgeon.solver.contact.edges import Edges, are_edges, paired_edges
 from gudgeon.solver.contact.facets import Facets, paired
 from gudgeon.solver.contact.shares import chosen, shared
 from gudgeon.solver.errors import SceneError
@@ -89,9 +90,12 @@ def _on_facets(
     against, (own, interface), (placed, reach) = scene.contact[name].against, surfaces, place
     assert isinstance(against, OtherBody)
     position, points = np.asarray(scene.body[master.name].position), master.morph.points[against.interface]
-    found = paired(
-        Facets.of(_numbers(own, name), placed, own.normals),
-        Facets.of(_numbers(interface, name), points + position, interface.normals),
+    sides = [(_numbers(one, name), at, one.normals) for one, at in ((own, placed), (interface, points + position))]
+    flat = [are_edges(*side) for side in sides]
+    if flat[0] != flat[1]:
+        raise SceneError(f"contact.{name}.against: a plane part and a solid have no facets that meet")
+    found = (
+        paired_edges(*(Edges(*side) for side in sides)) if flat[0] else paired(*(Facets.of(*side) for side in sides))
     )
     if not found.meets.any():
         raise SceneError(

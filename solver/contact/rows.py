@@ -40,6 +40,8 @@ class ContactPoints:
     areas: np.ndarray | None
     edge: np.ndarray
     other: OtherBlock | None
+    adjusted: np.ndarray
+    """How far each was moved onto what it touches at the start, with `adjust` [m], (c,)."""
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,8 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
         if not scene.capabilities.turns:  # Bodies that turn may come to face it.
             _check_facing(name, contact.interface, placed, np.einsum("ci,ci->c", directions, -interface.normals))
     gap = _without_round_off(gap, touching_depth(placed, position))
+    adjusted = np.maximum(-gap, 0.0) if contact.adjust else np.zeros(len(gap))
+    gap = gap + adjusted
     rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
     residual = _residual(contact, name, body, contact.interface)
     if other is not None and master is not None:
@@ -167,10 +171,17 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     }
     return ContactBlock(
         name=name, body=body.name, interface=contact.interface, points=points, directions=directions,
-        areas=interface.areas if contact.surface_stiffness is not None else None, edge=interface.edge, other=other,
+        areas=_areas(contact, interface), edge=interface.edge, other=other,
+        adjusted=adjusted,
         rows=rows, tangents=_tangents(contact, name, body, contact.interface, points), residual=residual,
         per_row=per_row,
     )  # fmt: skip
+
+
+def _areas(contact: Contact, interface: InterfaceModes) -> np.ndarray | None:
+    """Return the areas that make pressures of forces [m^2], (c,): of layers, and of several points on another body."""
+    several = isinstance(contact.against, OtherBody) and len(interface.areas) > 1
+    return interface.areas if contact.surface_stiffness is not None or several else None
 
 
 def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.ndarray) -> None:

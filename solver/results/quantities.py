@@ -42,6 +42,8 @@ def quantities(system: System, end: Outcome, states: tuple[np.ndarray, np.ndarra
             values |= _of_slips(end.slips[number])
         if contact.areas is not None and multipliers.any():
             values |= _of_pressure(contact, times, multipliers[:, contact.rows], end.impulses[contact.rows])
+        if len(contact.points) > 1 and np.any(multipliers[:, contact.rows]):
+            values |= _of_area(contact, multipliers[:, contact.rows])
         found |= named(contact.name, values)
     return found | _leaving(system, end)
 
@@ -95,6 +97,20 @@ def _of_pressure(
     values |= {f"pressure_{x}": (float(at), "m") for x, at in zip("xyz", contact.points[most.point], strict=True)}
     share = float(impulses[over.slivers].sum())
     return values | ({"sliver_share": (share / float(impulses.sum()), "1")} if share > 0 else {})
+
+
+def _of_area(contact: ContactRows, multipliers: np.ndarray) -> dict[str, Quantity]:
+    """Return the centre of pressure at the largest force, and the area that is pressed then where areas are known.
+
+    Args:
+        multipliers: Of the contact's points [N], (f, c).
+    """
+    most = multipliers[int(multipliers.sum(axis=1).argmax())]
+    centre = most @ contact.points / most.sum()
+    values: dict[str, Quantity] = {f"centre_{x}": (float(at), "m") for x, at in zip("xyz", centre, strict=True)}
+    if contact.areas is not None:
+        values["contact_area"] = (float(contact.areas[most > 0].sum()), "m^2")
+    return values
 
 
 def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, Quantity]:

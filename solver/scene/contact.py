@@ -19,7 +19,9 @@ class MasterSurface(Strict):
 
     shape: Literal["surface"]
     body: str = Field(description="Name of a body of the scene")
-    interface: str = Field(description="Interface of kind 'traction'")
+    interface: str = Field(
+        description="Interface of kind 'traction'; one of kind 'points' or 'patch' is met as by 'body'"
+    )
 
 
 class OtherBody(Strict):
@@ -90,6 +92,10 @@ class Contact(Strict):
         " its force would become tensile",
     )
     friction: Friction | None = Field(default=None, description="Coulomb friction; static = 0 means no friction")
+    adjust: bool = Field(
+        default=False,
+        description="Whether points that start inside what they touch are moved onto it; a note says by how much",
+    )
     dashpot: Literal["none", "wave-guide"] = Field(
         default="none",
         description="wave-guide: impedance of the truncated modes in parallel to R, for single-point contacts on bars",

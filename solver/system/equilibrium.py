@@ -187,9 +187,14 @@ def _refuse_overlap(system: System, gaps: np.ndarray, refused: np.ndarray, allow
         cause, remedy = (", deformed by the loads", ", or set run.start to 'undeformed'") if drawn else ("", "")
         against = system.scene.contact[name].against
         room = against.clearance.format(name=name, body=getattr(against, "body", ""))
+        x, y, z = contact.points[np.flatnonzero(inside)[own[inside].argmin()]] + np.asarray(
+            system.scene.body[contact.body].position
+        )
+        remedy = remedy or f", or set contact.{name}.adjust to true"
         raise SceneError(
             f"contact.{name}: {int(inside.sum())} of {len(own)} points start inside the obstacle, the worst by"
-            f" {-own[inside].min():.3g} m{cause}; move body.{contact.body}.position, or {room}{remedy}"
+            f" {-own[inside].min():.3g} m at ({x:.4g}, {y:.4g}, {z:.4g}) m{cause}; move"
+            f" body.{contact.body}.position, or {room}{remedy}"
         )
 
 

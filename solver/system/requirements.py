@@ -130,7 +130,7 @@ def _friction(name: str, contact: Contact, side: tuple[str, str], *, elastic: bo
 
 def _own_side(name: str, contact: Contact, *, elastic: bool) -> Iterator[Term]:
     path, body = f"modes:interfaces/{contact.interface}", contact.body
-    facets = (f"{path}/facets",) if isinstance(contact.against, OtherBody) else ()
+    facets = (f"{path}/facets", f"{path}/areas") if isinstance(contact.against, OtherBody) else ()
     yield Term(
         f"contact {name}", body, True, _faced(contact),
         (f"{path}/rows", f"{path}/normals", f"{path}/edge", *facets, f"morph:points/{contact.interface}"),

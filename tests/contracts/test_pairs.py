@@ -18,6 +18,8 @@ UNLIKE: tuple[set[str], ...] = (
     {"wave-guide", "constraint"},
     {"residual", "constraint"},
     {"impact", "two-bodies"},
+    {"wave-guide", "facets"},
+    {"impact", "facets"},
     {"constraint", "several-points"},
     {"impact", "several-points"},
     {"residual-law", "several-points"},
@@ -57,7 +59,7 @@ def test_every_pair_runs(names: tuple[str, str], store: Store) -> None:
     runs(store, names)
 
 
-@pytest.mark.parametrize("names", triples(TRIPLES), ids="+".join)
+@pytest.mark.parametrize("names", triples(TRIPLES) + triples(TRIPLES // 10, seed=1, facets=True), ids="+".join)
 def test_triples_run(names: tuple[str, ...], store: Store) -> None:
     runs(store, names)
 

@@ -56,6 +56,7 @@ def records(*, elastic: bool) -> tuple[ModalRecord, MorphRecord]:
         name: InterfaceModes(
             np.arange(len(at)), at, np.tile([np.sign(at[0, 0]), 0.0, 0.0], (len(at), 1)), np.full(len(at), 1e-4),
             np.zeros(len(at), bool), shapes[slice(*rows[name])],
+            facets=np.array([[0, 2, 1] if at[0, 0] > 0 else [0, 1, 2]]) if len(at) > 1 else None,
         )
         for name, at in places.items()
     }  # fmt: skip
@@ -260,6 +261,16 @@ def _two_bodies(draft: Draft) -> None:
     } | (draft.own_rubs if draft.elastic else CONTACTS["layer"] | draft.rubs)  # fmt: skip
 
 
+def _facets(draft: Draft) -> None:
+    # Beside the points of the part, so that its facet is met; single points that face each other must stay near.
+    aside = -5e-4 if "two-bodies" in draft.names else -4e-3
+    draft.scene["body"]["mate"]["position"] = [-2 * HALF - GAP, aside, 0]
+    draft.scene["contact"]["facets"] = {
+        "body": "part", "interface": "left-corners", "against": {"shape": "body", "body": "mate",
+        "interface": "right-corners"}, "method": "residual",
+    } | ({"surface_stiffness": 1e12} | draft.own_rubs if draft.elastic else CONTACTS["layer"] | draft.rubs)  # fmt: skip
+
+
 def _sliding(draft: Draft) -> None:
     draft.scene["body"]["rail"] = {"position": [2 * HALF + GAP, 0, 0], "freedom": []}
     name = list(PLACES)[draft.used]
@@ -298,6 +309,7 @@ FEATURES: dict[str, Callable[[Draft], None]] = {
     "elastic-friction": _nothing,
     "belt": _nothing,
     "two-bodies": _two_bodies,
+    "facets": _facets,
     "sliding": _sliding,
     "several-points": _corners,
     "wave-guide": _guided,
@@ -324,7 +336,7 @@ def draft_of(names: Iterable[str]) -> Draft:
         chosen |= {"joint"}
     elastic = bool(chosen & ELASTIC)
     draft = Draft(chosen, elastic)
-    second = "two-bodies" in chosen or (elastic and bool(chosen & RIGID))
+    second = bool(chosen & {"two-bodies", "facets"}) or (elastic and bool(chosen & RIGID))
     draft.scene = {
         "body": {"part": {"velocity": [SPEED, 0.05, 0.03]}},
         "contact": {}, "joint": {}, "force": {}, "probe": {}, "motion": {},
@@ -378,11 +390,12 @@ def pairs() -> list[tuple[str, str]]:
     return [pair for pair in combinations(FEATURES, 2) if fits(pair)]
 
 
-def triples(count: int, seed: int = 0) -> list[tuple[str, ...]]:
-    """Return random triples that fit in a scene."""
-    rng, found, names = np.random.default_rng(seed), [], list(FEATURES)
+def triples(count: int, seed: int = 0, *, facets: bool = False) -> list[tuple[str, ...]]:
+    """Return random triples that fit in a scene, with facets in all of them or in none."""
+    rng, found, names = np.random.default_rng(seed), [], [name for name in FEATURES if name != "facets"]
     while len(found) < count:
-        chosen = tuple(sorted(str(name) for name in rng.choice(names, 3, replace=False)))
+        chosen = tuple(sorted(str(name) for name in rng.choice(names, 2 if facets else 3, replace=False)))
+        chosen = (*chosen, "facets") if facets else chosen
         if chosen not in found and fits(chosen):
             found.append(chosen)
     return found

@@ -6,11 +6,16 @@ from scipy import sparse
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.nodal.problem import PointContact, PointProblem
 from gudgeon.pipeline.nodal.scene.body import Part, load_part
+from gudgeon.pipeline.nodal.scene.facets import faced_rows, surface_of
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.solver.obstacles import obstacle_of
 
 INSIDE = 1e-9
 """Penetration allowed at the start, relative to the points' coordinates: round-off."""
+MATCHING = 1e-6
+"""Offset of paired points, relative to the extent of the surface, above which the facets of the other are met."""
+MISSES = 1e3
+"""Gap of points that meet nothing, over the extent of the surface."""
 METHODS = ("residual", "penalty", "constraint")
 """Contact methods of a full FE; its nodes have all the flexibility that `residual` adds to a reduced model."""
 
@@ -57,14 +62,22 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
         other = names.index(contact.against.body)
         where = f"contact.{name}.against.interface"
         far, there = parts[other].contact_rows(contact.against.interface, where)
-        if len(far.points) != len(placed):
+        order, gap, beside = _facing(placed, normals, parts[other].placed(far.points))
+        equal = len(far.points) == len(placed) and len(np.unique(order)) == len(order)
+        surfaces = []
+        if len(points.facets) and len(far.facets):
+            surfaces = [surface_of(parts[own], contact.interface), surface_of(parts[other], contact.against.interface)]
+        solids = len(surfaces) > 0 and all(one.facets.shape[1] == 6 for one in surfaces)
+        if solids and (not equal or beside > MATCHING * float(np.ptp(placed))):
+            rows[other], gap = faced_rows((parts[own], points, surfaces[0]), (parts[other], surfaces[1]))
+            gap = np.where(np.isfinite(gap), gap, MISSES * float(np.ptp(placed)))
+        elif equal:
+            rows[other] = -there[order]
+        else:
             raise InputError(
-                f"{job.path}: {where}: has {len(far.points)} points, the one opposite {len(placed)}; needed: equal"
+                f"{job.path}: {where}: has {len(far.points)} points, the one opposite {len(placed)}; needed: as many,"
+                " each facing another, or surfaces with facets on both sides"
             )
-        order, gap = _facing(placed, normals, parts[other].placed(far.points))
-        if len(np.unique(order)) < len(order):
-            raise InputError(f"{job.path}: {where}: two points face the same point; mesh both faces alike")
-        rows[other] = -there[order]
         directions = -normals
     else:
         other, obstacle = None, obstacle_of(contact.against.model_dump())
@@ -89,8 +102,9 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
     return PointContact(tuple(rows), gap, directions, own, other, law)
 
 
-def _facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the point of another body nearest to the normal of each point, and the gap along it [m], (c,) each."""
-    aside = np.cross(there[None] - placed[:, None], normals[:, None])
-    order = np.linalg.norm(aside, axis=2).argmin(axis=1)
-    return order, np.einsum("ci,ci->c", there[order] - placed, normals)
+def _facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the point of another body nearest to the normal of each point, the gap along it [m], (c,) each, and the
+    largest offset across it [m]."""
+    aside = np.linalg.norm(np.cross(there[None] - placed[:, None], normals[:, None]), axis=2)
+    order = aside.argmin(axis=1)
+    return order, np.einsum("ci,ci->c", there[order] - placed, normals), float(aside.min(axis=1).max())

@@ -89,6 +89,12 @@ def chart(points: np.ndarray, surface: Surface | None) -> Chart | None:
     return found if spread.min() > 1e-6 * spread.max() else None
 
 
+def on_an_edge(points: np.ndarray, normals: np.ndarray) -> bool:
+    """Return whether points (c, 3) are those of the edge of a plane part: their normals (c, 3) lie in their plane."""
+    _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    return bool(sizes[-1] <= 1e-9 * sizes[0] and np.abs(normals @ axes[-1]).max() < 0.1)
+
+
 @dataclass(frozen=True)
 class Map:
     """The pressure of one contact."""
@@ -128,7 +134,7 @@ def _strongest(drawing: Drawing, name: str) -> Map | None:
     body = drawing.body(contact.body)
     interface = body.modal.interfaces[contact.interface]
     plane = chart(contact.points, body.surface(contact.interface))
-    if plane is None:
+    if plane is None or on_an_edge(contact.points, interface.normals):
         return None
     most = hardest(drawing.trajectory, [name])
     assert most is not None

@@ -14,7 +14,7 @@ from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base import view
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, middles
-from gudgeon.pipeline.plots.contact.pressure import _colours, _panels, chart
+from gudgeon.pipeline.plots.contact.pressure import _colours, _panels, chart, on_an_edge
 from gudgeon.pipeline.plots.deformation.obstacle import touching
 from gudgeon.pipeline.plots.deformation.solid import strongest_moment
 from gudgeon.pipeline.stages.run import run_job
@@ -93,3 +93,12 @@ def test_an_obstacle_that_is_a_body_is_not_drawn(drawing: Drawing, monkeypatch: 
     moment = strongest_moment(drawing, drawing.body("block"), 1000)
     monkeypatch.setitem(drawing.scene["contact"]["floor"], "against", {"shape": "body", "body": "block"})
     assert touching(drawing, moment.contact, moment.body.nodes, moment.middle, 0 * Z, 1000) is None
+
+
+def test_a_curved_edge_of_a_plane_part_is_told_from_a_surface() -> None:
+    """Points on a line have no map of pressure, curved as it may be."""
+    angle = np.linspace(-0.3, 0.3, 7)
+    arc = np.column_stack([np.sin(angle), np.cos(angle), np.zeros(7)])
+    assert on_an_edge(0.05 * arc, arc)
+    face = np.column_stack([arc[:, 0], angle**3, np.full(7, 0.02)])
+    assert not on_an_edge(face, np.tile([0.0, 0.0, 1.0], (7, 1)))

@@ -1,0 +1,140 @@
+"""What points of one mesh meet on the curved facets of another, by shape functions of all its nodes.
+
+A force λᵢ of point i, a mid-side node, is the pressure λᵢ ψᵢ / ∫ψᵢ dA with ψᵢ linear on a facet, 1 at the point and 0
+at its other mid-side nodes. The other body has its consistent nodal forces ∫ N_b p dA, by quadrature over the facets of
+the first, at the places that face its points along their normals. Written apart from the solver's weights, which it
+judges.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.mesh import Surface
+from gudgeon.pipeline.fem.elements.reference import shape_functions
+from gudgeon.pipeline.interfaces.points import ContactPoints, facet_points
+from gudgeon.pipeline.nodal.scene.body import Part
+
+PIECES = 3
+"""Into how many parts the edges of facets are divided for quadrature."""
+BEYOND = 0.02
+"""How far outside of a facet, in its own coordinates, a place may lie."""
+FACING = -0.3
+"""Largest cosine between a direction and the outward normal of a facet that it can meet."""
+DEEPEST = 0.25
+"""Largest penetration, over the extent of the points."""
+NEWTON = 6
+"""Steps to the place on a curved facet."""
+CHUNK = 1_000_000
+"""Pairs of places and facets at once."""
+
+
+@dataclass(frozen=True)
+class Met:
+    """What p places meet along their directions."""
+
+    facet: np.ndarray
+    """−1 where they miss, (p,)."""
+    place: np.ndarray
+    """Coordinates in the facet, (p, 2)."""
+    distance: np.ndarray
+    """[m], ∞ where they miss, (p,)."""
+
+
+def faced_rows(
+    own: tuple[Part, ContactPoints, Surface], other: tuple[Part, Surface]
+) -> tuple[sparse.csr_matrix, np.ndarray]:
+    """Return ∂g/∂u over the dofs of the other body, (c, dofs), and the gaps [m], ∞ where points meet nothing, (c,)."""
+    (mine, points, surface), (theirs, far) = own, other
+    normals = points.normals @ mine.rotation.T
+    nodes = theirs.placed(theirs.model.nodes)
+    apart = _meet(mine.placed(points.points), normals, nodes, far.facets).distance
+    facets = surface.facets[np.isin(surface.facets[:, 3:], points.nodes).any(axis=1)]
+    number = np.full(len(mine.model.nodes), -1)
+    number[points.nodes] = np.arange(len(points.nodes))
+    N, places, areas = facet_points(mine.model.nodes, Surface(facets, surface.shape), PIECES)
+    size = np.linalg.norm(areas, axis=2)
+    outward = (areas / size[:, :, None]) @ mine.rotation.T
+    found = _meet(mine.placed(places).reshape(-1, 3), outward.reshape(-1, 3), nodes, far.facets)
+    hit = np.flatnonzero(found.facet >= 0)
+    values = shape_functions("triangle6", found.place[hit].T)[0].T
+    columns, share = far.facets[found.facet[hit]], size.ravel()[hit]
+    of, at = np.divmod(hit, N.shape[1])
+    functions = _linear(N)
+    whole = sparse.csr_matrix((len(number), len(nodes)))
+    for side in range(3):
+        rows = facets[of, 3 + side]
+        amounts = (functions[side, at] * share)[:, None] * values
+        whole = whole + sparse.csr_matrix(
+            (amounts.ravel(), (np.repeat(rows, 6), columns.ravel())), (len(number), len(nodes))
+        )
+    shares = sparse.csr_matrix(whole[points.nodes])
+    sums = np.asarray(shares.sum(axis=1)).ravel()
+    shares = sparse.csr_matrix(
+        sparse.diags_array(np.where(sums > 0, 1.0 / np.where(sums > 0, sums, 1.0), 0.0)) @ shares
+    )
+    # The gap grows where the other body moves along the outward normal of the point.
+    directions = normals @ theirs.rotation
+    coo = sparse.coo_matrix(shares)
+    rows = np.repeat(coo.row, 3)
+    dofs = (3 * coo.col[:, None] + np.arange(3)).ravel()
+    along = (coo.data[:, None] * directions[coo.row]).ravel()
+    onto = sparse.csr_matrix((along, (rows, dofs)), (len(normals), 3 * len(nodes)))
+    return sparse.csr_matrix(theirs.model.on_dofs(onto) @ theirs.reduction), np.where(sums > 0, apart, np.inf)
+
+
+def surface_of(part: Part, interface: str) -> Surface:
+    """Return the surface on which an interface of a part is."""
+    return part.model.mesh.surfaces[part.component.interface[interface].surface]
+
+
+def _linear(N: np.ndarray) -> np.ndarray:
+    """Return ψ of the sides 0-1, 1-2, 2-0 from the shape functions of six nodes, (6, q), (3, q)."""
+    a, b, c = N[0] + (N[3] + N[5]) / 2, N[1] + (N[3] + N[4]) / 2, N[2] + (N[4] + N[5]) / 2
+    return np.array([1 - 2 * c, 1 - 2 * a, 1 - 2 * b])
+
+
+def _meet(places: np.ndarray, directions: np.ndarray, nodes: np.ndarray, facets: np.ndarray) -> Met:
+    """Return what places [m] meet on facets of six nodes along unit directions, (p, 3) each."""
+    corners = nodes[facets[:, :3]]
+    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(one, two)
+    double = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal, least = normal / double, -DEEPEST * float(np.linalg.norm(np.ptp(places, axis=0)))
+    found = Met(np.full(len(places), -1), np.zeros((len(places), 2)), np.full(len(places), np.inf))
+    step = max(CHUNK // len(facets), 1)
+    for begin in range(0, len(places), step):
+        p, d = places[begin : begin + step], directions[begin : begin + step]
+        facing = d @ normal.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = (np.einsum("fi,fi->f", corners[:, 0], normal) - p @ normal.T) / facing
+        row, facet = np.nonzero((facing < FACING) & (t > least))
+        hit = p[row] + t[row, facet, None] * d[row] - corners[facet, 0]
+        x = np.einsum("pi,pi->p", np.cross(hit, two[facet]), normal[facet]) / double[facet, 0]
+        y = np.einsum("pi,pi->p", np.cross(one[facet], hit), normal[facet]) / double[facet, 0]
+        inside = np.minimum(np.minimum(x, y), 1 - x - y) >= -BEYOND
+        row, facet, start = row[inside], facet[inside], np.column_stack([x, y])[inside]
+        place, distance = _on_curved(nodes[facets[facet]], p[row], d[row], start)
+        order = np.lexsort((np.abs(distance), row))
+        first = order[np.unique(row[order], return_index=True)[1]]
+        found.facet[begin + row[first]], found.place[begin + row[first]] = facet[first], place[first]
+        found.distance[begin + row[first]] = distance[first]
+    return found
+
+
+def _on_curved(
+    corners: np.ndarray, places: np.ndarray, directions: np.ndarray, start: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return coordinates (p, 2) and distance [m] (p,) where lines meet facets of six nodes, (p, 6, 3), by Newton."""
+    at, distance = start.copy(), np.zeros(len(start))
+    for step in range(NEWTON):
+        N, dN = (np.asarray(one) for one in shape_functions("triangle6", at.T))
+        x = np.einsum("pai,ap->pi", corners, N)
+        slopes = np.einsum("pai,akp->pik", corners, dN)
+        if step == 0:
+            distance = np.einsum("pi,pi->p", x - places, directions)
+        wrong = x - places - distance[:, None] * directions
+        change = np.linalg.solve(np.concatenate([slopes, -directions[:, :, None]], axis=2), wrong[:, :, None])[..., 0]
+        at, distance = at - change[:, :2], distance - change[:, 2]
+    return at, distance
