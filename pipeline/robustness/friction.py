@@ -10,6 +10,7 @@ from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subjec
 from gudgeon.pipeline.robustness.trial import Trial, approach, suggested_step, turns_freely
 from gudgeon.pipeline.robustness.turning import turned
 from gudgeon.pipeline.robustness.units import Units
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.obstacles import Plane
 from gudgeon.solver.scene.body import ALL_FREE
 
@@ -41,7 +42,7 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
         raise DoesNotApply(f"{subject.known['points']} contact points, friction is tried on {MOST_POINTS} at most")
     rubbing = _rubbing(subject, operation.coefficient, operation.press)
     if operation.compared is not None:  # A step that is found for each run may be another one.
-        step = rubbing.scene.run.step or suggested_step(rubbing) / FINER
+        step = rubbing.scene.run.step or _default_step(rubbing) / FINER
         rubbing = replace(rubbing, scene=_with_step(rubbing.scene, step))
     plain = Trial(rubbing)
     if operation.compared == "units":
@@ -54,6 +55,12 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
         like = replace(without, scene=_with_step(without.scene, rubbing.scene.run.step))
         return replace(plain, like=Trial(like), agreement=VANISHING)
     return plain
+
+
+def _default_step(job: Any) -> float:
+    """Return the default step of a job with friction [s], whose parts get their tangential rows first."""
+    run_job(job, "morph", lambda what, share: None)
+    return suggested_step(job)
 
 
 def _with_step(scene: Any, step: float) -> Any:
