@@ -79,6 +79,8 @@ class Evidence:
     """Estimated relative error of the impulse due to the modal basis; None without an estimate."""
     mesh: float | None = None
     """The same due to the mesh."""
+    stepped: float | None = None
+    """The same due to a given step."""
     changed: float | None = None
     """Largest estimated change by a design with reused modes over its tolerance; None where no modes are reused."""
     turned: float | None = None

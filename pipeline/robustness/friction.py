@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
-from gudgeon.pipeline.robustness.trial import Trial, approach
+from gudgeon.pipeline.robustness.trial import Trial, approach, suggested_step, turns_freely
 from gudgeon.pipeline.robustness.turning import turned
 from gudgeon.pipeline.robustness.units import Units
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.obstacles import Plane
 from gudgeon.solver.scene.body import ALL_FREE
 
@@ -19,6 +20,8 @@ VANISHING = 1e-6
 """Allowed relative difference of an impulse without friction and with a coefficient that vanishes, of 1e-9."""
 MOST_TURN, MOST_OFFSET = 1e3, 1e6
 """Limits of the motion [rad, m]: rules hold of the linear model wherever its surfaces move."""
+FINER = 4.0
+"""Default step over the one of runs that are compared."""
 SPEED = 1.0
 """Of surfaces along each other where no body has a velocity [m/s]."""
 
@@ -38,6 +41,9 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
     if subject.known["points"] > MOST_POINTS:
         raise DoesNotApply(f"{subject.known['points']} contact points, friction is tried on {MOST_POINTS} at most")
     rubbing = _rubbing(subject, operation.coefficient, operation.press)
+    if operation.compared is not None:  # A step that is found for each run may be another one.
+        step = rubbing.scene.run.step or _default_step(rubbing) / FINER
+        rubbing = replace(rubbing, scene=_with_step(rubbing.scene, step))
     plain = Trial(rubbing)
     if operation.compared == "units":
         found = in_units(replace(subject, job=rubbing), Units(1e3, 1e-3, 1.0))
@@ -45,8 +51,20 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
     if operation.compared == "turned":
         return Trial(replace(rubbing, scene=turned(rubbing.scene)), units=Units(), like=plain)
     if operation.compared == "frictionless":
-        return replace(plain, like=Trial(_rubbing(subject, 0.0, operation.press)), agreement=VANISHING)
+        without = _rubbing(subject, 0.0, operation.press)
+        like = replace(without, scene=_with_step(without.scene, rubbing.scene.run.step))
+        return replace(plain, like=Trial(like), agreement=VANISHING)
     return plain
+
+
+def _default_step(job: Any) -> float:
+    """Return the default step of a job with friction [s], whose parts get their tangential rows first."""
+    run_job(job, "morph", lambda what, share: None)
+    return suggested_step(job)
+
+
+def _with_step(scene: Any, step: float) -> Any:
+    return scene.model_copy(update={"run": scene.run.model_copy(update={"step": step})})
 
 
 def _touching(subject: Subject) -> list[str]:
@@ -77,8 +95,8 @@ def _rubbing(subject: Subject, coefficient: float, press: float | None) -> Any:
         if coefficient > 0:  # Without friction it has no effect.
             name = next(iter(subject.contacts))
             changes["contact"][name]["against"] = {"velocity": (np.array(first.against.velocity) + aside).tolist()}
-    elif tuple(body.freedom) == ALL_FREE and not scene.component[scene.component_of(first.body)].supports:
+    elif tuple(body.freedom) == ALL_FREE and turns_freely(subject.job, first.body):
         changes["body"] = {first.body: {"velocity": (np.array(body.velocity) + aside).tolist()}}
     if press:
-        changes["run"]["gravity"] = (np.array(scene.run.gravity) + press * towards).tolist()
+        changes["run"] |= {"gravity": (np.array(scene.run.gravity) + press * towards).tolist(), "start": "undeformed"}
     return subject.changed(changes)

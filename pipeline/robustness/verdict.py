@@ -3,8 +3,9 @@
 from dataclasses import dataclass, field
 
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
-from gudgeon.pipeline.robustness.rules import RULES, Compared, Finding
+from gudgeon.pipeline.robustness.rules import COVERS, RULES, STEPPED, Compared, Finding
 from gudgeon.pipeline.scenes.robustness import Case
+from gudgeon.pipeline.stages.run import DRIFT
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,15 @@ class Verdict:
     deciding: Finding | None = None
     """The strictest rule if all hold, else the first that does not hold."""
     findings: list[Finding] = field(default_factory=list)
+
+
+def _told(one: Finding, found: Evidence) -> str:
+    """Return what a run says itself of a rule that does not hold, if that covers it."""
+    if one.rule == "agreement" and found.stepped and found.stepped > STEPPED and one.value <= COVERS * found.stepped:
+        return f"the run says that the given step has an error of about {found.stepped:.1%}"
+    if one.rule in ("energy", "creation") and found.energy_drift and found.energy_drift > DRIFT:
+        return f"the run says that its energy drift is {found.energy_drift:.2g}"
+    return ""
 
 
 def judge(case: Case, found: Evidence | Refusal, compared: Compared) -> Verdict:
@@ -36,5 +46,7 @@ def judge(case: Case, found: Evidence | Refusal, compared: Compared) -> Verdict:
         return Verdict("wrong", f"none of the rules {', '.join(case.rules)} applies to this scene")
     for one in findings:
         if not one.holds:
+            if case.refusal and (told := _told(one, found)):
+                return Verdict("refused", told, one, findings)
             return Verdict("wrong", f"{one.rests_on}: {one.value:.2g}, allowed: {one.bound:.2g}", one, findings)
     return Verdict("right", "", findings[0], findings)

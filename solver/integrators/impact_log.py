@@ -55,6 +55,8 @@ class ImpactLog(NamedTuple):
     """(k, 5)"""
     before: np.ndarray
     """J at the end of the last step [N s], (k, 3)."""
+    sudden: np.ndarray
+    """Impulse without duration in the present impact [N s], (k, 3)."""
     ring: np.ndarray
     """J and I at the ends of the last n steps but for a linear function of time [N s, N s²], (k, n, 6)."""
     plateau: np.ndarray
@@ -83,6 +85,7 @@ def impact_log(first_rows: list[int], dt: float, window: float) -> ImpactLog:
     steps[:, FIRST], steps[:, ROW] = -1, first_rows
     return ImpactLog(
         dt=dt, window=window, force=np.zeros((contacts, 3)), steps=steps, before=np.zeros((contacts, 3)),
+        sudden=np.zeros((contacts, 3)),
         ring=np.zeros((contacts, math.floor(2 * window / dt) + 3, 6)), plateau=np.zeros((contacts, 3)),
         running=np.zeros((contacts, IMPACT_COLUMNS)), ended=np.empty((CAPACITY if contacts else 0, 1 + IMPACT_COLUMNS)),
         counts=np.zeros(2, np.int64),
@@ -142,19 +145,42 @@ def log_step(log, number):  # type: ignore[no-untyped-def]
             if not acts:
                 continue
             _begin(log, k, number)
-        _add(log, k, number, acts)
-        if not acts and (number - log.steps[k, LAST]) * log.dt >= log.window:
+        if log.steps[k, PRESENT] < number:
+            _add(log, k, number, acts)
+        parted = not acts and log.steps[k, TOUCHING] == 0
+        if parted and (number - log.steps[k, LAST]) * log.dt >= log.window:
             _end(log, k)
+
+
+@inner
+def note_impact(log, k, number, time, rate):  # type: ignore[no-untyped-def]
+    """Begin an impact with an impulse without duration, which the caller adds to `log.sudden`, unless one goes on.
+
+    Args:
+        time: [s]
+        rate: Of the gap before it [m/s].
+    """
+    steps, running = log.steps[k], log.running[k]
+    if steps[FIRST] >= 0 and steps[TOUCHING] == 0 and time - running[ENDS] >= log.window:
+        if steps[PRESENT] < number:
+            _add(log, k, number, pressed(log, k))
+        complete(log, k)
+        _end(log, k)
+    note_change(log, k, True, time, 0.0, rate)
+    if steps[FIRST] < 0:
+        _begin(log, k, number)
+    steps[LAST] = number
 
 
 @inner
 def _begin(log, k, number):  # type: ignore[no-untyped-def]
     log.counts[GOING] += 1
-    log.steps[k, FIRST] = number
+    log.steps[k, FIRST], log.steps[k, PRESENT] = number, number - 1
     log.running[k, PEAK] = 0.0
     log.plateau[k, LARGEST] = 0.0
     for axis in range(3):
         log.before[k, axis] = 0.0
+        log.sudden[k, axis] = 0.0
         log.ring[k, 0, axis] = 0.0
         log.ring[k, 0, 3 + axis] = 0.0
 
@@ -236,15 +262,18 @@ def _end(log, k):  # type: ignore[no-untyped-def]
     log.steps[k, FIRST] = -1
     if number < len(log.ended):
         log.ended[number, 0] = k
-        finish(log.running[k], log.before[k], log.plateau[k], log.window)
+        finish(log.running[k], (log.before[k], log.sudden[k]), log.plateau[k], log.window)
         for column in range(log.running.shape[1]):
             log.ended[number, 1 + column] = log.running[k, column]
 
 
 @entry
-def finish(running, total, plateau, window):  # type: ignore[no-untyped-def]
-    """Set impulse and windowed force of an impact from its J and its plateau."""
-    running[IMPULSE] = np.sqrt(total[0] ** 2 + total[1] ** 2 + total[2] ** 2)
+def finish(running, impulses, plateau, window):  # type: ignore[no-untyped-def]
+    """Set impulse and windowed force of an impact from its J, its impulse without duration, and its plateau."""
+    square = 0.0
+    for axis in range(3):
+        square += (impulses[0][axis] + impulses[1][axis]) ** 2
+    running[IMPULSE] = np.sqrt(square)
     if window > 0.0:
         running[WINDOWED] = plateau[LARGEST]
         running[WINDOWED_TIME] = 0.5 * (plateau[SINCE] + plateau[UNTIL])
@@ -282,14 +311,14 @@ class Located:
     def impacts(self) -> list[np.ndarray]:
         """Return the impacts of each contact, (b, 9) each; one whose force still acts has no opening speed (NaN)."""
         log, found = self._log, []
-        log = log._replace(steps=log.steps.copy(), before=log.before.copy(), ring=log.ring.copy(),
-                           plateau=log.plateau.copy(), running=log.running.copy())  # fmt: skip
+        log = log._replace(steps=log.steps.copy(), before=log.before.copy(), sudden=log.sudden.copy(),
+                           ring=log.ring.copy(), plateau=log.plateau.copy(), running=log.running.copy())  # fmt: skip
         for k, taken in enumerate(self._taken):
             present = []
             if log.steps[k, FIRST] >= 0:
                 running = log.running[k]
                 complete(log, k)
-                finish(running, log.before[k], log.plateau[k], log.window)
+                finish(running, (log.before[k], log.sudden[k]), log.plateau[k], log.window)
                 if log.steps[k, TOUCHING]:
                     running[ENDS], running[OPENING] = (log.steps[k, LAST] + 1) * log.dt, np.nan
                 present = [running]

@@ -36,7 +36,8 @@ class Rows(NamedTuple):
 class Constants(NamedTuple):
     """What does not change in a run."""
 
-    dt: float
+    dt: np.ndarray
+    """Step [s], (1,)."""
     motion: np.ndarray
     push: np.ndarray
     loss: np.ndarray
@@ -65,6 +66,8 @@ class Constants(NamedTuple):
     """Measure of port i by the mean force of port j, at [j, i], (p, p)."""
     columns: np.ndarray
     """Measure of port i by the unknown of port j, at [j, i], (p, p)."""
+    yields: np.ndarray
+    """The part of `columns` that does not depend on the step: R and layers, at [j, i], (p, p)."""
     residual: np.ndarray
     """R of ports by sides of ports [m/N], (s, p, p)."""
     memory: np.ndarray
@@ -114,6 +117,8 @@ class Constants(NamedTuple):
     """Whether the residual flexibility is damped."""
     bounces: bool
     """Whether any contact is rigid."""
+    divides: bool
+    """Whether steps are divided where rigid contact closes."""
     rigid: np.ndarray
     """Numbers of the rigid coordinates, (r,)."""
     floor: float
@@ -256,6 +261,26 @@ class State(NamedTuple):
     slips: np.ndarray
     """Contact, time [s] and whether it begins, of each change between slip and stick; after the first row, their
     number, (SLIPS + 1, 3)."""
+    closed: np.ndarray
+    """Whether rigid contact is closed, at the first port of its block, (p,)."""
+    swift: np.ndarray
+    """Bound of its largest speed so far, with what contact takes from it in a step [m/s], (p,)."""
+    turning: np.ndarray
+    """First port of the point whose slip turns round at the end of a part of the step, else −1, (1,)."""
+    since: np.ndarray
+    """Time of its last impact [s], (p,)."""
+    sudden_impulses: np.ndarray
+    """Impulses of impacts in the step, and of the last impact [N s], (2, p)."""
+    total: np.ndarray
+    """Impulse of the other forces in the parts of the step so far [N s], (p,)."""
+    begun: np.ndarray
+    """Unknowns at the start of the step [N], (p,)."""
+    kept: np.ndarray
+    """v⁻ of laws at the start of a part of it [m/s], then the largest so far, (p + 1,)."""
+    loads: np.ndarray
+    """Given loads in a part of the step: means, and at its end [N], (2, g)."""
+    ends: np.ndarray
+    """q and q̇ at the end of a part of the step with the forces found, (2, m)."""
     acting: np.ndarray
     """Sum of the forces of each contact's points at the end of the step [N], (k,)."""
     stored: np.ndarray
@@ -319,6 +344,10 @@ class Arrays(NamedTuple):
     state: State
     problem: Problem
     log: ImpactLog
+    part: Constants
+    """The same for a part of a step."""
+    impact: Constants
+    """The same for an impact: `columns` are velocities per impulse [1/kg]."""
 
 
 class Given(NamedTuple):

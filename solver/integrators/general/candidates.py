@@ -12,6 +12,7 @@ from gudgeon.solver.integrators.general.arrays import (
     UNILATERAL,
     VELOCITY,
 )
+from gudgeon.solver.integrators.general.impacts import speed_bound
 from gudgeon.solver.integrators.general.rebounds import rebound
 from gudgeon.solver.integrators.general.rows import displaced, four_in_a_row, moved, moved_four
 from gudgeon.solver.integrators.general.slides import (
@@ -25,6 +26,8 @@ from gudgeon.solver.integrators.general.slides import (
 
 SCRATCH = 1e-13
 """Share of its margin by which a sleeping point is round-off from waking."""
+VANISHING = 1e-14
+"""Share of the speeds of a point in rigid contact that is round-off, which no force follows."""
 FORESIGHT = 2.0
 """What the forces of a step are expected to add to the paths, over what those of the last step did."""
 
@@ -127,7 +130,11 @@ def _list(constants, state, problem):  # type: ignore[no-untyped-def]
             continue
         if touching and constants.level[i] == VELOCITY:
             state.closing[i] = -1.0
-            if constants.offset[i] + moved(constants.rows, i, state.q) > 0.0:
+            if constants.divides:
+                opened = not state.closed[i]
+            else:
+                opened = constants.offset[i] + moved(constants.rows, i, state.q) > 0.0
+            if opened:
                 for b in range(i, i + constants.size[i]):
                     state.unknown[b] = 0.0
                 continue
@@ -142,7 +149,7 @@ def _list(constants, state, problem):  # type: ignore[no-untyped-def]
 @inner
 def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-def]
     """Set the measures of the candidates without their forces of the step's end, and the approach of laws."""
-    dt, n, ports, gap = constants.dt, problem.size[0], problem.ports, state.gap
+    dt, n, ports, gap = constants.dt[0], problem.size[0], problem.ports, state.gap
     rows, offset, q, v, kinds, size = constants.rows, constants.offset, state.q, state.v, constants.kind, constants.size
     listed, a = ports[:n], 0
     while a < n:
@@ -183,8 +190,14 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
             if constants.level[first] == VELOCITY:
                 rate = moved(rows, i, v)
                 state.rate[i] = rate
-                wanted = constants.belt[i] if i > first else rebound(constants, state, i, rate)
+                if constants.divides:
+                    wanted = constants.belt[i]
+                    state.swift[i] = max(state.swift[i], speed_bound(constants, i, v))
+                else:
+                    wanted = constants.belt[i] if i > first else rebound(constants, state, i, rate)
                 gap[i] = dt * (rate - wanted)
+                if constants.divides and abs(rate - wanted) <= VANISHING * state.swift[first]:
+                    gap[i] = 0.0
     for a in range(n):
         i = ports[a]
         if size[i] == 3 and constants.level[i] == POSITION and kinds[i] != DRIVEN:

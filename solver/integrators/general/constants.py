@@ -38,8 +38,7 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     for here in map(ports.of, moved):
         if not (flexible.diagonal()[here] > 0).all():
             level[here] = STABILISED
-    block = np.zeros(p, np.int64)
-    size = np.zeros(p, np.int64)
+    block, size = np.zeros((2, p), np.int64)
     for item, here in zip(ports.blocks, ports.places, strict=True):
         each = block_size(item)
         first = np.arange(here.start, here.stop, each)
@@ -58,11 +57,12 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     scale, among = np.sqrt(np.abs(matrix.diagonal()[responds])), matrix[np.ix_(responds, responds)]
     symmetric = bool((np.abs(among - among.T) <= 1e-12 * np.outer(scale, scale)).all())
     return Constants(
-        dt=dt, motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
+        dt=np.array([dt]), motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
         gravity=system.driving.gravity, rows=_rows(system, ports), norm=norm, parts=parts,
         near=near, norms=norms, reach=reach, offset=ports.offset,
         kind=ports.kind, size=size, block=block, level=level, share=share, inertia=inertia.T.copy(),
-        columns=matrix.T.copy(), residual=residual, memory=memory, layer=per_port["layer"],
+        columns=matrix.T.copy(), yields=(flexible + np.diag(per_port["layer"])).T.copy(), residual=residual,
+        memory=memory, layer=per_port["layer"],
         law=per_port["law"], knots=np.vstack([np.empty((0, 2)), *system.springs.knots.values()]),
         table=per_port["table"].astype(np.int64), friction=per_port["friction"], belt=per_port["belt"],
         restitution=per_port["restitution"], lengths=lengths, contact=per_port["contact"],
@@ -72,9 +72,31 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
         always=np.flatnonzero((size > 0) & (per_port["contact"] < 0) & responds), joints=np.flatnonzero(joints >= 0),
         loaded=_loaded(system, ports), sides=ports.sides, farthest=float(step.push[0].max(initial=0.0)),
         damped=bool(np.any(memory[:, :2])), bounces=bool(rigid.any()), rigid=system.rigid, floor=SLOWEST,
+        divides=_divides(system, rigid, bool(np.any(memory[:, :2]))),
         slides=bool(moving),
         plain=bool(not moving and symmetric and (ports.kind[responds] == Kind.UNILATERAL).all() and not rigid.any()),
     )  # fmt: skip
+
+
+def _divides(system: System, rigid: np.ndarray, damped: bool) -> bool:
+    """Return whether steps are divided where rigid contact closes: the motion over a part of one is known."""
+    driving, damps = system.driving, damped or system.damping.any()
+    moves = driving.joints or driving.drives or any(contact.master is not None for contact in system.contacts)
+    return bool(rigid.any() and not damps and not moves)
+
+
+def part_of(constants: Constants) -> Constants:
+    """Return constants for a part of a step, which `impacts.retime` sets."""
+    names = ("dt", "motion", "push", "inertia", "columns")
+    return constants._replace(**{name: getattr(constants, name).copy() for name in names})
+
+
+def impact_of(constants: Constants, ports: Ports) -> Constants:
+    """Return constants for an impact of rigid contact, to which nothing that yields responds."""
+    here = np.flatnonzero((constants.level == VELOCITY) & constants.divides)
+    columns, rows = np.zeros_like(constants.columns), ports.rows[here]
+    columns[np.ix_(here, here)] = rows @ rows.T
+    return constants._replace(dt=np.ones(1), columns=columns)
 
 
 def _by_bodies(system: System, ports: Ports, factor: np.ndarray) -> np.ndarray:

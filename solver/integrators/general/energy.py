@@ -16,7 +16,7 @@ from gudgeon.solver.integrators.general.arrays import (
 )
 from gudgeon.solver.integrators.general.rows import displaced, moved
 from gudgeon.solver.integrators.general.solution.responses import spring_energy
-from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, START_ENERGY
+from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, EXCHANGED, START_ENERGY
 from gudgeon.solver.laws.force import law_energy
 
 KINETIC, STRAIN, CONTACT, DISSIPATED, WORK = range(5)
@@ -69,7 +69,7 @@ def _ports_energy(constants, state, problem):  # type: ignore[no-untyped-def]
         kind = constants.kind[i]
         if (kind in (UNILATERAL, CONE)) and not constants.bounces:
             if constants.block[i] != i:
-                belt = constants.belt[i] * constants.dt
+                belt = constants.belt[i] * constants.dt[0]
                 parts[DISSIPATED] -= mean[i] * (state.displacement[0, i] - state.displacement[1, i] - belt)
                 if state.extra[i] != 0.0:
                     if unknown[i] == 0.0:
@@ -103,7 +103,7 @@ def _port_energy(constants, state, i):  # type: ignore[no-untyped-def]
             # An impulse acts at the velocity of its time, not at the mean one of the step.
             gained = moved(constants.rows, i, state.v) - moved(constants.rows, i, state.before[1])
             sudden = state.unknown[i] - state.foreseen[i]
-            parts[WORK] -= state.average[0] * constants.dt * sudden * gained
+            parts[WORK] -= state.average[0] * constants.dt[0] * sudden * gained
     elif kind == SPRING:
         if constants.law[i, 1] > 0.0:
             law, knots = constants.law[i], knots_of(constants, i)
@@ -115,7 +115,7 @@ def _port_energy(constants, state, i):  # type: ignore[no-untyped-def]
     elif state.closing[first] >= 0.0:
         _struck(constants, state, i)
     elif first != i:
-        belt = constants.belt[i] * constants.dt
+        belt = constants.belt[i] * constants.dt[0]
         parts[DISSIPATED] -= mean * (step - belt) - state.extra[i] * (state.response[0, i] - state.response[1, i])
         parts[WORK] += mean * belt
     elif constants.level[i] == VELOCITY:
@@ -144,8 +144,8 @@ def _struck(constants, state, i):  # type: ignore[no-untyped-def]
     left = hit + sudden * (after - state.rate[i])
     middle = sudden * 0.5 * (hit + left) + (1.0 - sudden) * 0.5 * (left + after) - constants.belt[i]
     if first != i or constants.restitution[i] < 1.0:
-        state.parts[DISSIPATED] -= mean * constants.dt * middle
-    state.parts[WORK] += mean * constants.dt * constants.belt[i]
+        state.parts[DISSIPATED] -= mean * constants.dt[0] * middle
+    state.parts[WORK] += mean * constants.dt[0] * constants.belt[i]
 
 
 @embedded
@@ -183,4 +183,10 @@ def _exchange(constants, state):  # type: ignore[no-untyped-def]
     for k in range(len(state.q)):
         total += state.pressed[k] * (state.q[k] - state.before[0, k])
     work[count] += total
+    if constants.divides:
+        # Bodies at rest exchange round-off: it is compared with what their contact takes up in a step.
+        taken = 0.0
+        for k in range(len(state.q)):
+            taken += (constants.dt[0] * state.pressed[k]) ** 2
+        state.extreme[EXCHANGED] = max(state.extreme[EXCHANGED], 0.5 * taken)
     note_exchange(work, state.parts[CONTACT], state.extreme)

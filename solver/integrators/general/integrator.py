@@ -11,7 +11,7 @@ from gudgeon.solver.integrators.general.arrays import (
     Found,
     Given,
 )
-from gudgeon.solver.integrators.general.constants import constants_of
+from gudgeon.solver.integrators.general.constants import constants_of, impact_of, part_of
 from gudgeon.solver.integrators.general.kernel import march
 from gudgeon.solver.integrators.general.start import problem_of, state_of
 from gudgeon.solver.integrators.impact_log import Located, impact_log
@@ -39,7 +39,8 @@ class General:
         functions = [f"surface.{contact.name}" for contact in system.contacts if contact.master is not None]
         self._functions = self.ports.numbers(functions)
         log = impact_log([int(rows[0]) for rows in normals], dt, system.window)
-        self.arrays = Arrays(constants, state, problem_of(constants), log)
+        part, impact = part_of(constants), impact_of(constants, self.ports)
+        self.arrays = Arrays(constants, state, problem_of(constants), log, part, impact)
         self._located = Located(log)
         loaded, contacts = len(constants.loaded), max(1, len(system.contacts))
         self._bare = Found(

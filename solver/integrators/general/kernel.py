@@ -11,14 +11,7 @@ import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.integrators.general.arrays import (
-    BILATERAL,
-    DRIVEN,
-    LAW,
-    POSITION,
-    RUBBING_LAW,
     STABILISED,
-    SURFACE,
-    VELOCITY,
 )
 from gudgeon.solver.integrators.general.candidates import (
     find_candidates,
@@ -28,30 +21,29 @@ from gudgeon.solver.integrators.general.candidates import (
     used_margins,
 )
 from gudgeon.solver.integrators.general.closing import set_extra
+from gudgeon.solver.integrators.general.ending import displace, follow, push_ends, set_lengths
 from gudgeon.solver.integrators.general.energy import balance
+from gudgeon.solver.integrators.general.impacts import collide, fall, first_closing, first_turning, retime, time_left
 from gudgeon.solver.integrators.general.rebounds import foresee, keep_open, shifts_change, strike
-from gudgeon.solver.integrators.general.resultants import log_forces
+from gudgeon.solver.integrators.general.resultants import log_forces, log_parts, note_part
 from gudgeon.solver.integrators.general.rows import (
     displaced,
-    four_in_a_row,
     list_forces,
     moved,
     push,
-    push_four,
-    respond,
 )
 from gudgeon.solver.integrators.general.slides import (
-    NOW,
-    displaced_over,
     drag_along,
-    moved_over,
     place_surfaces,
     press_surfaces,
     pull_along,
 )
-from gudgeon.solver.integrators.general.solution.responses import rubbed
 from gudgeon.solver.integrators.general.solution.solve import solve
 
+MOST_PARTS, MOST_TRIALS = 20_000, 100
+"""Largest number of parts of a step, and of trials to find where rigid contact closes."""
+SHORTEST = 1e-14
+"""Share of a step that is round-off of its parts."""
 PASSES = 6
 """Largest number of contact solutions in a step, since its means depend on what opens and closes in it."""
 
@@ -64,38 +56,168 @@ def march(arrays, given, first, stride, out):  # type: ignore[no-untyped-def]
     for sample in range(len(out.forces)):
         for part in range(stride):
             step = sample * stride + part
-            _aim(constants, state, crank[step])
             copy(given.driven[step], state.wanted)
-            _fly(constants, state, loads[:, step])
-            find_candidates(constants, state, problem)
-            free_measures(constants, state, problem, crank[step])
-            if not _respond(constants, state, problem, crank[step]):
-                return False
-            _finish(constants, state, problem, (first + step + 1) * constants.dt)
-            for j in range(len(state.pin)):
-                copy(crank[step, j], state.pin[j])
-            balance(constants, state, problem)
-            log_forces(constants, state, problem, log, first + step)
-            for a in range(problem.size[0]):
-                i = problem.ports[a]
-                k = constants.contact[i]
-                if k >= 0 and state.mean[i] != 0.0:
-                    for axis in range(3):
-                        out.forces[sample, k, axis] += state.mean[i] * constants.direction[i, axis] / stride
+            if constants.divides:
+                if not _divided(arrays, loads[:, step], first + step):
+                    return False
+                _add_all(constants, state, stride, out.forces[sample])
+            else:
+                if not _advance(constants, state, problem, loads[:, step], crank[step]):
+                    return False
+                _finish(constants, state, problem, (first + step + 1) * constants.dt[0])
+                for j in range(len(state.pin)):
+                    copy(crank[step, j], state.pin[j])
+                balance(constants, state, problem)
+                log_forces(constants, state, problem, log, first + step)
+                for a in range(problem.size[0]):
+                    i = problem.ports[a]
+                    k = constants.contact[i]
+                    if k >= 0 and state.mean[i] != 0.0:
+                        for axis in range(3):
+                            out.forces[sample, k, axis] += state.mean[i] * constants.direction[i, axis] / stride
             for i in range(len(constants.loaded)):
                 out.loads[sample, i] += state.mean[constants.loaded[i]] / stride
         copy(state.parts, out.energies[sample])
         copy(state.q, out.q[sample])
         copy(state.v, out.v[sample])
         copy(state.unknown, out.ports[sample])
-        _lengths(constants, state, out.lengths[sample])
+        set_lengths(constants, state, out.lengths[sample])
     return True
+
+
+@inner
+def _advance(constants, state, problem, loads, crank):  # type: ignore[no-untyped-def]
+    """Find the forces of a step or of a part of one; False where the sweeps do not converge."""
+    _aim(constants, state, crank)
+    _fly(constants, state, loads)
+    find_candidates(constants, state, problem)
+    free_measures(constants, state, problem, crank)
+    return _respond(constants, state, problem, crank)
+
+
+@inner
+def _add_all(constants, state, stride, forces):  # type: ignore[no-untyped-def]
+    """Add the resultants of contacts in a step of many parts to those of its sample [N]."""
+    for i in range(len(state.mean)):
+        k = constants.contact[i]
+        if k >= 0 and state.mean[i] != 0.0:
+            for axis in range(3):
+                forces[k, axis] += state.mean[i] * constants.direction[i, axis] / stride
+
+
+@inner
+def _divided(arrays, loads, number):  # type: ignore[no-untyped-def]
+    """Take a step, divided where rigid contact closes; False where forces are not found, or parts are too many."""
+    whole, part, state, problem = arrays.constants, arrays.part, arrays.state, arrays.problem
+    dt = whole.dt[0]
+    start, done, sound = number * dt, 0.0, True
+    copy(state.unknown, state.begun)
+    state.total[:] = 0.0
+    state.sudden_impulses[0, :] = 0.0
+    for turn in range(MOST_PARTS):
+        if not collide(arrays, number, start + done):
+            return False
+        constants, length = whole, dt - done
+        if not length > SHORTEST * dt:
+            break
+        if turn > 0:
+            constants = part
+            retime(whole, part, state, problem, length)
+        length = _part(arrays, constants, (loads, done), length)
+        if not length > 0.0:
+            return False
+        constants = whole if length == dt else part
+        _finish(constants, state, problem, start + done + length)
+        if state.turning[0] >= 0:
+            state.sliding[state.turning[0]] = False
+        balance(constants, state, problem)
+        note_part(arrays, (start + done, length), number)
+        done += length
+        for i in range(len(state.mean)):
+            state.total[i] += length * state.mean[i]
+        sound = turn + 1 < MOST_PARTS
+        if length != dt:
+            problem.size[1] = -1
+    for i in range(len(state.mean)):
+        state.mean[i] = (state.total[i] + state.sudden_impulses[0, i]) / dt
+    log_parts(arrays, number)
+    return sound
+
+
+@inner
+def _part(arrays, constants, given, length):  # type: ignore[no-untyped-def]
+    """Find the forces up to where the first rigid contact closes, and how long that takes [s]; 0 where none are found.
+
+    Args:
+        given: Loads of the whole step, means and at its end [N], and what is done of it [s].
+        length: What is left of it [s].
+    """
+    whole, part, state, problem = arrays.constants, arrays.part, arrays.state, arrays.problem
+    dt, low, high, hit, state.turning[0] = whole.dt[0], 0.0, length, -1, -1
+    _keep(state)
+    for _turn in range(MOST_TRIALS):
+        if _turn > 0:
+            _restore(state, problem)
+            constants = part
+            retime(whole, part, state, problem, length)
+        _share_loads(constants, state, given, dt)
+        if not _advance(constants, state, problem, state.loads, state.pin):
+            return 0.0
+        fall(constants, state, problem)
+        found, time = first_closing(constants, state, problem, dt)
+        if found >= 0:
+            hit, high, state.turning[0] = found, length, -1
+        else:
+            left = time_left(constants, state, hit, dt) if hit >= 0 else 0.0
+            if left == 0.0 and state.turning[0] < 0:
+                time = first_turning(constants, arrays)
+                if state.turning[0] >= 0:
+                    hit, high, length = -1, length, time
+                    continue
+            if left == 0.0 or high - low < SHORTEST * dt:
+                return length
+            low, time = length, length + left
+        length = time if low < time < high else 0.5 * (low + high)
+    return 0.0
+
+
+@inner
+def _keep(state):  # type: ignore[no-untyped-def]
+    """Keep what a trial of a part of a step changes."""
+    copy(state.approach, state.kept[: len(state.approach)])
+    state.kept[len(state.approach)] = state.fastest[0]
+
+
+@inner
+def _restore(state, problem):  # type: ignore[no-untyped-def]
+    """Go back to the start of a part of the step."""
+    copy(state.last, state.unknown)
+    copy(state.before[0], state.q)
+    copy(state.before[1], state.v)
+    copy(state.kept[: len(state.approach)], state.approach)
+    state.fastest[0] = state.kept[len(state.approach)]
+    for i in range(len(state.last)):
+        problem.awake[0, i] = problem.awake[1, i]
+
+
+@inner
+def _share_loads(constants, state, given, dt):  # type: ignore[no-untyped-def]
+    """Set the means of given loads in a part of the step and at its end [N], by the parabola through the whole step."""
+    loads, done = given
+    s, e = done / dt, (done + constants.dt[0]) / dt
+    for n in range(loads.shape[1]):
+        mean, end = loads[0, n], loads[1, n]
+        begin = end if mean == end else state.begun[constants.given[n]]
+        bend = 3.0 * (begin + end - 2.0 * mean)
+        slope = end - begin - bend
+        state.loads[0, n] = begin + 0.5 * slope * (s + e) + bend * (s * s + s * e + e * e) / 3.0
+        state.loads[1, n] = begin + (slope + bend * e) * e
 
 
 @inner
 def _aim(constants, state, crank):  # type: ignore[no-untyped-def]
     """Set the direction of each joint's force in the middle of the step, and the length of its measure [m]."""
-    dt = constants.dt
+    dt = constants.dt[0]
     for n in range(len(constants.joints)):
         i = constants.joints[n]
         j = constants.joint[i]
@@ -169,7 +291,8 @@ def _place_given(constants, state, i):  # type: ignore[no-untyped-def]
 @inner
 def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
     """Find the forces of all candidates; False where the sweeps do not converge."""
-    fresh = constants.bounces
+    foresees = constants.bounces and not constants.divides
+    fresh = foresees
     for _trial in range(PASSES):
         if fresh and keep_open(constants, state, problem):
             if not solve(constants, state, problem):
@@ -178,7 +301,7 @@ def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
         if problem.size[0] > 0 and not solve(constants, state, problem):
             return False
         unsettled = set_extra(constants, state, problem)
-        if constants.bounces and problem.size[0] > 0:
+        if foresees and problem.size[0] > 0:
             unsettled = shifts_change(constants, state, problem) or unsettled
         if constants.slides:
             press_surfaces(constants, state)
@@ -188,7 +311,7 @@ def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
             free_measures(constants, state, problem, crank)
         if not (missed or unsettled):
             return True
-        fresh = missed and constants.bounces
+        fresh = missed and foresees
         state.counts[4] += 1
     return True
 
@@ -201,13 +324,13 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
         now, last = state.unknown[i], state.last[i]
         share = constants.share[i]
         state.mean[i] = share * now + (1.0 - share) * last + state.extra[i]
-        state.impulses[i] += constants.dt * state.mean[i]
+        state.impulses[i] += constants.dt[0] * state.mean[i]
     q, v, force, half, rest, pressed = state.q, state.v, state.force, state.half, state.rest, state.pressed
     copy(half[0], pressed)
     half[:, :] = 0.0
     rest[:, :] = 0.0
-    _push_ends(constants, state, problem.ports[: problem.size[0]])
-    _push_ends(constants, state, state.slides.functions)
+    push_ends(constants, state, problem.ports[: problem.size[0]])
+    push_ends(constants, state, state.slides.functions)
     by_q, by_v = constants.push[0], constants.push[1]
     for k in range(len(q)):
         contacts = half[0, k] + rest[0, k]
@@ -216,7 +339,7 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
         force[k] += second
         q[k] += by_q[k] * second
         v[k] += by_v[k] * second
-    if constants.bounces:
+    if constants.bounces and not constants.divides:
         strike(constants, state, problem)
     travelled(constants, state)
     held = state.held
@@ -225,144 +348,9 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
         for i in range(p):
             held[s, i] = memory[0, i] * held[s, i] + memory[1, i] * state.last[i] + memory[2, i] * state.unknown[i]
     list_forces(held, state.listed)
-    _displace(constants, state, problem)
+    displace(constants, state, problem)
     if constants.slides:
         place_surfaces(constants, state)
         drag_along(constants, state)
-    _anchor(constants, state, problem, time)
+    follow(constants, state, problem, time)
     used_margins(constants, state, problem)
-
-
-@inner
-def _push_ends(constants, state, ports):  # type: ignore[no-untyped-def]
-    """Add the generalised forces of some ports by what acts at the step's end."""
-    rows, unknown, extra, size, a = constants.rows, state.unknown, state.extra, len(ports), 0
-    while a < size:
-        i = ports[a]
-        a += 1
-        if unknown[i] == 0.0 and extra[i] == 0.0:
-            continue
-        group = 0 if constants.contact[i] >= 0 or constants.kind[i] == SURFACE else 1
-        if _push_alike((constants.contact, constants.share, unknown, extra), i) and four_in_a_row(rows, ports, a - 1):
-            amounts = (0.5 * unknown[i], 0.5 * unknown[i + 1], 0.5 * unknown[i + 2], 0.5 * unknown[i + 3])
-            push_four(rows, i, amounts, state.half[group])
-            a += 3
-        elif constants.share[i] < 1.0:
-            push(rows, i, 0.5 * unknown[i], state.half[group])
-            if extra[i] != 0.0:
-                push(rows, i, extra[i], state.rest[group])
-        else:
-            push(rows, i, unknown[i] + extra[i], state.rest[group])
-
-
-@inner
-def _push_alike(ports, i):  # type: ignore[no-untyped-def]
-    """Whether four ports from i on are of the same contact and have forces without an extra one.
-
-    Args:
-        ports: Contacts, shares, unknowns and extra means of all.
-    """
-    contact, share, unknown, extra = ports
-    if i + 4 > len(unknown) or contact[i] < 0:
-        return False
-    alike = True
-    for j in range(i, i + 4):
-        alike = alike and contact[j] == contact[i] and share[j] < 1.0
-        alike = alike and unknown[j] != 0.0 and extra[j] == 0.0
-    return alike
-
-
-@inner
-def _displace(constants, state, problem):  # type: ignore[no-untyped-def]
-    """Set the displacement of the ports that respond or are loaded, at the end of the step [m].
-
-    That of a candidate over a compliance is its measure less its layer, from its anchor.
-    """
-    # Rigid contact moves what it pushes once more, after its impulses are found: see `_strike`.
-    step, solved = constants.dt, problem.size[2] != 0 and not constants.bounces
-    displacement, response, layer, unknown = state.displacement[0], state.response[0], constants.layer, state.unknown
-    residual, held, listed = constants.residual, state.held, state.listed
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        first = constants.block[i]
-        if solved and constants.level[first] == POSITION and constants.kind[i] not in (BILATERAL, DRIVEN):
-            displacement[i] = problem.free[i] - layer[i] * unknown[i]
-            if i > first and constants.contact[i] >= 0:
-                displacement[i] += state.anchor[i] + constants.belt[i] * step
-            if constants.damped:
-                response[i] = displaced(residual, i, held, listed)
-        else:
-            _displace_fully(constants, state, i)
-    for n in range(len(constants.given)):
-        i = constants.given[n]
-        if unknown[i] != 0.0 or state.last[i] != 0.0 or state.mean[i] != 0.0:
-            _displace_fully(constants, state, i)
-    if constants.bounces:
-        for n in range(len(constants.touching)):
-            i = constants.touching[n]
-            if constants.level[i] == VELOCITY and problem.awake[0, i]:
-                for b in range(i, i + constants.size[i]):
-                    _displace_fully(constants, state, b)
-    if len(state.held) == 1:
-        respond(residual[0], listed, held[0], response)
-
-
-@inner
-def _displace_fully(constants, state, i):  # type: ignore[no-untyped-def]
-    """Set the displacement of one port by its row."""
-    response = displaced(constants.residual, i, state.held, state.listed)
-    state.response[0, i] = response
-    place = moved(constants.rows, i, state.q) + response
-    if state.slides.over[i]:
-        place = moved_over(constants, state.slides, i, NOW, state.q)
-        place += displaced_over(constants, state.slides, i, NOW, (state.held, state.listed))
-    state.displacement[0, i] = constants.offset[i] + place
-
-
-@inner
-def _anchor(constants, state, problem, time):  # type: ignore[no-untyped-def]
-    """Let the anchors of tangents that slip or are open follow them, and end the approach of laws that are open."""
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        if constants.size[i] == 0:
-            continue
-        kind = constants.kind[i]
-        if (kind in (LAW, RUBBING_LAW)) and state.displacement[0, i] >= 0.0:
-            state.approach[i] = 0.0
-        if constants.size[i] != 3 or kind == DRIVEN:
-            continue
-        slips = True
-        if state.unknown[i] > 0.0:
-            reach = max(constants.columns[i + 1, i + 1], constants.columns[i + 2, i + 2])
-            limit = (constants.friction[i, 0] * state.unknown[i], constants.friction[i, 1] * state.unknown[i])
-            weight = 1.0 / reach if reach > 0.0 else 0.0
-            first = state.unknown[i + 1] - weight * state.measure[i + 1]
-            second = state.unknown[i + 2] - weight * state.measure[i + 2]
-            # A force on the border of its disc by round-off sticks.
-            slips = rubbed((limit[0] * (1 + 1e-9), limit[1] * (1 + 1e-9)), problem.slipped[i], first, second)[2]
-        slides = slips and state.unknown[i] > 0.0
-        if slides != state.sliding[i] and state.last[i] > 0.0 and state.unknown[i] > 0.0:
-            _note(constants.contact[i], time, slides, state.slips)
-        state.sliding[i] = slides
-        for b in range(i + 1, i + 3):
-            state.anchor[b] = state.displacement[0, b] if slips else state.anchor[b] + constants.belt[b] * constants.dt
-
-
-@inner
-def _note(contact, time, begins, slips):  # type: ignore[no-untyped-def]
-    """Keep a change between slip and stick [s]."""
-    count = int(slips[0, 0])
-    slips[0, 0] = count + 1
-    if count + 1 < len(slips):
-        slips[count + 1, 0], slips[count + 1, 1], slips[count + 1, 2] = contact, time, begins
-
-
-@inner
-def _lengths(constants, state, out):  # type: ignore[no-untyped-def]
-    """Set the length error of each joint [m]."""
-    for n in range(len(constants.joints)):
-        i = constants.joints[n]
-        j = constants.joint[i]
-        lateral = state.displacement[0, i] - state.pin[j, 0]
-        along = state.displacement[0, i + 1] - state.pin[j, 1]
-        out[j] = np.hypot(lateral, along) - constants.lengths[i]

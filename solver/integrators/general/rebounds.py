@@ -24,7 +24,7 @@ def rebound(constants, state, i, rate):  # type: ignore[no-untyped-def]
     end = constants.offset[i] + moved(constants.rows, i, state.q)
     state.closing[i] = -1.0
     if begin > 0.0 > end:
-        bend = 0.5 * constants.dt * (rate - before)
+        bend = 0.5 * constants.dt[0] * (rate - before)
         slope = end - begin - bend
         state.closing[i] = 2.0 * begin / (np.sqrt(slope * slope - 4.0 * bend * begin) - slope)
     share = max(0.0, state.closing[i])
@@ -71,9 +71,9 @@ def foresee(constants, state, problem):  # type: ignore[no-untyped-def]
         own = state.rate[i]
         for b in range(problem.size[0]):
             j = problem.ports[b]
-            state.rate[i] += coupling(constants.columns, state.slides, j, i) * state.unknown[j] / constants.dt
+            state.rate[i] += coupling(constants.columns, state.slides, j, i) * state.unknown[j] / constants.dt[0]
         wanted = constants.belt[i] if i > first else rebound(constants, state, i, state.rate[i])
-        state.gap[i] = constants.dt * (own - wanted)
+        state.gap[i] = constants.dt[0] * (own - wanted)
 
 
 @inner
@@ -84,7 +84,7 @@ def shifts_change(constants, state, problem):  # type: ignore[no-untyped-def]
     for a in range(problem.size[0]):
         i = problem.ports[a]
         if constants.level[constants.block[i]] == VELOCITY:
-            way = max(way, constants.dt * abs(state.rate[i]))
+            way = max(way, constants.dt[0] * abs(state.rate[i]))
             continue
         shift = 0.0
         for b in range(problem.size[0]):
@@ -145,4 +145,4 @@ def strike(constants, state, problem):  # type: ignore[no-untyped-def]
         if amount != 0.0:
             push(constants.rows, i, amount, second)
     for k in range(len(q)):
-        q[k] += constants.dt * by_v[k] * second[k]
+        q[k] += constants.dt[0] * by_v[k] * second[k]

@@ -214,7 +214,7 @@ def pull_along(constants, state, force):  # type: ignore[no-untyped-def]
     slides = state.slides
     for g in range(len(slides.drag)):
         if slides.drag[g] != 0.0:
-            slides.drag_impulse[g] += constants.dt * slides.drag[g]
+            slides.drag_impulse[g] += constants.dt[0] * slides.drag[g]
             row = slides.row[g]
             for k in range(len(force)):
                 force[k] += slides.drag[g] * row[k]

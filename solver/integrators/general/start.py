@@ -53,6 +53,9 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         listed=listed,
         listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
         response=np.stack([response, response]), anchor=anchor, sliding=np.zeros(p, np.bool_),
+        closed=np.zeros(p, np.bool_), turning=np.full(1, -1), since=np.full(p, -np.inf),
+        sudden_impulses=np.zeros((2, p)), kept=np.zeros(p + 1),
+        ends=np.zeros((2, m)), loads=np.zeros((2, len(constants.given))),
         fastest=np.zeros(1), average=np.zeros(1), wanted=np.zeros(len(constants.drives)),
         rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(len(constants.parts) + 1),
         ahead=np.zeros(len(constants.parts) + 1), lead=np.zeros(4),
@@ -65,13 +68,14 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
 
 _ZERO_AT_START = (
     "last", "mean", "extra", "gap", "measure", "approach", "margin", "sudden", "rate", "shift", "foreseen", "impulses",
+    "total", "begun", "swift",
 )  # fmt: skip
 
 
 def problem_of(constants: Constants) -> Problem:
     p, many = len(constants.offset), _candidates(constants)
     return Problem(
-        awake=np.zeros((2, p), np.bool_), ports=np.zeros(p, np.int64), size=np.zeros(5, np.int64),
+        awake=np.full((2, p), constants.divides), ports=np.zeros(p, np.int64), size=np.zeros(5, np.int64),
         columns=np.zeros((many, many)), active=empty_set(p if constants.plain else 0), runs=np.zeros((p, 2), np.int64),
         matrix=fixed(constants.columns)._replace(candidate=np.ones(p, np.bool_)), free=np.zeros(p), x=np.zeros(p),
         y=np.zeros(p), start=np.zeros(p),

@@ -182,3 +182,15 @@ def test_a_larger_estimate_of_the_basis_covers_a_larger_error() -> None:
     other = replace(SOUND, contact=replace(CONTACT, impulse=3.0 * 1.05))
     assert judge(case("basis"), other, LIKE).verdict == "wrong"
     assert judge(case("basis"), replace(other, basis=0.02), LIKE).verdict == "right"
+
+
+def test_what_a_run_says_of_its_step_is_a_refusal() -> None:
+    """An estimate that covers the error, or a drift that is told; where the run says nothing it is wrong."""
+    off = replace(SOUND, contact=replace(CONTACT, impulse=3.0 * 1.2))
+    assert judge(case("agreement", refusal=True), replace(off, stepped=0.1), LIKE).verdict == "refused"
+    assert judge(case("agreement", refusal=True), replace(off, stepped=0.02), LIKE).verdict == "wrong"
+    assert judge(case("agreement", refusal=True), off, LIKE).verdict == "wrong"
+    assert judge(case("agreement"), replace(off, stepped=0.1), LIKE).verdict == "wrong"
+    drifts = replace(SOUND, energy_drift=0.02)
+    assert judge(case("energy", refusal=True), drifts, LIKE).verdict == "refused"
+    assert judge(case("energy", refusal=True), replace(SOUND, energy_drift=5e-4), LIKE).verdict == "wrong"

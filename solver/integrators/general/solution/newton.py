@@ -119,9 +119,9 @@ def _derive(constants, state, problem, matrix, wrong):  # type: ignore[no-untype
             ends, before = constants.share[i] < 1.0, state.displacement[1, i]
             knots = constants.knots[constants.table[i, 0] : constants.table[i, 1]]
             given, free = (constants.law[i], state.approach[i], knots), y[a] - reach * x[a]
-            force = compliant_force(kind == SPRING, given, (before, free), reach, constants.dt, ends)
+            force = compliant_force(kind == SPRING, given, (before, free), reach, constants.dt[0], ends)
             away = DIFFERENCE * (abs(free) + abs(before) + reach * abs(x[a]))
-            other = compliant_force(kind == SPRING, given, (before, free - away), reach, constants.dt, ends)
+            other = compliant_force(kind == SPRING, given, (before, free - away), reach, constants.dt[0], ends)
             slope = (force - other) / away if away > 0.0 else 0.0
             wrong[a] = x[a] - force
             _add_row(columns, n, a, -slope, matrix[a])

@@ -142,7 +142,7 @@ def _lawful(constants, state, i, free, reach):  # type: ignore[no-untyped-def]
     ends, before = constants.share[i] < 1.0, state.displacement[1, i]
     knots = constants.knots[constants.table[i, 0] : constants.table[i, 1]]
     given = (constants.law[i], state.approach[i], knots)
-    return compliant_force(constants.kind[i] == SPRING, given, (before, free), reach, constants.dt, ends)
+    return compliant_force(constants.kind[i] == SPRING, given, (before, free), reach, constants.dt[0], ends)
 
 
 @inner
