@@ -122,15 +122,16 @@ def _by_elimination(
     E = np.hstack([model.M @ shapes for shapes in taken])[free]
     C = np.hstack([B @ shapes for shapes in taken])
     B_free, own_size = sparse.csr_matrix(B[:, free]), own.at_rows.diagonal()
-    # Besides the pressures one load is solved that contains every row, with a random sign.
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(own_size))
-    mixture = np.where(own_size > 0, signs / np.sqrt(np.where(own_size > 0, own_size, 1.0)), 0.0)
-    given = np.column_stack([pressures, mixture])
-    X = own.grounded(np.hstack([E, B_free.T @ given - E @ (C.T @ given)]))
-    X_E, moved = X[:, : E.shape[1]], X[:, E.shape[1] :]
+    X_E = own.grounded(E)
     across = (B_free @ X_E) @ C.T
     R = own.at_rows - across - across.T + C @ (E.T @ X_E) @ C.T
     kept = (B @ normal.Phi) / normal.angular_frequencies
+    # Besides the pressures one load is solved that contains every row, with a random sign and by its own flexibility:
+    # that of the grounded body may be round-off, where the grounding holds the row.
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(own_size))
+    mixture = signs / _scale(R, kept if whole_modes else kept[:, :0])
+    given = np.column_stack([pressures, mixture])
+    moved = own.grounded(B_free.T @ given - E @ (C.T @ given))
     difference = B_free @ moved[:, -1] - C @ (E.T @ moved[:, -1]) - R @ mixture
     if not whole_modes:
         R -= kept @ kept.T
