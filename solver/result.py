@@ -45,7 +45,8 @@ class Result(Enum):
     )
     ROTATION = (
         "a body turned or bent by more than run.limits.angle: motion is linear and gyroscopic terms are missing;"
-        " shorten run.duration, or raise run.limits.angle"
+        " shorten run.duration, set run.integrator to 'mechanism' for free bodies and joints of two markers, or raise"
+        " run.limits.angle"
     )
     OFFSET = (
         "the points of a contact moved aside by more than run.limits.offset; shorten run.duration, or raise"

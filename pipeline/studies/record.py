@@ -14,8 +14,8 @@ from gudgeon.modaldb.records.report import ReportRecord
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.modaldb.upkeep import STUDY
 from gudgeon.pipeline.stages.base import SceneJob
-from gudgeon.pipeline.stages.make import scene_name
-from gudgeon.pipeline.stages.products import made_by
+from gudgeon.pipeline.stages.make import keep, scene_name
+from gudgeon.pipeline.stages.products import Product, made_by
 from gudgeon.pipeline.studies.table import Table
 from gudgeon.pipeline.studies.task import LOST, MISSING, Row
 
@@ -51,7 +51,7 @@ def keep_study(job: SceneJob, asked: Mapping[str, Any], table: Table, rows: Mapp
     }  # fmt: skip
     store: Store = job.store
     key = content_key(inputs)
-    store.put(key, "report", ReportRecord(document), inputs)
+    keep(store, Product(STUDY, job.name, "report", key, inputs), ReportRecord(document))
     store.note(key, scene_name(job), STUDY)
     return key
 

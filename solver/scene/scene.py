@@ -187,7 +187,7 @@ class Scene(Strict):
             stepping = [name for name in able if self.run.step is None or math.isfinite(INTEGRATORS[name].order)]
             if able and not stepping:
                 _refuse_step(" and ".join(map(repr, able)))
-            if "mechanism" in able and self._turns_far:
+            if "mechanism" in able and self._turns_far and not self.contact:
                 return "mechanism"
             if able:
                 return stepping[0]

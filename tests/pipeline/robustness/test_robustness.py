@@ -309,6 +309,7 @@ def test_shipped_cases_are_sound_and_every_kind_has_an_operation() -> None:
     assert {name for name, case in cases.items() if case.refusal} == {
         "initial penetration", "rotation 0.02 rad", "rotation 1 rad", "nu 0.49", "nu 0.499", "nu 0.4999",
         "slivers 1:1000", "duration 4", "coarser mesh", "reuse 0.02", "friction 100",
+        "step 10", "step 100", "step 1000",
     }  # fmt: skip
 
 

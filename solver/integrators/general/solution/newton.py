@@ -17,6 +17,8 @@ NEWTON = 5
 """Entry of the counts: steps of Newton's method."""
 RIDGE = 1e-12
 """Added to the diagonal of the derivative, relative to it: rows of points that depend on each other are singular."""
+ROUND_OFF = 1e-15
+"""Residual of a solution that round-off leaves, over the force that would stop a port's free motion."""
 DIFFERENCE = 1e-7
 """Share of a measure by which the slope of a law is found."""
 
@@ -54,6 +56,20 @@ def natural_residual(constants, state, problem):  # type: ignore[no-untyped-def]
 
 
 @inner
+def allowed(problem, tolerance, bound):  # type: ignore[no-untyped-def]
+    """Return the residual of a solution [N]: a share of its largest force, or of its bound [N], or round-off.
+
+    Forces of short steps are small differences of what would stop free motions.
+    """
+    x, columns, largest, rough = problem.x, problem.columns, 0.0, 0.0
+    for a in range(problem.size[0]):
+        largest = max(largest, abs(x[a]))
+        if x[a] != 0.0 and columns[a, a] > 0.0:
+            rough = max(rough, abs(problem.free[problem.ports[a]]) / columns[a, a])
+    return max(tolerance * min(largest, bound), ROUND_OFF * rough)
+
+
+@inner
 def newton(constants, state, problem, tolerance, bound):  # type: ignore[no-untyped-def]
     """Improve the unknowns until the residual is within a tolerance; False where it is not.
 
@@ -70,13 +86,11 @@ def newton(constants, state, problem, tolerance, bound):  # type: ignore[no-unty
             matrix[a, a] += RIDGE * abs(matrix[a, a])
         if not eliminate(matrix, step):
             return False
-        largest = 0.0
         for a in range(n):
             x[a] -= step[a]
         for a in range(n):
             # The change of the other kinds that the residual takes.
             start[a] = x[a] + step[a]
-            largest = max(largest, abs(x[a]))
         for a in range(n):
             y[a] = problem.free[problem.ports[a]]
         for a in range(n):
@@ -84,7 +98,7 @@ def newton(constants, state, problem, tolerance, bound):  # type: ignore[no-unty
                 column, amount = columns[a], x[a]
                 for c in range(n):
                     y[c] += amount * column[c]
-        if natural_residual(constants, state, problem) <= (tolerance * min(largest, bound)) ** 2:
+        if natural_residual(constants, state, problem) <= allowed(problem, tolerance, bound) ** 2:
             return True
     return False
 

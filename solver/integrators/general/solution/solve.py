@@ -18,7 +18,7 @@ from gudgeon.solver.integrators.general.arrays import (
 )
 from gudgeon.solver.integrators.general.slides import coupling, gather_sliding
 from gudgeon.solver.integrators.general.solution.closed import close
-from gudgeon.solver.integrators.general.solution.newton import natural_residual, newton
+from gudgeon.solver.integrators.general.solution.newton import allowed, natural_residual, newton
 from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed, presses
 from gudgeon.solver.integrators.outcome import PIVOTS
 
@@ -107,6 +107,8 @@ def _balanced(constants, state, problem):  # type: ignore[no-untyped-def]
         _gather(constants, state, problem)
     bound = _begin(state, problem)
     found = _swept(constants, state, problem, (MOST_SWEEPS, WINDOW), bound)
+    # From where sweeps came, then from a few: far from the forces the one goes to and fro, near to them the other.
+    found = found or newton(constants, state, problem, NEWTON_TOLERANCE, bound)
     if not found:
         _begin(state, problem)
         found = _swept(constants, state, problem, (FIRST_SWEEPS, 0), bound)
@@ -185,13 +187,11 @@ def _swept(constants, state, problem, turns, bound):  # type: ignore[no-untyped-
     for sweep in range(most):
         copy(x, start)
         blocks = _sweep(constants, state, problem, sweep >= UNDECIDED)
-        largest, size = 0.0, 0.0
-        for a in range(n):
-            largest = max(largest, abs(x[a]))
+        size = 0.0
         for a in range(n):
             size += (weight[a] * (x[a] - start[a])) ** 2
         state.counts[3] += 1
-        if natural_residual(constants, state, problem) <= (TOLERANCE * min(largest, bound)) ** 2:
+        if natural_residual(constants, state, problem) <= allowed(problem, TOLERANCE, bound) ** 2:
             return True
         if blocks == 1 and constants.size[problem.ports[0]] == 1 and size < np.inf:
             return True
