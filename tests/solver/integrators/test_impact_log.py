@@ -121,6 +121,7 @@ def test_quantities_of_a_rod_do_not_depend_on_samples(tmp_path: Path, integrator
 def same(one: Trajectory, other: Trajectory, rtol: float = 1e-12) -> None:
     assert one.quantities.keys() == other.quantities.keys()
     sampled = tuple(f"pressure_{what}" for what in ("peak", "time", "patch", "x", "y", "z"))  # Of samples.
+    sampled += ("centre_x", "centre_y", "centre_z", "contact_area")
     for name, entry_ in other.quantities.items():
         if not name.endswith(sampled):
             assert one.quantities[name]["value"] == pytest.approx(entry_["value"], rel=rtol, abs=1e-12), name
