@@ -127,7 +127,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
         {"probe": {"p": {"kind": "displacement", "body": "part", "interface": "bore"}}},
         "has no interface of kind 'mean' or 'tie' 'bore', it has none",
     ),
-    "reaction": ({"probe": {"p": {"kind": "force", "of": "body.part"}}}, "reads forces of joints, springs and bushings"),
+    "reaction": ({"probe": {"p": {"kind": "force", "of": "body.part"}}}, "reads forces of joints, springs and bush"),
 }  # fmt: skip
 
 
