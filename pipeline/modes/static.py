@@ -122,7 +122,7 @@ def _by_elimination(
     E = np.hstack([model.M @ shapes for shapes in taken])[free]
     C = np.hstack([B @ shapes for shapes in taken])
     B_free, own_size = sparse.csr_matrix(B[:, free]), own.at_rows.diagonal()
-    X_E = own.grounded(E)
+    X_E = own.grounded(E) if E.shape[1] else E
     across = (B_free @ X_E) @ C.T
     R = own.at_rows - across - across.T + C @ (E.T @ X_E) @ C.T
     kept = (B @ normal.Phi) / normal.angular_frequencies
