@@ -17,7 +17,7 @@ router = APIRouter(prefix="/{database}", tags=["views"])
 page = APIRouter(include_in_schema=False)
 PAGE = files("gudgeon.pipeline.service") / "page"
 TYPES = {"html": "text/html; charset=utf-8", "js": "text/javascript; charset=utf-8", "css": "text/css; charset=utf-8"}
-STATIC = ("page.js", "view.js", "charts.js", "study.js", "tree.js", "page.css", "vendor/three.module.js",
+STATIC = ("page.js", "view.js", "charts.js", "study-view.js", "tree.js", "page.css", "vendor/three.module.js",
           "vendor/three.core.js")  # fmt: skip
 POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:"
 """What the page may load: nothing that is not of this server."""

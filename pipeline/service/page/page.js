@@ -1,7 +1,7 @@
 // The page of a modal database: search, one record, two bases beside each other.
 
 import { curves, element, graph, kindOf, matrix, scatter, short, spectrum } from "./charts.js";
-import { study } from "./study.js";
+import { study } from "./study-view.js";
 import { tree } from "./tree.js";
 import { View } from "./view.js";
 

@@ -145,7 +145,7 @@ def test_the_page_loads_nothing_from_elsewhere() -> None:
     assert "default-src 'none'" in views.POLICY
     assert "unsafe" not in views.POLICY
     folder = Path(str(views.PAGE))
-    for name in ("page.html", "page.js", "view.js", "charts.js", "study.js", "tree.js", "page.css"):
+    for name in ("page.html", "page.js", "view.js", "charts.js", "study-view.js", "tree.js", "page.css"):
         text = (folder / name).read_text()
         assert re.findall(r"https?://(?!www\.w3\.org/2000/svg)", text) == []
         assert " style=" not in text.partition("<body>")[2]

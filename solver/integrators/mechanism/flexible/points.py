@@ -16,7 +16,8 @@ def cross(a, b):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _turned(Q, v):  # type: ignore[no-untyped-def]
+def rotated(Q, v):  # type: ignore[no-untyped-def]
+    """Return Q v, of a matrix and a vector of three."""
     return (
         Q[0, 0] * v[0] + Q[0, 1] * v[1] + Q[0, 2] * v[2],
         Q[1, 0] * v[0] + Q[1, 1] * v[1] + Q[1, 2] * v[2],
@@ -65,19 +66,19 @@ def set_points(model, work, y):  # type: ignore[no-untyped-def]
         Q, w, s, m = work.turn[b], work.omega[b], WIDTH * b, model.elastic[b, 0]
         omega = (w[0], w[1], w[2])
         if m == 0:
-            r = _turned(Q, c)
+            r = rotated(Q, c)
             u = cross(omega, r)
             drift = cross(omega, u)
             for j in range(3):
-                _put(work.axes[p, :, j], _turned(Q, F[:, j]))
+                _put(work.axes[p, :, j], rotated(Q, F[:, j]))
             for i in range(3):
                 work.spin[p, i], work.spin_drift[p, i] = omega[i], 0.0
         else:
             _deformed(model, work, y, p, b)
             local, rows = work.local[p], work.point_rows[p]
-            r = _turned(Q, (c[0] + local[0, 0], c[1] + local[0, 1], c[2] + local[0, 2]))
-            moved = _turned(Q, local[1, :3])
-            second = _turned(Q, local[2, :3])
+            r = rotated(Q, (c[0] + local[0, 0], c[1] + local[0, 1], c[2] + local[0, 2]))
+            moved = rotated(Q, local[1, :3])
+            second = rotated(Q, local[2, :3])
             turned = cross(omega, r)
             u = (turned[0] + moved[0], turned[1] + moved[1], turned[2] + moved[2])
             first, coriolis = cross(omega, turned), cross(omega, moved)
@@ -88,8 +89,8 @@ def set_points(model, work, y):  # type: ignore[no-untyped-def]
             )
             _set_axes(work, p, Q, F, omega)
             for k in range(m):
-                column = _turned(Q, rows[:3, k])
-                turning = _turned(Q, _by_cayley(local[0, 3:], rows[3:, k]))
+                column = rotated(Q, rows[:3, k])
+                turning = rotated(Q, _by_cayley(local[0, 3:], rows[3:, k]))
                 _put(rows[:3, k], column)
                 _put(rows[3:, k], turning)
         for i in range(3):
@@ -118,8 +119,8 @@ def _set_axes(work, p, Q, F, omega):  # type: ignore[no-untyped-def]
     own = _by_cayley(theta, rate)
     change = -(g[0] * rate[0] + g[1] * rate[1] + g[2] * rate[2]) / size
     bend = _by_cayley(theta, second)
-    relative = _turned(Q, own)
-    own_drift = _turned(Q, (bend[0] + change * own[0], bend[1] + change * own[1], bend[2] + change * own[2]))
+    relative = rotated(Q, own)
+    own_drift = rotated(Q, (bend[0] + change * own[0], bend[1] + change * own[1], bend[2] + change * own[2]))
     carried = cross(omega, relative)
     for i in range(3):
         work.spin[p, i] = omega[i] + relative[i]
@@ -133,7 +134,7 @@ def _set_axes(work, p, Q, F, omega):  # type: ignore[no-untyped-def]
             v[1] + 2 * (once[1] + twice[1]) / size,
             v[2] + 2 * (once[2] + twice[2]) / size,
         )
-        _put(work.axes[p, :, j], _turned(Q, turned))
+        _put(work.axes[p, :, j], rotated(Q, turned))
 
 
 @inner

@@ -14,7 +14,7 @@ import numpy as np
 
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.mechanism.arrays import LOST
-from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
+from gudgeon.solver.integrators.mechanism.flexible.points import cross, press, rotated
 
 WIDEST = 3.0
 """Rotation of a bushing above which it is not defined: near a half turn [rad]."""
@@ -62,19 +62,11 @@ def _turned_rate(theta, angle, v, sign):  # type: ignore[no-untyped-def]
 
 @inner
 def _along(A, v):  # type: ignore[no-untyped-def]
+    """Return Aᵀ v."""
     return (
         A[0, 0] * v[0] + A[1, 0] * v[1] + A[2, 0] * v[2],
         A[0, 1] * v[0] + A[1, 1] * v[1] + A[2, 1] * v[2],
         A[0, 2] * v[0] + A[1, 2] * v[1] + A[2, 2] * v[2],
-    )
-
-
-@inner
-def _back(A, v):  # type: ignore[no-untyped-def]
-    return (
-        A[0, 0] * v[0] + A[0, 1] * v[1] + A[0, 2] * v[2],
-        A[1, 0] * v[0] + A[1, 1] * v[1] + A[1, 2] * v[2],
-        A[2, 0] * v[0] + A[2, 1] * v[1] + A[2, 2] * v[2],
     )
 
 
@@ -108,8 +100,8 @@ def set_bushings(model, work):  # type: ignore[no-untyped-def]
             for l in range(6):
                 total += model.bush_stiffness[i, k, l] * x[l] + model.bush_damping[i, k, l] * x[6 + l]
             w[k] = -total
-        force = _back(A, (w[0], w[1], w[2]))
-        moment = _back(A, _turned_rate(theta, angle, (w[3], w[4], w[5]), -1.0))
+        force = rotated(A, (w[0], w[1], w[2]))
+        moment = rotated(A, _turned_rate(theta, angle, (w[3], w[4], w[5]), -1.0))
         for k in range(3):
             w[k], w[3 + k] = force[k], moment[k]
 

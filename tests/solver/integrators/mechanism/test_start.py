@@ -127,7 +127,10 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
         {"probe": {"p": {"kind": "displacement", "body": "part", "interface": "bore"}}},
         "has no interface of kind 'mean' or 'tie' 'bore', it has none",
     ),
-    "reaction": ({"probe": {"p": {"kind": "force", "of": "body.part"}}}, "reads forces of joints, springs and bush"),
+    "reaction": (
+        {"probe": {"p": {"kind": "force", "of": "body.part"}}},
+        "a scene of integrator 'mechanism' reads forces of joints, springs and bushings",
+    ),
 }  # fmt: skip
 
 
