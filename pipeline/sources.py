@@ -20,8 +20,7 @@ MAKE = "pipeline.stages.run:_make"
 RECORDS = {
     "mesh": ("pipeline.stages.mesh", "pipeline.design_change.morph", MAKE),
     "modes": ("pipeline.reduction.reduce", MAKE),
-    "morph": ("pipeline.design_change.morph", "pipeline.design_change.estimate", "pipeline.fem.assemble",
-              "pipeline.stages.mesh", MAKE, "pipeline.stages.run:_reused"),
+    "morph": ("pipeline.design_change.morph", "pipeline.design_change.design", "pipeline.stages.mesh", MAKE),
     "solve": ("solver.system.compile", "solver.simulate", "pipeline.stages.run:_solve"),
 }  # fmt: skip
 ROOTS: dict[str, tuple[str, ...]] = {

@@ -1,4 +1,4 @@
-"""What a design change does to modes that are kept: changes of frequencies and of contact compliance, by one assembly.
+"""What a design change does to modes that are kept: changes of frequencies and of contact compliance.
 
 A kept mode's eigenvalue changes by φᵀ(δK − ω²δM)φ to first order in the movement of the nodes (Fox & Kapoor 1968); of
 modes with close frequencies the block of all is taken, since a change may turn them into each other. A static response
@@ -6,25 +6,30 @@ Y = G F to pressures F on an interface gives the change of their compliance, sta
 with loads that stay, −Yᵀ δK Y. Of a free body F is balanced by inertia, F = (I − M Φ_r Φ_rᵀ) Bᵀ p, and δF is the change
 of that.
 
-δK and δM are differences over a small share of the movement. Over all of it they would contain terms of second order,
-which are too large, since kept shapes do not adapt: on the wall of a liner 8 % thinner they turn the sign.
+All are derivatives: over the whole movement δK and δM would contain terms of second order, which are too large, since
+kept shapes do not adapt: on the wall of a liner 8 % thinner they turn the sign. They are linear in the movement: each
+is a vector over the nodes (`shape_derivatives`), found once for a body; a design costs one product.
 """
 
-from dataclasses import dataclass, replace
+import itertools
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, StaticResponses
-from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.design_change.shape_derivatives import mass_derivatives, stiffness_derivatives
+from gudgeon.pipeline.scenes.material import Material
 
-SHARE = 0.01
-"""Part of the movement over which derivatives are taken."""
 CLOSE = 0.01
 """Relative distance of neighbouring frequencies below which modes are taken together."""
 SMALL = 1e-6
 """Combinations of pressures below this share of the largest compliance are left out."""
+KEPT = 4
+"""Bodies whose derivatives a process keeps: designs of a study have the same modes."""
 
 
 @dataclass(frozen=True)
@@ -41,55 +46,109 @@ class Estimate:
         return {"frequency_changes": self.frequencies.tolist(), "compliance_changes": self.compliances}
 
 
-def slightly_moved(mesh: MeshRecord, nodes: np.ndarray) -> MeshRecord:
-    """Return a mesh whose nodes have moved by `SHARE` of the way to new positions [m], (n, 3)."""
-    return replace(mesh, nodes=mesh.nodes + SHARE * (nodes - mesh.nodes))
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives of a body's eigenvalues and compliances with respect to the positions of its nodes."""
+
+    eigenvalues: np.ndarray
+    """ω² [1/s²] of the normal modes, (m,)."""
+    modes: np.ndarray
+    """Pairs of modes with close frequencies, each with itself among them, (p, 2)."""
+    modal: np.ndarray
+    """Derivatives of φᵀ(K − ω²M)φ of these pairs [1/(m s²)], (3n, p)."""
+    compliances: dict[str, np.ndarray]
+    """Static compliance of each interface under its k smooth pressures, (k, k)."""
+    static: dict[str, np.ndarray]
+    """Derivatives of the upper triangles of these, row after row, (3n, k(k + 1)/2)."""
+
+    def estimate(self, movement: np.ndarray) -> Estimate:
+        """Return the changes by a movement of the nodes [m], (n, 3)."""
+        block = np.zeros((len(self.eigenvalues), len(self.eigenvalues)))
+        first, second = self.modes.T
+        block[first, second] = block[second, first] = movement.ravel() @ self.modal
+        frequencies = np.empty(len(block))
+        for group in _groups(self.eigenvalues):
+            values = self.eigenvalues[group]
+            after = linalg.eigvalsh(np.diag(values) + block[group, group])
+            frequencies[group] = (after / values - 1) / 2
+        compliances = {}
+        for name, compliance in self.compliances.items():
+            change = np.zeros_like(compliance)
+            change[np.triu_indices(len(change))] = movement.ravel() @ self.static[name]
+            compliances[name] = _largest(change + np.triu(change, 1).T, compliance)
+        return Estimate(frequencies, compliances)
 
 
-def estimated_change(moved: FEModel, modal: ModalRecord) -> Estimate:
-    """Return the changes of a solid's modes and compliance.
+def sensitivity_of(mesh: MeshRecord, material: Material, modal: ModalRecord) -> Sensitivity:
+    """Return the derivatives of a solid's modes and static compliances.
 
     Args:
-        moved: The model on the mesh that `slightly_moved` returns.
-        modal: Of the original design: `angular_frequencies`, `normal_count`, `shapes` and `static_responses` are used.
+        modal: Of this mesh: `angular_frequencies`, `normal_count`, `shapes`, `static_responses`, `rigid_twists` and
+            `centre` are used.
     """
     if modal.shapes is None:
         raise ValueError("the modal record has no shapes")
     count = modal.normal_count
-    Phi = modal.shapes[:, :, :count].reshape(len(moved.held), count)
-    frequencies = _frequency_changes(moved, Phi, modal.angular_frequencies[:count])
-    responses = modal.static_responses
-    return Estimate(frequencies, {} if responses is None else _compliance_changes(moved, responses))
+    values = modal.angular_frequencies[:count] ** 2
+    groups = [np.arange(count)[group] for group in _groups(values)]
+    modes = np.array([(i, j) for group in groups for i in group for j in group[group >= i]], int).reshape(-1, 2)
+    Phi = np.ascontiguousarray(modal.shapes[:, :, :count])
+    modal_part = stiffness_derivatives(mesh, material, Phi, modes)
+    modal_part -= values[modes].mean(axis=1) * mass_derivatives(mesh, material, Phi, modes)[0]
+    compliances, static = {}, {}
+    if (responses := modal.static_responses) is not None:
+        spans = {name: np.arange(*ends) for name, ends in responses.columns.items()}
+        pairs = [own[np.column_stack(np.triu_indices(len(own)))] for own in spans.values()]
+        compliances = {name: responses.compliance[np.ix_(own, own)] for name, own in spans.items()}
+        found = _compliance_derivatives(mesh, material, modal, responses, np.concatenate(pairs))
+        parts = np.split(found, np.cumsum([len(one) for one in pairs])[:-1], axis=2)
+        static = {name: part.reshape(mesh.nodes.size, -1) for name, part in zip(spans, parts, strict=True)}
+    return Sensitivity(values, modes, modal_part.reshape(mesh.nodes.size, -1), compliances, static)
 
 
-def _frequency_changes(moved: FEModel, Phi: np.ndarray, omega: np.ndarray) -> np.ndarray:
-    """Return δω/ω of modes (dofs, m), in ascending order of the frequencies within a group of close ones."""
-    values = omega**2
-    dK = (Phi.T @ (moved.K @ Phi) - np.diag(values)) / SHARE
-    dM = (Phi.T @ (moved.M @ Phi) - np.eye(len(omega))) / SHARE
-    change = dK - 0.5 * (values + values[:, None]) * dM
-    changes, first = np.empty(len(omega)), 0
-    while first < len(omega):
-        last = first + 1
-        while last < len(omega) and omega[last] / omega[last - 1] - 1 < CLOSE:
-            last += 1
-        group = slice(first, last)
-        after = linalg.eigvalsh(np.diag(values[group]) + change[group, group])
-        changes[group] = (after / values[group] - 1) / 2
-        first = last
-    return changes
+_FOUND: OrderedDict[tuple[str, str], Sensitivity] = OrderedDict()
 
 
-def _compliance_changes(moved: FEModel, responses: StaticResponses) -> dict[str, float]:
-    """Return the largest relative change of compliance under the pressures of each interface."""
-    compliance, rigid = responses.compliance, moved.rigid_modes
-    Y = responses.shapes.reshape(len(rigid), -1)
+def kept_sensitivity(keys: tuple[str, str], find: Callable[[], Sensitivity]) -> Sensitivity:
+    """Return the derivatives of the body of a mesh and a modal record with these keys; of a new one they are found."""
+    kept = _FOUND.get(keys) or find()
+    _FOUND[keys] = kept
+    _FOUND.move_to_end(keys)
+    while len(_FOUND) > KEPT:
+        _FOUND.popitem(last=False)
+    return kept
+
+
+def _compliance_derivatives(
+    mesh: MeshRecord, material: Material, modal: ModalRecord, responses: StaticResponses, pairs: np.ndarray
+) -> np.ndarray:
+    """Return the derivatives of the compliance of pairs of pressures (p, 2), (n, 3, p)."""
+    Y, (first, second) = responses.shapes, pairs.T
+    found = -stiffness_derivatives(mesh, material, Y, pairs)
+    if not len(modal.rigid_twists):
+        return found
+    # What balances a pressure is the inertia of a rigid acceleration Z. Y contains no rigid motion, so that of YᵀM Z
+    # only the changes of M and of Z by the arms of the rotation count: δ(α × x) = α × δx.
     force, moment = responses.resultant[:, :3], responses.resultant[:, 3:]
-    wrench = np.column_stack([force, moment - np.cross(moved.properties.centre, force)])
-    balanced = compliance - (Y.T @ (moved.M @ rigid)) @ (moved.rigid_twists @ wrench.T)
-    change = (balanced + balanced.T - Y.T @ (moved.K @ Y) - compliance) / SHARE
-    spans = {name: slice(*ends) for name, ends in responses.columns.items()}
-    return {name: _largest(change[own, own], compliance[own, own]) for name, own in spans.items()}
+    wrench = np.column_stack([force, moment - np.cross(modal.centre, force)])
+    acceleration = modal.rigid_twists.T @ (modal.rigid_twists @ wrench.T)
+    alpha = acceleration[3:]
+    Z = acceleration[:3] + np.cross(alpha[None], (mesh.nodes - modal.centre)[:, :, None], axis=1)
+    count = Y.shape[2]
+    to_motion = np.array([0, count])
+    crossed = np.concatenate([pairs + to_motion, pairs[:, ::-1] + to_motion])
+    mass, loads = mass_derivatives(mesh, material, np.concatenate([Y, Z], axis=2), crossed)
+    found -= mass[..., : len(pairs)] + mass[..., len(pairs) :]
+    for own, other in ((first, second), (second, first)):
+        found -= np.cross(loads[..., own], alpha[None, :, other], axis=1)
+    return found
+
+
+def _groups(values: np.ndarray) -> list[slice]:
+    """Return the groups of eigenvalues whose frequencies are close, neighbour to neighbour."""
+    apart = np.flatnonzero(np.sqrt(values[1:] / values[:-1]) - 1 >= CLOSE) + 1
+    ends = [0, *apart.tolist(), len(values)]
+    return [slice(a, b) for a, b in itertools.pairwise(ends) if b > a]
 
 
 def _largest(change: np.ndarray, compliance: np.ndarray) -> float:

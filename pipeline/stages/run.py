@@ -13,8 +13,6 @@ import numpy as np
 
 from gudgeon.modaldb.hdf5 import record_bytes
 from gudgeon.modaldb.keys import content_key
-from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import BASIS_REASON, FRICTION_NOTES, LINKAGE_NOTES, Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, whole_file, write_text
@@ -22,7 +20,6 @@ from gudgeon.pipeline.measuring.stopping import stoppable
 from gudgeon.pipeline.reduction.estimate_notes import estimate_notes
 from gudgeon.pipeline.reduction.impact_notes import impact_notes
 from gudgeon.pipeline.scenes.checks import gravity_notes, law_notes, unit_notes
-from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.folder import held, remove_pictures
@@ -37,7 +34,6 @@ from gudgeon.solver.kernel_cache import compile_beside, is_compiled, uncached_no
 from gudgeon.solver.result import Result
 
 if TYPE_CHECKING:
-    from gudgeon.pipeline.design_change.morph import Movement
     from gudgeon.solver.system.system import System
 
 Compilation = subprocess.Popen[bytes] | None
@@ -115,6 +111,7 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
 
         return build_mesh(component, job.folder, name)
     from gudgeon.pipeline.design_change import morph
+    from gudgeon.pipeline.design_change.design import reused_design
     from gudgeon.pipeline.stages.mesh import movement_of
 
     base = job.store.get(steps["base-mesh"].key, "mesh")
@@ -128,31 +125,11 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
         mesh = base if steps["mesh"] is steps["base-mesh"] else job.store.get(steps["mesh"].key, "mesh")
         return reduce_component(mesh, steps["mesh"].key, component, name, **job.scene.reduced_with(name))
     keys = (steps["mesh"].key, steps["modes"].key)
-    needed = ["mass", "centre", "inertia", "rigid_twists", *(f"interfaces/{i}/points" for i in component.interface)]
     if movement is None or component.change.update == "recompute":
+        needed = ["mass", "centre", "inertia", "rigid_twists", *(f"interfaces/{i}/points" for i in component.interface)]
         modal = job.store.get(keys[1], "modes", only=needed)
         return morph.own_modes(*keys, modal, "none" if movement is None else "recompute")
-    needed += ["angular_frequencies", "shapes", "static_responses"]
-    return _reused(base, keys, job.store.get(keys[1], "modes", only=needed), component, movement)
-
-
-def _reused(
-    base: MeshRecord, keys: tuple[str, str], modal: ModalRecord, component: Component, movement: "Movement"
-) -> MorphRecord:
-    """Return a design with the modes of the base mesh, and the estimates of what that neglects in its quality."""
-    from gudgeon.pipeline.design_change import estimate, morph
-    from gudgeon.pipeline.fem.assemble import build_model
-    from gudgeon.pipeline.fem.elements.materials import densities
-
-    material, geometry = component.material, component.geometry
-    assert material is not None
-    surfaces = {key: item.surface for key, item in component.interface.items()}
-    design = morph.reuse(base, keys, modal, surfaces, movement, densities(base, material))
-    if not len(modal.angular_frequencies) or design.nodes is None:
-        return design
-    moved = estimate.slightly_moved(base, design.nodes)
-    model = build_model(moved, material, component.supports, movement.where, geometry)
-    return replace(design, quality=design.quality | estimate.estimated_change(model, modal).quality())
+    return reused_design(job.store, base, keys, component, movement)
 
 
 def _solve(job: Job, tell: Progress, compilation: Compilation) -> Trajectory:

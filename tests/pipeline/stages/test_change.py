@@ -1,12 +1,14 @@
 """Reuse of modes after a design change: its estimates are printed, and above the tolerance it is refused."""
 
 import json
+from collections import Counter, OrderedDict
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.design_change import estimate
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements import ASSEMBLERS
 from gudgeon.pipeline.kinds import run
@@ -62,17 +64,23 @@ def test_the_tolerance_holds_for_designs_in_the_database_too(place: Path) -> Non
     assert solved(**{UPDATE: "recompute"}) == "FINISHED"
 
 
-def test_the_estimate_takes_one_assembly(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assembled = []
+def test_derivatives_are_found_once_for_designs_with_the_same_modes(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A design assembles nothing, and later ones take the derivatives of the first."""
+    counts: Counter[str] = Counter()
 
-    def counted(own: Callable[..., object]) -> Callable[..., object]:
-        def assemble(*arguments: object) -> object:
-            assembled.append(arguments)
+    def counted(name: str, own: Callable[..., object]) -> Callable[..., object]:
+        def called(*arguments: object) -> object:
+            counts[name] += 1
             return own(*arguments)
 
-        return assemble
+        return called
 
     run(place, db=place / "db", out=place / "out", until="modes")
-    monkeypatch.setitem(ASSEMBLERS, "tetra10", counted(ASSEMBLERS["tetra10"]))
-    run(place, set={OFFSET: -11e-6}, db=place / "db", out=place / "out", until="morph")
-    assert len(assembled) == 1
+    monkeypatch.setattr(estimate, "_FOUND", OrderedDict())
+    monkeypatch.setattr(estimate, "sensitivity_of", counted("derivatives", estimate.sensitivity_of))
+    monkeypatch.setitem(ASSEMBLERS, "tetra10", counted("assemblies", ASSEMBLERS["tetra10"]))
+    for offset in (-11e-6, -12e-6):
+        run(place, set={OFFSET: offset}, db=place / "db", out=place / "out", until="morph")
+    assert counts == {"derivatives": 1}
