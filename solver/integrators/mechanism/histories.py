@@ -85,8 +85,8 @@ class Recorder:
         return LinkageHistories(
             joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]) | self._pushes(end[0]),
             momentum_error(self._model, states), notes,
-            {name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
-            {name: worn_cells(self._rubbed(name)) for name in self._wearing()},
+            impacts={name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
+            wear={name: worn_cells(self._rubbed(name)) for name in self._wearing()},
         )  # fmt: skip
 
     def _orbits(self, kept: list[Sample]) -> dict[str, ProbeHistory]:

@@ -60,7 +60,7 @@ class Mechanism(Capabilities):
         owners = np.array([one.owner for one in self.linkage.sections])
         tracks = [Track(np.flatnonzero(owners == contact.name)) for contact in system.contacts]
         worn = {number: one.worn for number, one in enumerate(self.linkage.sections) if one.worn is not None}
-        self.touching = Touching(self.model, self.work, tracks, self._size, worn)
+        self.touching = Touching(self.model, self.work, tracks, self._size, worn=worn)
         refuse_overlap(system, self.touching.depths(self._state), tracks, self._size)
         self.touching.begin(self._state)
         self._recorder = Recorder(self.linkage, self.model, self.work, self.touching)

@@ -51,7 +51,13 @@ class Touching:
     """Which sections press, and their impacts so far."""
 
     def __init__(
-        self, model: Model, work: Work, tracks: list[Track], size: float, worn: Mapping[int, WornSection] = NONE_WORN
+        self,
+        model: Model,
+        work: Work,
+        tracks: list[Track],
+        size: float,
+        *,
+        worn: Mapping[int, WornSection] = NONE_WORN,
     ) -> None:
         """
         Args:

@@ -52,7 +52,9 @@ def worn_section(joint: Clearance, number: int) -> WornSection | None:
     rates = wear.coefficient / wear.hardness, wear.journal_coefficient / wear.hardness
     thickness = np.inf if wear.thickness is None else wear.thickness
     areas = joint.worn_areas()
-    return WornSection(wear.cells, (bearing, journal), soft, least, wear.after, rates, areas, thickness)
+    return WornSection(
+        wear.cells, (bearing, journal), soft, least, wear.after, rates=rates, areas=areas, thickness=thickness
+    )
 
 
 def on_cells(depths: tuple[float, ...], cells: int) -> np.ndarray:
