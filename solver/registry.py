@@ -123,6 +123,18 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("joint", "slide", "N m", "Integral over the run of this force times the sliding speed: times a"
              " coefficient of wear over a hardness it is the worn volume (Archard), times one of friction the work.",
              _SIZE),
+    Quantity("joint", "worn_volume", "m^3", "Volume that the run wears off the bearing of a joint with `wear`, k/H"
+             " times `slide` from the time `wear.after` on; with a length, of both ends.", _SIZE),
+    Quantity("joint", "worn_depth", "m", "Largest depth over the angle that the run wears off the bearing, in addition"
+             " to that of its start.", _SIZE),
+    Quantity("joint", "worn_angle", "rad", "Its place, from the bearing's first axis at the start about its axis: that"
+             " axis of the scene, x before y before z, that is most nearly across it.", "right-handed about the axis"),
+    Quantity("joint", "journal_worn_volume", "m^3", "As `worn_volume`, of the journal.", _SIZE),
+    Quantity("joint", "journal_worn_depth", "m", "As `worn_depth`, of the journal.", _SIZE),
+    Quantity("joint", "journal_worn_angle", "rad", "As `worn_angle`, on the journal, which turns.",
+             "right-handed about the axis"),
+    Quantity("joint", "rubbed_indentation", "m", "Mean indentation of a joint with `wear`, weighted by force times"
+             " sliding speed: what `wear.indentation` is to be.", _SIZE),
     Quantity("joint", "impacts", "1", "Number of contacts of a joint with clearance, of each section by itself.",
              _SIZE),
     Quantity("joint", "start", "s", "Begin of its first contact.", _SIZE),

@@ -64,6 +64,10 @@ class Result(Enum):
         "a bushing was turned by nearly a half turn, beyond which its rotation is not defined; hold the rotation by a"
         " joint, increase its rotational_stiffness, or shorten run.duration"
     )
+    WORN_THROUGH = (
+        "the wear of a joint went through its wall; increase joint.NAME.wear.thickness, or shorten run.duration or the"
+        " number of cycles"
+    )
     STOPPED = "the run was stopped; its results end with the last frame before"
     RESTITUTION = (
         "an impact would increase the energy: Newton's restitution is not admissible with this friction; reduce"

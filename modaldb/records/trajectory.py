@@ -21,6 +21,11 @@ sentence a line."""
 LINKAGE_NOTES = "linkage_notes"
 """Entry of `Trajectory.counts`: what is to be said of the start of a mechanism, one sentence a line."""
 
+WEAR = "wear"
+"""Entry of `Trajectory.counts`: by joint that wears, lists over evenly spaced angles from zero, one for each touching
+section: `impulse` [N s] and `slide`, force times sliding distance [N m], over the bearing, `journal_slide` over the
+journal."""
+
 
 @dataclass(frozen=True)
 class ContactHistory:

@@ -73,6 +73,8 @@ class LinkageHistories(NamedTuple):
     """What is to be said of the start, one sentence each."""
     impacts: dict[str, np.ndarray]
     """Of joints with clearance, as `Trajectory.impacts`, (b, 9)."""
+    wear: Json
+    """Of joints that wear, what was added up over their cells."""
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import ClassVar, Literal
 from pydantic import Field, model_validator
 
 from gudgeon.solver.joints.markers import Axial, Square
+from gudgeon.solver.joints.wear import DEEPEST, JournalWear
 from gudgeon.solver.laws import Law
 from gudgeon.solver.numbers import Length, PositiveSpeed, RatioFromZero, Strict
 
@@ -39,6 +40,7 @@ class Clearance(Axial):
         " tilted journal; default: its middle section touches alone, and it may tilt",
     )
     friction: JournalFriction | None = Field(default=None, description="Friction of the journal; default: none")
+    wear: JournalWear | None = Field(default=None, description="Wear of bearing and journal; default: none")
 
     @property
     def sections(self) -> tuple[float, ...]:
@@ -49,4 +51,30 @@ class Clearance(Axial):
     def _fits(self) -> "Clearance":
         if self.clearance >= self.radius:
             raise ValueError(f"clearance {self.clearance} is not below the radius {self.radius} of the journal")
+        if self.wear is not None:
+            self._check_wear(self.wear)
         return self
+
+    def _check_wear(self, wear: JournalWear) -> None:
+        """Raise a ValueError where wear does not fit the joint."""
+        if wear.length is None and self.length is None:
+            raise ValueError("wear.length: is missing; the joint has no length, and depths are volumes per area")
+        sections = len(self.sections)
+        for key in ("bearing_depth", "journal_depth"):
+            rows = getattr(wear, key)
+            if rows and len(rows) != sections:
+                raise ValueError(f"wear.{key}: {len(rows)} lists given; the joint has {sections} touching sections")
+            for row in rows:
+                if max(row) > DEEPEST * self.radius:
+                    raise ValueError(
+                        f"wear.{key}: {max(row):g} m given; allowed: up to {DEEPEST:g} of the radius,"
+                        f" {DEEPEST * self.radius:g} m"
+                    )
+
+    def worn_areas(self) -> tuple[float, float]:
+        """Return the area of a cell of a section's bearing and journal [m²]; there is wear."""
+        assert self.wear is not None
+        length = self.wear.length or self.length
+        assert length is not None
+        share = self.wear.step * length / len(self.sections)
+        return (self.radius + self.clearance) * share, self.radius * share

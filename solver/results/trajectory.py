@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import LINKAGE_NOTES, ContactHistory, JointHistory, Trajectory
+from gudgeon.modaldb.records.trajectory import LINKAGE_NOTES, WEAR, ContactHistory, JointHistory, Trajectory
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, LinkageHistories, Outcome, Samples
@@ -130,7 +130,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
 
 def _with_linkage(found: Trajectory, own: LinkageHistories) -> Trajectory:
     """Return a run with what its mechanism recorded itself."""
-    notes = {LINKAGE_NOTES: "\n".join(own.notes)} if own.notes else {}
+    notes = ({LINKAGE_NOTES: "\n".join(own.notes)} if own.notes else {}) | ({WEAR: own.wear} if own.wear else {})
     parts = found.quantities | own.quantities
     for name, impacts in own.impacts.items():
         parts |= named(name, impact_quantities(impacts, 0.0))

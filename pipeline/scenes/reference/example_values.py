@@ -53,6 +53,11 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "Orthotropic": {"E": [1.35e11, 1e10, 1e10], "nu": [0.3, 0.3, 0.4], "G": [5e9, 5e9, 3.5e9]},
     "PlaneFile": {"path": "section.msh"},
     "JournalFriction": {"coefficient": 0.1, "speed": 1e-3},
+    "JournalWear": {
+        "length": 0.02, "thickness": 5e-4, "indentation": 1e-5,
+        "bearing_depth": [[0.0, 1e-5, 3e-5, 1e-5, 0.0, 0.0, 0.0, 0.0]],
+        "journal_depth": [[1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5]],
+    },
     "PointMass": {"inertia": [1e-5, 1e-5, 2e-5]},
     "PoissonRatio": {"nu": 0.45},
     "Rubbing": {"coefficient": 0.3, "press": 1000.0},

@@ -110,6 +110,14 @@ class Model(NamedTuple):
     """Coefficients of its law, (c, 4)."""
     touch_friction: np.ndarray
     """Coefficient [1] and speed [m/s] of friction, (c, 2)."""
+    worn_cells: np.ndarray
+    """Number of cells of the worn shape of each section's bearing and journal, 0 where it is round, (c, 2)."""
+    worn_soft: np.ndarray
+    """Depth over which the pressure on a worn shape falls by e [m], (c,)."""
+    worn_depth: np.ndarray
+    """Worn depth of each cell of bearing and journal [m], (c, 2, cells)."""
+    worn_turn: np.ndarray
+    """Cosine and sine of the cells' angles, (c, cells, 2)."""
 
 
 class Work(NamedTuple):
@@ -213,7 +221,7 @@ class Work(NamedTuple):
     """Added to its indentation, which by round-off was not above zero as the contact began: a dashpot's force jumps
     there [m], (c,)."""
     touch: np.ndarray
-    """What it does, columns of `touching.kernel`, (c, 16)."""
+    """What it does, columns of `touching.kernel`, (c, 20)."""
 
 
 class Reading(NamedTuple):

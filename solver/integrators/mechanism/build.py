@@ -27,6 +27,7 @@ from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of,
 from gudgeon.solver.integrators.mechanism.parts import Point, Row
 from gudgeon.solver.integrators.mechanism.touching.kernel import COLUMNS
 from gudgeon.solver.integrators.mechanism.touching.sections import Section, of_contact, of_journal
+from gudgeon.solver.integrators.mechanism.touching.worn import worn_arrays
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Distance, Marked, Screw, Universal
@@ -259,7 +260,7 @@ def _sections(found: Linkage) -> dict[str, np.ndarray]:
         "touch_size": np.array([one.size for one in kept], float).reshape(-1, 3),
         "touch_law": np.array([one.law for one in kept], float).reshape(-1, 4),
         "touch_friction": np.array([one.friction for one in kept], float).reshape(-1, 2),
-    }
+    } | worn_arrays([one.worn for one in kept])
 
 
 def _bushings(found: Linkage, bushings: list[tuple[tuple[Point, Point], Bushing]]) -> dict[str, np.ndarray]:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import JointHistory
+from gudgeon.modaldb.records.trajectory import JointHistory, ProbeHistory
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.integrators.mechanism.arrays import Model, Reading, Work, pushes_of
 from gudgeon.solver.integrators.mechanism.build import Linkage
@@ -13,6 +13,13 @@ from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
 from gudgeon.solver.integrators.mechanism.step import read
 from gudgeon.solver.integrators.mechanism.touching.kernel import FORCE
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
+from gudgeon.solver.integrators.mechanism.touching.worn import (
+    BEARING,
+    Rubbed,
+    offsets,
+    worn_cells,
+    worn_quantities,
+)
 from gudgeon.solver.integrators.outcome import LinkageHistories
 
 
@@ -26,6 +33,8 @@ class Sample(NamedTuple):
     motion: Motion
     pressed: np.ndarray
     """Force of each section [N], (c,)."""
+    offsets: np.ndarray
+    """Of the journals of sections that wear, in their bearings' frames [m], (w, 2)."""
 
 
 class Recorder:
@@ -45,7 +54,9 @@ class Recorder:
         read(self._model, self._work, state, given, amounts, found)
         forces = self._work.touch[:, FORCE].copy()
         self._work.touching[:] = pressing
-        self.samples.append(Sample(state, vectors, found, motion_of(self._model, self._work, state), forces))
+        apart = [offsets(self._model, self._work, i)[BEARING] for i in self._touching.rubbed]
+        motion = motion_of(self._model, self._work, state)
+        self.samples.append(Sample(state, vectors, found, motion, forces, np.array(apart).reshape(-1, 2)))
 
     def found(self, interval: float, notes: list[str], end: tuple[np.ndarray, float], count: int) -> LinkageHistories:
         """Return the histories of the first samples.
@@ -69,13 +80,33 @@ class Recorder:
             states, [one.motion for one in kept], np.array([one.vectors for one in kept]), wrenches, every.multipliers,
             interval,
         )  # fmt: skip
-        probes = {one.name: one.history(self._model, read_all) for one in self.readers}
+        probes = {one.name: one.history(self._model, read_all) for one in self.readers} | self._orbits(kept)
         times = interval * np.arange(1, len(kept))
         return LinkageHistories(
             joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]) | self._pushes(end[0]),
             momentum_error(self._model, states), notes,
-            {name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
+            impacts={name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
+            wear={name: worn_cells(self._rubbed(name)) for name in self._wearing()},
         )  # fmt: skip
+
+    def _orbits(self, kept: list[Sample]) -> dict[str, ProbeHistory]:
+        """Return the offsets of journals that wear in their bearings, `JOINT.orbit`."""
+        found, every = {}, np.array([one.offsets for one in kept])
+        numbers = list(self._touching.rubbed)
+        for name in self._wearing():
+            own = [numbers.index(int(i)) for i in self._sections(name)]
+            columns = [f"{axis}{'' if len(own) == 1 else end}" for end in range(len(own)) for axis in "xy"]
+            values = every[1:, own].reshape(len(kept) - 1, 2 * len(own))
+            found[f"{name}.orbit"] = ProbeHistory("displacement", values, "m", ", ".join(columns), 0.0)
+        return found
+
+    def _wearing(self) -> list[str]:
+        """Return the joints that wear."""
+        return [name for name in self._clearances() if self._rubbed(name)]
+
+    def _rubbed(self, name: str) -> list[Rubbed]:
+        """Return what was added up of a joint's sections; none without wear."""
+        return [self._touching.rubbed[int(i)] for i in self._sections(name) if int(i) in self._touching.rubbed]
 
     def _pushes(self, state: np.ndarray) -> Json:
         """Return the impulses of joints with clearance, with force times sliding distance, and of contacts."""
@@ -85,6 +116,8 @@ class Recorder:
             impulse, slide = sums[self._sections(name), :2].sum(axis=0)
             found[f"{name}.impulse"] = {"value": float(impulse), "unit": "N s"}
             found[f"{name}.slide"] = {"value": float(slide), "unit": "N m"}
+            if rubbed := self._rubbed(name):
+                found |= worn_quantities(name, rubbed)
         for contact, track in zip(self._linkage.system.contacts, self._touching.tracks, strict=True):
             size = float(np.linalg.norm(sums[track.sections, 2:].sum(axis=0)))
             found[f"{contact.name}.impulse"] = {"value": size, "unit": "N s"}

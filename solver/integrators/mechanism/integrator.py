@@ -59,7 +59,8 @@ class Mechanism(Capabilities):
         self._fastest, self._widest = np.zeros(2), 0.0
         owners = np.array([one.owner for one in self.linkage.sections])
         tracks = [Track(np.flatnonzero(owners == contact.name)) for contact in system.contacts]
-        self.touching = Touching(self.model, self.work, tracks, self._size)
+        worn = {number: one.worn for number, one in enumerate(self.linkage.sections) if one.worn is not None}
+        self.touching = Touching(self.model, self.work, tracks, self._size, worn=worn)
         refuse_overlap(system, self.touching.depths(self._state), tracks, self._size)
         self.touching.begin(self._state)
         self._recorder = Recorder(self.linkage, self.model, self.work, self.touching)
@@ -99,6 +100,9 @@ class Mechanism(Capabilities):
             time = min(self._interval * (first + (number + 1) * stride), self._duration)
             while self._time < time * (1 - 1e-14):
                 if not self._advance():
+                    return False
+                if self.touching.worn_through:
+                    self.failure = Result.WORN_THROUGH
                     return False
             states[number] = self._interpolated(time)
             vectors[number] = self._turned(states[number])
@@ -168,6 +172,8 @@ class Mechanism(Capabilities):
 
     def _accept(self, one: Tried) -> None:
         """Go on to the end of a step."""
+        if self.touching.rubbed:
+            self.touching.rub(self._interpolated, self._before, self._until)
         self._state, self._time = one.state, self._until
         self._note_speeds()
         self._vectors = self._turned(one.state)

@@ -4,6 +4,10 @@ With d from the bearing's point to the journal's section, u the bearing's axis a
 along u, the indentation is δ = |d − (d·u) u| − c. Its rate is n · v, with v the velocity of the section relative to the
 bearing's material at the same place, and friction has that of the contact point, a journal's radius further along n. A
 point in a bore is a journal without radius. Behind a plane across u it is δ = −d · u, and n = −u.
+
+Worn shapes of bearing and journal lessen the indentation by what `soft` defines, δ = |e| − c − H(e), with
+e = d − (d·u) u. Its gradient N = n − ∇H has not quite the length 1: the law's force f(δ, δ̇) acts as f N, so that it has
+a potential.
 """
 
 import numpy as np
@@ -11,13 +15,16 @@ import numpy as np
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.mechanism.arrays import LOST, PLANE, PUSHES, SUMS
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
+from gudgeon.solver.integrators.mechanism.touching.soft import soft_depth
 from gudgeon.solver.laws.force import law_force
 
 DEPTH, RATE, FORCE, SLIDING = range(4)
 """Columns of `Work.touch`: indentation [m] and its rate [m/s], force [N], sliding speed [m/s]."""
 NORMAL, DRAG, APART, ARM = 4, 7, 10, 13
 """Where vectors begin: n, force of friction on the journal [N], d, and the section's place from the journal's point."""
-COLUMNS = 16
+LAW, TWIST = 16, 17
+"""Force of the law, which is `FORCE` on a round bearing [N], and where the moment on a worn journal begins [N m]."""
+COLUMNS = 20
 
 
 @inner
@@ -49,11 +56,21 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
         v2 = work.speed[b, 2] + own[2] - work.speed[a, 2] - carried[2]
         rate = n[0] * v0 + n[1] * v1 + n[2] * v2
         found[DEPTH], found[RATE] = size - clearance, rate
+        for k in range(3):
+            found[NORMAL + k], found[APART + k], found[ARM + k], found[TWIST + k] = n[k], d[k], arm[k], 0.0
+        apart = (sb[0] - sa[0], sb[1] - sa[1], sb[2] - sa[2])
+        length = 1.0
+        if model.worn_cells[i, 0] or model.worn_cells[i, 1]:
+            length = _set_worn(model, work, i, (v0, v1, v2), apart)
+            n = (found[NORMAL], found[NORMAL + 1], found[NORMAL + 2])
+            rate = n[0] * v0 + n[1] * v1 + n[2] * v2
         force = 0.0
         if work.touching[i]:
-            force, _, _ = law_force(model.touch_law[i], size - clearance + work.shift[i], rate, work.approach[i])
+            force, _, _ = law_force(model.touch_law[i], found[DEPTH] + work.shift[i], found[RATE], work.approach[i])
+        for k in range(3):
+            found[TWIST + k] *= force
+        found[LAW], force = force, force * length
         found[FORCE] = force
-        apart = (sb[0] - sa[0], sb[1] - sa[1], sb[2] - sa[2])
         turned = cross(apart, (radius * n[0], radius * n[1], radius * n[2]))
         v0, v1, v2 = v0 + turned[0] - rate * n[0], v1 + turned[1] - rate * n[1], v2 + turned[2] - rate * n[2]
         # Wear of points is not asked for: |v| has a kink where sliding turns back.
@@ -63,8 +80,45 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
         if model.touch_friction[i, 0] > 0.0:
             drag = -force * model.touch_friction[i, 0] / np.sqrt(sliding * sliding + slow * slow)
         found[DRAG], found[DRAG + 1], found[DRAG + 2] = drag * v0, drag * v1, drag * v2
-        for k in range(3):
-            found[NORMAL + k], found[APART + k], found[ARM + k] = n[k], d[k], arm[k]
+
+
+@inner
+def _set_worn(model, work, i, v, apart):  # type: ignore[no-untyped-def]
+    """Lessen the indentation of a section by its worn shapes; set its rate, normal and moment per force of the law.
+
+    Args:
+        v: Velocity of the section relative to the bearing's material [m/s].
+        apart: Angular velocity of the journal relative to the bearing [rad/s].
+
+    Returns:
+        Length of the gradient.
+    """
+    a, found = 2 * model.touch_pair[i], work.touch[i]
+    u = work.axes[a, :, 2]
+    d = found[APART : APART + 3]
+    along = d[0] * u[0] + d[1] * u[1] + d[2] * u[2]
+    e = (d[0] - along * u[0], d[1] - along * u[1], d[2] - along * u[2])
+    g0, g1, g2, turning = found[NORMAL], found[NORMAL + 1], found[NORMAL + 2], 0.0
+    for side in range(2):
+        if not model.worn_cells[i, side]:
+            continue
+        x, y = work.axes[a + side, :, 0], work.axes[a + side, :, 1]
+        depth, gx, gy = soft_depth(
+            model, i, side, e[0] * x[0] + e[1] * x[1] + e[2] * x[2], e[0] * y[0] + e[1] * y[1] + e[2] * y[2]
+        )
+        found[DEPTH] -= depth
+        g = (gx * x[0] + gy * y[0], gx * x[1] + gy * y[1], gx * x[2] + gy * y[2])
+        over = g[0] * u[0] + g[1] * u[1] + g[2] * u[2]
+        g0, g1, g2 = g0 - g[0] + over * u[0], g1 - g[1] + over * u[1], g2 - g[2] + over * u[2]
+        if side == 1:  # Its shape turns with the journal.
+            twist = cross(g, e)
+            found[TWIST], found[TWIST + 1], found[TWIST + 2] = twist
+            turning = twist[0] * apart[0] + twist[1] * apart[1] + twist[2] * apart[2]
+    found[RATE] = g0 * v[0] + g1 * v[1] + g2 * v[2] - turning
+    length = np.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
+    over = 1.0 / length if length > 0.0 else 0.0
+    found[NORMAL], found[NORMAL + 1], found[NORMAL + 2] = g0 * over, g1 * over, g2 * over
+    return length
 
 
 @inner
@@ -76,7 +130,11 @@ def wrench_on_journal(model, work, i, arm):  # type: ignore[no-untyped-def]
     f = (drag[0] - force * n[0], drag[1] - force * n[1], drag[2] - force * n[2])
     moment = cross(arm, f)
     rubbed = cross((radius * n[0], radius * n[1], radius * n[2]), drag)
-    return f[0], f[1], f[2], moment[0] + rubbed[0], moment[1] + rubbed[1], moment[2] + rubbed[2]
+    twist = found[TWIST : TWIST + 3]
+    return (
+        f[0], f[1], f[2], moment[0] + rubbed[0] + twist[0], moment[1] + rubbed[1] + twist[1],
+        moment[2] + rubbed[2] + twist[2],
+    )  # fmt: skip
 
 
 @inner
@@ -92,7 +150,7 @@ def press_touches(model, work, sums):  # type: ignore[no-untyped-def]
         press(model, work, a, wrench_on_journal(model, work, i, found[APART : APART + 3]), -1.0)
         law = model.touch_law[i]
         elastic = law[0] * depth ** law[1]
-        sums[LOST] += (found[FORCE] - elastic) * found[RATE]
+        sums[LOST] += (found[LAW] - elastic) * found[RATE]
         slow = model.touch_friction[i, 1]
         if model.touch_friction[i, 0] > 0.0:
             square = found[SLIDING] * found[SLIDING]

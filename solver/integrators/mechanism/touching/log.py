@@ -4,7 +4,9 @@ Steps are smooth because a section presses either throughout a step or not at al
 parts is taken again, to that time. It is located on the interpolation of the step.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -25,12 +27,14 @@ from gudgeon.solver.integrators.mechanism.arrays import Model, Work, pushes_of
 from gudgeon.solver.integrators.mechanism.step import observe
 from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH, FORCE, NORMAL, RATE
 from gudgeon.solver.integrators.mechanism.touching.track import Track
+from gudgeon.solver.integrators.mechanism.touching.worn import Rubbed, WornSection, offsets
 
 LOOKS = 8
 """Times of a step at which sections are looked at, evenly spaced: so many times less may a contact last unnoticed."""
 SHIFT = 1e-14
 """Indentation at which a contact begins, over the clearance of a journal or the size of the mechanism."""
 
+NONE_WORN: Mapping[int, WornSection] = MappingProxyType({})
 At = Callable[[float], np.ndarray]
 """State at a time of the last step [s]."""
 
@@ -46,16 +50,27 @@ class Event(NamedTuple):
 class Touching:
     """Which sections press, and their impacts so far."""
 
-    def __init__(self, model: Model, work: Work, tracks: list[Track], size: float) -> None:
+    def __init__(
+        self,
+        model: Model,
+        work: Work,
+        tracks: list[Track],
+        size: float,
+        *,
+        worn: Mapping[int, WornSection] = NONE_WORN,
+    ) -> None:
         """
         Args:
             tracks: Of the contacts with obstacles.
             size: Of the mechanism [m].
+            worn: Sections that wear.
         """
         self._model, self._work, c = model, work, len(model.touch_pair)
         self.impacts: list[list[np.ndarray]] = [[] for _ in range(c)]
         self.deepest = 0.0
         self.tracks = tracks
+        self.rubbed = {section: Rubbed(one) for section, one in worn.items()}
+        """What rubs off sections that wear."""
         self._impulse = np.zeros(c)
         self._scale = np.where(model.touch_size[:, 0] > 0, model.touch_size[:, 0], size)
 
@@ -100,6 +115,32 @@ class Touching:
         self._note_peaks(times, found, until)
         self._note_tracks(times, found, states, until)
         return first
+
+    def rub(self, at: At, before: float, after: float) -> None:
+        """Add what rubs off between the times before and after an accepted step [s]."""
+        pressing = [(i, one) for i, one in self.rubbed.items() if self._work.touching[i] and one.worn.after < after]
+        for after_begin in sorted({max(before, one.worn.after) for _, one in pressing}):
+            times = np.linspace(after_begin, after, LOOKS + 1)
+            own = [(i, one) for i, one in pressing if max(before, one.worn.after) == after_begin]
+            found = [self._rubbing(at(float(time)), own) for time in times]
+            for k, (_, one) in enumerate(own):
+                for (x, depth, sums), (y, deeper, more) in pairwise(found):
+                    impulse, work = more[k] - sums[k]
+                    ends, depths = np.array([x[k], y[k]]), np.array([depth[k], deeper[k]])
+                    one.add(ends, depths, float(impulse), float(work))
+
+    @property
+    def worn_through(self) -> bool:
+        """Whether the wear of a section exceeds its wall."""
+        return any(one.through for one in self.rubbed.values())
+
+    def _rubbing(self, state: np.ndarray, own: list[tuple[int, Rubbed]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return offsets (k, 2, 2), indentations (k,) and integrals of force and of its work of sliding (k, 2)."""
+        observe(self._model, self._work, state)
+        sections = [i for i, _ in own]
+        apart = np.array([offsets(self._model, self._work, i) for i in sections])
+        sums = pushes_of(state, len(self.impacts))[sections, :2]
+        return apart, self._work.touch[sections, DEPTH].copy(), sums
 
     def _grazed(self, at: At, times: np.ndarray, found: np.ndarray) -> list[Event]:
         """Return when free sections touch which are free again at the next look: where they are deepest in between."""

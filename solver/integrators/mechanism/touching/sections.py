@@ -11,6 +11,7 @@ from gudgeon.solver.integrators.mechanism.arrays import JOURNAL, NONE, PLANE
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame
 from gudgeon.solver.integrators.mechanism.parts import Point
 from gudgeon.solver.integrators.mechanism.touching.track import Track
+from gudgeon.solver.integrators.mechanism.touching.worn import WornSection, worn_section
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.laws.base import Coefficients
 from gudgeon.solver.methods import METHODS
@@ -37,6 +38,8 @@ class Section(NamedTuple):
     shape: int = JOURNAL
     pair: int = NONE
     """Of markers."""
+    worn: WornSection | None = None
+    """Its wear and worn shape; None where wear is not asked for."""
 
 
 def of_journal(name: str, joint: Clearance, pair: int) -> list[Section]:
@@ -44,7 +47,12 @@ def of_journal(name: str, joint: Clearance, pair: int) -> list[Section]:
     law, share = joint.law.coefficients(), 1 / len(joint.sections)
     law = law._replace(stiffness=share * law.stiffness, damping=share * law.damping)
     friction = (joint.friction.coefficient, joint.friction.speed) if joint.friction else (0.0, 1.0)
-    return [Section(name, (joint.clearance, joint.radius, place), law, friction, pair=pair) for place in joint.sections]
+    return [
+        Section(
+            name, (joint.clearance, joint.radius, place), law, friction, pair=pair, worn=worn_section(joint, number)
+        )
+        for number, place in enumerate(joint.sections)
+    ]
 
 
 def of_contact(
