@@ -138,6 +138,7 @@ def linear_command(options: argparse.Namespace) -> int:
         Asked(
             closed=tuple(options.closed), force=options.force, at=tuple(options.at), quantity=options.quantity,
             frequencies=None if low_high is None else (*low_high, options.points), loss=options.loss,
+            static=options.static,
         ),
         Console(options.json).progress,
     )  # fmt: skip

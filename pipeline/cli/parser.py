@@ -43,8 +43,8 @@ STAGE_HELP = {
 SAME_MESH = "with --tolerance: accept a setting whose mesh has a larger error"
 LINEAR_HELP = """\
 Assembled modes of the scene at its start (run.start), with joints, driven bodies, springs and contacts that press
-there: linear-modes.csv; with --force also the response over frequency: linear-response.csv and .png. See
-docs/linear.md.
+there: linear-modes.csv; with --force also the response over frequency: linear-response.csv and .png; with --static the
+static answers to unit forces, such as strains of gauges per unit wrench: linear-static.csv. See docs/linear.md.
 """
 REPORT_HELP = """\
 Run the sweep that the scene defines under [report] (models, sweep, full_fe, reference, changes). Without [report], run
@@ -164,7 +164,9 @@ def _linear_options(command: argparse.ArgumentParser) -> None:
     add = command.add_argument
     text = "port of a unit force, or a motion that moves by a unit: contact.NAME, joint.NAME, force.NAME, motion.NAME"
     add("--force", metavar="PORT", help=f"{text}; [2] after it for the second of several rows")
-    text = "port or probe.NAME where the response is read; may be repeated (default: the port of --force)"
+    text = (
+        "port, probe.NAME or gauge.BODY.NAME where the response is read; may be repeated (default: the port of --force)"
+    )
     add("--at", action="append", default=[], metavar="PORT", help=text)
     add("--quantity", default="displacement", metavar="WHAT", help="displacement (default), velocity or acceleration")
     add("--frequencies", nargs=2, type=float, metavar=("LOW", "HIGH"), help="range of the response [Hz]")
@@ -176,6 +178,8 @@ def _linear_options(command: argparse.ArgumentParser) -> None:
         metavar="ETA",
         help="structural loss factor of all elastic bodies (default 0)",
     )
+    text = "static answers of gauges, probes and ports to a unit of every given force, or at --force: linear-static.csv"
+    add("--static", action="store_true", help=text)
     text = "contact of which all points are closed; may be repeated (default: those that press at the start)"
     add("--closed", action="append", default=[], metavar="contact.NAME", help=text)
 

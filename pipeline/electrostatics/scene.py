@@ -10,7 +10,7 @@ from gudgeon.solver.numbers import MOST, Angle, Charge, Coordinate, Name, Permit
 from gudgeon.solver.scene.orientation import Orientation
 from gudgeon.solver.vectors import Direction, Place, unit
 
-WITHOUT_SURFACE = ("bar", "beam", "rigid")
+WITHOUT_SURFACE = ("bar", "beam", "frame", "rigid")
 
 
 class Conductor(Meshed):

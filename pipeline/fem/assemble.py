@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from pydantic import BaseModel
 
 from gudgeon.modaldb.records.mesh import MeshRecord
@@ -22,6 +23,8 @@ def build_model(
     supports: Sequence[Support | str] = (),
     where: str = "component",
     geometry: BaseModel | None = None,
+    *,
+    tied: Sequence[str] = (),
 ) -> FEModel:
     """Assemble stiffness and consistent mass of a meshed component.
 
@@ -30,6 +33,7 @@ def build_model(
         supports: Held surfaces; a plain name holds all dofs of the surface's nodes.
         where: The component's key in the scene, for messages.
         geometry: Origin of the mesh; a beam, a plane part and a rigid body need it for section, thickness or mass.
+        tied: Surfaces of a frame that move as rigid bodies, which join its pieces.
 
     Raises:
         InputError: the mesh is not of one piece, has an element without volume or no such surface, or a support does
@@ -42,7 +46,8 @@ def build_model(
     else:
         if material is None:
             raise InputError(f"{where}.material: is missing; an elastic body needs E, nu and rho")
-        refuse_pieces(mesh, where)
+        known = [mesh.surfaces[name] for name in tied if name in mesh.surfaces and mesh.cell_type == "frame2"]
+        refuse_pieces(mesh, where, [np.unique(one.facets) for one in known])
         if mesh.cell_type != "tetra10" and not material.simple:
             key = "volumes" if material.volumes else "orthotropic"
             raise InputError(f"{where}.material.{key}: given; allowed for solids of tet10")

@@ -42,6 +42,8 @@ class LineStiffness:
     relative: np.ndarray | None = None
     """Of each element of a beam in space, the motion of its dofs less its rigid motion, per motion of its dofs,
     (e, a, a)."""
+    spread: sparse.csr_matrix | None = None
+    """Motion of all dofs per motion of those that do not follow others in a rigid tie, (dofs, dofs)."""
 
     def product(self, Phi: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
         """Return ΦᵀKX of columns (dofs, m) and (dofs, k), the same by default, (m, k)."""
@@ -51,7 +53,7 @@ class LineStiffness:
 
     def _bent(self, Phi: np.ndarray) -> np.ndarray:
         """Return the motion of each element's dofs less its rigid motion, (e, a, m)."""
-        local = Phi[self.dofs]
+        local = (Phi if self.spread is None else self.spread @ Phi)[self.dofs]
         if self.relative is not None:
             return np.einsum("eab,ebm->eam", self.relative, local)
         if self.distances is None:

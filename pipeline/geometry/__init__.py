@@ -13,6 +13,7 @@ from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.bladed_sector import BladedSector
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.geometry.shapes.cylinder import Cylinder
+from gudgeon.pipeline.geometry.shapes.frame import Frame
 from gudgeon.pipeline.geometry.shapes.liner import Liner
 from gudgeon.pipeline.geometry.shapes.piston import Piston
 from gudgeon.pipeline.geometry.shapes.plane import Rectangle
@@ -32,6 +33,7 @@ Geometry = Annotated[
     | Rectangle
     | Bar
     | Beam
+    | Frame
     | Rigid
     | BladedSector
     | CadPart

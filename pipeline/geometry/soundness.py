@@ -1,5 +1,7 @@
 """Checks of a mesh: one connected piece, elements of positive volume."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
@@ -9,8 +11,11 @@ FLAT = 1e-9
 """Least Jacobian of an element by its extent cubed, in a plane squared; slivers of aspect 1:1000 are at 1e-6."""
 
 
-def refuse_pieces(mesh: MeshRecord, where: str) -> None:
+def refuse_pieces(mesh: MeshRecord, where: str, tied: Sequence[np.ndarray] = ()) -> None:
     """Refuse a mesh of several pieces: each would have its own rigid motions; `where` is its file or component's key.
+
+    Args:
+        tied: Nodes that move as one rigid body, which joins their pieces, (k,) each.
 
     Raises:
         InputError: a node has no position or no element, or the elements fall into pieces that share no node.
@@ -23,7 +28,9 @@ def refuse_pieces(mesh: MeshRecord, where: str) -> None:
     if not finite.all():
         raise InputError(f"{where}: node {int(np.argmin(finite))} of the mesh has no finite position")
     first = np.repeat(cells[:, 0], cells.shape[1])
-    links = coo_matrix((np.ones(cells.size, bool), (first, cells.ravel())), shape=(count, count))
+    one = np.concatenate([first, *(np.repeat(nodes[:1], len(nodes)) for nodes in tied)])
+    other = np.concatenate([cells.ravel(), *tied])
+    links = coo_matrix((np.ones(one.size, bool), (one, other)), shape=(count, count))
     pieces, piece_of = connected_components(links, directed=False)
     if pieces == 1:
         return
@@ -42,6 +49,7 @@ def refuse_pieces(mesh: MeshRecord, where: str) -> None:
     raise InputError(
         f"{where}: the mesh falls into {pieces} pieces that share no node; the smallest, {sizes[smallest]} of"
         f" {len(cells)} elements about {_text(place)}, has {surfaces}; allowed: one solid"
+        + (", or a frame whose pieces an interface of tie 'rbe2' joins" if mesh.cell_type == "frame2" else "")
     )
 
 

@@ -1,8 +1,8 @@
 """Stress and strain of a reduced body, and section forces of a beam: at a station, at a point, on a surface's nodes.
 
-A beam's stress at a fibre is σ = E z θ′, −E z w″ without shear, its moment −E I θ′; a solid's is recovered at the
-nodes, as in `stress_recovery`. With rows S over the dofs, a reduced body has S Φ q + S (G − Φ Λ⁻¹ Φᵀ) Bᵀ λ: exact under
-a static load on the rows of B with any number of coordinates.
+A beam's fibres are those of `fibres`; a solid's stress is recovered at the nodes, as in `stress_recovery`, and along a
+direction at its surface as in `strain_gauges`. With rows S over the dofs, a reduced body has
+S Φ q + S (G − Φ Λ⁻¹ Φᵀ) Bᵀ λ: exact under a static load on the rows of B with any number of coordinates.
 """
 
 import contextlib
@@ -12,13 +12,14 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.fem.elements.beam import shear_force, turn_gradient
+from gudgeon.pipeline.fem.elements.frame import Line
 from gudgeon.pipeline.fem.elements.materials import material_parts
 from gudgeon.pipeline.fem.elements.reference import DIMENSIONS
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.geometry.cells import FACES, side_counts
-from gudgeon.pipeline.geometry.shapes.beam import SIDES, Beam
+from gudgeon.pipeline.interfaces.fibres import gauge_row
+from gudgeon.pipeline.interfaces.strain_gauges import along, grid_rows
 from gudgeon.pipeline.interfaces.stress_recovery import complete_strain, hooke, interpolation, strain_rows
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.gauge import Gauge
@@ -30,19 +31,6 @@ LARGEST = 5e7
 """Numbers in the residual part of one surface: 0.4 GB."""
 
 
-def gauge_row(mesh: MeshRecord, beam: Beam, material: Material, gauge: Gauge) -> np.ndarray:
-    """Return stress [Pa], bending moment [N m] or shear force [N] of a beam per unit of each dof, (1, dofs)."""
-    assert gauge.station is not None
-    node = int(mesh.surfaces[gauge.station].facets[0, 0])
-    if gauge.quantity == "shear-force":
-        return shear_force(mesh, node, material, beam)[None]
-    if gauge.quantity == "bending-moment":
-        return -material.E * beam.section.second_moment * turn_gradient(mesh, node)[None]
-    assert gauge.fibre is not None
-    z = SIDES[gauge.fibre] * beam.section.height / 2
-    return material.E * z * turn_gradient(mesh, node)[None]
-
-
 def gauge_rows(model: FEModel, component: Component, where: str) -> dict[str, sparse.csr_matrix]:
     """Return stress [Pa] or strain of each gauge over the dofs, (k, dofs): k = 1, 6, or 6 for each node of a surface.
 
@@ -52,8 +40,9 @@ def gauge_rows(model: FEModel, component: Component, where: str) -> dict[str, sp
     mesh, material, found = model.mesh, component.material, {}
     for name, gauge in sorted(component.gauge.items()):
         assert material is not None
-        if isinstance(component.geometry, Beam):
-            found[name] = sparse.csr_matrix(gauge_row(mesh, component.geometry, material, gauge))
+        if isinstance(component.geometry, Line):
+            row = gauge_row(mesh, component.geometry, material, gauge, f"{where}.gauge.{name}")
+            found[name] = sparse.csr_matrix(row)
             continue
         if mesh.cell_type not in DIMENSIONS:
             raise InputError(f"{where}.gauge.{name}: given, but stress needs elements of ten nodes, the part has"
@@ -62,7 +51,12 @@ def gauge_rows(model: FEModel, component: Component, where: str) -> dict[str, sp
         law = complete_strain(own, getattr(component.geometry, "state", "solid"))
         if gauge.quantity != "strain":
             law = hooke(own) @ law
-        if gauge.point is not None:
+        if gauge.direction is not None:
+            nodes, share = grid_rows(mesh, gauge, f"{where}.gauge.{name}")
+            nodes, share = _within(nodes, share, around, f"{where}.gauge.{name}.length")
+            line = np.array(gauge.direction) / np.linalg.norm(gauge.direction)
+            mean = sparse.kron(share, along(line) @ law)
+        elif gauge.point is not None:
             nodes, N = interpolation(part, np.array(gauge.point), f"{where}.gauge.{name}.point")
             mean = sparse.kron(sparse.csr_matrix(N), law)
         else:
@@ -74,6 +68,19 @@ def gauge_rows(model: FEModel, component: Component, where: str) -> dict[str, sp
         shape = (rows.shape[0], 3 * len(mesh.nodes))
         found[name] = model.on_dofs(sparse.csr_matrix((rows.data, (rows.row, columns)), shape=shape))
     return found
+
+
+def _within(
+    nodes: np.ndarray, share: sparse.csr_matrix, around: np.ndarray, where: str
+) -> tuple[np.ndarray, sparse.csr_matrix]:
+    """Return nodes of the whole mesh by their numbers in a part of one material, whose nodes are `around`.
+
+    Raises:
+        InputError: some are not of this part.
+    """
+    if not np.isin(nodes, around).all():
+        raise InputError(f"{where}: the grid lies on several materials, between which strain jumps; shorten it")
+    return np.searchsorted(around, nodes), share
 
 
 def _part_of(mesh: MeshRecord, material: Material, gauge: Gauge, where: str) -> tuple[Material, MeshRecord, np.ndarray]:

@@ -14,8 +14,8 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.elements.solid import solid_twists
 from gudgeon.pipeline.fem.model import FEModel, MassProperties
-from gudgeon.pipeline.interfaces.tie import tie_of, tie_rows
-from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.interfaces.tie import Tie, tie_of, tie_rows
+from gudgeon.pipeline.scenes.component import Component, PointMass
 from gudgeon.pipeline.scenes.interface import Interface
 
 MOST_NODES = 3000
@@ -26,7 +26,8 @@ SHARE = 1e-9
 
 def component_model(mesh: MeshRecord, component: Component, where: str) -> FEModel:
     """Return the model of a component with its supports and point masses; errors as of `build_model`, and see below."""
-    model = build_model(mesh, component.material, component.supports, where, component.geometry)
+    tied = [one.surface for one in component.interface.values() if one.tie == "rbe2"]
+    model = build_model(mesh, component.material, component.supports, where, component.geometry, tied=tied)
     return with_point_masses(model, component, where)
 
 
@@ -41,18 +42,8 @@ def with_point_masses(model: FEModel, component: Component, where: str) -> FEMod
     M, properties = model.M, model.properties
     for name, mass in component.point_mass.items():
         key = f"{where}.point_mass.{name}"
-        if model.mesh.cell_type == "frame2":
-            raise InputError(f"{key}: given; a beam of motion 'space' has none: fix a rigid body to it by a joint")
-        tie = tie_of(model.mesh, Interface(surface=mass.surface, kind="tie", tie="rbe3", point=mass.at), key)
-        size = np.abs(tie.weights).max(axis=(1, 2), keepdims=True)
-        weights = np.where(np.abs(tie.weights) > SHARE * size, tie.weights, 0.0)
-        count = int(weights.any(axis=(0, 2)).sum())
-        if count > MOST_NODES:
-            raise InputError(
-                f"{key}.surface: '{mass.surface}' given, its mass would couple {count} nodes, allowed: {MOST_NODES};"
-                " use a smaller surface"
-            )
-        W = tie_rows(model, replace(tie, weights=weights)).B
+        tie = _carrier(model, component, mass, key)
+        W = tie_rows(model, tie).B
         inertia = np.array(mass.inertia or (0.0, 0.0, 0.0))
         own = np.concatenate([np.full(3, mass.mass), inertia])
         weight = (np.abs(tie.twists) @ own)[:, None]
@@ -61,6 +52,38 @@ def with_point_masses(model: FEModel, component: Component, where: str) -> FEMod
     M.sort_indices()
     heavier = replace(model, M=sparse.csr_matrix(0.5 * (M + M.T)), properties=properties, added_mass=True)
     return replace(heavier, rigid_twists=_twists(model, heavier))
+
+
+def _carrier(model: FEModel, component: Component, mass: PointMass, key: str) -> Tie:
+    """Return the point that carries a mass, which moves with the mean motion of a surface, or with nodes of a frame.
+
+    Raises:
+        InputError: as of `with_point_masses`.
+    """
+    if model.mesh.cell_type == "frame2":
+        if not component.supports:
+            raise InputError(
+                f"{key}: given; a beam of motion 'space' has none unless it is held by supports: fix a rigid body to it"
+                " by a joint"
+            )
+        rigid = {one.surface for one in component.interface.values() if one.tie == "rbe2"}
+        tie = tie_of(model.mesh, Interface(surface=mass.surface, kind="tie", tie="rbe2", point=mass.at), key)
+        if len(tie.nodes) > 1 and mass.surface not in rigid:
+            raise InputError(
+                f"{key}.surface: '{mass.surface}' given, it has {len(tie.nodes)} nodes of a frame; allowed: one node,"
+                " or a surface that an interface of tie 'rbe2' makes rigid"
+            )
+        return tie
+    tie = tie_of(model.mesh, Interface(surface=mass.surface, kind="tie", tie="rbe3", point=mass.at), key)
+    size = np.abs(tie.weights).max(axis=(1, 2), keepdims=True)
+    weights = np.where(np.abs(tie.weights) > SHARE * size, tie.weights, 0.0)
+    count = int(weights.any(axis=(0, 2)).sum())
+    if count > MOST_NODES:
+        raise InputError(
+            f"{key}.surface: '{mass.surface}' given, its mass would couple {count} nodes, allowed: {MOST_NODES};"
+            " use a smaller surface"
+        )
+    return replace(tie, weights=weights)
 
 
 def _joined(one: MassProperties, other: MassProperties) -> MassProperties:

@@ -56,8 +56,11 @@ def tie_of(mesh: MeshRecord, interface: Interface, where: str) -> Tie:
     """
     surface = find_surface(mesh, interface.surface, f"{where}.surface")
     if mesh.cell_type == "frame2":
-        at = surface.facets.ravel()[:1]
-        point = mesh.nodes[at[0]] if interface.point is None else np.array(interface.point)
+        at = np.unique(surface.facets)
+        if len(at) > 1 and interface.tie != "rbe2":
+            raise InputError(f"{where}.tie: '{interface.tie}' given, '{interface.surface}' has {len(at)} nodes;"
+                             " allowed: 'rbe2', by which they move as one rigid body")  # fmt: skip
+        point = mesh.nodes[at].mean(axis=0) if interface.point is None else np.array(interface.point)
         return Tie(at, point, np.eye(6), np.empty((6, 0, 3)))
     nodes, slot = np.unique(surface.facets, return_inverse=True)
     facet = surface.facets.shape[1] if surface.areas is None else 6
@@ -90,10 +93,11 @@ def tie_rows(model: FEModel, tie: Tie) -> LoadRows:
 
 
 def _point_rows(model: FEModel, tie: Tie) -> sparse.csr_matrix:
-    """Return the motions of a reference point over the dofs, (j, dofs); that of a beam is fixed to its node."""
+    """Return the motions of a reference point over the dofs, (j, dofs); that of a beam is fixed to its node, or the
+    first of several that move as a rigid body."""
     if model.mesh.cell_type != "frame2":
         return model.weighted(tie.nodes, tie.weights)
-    (node,) = tie.nodes
+    node = tie.nodes[0]
     arm, own = tie.point - model.nodes[node], np.zeros((6, len(model.directions)))
     own[:3] = (model.directions + np.cross(model.rotations, arm)).T
     own[3:] = model.rotations.T
@@ -136,7 +140,8 @@ def made_rigid(model: FEModel, ties: Mapping[str, Tie], where: str) -> tuple[FEM
     places = np.concatenate([stays, *rows]), np.concatenate([stays, *columns])
     L = sparse.csr_matrix((np.concatenate([np.ones(len(stays)), *values]), places), shape=(size, size))
     K, M = (_projected(matrix, L, follows) for matrix in (model.K, model.M))
-    return replace(model, K=K, M=M, held=model.held | follows), L
+    parts = None if model.parts is None else replace(model.parts, spread=L)
+    return replace(model, K=K, M=M, held=model.held | follows, parts=parts), L
 
 
 def refuse_rigid(interfaces: Mapping[str, Interface], where: str, user: str) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, write_text
+from gudgeon.pipeline.linear.static import StaticTable, static_table
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.folder import claim, held
 from gudgeon.pipeline.stages.job import Job, refuse_turning
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from gudgeon.solver.linear.state import Linearised, Place
 
 MODES, RESPONSE, PICTURE = "linear-modes.csv", "linear-response.csv", "linear-response.png"
+STATIC = "linear-static.csv"
 MOST_POINTS = 1_000_000
 QUANTITIES = {"displacement": ("m", 0), "velocity": ("m/s", 1), "acceleration": ("m/s^2", 2)}
 """Unit of each quantity, and the power of iω with which it follows from a displacement."""
@@ -40,6 +42,8 @@ class Asked:
     """First and last [Hz], and their number, spaced evenly on a logarithmic scale; default: around the modes."""
     loss: float = 0.0
     """Structural loss factor of all elastic bodies."""
+    static: bool = False
+    """Whether the static answers to unit forces are asked for."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +55,13 @@ class Answer:
     """Number of closed points of each contact."""
     files: list[Path]
     notes: list[str] = field(default_factory=list)
+    static: StaticTable | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the document that `--json` prints."""
-        return {"modes": self.modes, "closed": self.closed, "files": [str(one) for one in self.files],
-                "notes": self.notes}  # fmt: skip
+        found = {"modes": self.modes, "closed": self.closed, "files": [str(one) for one in self.files],
+                 "notes": self.notes}  # fmt: skip
+        return found | ({} if self.static is None else {"static": self.static.as_json()})
 
 
 def analyse(job: Job, asked: Asked, progress: Progress) -> Answer:
@@ -74,26 +80,31 @@ def analyse(job: Job, asked: Asked, progress: Progress) -> Answer:
     with named(job.path, InputError, SceneError, SolverError):
         found = linearised(system_of(job), asked.closed)
         force = None if asked.force is None else places(found, asked.force, "--force")
-        if force is not None and len(force) > 1:
+        if force is not None and len(force) > 1 and not asked.static:
             raise SceneError(f"--force '{asked.force}': it has {len(force)} rows; name one, as '{force[0].label}'")
         if force is not None and force[0].port < 0:
             raise SceneError(f"--force '{asked.force}': a force acts at a contact, joint, force or motion")
         read = [one for name in asked.at or (() if force is None else (asked.force or "",))
                 for one in places(found, name, "--at")]  # fmt: skip
         modes = assembled_modes(found)
+        table = static_table(found, asked.force, asked.at) if asked.static else None
     rows, notes = _mode_rows(modes), _notes(found, modes)
     files = [job.out / MODES]
     with held(job.out):
         claim(job)
         write_text(files[0], _modes_text(rows))
-        if force is None:
+        (job.out / STATIC).unlink(missing_ok=True)
+        if table is not None:
+            write_text(job.out / STATIC, table.as_csv())
+            files.append(job.out / STATIC)
+        if force is None or asked.static:
             for name in (RESPONSE, PICTURE):
                 (job.out / name).unlink(missing_ok=True)
         else:
             notes += _write_response(job, asked, found, modes, (force[0], read))
             files += [job.out / RESPONSE, job.out / PICTURE]
     progress("linear", 1.0)
-    return Answer(rows, found.closed, files, notes)
+    return Answer(rows, found.closed, files, notes, table)
 
 
 def _refuse(asked: Asked) -> None:
@@ -101,7 +112,9 @@ def _refuse(asked: Asked) -> None:
         raise InputError(f"--quantity '{asked.quantity}': allowed: {', '.join(QUANTITIES)}")
     if not 0 <= asked.loss < 1:
         raise InputError(f"--loss {asked.loss:g}: allowed: 0 to below 1")
-    if asked.force is None and asked.at:
+    if asked.static and asked.frequencies is not None:
+        raise InputError("--frequencies: a static answer has none; leave it out, or --static")
+    if asked.force is None and asked.at and not asked.static:
         raise InputError("--at: a response needs --force, where it acts")
     if asked.frequencies is not None:
         low, high, count = asked.frequencies
@@ -162,10 +175,12 @@ def _write_response(
     frequencies = np.geomspace(low, high, count)
     symbol, power = QUANTITIES[asked.quantity]
     answers = response(found, force, read, frequencies, loss=asked.loss)
-    answers = answers * (2j * np.pi * frequencies[:, None]) ** power
+    powers = np.array([0 if one.unit else power for one in read])
+    answers = answers * (2j * np.pi * frequencies[:, None]) ** powers
     per = "" if force.given else "/N"
-    heads = ["frequency [Hz]"] + [f"{one.label} {part} [{unit}]" for one in read
-                                  for part, unit in (("amplitude", f"{symbol}{per}"), ("phase", "deg"))]  # fmt: skip
+    heads = ["frequency [Hz]"]
+    for one in read:
+        heads += [f"{one.label} amplitude [{one.unit or symbol}{per}]", f"{one.label} phase [deg]"]
     parts = np.stack([np.abs(answers), np.degrees(np.angle(answers))], axis=2).reshape(len(answers), -1)
     rows = np.column_stack([frequencies, parts])
     write_text(job.out / RESPONSE, csv_text([heads, *([repr(float(one)) for one in row] for row in rows)]))
@@ -192,6 +207,8 @@ def answer_text(answer: Answer) -> str:
         lines.append(f"{row['number']:4} {row['frequency']:14.6g} Hz {row['damping']:9.3g}  {shares}")
     if len(answer.modes) > 30:
         lines.append(f"… {len(answer.modes)} modes in all")
+    if answer.static is not None:
+        lines += ["", answer.static.as_text()]
     closed = [f"{name}: {count} points" for name, count in answer.closed.items() if count]
     lines.append(f"\nclosed contacts: {', '.join(closed) or 'none'}")
     return "\n".join([*lines, *(f"written: {one}" for one in answer.files)])

@@ -16,11 +16,10 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.modes import InertiaCouplings
-from gudgeon.pipeline.fem.elements.frame import ROTATIONS, gauss, hermite, local_axes, slopes
+from gudgeon.pipeline.fem.elements.frame import Line, gauss, hermite, slopes, turns
 from gudgeon.pipeline.fem.elements.materials import material_cells
 from gudgeon.pipeline.fem.elements.reference import quadrature
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.scenes.component import Component
 
@@ -70,7 +69,10 @@ def inertia_couplings(
     if not moments or not m:
         return InertiaCouplings(translation, rotation, gradient), np.empty((0, m, m))
     pairs = [(i, j) for i in range(3) for j in range(i, 3)]
-    centrifugal = np.column_stack([_centrifugal(model, i, j) for i, j in pairs])
+    lines = model.mesh.cell_type == "frame2"
+    centrifugal = np.column_stack(
+        [_centrifugal_frame(model, i, j, component) if lines else _centrifugal(model, i, j) for i, j in pairs]
+    )
     flexibility, forces = Flexibility(tied), np.column_stack([centrifugal, loads.T.toarray()])
     moved = spread @ flexibility.solve(spread.T @ forces)
     flexibility.free()
@@ -99,9 +101,9 @@ def _of_nodes(model: FEModel, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
 
 
 def _of_frame(model: FEModel, Phi: np.ndarray, component: Component) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the same of a beam in space; rotary inertia about its axis is part of the antisymmetric part of S."""
+    """Return the same of beams in space; rotary inertia about their axes is part of the antisymmetric part of S."""
     beam, material = component.geometry, component.material
-    assert isinstance(beam, Beam)
+    assert isinstance(beam, Line)
     assert material is not None
     h, axes, local = _local(model, Phi, beam)
     x, weights = gauss(h)
@@ -109,26 +111,23 @@ def _of_frame(model: FEModel, Phi: np.ndarray, component: Component) -> tuple[np
     along = np.einsum("eam,aq->eqm", local[:, [0, 6]], linear)
     z = np.einsum("eam,eaq->eqm", local[:, [2, 4, 8, 10]], hermite(h, x, -1.0)[0])
     y = np.einsum("eam,eaq->eqm", local[:, [1, 5, 7, 11]], hermite(h, x, 1.0)[0])
-    shapes = np.einsum("eqkm,ki->eqim", np.stack([along, y, z], axis=2), axes)
+    shapes = np.einsum("eqkm,eki->eqim", np.stack([along, y, z], axis=2), axes)
     ends = model.nodes[model.mesh.cells]
     places = np.einsum("eai,aq->eqi", ends, linear) - model.properties.centre
     mass = material.rho * beam.section.area * weights
     S = np.einsum("eqi,eqjk,eq->ijk", places, shapes, mass, optimize=True)
     polar = material.rho * (beam.section.second_moment + beam.lateral_moment)
-    spin = polar * np.einsum("eam,e->m", local[:, [3, 9]], h / 2)
-    S += 0.5 * np.einsum("aij,a,k->ijk", LEVI, axes[0], spin)
+    spin = polar * np.einsum("eam,e->em", local[:, [3, 9]], h / 2)
+    S += 0.5 * np.einsum("aij,ea,ek->ijk", LEVI, axes[:, 0], spin)
     G = np.einsum("eqik,eqjl,eq->ijkl", shapes, shapes, mass, optimize=True)
     return np.einsum("eqik,eq->ik", shapes, mass), S, G
 
 
-def _local(model: FEModel, Phi: np.ndarray, beam: Beam) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the lengths of a beam's elements, its axes, and the motion of their dofs along these, (e, 12, m)."""
-    axes = local_axes(beam)
-    ends = model.mesh.cells
+def _local(model: FEModel, Phi: np.ndarray, beam: Line) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the lengths of a beam's elements, their axes, and the motion of their dofs along these, (e, 12, m)."""
+    axes, ends = beam.element_axes(model.mesh), model.mesh.cells
     h = np.linalg.norm(model.nodes[ends[:, 1]] - model.nodes[ends[:, 0]], axis=1)
-    nodal = Phi.reshape(len(model.nodes), 2, 3, -1)
-    turned = np.einsum("ki,ndim->ndkm", axes, nodal).reshape(len(model.nodes), 6, -1)
-    return h, axes, np.concatenate([turned[ends[:, 0]], turned[ends[:, 1]]], axis=1)
+    return h, axes, turns(axes) @ Phi.reshape(len(model.nodes), 6, -1)[ends].reshape(len(h), 12, -1)
 
 
 def _centrifugal(model: FEModel, i: int, j: int) -> np.ndarray:
@@ -138,20 +137,29 @@ def _centrifugal(model: FEModel, i: int, j: int) -> np.ndarray:
     field[:, j] += arm[:, i]
     field[:, i] += arm[:, j]
     moved = field @ model.directions.T
-    if model.rotations.any():
-        # The nodal rotation of the field u = A x, half its curl: the deflection of a beam is linear in x.
-        slope = np.zeros((3, 3))
-        slope[j, i] += 1.0
-        slope[i, j] += 1.0
-        moved = moved + _slope_turns(model, slope) @ ROTATIONS.T
     return model.M @ moved.ravel()
 
 
-def _slope_turns(model: FEModel, slope: np.ndarray) -> np.ndarray:
-    """Return the rotations of the cross-sections of a straight beam under u = A x, (n, 3)."""
-    axis = model.nodes[-1] - model.nodes[0]
-    axis = axis / np.linalg.norm(axis)
-    return np.tile(np.cross(axis, slope @ axis), (len(model.nodes), 1))
+def _centrifugal_frame(model: FEModel, i: int, j: int, component: Component) -> np.ndarray:
+    """Return the same of beams: the load is linear along each element, (dofs,)."""
+    beam, material = component.geometry, component.material
+    assert isinstance(beam, Line)
+    assert material is not None
+    axes, ends = beam.element_axes(model.mesh), model.nodes[model.mesh.cells] - model.properties.centre
+    h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    x, weights = gauss(h)
+    places = np.einsum("eai,aq->eqi", ends, np.array([1 - x, x]))
+    field = np.zeros_like(places)
+    field[..., j] += places[..., i]
+    field[..., i] += places[..., j]
+    pull = np.einsum("eki,eqi,eq->ekq", axes, field, material.rho * beam.section.area * weights)
+    local = np.zeros((len(h), 12))
+    local[:, [0, 6]] = np.einsum("aq,eq->ea", np.array([1 - x, x]), pull[:, 0])
+    local[:, [2, 4, 8, 10]] = np.einsum("eaq,eq->ea", hermite(h, x, -1.0)[0], pull[:, 2])
+    local[:, [1, 5, 7, 11]] = np.einsum("eaq,eq->ea", hermite(h, x, 1.0)[0], pull[:, 1])
+    found = np.zeros((len(model.nodes), 6))
+    np.add.at(found, model.mesh.cells, np.einsum("eai,ea->ei", turns(axes), local).reshape(-1, 2, 6))
+    return found.ravel()
 
 
 def _stress_stiffness(model: FEModel, Phi: np.ndarray, component: Component, moved: np.ndarray) -> np.ndarray:
@@ -193,7 +201,7 @@ def _stress(slope: np.ndarray, material) -> np.ndarray:  # type: ignore[no-untyp
 def _frame_stiffness(model: FEModel, Phi: np.ndarray, component: Component, moved: np.ndarray) -> np.ndarray:
     """Return K of the axial force of a beam in space: ∫ N (y′ y′ + z′ z′)."""
     beam, material = component.geometry, component.material
-    assert isinstance(beam, Beam)
+    assert isinstance(beam, Line)
     assert material is not None
     h, _, loaded = _local(model, moved, beam)
     _, _, local = _local(model, Phi, beam)

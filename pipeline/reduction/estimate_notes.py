@@ -11,7 +11,7 @@ NOTICED = 0.01
 WORDS = {"impulse": "impulse", "force": "windowed force", "rebound": "rebound velocity"}
 WIDER = 2.5
 """Factor of a window that is too short: from one period to the default of forces that jump."""
-RESOLVING = ("bar", "beam")
+RESOLVING = ("bar", "beam", "frame")
 """Geometries that a contact law and residual flexibility can be combined on: they have no local compliance."""
 COUNTED = {
     "macneal": "normal_count", "normal+static": "normal_count", "fixed-reference": "normal_count",

@@ -21,7 +21,7 @@ COMPARABLE = 0.1
 """Share of added speed from which an impact is another one."""
 LEAST_MODES = 8
 """Least number of modes that is halved."""
-LINES = ("bar", "beam")
+LINES = ("bar", "beam", "frame")
 HALVED = ("macneal", "normal+static", "rubin", "fixed-reference")
 """Reductions to normal modes, whose number determines the error of the basis."""
 

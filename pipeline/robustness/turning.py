@@ -11,7 +11,7 @@ from gudgeon.solver.scene.orientation import Orientation, quaternion_of
 
 VECTORS = (
     "position", "velocity", "angular_velocity", "point", "normal", "axis", "origin", "direction", "centre", "along",
-    "lateral", "gravity",
+    "lateral", "gravity", "force", "moment",
 )  # fmt: skip
 """Keys of vectors in the axes of the scene."""
 PARTS = ("body", "contact", "joint", "force", "motion", "run")
@@ -41,7 +41,7 @@ def _turned(value: Any, Q: np.ndarray) -> Any:
     changes: dict[str, Any] = {}
     for key in type(value).model_fields:
         one = getattr(value, key)
-        if key in VECTORS and one is not None:
+        if key in VECTORS and isinstance(one, tuple):
             changes[key] = _without_round_off(Q @ np.asarray(one, float))
         elif isinstance(one, BaseModel):
             changes[key] = _turned(one, Q)

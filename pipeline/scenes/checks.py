@@ -29,7 +29,7 @@ POINTS = ("points", "patch")
 """Kinds of interface for contacts."""
 WITH_STATICS = ("row-craig-bampton", "rubin", "craig-bampton", "interface", "partial-interface", "attachment")
 """Reductions whose modes hold the static shapes of interfaces."""
-UNRESOLVED = ("bar", "beam", "rigid")
+UNRESOLVED = ("bar", "beam", "frame", "rigid")
 """Geometries that do not resolve local compliance."""
 
 

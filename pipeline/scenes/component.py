@@ -22,6 +22,8 @@ BAR_ELEMENTS = 600
 """Default number of elements of a bar. With 250, waves that are too fast change that striker's impulse by 0.8 %."""
 RESOLVED = 0.6
 """Modes per quadratic element of a bar whose frequencies have a discretisation error below 1 %."""
+LINES = ("beam", "frame")
+"""Geometries whose gauges are at stations."""
 NORMAL_MODES = ("macneal", "normal+static", "fixed-reference", "rubin")
 """Reductions to normal modes."""
 
@@ -145,11 +147,12 @@ class Component(Meshed):
         if value and kind == "matrices" and info.data.get("material") is None:
             raise ValueError(f"{', '.join(value)} given; the stress of a body of matrices needs its material")
         for name, gauge in value.items():
-            if kind is not None and (kind == "beam") != (gauge.station is not None):
-                wanted = "a station" if kind == "beam" else "a point or a surface"
+            if kind is not None and (kind in LINES) != (gauge.station is not None):
+                wanted = "a station" if kind in LINES else "a point or a surface"
                 raise ValueError(f"{name}: geometry '{kind}' needs {wanted}")
-            if kind == "beam" and gauge.station not in (places := info.data["geometry"].places()):
-                raise ValueError(f"{name}: station '{gauge.station}' given, the beam has {', '.join(places)}")
+            if kind in LINES and gauge.station not in (places := info.data["geometry"].places()):
+                have = ", ".join(places) or "none"
+                raise ValueError(f"{name}: station '{gauge.station}' given, the {kind} has {have}")
         return value
 
     @field_validator("change")

@@ -7,10 +7,10 @@ from pydantic import Field
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.gas import GasPressure
-from gudgeon.solver.forces.given import GivenForce, GivenPressure, GivenTorque
+from gudgeon.solver.forces.given import GivenForce, GivenPressure, GivenTorque, GivenWrench
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
 
-OverTime = GivenForce | GivenTorque | GivenPressure
+OverTime = GivenForce | GivenTorque | GivenPressure | GivenWrench
 """Those whose amount is a table or an expression of time."""
 Force = Annotated[GasPressure | MovingForce | Spring | Bushing | ExternalForce | OverTime, Field(discriminator="kind")]

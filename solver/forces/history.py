@@ -86,8 +86,12 @@ class History(Amount):
         """Return a unit of it over the forces of its interface, (1, k)."""
         return np.ones((1, 1))
 
+    def share(self) -> np.ndarray:
+        """Return the forces of its rows at an amount of one, (k,)."""
+        return np.ones(1)
+
     def wrench(self, turned: Callable[[Point], np.ndarray]) -> np.ndarray:
-        """Return force and moment of a unit of it about the component's origin of a rigid body, (6,).
+        """Return force and moment of a unit of it about the component's origin of a rigid body, (6,) or (k, 6).
 
         Args:
             turned: Turns a vector of the component into the axes of the scene.

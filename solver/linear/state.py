@@ -6,13 +6,20 @@ the tangent of a law at its force, and zero of joints, driven bodies and contact
 
 import difflib
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.ports.members import contact_ports, ports_of, probe_ports, start_unknowns, with_surfaces
+from gudgeon.solver.ports.members import (
+    contact_ports,
+    gauge_ports,
+    ports_of,
+    probe_ports,
+    start_unknowns,
+    with_surfaces,
+)
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.scene.probe import PointProbe
@@ -147,10 +154,13 @@ class Place:
     """Its number among the ports; −1 of a probe."""
     given: bool = False
     """Whether its displacement is given, so that a response is that per displacement."""
+    unit: str = ""
+    """Of a gauge, its own; empty where a displacement is read."""
 
 
 def places(found: Linearised, name: str, key: str) -> list[Place]:
-    """Return the places of `contact.NAME`, `joint.NAME`, `force.NAME`, `motion.NAME` or `probe.NAME`, one a row.
+    """Return the places of `contact.NAME`, `joint.NAME`, `force.NAME`, `motion.NAME`, `probe.NAME` or
+    `gauge.BODY.NAME`, one a row.
 
     `NAME[2]` is the second row of several.
 
@@ -161,10 +171,13 @@ def places(found: Linearised, name: str, key: str) -> list[Place]:
     system, ports = found.system, found.ports
     read = {f"probe.{n}": n for n, one in system.scene.probe.items()
             if isinstance(one, PointProbe) and one.kind in ("displacement", "rotation")}  # fmt: skip
-    able = [block.name for block in ports.blocks if block.kind != Kind.SURFACE] + list(read)
+    gauges = [f"gauge.{name}" for name in dict.fromkeys(system.gauges)]
+    able = [block.name for block in ports.blocks if block.kind != Kind.SURFACE] + list(read) + gauges
     if base not in able:
         raise SceneError(f"{key} '{name}': {known(base, able)}")
-    if base in read:
+    if base in gauges:
+        own = gauge_places(found, base.removeprefix("gauge."))
+    elif base in read:
         here, through = system.probes.places[system.probes.names.index(read[base])], probe_ports(system, ports)
         own = [Place(f"{base}[{b + 1}]", system.probes.rows[i], np.stack([through[i], 0 * through[i]]), -1)
                for b, i in enumerate(range(here.start, here.stop))]  # fmt: skip
@@ -174,13 +187,25 @@ def places(found: Linearised, name: str, key: str) -> list[Place]:
         own = [Place(f"{base}[{b + 1}]", found.rows[i], found.residual[:, i], i, base.startswith("motion."))
                for b, i in enumerate(range(here.start, last))]  # fmt: skip
     if len(own) == 1:
-        own = [Place(base, own[0].row, own[0].residual, own[0].port, own[0].given)]
+        own = [replace(own[0], label=base)]
     if not number:
         return own
     text = number.removesuffix("]")
     if not text.isdigit() or not 1 <= int(text) <= len(own):
         raise SceneError(f"{key} '{name}': {base} has rows 1 to {len(own)}")
     return [own[int(text) - 1]]
+
+
+def gauge_places(found: Linearised, gauge: str) -> list[Place]:
+    """Return the values of a gauge, `BODY.NAME`, as places where nothing acts."""
+    system, body, name = found.system, *gauge.split(".", 1)
+    numbers = [i for i, one in enumerate(system.gauges) if one == gauge]
+    through, unit = gauge_ports(system, found.ports)[numbers], system.bodies[body].modal.gauges[name].unit
+    labels = [f"gauge.{gauge}[{b + 1}]" for b in range(len(numbers))]
+    return [
+        Place(label, system.gauge_rows[i], np.stack([line, 0 * line]), -1, unit=unit)
+        for label, i, line in zip(labels, numbers, through, strict=True)
+    ]
 
 
 def known(name: str, able: Sequence[str]) -> str:

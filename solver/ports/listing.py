@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.external import ExternalForce
+from gudgeon.solver.forces.given import GivenWrench
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Marked
@@ -76,6 +77,8 @@ def _joints(scene: Scene) -> Iterator[PortRow]:
 def _forces(scene: Scene, counts: Counts) -> Iterator[PortRow]:
     for name, load in scene.given().items():
         count: int | None = 3 if isinstance(load, ExternalForce) and load.direction is None else 1
+        if isinstance(load, GivenWrench):
+            count = 6
         if isinstance(load, MovingForce):
             count = counts(load.body, load.interface)
         yield PortRow(f"force.{name}", WORDS[Kind.GIVEN], count, (load.body,), "constant")

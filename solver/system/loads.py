@@ -27,7 +27,8 @@ from gudgeon.solver.vectors import unit
 ON_THE_SPACE = 1e-9
 """Distance relative to its size by which the ends of a path may lie outside a traction space."""
 
-
+ROWS = {"pressure": 1, "mean": 3, "tie": 6}
+"""Rows of a load by the kind of its interface."""
 Owner = tuple[str, str | None, np.ndarray]
 """Body and interface of rows, and their mix from the rows of the interface."""
 
@@ -269,7 +270,7 @@ Made = tuple[GivenLoad, np.ndarray]
 
 
 def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
-    """Return a force, torque or pressure whose amount is given over time; one row."""
+    """Return a force, torque, pressure or wrench whose amount is given over time; one row, of a wrench six."""
     force, where, duration = scene.over_time()[name], f"force.{name}", scene.run.duration
     if (reason := force.refusal(duration)) is not None:
         raise SceneError(f"{where}.{reason}")
@@ -280,21 +281,21 @@ def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
             cause = "name an interface of it" if force.surface else f"a {force.kind} acts on rigid bodies"
             key = "at" if force.surface else "body"
             raise SceneError(f"{where}.{key}: body '{body.name}' is elastic; {cause}")
-        resultant = force.wrench(partial(turned_vectors, scene.body[body.name]))[None]
-        elastic, mix = np.zeros((1, 0)), np.ones((1, 1))
+        resultant = np.atleast_2d(force.wrench(partial(turned_vectors, scene.body[body.name])))
+        elastic, mix = np.zeros((len(resultant), 0)), np.eye(len(resultant))
     else:
         load = _load(body, interface, f"{where}.interface")
-        kind, count = force.surface, 1 if force.surface == "pressure" else 3
+        kind, count = force.surface, ROWS[force.surface or ""]
         if len(load.rows) != count:
             raise SceneError(f"{where}.interface: '{interface}' is no interface of kind '{kind}'")
         mix = force.mix()
         resultant, elastic = mix @ load.resultant, mix @ load.rows
 
     def amounts(time: np.ndarray) -> np.ndarray:
-        return force.amounts(time, where)[:, None]
+        return force.amounts(time, where)[:, None] * force.share()
 
     def means(start: np.ndarray, dt: float) -> np.ndarray:
-        return force.means(start, dt, where)[:, None]
+        return force.means(start, dt, where)[:, None] * force.share()
 
     return GivenLoad(name, body.name, interface, mix, resultant, amounts, travels=False, means=means), elastic
 

@@ -1,4 +1,4 @@
-"""Elements of a straight beam in space: displacement and rotation at each node along and about x, y, z.
+"""Elements of straight beams in space: displacement and rotation at each node along and about x, y, z.
 
 Euler-Bernoulli in both planes (cubic Hermite), stretch and torsion linear. Mass is consistent, that of the motion of
 the centre line and of the rotation about it (Przemieniecki 1968).
@@ -11,6 +11,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.beam import element_lengths
 from gudgeon.pipeline.fem.model import FEModel, LineStiffness, MassProperties, scatter
 from gudgeon.pipeline.geometry.shapes.beam import Beam
+from gudgeon.pipeline.geometry.shapes.frame import Frame
 from gudgeon.pipeline.scenes.material import Material
 
 DIRECTIONS = np.vstack([np.eye(3), np.zeros((3, 3))])
@@ -19,17 +20,14 @@ ORDER = 4
 """Gauss points of an element: exact for products of two cubic deflections and a linear axial force."""
 
 
-def local_axes(beam: Beam) -> np.ndarray:
-    """Return axis, lateral axis and z as rows, right-handed, (3, 3)."""
-    z = np.array([0.0, 0.0, 1.0])
-    return np.array([beam.axis, np.cross(z, beam.axis), z])
+Line = Beam | Frame
 
 
 def assemble_frame(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
-    """Assemble a beam in space: six dofs at each node, displacements [m] and rotations [rad]."""
-    if not isinstance(geometry, Beam):
-        raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam geometry")
-    h, section, axes = element_lengths(mesh), geometry.section, local_axes(geometry)
+    """Assemble beams in space: six dofs at each node, displacements [m] and rotations [rad]."""
+    if not isinstance(geometry, Line):
+        raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam or Frame geometry")
+    h, section, axes = element_lengths(mesh), geometry.section, geometry.element_axes(mesh)
     polar = section.second_moment + geometry.lateral_moment
     shear = material.E / 2 / (1 + material.nu)
     K, M, relative = np.zeros((3, len(h), 12, 12))
@@ -52,22 +50,44 @@ def assemble_frame(mesh: MeshRecord, material: Material, geometry: BaseModel | N
         M[own] = material.rho * section.area * np.einsum("eaq,ebq,eq->eab", N, N, weights)
         relative[:, w + 6, w], relative[:, w + 6, w + 6], relative[:, w + 6, turn] = -1.0, 1.0, -sign * h
         relative[:, turn + 6, turn], relative[:, turn + 6, turn + 6] = -1.0, 1.0
-    turn = np.kron(np.eye(4), axes)
-    K, M, relative = (np.einsum("ai,eab,bj->eij", turn, block, turn) for block in (K, M, relative))
+    turn = turns(axes)
+    K, M, relative = (np.einsum("eai,eab,ebj->eij", turn, block, turn) for block in (K, M, relative))
     dofs = (6 * mesh.cells[:, :, None] + np.arange(6)).reshape(len(h), -1)
-    mass = material.rho * section.area * geometry.length
-    second = mass * geometry.length**2 / 12
-    along = np.outer(geometry.axis, geometry.axis)
-    inertia = second * (np.eye(3) - along) + material.rho * polar * geometry.length * along
-    twists = np.zeros((6, 6))
-    twists[:3, :3] = np.eye(3) / np.sqrt(mass)
-    twists[3:, 3:] = axes / np.sqrt(np.einsum("ki,ij,kj->k", axes, inertia, axes))[:, None]
+    properties, twists = _mass(mesh, axes, material.rho * section.area * h, material.rho * polar * h)
     size = 6 * len(mesh.nodes)
     return FEModel(
         K=scatter(K, dofs, size), M=scatter(M, dofs, size), mesh=mesh, directions=DIRECTIONS, rotations=ROTATIONS,
-        properties=MassProperties(mass, geometry.length / 2 * geometry.axis, inertia), rigid_twists=twists,
-        held=np.zeros(size, bool), parts=LineStiffness(K, dofs, relative=relative),
+        properties=properties, rigid_twists=twists, held=np.zeros(size, bool),
+        parts=LineStiffness(K, dofs, relative=relative),
     )  # fmt: skip
+
+
+def turns(axes: np.ndarray) -> np.ndarray:
+    """Return the matrices from the dofs of elements to those along their axes (e, 3, 3), (e, 12, 12)."""
+    found = np.zeros((len(axes), 12, 12))
+    for block in range(0, 12, 3):
+        found[:, block : block + 3, block : block + 3] = axes
+    return found
+
+
+def _mass(mesh: MeshRecord, axes: np.ndarray, mass: np.ndarray, polar: np.ndarray) -> tuple[MassProperties, np.ndarray]:
+    """Return mass properties and mass-normalised rigid motions, (6, 6), of elements of mass [kg], (e,).
+
+    Args:
+        polar: Inertia of each about its axis [kg m^2], (e,).
+    """
+    middles, total = mesh.nodes[mesh.cells].mean(axis=1), float(mass.sum())
+    centre = mass @ middles / total
+    arm, along = middles - centre, np.einsum("ei,ej->eij", axes[:, 0], axes[:, 0])
+    own = (mass * element_lengths(mesh) ** 2 / 12)[:, None, None] * (np.eye(3) - along) + polar[:, None, None] * along
+    far = np.einsum("e,ei,ei->", mass, arm, arm) * np.eye(3) - np.einsum("e,ei,ej->ij", mass, arm, arm)
+    inertia = own.sum(axis=0) + far
+    straight = np.abs(axes - axes[0]).max() == 0
+    principal = axes[0] if straight else np.linalg.eigh(inertia)[1].T
+    twists = np.zeros((6, 6))
+    twists[:3, :3] = np.eye(3) / np.sqrt(total)
+    twists[3:, 3:] = principal / np.sqrt(np.einsum("ki,ij,kj->k", principal, inertia, principal))[:, None]
+    return MassProperties(total, centre, inertia), twists
 
 
 def gauss(h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

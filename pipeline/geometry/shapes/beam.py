@@ -98,6 +98,11 @@ class Beam(Strict):
         assert found is not None, key
         return float(found)
 
+    def element_axes(self, mesh: MeshRecord) -> np.ndarray:
+        """Return axis, lateral axis and z of each element as rows, right-handed, (e, 3, 3)."""
+        z = np.array([0.0, 0.0, 1.0])
+        return np.tile([self.axis, np.cross(z, self.axis), z], (len(mesh.cells), 1, 1))
+
     @property
     def axis(self) -> np.ndarray:
         """Unit vector from left to right, (3,)."""
@@ -115,7 +120,7 @@ class Beam(Strict):
         refuse_large("line", self.length / size, size)
         quadratic = self.theory == "timoshenko"
         stops = sorted({0.0, self.length, *self.stations.values()})
-        corners = np.concatenate([[0.0], *(_divided(a, b, size) for a, b in pairwise(stops))])
+        corners = np.concatenate([[0.0], *(divided(a, b, size) for a, b in pairwise(stops))])
         x = np.insert(corners, np.arange(1, len(corners)), (corners[1:] + corners[:-1]) / 2) if quadratic else corners
         first = np.arange(len(corners) - 1)
         cells = np.column_stack([2 * first, 2 * first + 2, 2 * first + 1] if quadratic else [first, first + 1])
@@ -133,7 +138,7 @@ class Beam(Strict):
         return MeshRecord(nodes, cells, "beam3" if quadratic else two, surfaces)
 
 
-def _divided(start: float, end: float, size: float) -> np.ndarray:
+def divided(start: float, end: float, size: float) -> np.ndarray:
     """Return the ends of equal elements no longer than `size` [m] from `start` to `end`, without `start`."""
     count = max(1, int(np.ceil((end - start) / size * (1 - 1e-12))))
     return np.linspace(start, end, count + 1)[1:]

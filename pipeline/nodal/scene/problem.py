@@ -25,7 +25,7 @@ from gudgeon.pipeline.nodal.start import static_start
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.solver.obstacles import basic_surface, obstacle_of
 
-LINES = ("bar", "beam", "rigid")
+LINES = ("bar", "beam", "frame", "rigid")
 """Geometries with few contact points."""
 START_STEP = 1e-6
 """Interval of loads and crank pin motion for the static deformation at the start [s]."""

@@ -13,6 +13,9 @@ from gudgeon.pipeline.plots.contact.panels import COLOURS, MOST, panels_over_tim
 NOTHING = 1e-9
 """Share of the largest component below which others are not drawn."""
 
+ROUND_OFF = 1e-12
+"""Share of the largest value of all gauges of a unit below which a value is drawn as zero."""
+
 
 def draw_gauges(drawing: Drawing) -> None:
     """Draw one panel for each gauge."""
@@ -22,8 +25,13 @@ def draw_gauges(drawing: Drawing) -> None:
 
 
 def _figure(drawing: Drawing, gauges: dict[str, np.ndarray]) -> Figure:
+    units = {name: _unit(drawing, name) for name in gauges}
+    largest = {unit: max(float(np.abs(gauges[n]).max()) for n in gauges if units[n] == unit) for unit in units.values()}
+    for name, unit in units.items():  # Round-off beside others is drawn as none.
+        gauges[name] = np.where(np.abs(gauges[name]) > ROUND_OFF * largest[unit], gauges[name], 0.0)
+
     def panel(axes: Axes, times: np.ndarray, name: str) -> None:
-        _gauge_axes(axes, times, gauges[name], name, _unit(drawing, name))
+        _gauge_axes(axes, times, gauges[name], name, units[name])
 
     def concerns(name: str, touch: Touch) -> bool:
         return name.partition(".")[0] in (touch.side.body, touch.other.body if touch.other else None)
@@ -42,7 +50,7 @@ def _gauge_axes(axes: Axes, times: np.ndarray, values: np.ndarray, name: str, un
         if unit == "Pa":
             names, values = [*names, "von Mises"], np.column_stack([values, equivalent])
             largest = max(largest, float(equivalent.max()))
-    scale, shown_unit = style.prefixed(largest, unit)
+    scale, shown_unit = (1e6, "µm/m") if unit == "1" else style.prefixed(largest, unit)
     for number, (label, column) in enumerate(zip(names, values.T, strict=True)):
         colour = style.INK if label == "von Mises" else COLOURS[number % len(COLOURS)]
         axes.plot(times, column * scale, color=colour, lw=1.3, label=label)

@@ -35,6 +35,8 @@ class LineMap:
 def draw_waves(drawing: Drawing) -> None:
     """Draw one picture for each bar or beam under contact forces."""
     for body in drawing.shaped(drawing.struck_lines()):
+        if body.mesh.volumes:  # A frame has no one axis.
+            continue
         found = _strain_map(body) if body.mesh.cell_type == "line3" else _deflection_map(body)
         style.draw(drawing.file("deformation.png", body.name, drawing.deformed_count()), _diagram, drawing, body, found)
 

@@ -57,7 +57,8 @@ def _picture(drawing: Drawing, name: str, body: BodyMotion) -> Figure:
     numbers, panel = lowest(body), _panel(body)
     kind = KINDS.get(body.mesh.cell_type, "line")
     rows = -(-len(numbers) // COLUMNS)
-    how, height = "shape over the axis" if kind == "line" else style.CAPPED, 200 + 500 * rows
+    how = "shape over the axis" if kind == "line" and not body.mesh.volumes else style.CAPPED
+    height = 200 + 500 * rows
     figure = style.new_figure("Modes", f"{drawing.scene_name}  ·  part {name} ({kind})  ·  {how}", height=height)
     for place, number in enumerate(numbers):
         row, column = divmod(place, COLUMNS)
@@ -74,7 +75,7 @@ def _picture(drawing: Drawing, name: str, body: BodyMotion) -> Figure:
 def _panel(body: BodyMotion) -> Callable[[Axes, int], None]:
     """Return a function that draws a mode of a body, by its number, on axes."""
     if body.mesh.cell_type in LINES:
-        return _line(body)
+        return _frame(body) if body.mesh.volumes else _line(body)
     return _plane(body) if body.mesh.cell_type == "triangle6" else _solid(body)
 
 
@@ -128,5 +129,22 @@ def _line(body: BodyMotion) -> Callable[[Axes, int], None]:
         axes.axhline(0.0, color=style.FAINT, lw=0.7)
         axes.set_ylim(-1.1 * float(np.abs(values).max()), 1.1 * float(np.abs(values).max()))
         axes.set_xlabel(label, fontsize=8, color=style.FAINT)
+
+    return draw
+
+
+def _frame(body: BodyMotion) -> Callable[[Axes, int], None]:
+    """Draw the members of a frame from above and aside, at rest and moved."""
+    across = unit(np.cross([0.0, 0.0, 1.0], TOWARDS))
+    flat = np.column_stack([across, np.cross(unit(TOWARDS), across)])
+
+    def draw(axes: Axes, number: int) -> None:
+        for places, colour, width in (
+            (body.nodes, style.FAINT, 0.8),
+            (body.nodes + _scaled(body, number), style.BLUE, 2),
+        ):
+            ends = (places @ flat)[body.mesh.cells]
+            axes.plot(ends[:, :, 0].T, ends[:, :, 1].T, color=colour, lw=width, solid_capstyle="round")
+        axes.set_aspect("equal")
 
     return draw

@@ -11,6 +11,7 @@ from gudgeon.solver.errors import SceneError
 from gudgeon.solver.linear.modes import AssembledModes, assembled_modes
 from gudgeon.solver.linear.response import response
 from gudgeon.solver.linear.state import Linearised, linearised, places
+from gudgeon.solver.linear.static import static_response
 from gudgeon.solver.simulate import simulate
 from tests.solver.system.test_drives import solid
 from tests.solver.systems import LENGTH, MASS, SPEED, build, build_all, rigid_records, rod_scene
@@ -169,3 +170,42 @@ def test_wrong_names_have_one_line(tmp_path: Path) -> None:
         places(found, "force.other[2]", "--at")
     with pytest.raises(SceneError, match=r"^--closed 'contact\.wall': there is none in the scene, it has none$"):
         linearised(system, ["contact.wall"])
+
+
+def test_static_answers_of_two_masses(tmp_path: Path) -> None:
+    """Unit forces on two springs in series: 1/k₁ of either, 1/k₁ + 1/k₂ of the far one."""
+    found, _ = found_of(two_masses(tmp_path))
+    ends = [places(found, name, "--at")[0] for name in ("force.shake", "force.other")]
+    near, far = 1 / 3e4, 1 / 3e4 + 1 / 1e4
+    np.testing.assert_allclose(static_response(found, ends, ends), [[near, near], [near, far]], rtol=1e-12)
+
+
+def test_a_body_that_nothing_holds_has_no_static_answer(tmp_path: Path) -> None:
+    system = build_all(tmp_path, {"one": rigid_records(2.0, SIDE)}, {
+        "body": {"one": {"freedom": ["x"]}},
+        "force": {"shake": {"kind": "external", "body": "one", "direction": X}}, "run": RUN,
+    })  # fmt: skip
+    found = linearised(system)
+    one = places(found, "force.shake", "--force")
+    with pytest.raises(SceneError, match=r"--static: force\.shake moves body 'one', which nothing holds"):
+        static_response(found, one, one)
+
+
+def test_a_wrench_at_a_point_of_a_rigid_body(tmp_path: Path) -> None:
+    """Force 2 N along x at 0.1 m along z, and a moment of 0.3 N m about y: the body turns by (0.2 + 0.3)/k."""
+    system = build_all(tmp_path, {"one": rigid_records(2.0, SIDE, (0.1, 0.2, 0.3))}, {
+        "body": {"one": {}},
+        "force": {
+            "push": {"kind": "wrench", "body": "one", "at": [0.0, 0.0, 0.1], "force": [2.0, 0.0, 0.0],
+                     "moment": [0.0, 0.3, 0.0]},
+            "ground": {"kind": "bushing", "body": "one", "at": [0.0, 0.0, 0.0], "stiffness": [1e3, 1e3, 1e3],
+                       "rotational_stiffness": [50.0, 50.0, 50.0]},
+        },
+        "probe": {"turn": {"kind": "rotation", "body": "one"}},
+        "run": RUN | {"start": "rest"},
+    })  # fmt: skip
+    found = linearised(system)
+    pushed, read = places(found, "force.push", "--force"), places(found, "probe.turn", "--at")
+    answers = static_response(found, pushed, read)
+    assert answers[1] == pytest.approx([0.1 / 50, 0, 0, 0, 1 / 50, 0], abs=1e-15)
+    assert system.driving.loads(np.zeros(1), 0.0)[0] == pytest.approx([2, 0, 0, 0, 0.3, 0])

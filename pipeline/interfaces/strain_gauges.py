@@ -1,0 +1,98 @@
+"""Strain gauges on the surface of a solid or plane part: the mean normal strain along a direction over a grid.
+
+The strain of an element is recovered at its nodes and interpolated, as of other gauges; over the length of the grid its
+mean is that of three points of Gauss, or the value at the point of a gauge without length.
+"""
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.elements.reference import DIMENSIONS
+from gudgeon.pipeline.geometry.cells import FACES, side_counts
+from gudgeon.pipeline.interfaces.stress_recovery import interpolation
+from gudgeon.pipeline.scenes.gauge import Gauge
+
+OFF = 0.02
+"""Distance from the surface, over the size of the nearest facet, within which a gauge is on it: meshes of curved
+surfaces deviate from them by less."""
+TILT = 5.0
+"""Angle by which a gauge's direction may leave the surface [deg]."""
+LINES = np.array([[0, 1], [1, 2], [2, 0]])
+
+
+def along(direction: np.ndarray) -> np.ndarray:
+    """Return the normal component along a unit vector of a tensor xx, yy, zz, xy, yz, zx, (1, 6)."""
+    x, y, z = direction
+    return np.array([[x * x, y * y, z * z, 2 * x * y, 2 * y * z, 2 * z * x]])
+
+
+def grid_rows(mesh: MeshRecord, gauge: Gauge, where: str) -> tuple[np.ndarray, sparse.csr_matrix]:
+    """Return the nodes around a strain gauge (k,), and their share in the mean over its grid, (1, k).
+
+    Raises:
+        InputError: the gauge is not on the surface, or its grid leaves the part.
+    """
+    assert gauge.direction is not None
+    point, line = np.array(gauge.point), np.array(gauge.direction) / np.linalg.norm(gauge.direction)
+    _refuse_off(mesh, point, line, where)
+    if gauge.length is None:
+        nodes, N = interpolation(mesh, point, f"{where}.point")
+        return nodes, sparse.csr_matrix(N[None])
+    places, weights = np.polynomial.legendre.leggauss(3)
+    shares: dict[int, float] = {}
+    for x, weight in zip(places, weights / 2, strict=True):
+        at = point + 0.5 * gauge.length * x * line
+        try:
+            nodes, N = interpolation(mesh, at, f"{where}.length")
+        except InputError:
+            raise InputError(f"{where}.length: {gauge.length:g} m given, the grid then leaves the part at"
+                             f" {np.round(at, 9).tolist()}; shorten it or move its point") from None  # fmt: skip
+        for node, share in zip(nodes.tolist(), weight * N, strict=True):
+            shares[node] = shares.get(node, 0.0) + float(share)
+    nodes = np.array(sorted(shares))
+    return nodes, sparse.csr_matrix([[shares[node] for node in nodes.tolist()]])
+
+
+def _refuse_off(mesh: MeshRecord, point: np.ndarray, line: np.ndarray, where: str) -> None:
+    """Refuse a gauge that is not on the surface of its part, or whose direction leaves it."""
+    if DIMENSIONS[mesh.cell_type] == 2:
+        if abs(line[2]) > np.sin(np.radians(TILT)):
+            raise InputError(f"{where}.direction: it leaves the plane of the part; allowed: directions in x and y")
+        return
+    skin = mesh.cells[:, FACES][side_counts(mesh.cells, FACES) == 1][:, :3]
+    nearest, distance, facet = nearest_on(mesh.nodes[skin], point)
+    corners = mesh.nodes[skin[facet]]
+    size = float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max())
+    if distance > OFF * size:
+        raise InputError(f"{where}.point: {point.tolist()} given, it lies {distance:.4g} m off the surface of the part;"
+                         f" its nearest place is {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    tilt = float(np.degrees(np.arcsin(min(1.0, abs(normal @ line) / float(np.linalg.norm(normal))))))
+    if tilt > TILT:
+        outward = np.round(normal / np.linalg.norm(normal), 6) + 0.0
+        raise InputError(f"{where}.direction: {line.tolist()} given, it leaves the surface there by {tilt:.3g} degrees,"
+                         f" allowed: {TILT:g}; the outward normal is {outward.tolist()}")  # fmt: skip
+
+
+def nearest_on(corners: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, int]:
+    """Return the nearest place of triangles (f, 3, 3) to a point [m], its distance, and the number of its triangle."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    ab, ac, ap = b - a, c - a, point - a
+    g = np.array([[np.einsum("fi,fi->f", u, v) for v in (ab, ac)] for u in (ab, ac)])
+    r = np.array([np.einsum("fi,fi->f", u, ap) for u in (ab, ac)])
+    det = np.maximum(g[0, 0] * g[1, 1] - g[0, 1] ** 2, np.finfo(float).tiny)
+    s, t = (g[1, 1] * r[0] - g[0, 1] * r[1]) / det, (g[0, 0] * r[1] - g[0, 1] * r[0]) / det
+    inside = (s >= 0) & (t >= 0) & (s + t <= 1)
+    best = a + s[:, None] * ab + t[:, None] * ac
+    far = np.where(inside, np.linalg.norm(best - point, axis=1), np.inf)
+    for i, j in LINES:
+        edge = corners[:, j] - corners[:, i]
+        share = np.einsum("fi,fi->f", point - corners[:, i], edge) / np.einsum("fi,fi->f", edge, edge)
+        place = corners[:, i] + np.clip(share, 0.0, 1.0)[:, None] * edge
+        apart = np.linalg.norm(place - point, axis=1)
+        best = np.where((apart < far)[:, None], place, best)
+        far = np.minimum(far, apart)
+    number = int(far.argmin())
+    return best[number], float(far[number]), number
