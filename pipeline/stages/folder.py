@@ -38,47 +38,71 @@ def held(out: Path, waits: Callable[[], None] = lambda: None) -> Iterator[None]:
     Raises:
         InputError: the folder cannot be written.
     """
+    lock = _Lock(out / LOCK)
     try:
-        out.mkdir(parents=True, exist_ok=True)
-        lock = _locked(out / LOCK, waits)
-    except OSError as error:
-        if out.is_dir() and error.errno in CLOSED:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            lock.take(waits)
+        except OSError as error:
+            if not (out.is_dir() and error.errno in CLOSED):
+                raise InputError(f"{out}: cannot be written ({error.strerror or error})") from error
             yield  # Fresh results are read; whatever would be written says that it cannot.
             return
-        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from error
-    try:
         for folder in (out, out / EXPORTS, *_folders(out / EXPORTS)):
             remove_scratch(folder)
         yield
     finally:
-        # Removed while it is still locked, so that nobody else can have it.
-        with contextlib.suppress(OSError):
-            (out / LOCK).unlink()
-        os.close(lock)
+        lock.release()
 
 
-def _locked(path: Path, waits: Callable[[], None]) -> int:
-    """Return the descriptor of a lock file that this process alone has locked."""
-    while True:
-        lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
-        try:
+class _Lock:
+    """A lock file, which exists while one process has it, whatever signal ends that between two instructions."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file: int | None = None
+        self._own = False
+
+    def take(self, waits: Callable[[], None]) -> None:
+        """Make and lock the file; `waits` is called before waiting for another process."""
+        while not self._own:
+            self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 waits()
-                fcntl.flock(lock, fcntl.LOCK_EX)
+                fcntl.flock(self._file, fcntl.LOCK_EX)
             except OSError as error:
                 if error.errno not in UNABLE:
                     raise
-                log.warning("%s: this file system has no locks; start one run at a time in it", path.parent)
-            # The one that had it has removed it: only the file of this name counts.
-            with contextlib.suppress(FileNotFoundError):
-                if os.path.samestat(os.fstat(lock), os.stat(path)):
-                    return lock
-        except BaseException:
-            os.close(lock)
-            raise
-        os.close(lock)
+                log.warning("%s: this file system has no locks; start one run at a time in it", self._path.parent)
+            self._own = self._is_there()
+            if not self._own:
+                self._close()
+
+    def release(self) -> None:
+        """Remove the file if this process has it, or if it made the file and was ended before it had it."""
+        with contextlib.suppress(OSError):
+            if not self._own:
+                self._close()
+                self._file = os.open(self._path, os.O_RDWR | os.O_NOFOLLOW)
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # Removed while it is locked, so that nobody else can have it.
+            if self._is_there():
+                self._path.unlink()
+        self._close()
+
+    def _is_there(self) -> bool:
+        """Whether the locked file still has this name: the one that had it before may have removed it."""
+        assert self._file is not None
+        with contextlib.suppress(FileNotFoundError):
+            return os.path.samestat(os.fstat(self._file), os.stat(self._path))
+        return False
+
+    def _close(self) -> None:
+        if self._file is not None:
+            os.close(self._file)
+        self._file, self._own = None, False
 
 
 def _folders(folder: Path) -> list[Path]:

@@ -1,4 +1,5 @@
-"""Commands that a signal ends at any moment: within seconds, with one line and exit code 1, and nothing left behind."""
+"""Commands that a signal ends at any moment: within seconds, with one line and exit code 1, or 130 and its
+results so far where Ctrl-C stops the time loop, and nothing left behind."""
 
 import random
 import re
@@ -20,6 +21,8 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 STAGES = ("mesh", "modes", "solve")
 LIMIT, PRINTING = 5.0, 1.0
 """Seconds within which a command ends, and within which one that was about to end prints its results."""
+KEPT = r"gudgeon: .*scene\.toml: the run was stopped[^\n]*; run the same command again to start anew"
+"""Last line of a run that Ctrl-C stops, whose results so far are printed; notes of these come before it."""
 ENDED = r"gudgeon: interrupted(?: in stage \w+)?; finished stages are in the database: .*"
 NOTES = r"\w+ …|gudgeon: component\..*"
 """Other lines of messages."""
@@ -81,6 +84,10 @@ def one(folder: Path, stage: str, seconds: float, number: signal.Signals, rng: r
     rest = [line for line in command.lines if line and not re.fullmatch(NOTES, line)]
     if code == 0 and took < PRINTING and "results in" in command.printed:
         found = "finished before"
+    elif code == 130 and number is signal.SIGINT and stage == "solve" and "results in" in command.printed:
+        if not rest or not re.fullmatch(KEPT, rest[-1]):
+            raise Bad(f"{number.name} in {stage}: exit code {code} without its line: {text}")
+        found = "stopped"
     elif code == 1 and len(rest) == 1 and re.fullmatch(ENDED, rest[0]) and not command.printed:
         found = "ended"
     else:
@@ -94,7 +101,7 @@ def one(folder: Path, stage: str, seconds: float, number: signal.Signals, rng: r
 
 
 def main(count: int, seed: int = 1) -> Counter[str]:
-    """End `count` commands; return how many ended so, had finished before, and were bad."""
+    """End `count` commands; return how many ended so, stopped with results, had finished before, and were bad."""
     outcomes: Counter[str] = Counter()
     with tempfile.TemporaryDirectory() as first:
         write_scene(Path(first) / "scene")

@@ -74,6 +74,34 @@ def test_many_runs_never_hold_a_folder_at_once(tmp_path: Path) -> None:
     assert max(most) == 1
 
 
+@pytest.mark.parametrize("moment", ["made", "locked"])
+def test_a_signal_while_a_folder_is_taken_leaves_no_lock(
+    moment: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also between two instructions, before the process knows the file that it made."""
+
+    def stopped(*arguments: os.stat_result) -> bool:
+        monkeypatch.setattr(os.path, "samestat", samestat)
+        raise KeyboardInterrupt
+
+    def made(*arguments: int) -> int:
+        os_open(*arguments)
+        monkeypatch.setattr(os, "open", os_open)
+        raise KeyboardInterrupt
+
+    os_open, samestat = os.open, os.path.samestat
+    if moment == "made":
+        monkeypatch.setattr(os, "open", made)
+    else:
+        monkeypatch.setattr(os.path, "samestat", stopped)
+    with pytest.raises(KeyboardInterrupt), held(tmp_path):
+        pytest.fail("the folder was taken")
+    assert list(tmp_path.iterdir()) == []
+    with held(tmp_path):
+        assert (tmp_path / LOCK).exists()
+    assert list(tmp_path.iterdir()) == []
+
+
 HOLD = """
 import sys, time
 from pathlib import Path
