@@ -17,6 +17,7 @@ class Feature(Enum):
     SMOOTH_LAW = "contact with a nonlinear law"
     FRICTION = "friction in the plane of contact"
     LINE_FRICTION = "friction along one line, of rigid bodies in rigid contact"
+    SMOOTHED_FRICTION = "friction that rises with the sliding speed (friction.speed)"
     RIGID_CONTACT = "rigid contact by multipliers and impacts"
     SLIDING_PAIR = "points that slide over the traction space of another body"
     TWO_BODIES = "contact between two bodies"
@@ -85,7 +86,7 @@ class Explicit(Integrator):
 class Implicit(Integrator):
     """For every feature; stiff surfaces do not reduce its step. Driven and damped scenes have a loop of their own."""
 
-    carries = frozenset(Feature) - {Feature.MECHANISM, Feature.POINT_SPRING}
+    carries = frozenset(Feature) - {Feature.MECHANISM, Feature.POINT_SPRING, Feature.SMOOTHED_FRICTION}
     preferred = frozenset(
         {
             Feature.COMPLIANT_CONTACT, Feature.TWO_BODIES, Feature.SLIDING_PAIR, Feature.DAMPING, Feature.JOINT,
@@ -152,7 +153,7 @@ class Mechanism(Integrator):
     carries = frozenset(
         {
             Feature.MECHANISM, Feature.POINT_LOAD, Feature.POINT_SPRING, Feature.GRAVITY, Feature.PROBES,
-            Feature.DAMPING, Feature.LINEAR_LAW, Feature.SMOOTH_LAW,
+            Feature.DAMPING, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.SMOOTHED_FRICTION,
         }
     )  # fmt: skip
     order = 8

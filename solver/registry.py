@@ -93,6 +93,7 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "stickN", "s", "Time at which a point begins to stick for the Nth time, of the first three.",
              _SIZE),
     Quantity("contact", "slip_period", "s", "Time between the last two begins of slip.", _SIZE),
+    Quantity("contact", "friction_work", "J", "Work that friction with `friction.speed` takes over the run.", _SIZE),
     *(
         Quantity("body", f"{name}_{axis}", unit, definition.format(axis), f"positive: {along} {axis}")
         for name, unit, definition, along in (

@@ -6,7 +6,7 @@ from pydantic import Field, field_validator, model_validator
 
 from gudgeon.solver.laws import Law
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.numbers import LayerStiffness, RatioFromZero, Share, Strict
+from gudgeon.solver.numbers import LayerStiffness, PositiveSpeed, RatioFromZero, Share, Strict
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.vectors import Direction
 
@@ -51,6 +51,13 @@ class Friction(Strict):
         " only; default: friction acts in the plane of contact",
     )
 
+    speed: PositiveSpeed | None = Field(
+        default=None,
+        description="v₀ of friction that rises with the sliding speed, μ F v/√(v² + v₀²), for bodies that turn by any"
+        " angle (integrator 'mechanism'): points that should stick creep, slower than this [m/s]; default: points"
+        " stick, which that integrator does not support",
+    )
+
     @property
     def sliding(self) -> float:
         """Kinetic coefficient."""
@@ -60,6 +67,13 @@ class Friction(Strict):
     def _ordered(self) -> "Friction":
         if self.sliding > self.static:
             raise ValueError(f"kinetic {self.sliding} is above static {self.static}; it must not exceed it")
+        if self.speed is not None and self.sliding < self.static:
+            raise ValueError(
+                f"speed given, so that friction has one coefficient; kinetic {self.sliding} and static {self.static}"
+                " differ: remove kinetic"
+            )
+        if self.speed is not None and self.direction is not None:
+            raise ValueError("speed and direction cannot be combined: friction with speed acts in the plane of contact")
         return self
 
 
@@ -126,6 +140,10 @@ class Contact(Strict):
             (self.friction is not None and isinstance(self.against, MasterSurface),
              "friction and against.shape 'surface' cannot be combined: points that slide over another body's surface"
              " have no tangential rows there"),
+            (self.friction is not None and self.friction.speed is not None and isinstance(self.against, Plane)
+             and any(self.against.velocity),
+             "friction.speed and against.velocity cannot be combined: bodies that turn by any angle rub on planes at"
+             " rest"),
             (method.rigid and isinstance(self.against, MasterSurface),
              f"method '{self.method}' and against.shape 'surface' cannot be combined: points slide over a surface by"
              " its flexibility or a surface stiffness"),

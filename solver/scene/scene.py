@@ -21,7 +21,7 @@ from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.numbers import Name, Strict
 from gudgeon.solver.scene.body import Body
-from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
+from gudgeon.solver.scene.contact import Contact, Friction, MasterSurface, OtherBody
 from gudgeon.solver.scene.motion import Motion
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe, Probe
 from gudgeon.solver.scene.run import Run
@@ -232,6 +232,15 @@ def _refuse_step(name: str) -> None:
     raise ValueError(f"run.step: integrator {name} has no step, since its motion is exact; remove run.step")
 
 
+def _friction(where: str, contact: Contact, friction: Friction) -> tuple[str, Feature]:
+    """Return the name of the friction of a contact, and what it needs."""
+    if friction.speed is not None:
+        return f"the friction of {where} with friction.speed", Feature.SMOOTHED_FRICTION
+    if METHODS[contact.method].rigid and friction.direction is not None:
+        return f"the friction of {where}", Feature.LINE_FRICTION
+    return f"the friction of {where} without friction.speed", Feature.FRICTION
+
+
 def _prefers(demands: Mapping[str, Feature], name: str) -> bool:
     """Whether an integrator's fastest loop carries a scene."""
     own = INTEGRATORS[name]
@@ -272,8 +281,7 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
         else:
             yield f"method '{contact.method}' of {where} without a law", Feature.COMPLIANT_CONTACT
         if contact.friction is not None:
-            along = METHODS[contact.method].rigid and contact.friction.direction is not None
-            yield f"the friction of {where}", Feature.LINE_FRICTION if along else Feature.FRICTION
+            yield _friction(where, contact, contact.friction)
         if isinstance(contact.against, OtherBody):
             yield f"the other body of {where}", Feature.TWO_BODIES
         if contact.dashpot != "none":

@@ -121,6 +121,9 @@ class Recorder:
         for contact, track in zip(self._linkage.system.contacts, self._touching.tracks, strict=True):
             size = float(np.linalg.norm(sums[track.sections, 2:].sum(axis=0)))
             found[f"{contact.name}.impulse"] = {"value": size, "unit": "N s"}
+            if (friction := self._linkage.system.scene.contact[contact.name].friction) is not None:
+                work = friction.static * float(sums[track.sections, 1].sum())
+                found[f"{contact.name}.friction_work"] = {"value": work, "unit": "J"}
             if not track.touched:
                 for key, value, unit in zip(("least_gap", "least_gap_time"), track.least, ("m", "s"), strict=True):
                     found[f"{contact.name}.{key}"] = {"value": value, "unit": unit}

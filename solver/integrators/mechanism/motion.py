@@ -139,7 +139,7 @@ def rates(model, work, y, given, amounts, out):  # type: ignore[no-untyped-def]
     for i in range(len(sums)):
         sums[i] = 0.0
     prepare(model, work, y, given, amounts, sums)
-    set_touch_sums(work, out)
+    set_touch_sums(model, work, out)
     if len(model.row_terms):
         solve(work)
         add_multipliers(model, work, 1.0)

@@ -73,11 +73,13 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
         found[FORCE] = force
         turned = cross(apart, (radius * n[0], radius * n[1], radius * n[2]))
         v0, v1, v2 = v0 + turned[0] - rate * n[0], v1 + turned[1] - rate * n[1], v2 + turned[2] - rate * n[2]
-        # Wear of points is not asked for: |v| has a kink where sliding turns back.
-        sliding = np.sqrt(v0 * v0 + v1 * v1 + v2 * v2) if radius > 0.0 else 0.0
+        slow, drag, sliding = model.touch_friction[i, 1], 0.0, 0.0
+        rubs = model.touch_friction[i, 0] > 0.0
+        # Of points without friction it is not asked for: |v| has a kink where sliding turns back.
+        if radius > 0.0 or rubs:
+            sliding = np.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
         found[SLIDING] = sliding
-        slow, drag = model.touch_friction[i, 1], 0.0
-        if model.touch_friction[i, 0] > 0.0:
+        if rubs:
             drag = -force * model.touch_friction[i, 0] / np.sqrt(sliding * sliding + slow * slow)
         found[DRAG], found[DRAG + 1], found[DRAG + 2] = drag * v0, drag * v1, drag * v2
 
@@ -158,12 +160,18 @@ def press_touches(model, work, sums):  # type: ignore[no-untyped-def]
 
 
 @inner
-def set_touch_sums(work, out):  # type: ignore[no-untyped-def]
-    """Set the rates of the integrals of each section, which stand before the other sums."""
+def set_touch_sums(model, work, out):  # type: ignore[no-untyped-def]
+    """Set the rates of the integrals of each section, which stand before the other sums.
+
+    Of points with friction it is the power of friction over the coefficient, which is smooth where sliding stops.
+    """
     first = len(out) - SUMS - PUSHES * len(work.touch)
     for i in range(len(work.touch)):
         force = work.touch[i, FORCE]
         out[first + PUSHES * i] = force
-        out[first + PUSHES * i + 1] = force * work.touch[i, SLIDING]
+        sliding = work.touch[i, SLIDING]
+        if sliding > 0.0 and model.touch_size[i, 1] == 0.0:
+            sliding *= sliding / np.sqrt(sliding * sliding + model.touch_friction[i, 1] ** 2)
+        out[first + PUSHES * i + 1] = force * sliding
         for k in range(3):
             out[first + PUSHES * i + 2 + k] = -force * work.touch[i, NORMAL + k]

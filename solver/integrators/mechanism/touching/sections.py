@@ -82,6 +82,8 @@ def of_contact(
             f" '{contact.body}', which turns by any angle; use 'penalty' with its law"
         )
     rows = _rows(body, frames[number], contact)
+    rubbing = settings.friction
+    friction = (rubbing.static, rubbing.speed or 1.0) if rubbing else (0.0, 1.0)
     placed = contact.points + np.asarray(system.scene.body[contact.body].position)
     found = []
     for place, own in zip(placed, rows, strict=True):
@@ -89,7 +91,7 @@ def of_contact(
         ground = place - along * axis if shape == PLANE else origin + along * axis
         ends = Point(NONE, ground), Point(number, place - centres[number], own, np.zeros((6, *2 * own.shape[1:])))
         axes = np.array([frame_along(axis), np.eye(3)])
-        found.append((ends, axes, Section(contact.name, size, law.coefficients(), shape=shape)))
+        found.append((ends, axes, Section(contact.name, size, law.coefficients(), friction, shape)))
     return found
 
 
