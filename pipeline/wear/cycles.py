@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.pipeline.wear.shapes import Cycle, Ended, Shapes, Soft, Wearing, cycle
+from gudgeon.pipeline.wear.shapes import Cycle, Ended, Shapes, Soft, Worn
 
 SAFETY, LEAST, MOST = 0.8, 0.25, 3.0
 """Of the next step over what the difference asks for; least and largest ratio of two steps."""
@@ -64,7 +64,7 @@ class Asked:
     """Largest difference over the clearance."""
 
 
-def run_cycles(scene: Wearing, asked: Asked, tell: Told, kept: Callable[[History], None]) -> History:
+def run_cycles(scene: Worn, asked: Asked, tell: Told, kept: Callable[[History], None]) -> History:
     """Wear a scene's joints over cycles.
 
     Args:
@@ -92,7 +92,7 @@ def run_cycles(scene: Wearing, asked: Asked, tell: Told, kept: Callable[[History
 
 
 def _update(
-    scene: Wearing, at: tuple[float, Shapes, float], base: Cycle, asked: Asked, found: History, tell: Told
+    scene: Worn, at: tuple[float, Shapes, float], base: Cycle, asked: Asked, found: History, tell: Told
 ) -> tuple[float, Shapes, float]:
     """Return cycles and shapes after the first update from `at` that keeps the tolerance, and the next step."""
     done, shapes, step = at
@@ -105,8 +105,8 @@ def _update(
             return done, shapes, step
         mean = _run(scene, middle, base.soft, found, _share(tell, done / asked.marks[-1]))
         difference = max(
-            float(size * np.abs(mean.rate[name] - base.rate[name]).max()) / joint.clearance
-            for name, joint in scene.joints.items()
+            float(size * np.abs(mean.rate[name] - base.rate[name]).max()) / scale
+            for name, scale in scene.scales().items()
         )
         ratio = float(np.clip(SAFETY * np.sqrt(asked.tolerance / max(difference, 1e-300)), LEAST, MOST))
         if difference <= asked.tolerance or size <= FEWEST:
@@ -124,14 +124,14 @@ def _update(
     return cycles, end, max(size * ratio, step if size < step else 0.0)
 
 
-def _run(scene: Wearing, shapes: Shapes, soft: Soft, found: History, tell: Told) -> Cycle:
+def _run(scene: Worn, shapes: Shapes, soft: Soft, found: History, tell: Told) -> Cycle:
     found.runs += 1
-    return cycle(scene, shapes, soft, tell)
+    return scene.cycle(shapes, soft, tell)
 
 
-def _first(scene: Wearing, base: Cycle, asked: Asked) -> float:
+def _first(scene: Worn, base: Cycle, asked: Asked) -> float:
     """Return the first step: it wears off as much as the tolerance of the difference."""
-    rate = max(float(base.rate[name].max()) / joint.clearance for name, joint in scene.joints.items())
+    rate = max(float(base.rate[name].max()) / scale for name, scale in scene.scales().items())
     return max(FEWEST, asked.tolerance / rate) if rate > 0 else np.inf
 
 
@@ -139,7 +139,7 @@ def _worn(shapes: Shapes, rate: Shapes, cycles: float) -> Shapes:
     return {name: shape + cycles * rate[name] for name, shape in shapes.items()}
 
 
-def _through(scene: Wearing, shapes: Shapes) -> str | None:
+def _through(scene: Worn, shapes: Shapes) -> str | None:
     """Return why shapes are beyond their walls; None if they are not."""
     for name, shape in shapes.items():
         deepest, reason = scene.deepest(name)

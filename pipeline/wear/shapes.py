@@ -1,7 +1,7 @@
 """Worn shapes of the joints of a scene, and runs with them."""
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -53,6 +53,18 @@ class Wearing:
             found[name] = shape
         return found
 
+    def scales(self) -> dict[str, float]:
+        """Return the clearances [m]."""
+        return {name: joint.clearance for name, joint in self.joints.items()}
+
+    def cycle(self, shapes: Shapes, soft: Soft, tell: Progress) -> "Cycle":
+        """Run the scene with worn shapes, unless the database has this run, and return what a cycle wears off.
+
+        Raises:
+            Ended: the run failed.
+        """
+        return _cycle(self, shapes, soft, tell)
+
     def deepest(self, name: str) -> tuple[float, str]:
         """Return the depth at which wear ends, and why."""
         thickness, bound = self.wear(name).thickness, DEEPEST * self.joints[name].radius
@@ -71,6 +83,26 @@ class Cycle:
     quantities: dict[str, float]
     key: str
     """Of the run's record."""
+
+
+class Worn(Protocol):
+    """What wears over cycles: a scene with shapes by name."""
+
+    def start(self) -> Shapes:
+        """Return the shapes before the first cycle."""
+        ...
+
+    def scales(self) -> dict[str, float]:
+        """Return lengths by name that differences of depths are measured by [m]."""
+        ...
+
+    def deepest(self, name: str) -> tuple[float, str]:
+        """Return the depth at which wear ends, and why."""
+        ...
+
+    def cycle(self, shapes: Shapes, soft: Soft, tell: Progress) -> Cycle:
+        """Return what a cycle wears off shapes; raises Ended where the run failed."""
+        ...
 
 
 class Ended(Exception):
@@ -109,12 +141,7 @@ def wearing(job: Any, period: float | None) -> Wearing:
     return Wearing(job, joints, duration - max(times) if period is None else period)
 
 
-def cycle(scene: Wearing, shapes: Shapes, soft: Soft, tell: Progress) -> Cycle:
-    """Run a scene with worn shapes, unless the database has this run, and return what a cycle wears off.
-
-    Raises:
-        Ended: the run failed.
-    """
+def _cycle(scene: Wearing, shapes: Shapes, soft: Soft, tell: Progress) -> Cycle:
     job = worn_job(scene, shapes, soft)
     report = kind_of(job).solve(job, "solve", tell)
     if report.reason is not None:

@@ -10,9 +10,9 @@ import pytest
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.wear import cycles as cycles_module
 from gudgeon.pipeline.wear.cycles import Asked
 from gudgeon.pipeline.wear.report import WearReport, marks_of, run_wear
+from gudgeon.pipeline.wear.shapes import Wearing
 
 LOAD, SPEED, RADIUS, GAP, LENGTH, STIFFNESS = 200.0, 40 * np.pi, 0.01, 2e-4, 0.02, 4e7
 WORN = 1e-3 / 2e9
@@ -131,7 +131,7 @@ def test_a_stopped_command_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     """What was run is in the database, and its table and document are written."""
     whole = worn(tmp_path / "whole", 100, SHAFT) if (tmp_path / "whole").mkdir() is None else None
     assert whole is not None
-    calls, inner = [], cycles_module.cycle
+    calls, inner = [], Wearing.cycle
 
     def counted(*arguments: Any) -> Any:
         calls.append(1)
@@ -139,7 +139,7 @@ def test_a_stopped_command_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPat
             raise KeyboardInterrupt
         return inner(*arguments)
 
-    monkeypatch.setattr(cycles_module, "cycle", counted)
+    monkeypatch.setattr(Wearing, "cycle", counted)
     with pytest.raises(KeyboardInterrupt):
         worn(tmp_path, 100, SHAFT)
     assert json.loads((tmp_path / "out" / "wear.json").read_text())["updates"]
