@@ -61,7 +61,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.report",),
     ("pipeline.wheel", "pipeline.electrostatics"),
     ("pipeline.kinds", "pipeline.doctor", "pipeline.service"),
-    ("pipeline.studies",),
+    ("pipeline.studies", "pipeline.wear"),
     ("pipeline",),
     ("gudgeon",),
     ("pipeline.cli.help",),

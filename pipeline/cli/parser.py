@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gudgeon.pipeline.cli import commands, drafts, studies
+from gudgeon.pipeline.cli import commands, drafts, studies, wearing
 from gudgeon.pipeline.cli.database_parser import DB, add_database
 from gudgeon.pipeline.cli.help.completion import SHELLS, script
 from gudgeon.pipeline.cli.help.examples import examples_of
@@ -108,9 +108,7 @@ def build_parser() -> argparse.ArgumentParser:
     add("--tolerance", type=_tolerance, metavar="T", help="error that the cheapest setting must meet (default 1%%)")
     add("--same-mesh", action="store_true", help=SAME_MESH)
     report.set_defaults(threads=1)
-    text = "run many designs of the scene: one table of their quantities, and a picture"
-    study = _command(names, "study", text, studies.study_command, studies.STUDY_HELP)
-    studies.add_options(study, _positive)
+    _add_many_runs(names)
     text = "run the robustness cases of the scene and check each result against its rule"
     add = _command(names, "robustness", text, commands.robustness_command, ROBUSTNESS_HELP).add_argument
     add("--only", type=_names, default=(), metavar="NAME,...", help="run only the named cases or groups")
@@ -157,6 +155,16 @@ def _add_export(names: Any) -> None:
     text = "reduced body: uff, universal file; op4, OUTPUT4 and DMIG; abaqus; exudyn, a script; npz, see docs/export.md"
     add("--format", choices=("uff", "op4", "abaqus", "exudyn", "npz"), help=text)
     add("--every", type=_positive, default=1, metavar="N", help="write every Nth frame (default 1: all)")
+
+
+def _add_many_runs(names: Any) -> None:
+    """Add `gudgeon study` and `gudgeon wear`."""
+    text = "run many designs of the scene: one table of their quantities, and a picture"
+    study = _command(names, "study", text, studies.study_command, studies.STUDY_HELP)
+    studies.add_options(study, _positive)
+    text = "wear the joints with clearance of the scene over many cycles"
+    wear = _command(names, "wear", text, wearing.wear_command, wearing.WEAR_HELP)
+    wearing.add_options(wear, _tolerance)
 
 
 def _linear_options(command: argparse.ArgumentParser) -> None:

@@ -69,6 +69,21 @@ class JournalWear(Strict):
         """Angle of a cell [rad]."""
         return 2 * np.pi / self.cells
 
+    def on_cells(self, depths: tuple[float, ...]) -> np.ndarray:
+        """Return the depth of each cell from evenly spaced ones, by a periodic cubic spline [m], (cells,)."""
+        y, n = np.array(depths, float), len(depths)
+        if n == self.cells:
+            return y
+        # Second derivatives per square of the spacing, M_{i-1} + 4 M_i + M_{i+1} = 6 (y_{i-1} − 2 y_i + y_{i+1}).
+        wave = 2 * np.cos(2 * np.pi * np.fft.fftfreq(n))
+        bend = np.fft.ifft(6 * (wave - 2) / (4 + wave) * np.fft.fft(y)).real
+        at = np.arange(self.cells) * n / self.cells
+        k = at.astype(int)
+        s, after = at - k, (k + 1) % n
+        r = 1 - s
+        curved = (r**3 - r) * bend[k] + (s**3 - s) * bend[after]
+        return r * y[k] + s * y[after] + curved / 6
+
     def least_softness(self, clearance: float) -> float:
         """Return the least softness that the cells resolve [m]."""
         return clearance * (FINEST * self.step) ** 2

@@ -23,6 +23,9 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("gudgeon report data/beam-sphere --tolerance 0.1%", "the cheapest setting below 0.1 %"),
     ),
     "study": (("gudgeon study data/rod-wall --vary body.rod.velocity.0=-0.1:-1:10", "ten speeds, one table"),),
+    "wear": (
+        ("gudgeon wear data/clearance-joint/wear.toml --period 0.012", "worn depth over the angle, and a picture"),
+    ),
     "robustness": (("gudgeon robustness data/two-mass --only units,turning", "two groups of cases"),),
     "linear": (
         (

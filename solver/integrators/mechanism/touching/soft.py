@@ -13,7 +13,7 @@ smooth however rough the depths are: where a groove conforms to the journal the 
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import inner, larger
 
 
 @inner
@@ -21,11 +21,11 @@ def soft_depth(model, i, side, x, y):  # type: ignore[no-untyped-def]
     """Return H of a section's bearing, 0, or journal, 1, at an offset (x, y) along the frame of its cells, and ∇H."""
     soft, cells = model.worn_soft[i], model.worn_cells[i, side]
     over = 1.0 / soft
-    high, round_high = -np.inf, np.sqrt(x * x + y * y)
+    high, round_high = -np.inf, -np.inf
     for k in range(cells):
-        level = x * model.worn_turn[i, k, 0] + y * model.worn_turn[i, k, 1] - model.worn_depth[i, side, k]
-        if level > high:
-            high = level
+        along = x * model.worn_turn[i, k, 0] + y * model.worn_turn[i, k, 1]
+        high = larger(high, along - model.worn_depth[i, side, k])
+        round_high = larger(round_high, along)
     worn, wx, wy, bare, bx, by = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(cells):
         c, s = model.worn_turn[i, k, 0], model.worn_turn[i, k, 1]

@@ -8,7 +8,6 @@ to round-off, and lies under the pressure of an elastic foundation, see `touchin
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.integrators.mechanism.arrays import Model, Work
@@ -47,7 +46,7 @@ def worn_section(joint: Clearance, number: int) -> WornSection | None:
     if wear is None:
         return None
     rows = [one[number] if one and any(one[number]) else None for one in (wear.bearing_depth, wear.journal_depth)]
-    bearing, journal = (None if one is None else on_cells(one, wear.cells) for one in rows)
+    bearing, journal = (None if one is None else wear.on_cells(one) for one in rows)
     soft, least = wear.softness(joint.clearance), wear.least_softness(joint.clearance)
     rates = wear.coefficient / wear.hardness, wear.journal_coefficient / wear.hardness
     thickness = np.inf if wear.thickness is None else wear.thickness
@@ -55,15 +54,6 @@ def worn_section(joint: Clearance, number: int) -> WornSection | None:
     return WornSection(
         wear.cells, (bearing, journal), soft, least, wear.after, rates=rates, areas=areas, thickness=thickness
     )
-
-
-def on_cells(depths: tuple[float, ...], cells: int) -> np.ndarray:
-    """Return the depth of each cell from evenly spaced ones, by a periodic cubic spline [m], (cells,)."""
-    if len(depths) == cells:
-        return np.array(depths, float)
-    angles = np.linspace(0.0, 2 * np.pi, len(depths) + 1)
-    spline = CubicSpline(angles, [*depths, depths[0]], bc_type="periodic")
-    return spline(2 * np.pi / cells * np.arange(cells))
 
 
 def worn_arrays(worn: list[WornSection | None]) -> dict[str, np.ndarray]:

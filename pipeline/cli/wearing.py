@@ -1,0 +1,65 @@
+"""`gudgeon wear`: its options, and the command."""
+
+import argparse
+import sys
+from typing import Any
+
+from gudgeon.pipeline.cli.console import Console
+from gudgeon.pipeline.cli.sharing import shared
+
+WEAR_HELP = """\
+Wear the joints with clearance of a scene (kind "clearance" with a table wear) over many cycles: run it, carry its wear
+on over cycles, run it with the worn shapes, and so on. Each update is made once and in two halves; where these differ
+by more than --tolerance of the clearance, it is repeated with fewer cycles. Runs are kept in the database, so that the
+same command goes on after an interrupt. Writes wear.csv (worn depth over the angle after --at cycles), wear.json
+(updates, volumes, quantities) and a picture for each joint. See docs/mechanisms.md.
+
+Exit code: 0 all cycles are done; 1 a wall is worn through or a run failed, with what was reached; 2 the input is wrong.
+"""
+
+
+def add_options(command: argparse.ArgumentParser, tolerance: Any) -> None:
+    """Add the options of `gudgeon wear`.
+
+    Args:
+        tolerance: Type of a tolerance.
+    """
+    add = command.add_argument
+    add("--cycles", type=_number, default=1000.0, metavar="N", help="number of cycles (default 1000)")
+    text = "period of a cycle [s] (default: the time of the run after joint.NAME.wear.after)"
+    add("--period", type=_number, metavar="T", help=text)
+    text = "write the shapes after these cycles (default: powers of ten from 10 on, and the last one)"
+    add("--at", type=_numbers, default=[], metavar="N,...", help=text)
+    text = "largest difference of an update and its two halves, over the clearance (default 1%%)"
+    add("--tolerance", type=tolerance, metavar="T", help=text)
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1e15:
+        raise argparse.ArgumentTypeError(f"{text} given; expected a number above 0")
+    return value
+
+
+def _numbers(text: str) -> list[float]:
+    return [_number(one) for one in text.split(",")]
+
+
+def wear_command(options: argparse.Namespace) -> int:
+    """Wear the joints of a scene over cycles and print depths and volumes."""
+    from gudgeon.pipeline.cli.commands import opened
+    from gudgeon.pipeline.wear.cycles import Asked
+    from gudgeon.pipeline.wear.report import TOLERANCE, marks_of, run_wear, wear_json, wear_text
+
+    asked = Asked(marks_of(options.cycles, options.at), options.tolerance or TOLERANCE)
+    job = opened(options)[1]
+    with shared(job, "wear", Console(options.json).progress) as progress:
+        report = run_wear(job, asked, options.period, progress)
+    print(wear_json(report) if options.json else wear_text(report))
+    if report.reason is not None:
+        print(f"gudgeon: {job.path}: {report.reason}", file=sys.stderr)
+        return 1
+    return 0

@@ -1,0 +1,126 @@
+"""`wear-JOINT.png`: orbit of the journal, force over the angle, worn depth after some cycles, and its course."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from gudgeon.pipeline.plots.base import style
+
+COLOURS = (style.BLUE, style.ORANGE, style.GREEN, "#8a5fb0", "#b08a2e", "#1a9aa8", style.RED, style.GREY)
+LINES = ("-", "--")
+WIDTH, HEIGHT = 1700, 1600
+End = tuple[np.ndarray, np.ndarray]
+"""Orbit [m], (s, 2), and mean force over the angle [N/rad], (cells,)."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a picture shows of one joint."""
+
+    scene: str
+    joint: str
+    clearance: float
+    ends: Sequence[End]
+    """Of the first and of the last shapes."""
+    start: np.ndarray
+    """Depths at the start [m], (sections, 2, cells)."""
+    marks: Mapping[float, np.ndarray]
+    """Depths after numbers of cycles [m]."""
+    course: Sequence[tuple[float, float, float]]
+    """Cycles, largest depth [m] and difference of each update."""
+
+
+def draw(path: Path, shown: Shown) -> None:
+    """Draw the picture of a joint."""
+    with style.styled():
+        style.save(_figure(shown), path)
+
+
+def _figure(shown: Shown) -> Figure:
+    last = max((*shown.marks, *(one[0] for one in shown.course)))
+    subtitle = (
+        f"{shown.scene}, joint {shown.joint}  ·  {last:g} cycles; angles about the bearing's axis, on the bearing"
+    )
+    figure = style.new_figure("Wear of a joint with clearance", subtitle, height=HEIGHT, width=WIDTH)
+    grid = figure.add_gridspec(2, 2, left=0.09, right=0.93, bottom=0.07, top=0.85, hspace=0.34, wspace=0.26)
+    labels = ("unworn" if not shown.start.any() else "at the start", f"after {last:g} cycles")
+    _orbit(figure.add_subplot(grid[0, 0]), shown, labels)
+    _force(figure.add_subplot(grid[0, 1], projection="polar"), shown, labels)
+    _depth(figure.add_subplot(grid[1, 0]), shown)
+    _course(figure.add_subplot(grid[1, 1]), shown)
+    return figure
+
+
+def _orbit(axes: Axes, shown: Shown, labels: Sequence[str]) -> None:
+    """Draw the journal's place in the bearing, and the places at which it would just touch."""
+    factor, unit = style.prefixed(shown.clearance, "m")
+    turn = np.linspace(0, 2 * np.pi, shown.start.shape[2] + 1)
+    shapes = [shown.start[0, 0], list(shown.marks.values())[-1][0, 0] if shown.marks else shown.start[0, 0]]
+    for (orbit, _), label, colour, shape in zip(shown.ends, labels, COLOURS, shapes, strict=False):
+        reach = factor * (shown.clearance + np.append(shape, shape[0]))
+        axes.plot(reach * np.cos(turn), reach * np.sin(turn), color=colour, lw=1.0, ls="--")
+        axes.plot(*(factor * orbit.T), color=colour, lw=0.6, alpha=0.75, label=label)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(f"journal in the bearing [{unit}]; dashed: it touches")
+    axes.set_ylabel(f"[{unit}]")
+    style.legend(axes, columns=2)
+
+
+def _force(axes: Axes, shown: Shown, labels: Sequence[str]) -> None:
+    """Draw the mean force on the bearing per angle."""
+    most = max(float(force.max()) for _, force in shown.ends)
+    factor, unit = style.prefixed(most, "N")
+    for (_, force), label, colour in zip(shown.ends, labels, COLOURS, strict=False):
+        turn = np.linspace(0, 2 * np.pi, len(force) + 1)
+        axes.plot(turn, factor * np.append(force, force[0]), color=colour, lw=1.2, label=label)
+    axes.set_xlabel(f"mean contact force over the angle [{unit}/rad]")
+    axes.tick_params(labelsize=8)
+    axes.set_rlabel_position(90)  # type: ignore[attr-defined]
+    axes.yaxis.set_major_locator(MaxNLocator(3))
+    style.legend(axes, columns=2)
+
+
+def _depth(axes: Axes, shown: Shown) -> None:
+    """Draw the depth over the angle after some cycles, of all sections, bearing and journal."""
+    shapes = {0.0: shown.start} | dict(shown.marks) if shown.start.any() else dict(shown.marks)
+    most = max((float(shape.max()) for shape in shapes.values()), default=0.0)
+    if most <= 0:
+        axes.set_axis_off()
+        return
+    factor, unit = style.prefixed(most, "m")
+    for (cycles, shape), colour in zip(shapes.items(), COLOURS, strict=False):
+        angles = np.linspace(0, 360, shape.shape[2] + 1)
+        for section, sides in enumerate(shape):
+            for side, depths in enumerate(sides):
+                if side == 0 or depths.any():
+                    name = f"{cycles:g} cycles" if section == side == 0 else None
+                    axes.plot(angles, factor * np.append(depths, depths[0]), color=colour, lw=1.3 - 0.5 * section,
+                              ls=LINES[side], label=name)  # fmt: skip
+    axes.set_xlim(0, 360)
+    axes.set_xticks(range(0, 361, 90))
+    which = "bearing" if not any(shape[:, 1].any() for shape in shapes.values()) else "bearing, dashed: journal"
+    axes.set_xlabel(f"angle [deg], {which}")
+    axes.set_ylabel(f"worn depth [{unit}]")
+    style.legend(axes, columns=3)
+
+
+def _course(axes: Axes, shown: Shown) -> None:
+    """Draw the largest depth over the cycles, and the difference of each update."""
+    cycles, depths, differences = (np.array(one) for one in zip(*shown.course, strict=True))
+    factor, unit = style.prefixed(float(depths.max()), "m")
+    axes.plot(cycles, factor * depths, "o-", color=style.BLUE, ms=3.5, lw=1.2, label="largest depth")
+    axes.set_xlabel("cycles")
+    axes.set_ylabel(f"depth [{unit}]")
+    axes.set_xlim(0, None)
+    axes.set_ylim(0, None)
+    beside = axes.twinx()
+    beside.plot(cycles, 100 * differences, "s", color=style.ORANGE, ms=3.5, label="difference of one update and two")
+    beside.set_ylabel("difference over the clearance [%]")
+    beside.set_ylim(0, None)
+    beside.grid(visible=False)
+    style.legend(axes, beside=beside, columns=2)
