@@ -64,6 +64,10 @@ class Result(Enum):
         "a bushing was turned by nearly a half turn, beyond which its rotation is not defined; hold the rotation by a"
         " joint, increase its rotational_stiffness, or shorten run.duration"
     )
+    FIELD_LEFT = (
+        "a body left the grid of poses of an electrostatic field, or plates touched; widen the grid, or stop the body"
+        " before by a contact"
+    )
     STOPPED = "the run was stopped; its results end with the last frame before"
     RESTITUTION = (
         "an impact would increase the energy: Newton's restitution is not admissible with this friction; reduce"
