@@ -76,6 +76,16 @@ def _late(home: str) -> Callable[..., Any]:
     return lambda *arguments: _found(home)(*arguments)
 
 
+def _after_fields(home: str) -> Callable[..., Any]:
+    """As `_late`, after the fields that a scene of bodies names are computed."""
+
+    def called(job: Any, *arguments: Any) -> Any:
+        _found("gudgeon.pipeline.electrostatics.bodies:ensure")(job)
+        return _found(home)(job, *arguments)
+
+    return called
+
+
 def _no_export(job: SceneJob, what: str, every: int) -> list[Path]:
     raise InputError(f"{job.path}: export: {what} of a wheel cannot be exported; its records hold shapes and response")
 
@@ -100,13 +110,13 @@ def _no_linear(job: SceneJob, asked: Any, progress: Progress) -> Any:
 KINDS: dict[str, Kind] = {
     "body": Kind(
         model="gudgeon.pipeline.scenes.bodies:SceneFile",
-        open=_late("gudgeon.pipeline.stages.job:contact_job"),
-        run=_late("gudgeon.pipeline.stages.run:run_job"),
-        solve=_late("gudgeon.pipeline.stages.run:solve_records"),
+        open=_late("gudgeon.pipeline.electrostatics.bodies:body_job"),
+        run=_late("gudgeon.pipeline.electrostatics.bodies:run_bodies"),
+        solve=_late("gudgeon.pipeline.electrostatics.bodies:solve_bodies"),
         plan=_late("gudgeon.pipeline.stages.plan:plan"),
-        report=_late("gudgeon.pipeline.report.bodies:report_scene"),
-        robustness=_late("gudgeon.pipeline.robustness.run:robustness_job"),
-        export=_late("gudgeon.pipeline.exporters.export:export"),
+        report=_after_fields("gudgeon.pipeline.report.bodies:report_scene"),
+        robustness=_after_fields("gudgeon.pipeline.robustness.run:robustness_job"),
+        export=_after_fields("gudgeon.pipeline.exporters.export:export"),
         export_part=_late("gudgeon.pipeline.exporters.part:export_part"),
         linear=_late("gudgeon.pipeline.linear.analysis:analyse"),
     ),

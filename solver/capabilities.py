@@ -36,6 +36,8 @@ class Feature(Enum):
     MECHANISM = "joints between bodies that turn by any angle"
     POINT_LOAD = "forces at points of rigid bodies, and torques, given over time"
     POINT_SPRING = "springs between two points whose line turns with them"
+    FIELD = "electrostatic fields and adhesion"
+    ELECTRODE = "electrostatic pressure on points of a surface"
 
 
 UNTOUCHED = 10.0
@@ -153,7 +155,7 @@ class Mechanism(Integrator):
     carries = frozenset(
         {
             Feature.MECHANISM, Feature.POINT_LOAD, Feature.POINT_SPRING, Feature.GRAVITY, Feature.PROBES,
-            Feature.DAMPING, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.SMOOTHED_FRICTION,
+            Feature.DAMPING, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.SMOOTHED_FRICTION, Feature.FIELD,
         }
     )  # fmt: skip
     order = 8

@@ -17,7 +17,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "kg/m^3": (1e-24, 1e24), "N": (1e-40, 1e40), "Pa": (1e-18, 1e24), "N/m": (1e-40, 1e40), "N/m^3": (1e-30, 1e45),
     "N/m^exponent": (1e-45, 1e60), "N s/m": (1e-45, 1e45), "N m": (1e-60, 1e52),
     "N m/rad": (1e-45, 1e45), "N/rad": (1e-45, 1e45), "N m s/rad": (1e-45, 1e45), "N s/rad": (1e-45, 1e45),
-    "V": (1e-12, 1e12), "C": (1e-30, 1e12),
+    "V": (1e-12, 1e12), "C": (1e-30, 1e12), "F/m": (1e-40, 1e20),
 }  # fmt: skip
 """Smallest and largest magnitude of a number of a scene by its unit."""
 MOST = 1_000_000
@@ -66,6 +66,7 @@ def _invertible(nu: float) -> float:
     return nu
 
 
+AbsolutePermittivity = Annotated[float, above_zero("F/m"), sizeable("F/m")]
 Acceleration = Annotated[float, signed("m/s^2"), sizeable("m/s^2")]
 Angle = Annotated[float, signed("deg"), sizeable("deg")]
 AngularVelocity = Annotated[float, signed("rad/s"), sizeable("rad/s")]
@@ -108,6 +109,8 @@ SecondMoment = Annotated[float, above_zero("m^4"), sizeable("m^4")]
 Share = Annotated[float, Field(ge=0, le=1, json_schema_extra={"unit": "1"}), sizeable("1")]
 Speed = Annotated[float, signed("m/s"), sizeable("m/s")]
 Stiffness = Annotated[float, above_zero("N/m"), sizeable("N/m")]
+SurfaceEnergy = Annotated[float, above_zero("N/m"), sizeable("N/m")]
+"""Work of adhesion per area."""
 TimeValue = Annotated[float, signed("s"), sizeable("s")]
 TorqueValue = Annotated[float, signed("N m"), sizeable("N m")]
 TimeFromZero = Annotated[float, from_zero("s"), sizeable("s")]

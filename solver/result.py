@@ -68,6 +68,10 @@ class Result(Enum):
         "the wear of a joint went through its wall; increase joint.NAME.wear.thickness, or shorten run.duration or the"
         " number of cycles"
     )
+    FIELD_LEFT = (
+        "a body left the grid of poses of an electrostatic field, or plates touched; widen the grid, or stop the body"
+        " before by a contact"
+    )
     STOPPED = "the run was stopped; its results end with the last frame before"
     RESTITUTION = (
         "an impact would increase the energy: Newton's restitution is not admissible with this friction; reduce"

@@ -129,7 +129,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         here = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
         sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.samples.part(here))
         if not sound or not np.isfinite(histories.samples.energies[here]).all():
-            result = integrator.failure if not sound else Result.DIVERGED
+            result, reason = integrator.failure if not sound else Result.DIVERGED, getattr(integrator, "reason", "")
             break
         now = integrator.outcome()
         histories.frames[frame], histories.velocities[frame] = now.q, now.v
@@ -162,6 +162,8 @@ def _drift(system: System, end: Outcome, found: Histories) -> float:
     largest = float(np.abs(found.samples.energies[:, :3]).max(initial=0.0))
     if (system.driving.given or system.driving.drives) and not system.contacts:
         exchanged = float(np.abs(found.samples.energies[:, WORK]).max(initial=0.0))
+    if system.fields.names and len(found.samples.energies):
+        exchanged = max(exchanged, float(np.ptp(found.samples.energies[:, :2], axis=0).max()))
     if exchanged > 0:  # A body that stays at rest exchanges round-off of the energy that it has.
         exchanged = max(exchanged, RESOLVED * largest)
     return float(end.extreme[ENERGY_ERROR]) / exchanged if exchanged > 0 else 0.0

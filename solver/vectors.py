@@ -31,6 +31,16 @@ def unit(vector: tuple[float, ...] | np.ndarray) -> np.ndarray:
     return array / np.linalg.norm(array)
 
 
+def rotation_of(rotation: np.ndarray) -> np.ndarray:
+    """Return the rotation matrix of a rotation vector [rad], (3, 3)."""
+    angle = float(np.linalg.norm(rotation))
+    if angle == 0:
+        return np.eye(3)
+    x, y, z = rotation / angle
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew
+
+
 def length_across(vectors: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Return the length of vectors (…, 3) across a unit vector, (…)."""
     return np.linalg.norm(vectors - (vectors @ along)[..., None] * along, axis=-1)

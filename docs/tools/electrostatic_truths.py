@@ -15,7 +15,7 @@ import numpy as np
 
 from gudgeon.pipeline.electrostatics.stages import compute_poses
 from gudgeon.pipeline.kinds import open_job, run
-from gudgeon.solver.forces.pose_field import PoseField
+from gudgeon.solver.forces.fields.pose_field import PoseField
 
 DATA = Path(__file__).parents[2] / "data" / "electrostatics"
 

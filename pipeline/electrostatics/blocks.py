@@ -12,7 +12,7 @@ from gudgeon.pipeline.electrostatics.poses import pose_block
 from gudgeon.pipeline.stages.make import keep
 from gudgeon.pipeline.stages.products import Product
 from gudgeon.pipeline.stages.run_report import Progress
-from gudgeon.solver.forces.pose_field import cell_errors
+from gudgeon.solver.forces.fields.pose_field import cell_errors
 
 
 def compute_grid(

@@ -27,7 +27,7 @@ from gudgeon.pipeline.electrostatics.grid import Moved
 from gudgeon.pipeline.electrostatics.kernel import Group, crossing, fill, fill_symmetric, workspace
 from gudgeon.pipeline.electrostatics.panels import Panels
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.solver.forces.pose_field import rotation_of
+from gudgeon.solver.vectors import rotation_of
 
 CONVERGED = 1e-8
 """Residual of a solution relative to the right-hand side, in the norm of the preconditioner. C is a quadratic form at

@@ -72,6 +72,11 @@ def analyse(job: Job, asked: Asked, progress: Progress) -> Answer:
     """
     _refuse(asked)
     refuse_turning(job, "linear")
+    for name in job.scene.fields() | job.scene.electrodes():
+        raise InputError(
+            f"{job.path}: linear: the stiffness of electrostatic fields is not part of it; remove force.{name}, or"
+            " put a spring in its place"
+        )
     run_job(job, "morph", progress)
     progress("linear", 0.0)
     from gudgeon.solver.linear.modes import assembled_modes

@@ -73,12 +73,13 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
     for name, force in scene.over_time().items():
         if (interface := getattr(force, "interface", None)) is not None and force.surface is not None:
             wanted.append((f"force.{name}.interface", force.body, interface, (force.surface,)))
-    for name, spring in scene.springs().items():
+    for name, spring in (scene.springs() | scene.fields()).items():
         able = ("mean", "tie", *(("points", "patch") if spring.kind == "spring" else ()))
         if spring.interface is not None:
             wanted.append((f"force.{name}.interface", spring.body, spring.interface, able))
         if spring.against is not None and spring.against_interface is not None:
             wanted.append((f"force.{name}.against_interface", spring.against, spring.against_interface, able))
+    wanted += [(f"force.{n}.interface", f.body, f.interface, ("points",)) for n, f in scene.electrodes().items()]
     wanted += _held_interfaces(scene)
     for name, motion in scene.motion.items():
         if motion.interface is not None:

@@ -60,7 +60,7 @@ def _continuum(system: System) -> System | None:
     }
     if all(body is system.bodies[name] for name, body in bodies.items()):
         return None
-    return assembled(system.scene, bodies, system.terms)
+    return assembled(system.scene, bodies, system.terms, fields=system.fields)
 
 
 def _corrected(modal: ModalRecord) -> ModalRecord | None:

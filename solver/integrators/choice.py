@@ -6,8 +6,11 @@ import numpy as np
 
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.ports.stick import stick_frequency
+from gudgeon.solver.system.fields.reading import evaluated, field_loads, start_pose, stiffness
 from gudgeon.solver.system.system import System
 
+RESOLVED = 40.0
+"""ω_c over the frequency of an electrostatic field, so that a default step is a tenth of its inverse."""
 FEW_POINTS = 8
 """Contact points up to which `auto` takes located events where it can."""
 MANY = 5e7
@@ -20,7 +23,30 @@ def critical_frequency(system: System) -> float:
     Raises:
         SolverError: the contact's compliance is singular.
     """
-    return max(system.critical_frequency(), stick_frequency(system))
+    return max(system.critical_frequency(), stick_frequency(system), RESOLVED * field_frequency(system))
+
+
+def field_frequency(system: System) -> float:
+    """Return the largest frequency that the stiffness of an electrostatic field alone gives its bodies as the run
+    starts [rad/s]; of an attraction, which is unstable, that at which it grows."""
+    if not system.fields.names:
+        return 0.0
+    driving, (names, energies) = system.driving, system.fields
+    fields = system.scene.fields() | system.scene.electrodes()
+    given = [(load.name, at.start + k) for load, at in driving.given_rows() for k in range(at.stop - at.start)]
+    loads, numbers = field_loads(names, [name for name, _ in given]), np.array([row for _, row in given], int)
+    poses = np.array([start_pose(fields[name]) for name in names])
+    evaluated(names, energies, poses)
+    kept, blocks = list[np.ndarray](), list[np.ndarray]()
+    for i, pose in enumerate(poses):
+        rows = np.zeros((6, driving.rows.shape[1]))
+        for side, sign in ((0, 1.0), (1, -1.0)):
+            acts = loads[i, side] >= 0
+            rows[acts] += sign * driving.rows[numbers[loads[i, side, acts]]]
+        kept.append(rows)
+        blocks.append(stiffness(energies, i, pose) @ rows)
+    found = np.linalg.eigvals(np.vstack(blocks).T @ np.vstack(kept))
+    return float(np.sqrt(np.abs(found).max()))
 
 
 def choose(system: System) -> tuple[str, float]:

@@ -82,6 +82,12 @@ def _forces(scene: Scene, counts: Counts) -> Iterator[PortRow]:
         if isinstance(load, MovingForce):
             count = counts(load.body, load.interface)
         yield PortRow(f"force.{name}", WORDS[Kind.GIVEN], count, (load.body,), "constant")
+    for name, field in scene.fields().items():
+        bodies = (field.body, *((field.against,) if field.against is not None else ()))
+        yield PortRow(f"force.{name}", WORDS[Kind.GIVEN], 6 * len(bodies), bodies, "moving")
+    for name, electrode in scene.electrodes().items():
+        points = counts(electrode.body, electrode.interface)
+        yield PortRow(f"force.{name}", WORDS[Kind.GIVEN], points, (electrode.body,), "constant")
     for name, spring in scene.springs().items():
         count = len(spring.parts()[1]) if isinstance(spring, Bushing) else 1
         bodies = (spring.body, *((spring.against,) if spring.against is not None else ()))

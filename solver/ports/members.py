@@ -190,7 +190,7 @@ def probe_ports(system: System, ports: Ports) -> np.ndarray:
     found = np.zeros((len(probes.offset), len(ports.offset)))
     for name, here, parts in zip(probes.names, probes.places, probes.readings, strict=True):
         of = getattr(system.scene.probe[name], "of", "")
-        if of.startswith("force."):
+        if of.startswith("force.") and of.partition(".")[2] in system.springs.names:
             own = ports.of(of)
             found[here.start : here.start + own.stop - own.start] = ports.residual.sum(axis=0)[own]
         if of.startswith("body."):

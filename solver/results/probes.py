@@ -62,6 +62,11 @@ def _force(
         return _reaction(system, owner, read, parts), ("x", "y", "z"), "N"
     if kind == "motion":
         return _driving_force(system, owner, parts[2])
+    if owner in (fields := system.scene.fields()):
+        axes = fields[owner].axes().T
+        at = next(at for load, at in system.driving.given_rows() if load.name == owner)
+        found = np.hstack([parts[2][:, at][:, k : k + 3] @ axes for k in range(0, at.stop - at.start, 3)])
+        return found, WRENCH[: found.shape[1]], "N" if found.shape[1] == 3 else "N, N m"
     springs, count = system.springs, own.shape[1] // 2
     here = springs.of(owner)
     every = np.zeros(len(springs.stiffness))

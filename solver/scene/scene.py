@@ -10,6 +10,13 @@ from gudgeon.solver.capabilities import INTEGRATORS, Feature, Integrator
 from gudgeon.solver.forces import Force, OverTime
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.external import ExternalForce
+from gudgeon.solver.forces.fields.electrostatic import (
+    Adhesion,
+    Electrostatic,
+    ElectrostaticPressure,
+    FieldForce,
+    ParallelPlates,
+)
 from gudgeon.solver.forces.gas import GasPressure
 from gudgeon.solver.forces.given import GivenForce, GivenTorque
 from gudgeon.solver.forces.moving import MovingForce
@@ -51,7 +58,8 @@ class Scene(Strict):
         named += [(f"joint.{name}.against", joint.against) for name, joint in self.hinges().items() if joint.against]
         named += [(f"force.{name}.body", force.body) for name, force in self.force.items()]
         named += [(f"motion.{name}.body", motion.body) for name, motion in self.motion.items()]
-        named += [(f"force.{n}.against", spring.against) for n, spring in self.springs().items() if spring.against]
+        both = self.springs() | self.fields()
+        named += [(f"force.{n}.against", one.against) for n, one in both.items() if one.against]
         for name, probe in self.probe.items():
             if isinstance(probe, ForceProbe):
                 self._check_force(f"probe.{name}.of", probe.of)
@@ -87,7 +95,9 @@ class Scene(Strict):
     def _check_force(self, where: str, of: str) -> None:
         """Raise a ValueError unless a probe's `of` is a contact, joint, spring, motion or body of the scene."""
         able = [f"contact.{name}" for name in self.contact] + [f"joint.{name}" for name in self.joint]
-        able += [f"force.{name}" for name in self.springs()] + [f"motion.{name}" for name in self.motion]
+        able += [f"force.{name}" for name in self.springs() | self.fields()] + [
+            f"motion.{name}" for name in self.motion
+        ]
         able += [f"body.{name}" for name in self.body]
         if of not in able:
             near = difflib.get_close_matches(of, able, 1)
@@ -110,6 +120,18 @@ class Scene(Strict):
         """Return the bushings of bodies that turn by any angle by name: beside joints of two markers, or as named."""
         turns = self.hinges() or self.run.integrator == "mechanism"
         return {n: f for n, f in self.force.items() if isinstance(f, Bushing) and turns}
+
+    def fields(self) -> dict[str, Electrostatic | ParallelPlates | Adhesion]:
+        """Return the electrostatic fields and adhesions of the scene by name."""
+        return {n: f for n, f in self.force.items() if isinstance(f, Electrostatic | ParallelPlates | Adhesion)}
+
+    def electrodes(self) -> dict[str, ElectrostaticPressure]:
+        """Return the electrostatic pressures on points of the scene by name."""
+        return {n: f for n, f in self.force.items() if isinstance(f, ElectrostaticPressure)}
+
+    def six_motions(self) -> dict[str, Bushing | FieldForce]:
+        """Return bushings of bodies that turn by any angle, then fields: what acts on translation and rotation."""
+        return {**self.turning_bushings(), **self.fields()}
 
     def point_loads(self) -> dict[str, GivenForce | GivenTorque]:
         """Return forces over time at points of rigid bodies, and torques on them, by name."""
@@ -135,8 +157,12 @@ class Scene(Strict):
         return {body: tuple(dict.fromkeys(names)) for body, names in found.items()}
 
     def given(self) -> dict[str, GasPressure | MovingForce | ExternalForce | OverTime]:
-        """Return the forces prescribed over time by name: all but springs and bushings."""
-        return {n: f for n, f in self.force.items() if not isinstance(f, Spring | Bushing)}
+        """Return the forces prescribed over time by name: all but springs, bushings and fields."""
+        return {
+            n: f
+            for n, f in self.force.items()
+            if not isinstance(f, Spring | Bushing | FieldForce | ElectrostaticPressure)
+        }
 
     def over_time(self) -> dict[str, OverTime]:
         """Return the forces by name whose amount is a table or an expression of time."""
@@ -300,5 +326,9 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
             yield f"the force of force.{name}, which is not a stiffness alone,", Feature.SPRING_TABLE
         if spring.damped:
             yield f"damping of force.{name}", Feature.SPRING_DAMPING
+    for name in scene.fields():
+        yield f"the field force.{name}", Feature.FIELD
+    for name in scene.electrodes():
+        yield f"the electrostatic pressure force.{name}", Feature.ELECTRODE
     if any(scene.run.gravity):
         yield "run.gravity", Feature.GRAVITY

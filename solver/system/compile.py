@@ -14,9 +14,11 @@ from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
 from gudgeon.solver.contact.rows import PER_ROW, ContactPoints, ContactRows, contact_block, sliding_block
 from gudgeon.solver.contact.shares import shared_twice
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.fields.co_energy import joined
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.drives import begin_velocities
 from gudgeon.solver.system.equilibrium import settled
+from gudgeon.solver.system.fields.reading import Fields, read_fields
 from gudgeon.solver.system.friction import refuse_motion_across
 from gudgeon.solver.system.gauges import compile_gauges
 from gudgeon.solver.system.held import begin_driven, held_statics
@@ -60,7 +62,7 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
             "body: all rigid motions are fixed by supports and freedom, and no body is elastic; release at least one"
             " motion"
         )
-    return assembled(scene, bodies, terms)
+    return assembled(scene, bodies, terms, fields=read_fields(store, scene, bodies))
 
 
 def _checked_modes(store: Store, name: str, design: MorphRecord, only: list[str]) -> ModalRecord:
@@ -77,12 +79,18 @@ def _checked_modes(store: Store, name: str, design: MorphRecord, only: list[str]
 
 
 def assembled(
-    scene: Scene, bodies: dict[str, FlexibleBody], terms: list[Term], *, sag: np.ndarray | None = None
+    scene: Scene,
+    bodies: dict[str, FlexibleBody],
+    terms: list[Term],
+    *,
+    sag: np.ndarray | None = None,
+    fields: Fields | None = None,
 ) -> System:
     """Build the system of bodies whose records have been read, one after the other in the coordinates.
 
     Args:
         sag: Change of the gaps by what the bodies' coordinates do not contain [m], (c,).
+        fields: Those of the scene; default: none.
 
     Raises:
         SceneError: as `compile_system`.
@@ -112,6 +120,7 @@ def assembled(
         driving=driving, springs=springs, loads=loads, position=position,
         velocity=velocity, start_forces=np.zeros(len(arrays["gap"])), start_pulls=np.zeros(len(springs.stiffness)),
         start_friction=np.zeros((len(arrays["gap"]), 2)), start_stretch=np.zeros((len(arrays["gap"]), 2)),
+        fields=Fields([], joined([])) if fields is None else fields,
         terms=terms, probes=compile_probes(scene, bodies, contacts, springs, size), **arrays,
         **compile_gauges(bodies, contacts, size),
     )  # fmt: skip

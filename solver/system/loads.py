@@ -22,6 +22,7 @@ from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.drives import CHECKED, DrivenRows, driven_rows, refuse_contradictions
+from gudgeon.solver.system.fields.reading import electrode_end, field_ends
 from gudgeon.solver.vectors import unit
 
 ON_THE_SPACE = 1e-9
@@ -218,6 +219,10 @@ def compile_driving(
         given.append(load)
         rows.append(_over_all(body, body.wrench_rows(load.resultant), elastic, size))
         owners.append((force.body, load.interface, load.mix))
+    for load, elastic in _fields(scene, bodies):
+        given.append(load)
+        rows.append(_over_all(bodies[load.body], bodies[load.body].wrench_rows(load.resultant), elastic, size))
+        owners.append((load.body, load.interface, load.mix))
     drives: list[DrivenRows] = []
     for name, motion in scene.motion.items():
         body = bodies[motion.body]
@@ -245,6 +250,30 @@ def compile_driving(
     return found
 
 
+Made = tuple[GivenLoad, np.ndarray]
+"""A load of k forces, and its elastic rows, (k, m)."""
+
+
+def _fields(scene: Scene, bodies: Mapping[str, FlexibleBody]) -> Iterator[Made]:
+    """Yield the loads of electrostatic fields at each of their ends, then those of the points of electrodes."""
+    for name, field in scene.fields().items():
+        for number, (body, interface, mix, resultant) in enumerate(field_ends(name, field, scene, bodies)):
+            label, none = f"{name}.against" if number else name, np.zeros((len(mix), 0))
+            elastic = none if interface is None else mix @ body.modal.loads[interface].rows
+            amounts = partial(_none, len(mix))
+            yield GivenLoad(label, body.name, interface, mix, resultant, amounts, travels=False), elastic
+    for name, electrode in scene.electrodes().items():
+        body, interface, mix, resultant = electrode_end(name, electrode, scene, bodies)
+        elastic = body.modal.interfaces[electrode.interface].rows
+        amounts = partial(_none, len(mix))
+        yield GivenLoad(name, body.name, interface, mix, resultant, amounts, travels=False), elastic
+
+
+def _none(count: int, time: np.ndarray) -> np.ndarray:
+    """Return zeros for a field, whose forces the time loop finds, (t, k)."""
+    return np.zeros((len(time), count))
+
+
 def _shared(
     scene: Scene, bodies: Mapping[str, FlexibleBody], contacts: Sequence[ContactRows], owners: Sequence[Owner]
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -263,10 +292,6 @@ def _shared(
                 if body == owner and METHODS[scene.contact[contact.name].method].flexible:
                     to_gap[contact.rows, here] = -shared(share, bodies[body].residual(touching, interface)) @ mix.T
     return residual, to_gap
-
-
-Made = tuple[GivenLoad, np.ndarray]
-"""A load of k forces, and its elastic rows, (k, m)."""
 
 
 def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:

@@ -46,7 +46,7 @@ def nested(system: System, share: float = HALF) -> System | None:
         first = bodies[name].elastic.stop
     if first == len(system.velocity):
         return None
-    return assembled(system.scene, bodies, system.terms, sag=_sag(system, share))
+    return assembled(system.scene, bodies, system.terms, sag=_sag(system, share), fields=system.fields)
 
 
 def _sag(system: System, share: float) -> np.ndarray:

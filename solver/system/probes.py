@@ -148,7 +148,7 @@ def _force_block(
     contacts, springs = members
     rows = rates = np.zeros((0, shape[0]))
     pressed, offset, readings = np.zeros((0, shape[1])), np.zeros(0), ()
-    if kind == "force":
+    if kind == "force" and owner in springs.names:
         here = springs.of(owner)
         own = springs.rows[here]
         rows, rates = np.vstack([own, 0 * own]), np.vstack([0 * own, own])

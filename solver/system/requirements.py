@@ -176,6 +176,17 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
         for owner, interface in ((s.body, s.interface), (s.against, s.against_interface))
         if owner == body
     ]
+    pulls = [
+        Term(f"field {n}", body, True, f"{f.kind} on {interface or 'rigid motion'}", _spring_fields(interface))
+        for n, f in scene.fields().items()
+        for owner, interface in ((f.body, f.interface), (f.against, f.against_interface))
+        if owner == body
+    ]
+    pulls += [
+        Term(f"field {n}", body, True, f"{f.kind} on the points of {f.interface}", _point_fields(f.interface))
+        for n, f in scene.electrodes().items()
+        if f.body == body
+    ]
     loads = [
         Term(
             f"load {n}", body, True, f"{f.kind} on {interface or 'rigid motion'}",
@@ -193,14 +204,21 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
     for name, interface in interfaces_read(scene, body):
         yield Term(f"probe {name}", body, True, f"reads {interface}", _spring_fields(interface))
     yield from joints or [Term("joints", body, False, "no joint names it")]
+    yield from pulls or [Term("fields", body, False, "no electrostatic force names it")]
     yield from springs or [Term("springs", body, False, "no force of kind 'spring' or 'bushing' names it")]
-    yield from loads or [Term("loads", body, False, "no force but a spring or bushing names it")]
+    yield from loads or [Term("loads", body, False, "no force but a spring, bushing or field names it")]
 
 
 def _hinge_fields(joint: Marked, body: str) -> tuple[str, ...]:
     """Return the fields that a joint of two markers reads of a body."""
     sides = (joint.body, joint.interface), (joint.against, joint.against_interface)
     return tuple(f"modes:loads/{name}" for owner, name in sides if name is not None and owner == body)
+
+
+def _point_fields(interface: str) -> tuple[str, ...]:
+    """Return the fields that an electrode reads of an interface."""
+    at = f"modes:interfaces/{interface}"
+    return (f"{at}/rows", f"{at}/normals", f"{at}/areas", f"morph:points/{interface}")
 
 
 def _spring_fields(interface: str | None) -> tuple[str, ...]:
@@ -251,10 +269,10 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
 
 def _pulled(scene: Scene, body: str) -> bool:
     """Whether a joint, load, motion or spring acts on an interface of a body."""
-    loads = [*scene.cranks().values(), *scene.given().values(), *scene.motion.values()]
+    loads = [*scene.cranks().values(), *scene.given().values(), *scene.motion.values(), *scene.electrodes().values()]
     return any(item.body == body for item in loads) or any(
         (item.body == body and item.interface) or (item.against == body and item.against_interface)
-        for item in scene.springs().values()
+        for item in (scene.springs() | scene.fields()).values()
     )
 
 

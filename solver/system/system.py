@@ -10,6 +10,7 @@ from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.system.fields.reading import Fields
 from gudgeon.solver.system.loads import Driving
 from gudgeon.solver.system.probes import Probes
 from gudgeon.solver.system.requirements import Term
@@ -85,6 +86,7 @@ class System:
     """Displacement of the tangents at the start from where they stick [m], (c, 2)."""
     velocity: np.ndarray
     """Initial velocities [m kg^½/s], (m,)."""
+    fields: Fields
     terms: list[Term]
 
     @property

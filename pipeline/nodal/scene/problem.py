@@ -43,6 +43,8 @@ def nodal_problem(job: Job) -> NodalProblem | PointProblem:
     scene = job.scene
     for name in scene.springs():
         raise InputError(f"{job.path}: report.full_fe: springs are not supported; remove force.{name}")
+    for name in scene.fields() | scene.electrodes():
+        raise InputError(f"{job.path}: report.full_fe: electrostatic fields are not supported; remove force.{name}")
     for name, force in scene.over_time().items():
         where = f"{job.path}: report.full_fe: force.{name}"
         raise InputError(f"{where}: forces of kind '{force.kind}' are not supported; remove it")

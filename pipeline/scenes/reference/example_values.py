@@ -28,6 +28,10 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "Distance": {"length": 0.1},
     "Driven": {"values": [[0.0, 0.0], [0.1, 0.2], [0.2, 0.2]], "expression": "0.2*sin(2*pi*50*t)",
                "motion": "angle"},
+    "Electrostatic": {
+        "field": "field.toml", "record": "9f2c41d07ab35e68", "potentials": {"upper": 5.0}, "start": [0.0, 0.0, 1e-6],
+        "turn": [0.0, 0.0, 90.0], "off_axis_length": 1e-9, "off_axis_angle": 1e-4,
+    },
     "FaceRule": {
         "face": 3, "name": "foot", "colour": "#ff0000", "plane_normal": [0.0, 0.0, -1.0], "cylinder_radius": 0.01,
         "sphere_radius": 0.01, "cone_angle_deg": 45.0, "all": True,
@@ -71,6 +75,10 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "PointMass": {"inertia": [1e-5, 1e-5, 2e-5]},
     "PoissonRatio": {"nu": 0.45},
     "Rubbing": {"coefficient": 0.3, "press": 1000.0},
+    "ParallelPlates": {
+        "area": 1e-8, "gap": 2e-6, "least_gap": 1e-9, "potential": 5.0, "charge": 1e-13, "permittivity": 3.5e-11,
+        "turn": [0.0, 0.0, 90.0], "direction": [0.0, 0.0, 1.0],
+    },
     "Poses": {"pivot": [0.0, 0.0, 0.0]},
     "Report": {"rivals": ["rubin"], "interest": ["floor.impulse"]},
     "Case": {"rules": ["frequencies"]},

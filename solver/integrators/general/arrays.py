@@ -10,6 +10,7 @@ import numpy as np
 
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import ActiveSet
+from gudgeon.solver.forces.fields.co_energy import CoEnergies
 from gudgeon.solver.integrators.impact_log import ImpactLog
 
 SLIPS = 65_536
@@ -99,6 +100,13 @@ class Constants(NamedTuple):
     """Unknowns of the ports of a drive per measure of each of them, in its rows, (p, n)."""
     given: np.ndarray
     """Ports of given loads."""
+    fields: CoEnergies
+    field_loads: np.ndarray
+    """Numbers among the given loads of the rows of each field's two ends; −1 where there is none, (f, 2, 6)."""
+    field_start: np.ndarray
+    """Pose at no displacement [m, rad], (f, 6)."""
+    stored: np.ndarray
+    """Whether a given load is of a field, which stores its work, (g,)."""
     touching: np.ndarray
     """First port of each block of a contact."""
     always: np.ndarray
@@ -185,6 +193,13 @@ class State(NamedTuple):
     v: np.ndarray
     before: np.ndarray
     """q and q̇ at the start of the step, (2, m)."""
+    field: np.ndarray
+    """Of each field, what `co_energy.evaluate` sets, (f, OUT)."""
+    field_pose: np.ndarray
+    """[m, rad], (f, 6)."""
+    field_basis: np.ndarray
+    field_energy: np.ndarray
+    """What all of them store [J], and the number of the step, (2,)."""
     force: np.ndarray
     """Mean generalised force of the step, (m,)."""
     pressed: np.ndarray

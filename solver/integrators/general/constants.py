@@ -1,5 +1,7 @@
 """What does not change in a run of the loop over ports, built from a system."""
 
+from typing import Any
+
 import numpy as np
 
 from gudgeon.solver.integrators.flight import flight
@@ -13,6 +15,7 @@ from gudgeon.solver.integrators.general.arrays import (
 from gudgeon.solver.integrators.uncoupled import SLOWEST
 from gudgeon.solver.ports.members import contact_ports
 from gudgeon.solver.ports.table import BLOCK, Kind, Ports, block_size
+from gudgeon.solver.system.fields.reading import field_loads, start_pose
 from gudgeon.solver.system.system import System
 
 
@@ -70,9 +73,9 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
         drives=ports.numbers(moved), given=np.flatnonzero(ports.kind == Kind.GIVEN),
         touching=np.flatnonzero((size > 0) & (per_port["contact"] >= 0)),
         always=np.flatnonzero((size > 0) & (per_port["contact"] < 0) & responds), joints=np.flatnonzero(joints >= 0),
-        loaded=_loaded(system, ports), sides=ports.sides, farthest=float(step.push[0].max(initial=0.0)),
-        damped=bool(np.any(memory[:, :2])), bounces=bool(rigid.any()), rigid=system.rigid, floor=SLOWEST,
-        divides=_divides(system, rigid, bool(np.any(memory[:, :2]))),
+        **_fields(system), loaded=_loaded(system, ports), sides=ports.sides, bounces=bool(rigid.any()),
+        farthest=float(step.push[0].max(initial=0.0)), damped=bool(np.any(memory[:, :2])),
+        rigid=system.rigid, floor=SLOWEST, divides=_divides(system, rigid, bool(np.any(memory[:, :2]))),
         slides=bool(moving),
         plain=bool(not moving and symmetric and (ports.kind[responds] == Kind.UNILATERAL).all() and not rigid.any()),
     )  # fmt: skip
@@ -282,6 +285,17 @@ def _rows(system: System, ports: Ports) -> Rows:
     alike = np.zeros(p, np.bool_)
     alike[: max(0, p - 3)] = [(ranges[i : i + 4] == ranges[i]).all() for i in range(p - 3)]
     return Rows(first, last, at, np.concatenate(values), alike)
+
+
+def _fields(system: System) -> dict[str, Any]:
+    """Return the fields of a system, and which of its given loads are theirs."""
+    names = [load.name for load in system.driving.given for _ in load.resultant]
+    forces = system.scene.fields() | system.scene.electrodes()
+    loads = field_loads(system.fields.names, names)
+    return {
+        "fields": system.fields.energies, "field_loads": loads, "stored": np.isin(np.arange(len(names)), loads),
+        "field_start": np.array([start_pose(forces[one]) for one in system.fields.names]).reshape(-1, 6),
+    }  # fmt: skip
 
 
 def _loaded(system: System, ports: Ports) -> np.ndarray:

@@ -14,6 +14,7 @@ from gudgeon.solver.integrators.general.arrays import (
     UNILATERAL,
     VELOCITY,
 )
+from gudgeon.solver.integrators.general.fields.kernel import field_energy
 from gudgeon.solver.integrators.general.rows import displaced, moved
 from gudgeon.solver.integrators.general.solution.responses import spring_energy
 from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, EXCHANGED, START_ENERGY
@@ -51,6 +52,8 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
         parts[DISSIPATED] += given - (residual - state.stored[0])
     state.stored[0] = residual
     parts[STRAIN] = 0.5 * strain + residual + springs
+    if len(constants.field_start) > 0:
+        parts[STRAIN] += field_energy(constants, state)
     parts[DISSIPATED] += lost
     parts[WORK] += work
     error = parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY]
@@ -85,6 +88,8 @@ def _ports_energy(constants, state, problem):  # type: ignore[no-untyped-def]
                 springs += spring_energy(constants.law[i], knots_of(constants, i), state.displacement[0, i])
     for n in range(len(constants.given)):
         i = constants.given[n]
+        if constants.stored[n]:
+            continue
         if state.unknown[i] != 0.0 or state.last[i] != 0.0 or state.mean[i] != 0.0:
             parts[WORK] += state.mean[i] * (state.displacement[0, i] - state.displacement[1, i])
             parts[WORK] -= state.extra[i] * (state.response[0, i] - state.response[1, i])

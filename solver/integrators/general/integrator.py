@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from gudgeon.solver.compiled import machine_code
+from gudgeon.solver.forces.fields.co_energy import LEFT, left_text
 from gudgeon.solver.integrators.general.arrays import (
     STABILISED,
     Arrays,
@@ -28,6 +29,7 @@ class General:
     """A run of steps `dt`."""
 
     failure = Result.NOT_CONVERGED
+    reason = ""
 
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._dt = system, dt
@@ -69,6 +71,8 @@ class General:
             lengths=np.zeros((count, len(state.pin))),
         )  # fmt: skip
         sound = march(self.arrays, self._drive(first, count * stride), first, stride, found)
+        if not sound:
+            self._note_left()
         self._take_slips()
         pressed = found.ports[:, self._normals]
         out.set_states(slice(None), system, found.q, found.v, pressed)
@@ -85,6 +89,14 @@ class General:
             self.failure = Result.IMPACTS
             return False
         return bool(sound)
+
+    def _note_left(self) -> None:
+        """Say so where the run cannot continue since a body left a field."""
+        state = self.arrays.state
+        for i, name in enumerate(self._system.fields.names):
+            if state.field[i, LEFT]:
+                self.failure, fields = Result.FIELD_LEFT, self._system.fields.energies
+                self.reason = left_text(name, fields, i, state.field_pose[i], state.field_energy[1] * self._dt)
 
     def advance_bare(self, first: int, count: int, applied: np.ndarray) -> bool:
         """Take steps without histories; False where the run cannot continue.

@@ -23,6 +23,7 @@ from gudgeon.solver.integrators.general.candidates import (
 from gudgeon.solver.integrators.general.closing import set_extra
 from gudgeon.solver.integrators.general.ending import displace, follow, push_ends, set_lengths
 from gudgeon.solver.integrators.general.energy import balance
+from gudgeon.solver.integrators.general.fields.kernel import field_left, set_fields
 from gudgeon.solver.integrators.general.impacts import collide, fall, first_closing, first_turning, retime, time_left
 from gudgeon.solver.integrators.general.rebounds import foresee, keep_open, shifts_change, strike
 from gudgeon.solver.integrators.general.resultants import log_forces, log_parts, note_part
@@ -57,6 +58,9 @@ def march(arrays, given, first, stride, out):  # type: ignore[no-untyped-def]
         for part in range(stride):
             step = sample * stride + part
             copy(given.driven[step], state.wanted)
+            state.field_energy[1] = first + step
+            if len(constants.field_start) > 0 and not set_fields(constants, state, loads[:, step]):
+                return False
             if constants.divides:
                 if not _divided(arrays, loads[:, step], first + step):
                     return False
@@ -75,6 +79,8 @@ def march(arrays, given, first, stride, out):  # type: ignore[no-untyped-def]
                     if k >= 0 and state.mean[i] != 0.0:
                         for axis in range(3):
                             out.forces[sample, k, axis] += state.mean[i] * constants.direction[i, axis] / stride
+            if len(constants.field_start) > 0 and field_left(constants, state):
+                return False
             for i in range(len(constants.loaded)):
                 out.loads[sample, i] += state.mean[constants.loaded[i]] / stride
         copy(state.parts, out.energies[sample])

@@ -5,6 +5,7 @@ import numpy as np
 from gudgeon.solver.contact.compliance import fixed
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.contact.weights import weigh
+from gudgeon.solver.forces.fields.co_energy import basis_shape
 from gudgeon.solver.integrators.general.arrays import (
     SLIPS,
     Constants,
@@ -15,6 +16,7 @@ from gudgeon.solver.integrators.general.arrays import (
 from gudgeon.solver.integrators.general.solution.solve import WINDOW
 from gudgeon.solver.ports.members import contact_ports, start_unknowns
 from gudgeon.solver.ports.table import Kind, Ports
+from gudgeon.solver.system.fields.reading import evaluated
 from gudgeon.solver.system.system import System
 
 
@@ -32,11 +34,12 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
                 anchor[contact_ports(ports, item) + b] -= system.start_stretch[item.rows, b - 1]
     parts = np.zeros(5)
     stored = 0.5 * float(unknown @ response)
+    field, poses = _fields(system, constants, displacement)
     pulled = [displacement[ports.of(f"force.{name}")] for name in system.scene.springs()]
     parts[:3] = (
         0.5 * float(system.velocity @ system.velocity),
         0.5 * float(system.stiffness @ system.position**2) + stored
-        + system.springs.energy(np.concatenate([np.empty(0), *pulled])),
+        + system.springs.energy(np.concatenate([np.empty(0), *pulled])) - float(field[:, 0].sum()),
         system.start_contact_energy - 0.5 * float(system.start_forces @ system.residual @ system.start_forces),
     )  # fmt: skip
     pin = system.driving.crank(np.zeros(1))[0]
@@ -49,6 +52,8 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
     return State(
         slides=_slides(system, ports),
         q=system.position.copy(), v=system.velocity.copy(), before=np.zeros((2, m)), force=np.zeros(m),
+        field=field, field_pose=poses, field_basis=np.zeros(basis_shape(system.fields.energies)),
+        field_energy=np.array([-float(field[:, 0].sum()), 0.0]),
         pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), half=half, rest=np.zeros((2, m)),
         listed=listed,
         listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
@@ -64,6 +69,16 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=parts,
         extreme=np.array([parts.sum(), 0.0, 0.0, 0.0]), counts=np.zeros(6, np.int64), **zeros,
     )  # fmt: skip
+
+
+def _fields(system: System, constants: Constants, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return what fields do at the start, (f, OUT), and the poses there, (f, 6)."""
+    poses = constants.field_start.copy()
+    for i, k in np.argwhere(constants.field_loads[:, 0] >= 0):
+        own, other = constants.field_loads[i, :, k]
+        poses[i, k] += displacement[constants.given[own]]
+        poses[i, k] -= displacement[constants.given[other]] if other >= 0 else 0.0
+    return evaluated(system.fields.names, system.fields.energies, poses), poses
 
 
 _ZERO_AT_START = (

@@ -1,9 +1,9 @@
 """The arrays of a mechanism's time loop, for compiled functions.
 
-Shapes: n bodies, J pairs of markers, t terms, m rows, b springs, u bushings, l loads, d drives, P points, c sections, E
-elastic coordinates at most of a body. A body's state is its centre of mass x, the unit quaternion e of its rotation
-since it was placed, its velocity v, and its spin ℓ, the angular momentum about its centre along the scene's axes:
-thirteen numbers; behind those of all bodies stand the elastic coordinates of all, their momenta, of each section
+Shapes: n bodies, J pairs of markers, t terms, m rows, b springs, u bushings and fields, l loads, d drives, P points, c
+sections, E elastic coordinates at most of a body. A body's state is its centre of mass x, the unit quaternion e of its
+rotation since it was placed, its velocity v, and its spin ℓ, the angular momentum about its centre along the scene's
+axes: thirteen numbers; behind those of all bodies stand the elastic coordinates of all, their momenta, of each section
 `PUSHES` integrals, and `SUMS` sums over time.
 
 A section is what touches of a pair of markers: a section of a journal in its bearing, or a point of a body that may
@@ -13,6 +13,8 @@ strike an obstacle.
 from typing import NamedTuple
 
 import numpy as np
+
+from gudgeon.solver.forces.fields.co_energy import CoEnergies
 
 WIDTH = 13
 """Numbers of a body's state: x 3, e 4, v 3, ℓ 3."""
@@ -50,7 +52,7 @@ class Model(NamedTuple):
     """Bodies a and b of each pair of markers, (J, 2)."""
     point_owner: np.ndarray
     """Bodies of all points: 2 j and 2 j + 1 are the markers of pair j, those of springs follow, then
-    loads', then two of each bushing, (P,)."""
+    loads', then two of each bushing and field, (P,)."""
     point_arm: np.ndarray
     """From the centre of the undeformed body in its axes; of the ground from its origin [m], (P, 3)."""
     point_frame: np.ndarray
@@ -99,6 +101,9 @@ class Model(NamedTuple):
     """Over translations and rotations, (u, 6, 6)."""
     bush_damping: np.ndarray
     """(u, 6, 6)"""
+    bush_field: np.ndarray
+    """Number of the field that acts instead of a bushing; `NONE` of bushings, (u,)."""
+    fields: CoEnergies
     touch_pair: np.ndarray
     """Pair of markers of each section, (c,)."""
     touch_shape: np.ndarray
@@ -213,6 +218,9 @@ class Work(NamedTuple):
     """Motions of each bushing and their rates, (u, 12)."""
     bush_push: np.ndarray
     """Force and moment on its own body, about its point, along the scene's axes, (u, 6)."""
+    field: np.ndarray
+    """Of each field, what `co_energy.evaluate` sets, (f, OUT)."""
+    field_basis: np.ndarray
     touching: np.ndarray
     """Whether a section may press, (c,)."""
     approach: np.ndarray

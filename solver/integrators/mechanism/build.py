@@ -1,6 +1,7 @@
 """The model of a compiled scene's mechanism: bodies, markers, terms of its joints, and their rows."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -8,6 +9,8 @@ from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import named
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.bushing import Bushing
+from gudgeon.solver.forces.fields.co_energy import OUT, basis_shape
+from gudgeon.solver.forces.fields.electrostatic import Electrostatic, FieldForce
 from gudgeon.solver.forces.given import GivenForce, GivenTorque
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.integrators.mechanism.arrays import (
@@ -85,10 +88,10 @@ class Linkage:
         """Return where a point is as the scene places the bodies [m], (3,)."""
         return point.arm if point.owner == NONE else self.centres[point.owner] + point.arm
 
-    def ends(self, one: Marked | Spring | Bushing, where: str) -> tuple[Point, Point]:
+    def ends(self, one: Marked | Spring | Bushing | FieldForce, where: str) -> tuple[Point, Point]:
         """Return the point on the other side of an element, and its own; the former is at the latter by default."""
         own = self.point(one.body, one.at, one.interface, f"{where}.at")
-        at = None if isinstance(one, Bushing) else one.against_at
+        at = None if isinstance(one, Bushing | FieldForce) else one.against_at
         if at is not None or one.against_interface is not None:
             return self.point(one.against, at, one.against_interface, f"{where}.against_at"), own
         number, place = NONE if one.against is None else self.names.index(one.against), self.place(own)
@@ -221,7 +224,7 @@ def model_of(found: Linkage) -> Model:
     springs = [(found.ends(one, f"force.{name}"), one) for name, one in scene.point_springs().items()]
     loads = list(scene.point_loads().values())
     pressed = [_pressed(found, name, one) for name, one in scene.point_loads().items()]
-    bushings = [(found.ends(one, f"force.{name}"), one) for name, one in scene.turning_bushings().items()]
+    bushings = [(found.ends(one, f"force.{name}"), one) for name, one in scene.six_motions().items()]
     points = [*(p for two in found.markers for p in two), *(p for ends, _ in springs for p in ends), *pressed,
               *(p for ends, _ in bushings for p in ends)]  # fmt: skip
     wrenches = [_wrench(one) for one in loads]
@@ -231,6 +234,10 @@ def model_of(found: Linkage) -> Model:
     row_terms = np.array([[t for t, _ in two] for two in filled], np.int64).reshape(-1, 2)
     owner = np.array([[p.owner for p in two] for two in found.markers], np.int64).reshape(-1, 2)
     frames = np.tile(np.eye(3), (len(points), 1, 1))
+    for number, (_, one) in enumerate(bushings):
+        if isinstance(one, FieldForce):
+            first = len(points) - 2 * len(bushings) + 2 * number
+            frames[first : first + 2] = one.axes()
     if found.axes:
         frames[: 2 * len(owner)] = np.array(found.axes).reshape(-1, 3, 3)
     kinds = np.array(terms, np.int64).reshape(-1, 4)
@@ -263,14 +270,26 @@ def _sections(found: Linkage) -> dict[str, np.ndarray]:
     } | worn_arrays([one.worn for one in kept])
 
 
-def _bushings(found: Linkage, bushings: list[tuple[tuple[Point, Point], Bushing]]) -> dict[str, np.ndarray]:
-    """Return the arrays of the bushings, whose axes are those of the scene at the start."""
-    matrices = [one.matrices() for _, one in bushings]
+def _bushings(found: Linkage, bushings: list[tuple[tuple[Point, Point], Bushing | FieldForce]]) -> dict[str, Any]:
+    """Return the arrays of the bushings, whose axes are those of the scene at the start, and of fields."""
+    nothing = np.zeros((6, 6))
+    matrices = [one.matrices() if isinstance(one, Bushing) else (nothing, nothing) for _, one in bushings]
+    fields = [isinstance(one, FieldForce) for _, one in bushings]
     return {
-        "bush_rest": np.array([found.place(own) - found.place(other) for (other, own), _ in bushings]).reshape(-1, 3),
+        "bush_field": np.where(fields, np.cumsum(fields) - 1, NONE).astype(np.int64),
+        "fields": found.system.fields.energies,
+        "bush_rest": np.array([_rest(found, ends, one) for ends, one in bushings]).reshape(-1, 3),
         "bush_stiffness": np.array([stiffness for stiffness, _ in matrices], float).reshape(-1, 6, 6),
         "bush_damping": np.array([damping for _, damping in matrices], float).reshape(-1, 6, 6),
     }
+
+
+def _rest(found: Linkage, ends: tuple[Point, Point], one: Bushing | FieldForce) -> np.ndarray:
+    """Return the way from the other point of a bushing or field to its own where its motion is zero [m], (3,)."""
+    apart = found.place(ends[1]) - found.place(ends[0])
+    if isinstance(one, FieldForce):
+        apart = one.axes().T @ apart
+    return apart - np.array(one.start) if isinstance(one, Electrostatic) else apart
 
 
 def _pressed(found: Linkage, name: str, load: GivenForce | GivenTorque) -> Point:
@@ -361,6 +380,7 @@ def work_of(model: Model) -> Work:
         "moment_rate": (n, e, 3, 3), "spare_moment": (3, 3), "inertia": (n, 3 + e, 3 + e), "modal": (n, 3 + e),
         "inner_force": (n, e), "across": (n, e), "light_error": (3 + e,), "touching": (c,), "approach": (c,),
         "shift": (c,), "touch": (c, COLUMNS), "bush": (u, 12), "bush_push": (u, 6),
+        "field": (len(model.fields.head), OUT), "field_basis": basis_shape(model.fields),
     }  # fmt: skip
     whole = ("block_owner", "order", "rank", "touching")
     return Work(**{name: np.zeros(shape, np.int64 if name in whole else float) for name, shape in shapes.items()})

@@ -41,7 +41,9 @@ class Motion(NamedTuple):
     springs: np.ndarray
     """Places and velocities of both ends of each spring [m, m/s], (b, 2, 2, 3)."""
     bushings: np.ndarray
-    """Motions of each bushing, (u, 6), and force and moment on its own body, (u, 6): (u, 12)."""
+    """Motions of each bushing and field, (u, 6), and force and moment on its own body, (u, 6): (u, 12)."""
+    fields: np.ndarray
+    """Co-energy of each field [J], (f,)."""
     depths: np.ndarray
     """Indentation of each section of a journal [m], (c,)."""
 
@@ -53,7 +55,7 @@ def motion_of(model: Model, work: Work, state: np.ndarray) -> Motion:
     here = slice(first, first + 2 * count)
     ends = np.stack([work.place[here].reshape(count, 2, 3), work.speed[here].reshape(count, 2, 3)], axis=2)
     return Motion(work.omega.copy(), work.modal[:, 3:].copy(), ends, np.hstack([work.bush[:, :6], work.bush_push]),
-                  work.touch[:, DEPTH].copy())  # fmt: skip
+                  work.field[:, 0].copy(), work.touch[:, DEPTH].copy())  # fmt: skip
 
 
 def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndarray:
@@ -75,6 +77,7 @@ def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndar
     for k, matrix in enumerate(model.bush_stiffness):
         x = np.array([one.bushings[k, :6] for one in motions])
         found[:, 1] += 0.5 * np.einsum("si,ij,sj->s", x, matrix, x)
+    found[:, 1] -= np.array([one.fields for one in motions]).sum(axis=1)
     for i, (stiffness, exponent, _, _) in enumerate(model.touch_law):
         depth = np.maximum([one.depths[i] for one in motions], 0.0)
         found[:, 2] += stiffness * depth ** (exponent + 1) / (exponent + 1)

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 
 from gudgeon.solver.capabilities import Mechanism as Capabilities
+from gudgeon.solver.forces.fields.co_energy import LEFT, left_text, refuse_outside
 from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, TURN, pushes_of
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
@@ -37,6 +38,7 @@ class Mechanism(Capabilities):
     """A run whose samples are `interval` apart [s]; its steps are its own, or `fixed_step` [s]."""
 
     failure = Result.JAMMED
+    reason = ""
 
     def __init__(self, system: System, interval: float, *, fixed_step: float | None = None) -> None:
         self._system, self._interval = system, interval
@@ -66,11 +68,19 @@ class Mechanism(Capabilities):
         self._recorder = Recorder(self.linkage, self.model, self.work, self.touching)
         given, amounts = self._given(np.zeros(1))
         self._recorder.take(self._state, self._vectors, given[0], amounts[0])
+        self._refuse_outside()
         self._energy = energies(self.model, self._state[None], [self._recorder.samples[0].motion])[0]
         self._extreme = np.array([float(self._energy @ (1, 1, 1, 1, -1)), 0.0, 0.0, 0.0])
         begin(self.model, self.work, self._state, given[0], amounts[0])
         q, v = self._coordinates(self._recorder.samples)
         self._at = q[0], v[0]
+
+    def _refuse_outside(self) -> None:
+        """Raise a SceneError where a body is outside of a field as the run starts."""
+        for number, name in enumerate(self._system.scene.fields()):
+            if code := int(self.work.field[number, LEFT]):
+                (at,) = np.flatnonzero(self.model.bush_field == number)
+                refuse_outside(name, self.model.fields, number, code, self.work.bush[at, :6])
 
     def _turned(self, state: np.ndarray) -> np.ndarray:
         """Return the rotation vectors of a state that continue those of the last step [rad], (n, 3)."""
@@ -137,6 +147,7 @@ class Mechanism(Capabilities):
         is short enough."""
         one = self._stepping.take(self._state, self._time, lambda h: self._course(self._time, h))
         if one is None:
+            self._note_left()
             return False
         self._span(one)
         event = self.touching.first(self._interpolated, self._before, self._until) if self.touching else None
@@ -156,6 +167,16 @@ class Mechanism(Capabilities):
             given, amounts = self._given(np.array([self._time]))
             begin(self.model, self.work, self._state, given[0], amounts[0])
         return True
+
+    def _note_left(self) -> None:
+        """Say so where the run cannot continue since a body left a field."""
+        left = np.flatnonzero(self.work.field[:, LEFT])
+        if len(left):
+            i = int(left[0])
+            motion = motion_of(self.model, self.work, self._state)
+            pose = motion.bushings[self.model.bush_field == i][0, :6]
+            self.failure = Result.FIELD_LEFT
+            self.reason = left_text(self._system.fields.names[i], self.model.fields, i, pose, self._time)
 
     def _span(self, one: Tried) -> None:
         """Set the interpolation of a step from the present state."""

@@ -70,7 +70,7 @@ class Reader:
     def _force(self, model: Model, states: States, of: str) -> tuple[np.ndarray, tuple[str, ...], str]:
         kind, _, owner = of.partition(".")
         if kind == "force":
-            if owner in (bushings := list(self.linkage.system.scene.turning_bushings())):
+            if owner in (bushings := list(self.linkage.system.scene.six_motions())):
                 number = bushings.index(owner)
                 return np.array([one.bushings[number, 6:] for one in states.motions]), WRENCH, "N, N m"
             number = list(self.linkage.system.scene.point_springs()).index(owner)
@@ -120,7 +120,7 @@ def readers(linkage: Linkage) -> list[Reader]:
             if kind not in ("joint", "force"):
                 raise SceneError(
                     f"probe.{name}.of: '{probe.of}' given; a scene of integrator 'mechanism' reads forces of joints,"
-                    " springs and bushings"
+                    " springs, bushings and electrostatic fields"
                 )
         else:
             if probe.interface is not None and probe.kind == "rotation":

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gudgeon.solver.forces.fields.co_energy import LEFT as LEFT_GRID
 from gudgeon.solver.integrators.mechanism.arrays import Model, Work
 from gudgeon.solver.integrators.mechanism.step import ORDER, Course, step
 
@@ -144,6 +145,7 @@ class Stepping:
     def _computed(self, state: np.ndarray, h: float, course: Course) -> Tried:
         out = np.empty_like(state)
         self._work.least[0] = 1.0
+        self._work.field[:, LEFT_GRID] = 0.0
         error, left = step(self._model, self._work, course, state, h, out)
         sound = bool(np.isfinite(out).all() and np.isfinite(error) and left <= LEFT)
         return Tried(

@@ -16,7 +16,8 @@ from gudgeon.pipeline.electrostatics.poses import conjugate_gradients
 from gudgeon.pipeline.electrostatics.stages import compute_poses
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.kinds import open_job, run
-from gudgeon.solver.forces.pose_field import PoseField, left_jacobian, rotation_of
+from gudgeon.solver.forces.fields.pose_field import PoseField, left_jacobian
+from gudgeon.solver.vectors import rotation_of
 from tests.validation.scenes import DATA
 
 SCENE = DATA / "electrostatics" / "poses.toml"

@@ -7,13 +7,14 @@ point b, R = Aᵀ B the rotation of b's axes from a's and θ its rotation vector
 
 J⁻¹ = 1 − ½ θ̃ + c θ̃², c = (1 − ½ θ cot ½ θ)/θ². Of w = K x + C ẋ the body b gets the force −A w₁ at its point and the
 moment −A J⁻ᵀ w₂, and a what balances them: their power is −w · ẋ, so that ½ xᵀ K x is the energy at any rotation below
-a half turn.
+a half turn. A field of charged conductors acts as a bushing does, with w = −∂G/∂x of its co-energy G.
 """
 
 import numpy as np
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.mechanism.arrays import LOST
+from gudgeon.solver.forces.fields.co_energy import evaluate
+from gudgeon.solver.integrators.mechanism.arrays import LOST, NONE
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, press, rotated
 
 WIDEST = 3.0
@@ -100,6 +101,11 @@ def set_bushings(model, work):  # type: ignore[no-untyped-def]
             for l in range(6):
                 total += model.bush_stiffness[i, k, l] * x[l] + model.bush_damping[i, k, l] * x[6 + l]
             w[k] = -total
+        n = model.bush_field[i]
+        if n != NONE:
+            evaluate(model.fields, n, x, work.field_basis, work.field[n])
+            for k in range(6):
+                w[k] = work.field[n, 1 + k]
         force = rotated(A, (w[0], w[1], w[2]))
         moment = rotated(A, _turned_rate(theta, angle, (w[3], w[4], w[5]), -1.0))
         for k in range(3):

@@ -138,16 +138,6 @@ def left_jacobian(rotation: np.ndarray) -> np.ndarray:
     return np.eye(3) + (1 - np.cos(angle)) / angle**2 * skew + (angle - np.sin(angle)) / angle**3 * skew @ skew
 
 
-def rotation_of(rotation: np.ndarray) -> np.ndarray:
-    """Return the rotation matrix of a rotation vector [rad], (3, 3)."""
-    angle = float(np.linalg.norm(rotation))
-    if angle == 0:
-        return np.eye(3)
-    x, y, z = rotation / angle
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew
-
-
 def _basis(knots: np.ndarray, x: float) -> tuple[int, np.ndarray, np.ndarray]:
     """Return the first spline that is not zero at x, and values and derivatives of all that are not (de Boor 1972)."""
     degree = int(np.searchsorted(knots, knots[0], side="right")) - 1

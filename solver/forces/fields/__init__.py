@@ -1,0 +1,1 @@
+"""Forces that are the gradient of an energy over the pose of a body."""

@@ -1,0 +1,324 @@
+"""Co-energies of charged conductors over the pose of a body, for compiled functions.
+
+At given potentials V of some conductors and given charges Q of the others, which float,
+
+  G(pose) = ½ V_pᵀ C_pp V_p − ½ (Q − C_fp V_p)ᵀ C_ff⁻¹ (Q − C_fp V_p)
+
+has ∂G/∂pose as its generalised force: −G is what the body sees as potential energy, with the sources that hold the
+potentials. On a grid of poses it is one tensor cubic spline, so that the force is conservative; without floating
+conductors the same as of splines of C. A pose has three translations and a rotation vector.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from gudgeon.modaldb.records.field import POSE_AXES
+from gudgeon.solver.compiled import allocating, inner
+from gudgeon.solver.errors import SceneError
+
+GRID, VOLTAGE, CHARGE, ADHESION = range(4)
+"""Kinds: a spline on a grid; parallel plates at a given voltage or charge; a sphere and a plane that adhere."""
+HEAD, SIZE, OUT = 21, 8, 8
+"""Numbers of a field: whole ones, others; of what is found of it: G, its gradient over six motions, and `LEFT`."""
+LEFT = 7
+"""Where it stands, zero or 1 + the axis along which the pose left the grid; 7 of plates that touch."""
+TOUCHED = 7
+DEGREE = 3
+ROUND_OFF = 1e-9
+"""Distance beyond the end of an axis, relative to its length, that is round-off: the end counts."""
+
+
+class CoEnergies(NamedTuple):
+    """Fields of a scene, f of them."""
+
+    head: np.ndarray
+    """Kind, number of axes, first coefficient; of each axis its place in the pose, first knot, values, (f, HEAD)."""
+    size: np.ndarray
+    """Motions off the axes that are allowed [m, rad]; of plates gap [m], normal, ½ ε A V² or −Q²/(2 ε A), and the gap
+    at which they touch [m]; of what adheres gap, normal, 2 π w R [N] and range [m], (f, SIZE)."""
+    data: np.ndarray
+    """Knots and coefficients of all."""
+
+    def one(self, i: int) -> "CoEnergies":
+        """Return one of them alone."""
+        return CoEnergies(self.head[i : i + 1], self.size[i : i + 1], self.data)
+
+    @property
+    def most(self) -> int:
+        """Coefficients that a pose takes part in, at most."""
+        return 4 ** int(self.head[:, 1].max(initial=0))
+
+
+def co_energy_values(C: np.ndarray, potentials: np.ndarray, charges: np.ndarray) -> np.ndarray:
+    """Return G [J] of capacitance matrices (…, k, k), (…).
+
+    Args:
+        potentials: [V], (k,); NaN of floating conductors.
+        charges: Of floating conductors [C], (k,).
+    """
+    floats = np.isnan(potentials)
+    V = potentials[~floats]
+    found = 0.5 * np.einsum("i,...ij,j->...", V, C[..., ~floats, :][..., :, ~floats], V)
+    if floats.any():
+        rest = charges[floats] - C[..., floats, :][..., :, ~floats] @ V
+        solved = np.linalg.solve(C[..., floats, :][..., :, floats], rest[..., None])[..., 0]
+        found = found - 0.5 * (rest * solved).sum(axis=-1)
+    return found
+
+
+def grid_field(
+    axes: dict[str, np.ndarray], values: np.ndarray, off_axis: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return head, size and data of a field on a grid.
+
+    Args:
+        axes: Values of each axis, ascending, at least four, in the order of `POSE_AXES`.
+        values: G at the grid's points [J], (n₁, …, n_d).
+        off_axis: Translation [m] and rotation [rad] allowed along axes that the grid has not.
+    """
+    head, parts, coefficients, used = np.zeros(HEAD, np.int64), [], values, 0
+    head[0], head[1] = GRID, len(axes)
+    for number, (name, nodes) in enumerate(axes.items()):
+        spline = make_interp_spline(nodes, coefficients, k=DEGREE, axis=number)
+        coefficients = np.moveaxis(np.asarray(spline.c), 0, number)
+        head[3 + 3 * number : 6 + 3 * number] = POSE_AXES.index(name), used, len(nodes)
+        parts.append(np.asarray(spline.t, float))
+        used += len(spline.t)
+    head[2] = used
+    size = np.zeros(SIZE)
+    size[:2] = off_axis
+    return head, size, np.concatenate([*parts, np.ascontiguousarray(coefficients).ravel()])
+
+
+def plates_field(
+    gaps: tuple[float, float], normal: np.ndarray, strength: float, *, charged: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return head, size and data of parallel plates.
+
+    Args:
+        gaps: At the start, and at which the plates touch [m].
+        strength: ½ ε A V² [N m²], or −Q²/(2 ε A) of charged ones [N].
+    """
+    head, size = np.zeros(HEAD, np.int64), np.zeros(SIZE)
+    head[0] = CHARGE if charged else VOLTAGE
+    size[2], size[3:6], size[6], size[7] = gaps[0], normal, strength, gaps[1]
+    return head, size, np.empty(0)
+
+
+def adhesion_field(
+    gap: float, normal: np.ndarray, pull: float, reach: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return head, size and data of a sphere that adheres to a plane at a gap [m].
+
+    G is pull · reach/(1 + gap/reach) [J], and pull · (reach − gap) where they touch.
+    """
+    head, size = np.zeros(HEAD, np.int64), np.zeros(SIZE)
+    head[0] = ADHESION
+    size[2], size[3:6], size[6], size[7] = gap, normal, pull, reach
+    return head, size, np.empty(0)
+
+
+def joined(fields: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> CoEnergies:
+    """Return all fields of a scene."""
+    heads, sizes, data, used = [], [], [np.empty(0)], 0
+    for head, size, values in fields:
+        head = head.copy()
+        head[2] += used
+        for a in range(head[1]):
+            head[4 + 3 * a] += used
+        used += len(values)
+        heads.append(head)
+        sizes.append(size)
+        data.append(values)
+    return CoEnergies(
+        np.array(heads, np.int64).reshape(-1, HEAD), np.array(sizes).reshape(-1, SIZE), np.concatenate(data)
+    )
+
+
+@inner
+def _set_basis(data, start, count, x, basis):  # type: ignore[no-untyped-def]
+    """Set the values and derivatives of the four splines that are not zero at x, (2, 4); return the first's number."""
+    low, high = DEGREE, count - 1
+    while high > low:
+        middle = (low + high + 1) // 2
+        if data[start + middle] <= x:
+            low = middle
+        else:
+            high = middle - 1
+    basis[0, 0] = 1.0
+    for k in range(4):
+        basis[1, k] = 0.0
+    for order in range(1, DEGREE + 1):
+        carried = 0.0
+        for r in range(order):
+            left, right = data[start + low + 1 - order + r], data[start + low + 1 + r]
+            share = basis[0, r] / (right - left)
+            if order == DEGREE:
+                basis[1, r] -= DEGREE * share
+                basis[1, r + 1] += DEGREE * share
+            basis[0, r] = carried + (right - x) * share
+            carried = (x - left) * share
+        basis[0, order] = carried
+    return low - DEGREE
+
+
+@inner
+def _inside(head, size, data, x, out):  # type: ignore[no-untyped-def]
+    """Whether a pose is in the grid; the first axis along which it is not is noted."""
+    for i in range(6):
+        low, high = -size[0], size[0]
+        if i > 2:
+            low, high = -size[1], size[1]
+        for a in range(head[1]):
+            if head[3 + 3 * a] == i:
+                start, count = head[4 + 3 * a], head[5 + 3 * a]
+                low, high = data[start], data[start + count]
+                more = ROUND_OFF * (high - low)
+                low, high = low - more, high + more
+        if not (low <= x[i] <= high):
+            out[LEFT] = 1.0 + i
+            return False
+    return True
+
+
+@inner
+def _on_grid(head, data, x, basis, out):  # type: ignore[no-untyped-def]
+    """Set G and its gradient, contracting the coefficients axis by axis from the last; basis has (8, 4^d) and more."""
+    count, all_of = head[1], 1
+    for _a in range(count):
+        all_of *= 4
+    splines, buffer = basis[0:2], basis[2:]
+    for a in range(count):
+        start, nodes = head[4 + 3 * a], head[5 + 3 * a]
+        at = min(max(x[head[3 + 3 * a]], data[start]), data[start + nodes])
+        first = _set_basis(data, start, nodes, at, splines[:, 4 * a : 4 * a + 4])
+        splines[0, 24 + a] = first
+    for c in range(all_of):
+        place, rest, stride = 0, c, 1
+        for b in range(count):
+            a = count - 1 - b
+            place += (int(splines[0, 24 + a]) + rest % 4) * stride
+            rest //= 4
+            stride *= head[5 + 3 * a]
+        buffer[0, c] = data[head[2] + place]
+    left = all_of
+    for b in range(count):
+        a = count - 1 - b
+        left //= 4
+        w, s = splines[0, 4 * a : 4 * a + 4], splines[1, 4 * a : 4 * a + 4]
+        for j in range(left):
+            total = 0.0
+            for k in range(4):
+                total += s[k] * buffer[0, 4 * j + k]
+            buffer[1 + a, j] = total
+        for n in range(count + 1):
+            if n == 0 or n > a + 1:
+                for j in range(left):
+                    total = 0.0
+                    for k in range(4):
+                        total += w[k] * buffer[n, 4 * j + k]
+                    buffer[n, j] = total
+    out[0] = buffer[0, 0]
+    for a in range(count):
+        out[1 + head[3 + 3 * a]] = buffer[1 + a, 0]
+
+
+@inner
+def evaluate(fields, i, x, basis, out):  # type: ignore[no-untyped-def]
+    """Set G [J] and its gradient [N, N m] of one field at a pose (6,), NaN where the pose has left it.
+
+    Args:
+        basis: Work, `basis_shape`.
+        out: (OUT,); its last number is set only where the pose has left.
+    """
+    head, size, data = fields.head[i], fields.size[i], fields.data
+    for k in range(LEFT):
+        out[k] = 0.0
+    if head[0] == GRID:
+        if _inside(head, size, data, x, out):
+            _on_grid(head, data, x, basis, out)
+        else:
+            for k in range(LEFT):
+                out[k] = np.nan
+        return
+    gap = size[2] + size[3] * x[0] + size[4] * x[1] + size[5] * x[2]
+    if head[0] == ADHESION:
+        near = max(gap, 0.0) / size[7] + 1.0
+        out[0] = size[6] * (size[7] / near + max(-gap, 0.0))
+        for k in range(3):
+            out[1 + k] = -size[6] / (near * near) * size[3 + k]
+        return
+    if not gap > size[7]:
+        out[LEFT] = TOUCHED
+        for k in range(LEFT):
+            out[k] = np.nan
+        return
+    slope = size[6]
+    out[0] = size[6] * gap
+    if head[0] == VOLTAGE:
+        out[0] = size[6] / gap
+        slope = -size[6] / (gap * gap)
+    for k in range(3):
+        out[1 + k] = slope * size[3 + k]
+
+
+def basis_shape(fields: CoEnergies) -> tuple[int, int]:
+    """Return the shape of the work array of `evaluate`."""
+    return 9, max(32, fields.most)
+
+
+@allocating
+def values(fields, i, poses):  # type: ignore[no-untyped-def]
+    """Return what `evaluate` finds at poses (n, 6), (n, OUT)."""
+    found = np.zeros((len(poses), OUT))
+    most = 32
+    for a in range(fields.head[i, 1] - 2):
+        most = max(most, 4 ** (a + 3))
+    basis = np.zeros((9, most))
+    for n in range(len(poses)):
+        evaluate(fields, i, poses[n], basis, found[n])
+    return found
+
+
+def refuse_outside(name: str, fields: CoEnergies, i: int, code: int, pose: np.ndarray) -> None:
+    """Raise a SceneError for a field whose body is outside as the run starts.
+
+    Args:
+        code: Number of `LEFT`.
+        pose: At the start, (6,).
+    """
+    axis, unit, head = POSE_AXES[code - 1], "m" if code <= 3 else "rad", fields.head[i]
+    ends = "-"
+    for a in range(head[1]):
+        if head[3 + 3 * a] == code - 1:
+            ends = f"{fields.data[head[4 + 3 * a]]:.6g} to {fields.data[head[4 + 3 * a] + head[5 + 3 * a]]:.6g} {unit}"
+    raise SceneError(
+        f"force.{name}.start: the body is at {axis} = {pose[code - 1]:.6g} {unit} of the field as the run starts,"
+        f" outside of the grid of poses, {ends}"
+    )
+
+
+def left_text(name: str, fields: CoEnergies, i: int, pose: np.ndarray, time: float) -> str:
+    """Return what a run says that ended since a body left a field.
+
+    Args:
+        pose: The last good one, (6,): the axis is that whose end is nearest.
+        time: [s]
+    """
+    head, size = fields.head[i], fields.size[i]
+    if head[0] != GRID:
+        return f"the plates of force.{name} touch at t = {time:.6g} s"
+    ends = np.array([[-one, one] for one in (*3 * [size[0]], *3 * [size[1]])])
+    for a in range(head[1]):
+        axis, start, count = head[3 + 3 * a : 6 + 3 * a]
+        ends[axis] = fields.data[start], fields.data[start + count]
+    left = np.minimum(pose - ends[:, 0], ends[:, 1] - pose) / np.ptp(ends, axis=1)
+    axis = int(left.argmin())
+    unit = "m" if axis < 3 else "rad"
+    return (
+        f"force.{name}: the body left the grid of poses along {POSE_AXES[axis]} at t = {time:.6g} s, at"
+        f" {pose[axis]:.6g} {unit}; widen the table [poses] of its field, or stop the body before by a contact"
+    )

@@ -1,0 +1,1 @@
+"""Fields of a scene compiled against its records."""
