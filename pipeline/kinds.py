@@ -61,6 +61,10 @@ class Kind:
     """Writes a reduced body, by its name, in a format and returns the files."""
     linear: Callable[[Any, "Asked", Progress], "Answer"]
     """Writes assembled modes and a frequency response."""
+    calibrate: Callable[..., Any]
+    """Writes the calibration of a sensor."""
+    signals: Callable[..., Any]
+    """Writes the signals of a sensor over time."""
     no_study: str = ""
     """Why such scenes have no studies; empty where they have."""
 
@@ -107,6 +111,10 @@ def _no_linear(job: SceneJob, asked: Any, progress: Progress) -> Any:
     raise InputError(f"{job.path}: linear: a wheel has its own response over frequency; run `gudgeon run`")
 
 
+def _no_sensor(job: SceneJob, *arguments: Any) -> Any:
+    raise InputError(f"{job.path}: calibrate and signals: only scenes of bodies have sensors")
+
+
 KINDS: dict[str, Kind] = {
     "body": Kind(
         model="gudgeon.pipeline.scenes.bodies:SceneFile",
@@ -119,6 +127,8 @@ KINDS: dict[str, Kind] = {
         export=_after_fields("gudgeon.pipeline.exporters.export:export"),
         export_part=_late("gudgeon.pipeline.exporters.part:export_part"),
         linear=_late("gudgeon.pipeline.linear.analysis:analyse"),
+        calibrate=_late("gudgeon.pipeline.sensing.job:calibrate"),
+        signals=_late("gudgeon.pipeline.sensing.job:signals"),
     ),
     "wheel": Kind(
         model="gudgeon.pipeline.wheel.scene:WheelFile",
@@ -131,6 +141,8 @@ KINDS: dict[str, Kind] = {
         export=_no_export,
         export_part=_no_part,
         linear=_no_linear,
+        calibrate=_no_sensor,
+        signals=_no_sensor,
     ),
     "conductor": Kind(
         model="gudgeon.pipeline.electrostatics.scene:FieldFile",
@@ -143,6 +155,8 @@ KINDS: dict[str, Kind] = {
         export=_refused("export", "its record holds panels and charges"),
         export_part=_refused("export", "it has no reduced body"),
         linear=_refused("linear", "it has no modes"),
+        calibrate=_no_sensor,
+        signals=_no_sensor,
         no_study=ONE_FILE,
     ),
 }

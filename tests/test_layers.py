@@ -58,7 +58,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.plots",),
     ("pipeline.stages",),
     ("pipeline.nodal", "pipeline.robustness", "pipeline.exporters", "pipeline.linear", "pipeline.drafts"),
-    ("pipeline.report",),
+    ("pipeline.report", "pipeline.sensing"),
     ("pipeline.wheel", "pipeline.electrostatics"),
     ("pipeline.kinds", "pipeline.doctor", "pipeline.service"),
     ("pipeline.studies", "pipeline.wear"),

@@ -9,6 +9,7 @@ from gudgeon.pipeline.cli import commands, drafts, studies, wearing
 from gudgeon.pipeline.cli.database_parser import DB, add_database
 from gudgeon.pipeline.cli.help.completion import SHELLS, script
 from gudgeon.pipeline.cli.help.examples import examples_of
+from gudgeon.pipeline.cli.sensing import add_sensing
 
 EXAMPLES = """\
 examples:
@@ -115,6 +116,7 @@ def build_parser() -> argparse.ArgumentParser:
     add("--cases", type=Path, metavar="FILE", help="TOML file with further cases, described in docs/robustness.md")
     text = "assembled modes of the scene at its start, and frequency responses between its ports"
     _linear_options(_command(names, "linear", text, commands.linear_command, LINEAR_HELP))
+    add_sensing(names, _plain, _command)
     _add_export(names)
     _add_cad(names)
     text = "list missing packages, libraries and variables on this machine, each with the command that corrects it"

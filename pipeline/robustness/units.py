@@ -28,7 +28,7 @@ SYMBOLS: dict[str, Dimension] = {
     "s": (0, 0, 1), "min": (0, 0, 1), "Hz": (0, 0, -1), "N": (1, 1, -2), "Pa": (1, -1, -2),
     "C": (0, 0, 0), "V": (1, 2, -2), "F": (-1, -2, 2),
 }  # fmt: skip
-KEPT = ("report", "plot", "robustness")
+KEPT = ("report", "plot", "robustness", "sensor")
 """Parts of a scene that no run depends on; they are not changed."""
 SHAPE = {"radius": "m", "origin": "m", "area": "m^2", "thickness": "m"}
 """Units of the numbers of a true surface."""

@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.gauge import Sensor
 from gudgeon.pipeline.scenes.report import Plot, Report
 from gudgeon.pipeline.scenes.robustness import Robustness
 from gudgeon.solver.numbers import Name
@@ -21,6 +22,10 @@ class SceneFile(Scene):
     """A whole scene file."""
 
     component: dict[Name, Component] = Field(description="Parts, by name; a part may be placed as several bodies")
+    sensor: dict[Name, Sensor] = Field(
+        default={},
+        description="Bodies whose strain gauges measure a wrench, by name: bridges, noise and so on",
+    )
     report: Report = Report()
     plot: Plot = Plot()
     robustness: Robustness = Robustness()

@@ -22,6 +22,7 @@ from gudgeon.solver.scene.body import ALL_FREE
 if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.bodies import SceneFile
     from gudgeon.pipeline.scenes.component import Component
+    from gudgeon.pipeline.scenes.gauge import Gauge
 
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -104,6 +105,7 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         elif (got := component.interface[interface].kind) not in kinds:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
+    lines += _wrong_sensors(scene)
     return lines + _without_statics(scene) + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
 
 
@@ -195,6 +197,41 @@ def _unknown_quantities(scene: "SceneFile") -> list[str]:
             kinds = " and ".join(owners[owner])
             lines.append(f"report.quantities: no {kinds} has '{rest}'{hint} allowed are {', '.join(able)}")
     return lines
+
+
+def _wrong_sensors(scene: "SceneFile") -> list[str]:
+    """List the sensors that name what the scene does not have, or gauges that are no strain gauges."""
+    lines = []
+    wrenches = [name for name, force in scene.force.items() if force.kind == "wrench"]
+    for name, sensor in scene.sensor.items():
+        where = f"sensor.{name}"
+        if sensor.body not in scene.body:
+            lines.append(f"{where}.body: no body '{sensor.body}'; the scene has {', '.join(scene.body)}")
+            continue
+        if sensor.force is not None and sensor.force not in wrenches:
+            have = ", ".join(wrenches) or "none"
+            lines.append(f"{where}.force: no force '{sensor.force}' of kind 'wrench'; the scene has {have}")
+        own, part = scene.body[sensor.body].gauges, scene.component.get(scene.component_of(sensor.body))
+        if not own:
+            lines.append(f"{where}.body: body '{sensor.body}' names no gauges; list them in body.{sensor.body}.gauges")
+        for channel, bridge in sensor.channels(tuple(own)).items():
+            key = f"{where}.channel.{channel}.gauges"
+            for gauge in bridge.gauges:
+                if gauge not in own:
+                    have = ", ".join(own) or "none"
+                    lines.append(f"{key}: no '{gauge}' in body.{sensor.body}.gauges, which has {have}")
+                elif part is not None and not _strains(part.gauge.get(gauge)):
+                    lines.append(
+                        f"{key}: '{gauge}' is no strain gauge; give it quantity = 'strain', at a point a direction"
+                    )
+    return list(dict.fromkeys(lines))
+
+
+def _strains(gauge: "Gauge | None") -> bool:
+    """Whether a gauge has one strain; also of one that is missing, which is said elsewhere."""
+    if gauge is None:
+        return True
+    return gauge.quantity == "strain" and (gauge.point is None or gauge.direction is not None) and gauge.surface is None
 
 
 def possible_quantities(scene: "SceneFile") -> list[str]:

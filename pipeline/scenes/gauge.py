@@ -1,15 +1,20 @@
-"""The `gauge` tables of a component."""
+"""The `gauge` tables of a component, and the `sensor` tables of a scene, whose bridges they are wired to."""
 
 from typing import Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from gudgeon.pipeline.geometry.numbers import NonZero, Point
 from gudgeon.pipeline.scenes.modes import optional
-from gudgeon.solver.numbers import Length, Strict
+from gudgeon.solver.numbers import MOST, Length, Name, PositiveRatio, Ratio, Strict
 
 SECTION_UNITS = {"bending-moment": "N m", "shear-force": "N"}
 """Units of the forces of a beam's section."""
+WIRING = {"quarter": 1, "half": 2, "full": 4}
+"""Gauges of a bridge."""
+ARMS = (1.0, -1.0, 1.0, -1.0)
+"""Sign of each arm in a bridge."""
+WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 
 class Gauge(Strict):
@@ -65,3 +70,61 @@ class Gauge(Strict):
     def unit(self) -> str:
         """Unit of the recorded quantity."""
         return SECTION_UNITS.get(self.quantity or "stress", "1" if self.quantity == "strain" else "Pa")
+
+
+class Channel(Strict):
+    """One bridge: its signal is gauge factor / 4 times ε₁ − ε₂ + ε₃ − ε₄ of the gauges that it has [V/V]."""
+
+    gauges: tuple[str, ...] = Field(
+        min_length=1, max_length=4, description="Gauges of the body in the bridge's arms, whose signs are + − + −"
+    )
+    wiring: Literal["quarter", "half", "full"] | None = Field(
+        default=None, description="quarter: one gauge; half: two; full: four; default: by their number"
+    )
+
+    @model_validator(mode="after")
+    def _complete(self) -> "Channel":
+        count = len(self.gauges)
+        if count not in WIRING.values():
+            raise ValueError(f"{count} gauges given; a bridge has 1 (quarter), 2 (half) or 4 (full)")
+        if self.wiring is not None and WIRING[self.wiring] != count:
+            raise ValueError(f"wiring '{self.wiring}' has {WIRING[self.wiring]} gauges, {count} given")
+        return self
+
+    @property
+    def wired(self) -> str:
+        """Its wiring, as given or by the number of gauges."""
+        return self.wiring or {count: name for name, count in WIRING.items()}[len(self.gauges)]
+
+
+class Sensor(Strict):
+    """A body whose strain gauges measure a wrench: their bridges, noise, drift and quantisation."""
+
+    body: str = Field(description="Body whose gauges are wired")
+    force: str | None = Field(
+        default=None, description="Force of kind 'wrench' that is measured; default: the only one of the scene"
+    )
+    components: tuple[Literal["Fx", "Fy", "Fz", "Mx", "My", "Mz"], ...] = Field(
+        default=WRENCH, min_length=1, description="Components that are measured; others are taken not to act"
+    )
+    channel: dict[Name, Channel] = Field(
+        default={}, description="Bridges by name; default: a quarter bridge of each gauge of the body, with its name"
+    )
+    gauge_factor: PositiveRatio = Field(default=2.0, description="Relative change of resistance over strain")
+    noise: Ratio = Field(default=0.0, ge=0, description="Standard deviation of a sample's noise [V/V]")
+    seed: int = Field(default=0, ge=0, le=MOST, description="Seed of noise and drift")
+    drift: Ratio = Field(
+        default=0.0, ge=0, description="Random walk of the offsets: standard deviation after one second [V/V]"
+    )
+    offset: Ratio = Field(default=0.0, ge=0, description="Standard deviation of the channels' offsets [V/V]")
+    resolution: Ratio = Field(default=0.0, ge=0, description="Step to which signals are rounded [V/V]; 0: none")
+
+    def channels(self, gauges: tuple[str, ...]) -> dict[str, Channel]:
+        """Return its bridges, by default of every gauge of the body."""
+        return self.channel or {name: Channel(gauges=(name,)) for name in gauges}
+
+    @model_validator(mode="after")
+    def _once(self) -> "Sensor":
+        if len(set(self.components)) < len(self.components):
+            raise ValueError(f"components: {list(self.components)} given, each must stand once")
+        return self

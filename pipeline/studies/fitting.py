@@ -10,7 +10,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.reading import check_scene, merged, nested
 from gudgeon.pipeline.studies.parameters import Parameter
 
-NO_RUN = ("report", "plot", "robustness")
+NO_RUN = ("report", "plot", "robustness", "sensor")
 """Tables of a scene that do not affect its motion; tasks are sent without them."""
 
 

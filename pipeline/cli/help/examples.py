@@ -33,6 +33,12 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
             "modes with the contacts that press, and a response",
         ),
     ),
+    "calibrate": (
+        ("gudgeon calibrate data/base-sensor/plate-beams.toml", "matrix from strains per unit wrench"),
+        ("gudgeon calibrate data/base-sensor/plate-beams.toml --data bench.csv", "of measured wrenches and signals"),
+    ),
+    "signals": (("gudgeon signals data/base-sensor/plate-beams.toml", "signals of its bridges over time"),),
+    "infer": (("gudgeon infer calibration.json signals.csv", "wrenches, in signals-wrench.csv"),),
     "export": (
         ("gudgeon export data/skirt results", ".vtu files for ParaView"),
         ("gudgeon export data/skirt skirt --format abaqus", "the reduced body for another program"),

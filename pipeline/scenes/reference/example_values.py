@@ -89,6 +89,12 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "Screw": {"pitch": 2e-3},
     "Slivers": {"aspect": 100.0},
     "Spin": {"angle": 1e-3},
+    "Channel": {"gauges": ["top0", "bottom0"], "wiring": "half"},
+    "Sensor": {
+        "body": "plate", "force": "wrench", "components": ["Fz", "Mx", "My"], "gauge_factor": 2.05, "noise": 1e-7,
+        "seed": 1, "drift": 1e-7, "offset": 1e-5, "resolution": 1e-8,
+        "channel": {"a": {"gauges": ["top0", "bottom0"], "wiring": "half"}},
+    },
     "Spring": {"values": [[-1e-3, -100.0], [0.0, 0.0], [1e-3, 150.0]]},
     "Translation": {"values": [[0.0, 0.0], [1e-3, 1e-4]], "expression": "1e-4*sin(2*pi*200*t)"},
     "Turn": {"ends": [-1.0, 1.0], "points": 9, "values": [-1.0, -0.5, 0.0, 1.0]},

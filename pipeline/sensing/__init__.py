@@ -1,0 +1,1 @@
+"""Calibration of strain gauges that measure a wrench, signals of their bridges, and wrenches from signals."""

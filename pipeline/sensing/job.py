@@ -1,0 +1,219 @@
+"""`gudgeon calibrate`, `signals` and `infer`: from a scene to a calibration and signals, from these to wrenches."""
+
+import io
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.geometry.shapes.beam import SIDES, Beam
+from gudgeon.pipeline.geometry.shapes.frame import Frame
+from gudgeon.pipeline.interfaces.fibres import LATERAL
+from gudgeon.pipeline.linear.analysis import Asked, analyse
+from gudgeon.pipeline.scenes.gauge import WRENCH, Sensor
+from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.sensing.bridges import bridge_matrix, measured
+from gudgeon.pipeline.sensing.calibration import (
+    Calibration,
+    calibrated,
+    fitted,
+    read_calibration,
+    unit_of,
+    write_calibration,
+)
+from gudgeon.pipeline.sensing.columns import TIME, read_columns
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.stages.run_report import Progress
+
+CALIBRATION, SIGNALS = "calibration.json", "signals.csv"
+POOR = 100.0
+"""Condition number above which a note says so."""
+
+
+@dataclass(frozen=True)
+class Inferred:
+    """Wrenches that were written, and what they cost."""
+
+    path: Path
+    samples: int
+    seconds: float
+    """Of reading, multiplying and writing."""
+    product: float
+    """Of the matrix product alone [s]."""
+
+
+def calibrate(
+    job: Job, name: str | None, data: Path | None, to: Path | None, progress: Progress
+) -> tuple[Path, Calibration]:
+    """Write the calibration of a sensor of a scene: by unit wrenches, or of measured wrenches and signals.
+
+    Raises:
+        InputError: no such sensor, or the calibration is of too low rank.
+    """
+    name, sensor = _sensor(job, name)
+    gauges = tuple(job.scene.body[sensor.body].gauges)
+    channels, force = sensor.channels(gauges), _wrench(job, name, sensor)
+    described = [
+        {"name": key, "wiring": one.wired, "gauge_factor": sensor.gauge_factor,
+         "gauges": [_place(job, sensor.body, gauge) for gauge in one.gauges]}
+        for key, one in channels.items()
+    ]  # fmt: skip
+    origin: dict[str, Any] = {"scene": job.name, "sensor": name, "body": sensor.body, "force": force, "axes": "scene",
+                              "data": None if data is None else data.name}  # fmt: skip
+    if data is None:
+        asked = Asked(static=True, force=f"force.{force}", at=tuple(f"gauge.{sensor.body}.{one}" for one in gauges))
+        table = analyse(job, asked, progress).static
+        assert table is not None
+        strains = table.values[:, [WRENCH.index(one) for one in sensor.components]]
+        A = bridge_matrix(channels, gauges, sensor.gauge_factor) @ strains
+        residuals: dict[str, Any] = {"source": "unit wrenches", "samples": 0}
+        with named(job.path, InputError):
+            found = calibrated(described, sensor.components, A, np.zeros(len(A)), residuals, origin)
+    else:
+        found = of_data(data, described, sensor.components, origin)
+    path = to or job.out / CALIBRATION
+    write_calibration(path, found)
+    return path, found
+
+
+def of_data(
+    data: Path, channels: list[dict[str, Any]], components: tuple[str, ...], origin: dict[str, Any]
+) -> Calibration:
+    """Return the calibration by least squares of a table of wrenches and signals.
+
+    Raises:
+        InputError: it is no such table, or of too low rank.
+    """
+    names = [one["name"] for one in channels]
+    wanted = {one: unit_of(one) for one in components} | dict.fromkeys(names, "V/V")
+    columns = read_columns(data, wanted, "calibration data")
+    wrenches = np.column_stack([columns[one] for one in components])
+    signals = np.column_stack([columns[one] for one in names])
+    fit = fitted(wrenches, signals, components, data)
+    with named(data, InputError):
+        found = calibrated(channels, components, fit["sensitivity"], fit["offsets"], {}, origin)
+    left = found.wrenches(signals) - wrenches
+    residuals = {
+        "source": "data", "samples": len(signals), "condition_of_data": fit["condition"],
+        "signal_rms": fit["rms"].tolist(), "wrench_rms": np.sqrt((left**2).mean(axis=0)).tolist(),
+    }  # fmt: skip
+    return replace(found, residuals=residuals)
+
+
+def signals(job: Job, name: str | None, to: Path | None, progress: Progress) -> tuple[Path, int]:
+    """Run a scene and write the signals of a sensor over time; returns the file and the number of samples.
+
+    Raises:
+        InputError: no such sensor.
+    """
+    name, sensor = _sensor(job, name)
+    run_job(job, "solve", progress)
+    found = job.store.get(job.trajectory().key, "trajectory", only=["times", "gauges"])
+    gauges = tuple(job.scene.body[sensor.body].gauges)
+    channels = sensor.channels(gauges)
+    strains = np.column_stack([found.gauges[f"{sensor.body}.{one}"] for one in gauges])
+    ideal = strains @ bridge_matrix(channels, gauges, sensor.gauge_factor).T
+    times = np.asarray(found.times)
+    interval = float(times[1] - times[0]) if len(times) > 1 else float(times[0])
+    path = to or job.out / SIGNALS
+    heads = ["time [s]", *(f"{one} [V/V]" for one in channels)]
+    write_text(path, _table(heads, np.column_stack([times, measured(ideal, interval, sensor)])))
+    return path, len(times)
+
+
+def infer(calibration: Path, data: Path, to: Path | None) -> Inferred:
+    """Write the wrenches of a table of signals.
+
+    Raises:
+        InputError: a file is missing or none of its kind.
+    """
+    found = read_calibration(calibration)
+    begin = time.perf_counter()
+    columns = read_columns(data, dict.fromkeys(found.names, "V/V"), "the table of signals")
+    values = np.column_stack([columns[one] for one in found.names])
+    middle = time.perf_counter()
+    wrenches = found.wrenches(values)
+    product = time.perf_counter() - middle
+    if not np.isfinite(wrenches).all():
+        raise InputError(f"{data}: its signals give wrenches beyond the range of numbers; check their unit, V/V")
+    heads = [f"{one} [{unit_of(one)}]" for one in found.components]
+    if TIME in columns:
+        heads, wrenches = ["time [s]", *heads], np.column_stack([columns[TIME], wrenches])
+    path = to or data.with_name(f"{data.stem}-wrench.csv")
+    if path.resolve() in (data.resolve(), calibration.resolve()):
+        raise InputError(f"--to {path}: this is one of the files that are read; name another one")
+    write_text(path, _table(heads, wrenches))
+    return Inferred(path, len(values), time.perf_counter() - begin, product)
+
+
+def calibration_text(found: Calibration) -> str:
+    """Return a calibration for the terminal."""
+    lines = [f"{'':12}" + "".join(f"{one:>13}" for one in found.names)]
+    lines += [
+        f"{name} [{unit_of(name)}]".ljust(12) + "".join(f"{value:13.4e}" for value in row)
+        for name, row in zip(found.components, found.matrix, strict=True)
+    ]
+    lines.append(f"\ncondition number {found.condition:.4g}, columns of unit length")
+    if found.residuals.get("samples"):
+        parts = zip(found.components, found.residuals["wrench_rms"], strict=True)
+        lines.append("rms left: " + ", ".join(f"{name} {value:.3g} {unit_of(name)}" for name, value in parts))
+    return "\n".join(lines)
+
+
+def _sensor(job: Job, name: str | None) -> tuple[str, Sensor]:
+    """Return a sensor of a scene and its name."""
+    have = job.scene.sensor
+    if name is None and len(have) == 1:
+        return next(iter(have.items()))
+    if name is None or name not in have:
+        given = "" if name is None else f"'{name}' given, "
+        hint = "name one of them" if have else "add a table [sensor.NAME] with the body whose gauges are wired"
+        raise InputError(f"{job.path}: --sensor: {given}the scene has {', '.join(have) or 'none'}; {hint}")
+    return name, have[name]
+
+
+def _wrench(job: Job, name: str, sensor: Sensor) -> str:
+    """Return the force that a sensor measures."""
+    have = [key for key, force in job.scene.force.items() if force.kind == "wrench"]
+    if sensor.force is not None:
+        return sensor.force
+    if len(have) != 1:
+        listed = ", ".join(have) or "none"
+        raise InputError(f"{job.path}: sensor.{name}.force: is missing; forces of kind 'wrench': {listed}; name one")
+    return have[0]
+
+
+def _place(job: Job, body: str, name: str) -> dict[str, Any]:
+    """Return where a gauge stands, in the component's axes [m]."""
+    component = job.scene.component[job.scene.component_of(body)]
+    gauge, geometry = component.gauge[name], component.geometry
+    if gauge.point is not None and gauge.direction is not None:
+        return {"name": name, "point": list(gauge.point), "direction": list(gauge.direction)}
+    assert gauge.station is not None
+    assert gauge.fibre is not None
+    if isinstance(geometry, Frame):
+        member = geometry.members[owner := geometry.places()[gauge.station]]
+        axes, start = geometry.axes(owner), np.array(geometry.nodes[member.start], float)
+        along = member.stations[gauge.station]
+    else:
+        assert isinstance(geometry, Beam)
+        axes = np.array([geometry.axis, np.cross([0.0, 0.0, 1.0], geometry.axis), [0.0, 0.0, 1.0]])
+        start, along = np.zeros(3), geometry.places()[gauge.station]
+    high = SIDES.get(gauge.fibre, 0.0) * geometry.section.height / 2
+    width = getattr(geometry.section, "width", geometry.section.height)
+    point = start + np.array([along, LATERAL.get(gauge.fibre, 0.0) * width / 2, high]) @ axes
+    return {"name": name, "point": (np.round(point, 12) + 0.0).tolist(), "direction": axes[0].tolist(),
+            "fibre": gauge.fibre}  # fmt: skip
+
+
+def _table(heads: list[str], values: np.ndarray) -> str:
+    """Return rows of numbers as CSV."""
+    text = io.StringIO()
+    text.write(",".join(heads) + "\r\n")
+    np.savetxt(text, values, fmt="%.10g", delimiter=",", newline="\r\n")
+    return text.getvalue()
