@@ -5,11 +5,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gudgeon.pipeline.cli import commands, drafts, studies, wearing
+from gudgeon.pipeline.cli import commands, drafts, studies
 from gudgeon.pipeline.cli.database_parser import DB, add_database
 from gudgeon.pipeline.cli.help.completion import SHELLS, script
 from gudgeon.pipeline.cli.help.examples import examples_of
-from gudgeon.pipeline.cli.sensing import add_sensing
+from gudgeon.pipeline.cli.systems import wearing
+from gudgeon.pipeline.cli.systems.sensing import add_sensing
 
 EXAMPLES = """\
 examples:
