@@ -82,7 +82,6 @@ def _force(axes: Axes, shown: Shown, labels: Sequence[str]) -> None:
     axes.tick_params(labelsize=8)
     axes.set_rlabel_position(90)  # type: ignore[attr-defined]
     axes.yaxis.set_major_locator(MaxNLocator(3))
-    style.legend(axes, columns=2)
 
 
 def _depth(axes: Axes, shown: Shown) -> None:
