@@ -171,7 +171,7 @@ def _figure(skirt: Skirt, history: History) -> Any:
     """Draw the skirt's depths after the last cycle."""
     cycles, shapes = max(history.marks.items())
     figure = style.new_figure("Wear of the skirt", f"{cycles:g} cycles of the expansion stroke", width=1700, height=900)
-    axes = figure.subplots(1, 2, gridspec_kw={"left": 0.07, "right": 0.97, "bottom": 0.12, "top": 0.84, "wspace": 0.3})
+    axes = figure.subplots(1, 2, gridspec_kw={"left": 0.07, "right": 0.97, "bottom": 0.12, "top": 0.79, "wspace": 0.3})
     for axis, (name, shape) in zip(axes, shapes.items(), strict=True):
         points = skirt._contacts[name].points
         turn = np.degrees(np.arctan2(points[:, 1], np.abs(points[:, 0])))

@@ -65,6 +65,7 @@ def _orbit(axes: Axes, shown: Shown, labels: Sequence[str]) -> None:
         reach = factor * (shown.clearance + np.append(shape, shape[0]))
         axes.plot(reach * np.cos(turn), reach * np.sin(turn), color=colour, lw=1.0, ls="--")
         axes.plot(*(factor * orbit.T), color=colour, lw=0.6, alpha=0.75, label=label)
+        axes.plot(*(factor * orbit[-1:].T), "o", color=colour, ms=3)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(f"journal in the bearing [{unit}]; dashed: it touches")
     axes.set_ylabel(f"[{unit}]")
@@ -82,7 +83,6 @@ def _force(axes: Axes, shown: Shown, labels: Sequence[str]) -> None:
     axes.tick_params(labelsize=8)
     axes.set_rlabel_position(90)  # type: ignore[attr-defined]
     axes.yaxis.set_major_locator(MaxNLocator(3))
-    style.legend(axes, columns=2)
 
 
 def _depth(axes: Axes, shown: Shown) -> None:

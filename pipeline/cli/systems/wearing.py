@@ -12,7 +12,7 @@ Wear the joints with clearance of a scene (kind "clearance" with a table wear) o
 on over cycles, run it with the worn shapes, and so on. Each update is made once and in two halves; where these differ
 by more than --tolerance of the clearance, it is repeated with fewer cycles. Runs are kept in the database, so that the
 same command goes on after an interrupt. Writes wear.csv (worn depth over the angle after --at cycles), wear.json
-(updates, volumes, quantities) and a picture for each joint. See docs/mechanisms.md.
+(updates, volumes, quantities) and a picture for each joint. See docs/wear.md.
 
 Exit code: 0 all cycles are done; 1 a wall is worn through or a run failed, with what was reached; 2 the input is wrong.
 """

@@ -125,6 +125,18 @@ def test_worn_shapes_keep_momentum_and_energy(key: list[str], tmp_path: Path) ->
     assert abs(found.motion["part"][-1] - bare.motion["part"][-1]).max() > 1e-3
 
 
+@pytest.mark.parametrize("more", [{"friction": {"coefficient": 0.2, "speed": 0.01}}, {"length": 0.05}])
+def test_worn_shapes_with_friction_and_of_long_journals(more: dict[str, Any], tmp_path: Path) -> None:
+    wear = {key: one * (2 if "length" in more else 1) for key, one in BUMPY.items()}
+    found = thrown(wear, tmp_path, **more)
+    assert found.momentum_residual < 1e-12
+    balance = found.energies @ [1, 1, 1, 1, -1]
+    np.testing.assert_allclose(balance, balance[0], rtol=1e-7)
+    cells = found.counts[WEAR]["knee"]
+    for key in ("slide", "journal_slide"):
+        assert np.sum(cells[key]) == pytest.approx(value(found, "slide"), rel=1e-12)
+
+
 def test_a_journal_rests_in_its_groove(tmp_path: Path) -> None:
     """Pressed down within a bearing of depth h(θ) it sinks to c + h + m g/K, and to the bottom of a groove beside."""
     wear = {"bearing_depth": waves(360, (2, 3e-5, 2 * np.radians(-80.0))), "indentation": 1e-5, "cells": 720}
