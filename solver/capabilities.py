@@ -152,7 +152,7 @@ class Mechanism(Integrator):
     carries = frozenset(
         {
             Feature.MECHANISM, Feature.POINT_LOAD, Feature.POINT_SPRING, Feature.GRAVITY, Feature.PROBES,
-            Feature.DAMPING, Feature.LINEAR_LAW, Feature.SMOOTH_LAW,
+            Feature.DAMPING, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.GAUGES,
         }
     )  # fmt: skip
     order = 8
