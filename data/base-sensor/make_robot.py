@@ -24,6 +24,7 @@ PEG, PEG_LENGTH, PEG_MASS = 0.010, 0.12, 0.5
 CLEARANCE = 1e-4
 CELLS, CELL_RADIUS = 3, 0.12
 DURATION, KNOTS = 1.0, 101
+RING = ("east", "north", "west", "south")
 
 
 def frames(q):
@@ -72,6 +73,32 @@ def joints():
 def text(vector, digits=9):
     """Return a vector as TOML."""
     return "[" + ", ".join(repr(float(round(x, digits)) + 0.0) for x in vector) + "]"
+
+
+def plate_tables():
+    """Return the plate of plate-beams.toml, without supports, its ring's ends tied for joints, and its body."""
+    text = (HERE / "plate-beams.toml").read_text()
+    text = text[text.index("[component.plate]") : text.index("[component.plate.modes]")]
+    text = text.replace('supports = ["ring"]\n', "")
+    ring = ', ring = ["far-east", "far-north", "far-west", "far-south"]'
+    ties = "".join(f'{name} = {{ surface = "far-{name}", kind = "tie", tie = "rbe2" }}\n' for name in RING)
+    text = text.replace(ring, "")
+    gauge = text.index("[component.plate.gauge]")
+    names = ", ".join(f'"{side}{spoke}"' for spoke in range(4) for side in ("top", "side"))
+    return [
+        text[:gauge].rstrip() + "\n" + ties, text[gauge:].rstrip(), "",
+        "[component.plate.modes]", 'reduction = "row-craig-bampton"', "normal_count = 0", "fixed_count = 0", "",
+        "[body.plate]", "position = [0.0, 0.0, -0.02]", f"gauges = [{names}]", "damping = { beta = 1e-5 }", "",
+    ]  # fmt: skip
+
+
+def clamps():
+    """Return the joints that hold the plate's ring, and the stand on its hub."""
+    found = []
+    for name in RING:
+        found += [f"[joint.{name}]", 'kind = "fixed"', 'body = "plate"', f'interface = "{name}"', ""]
+    return [*found, "[joint.foot]", 'kind = "fixed"', 'body = "stand"', 'against = "plate"',
+            'against_interface = "hub"', ""]  # fmt: skip
 
 
 def main():
@@ -161,6 +188,10 @@ def main():
         'integrator = "mechanism"',
         "",
     ]
+    plate = plate_tables()
+    on_plate = [*lines, *plate, *bodies, *hinges, *clamps(), *contacts, *tail]
+    text_on_plate = "\n".join(on_plate).replace("stands on three load cells", "stands on a plate with strain gauges", 1)
+    (HERE / "robot-plate.toml").write_text(text_on_plate)
     (HERE / "robot.toml").write_text("\n".join([*lines, *bodies, *hinges, *cells, *contacts, *probes, *tail]))
 
 

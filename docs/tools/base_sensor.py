@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from gudgeon import modaldb
-from gudgeon.pipeline.kinds import open_job, run
-from gudgeon.pipeline.sensing.chain import base_parameters, identified
+from gudgeon.pipeline.kinds import kind_of, open_job, run
+from gudgeon.pipeline.linear.analysis import Asked
+from gudgeon.pipeline.sensing.chain import Base, base_parameters, identified
 from gudgeon.pipeline.sensing.excitation import Limits, Series, optimised, random_motion
-from gudgeon.pipeline.sensing.standing import Standing, standing
+from gudgeon.pipeline.sensing.standing import Arm, Gauged, Standing, arm_of, standing
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = ROOT / "data" / "base-sensor" / "robot.toml"
@@ -37,7 +38,7 @@ def solved(path: Path, folder: Path, changes: dict[str, Any] | None = None) -> t
     return open_job(path, set=changes or {}, db=db, out=out).scene, found
 
 
-def excited(folder: Path, arm: Standing, gravity: np.ndarray) -> tuple[Path, float, float]:
+def excited(folder: Path, arm: Arm, gravity: np.ndarray) -> tuple[Path, float, float]:
     """Write the scene of the arm without contacts on an optimised trajectory; returns it, and the condition numbers."""
     random = np.random.default_rng(1)
     n = len(arm.drives)
@@ -59,14 +60,26 @@ def excited(folder: Path, arm: Standing, gravity: np.ndarray) -> tuple[Path, flo
 
 
 def model(
-    arm: Standing, found: Any, gravity: np.ndarray, wrench: np.ndarray, *, moving: bool
+    base: Standing | Gauged, found: Any, gravity: np.ndarray, wrench: np.ndarray, *, moving: bool
 ) -> tuple[Any, np.ndarray]:
     """Return the regressor at the samples, and the stand's own weight and inertia, (s, 6)."""
     times = np.asarray(found.times)
-    carried = arm.carried(wrench, float(times[1] - times[0])) if moving else np.zeros((len(times), 6))
-    Y = arm.chain.regressor(*arm.angles(times), gravity, carried)
+    carried = base.carried(wrench, float(times[1] - times[0])) if moving else np.zeros((len(times), 6))
+    Y = base.arm.chain.regressor(*base.arm.angles(times), gravity, carried)
     still = np.concatenate([-gravity, np.zeros(3)])
-    return Y, (still + carried) @ arm.mass
+    return Y, (still + carried) @ base.arm.mass
+
+
+def plate_of(folder: Path, arm: Arm) -> Gauged:
+    """Return the plate under an arm, calibrated by unit wrenches."""
+    job = open_job(SCENE.with_name("plate-beams.toml"), db=folder / "db", out=folder / "out" / "plate-beams")
+    table = kind_of(job).linear(job, Asked(static=True), lambda *told: None).static
+    assert table is not None
+    rows = {name: row for name, row in zip(table.places, table.values, strict=True)}
+    gauges = [name.removeprefix("gauge.") for name in rows if name.startswith("gauge.")]
+    strains = np.array([rows[f"gauge.{name}"] for name in gauges])
+    compliance = np.array([rows[f"force.wrench[{n}]"] for n in range(1, 7)])
+    return Gauged(arm, gauges, np.linalg.pinv(strains), compliance)
 
 
 def rms(values: np.ndarray) -> str:
@@ -81,7 +94,8 @@ def main(place: str) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     random = np.random.default_rng(0)
     scene, task = solved(SCENE, folder)
-    arm, gravity = standing(scene), np.array(scene.run.gravity)
+    cells, gravity = standing(scene), np.array(scene.run.gravity)
+    arm = cells.arm
     path, before, after = excited(folder, arm, gravity)
     free_scene, free = solved(path, folder)
     mover = standing(free_scene)
@@ -97,27 +111,52 @@ def main(place: str) -> None:
     exact = base.grouping @ arm.chain.parameters()
     print(f"identified: condition number {fit.condition:.0f}, rms left {rms(np.tile(fit.residual, (2, 1)))} N, N m;"
           f" largest error of a base parameter {np.abs(fit.values - exact).max():.2g} (kg, kg m, kg m^2)")  # fmt: skip
-    times = np.asarray(task.times)
-    keep, wrench = times > SETTLED, arm.measured(task)
-    true = arm.touched(task, scene, times)
+    true = arm.touched(task, scene, np.asarray(task.times))
     mixed = np.kron(np.eye(2), np.ones((3, 3))) * CALIBRATION * random.standard_normal((6, 6)) + np.eye(6)
-    noise = NOISE * random.standard_normal(wrench.shape)
+    found = table(cells, task, (cells.measured(task), true), (base, exact, fit.values), mixed)
+    draw(folder / "base-sensor.png", np.asarray(task.times), true, found)
+    scene, task = solved(SCENE.with_name("robot-plate.toml"), folder)
+    plate = plate_of(folder, arm_of(scene))
+    true = plate.arm.touched(task, scene, np.asarray(task.times))
+    strains = np.column_stack([task.gauges[name] for name in plate.gauges])
+    print("on the plate, by strain gauges")
+    found = table(plate, task, (plate.measured(strains), true), (base, exact, fit.values), mixed)
+    draw(folder / "base-sensor-plate.png", np.asarray(task.times), true, found)
+
+
+def table(
+    base: Standing | Gauged,
+    task: Any,
+    wrenches: tuple[np.ndarray, np.ndarray],
+    parameters: tuple[Base, np.ndarray, np.ndarray],
+    mixed: np.ndarray,
+) -> np.ndarray:
+    """Print errors of the inferred wrench by their sources; returns that with identified parameters, (s, 6).
+
+    Args:
+        wrenches: Of the base, measured, and of the contacts, (s, 6) each.
+        parameters: The base parameters, their exact and their identified values.
+        mixed: A wrong calibration over the right one, (6, 6).
+    """
+    (wrench, true), (which, exact, fit) = wrenches, parameters
+    keep = np.asarray(task.times) > SETTLED
+    noise = NOISE * np.random.default_rng(5).standard_normal(wrench.shape)
     print(f"{'over the task, force N and moment N m about the base':58} {'rms':>10} {'rms':>10}")
     print(f"{'true wrench of the contacts':58} {rms(true[keep])}")
     rows = {}
     for name, sensed, values, moving in (
         ("exact parameters, base compensated: method alone", wrench, exact, True),
-        ("identified parameters, base compensated", wrench, fit.values, True),
-        ("and base not compensated: its dynamics", wrench, fit.values, False),
-        ("compensated, with noise", wrench + noise, fit.values, True),
-        ("not compensated, with noise", wrench + noise, fit.values, False),
-        ("compensated, with an error of calibration of 0.1 %", wrench @ mixed.T, fit.values, True),
-        ("not compensated, all of them", (wrench + noise) @ mixed.T, fit.values, False),
+        ("identified parameters, base compensated", wrench, fit, True),
+        ("and base not compensated: its dynamics", wrench, fit, False),
+        ("compensated, with noise", wrench + noise, fit, True),
+        ("not compensated, with noise", wrench + noise, fit, False),
+        ("compensated, with an error of calibration of 0.1 %", wrench @ mixed.T, fit, True),
+        ("not compensated, all of them", (wrench + noise) @ mixed.T, fit, False),
     ):
-        Y, own = model(arm, task, gravity, sensed, moving=moving)
-        rows[name] = Y[:, :, base.independent] @ values + own - sensed
+        Y, own = model(base, task, np.array([0.0, 0.0, -9.81]), sensed, moving=moving)
+        rows[name] = Y @ which.completed(values, base.arm.chain.parameters()) + own - sensed
         print(f"{'error, ' + name:58} {rms((rows[name] - true)[keep])}")
-    draw(folder / "base-sensor.png", times, true, rows["identified parameters, base compensated"])
+    return rows["identified parameters, base compensated"]
 
 
 def draw(path: Path, times: np.ndarray, true: np.ndarray, found: np.ndarray) -> None:

@@ -146,6 +146,13 @@ class Base:
     grouping: np.ndarray
     """Base parameters per parameter, (b, 10 n): of the independent ones, and of those that are grouped with them."""
 
+    def completed(self, values: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+        """Return the parameters nearest to those of a drawing (10 n,) that have some base parameters (b,).
+
+        A base that moves shows more than one at rest: what base parameters do not tell is that of the drawing.
+        """
+        return drawn + np.linalg.pinv(self.grouping) @ (values - self.grouping @ drawn)
+
 
 def base_parameters(Y: np.ndarray) -> Base:
     """Return the base parameters of a regressor (s, 6, k) at motions that excite all, by QR with pivoting."""

@@ -129,9 +129,9 @@ def test_the_wrench_on_a_tool_is_felt_through_the_base(tmp_path: Path) -> None:
     report = run(scene, set=set_, db=tmp_path / "db", out=tmp_path / "out", until="solve")
     found = modaldb.open(tmp_path / "db").get(report.stages["solve"].key, "trajectory")
     file = open_job(scene, set=set_, db=tmp_path / "db", out=tmp_path / "out").scene
-    arm, times = standing(file), np.asarray(found.times)
-    wrench = arm.measured(found)
-    carried = arm.carried(wrench, float(times[1] - times[0]))
+    base, times = standing(file), np.asarray(found.times)
+    arm, wrench = base.arm, base.measured(found)
+    carried = base.carried(wrench, float(times[1] - times[0]))
     gravity = np.array(file.run.gravity)
     own = (np.concatenate([-gravity, np.zeros(3)]) + carried) @ arm.mass
     inferred = arm.chain.regressor(*arm.angles(times), gravity, carried) @ arm.chain.parameters() + own - wrench
@@ -147,5 +147,5 @@ def test_the_wrench_on_a_tool_is_felt_through_the_base(tmp_path: Path) -> None:
 def test_arms_that_are_none_are_refused(tmp_path: Path) -> None:
     """A scene that is no chain on bushings is refused by what it lacks."""
     file = open_job(DATA / "four-bar", db=tmp_path / "db", out=tmp_path / "out").scene
-    with pytest.raises(InputError, match=r"joint: an arm needs revolute joints alone, each with a drive"):
+    with pytest.raises(InputError, match=r"joint: an arm needs revolute joints, each with a drive"):
         standing(file)

@@ -76,6 +76,8 @@ def test_base_parameters_tell_all_that_the_wrench_has() -> None:
     np.testing.assert_allclose(Y[:, :, base.independent] @ (base.grouping @ one.parameters()), whole,
                                atol=1e-7 * np.abs(whole).max())  # fmt: skip
     assert len(base.independent) < 50
+    changed = base.completed(1.1 * (base.grouping @ one.parameters()), one.parameters())
+    np.testing.assert_allclose(base.grouping @ changed, 1.1 * (base.grouping @ one.parameters()), atol=1e-9)
     fit = identified(Y, whole, base, np.ones(6))
     exact = base.grouping @ one.parameters()
     np.testing.assert_allclose(fit.values, exact, atol=1e-8 * np.abs(exact).max())
