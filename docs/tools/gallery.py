@@ -5,7 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "gallery.md"
-PICTURES = {"piston": "deformation.png", "bladed-disk": "wheel.png"}
+PICTURES = {"piston": "deformation.png", "bladed-disk": "wheel.png", "base-sensor": "base-sensor.png"}
 """Pictures of docs/ that show a scene of a folder."""
 HEAD = """# Gallery of all scenes
 

@@ -235,7 +235,7 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     pressed = [name for name in touching if name not in scene.masters() or scene.contact[name].body == body]
     read, reason = bool(settings.gauges), f"body.{body}.gauges names {', '.join(settings.gauges) or 'none'}"
     yield Term("gauges", body, read, reason, tuple(f"modes:gauges/{name}/rows" for name in settings.gauges))
-    if read:
+    if read and not scene.capabilities.turns:
         acts = bool(pressed) or _pulled(scene, body)
         other = f"{'forces act' if acts else 'nothing acts'} on an interface of it"
         reason = "contacts press on it" if pressed else other

@@ -7,8 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon import modaldb
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.kinds import kind_of, open_job, run
 from gudgeon.pipeline.linear.analysis import Asked
+from gudgeon.pipeline.sensing.standing import standing
 from tests.validation.scenes import DATA, reference
 
 EXPECTED = reference("base-sensor/J1_spoked_plate.json")
@@ -55,3 +58,94 @@ def test_spokes_as_a_solid(tmp_path: Path) -> None:
     assert strains[large] == pytest.approx(expected[large], rel=0.01)
     stiffness = np.diag(np.linalg.inv(motions))
     assert stiffness == pytest.approx(np.diag(EXPECTED["hub_stiffness_6x6_solid3D"]), rel=0.01)
+
+
+SWINGING = """
+[component.block]
+geometry = { kind = "rigid", mass = 0.5, inertia = [1e-4, 1e-4, 1e-4] }
+
+[component.arm]
+geometry.kind = "beam"
+geometry.length = 0.3
+geometry.motion = "space"
+geometry.section = { kind = "rectangle", width = 0.02, height = 0.006 }
+material = { E = 2.1e11, nu = 0.3, rho = 7870.0 }
+mesh.size = 0.03
+modes = { reduction = "row-craig-bampton", normal_count = 0, fixed_count = 4 }
+interface.root = { surface = "left", kind = "tie", tie = "rbe2" }
+interface.tip = { surface = "right", kind = "tie", tie = "rbe2" }
+gauge.top = { station = "left", fibre = "top", quantity = "strain" }
+gauge.side = { station = "left", fibre = "left", quantity = "strain" }
+
+[body.arm]
+gauges = ["top", "side"]
+
+[body.block]
+position = [0.3, 0.0, 0.0]
+
+[joint.root]
+kind = "fixed"
+body = "arm"
+interface = "root"
+
+[joint.tip]
+kind = "fixed"
+body = "block"
+against = "arm"
+against_interface = "tip"
+
+[probe.root]
+kind = "force"
+of = "joint.root"
+
+[run]
+duration = 0.04
+samples = 400
+gravity = [0.0, 3.0, -9.81]
+"""
+
+
+def test_gauges_of_a_body_in_a_mechanism(tmp_path: Path) -> None:
+    """At the root the strain is that of the joint's moment, M z / (E I), of bending in both planes, while it swings.
+
+    By four modes to 0.1 % and 0.4 %.
+    """
+    path = tmp_path / "swinging.toml"
+    path.write_text(SWINGING)
+    report = run(path, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+    found = modaldb.open(tmp_path / "db").get(report.stages["solve"].key, "trajectory")
+    moment = found.probes["root"].values[:, 3:]
+    inertia = 0.02 * 0.006**3 / 12, 0.006 * 0.02**3 / 12
+    top = -moment[:, 1] * 0.003 / (2.1e11 * inertia[0])
+    side = moment[:, 2] * 0.01 / (2.1e11 * inertia[1])
+    assert np.abs(top).max() > 1e-4
+    for name, expected in (("arm.top", top), ("arm.side", side)):
+        np.testing.assert_allclose(found.gauges[name], expected, atol=0.01 * np.abs(expected).max())
+
+
+def test_the_wrench_on_a_tool_is_felt_through_the_base(tmp_path: Path) -> None:
+    """Cells' wrench against the arm's regressor with exact parameters: what is left is the contact's, to 0.5 %."""
+    scene, set_ = DATA / "base-sensor" / "robot.toml", {"run.duration": 0.35, "run.samples": 1400}
+    report = run(scene, set=set_, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+    found = modaldb.open(tmp_path / "db").get(report.stages["solve"].key, "trajectory")
+    file = open_job(scene, set=set_, db=tmp_path / "db", out=tmp_path / "out").scene
+    base, times = standing(file), np.asarray(found.times)
+    arm, wrench = base.arm, base.measured(found)
+    carried = base.carried(wrench, float(times[1] - times[0]))
+    gravity = np.array(file.run.gravity)
+    own = (np.concatenate([-gravity, np.zeros(3)]) + carried) @ arm.mass
+    inferred = arm.chain.regressor(*arm.angles(times), gravity, carried) @ arm.chain.parameters() + own - wrench
+    true = arm.touched(found, file, times)
+    later = times > 0.05
+    for part in (slice(3), slice(3, 6)):
+        size = np.linalg.norm(true[:, part], axis=1).max()
+        error = np.linalg.norm((inferred - true)[later][:, part], axis=1)
+        assert size > 10
+        assert np.sqrt((error**2).mean()) < 5e-3 * size
+
+
+def test_arms_that_are_none_are_refused(tmp_path: Path) -> None:
+    """A scene that is no chain on bushings is refused by what it lacks."""
+    file = open_job(DATA / "four-bar", db=tmp_path / "db", out=tmp_path / "out").scene
+    with pytest.raises(InputError, match=r"joint: an arm needs revolute joints, each with a drive"):
+        standing(file)

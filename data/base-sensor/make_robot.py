@@ -1,0 +1,199 @@
+"""Write robot.toml and its joint tables: `python data/base-sensor/make_robot.py`.
+
+A six-axis arm of the dimensions, masses and centres of mass that Universal Robots publishes for its UR5 ("DH parameters
+for calculations of kinematics and dynamics"); inertias are those of solid cylinders. It starts with right angles at all
+joints, its tool down, in a hole with clearance, and stands on three load cells.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import least_squares
+
+HERE = Path(__file__).parent
+A = (0.0, -0.425, -0.39225, 0.0, 0.0, 0.0)
+D = (0.089159, 0.0, 0.0, 0.10915, 0.09465, 0.0823)
+ALPHA = (np.pi / 2, 0.0, 0.0, np.pi / 2, -np.pi / 2, 0.0)
+START = np.radians([0.0, -90.0, -90.0, -90.0, 90.0, 0.0])
+MASS = (3.7, 8.393, 2.275, 1.219, 1.219, 0.1879)
+CENTRE = ((0, -0.02561, 0.00193), (0.2125, 0, 0.11336), (0.15, 0, 0.0265), (0, -0.0018, 0.01634), (0, 0.0018, 0.01634),
+          (0, 0, -0.001159))  # fmt: skip
+CYLINDER = ((0.06, 0.15, 2), (0.055, 0.425, 0), (0.04, 0.392, 0), (0.04, 0.1, 2), (0.04, 0.1, 2), (0.037, 0.04, 2))
+"""Radius and length [m] of each link's cylinder, and its axis among those of its DH frame."""
+PEG, PEG_LENGTH, PEG_MASS = 0.010, 0.12, 0.5
+CLEARANCE = 1e-4
+CELLS, CELL_RADIUS = 3, 0.12
+DURATION, KNOTS = 1.0, 101
+RING = ("east", "north", "west", "south")
+
+
+def frames(q):
+    """Return the DH frames 0 to 6 at joint angles, (7, 4, 4)."""
+    found = [np.eye(4)]
+    for theta, a, d, alpha in zip(q, A, D, ALPHA, strict=True):
+        c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+        step = np.array([[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]])
+        found.append(found[-1] @ step)
+    return np.array(found)
+
+
+def tip(q):
+    """Return place and axis of the peg's tip."""
+    last = frames(q)[-1]
+    return last[:3, 3] + PEG_LENGTH * last[:3, 2], last[:3, 2], last[:3, 0]
+
+
+def task(t):
+    """Return the way of the tip from its start [m]: down, to the side beyond the clearance, on the ground, up."""
+
+    def smooth(a, b):
+        x = np.clip((t - a) / (b - a), 0, 1)
+        return x**3 * (10 - 15 * x + 6 * x**2)
+
+    down = -0.02 * smooth(0.05, 0.45) - 5e-5 * smooth(0.45, 0.55) + 0.015 * smooth(0.75, 0.95)
+    side = (CLEARANCE + 1e-4) * (smooth(0.15, 0.35) - smooth(0.75, 0.95))
+    return np.array([side, 0.6 * side, down])
+
+
+def joints():
+    """Return times and joint angles from the start, (t, 6), by inverse kinematics."""
+    start, axis, across = tip(START)
+    times, q, found = np.linspace(0, DURATION, KNOTS), START.copy(), []
+    for t in times:
+
+        def miss(x, t=t):
+            place, line, turn = tip(x)
+            return np.concatenate([place - start - task(t), 0.3 * (line - axis), 0.3 * (turn - across)])
+
+        q = least_squares(miss, q, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+        found.append(q - START)
+    return times, np.array(found)
+
+
+def text(vector, digits=9):
+    """Return a vector as TOML."""
+    return "[" + ", ".join(repr(float(round(x, digits)) + 0.0) for x in vector) + "]"
+
+
+def plate_tables():
+    """Return the plate of plate-beams.toml, without supports, its ring's ends tied for joints, and its body."""
+    text = (HERE / "plate-beams.toml").read_text()
+    text = text[text.index("[component.plate]") : text.index("[component.plate.modes]")]
+    text = text.replace('supports = ["ring"]\n', "")
+    ring = ', ring = ["far-east", "far-north", "far-west", "far-south"]'
+    ties = "".join(f'{name} = {{ surface = "far-{name}", kind = "tie", tie = "rbe2" }}\n' for name in RING)
+    text = text.replace(ring, "")
+    gauge = text.index("[component.plate.gauge]")
+    names = ", ".join(f'"{side}{spoke}"' for spoke in range(4) for side in ("top", "side"))
+    return [
+        text[:gauge].rstrip() + "\n" + ties, text[gauge:].rstrip(), "",
+        "[component.plate.modes]", 'reduction = "row-craig-bampton"', "normal_count = 0", "fixed_count = 0", "",
+        "[body.plate]", "position = [0.0, 0.0, -0.02]", f"gauges = [{names}]", "damping = { beta = 1e-5 }", "",
+    ]  # fmt: skip
+
+
+def clamps():
+    """Return the joints that hold the plate's ring, and the stand on its hub."""
+    found = []
+    for name in RING:
+        found += [f"[joint.{name}]", 'kind = "fixed"', 'body = "plate"', f'interface = "{name}"', ""]
+    return [*found, "[joint.foot]", 'kind = "fixed"', 'body = "stand"', 'against = "plate"',
+            'against_interface = "hub"', ""]  # fmt: skip
+
+
+def main():
+    """Write the files."""
+    at = frames(START)
+    times, moved = joints()
+    lines = [
+        "# A six-axis robot arm that puts a peg into a hole and stands on three load cells.",
+        "# Dimensions, masses and centres of mass of the UR5 (Universal Robots, DH parameters for calculations of",
+        "# kinematics and dynamics), inertias of solid cylinders. Written by make_robot.py.",
+        "",
+        "[component.stand]",
+        'geometry = { kind = "rigid", mass = 6.0, inertia = [0.03, 0.03, 0.05] }',
+        "",
+    ]
+    bodies = ["[body.stand]", "position = [0.0, 0.0, -0.02]", ""]
+    hinges = []
+    for i in range(6):
+        R = at[i + 1, :3, :3]
+        mass, centre = MASS[i], at[i + 1, :3, 3] + R @ CENTRE[i]
+        radius, length, axis = CYLINDER[i]
+        own = np.full(3, mass * (3 * radius**2 + length**2) / 12)
+        own[axis] = mass * radius**2 / 2
+        inertia = R @ np.diag(own) @ R.T
+        extra = ""
+        if i == 5:  # With the peg.
+            line = at[6, :3, 2]
+            peg = at[6, :3, 3] + PEG_LENGTH / 2 * line
+            long, thick = PEG_MASS * (3 * PEG**2 + PEG_LENGTH**2) / 12, PEG_MASS * PEG**2 / 2
+            whole = mass + PEG_MASS
+            both = (mass * centre + PEG_MASS * peg) / whole
+            inertia = inertia + long * np.eye(3) + (thick - long) * np.outer(line, line)
+            for m, c in ((mass, centre), (PEG_MASS, peg)):
+                arm = c - both
+                inertia += m * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
+            mass, centre = whole, both
+            end = tip(START)[0]
+            points = {"end": (end, line)}
+            for k, out in enumerate(([1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0])):
+                points[f"low{k}"] = (end + PEG * np.array(out), out)
+                points[f"high{k}"] = (end + PEG * np.array(out) - 0.03 * line, out)
+            extra = (
+                "points = { "
+                + ", ".join(
+                    f"{name} = {{ at = {text(p - centre)}, normal = {text(n)} }}" for name, (p, n) in points.items()
+                )
+                + " }"
+            )
+        lines += [f"[component.link{i + 1}.geometry]", 'kind = "rigid"', f"mass = {mass:.6g}",
+                  f"inertia = {text(np.diag(inertia))}"]  # fmt: skip
+        if extra:
+            lines += [extra, "", "[component.link6.interface]"]
+            lines += [f'{name} = {{ surface = "{name}" }}' for name in points]
+        lines.append("")
+        bodies += [f"[body.link{i + 1}]", f"position = {text(centre)}", ""]
+        before = "stand" if i == 0 else f"link{i}"
+        hinges += [f"[joint.axis{i + 1}]", 'kind = "revolute"', f'body = "link{i + 1}"',
+                   f"at = {text(at[i, :3, 3] - centre)}", f'against = "{before}"', f"axis = {text(at[i, :3, 2])}", "",
+                   f"[joint.drive{i + 1}]", 'kind = "driven"', f'joint = "axis{i + 1}"',
+                   f'table = "robot-axis{i + 1}.csv"', ""]  # fmt: skip
+        rows = "\n".join(f"{t:.3f},{x:.12f}" for t, x in zip(times, moved[:, i], strict=True))
+        (HERE / f"robot-axis{i + 1}.csv").write_text("time [s],angle [rad]\n" + rows + "\n")
+    cells, probes = [], []
+    for k in range(CELLS):
+        angle = 2 * np.pi * k / CELLS
+        place = [CELL_RADIUS * np.cos(angle), CELL_RADIUS * np.sin(angle), -0.02]
+        here = text([*place[:2], 0.0])
+        cells += [f"[force.cell{k + 1}]", 'kind = "bushing"', 'body = "stand"', f"at = {here}"]
+        cells += ["stiffness = [5e7, 5e7, 1e8]                           # N/m", "damping = [2e4, 2e4, 4e4]", ""]
+        probes += [f"[probe.cell{k + 1}]", 'kind = "force"', f'of = "force.cell{k + 1}"', ""]
+    end = tip(START)[0]
+    law = 'law = { kind = "linear", stiffness = 1e6 }'
+    contacts = []
+    for name in [f"{side}{k}" for side in ("low", "high") for k in range(4)]:
+        bore = f'{{ shape = "bore", radius = {PEG + CLEARANCE!r}, origin = {text(end)} }}'
+        contacts += [f"[contact.{name}]", 'body = "link6"', f'interface = "{name}"', 'method = "penalty"', law]
+        contacts += [f"against = {bore}", ""]
+    ground = text(end - np.array([0, 0, 0.02]))
+    contacts += ["[contact.ground]", 'body = "link6"', 'interface = "end"', 'method = "penalty"', law,
+                 f'against = {{ shape = "plane", point = {ground}, normal = [0.0, 0.0, 1.0] }}', ""]  # fmt: skip
+    tail = [
+        "[run]",
+        f"duration = {DURATION}",
+        "samples = 4000",
+        "frames = 100",
+        "gravity = [0.0, 0.0, -9.81]",
+        'integrator = "mechanism"',
+        "",
+    ]
+    plate = plate_tables()
+    on_plate = [*lines, *plate, *bodies, *hinges, *clamps(), *contacts, *tail]
+    text_on_plate = "\n".join(on_plate).replace("stands on three load cells", "stands on a plate with strain gauges", 1)
+    (HERE / "robot-plate.toml").write_text(text_on_plate)
+    (HERE / "robot.toml").write_text("\n".join([*lines, *bodies, *hinges, *cells, *contacts, *probes, *tail]))
+
+
+if __name__ == "__main__":
+    main()

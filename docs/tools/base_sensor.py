@@ -1,0 +1,183 @@
+"""`python -m docs.tools.base_sensor FOLDER`: the arm of data/base-sensor feels its tool through its base.
+
+Runs the task of robot.toml and an optimised excitation without contact, identifies the base parameters from the cells,
+infers the contact's wrench over the task, prints the table of docs/base-sensor.md and draws FOLDER/base-sensor.png.
+"""
+
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gudgeon import modaldb
+from gudgeon.pipeline.kinds import kind_of, open_job, run
+from gudgeon.pipeline.linear.analysis import Asked
+from gudgeon.pipeline.sensing.chain import Base, base_parameters, identified
+from gudgeon.pipeline.sensing.excitation import Limits, Series, optimised, random_motion
+from gudgeon.pipeline.sensing.standing import Arm, Gauged, Standing, arm_of, standing
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENE = ROOT / "data" / "base-sensor" / "robot.toml"
+NOISE = np.array([0.5, 0.5, 0.5, 0.05, 0.05, 0.05])
+"""Standard deviation of a sample of the base wrench [N, N m]."""
+CALIBRATION = 1e-3
+"""Standard deviation of the entries of a calibration matrix from the unit matrix, forces and moments apart."""
+SETTLED = 0.05
+"""The stand sags under gravity at the start; errors count from here on [s]."""
+LIMITS = Limits(angle=0.5, rate=3.0)
+EXCITED, TRIALS = 3.0, 40
+
+
+def solved(path: Path, folder: Path, changes: dict[str, Any] | None = None) -> tuple[Any, Any]:
+    """Return a scene and its record."""
+    db, out = folder / "db", folder / "out" / path.stem
+    report = run(path, set=changes or {}, db=db, out=out, until="solve")
+    found = modaldb.open(db).get(report.stages["solve"].key, "trajectory")
+    return open_job(path, set=changes or {}, db=db, out=out).scene, found
+
+
+def excited(folder: Path, arm: Arm, gravity: np.ndarray) -> tuple[Path, float, float]:
+    """Write the scene of the arm without contacts on an optimised trajectory; returns it, and the condition numbers."""
+    random = np.random.default_rng(1)
+    n = len(arm.drives)
+    first = Series(0.4, 0.5, 0.3 * random.standard_normal((n, 3)), 0.3 * random.standard_normal((n, 3)))
+    series, before, after = optimised(arm.chain, first, LIMITS, EXCITED, gravity, steps=TRIALS)
+    text = SCENE.read_text(encoding="utf-8")
+    head, _, rest = text.partition("[contact.")
+    tail = "[probe." + rest.partition("[probe.")[2]
+    tail = tail.replace("duration = 1.0", f"duration = {EXCITED}").replace("samples = 4000", "samples = 6000")
+    times = np.linspace(0.0, EXCITED, 1201)
+    angles = series.at(times)[0]
+    for joint in range(n):
+        rows = "\n".join(f"{t:.6f},{x:.12f}" for t, x in zip(times, angles[:, joint], strict=True))
+        (folder / f"robot-axis{joint + 1}.csv").write_text("time [s],angle [rad]\n" + rows + "\n")
+    path = folder / "excitation.toml"
+    path.write_text(head + tail, encoding="utf-8")
+    tomllib.loads(path.read_text(encoding="utf-8"))
+    return path, before, after
+
+
+def model(
+    base: Standing | Gauged, found: Any, gravity: np.ndarray, wrench: np.ndarray, *, moving: bool
+) -> tuple[Any, np.ndarray]:
+    """Return the regressor at the samples, and the stand's own weight and inertia, (s, 6)."""
+    times = np.asarray(found.times)
+    carried = base.carried(wrench, float(times[1] - times[0])) if moving else np.zeros((len(times), 6))
+    Y = base.arm.chain.regressor(*base.arm.angles(times), gravity, carried)
+    still = np.concatenate([-gravity, np.zeros(3)])
+    return Y, (still + carried) @ base.arm.mass
+
+
+def plate_of(folder: Path, arm: Arm) -> Gauged:
+    """Return the plate under an arm, calibrated by unit wrenches."""
+    job = open_job(SCENE.with_name("plate-beams.toml"), db=folder / "db", out=folder / "out" / "plate-beams")
+    table = kind_of(job).linear(job, Asked(static=True), lambda *told: None).static
+    assert table is not None
+    rows = {name: row for name, row in zip(table.places, table.values, strict=True)}
+    gauges = [name.removeprefix("gauge.") for name in rows if name.startswith("gauge.")]
+    strains = np.array([rows[f"gauge.{name}"] for name in gauges])
+    compliance = np.array([rows[f"force.wrench[{n}]"] for n in range(1, 7)])
+    return Gauged(arm, gauges, np.linalg.pinv(strains), compliance)
+
+
+def rms(values: np.ndarray) -> str:
+    """Return the rms of force and moment."""
+    force, moment = (np.sqrt((part**2).sum(axis=1).mean()) for part in (values[:, :3], values[:, 3:]))
+    return f"{force:10.3f} {moment:10.4f}"
+
+
+def main(place: str) -> None:
+    """Print the table."""
+    folder = Path(place)
+    folder.mkdir(parents=True, exist_ok=True)
+    random = np.random.default_rng(0)
+    scene, task = solved(SCENE, folder)
+    cells, gravity = standing(scene), np.array(scene.run.gravity)
+    arm = cells.arm
+    path, before, after = excited(folder, arm, gravity)
+    free_scene, free = solved(path, folder)
+    mover = standing(free_scene)
+    base = base_parameters(arm.chain.regressor(*random_motion(len(arm.drives), seed=0), gravity))
+    counts = len(base.independent), len(arm.chain.parameters())
+    print(f"base parameters: {counts[0]} of {counts[1]}; condition number of the regressor"
+          f" {before:.0f} at the first series, {after:.0f} optimised")  # fmt: skip
+    wrench = mover.measured(free)
+    Y, own = model(mover, free, gravity, wrench, moving=True)
+    keep = np.asarray(free.times) > SETTLED
+    noisy = wrench + NOISE * random.standard_normal(wrench.shape)
+    fit = identified(Y[keep], (noisy - own)[keep], base, NOISE)
+    exact = base.grouping @ arm.chain.parameters()
+    print(f"identified: condition number {fit.condition:.0f}, rms left {rms(np.tile(fit.residual, (2, 1)))} N, N m;"
+          f" largest error of a base parameter {np.abs(fit.values - exact).max():.2g} (kg, kg m, kg m^2)")  # fmt: skip
+    true = arm.touched(task, scene, np.asarray(task.times))
+    mixed = np.kron(np.eye(2), np.ones((3, 3))) * CALIBRATION * random.standard_normal((6, 6)) + np.eye(6)
+    found = table(cells, task, (cells.measured(task), true), (base, exact, fit.values), mixed)
+    draw(folder / "base-sensor.png", np.asarray(task.times), true, found)
+    scene, task = solved(SCENE.with_name("robot-plate.toml"), folder)
+    plate = plate_of(folder, arm_of(scene))
+    true = plate.arm.touched(task, scene, np.asarray(task.times))
+    strains = np.column_stack([task.gauges[name] for name in plate.gauges])
+    print("on the plate, by strain gauges")
+    found = table(plate, task, (plate.measured(strains), true), (base, exact, fit.values), mixed)
+    draw(folder / "base-sensor-plate.png", np.asarray(task.times), true, found)
+
+
+def table(
+    base: Standing | Gauged,
+    task: Any,
+    wrenches: tuple[np.ndarray, np.ndarray],
+    parameters: tuple[Base, np.ndarray, np.ndarray],
+    mixed: np.ndarray,
+) -> np.ndarray:
+    """Print errors of the inferred wrench by their sources; returns that with identified parameters, (s, 6).
+
+    Args:
+        wrenches: Of the base, measured, and of the contacts, (s, 6) each.
+        parameters: The base parameters, their exact and their identified values.
+        mixed: A wrong calibration over the right one, (6, 6).
+    """
+    (wrench, true), (which, exact, fit) = wrenches, parameters
+    keep = np.asarray(task.times) > SETTLED
+    noise = NOISE * np.random.default_rng(5).standard_normal(wrench.shape)
+    print(f"{'over the task, force N and moment N m about the base':58} {'rms':>10} {'rms':>10}")
+    print(f"{'true wrench of the contacts':58} {rms(true[keep])}")
+    rows = {}
+    for name, sensed, values, moving in (
+        ("exact parameters, base compensated: method alone", wrench, exact, True),
+        ("identified parameters, base compensated", wrench, fit, True),
+        ("and base not compensated: its dynamics", wrench, fit, False),
+        ("compensated, with noise", wrench + noise, fit, True),
+        ("not compensated, with noise", wrench + noise, fit, False),
+        ("compensated, with an error of calibration of 0.1 %", wrench @ mixed.T, fit, True),
+        ("not compensated, all of them", (wrench + noise) @ mixed.T, fit, False),
+    ):
+        Y, own = model(base, task, np.array([0.0, 0.0, -9.81]), sensed, moving=moving)
+        rows[name] = Y @ which.completed(values, base.arm.chain.parameters()) + own - sensed
+        print(f"{'error, ' + name:58} {rms((rows[name] - true)[keep])}")
+    return rows["identified parameters, base compensated"]
+
+
+def draw(path: Path, times: np.ndarray, true: np.ndarray, found: np.ndarray) -> None:
+    """Draw true and inferred forces and moments."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(2, 1, figsize=(9, 6), sharex=True, layout="constrained")
+    for row, unit in enumerate(("force on the tool [N]", "moment about the base [N m]")):
+        for column, colour in enumerate(("tab:blue", "tab:orange", "tab:green")):
+            n = 3 * row + column
+            axes[row].plot(times, true[:, n], color=colour, lw=3, alpha=0.35, label=f"{'xyz'[column]} true")
+            axes[row].plot(times, found[:, n], color=colour, lw=1, label=f"{'xyz'[column]} inferred")
+        axes[row].set_ylabel(unit)
+        axes[row].grid(alpha=0.3)
+    axes[0].legend(ncols=3)
+    axes[1].set_xlabel("time [s]")
+    figure.savefig(path, dpi=110)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
