@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gudgeon.pipeline.cli import commands, drafts, studies
+from gudgeon.pipeline.cli import commands, drafts, feeling, studies
 from gudgeon.pipeline.cli.database_parser import DB, add_database
 from gudgeon.pipeline.cli.help.completion import SHELLS, script
 from gudgeon.pipeline.cli.help.examples import examples_of
@@ -117,6 +117,7 @@ def build_parser() -> argparse.ArgumentParser:
     add("--cases", type=Path, metavar="FILE", help="TOML file with further cases, described in docs/robustness.md")
     text = "assembled modes of the scene at its start, and frequency responses between its ports"
     _linear_options(_command(names, "linear", text, commands.linear_command, LINEAR_HELP))
+    feeling.add_options(_command(names, "feel", feeling.FEEL_TEXT, feeling.feel_command, feeling.FEEL_HELP))
     _add_export(names)
     _add_cad(names)
     text = "list missing packages, libraries and variables on this machine, each with the command that corrects it"

@@ -30,6 +30,10 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
             "modes with the contacts that press, and a response",
         ),
     ),
+    "feel": (
+        ("gudgeon feel data/pull-in", "the force on the plate, in a browser"),
+        ("gudgeon feel data/pull-in --script poses.csv", "poses from a table, forces in feel.csv"),
+    ),
     "export": (
         ("gudgeon export data/skirt results", ".vtu files for ParaView"),
         ("gudgeon export data/skirt skirt --format abaqus", "the reduced body for another program"),

@@ -236,7 +236,7 @@ def evaluated(names: list[str], fields: CoEnergies, poses: np.ndarray) -> np.nda
 def stiffness(fields: CoEnergies, i: int, pose: np.ndarray) -> np.ndarray:
     """Return the second derivatives of a field's co-energy at a pose, by differences, (6, 6)."""
     head, size = fields.head[i], fields.size[i]
-    step = np.full(6, SHIFT * size[2])
+    step = np.full(6, SHIFT * max(abs(size[2]), size[7]))
     low, high = np.full(6, -np.inf), np.full(6, np.inf)
     free = np.abs(size[[3, 4, 5, 2, 2, 2]]) > 0
     free[3:] = False
