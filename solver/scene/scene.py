@@ -158,8 +158,11 @@ class Scene(Strict):
 
     def given(self) -> dict[str, GasPressure | MovingForce | ExternalForce | OverTime]:
         """Return the forces prescribed over time by name: all but springs, bushings and fields."""
-        others = Spring | Bushing | FieldForce | ElectrostaticPressure
-        return {n: f for n, f in self.force.items() if not isinstance(f, others)}
+        return {
+            n: f
+            for n, f in self.force.items()
+            if not isinstance(f, Spring | Bushing | FieldForce | ElectrostaticPressure)
+        }
 
     def over_time(self) -> dict[str, OverTime]:
         """Return the forces by name whose amount is a table or an expression of time."""

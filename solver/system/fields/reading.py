@@ -215,7 +215,7 @@ def field_ends(name: str, one: FieldForce, scene: Scene, bodies: Mapping[str, Fl
     return ends
 
 
-def start_pose(one: FieldForce | ElectrostaticPressure) -> np.ndarray:
+def start_pose(one: object) -> np.ndarray:
     """Return the pose of a field as the run starts, (6,)."""
     return np.array([*one.start, 0.0, 0.0, 0.0]) if isinstance(one, Electrostatic) else np.zeros(6)
 
