@@ -17,7 +17,12 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-SOURCES = ("solver/**/*.py", "pipeline/nodal/points/*.py", "pipeline/electrostatics/kernel.py")
+SOURCES = (
+    "solver/**/*.py",
+    "pipeline/nodal/points/*.py",
+    "pipeline/electrostatics/kernel.py",
+    "pipeline/feel/kernel.py",
+)
 COMPILED = ("explicit", "implicit", "general", "collocation", "discrete-gradient", "mechanism")
 """Compiled time loops: those of integrators, and the implicit one over ports."""
 BLOCK = 1 << 16

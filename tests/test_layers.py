@@ -60,7 +60,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.nodal", "pipeline.robustness", "pipeline.exporters", "pipeline.linear", "pipeline.drafts"),
     ("pipeline.report", "pipeline.sensing"),
     ("pipeline.wheel", "pipeline.electrostatics"),
-    ("pipeline.kinds", "pipeline.doctor", "pipeline.service"),
+    ("pipeline.kinds", "pipeline.doctor", "pipeline.service", "pipeline.feel"),
     ("pipeline.studies", "pipeline.wear"),
     ("pipeline",),
     ("gudgeon",),

@@ -9,7 +9,7 @@ from gudgeon.pipeline.cli import commands, drafts, studies
 from gudgeon.pipeline.cli.database_parser import DB, add_database
 from gudgeon.pipeline.cli.help.completion import SHELLS, script
 from gudgeon.pipeline.cli.help.examples import examples_of
-from gudgeon.pipeline.cli.systems import wearing
+from gudgeon.pipeline.cli.systems import feeling, wearing
 from gudgeon.pipeline.cli.systems.sensing import add_sensing
 
 EXAMPLES = """\
@@ -118,6 +118,7 @@ def build_parser() -> argparse.ArgumentParser:
     text = "assembled modes of the scene at its start, and frequency responses between its ports"
     _linear_options(_command(names, "linear", text, commands.linear_command, LINEAR_HELP))
     add_sensing(names, _plain, _command)
+    feeling.add_options(_command(names, "feel", feeling.FEEL_TEXT, feeling.feel_command, feeling.FEEL_HELP))
     _add_export(names)
     _add_cad(names)
     text = "list missing packages, libraries and variables on this machine, each with the command that corrects it"

@@ -208,7 +208,8 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         loss=float(found.energies[-1, 3]) if len(found.energies) else 0.0,
         exchanged=exchanged,
         penetration=depth,
-        penetration_bound=allowed,
+        # What fields add to the energy of an impact is not in the bound.
+        penetration_bound=None if system.fields.names else allowed,
         basis=found.estimates.get("basis.impulse"),
         mesh=found.estimates.get("mesh.impulse"),
         stepped=found.estimates.get("step.impulse"),

@@ -188,7 +188,8 @@ class Scene(Strict):
         """Return the integrators that support all features of the scene, in the order in which `auto` prefers them."""
         demands = dict(_demands(self))
         able = [name for name in INTEGRATORS if not _lacking(demands, name)]
-        return sorted(able, key=lambda name: not _prefers(demands, name))
+        small = Feature.FIELD in demands.values()  # Fields alone make no mechanism of a scene.
+        return sorted(able, key=lambda name: not _prefers(demands, name) or (small and INTEGRATORS[name].turns))
 
     @property
     def general(self) -> bool:

@@ -100,9 +100,8 @@ def test_all_else_is_listed_as_left_out_with_a_reason(scene: str, tmp_path: Path
             for name in [parsed(entry)[0]]
         }
         other = {f"{what} of {name}" for what in EXPECTED["of_contact"] for name in own}
-        groups = {
-            f"{name.split(' ')[0]}s".replace("bushings", "springs") for name in present
-        }  # "spring spring" is one of the springs
+        kinds = {name.split(" ")[0].replace("bushing", "spring") for name in present}
+        groups = {f"{kind}s" for kind in kinds}  # "spring spring" is one of the springs
         unused = plan.get("unused", {}).get(body, [])
         expected = ({*EXPECTED["optional"]} - groups) | other | {*EXPECTED["never"]} | {*unused}
         assert absent[body] == expected - present

@@ -39,6 +39,10 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "signals": (("gudgeon signals data/base-sensor/plate-beams.toml", "signals of its bridges over time"),),
     "infer": (("gudgeon infer calibration.json signals.csv", "wrenches, in signals-wrench.csv"),),
+    "feel": (
+        ("gudgeon feel data/pull-in", "the force on the plate, in a browser"),
+        ("gudgeon feel data/pull-in --script poses.csv", "poses from a table, forces in feel.csv"),
+    ),
     "export": (
         ("gudgeon export data/skirt results", ".vtu files for ParaView"),
         ("gudgeon export data/skirt skirt --format abaqus", "the reduced body for another program"),

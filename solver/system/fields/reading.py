@@ -215,7 +215,7 @@ def field_ends(name: str, one: FieldForce, scene: Scene, bodies: Mapping[str, Fl
     return ends
 
 
-def start_pose(one: FieldForce | ElectrostaticPressure) -> np.ndarray:
+def start_pose(one: object) -> np.ndarray:
     """Return the pose of a field as the run starts, (6,)."""
     return np.array([*one.start, 0.0, 0.0, 0.0]) if isinstance(one, Electrostatic) else np.zeros(6)
 
@@ -236,7 +236,7 @@ def evaluated(names: list[str], fields: CoEnergies, poses: np.ndarray) -> np.nda
 def stiffness(fields: CoEnergies, i: int, pose: np.ndarray) -> np.ndarray:
     """Return the second derivatives of a field's co-energy at a pose, by differences, (6, 6)."""
     head, size = fields.head[i], fields.size[i]
-    step = np.full(6, SHIFT * size[2])
+    step = np.full(6, SHIFT * max(abs(size[2]), size[7]))
     low, high = np.full(6, -np.inf), np.full(6, np.inf)
     free = np.abs(size[[3, 4, 5, 2, 2, 2]]) > 0
     free[3:] = False

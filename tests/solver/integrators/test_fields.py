@@ -223,3 +223,11 @@ def test_gaps_of_nanometres_and_metres_are_alike(tmp_path: Path) -> None:
         reached.append(found.motion["part"][:, 2] / gap)
     np.testing.assert_allclose(reached[0], reached[1], atol=1e-6)
     np.testing.assert_allclose(reached[2], reached[1], atol=1e-6)
+
+
+def test_a_field_alone_makes_no_mechanism_of_a_scene() -> None:
+    """`auto` takes small rotations, unless a joint of two markers or a spin asks for more."""
+    scene: Table = {"body": {"part": {}}, "force": {"pull": plates(potential=1.0)}, "run": {"duration": 1e-6}}
+    assert Scene.model_validate(scene).integrator == "implicit"
+    turning = scene | {"body": {"part": {"angular_velocity": [0.0, 0.0, 1e6]}}}
+    assert Scene.model_validate(turning).integrator == "mechanism"

@@ -1,0 +1,90 @@
+"""The handle never gains energy and feels held forces; silence and NaN of the device are safe."""
+
+import numpy as np
+import pytest
+
+from gudgeon.pipeline.feel.coupling import FADING, RISE, SILENT
+from gudgeon.pipeline.feel.device import Scripted
+from gudgeon.pipeline.feel.loop import run_loop
+from tests.pipeline.feel.tools import WAYS, coupling_of, felt, gain, tool
+
+EARLY = 2e-4
+"""Energy gained over that exchanged: as forces have risen, motion that is not yet known gives some for 20 ms."""
+
+
+def swing(time: float) -> np.ndarray:
+    """A motion through the field and back, across 24 mm of the handle."""
+    z = 0.012 * np.sin(2 * np.pi * 1.3 * time) * (1 - np.exp(-time))
+    return np.array([0.001 * np.sin(5 * time), 0.0, z, 0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("kind", ["attracted", "repelled", "adhesion"])
+@pytest.mark.parametrize("scale", [1.0, 1e6, 1e9])
+@pytest.mark.parametrize(
+    ("rate", "delay", "grip"),
+    [(1000.0, 0.0, None), (2000.0, 0.005, (300.0, 3.0)), (100.0, 0.01, None), (100.0, 0.01, (300.0, 3.0))],
+)
+def test_the_handle_never_gains_energy(
+    kind: str, scale: float, rate: float, delay: float, grip: tuple[float, float] | None
+) -> None:
+    device = Scripted(swing, rate=rate, delay=delay, grip=grip)
+    coupling, found = felt(kind, device, scale, 1.6)
+    assert max(np.linalg.norm(one.wrench[:3]) for one in found) > 0
+    largest, last = gain(kind, coupling, device, RISE + 0.05 + 3 * delay + 2 / rate)
+    assert largest <= EARLY
+    assert last < 0
+
+
+@pytest.mark.parametrize("kind", ["plates", "attracted", "repelled", "adhesion"])
+@pytest.mark.parametrize("scale", [1.0, 1e4, 1e6])
+@pytest.mark.parametrize(("rate", "delay"), [(1000.0, 0.0), (100.0, 0.01)])
+def test_a_held_force_is_felt(kind: str, scale: float, rate: float, delay: float) -> None:
+    """At least 90 % of the scaled truth, where the stiffness of the field is below a tenth of the coupling's."""
+    place = np.array([0.0, 0.0, -0.002, 0.0, 0.0, 0.0])
+    device = Scripted(lambda time: place, rate=rate, delay=delay)
+    coupling, found = felt(kind, device, scale, 0.8)
+    last, own = found[-1], tool(kind)
+    truth = last.truth[2]
+    assert truth == pytest.approx(scale * own.wrench(place / coupling.way)[1][2])
+    near = own.wrench((place + 1e-5 * np.eye(6)[2]) / coupling.way)[1][2]
+    stiffness = abs(scale * near - truth) / 1e-5
+    if stiffness > 0.1 * coupling.stiffness or abs(truth) > device.force:
+        pytest.skip("the handle cannot hold it")
+    assert 0.9 * abs(truth) <= last.wrench[2] * np.sign(truth) <= 1.2 * abs(truth)
+
+
+def test_what_no_handle_can_hold_is_the_largest_force(tmp_path: object) -> None:
+    device = Scripted(lambda time: np.array([0.0, 0.0, -0.002, 0.0, 0.0, 0.0]))
+    _, found = felt("attracted", device, 1e9, 0.6)
+    assert np.linalg.norm(found[-1].wrench[:3]) == pytest.approx(device.force, rel=1e-6)
+
+
+def test_a_silent_device_feels_the_force_fade_and_comes_back() -> None:
+    device = Scripted(lambda time: np.array([0, 0, -0.004, 0, 0, 0.0]), silent=(0.5, 1.0))
+    _, found = felt("attracted", device, 1e6, 1.5)
+    sizes = np.array([np.linalg.norm(one.wrench) for one in found])
+    full = sizes[499]
+    assert full > 0
+    gone = 500 + round(1e3 * (SILENT + FADING)) + 5
+    assert sizes[gone:995].max() == 0.0
+    assert np.diff(sizes[560:gone]).max() <= 1e-9 * full
+    assert [found[at].state for at in (499, 650, 990, 1100)] == ["live", "fading", "silent", "live"]
+    assert sizes[1400] == pytest.approx(full, rel=0.05)
+
+
+def test_a_nan_is_no_force() -> None:
+    device = Scripted(swing, faulty=(0.5, 0.6))
+    _, found = felt("attracted", device, 1e6, 1.0)
+    assert all(np.isfinite(one.wrench).all() for one in found)
+    faulty = [one for one in found if one.state == "fault"]
+    assert 95 <= len(faulty) <= 105
+    assert max(np.linalg.norm(one.wrench) for one in faulty) == 0.0
+    assert found[-1].state == "live"
+
+
+def test_the_loop_counts_its_ticks() -> None:
+    device = Scripted(swing)
+    timing = run_loop(coupling_of("attracted", device, 1e6), 0.3).as_json()
+    assert timing["ticks"] + timing["missed_deadlines"] == pytest.approx(300, abs=3)
+    assert set(timing["period"]) == {"median", "p99", "max"}
+    assert WAYS

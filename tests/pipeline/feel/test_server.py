@@ -1,0 +1,95 @@
+"""The page's server: files, the opening handshake and frames by the bytes of RFC 6455, who is refused, scripts."""
+
+import asyncio
+import json
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.feel.server import Browser, Server, accept_key, frame
+from gudgeon.pipeline.feel.session import Asked, check_asked, scripted
+
+
+def masked(kind: int, content: bytes) -> bytes:
+    mask = b"\x01\x02\x03\x04"
+    return bytes([0x80 | kind, 0x80 | len(content)]) + mask + bytes(one ^ mask[i % 4] for i, one in enumerate(content))
+
+
+async def asked(port: int, *lines: str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter, str]:
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(("\r\n".join(lines) + "\r\n\r\n").encode())
+    return reader, writer, (await reader.readuntil(b"\r\n\r\n")).decode()
+
+
+def test_page_and_socket() -> None:
+    browser, stop = Browser(), threading.Event()
+    server = Server(browser, {"name": "part"}, lambda: {"wrench": [1.0] * 6})
+
+    async def talk() -> None:
+        started = asyncio.Event()
+        task = asyncio.create_task(server.serve(0, lambda place: started.set(), stop))
+        await started.wait()
+        host = f"Host: 127.0.0.1:{server.port}"
+        for path, kind in (("/", "text/html"), ("/feel.js", "text/javascript"), ("/vendor/three.module.js", "text/ja")):
+            _, writer, head = await asked(server.port, f"GET {path} HTTP/1.1", host)
+            assert head.startswith("HTTP/1.1 200")
+            assert f"Content-Type: {kind}" in head
+            writer.close()
+        reader, _, head = await asked(server.port, "GET /scene HTTP/1.1", host)
+        assert json.loads(await reader.read()) == {"name": "part"}
+        for lines in (("GET /../x HTTP/1.1", host), ("POST / HTTP/1.1", host)):
+            assert (await asked(server.port, *lines))[2].startswith("HTTP/1.1 404")
+        for more in (("Host: evil.test",), (host, "Origin: http://evil.test")):
+            assert (await asked(server.port, "GET /ws HTTP/1.1", *more))[2].startswith("HTTP/1.1 403")
+        key = "dGhlIHNhbXBsZSBub25jZQ=="
+        reader, writer, head = await asked(server.port, "GET /ws HTTP/1.1", host, f"Sec-WebSocket-Key: {key}")
+        assert "101" in head
+        assert "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=" in head
+        first, size = await reader.readexactly(2)
+        assert first == 0x81
+        assert json.loads(await reader.readexactly(size)) == {"wrench": [1.0] * 6}
+        writer.write(masked(1, b'{"pose": [1, 2, 3, 0, 0, 0.5], "work": 0.25}'))
+        await asyncio.sleep(0.1)
+        got = browser.read(0.0)
+        assert got is not None
+        assert got.pose.tolist() == [1, 2, 3, 0, 0, 0.5]
+        assert got.work == 0.25
+        for text in (b"[", b'{"pose": [1, 2]}', b'{"pose": "x"}'):
+            writer.write(masked(1, text))
+            await asyncio.sleep(0.05)
+            got = browser.read(0.0)
+            assert got is not None
+            assert np.isnan(got.pose).all()
+        stop.set()
+        await task
+
+    asyncio.run(asyncio.wait_for(talk(), 20))
+
+
+def test_frames_are_those_of_the_standard() -> None:
+    assert accept_key("dGhlIHNhbXBsZSBub25jZQ==") == "s3pPLMBiTxaQ9kYGzzhZRbK+xOo="
+    assert frame(1, b"Hello") == b"\x81\x05Hello"
+    assert frame(1, bytes(256))[:4] == b"\x81\x7e\x01\x00"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("", "two rows or more"), ("time,x\n0,1\n1,2\n", "two rows or more"), ("0,0,0,0\n", "two rows or more"),
+     ("1,0,0,0\n2,0,0,0\n", "ascend from 0"),
+     ("0,0,0,0\n0,1,0,0\n", "ascend from 0"), ("0,0,0,0\n1,a,0,0\n", "needed")],
+)  # fmt: skip
+def test_a_wrong_script_is_one_line(text: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "poses.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        scripted(path, 1000.0, 0.0)
+    assert "\n" not in str(caught.value)
+
+
+def test_numbers_out_of_range_are_refused() -> None:
+    for name, value in (("rate", 1e6), ("force_scale", 0.0), ("delay", -1.0), ("device_rate", float("nan"))):
+        with pytest.raises(InputError, match="allowed"):
+            check_asked(Asked(**{name: value}))
