@@ -44,8 +44,8 @@ class Device(Protocol):
 
 Script = Callable[[float], np.ndarray]
 """Where the handle is, or the hand wants it, at a time [s], (6,)."""
-FINE = 5e-5
-"""Step of the handle's motion [s]."""
+FINE, GIVEN = 5e-5, 2.5e-4
+"""Step of the handle's motion in a hand's grip, and of one that follows a script exactly [s]."""
 
 
 @dataclass
@@ -101,7 +101,7 @@ class Scripted:
                 self._take()
             while self._wrenches and self._wrenches[0][0] <= self._time + 1e-12:
                 self.wrench = self._wrenches.popleft()[1]
-            step = min(FINE, now - self._time)
+            step = min(GIVEN if self.grip is None else FINE, now - self._time)
             before = self.pose.copy()
             self._time += step
             wanted = self.script(self._time)

