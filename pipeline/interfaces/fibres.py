@@ -22,7 +22,7 @@ AXIAL, WEST, UP = [0, 6], [1, 5, 7, 11], [2, 4, 8, 10]
 """Dofs of an element along its axes: stretch, bending along the lateral axis, bending along the height."""
 
 
-def gauge_row(mesh: MeshRecord, beam: Line, material: Material, gauge: Gauge, where: str) -> np.ndarray:
+def gauge_row(mesh: MeshRecord, beam: Line, material: Material, gauge: Gauge, where: str = "gauge") -> np.ndarray:
     """Return stress [Pa], strain, bending moment [N m] or shear force [N] of a beam per unit of each dof, (1, dofs).
 
     Raises:

@@ -149,3 +149,18 @@ def test_arms_that_are_none_are_refused(tmp_path: Path) -> None:
     file = open_job(DATA / "four-bar", db=tmp_path / "db", out=tmp_path / "out").scene
     with pytest.raises(InputError, match=r"joint: an arm needs revolute joints, each with a drive"):
         standing(file)
+
+
+def test_gauges_of_the_plate_feel_the_arm(tmp_path: Path) -> None:
+    """The reaction of the joint on the hub against the strains of the plate by its calibration."""
+    scene, set_ = (
+        DATA / "base-sensor" / "robot-plate.toml",
+        {"run.duration": 0.03, "run.samples": 120, "run.frames": 10},
+    )
+    report = run(scene, set=set_, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+    found = modaldb.open(tmp_path / "db").get(report.stages["solve"].key, "trajectory")
+    strains = np.column_stack([found.gauges[f"plate.{name}"] for name in ORDER])
+    felt = strains @ np.array(EXPECTED["calibration_6x8_euler_bernoulli"]).T
+    force = -np.asarray(found.joints["foot"].force)  # That of the joint is on the stand.
+    assert np.abs(force[:, 2]).max() > 200
+    np.testing.assert_allclose(felt[:, :3], force, atol=0.02 * np.abs(force).max())
