@@ -1,4 +1,4 @@
-"""A stack of elastic blocks that is dropped: it knocks, comes to rest, and carries its weight."""
+"""A stack of elastic blocks that is dropped: it comes to rest, and carries its weight."""
 
 from pathlib import Path
 
