@@ -85,6 +85,8 @@ def test_a_nan_is_no_force() -> None:
 def test_the_loop_counts_its_ticks() -> None:
     device = Scripted(swing)
     timing = run_loop(coupling_of("attracted", device, 1e6), 0.3).as_json()
-    assert timing["ticks"] + timing["missed_deadlines"] == pytest.approx(300, abs=3)
+    # A tick that ends after the last deadline misses more than there are, on a machine with other work.
+    assert timing["ticks"] <= 301
+    assert timing["ticks"] + timing["missed_deadlines"] >= 300
     assert set(timing["period"]) == {"median", "p99", "max"}
     assert WAYS
