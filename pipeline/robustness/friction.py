@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
-from gudgeon.pipeline.robustness.trial import Trial, approach, suggested_step, turns_freely
+from gudgeon.pipeline.robustness.trial import Trial, approach, simulated, turns_freely
 from gudgeon.pipeline.robustness.turning import turned
 from gudgeon.pipeline.robustness.units import Units
-from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.obstacles import Plane
+from gudgeon.solver.result import Result
 from gudgeon.solver.scene.body import ALL_FREE
+from gudgeon.solver.simulate import suggested
 
 MOST_POINTS = 320
 """Contact points up to which cases of friction are run: each has three unknowns, and time grows with their square."""
@@ -21,7 +22,7 @@ VANISHING = 1e-6
 MOST_TURN, MOST_OFFSET = 1e3, 1e6
 """Limits of the motion [rad, m]: rules hold of the linear model wherever its surfaces move."""
 FINER = 4.0
-"""Default step over the one of runs that are compared."""
+"""Default step over the one of runs that are compared, where no run finds one."""
 SPEED = 1.0
 """Of surfaces along each other where no body has a velocity [m/s]."""
 
@@ -40,9 +41,11 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
         raise DoesNotApply(f"body '{straight[0]}' moves along one line only, so that no surfaces move along each other")
     if subject.known["points"] > MOST_POINTS:
         raise DoesNotApply(f"{subject.known['points']} contact points, friction is tried on {MOST_POINTS} at most")
+    if operation.compared == "frictionless" and (own := _ritz(subject)):
+        raise DoesNotApply(f"the Ritz vectors of component '{own[0]}' are those of its loads, to which friction adds")
     rubbing = _rubbing(subject, operation.coefficient, operation.press)
-    if operation.compared is not None:  # A step that is found for each run may be another one.
-        step = rubbing.scene.run.step or _default_step(rubbing) / FINER
+    if operation.compared != "alone":  # A step that is found for each run may be another one.
+        step = rubbing.scene.run.step or _found_step(rubbing)
         rubbing = replace(rubbing, scene=_with_step(rubbing.scene, step))
     plain = Trial(rubbing)
     if operation.compared == "units":
@@ -57,20 +60,29 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
     return plain
 
 
-def _default_step(job: Any) -> float:
-    """Return the default step of a job with friction [s], whose parts get their tangential rows first."""
-    run_job(job, "morph", lambda what, share: None)
-    return suggested_step(job)
+def _found_step(job: Any) -> float:
+    """Return the step that a run with friction finds for its accuracy, or a share of where it begins [s]."""
+    system, found = simulated(job, lambda what, share: None)
+    if Result[found.result].ok and (step := float(found.counts["step"])) > 0:
+        return step / int(found.counts["substeps"])
+    return suggested(system) / FINER
 
 
 def _with_step(scene: Any, step: float) -> Any:
-    return scene.model_copy(update={"run": scene.run.model_copy(update={"step": step})})
+    """Return a scene with a given step [s], whose errors are not estimated: runs with the same one are compared."""
+    return scene.model_copy(update={"run": scene.run.model_copy(update={"step": step, "checks": False})})
 
 
 def _touching(subject: Subject) -> list[str]:
     """Return the bodies that contacts name."""
     named = [contact.body for contact in subject.contacts.values()]
     return named + [one for contact in subject.contacts.values() if (one := getattr(contact.against, "body", None))]
+
+
+def _ritz(subject: Subject) -> list[str]:
+    """Return the components of touching bodies whose basis depends on the directions of the contact forces."""
+    names = dict.fromkeys(subject.scene.component_of(body) for body in _touching(subject))
+    return [name for name in names if subject.scene.component[name].modes.reduction == "ritz"]
 
 
 def _moves_on_a_line(subject: Subject, body: str) -> bool:
@@ -89,6 +101,7 @@ def _rubbing(subject: Subject, coefficient: float, press: float | None) -> Any:
         "contact": {name: {"friction": {"static": coefficient, "kinetic": coefficient, "direction": "unset"}}
                     for name in subject.contacts},
         "run": {"integrator": "implicit", "limits": {"angle": MOST_TURN, "offset": MOST_OFFSET}}
+        | ({"checks": True} if scene.run.step is None else {})
         | ({} if scene.integrator == "implicit" else {"step": "unset"}),
     }  # fmt: skip
     if isinstance(first.against, Plane):

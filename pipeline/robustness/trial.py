@@ -70,17 +70,22 @@ def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -
 
 def _solved(job: Job, tell: Callable[[str, float], None]) -> Evidence:
     """Return the evidence of a job; a StageError if its run fails physically."""
+    system, trajectory = simulated(job, tell)
+    if not (outcome := Result[trajectory.result]).ok:
+        raise StageError(str(trajectory.counts.get("reason", outcome.value)))
+    modes = {name: job.store.get(steps["modes"].key, "modes") for name, steps in job.components().items()}
+    return _read(job, system, trajectory, modes)
+
+
+def simulated(job: Job, tell: Callable[[str, float], None]) -> tuple[System, Trajectory]:
+    """Return the compiled scene of a job and its run, from the database or made now."""
     run_job(job, "morph", tell)
     change_notes(job)  # Refuses reuse beyond its tolerance.
     system, product = system_of(job), job.trajectory()
     if not job.store.has(product.key):
         found = simulate(system, lambda share: tell("solve", share))
         keep(job.store, product, found)
-    trajectory: Trajectory = job.store.get(product.key, "trajectory")
-    if not (outcome := Result[trajectory.result]).ok:
-        raise StageError(str(trajectory.counts.get("reason", outcome.value)))
-    modes = {name: job.store.get(steps["modes"].key, "modes") for name, steps in job.components().items()}
-    return _read(job, system, trajectory, modes)
+    return system, job.store.get(product.key, "trajectory")
 
 
 def first_contact(trajectory: Trajectory) -> FirstContact | None:
