@@ -9,6 +9,8 @@ from gudgeon.solver.system.system import System
 
 DEPENDENT = 1e-12
 """Share of its diagonal added to the flexibility: that of points that depend on each other is singular."""
+POINT = 3
+"""Rows of a point with friction: one along the normal, two along tangents."""
 
 
 def sticks(system: System) -> bool:
@@ -28,12 +30,14 @@ def stick_frequency(system: System) -> float:
     if not sticks(system):
         return 0.0
     ports = ports_of(system)
-    matrix = ports.residual.sum(axis=0)
+    matrix, rows = ports.residual.sum(axis=0), ports.rows.copy()
     for number, item in enumerate(system.contacts):
         here = ports.places[number]
         each = (here.stop - here.start) // len(item.points)
         normals = np.arange(here.start, here.stop)[::each]
         matrix[normals, normals] += system.layer[item.rows]
+        for first in normals if each == POINT else ():
+            _turn_to_own_axes(matrix, rows, slice(first + 1, first + POINT))
     rubs = (ports.kind == Kind.CONE) | (ports.kind == Kind.RUBBING_LAW)
     held = np.flatnonzero(rubs & (matrix.diagonal() > 1e-9 * matrix.diagonal()[rubs].max(initial=0.0)))
     if not len(held):
@@ -41,6 +45,15 @@ def stick_frequency(system: System) -> float:
     # A scaled matrix: normals under a soft layer and tangents differ by orders.
     scale = 1 / np.sqrt(matrix.diagonal()[held])
     among = matrix[np.ix_(held, held)] * np.outer(scale, scale) + DEPENDENT * np.eye(len(held))
-    rows = ports.rows[held] * scale[:, None]
-    stiff = np.diag(system.stiffness) + rows.T @ linalg.solve(among, rows, assume_a="sym")
+    pressed = rows[held] * scale[:, None]
+    stiff = np.diag(system.stiffness) + pressed.T @ linalg.solve(among, pressed, assume_a="sym")
     return float(np.sqrt(max(0.0, linalg.eigvalsh(0.5 * (stiff + stiff.T))[-1])))
+
+
+def _turn_to_own_axes(matrix: np.ndarray, rows: np.ndarray, tangents: slice) -> None:
+    """Turn the tangents of a point to where its flexibility is largest and least: along one of them it may have none,
+    as across the plane of a beam, whatever the axes of the scene."""
+    axes = np.linalg.eigh(matrix[tangents, tangents])[1]
+    matrix[tangents] = axes.T @ matrix[tangents]
+    matrix[:, tangents] = matrix[:, tangents] @ axes
+    rows[tangents] = axes.T @ rows[tangents]
