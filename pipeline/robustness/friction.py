@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 
 from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
-from gudgeon.pipeline.robustness.trial import Trial, approach, simulated, turns_freely
+from gudgeon.pipeline.robustness.trial import Trial, approach, found_step, turns_freely
 from gudgeon.pipeline.robustness.turning import turned
 from gudgeon.pipeline.robustness.units import Units
 from gudgeon.solver.obstacles import Plane
-from gudgeon.solver.result import Result
 from gudgeon.solver.scene.body import ALL_FREE
-from gudgeon.solver.simulate import suggested
 
 MOST_POINTS = 320
 """Contact points up to which cases of friction are run: each has three unknowns, and time grows with their square."""
@@ -21,8 +19,6 @@ VANISHING = 1e-6
 """Allowed relative difference of an impulse without friction and with a coefficient that vanishes, of 1e-9."""
 MOST_TURN, MOST_OFFSET = 1e3, 1e6
 """Limits of the motion [rad, m]: rules hold of the linear model wherever its surfaces move."""
-FINER = 4.0
-"""Default step over the one of runs that are compared, where no run finds one."""
 SPEED = 1.0
 """Of surfaces along each other where no body has a velocity [m/s]."""
 
@@ -45,7 +41,7 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
         raise DoesNotApply(f"the Ritz vectors of component '{own[0]}' are those of its loads, to which friction adds")
     rubbing = _rubbing(subject, operation.coefficient, operation.press)
     if operation.compared != "alone":  # A step that is found for each run may be another one.
-        step = rubbing.scene.run.step or _found_step(rubbing)
+        step = rubbing.scene.run.step or found_step(rubbing)
         rubbing = replace(rubbing, scene=_with_step(rubbing.scene, step))
     plain = Trial(rubbing)
     if operation.compared == "units":
@@ -58,14 +54,6 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
         like = replace(without, scene=_with_step(without.scene, rubbing.scene.run.step))
         return replace(plain, like=Trial(like), agreement=VANISHING)
     return plain
-
-
-def _found_step(job: Any) -> float:
-    """Return the step that a run with friction finds for its accuracy, or a share of where it begins [s]."""
-    system, found = simulated(job, lambda what, share: None)
-    if Result[found.result].ok and (step := float(found.counts["step"])) > 0:
-        return step / int(found.counts["substeps"])
-    return suggested(system) / FINER
 
 
 def _with_step(scene: Any, step: float) -> Any:
