@@ -209,8 +209,9 @@ class Scene(Strict):
         Raises:
             ValueError: the integrator given, or every integrator, lacks a feature of the scene.
         """
-        demands, able, named = dict(_demands(self)), self.carriers(), self.run.integrator
+        demands, named = dict(_demands(self)), self.run.integrator
         if named == "auto":
+            able = self.carriers()
             stepping = [name for name in able if self.run.step is None or math.isfinite(INTEGRATORS[name].order)]
             if able and not stepping:
                 _refuse_step(" and ".join(map(repr, able)))
@@ -224,6 +225,7 @@ class Scene(Strict):
                 f"run.integrator: no integrator supports {least[0]} together with {others}; remove one of them"
             )
         if lacking := _lacking(demands, named):
+            able = self.carriers()
             advice = (
                 f"use {' or '.join(map(repr, ('auto', *able)))}" if able else "no integrator supports the whole scene"
             )

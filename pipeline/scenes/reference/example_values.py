@@ -67,6 +67,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "Orientation": {"quaternion": [0.9238795325, 0.0, 0.0, 0.3826834324], "euler": [30.0, 0.0, 10.0], "order": "zxz"},
     "Orthotropic": {"E": [1.35e11, 1e10, 1e10], "nu": [0.3, 0.3, 0.4], "G": [5e9, 5e9, 3.5e9]},
     "PlaneFile": {"path": "section.msh"},
+    "Friction": {"speed": 1e-3},
     "JournalFriction": {"coefficient": 0.1, "speed": 1e-3},
     "JournalWear": {
         "length": 0.02, "thickness": 5e-4, "indentation": 1e-5,

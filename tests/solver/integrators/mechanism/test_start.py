@@ -129,7 +129,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "reaction": (
         {"probe": {"p": {"kind": "force", "of": "body.part"}}},
-        "a scene of integrator 'mechanism' reads forces of joints, springs and bushings",
+        "a scene of integrator 'mechanism' reads forces of joints, springs, bushings and electrostatic fields",
     ),
 }  # fmt: skip
 
