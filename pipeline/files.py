@@ -8,6 +8,7 @@ import csv
 import errno
 import io
 import json
+import math
 import os
 import re
 import shutil
@@ -120,3 +121,18 @@ def csv_text(rows: Iterable[Iterable[Any]], line_end: str = "\r\n") -> str:
     text = io.StringIO()
     csv.writer(text, lineterminator=line_end).writerows(rows)
     return text.getvalue()
+
+
+def finite_number(cell: str, where: str) -> float:
+    """Return the number in a cell of a CSV file; `where` is its place, for the message.
+
+    Raises:
+        InputError: it is no finite number.
+    """
+    try:
+        value = float(cell)
+    except ValueError:
+        raise InputError(f"{where} holds '{cell.strip()}', a number is needed") from None
+    if not math.isfinite(value):
+        raise InputError(f"{where} holds '{cell.strip()}', a finite number is needed")
+    return value

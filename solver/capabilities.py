@@ -70,6 +70,8 @@ class Integrator:
     """Whether frames end half a step after their contact forces."""
     records_motion: ClassVar[bool] = True
     """Whether it records the rigid coordinates at every sample."""
+    reason: str = ""
+    """Why a run could not continue, where there is more to say than its result."""
     turns: ClassVar[bool] = False
     """Whether bodies turn by any angle, with gyroscopic terms; otherwise rotations are small."""
 

@@ -129,7 +129,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         here = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
         sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.samples.part(here))
         if not sound or not np.isfinite(histories.samples.energies[here]).all():
-            result, reason = integrator.failure if not sound else Result.DIVERGED, getattr(integrator, "reason", "")
+            result, reason = integrator.failure if not sound else Result.DIVERGED, integrator.reason
             break
         now = integrator.outcome()
         histories.frames[frame], histories.velocities[frame] = now.q, now.v

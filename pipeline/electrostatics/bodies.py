@@ -1,14 +1,16 @@
 """Scenes of bodies that electrostatic fields pull: grids of poses that they name are found, or computed first."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gudgeon.pipeline.electrostatics.job import FieldJob, field_job
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.reading import find_file, merged, named, read_tables
 from gudgeon.pipeline.stages.base import Place
 from gudgeon.pipeline.stages.job import Job, contact_job
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
+
+if TYPE_CHECKING:
+    from gudgeon.pipeline.electrostatics.job import FieldJob
 
 WITHOUT = ("mesh", "modes")
 """Stages that no field takes part in."""
@@ -31,7 +33,7 @@ def _with(place: Place, changes: Mapping[str, Any]) -> Place:
     return Place(place.name, place.path, merged(place.tables, changes), place.store, place.out, place.overrides)
 
 
-def _fields(place: Place) -> dict[str, FieldJob]:
+def _fields(place: Place) -> dict[str, "FieldJob"]:
     """Return the scene of conductors of each force that names one."""
     found, forces = {}, place.tables.get("force")
     for name, one in forces.items() if isinstance(forces, dict) else ():
@@ -41,7 +43,9 @@ def _fields(place: Place) -> dict[str, FieldJob]:
     return found
 
 
-def _field(place: Place, where: str, file: str) -> FieldJob:
+def _field(place: Place, where: str, file: str) -> "FieldJob":
+    from gudgeon.pipeline.electrostatics.job import field_job  # Here: only scenes that name a field import it.
+
     path = find_file(file, place.path.parent, f"{where}.field")
     tables = read_tables(path)
     if "conductor" not in tables:
@@ -58,11 +62,11 @@ def ensure(job: Job, progress: Progress | None = None) -> None:
         InputError: conductors overlap, or a grid would take longer than its poses.hours.
         StageError: a numerical routine failed.
     """
-    from gudgeon.pipeline.electrostatics.stages import compute_poses
-
     for field in _fields(job).values():
         (product,) = field.pose_grid().values()
         if not job.store.has(product.key):
+            from gudgeon.pipeline.electrostatics.stages import compute_poses
+
             compute_poses(field, progress=progress)
 
 

@@ -1,4 +1,4 @@
-"""Forces of a tool on a handle, scaled, so that the handle never gains energy.
+"""Forces of a tool on a handle, scaled, and reduced where the handle would gain energy.
 
 Handle and tool are tied by a virtual coupling (`kernel`), whose energy S(x) is that of fields and coupling together:
 the wrench on the handle is −∂S/∂x. As it is held between poses, and old when it acts, it would do more work than S

@@ -7,7 +7,6 @@ revolution. Between its points it is a bicubic spline (of lower degree where the
 
 import csv
 import io
-import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -15,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.files import finite_number
 
 HEIGHT_MARGIN = 1e-9
 """Largest distance of a node outside the table's heights [m]: round-off of mesh generators."""
@@ -107,8 +107,8 @@ def _parsed(text: str, path: Path) -> ProfileTable:
             raise InputError(
                 f"{path}: row {number} has {len(row)} cells, the first row has {len(rows[0])}; is it cut off?"
             )
-    angles = np.radians([finite(cell, path, 1) for cell in rows[0][1:]])
-    values = np.array([[finite(cell, path, n) for cell in row] for n, row in enumerate(rows[1:], 2)])
+    angles = np.radians([finite_number(cell, f"{path}: row 1") for cell in rows[0][1:]])
+    values = np.array([[finite_number(cell, f"{path}: row {n}") for cell in row] for n, row in enumerate(rows[1:], 2)])
     for array in (angles, values):
         array.setflags(write=False)
     return ProfileTable(values[:, 0], angles, values[:, 1:], str(path))
@@ -157,14 +157,3 @@ def _check_grid(table: ProfileTable) -> None:
             raise InputError(f"{table.source}: angles must span 360 degrees in at least 4 columns, they span {span:g}")
         if not np.allclose(table.deviations[:, 0], table.deviations[:, -1], rtol=0, atol=1e-12):
             raise InputError(f"{table.source}: the first and last angle are the same direction but differ in deviation")
-
-
-def finite(cell: str, path: Path, row: int) -> float:
-    """Return the number in a cell of a CSV file; raises InputError naming file and row if it is no finite number."""
-    try:
-        value = float(cell)
-    except ValueError:
-        raise InputError(f"{path}: row {row} holds '{cell.strip()}', a number is needed") from None
-    if not math.isfinite(value):
-        raise InputError(f"{path}: row {row} holds '{cell.strip()}', a finite number is needed")
-    return value

@@ -223,8 +223,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         loss=float(found.energies[-1, 3]) if len(found.energies) else 0.0,
         exchanged=exchanged,
         penetration=depth,
-        # What fields add to the energy of an impact is not in the bound.
-        penetration_bound=None if system.fields.names else allowed,
+        penetration_bound=allowed,
         basis=found.estimates.get("basis.impulse"),
         mesh=found.estimates.get("mesh.impulse"),
         stepped=found.estimates.get("step.impulse"),
@@ -291,6 +290,10 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     start = 0.5 * float(system.velocity @ system.velocity + system.stiffness @ system.position**2)
     start += system.start_contact_energy
     energy = max(start, float((start + found.energies[:, 4]).max(initial=0.0)))
+    if system.fields.names and len(found.energies):
+        # All energy but that of fields, which may fall without limit, is positive: what contacts hold is at most this.
+        whole = found.energies @ (1.0, 1.0, 1.0, 1.0, -1.0)
+        energy = max(energy, float(whole.max() + found.energies[:, 4].max() - found.energies[:, 1].min()))
     speeds = np.abs(np.vstack([system.velocity, found.velocities]) @ system.rows.T)
     speed = float(speeds.max())
     slack = ROUND_OFF * float(np.abs(paths).max() + system.gap.max(initial=0.0) + speed * found.times[-1])

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.profile import KEPT, finite, read_text, rows_of
+from gudgeon.pipeline.files import finite_number
+from gudgeon.pipeline.geometry.profile import KEPT, read_text, rows_of
 from gudgeon.solver.forces.spring import check_knots
 
 SPANS = (360.0, 720.0)
@@ -77,7 +78,8 @@ def _pairs(rows: list[list[str]], path: Path, needed: str) -> Pairs:
     for number, row in enumerate(rows[1:], 2):
         if len(row) != 2:
             raise InputError(f"{path}: row {number} has {len(row)} cells, {needed} are needed")
-        values.append((finite(row[0], path, number), finite(row[1], path, number)))
+        where = f"{path}: row {number}"
+        values.append((finite_number(row[0], where), finite_number(row[1], where)))
     return tuple(values)
 
 

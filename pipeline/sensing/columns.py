@@ -2,7 +2,6 @@
 
 import csv
 import difflib
-import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.files import finite_number
 from gudgeon.pipeline.geometry.profile import read_text
 
 UNITS: dict[str, dict[str, float]] = {
@@ -92,17 +92,7 @@ def _checked_rows(path: Path, lines: Sequence[str], width: int) -> np.ndarray:
             continue
         if len(row) != width:
             raise InputError(f"{path}: row {number} has {len(row)} cells, the first row has {width}; is it cut off?")
-        rows.append([_number(cell, f"{path}: row {number}, column {n}") for n, cell in enumerate(row, 1)])
+        rows.append([finite_number(cell, f"{path}: row {number}, column {n}") for n, cell in enumerate(row, 1)])
     if not rows:
         raise InputError(f"{path}: has no row below the head; at least one is needed")
     return np.array(rows)
-
-
-def _number(cell: str, where: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        raise InputError(f"{where} holds '{cell.strip()}', a number is needed") from None
-    if not math.isfinite(value):
-        raise InputError(f"{where} holds '{cell.strip()}', a finite number is needed")
-    return value

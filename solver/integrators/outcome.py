@@ -118,6 +118,8 @@ class Marching(Protocol):
 
     failure: Result
     """Reason, where `advance` returned False."""
+    reason: str
+    """What there is to say beyond that; empty where nothing."""
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
         """Advance `len(out.forces)` samples of `stride` steps from step number `first`; False where this failed."""

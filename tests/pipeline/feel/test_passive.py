@@ -1,4 +1,4 @@
-"""The handle never gains energy and feels held forces; silence and NaN of the device are safe."""
+"""The handle gains next to no energy and feels held forces; silence and NaN of the device are safe."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from gudgeon.pipeline.feel.coupling import FADING, RISE, SILENT
 from gudgeon.pipeline.feel.device import Scripted
 from gudgeon.pipeline.feel.loop import run_loop
-from tests.pipeline.feel.tools import WAYS, coupling_of, felt, gain, tool
+from tests.pipeline.feel.tools import coupling_of, felt, gain, tool
 
 EARLY = 2e-4
 """Energy gained over that exchanged: as forces have risen, motion that is not yet known gives some for 20 ms."""
@@ -24,7 +24,7 @@ def swing(time: float) -> np.ndarray:
     ("rate", "delay", "grip"),
     [(1000.0, 0.0, None), (2000.0, 0.005, (300.0, 3.0)), (100.0, 0.01, None), (100.0, 0.01, (300.0, 3.0))],
 )
-def test_the_handle_never_gains_energy(
+def test_once_forces_have_risen_the_handle_gains_next_to_no_energy(
     kind: str, scale: float, rate: float, delay: float, grip: tuple[float, float] | None
 ) -> None:
     device = Scripted(swing, rate=rate, delay=delay, grip=grip)
@@ -35,9 +35,17 @@ def test_the_handle_never_gains_energy(
     assert last < 0
 
 
-@pytest.mark.parametrize("kind", ["plates", "attracted", "repelled", "adhesion"])
-@pytest.mark.parametrize("scale", [1.0, 1e4, 1e6])
-@pytest.mark.parametrize(("rate", "delay"), [(1000.0, 0.0), (100.0, 0.01)])
+HELD = [
+    (kind, scale, rate, delay)
+    for kind in ("plates", "attracted", "repelled", "adhesion")
+    for scale in (1.0, 1e4, 1e6)
+    for rate, delay in ((1000.0, 0.0), (100.0, 0.01))
+]
+UNHELD = [(kind, 1e6, 100.0, 0.01) for kind in ("plates", "attracted", "repelled")]
+"""The field is stiffer than a tenth of the coupling, or its force more than the device has."""
+
+
+@pytest.mark.parametrize(("kind", "scale", "rate", "delay"), [one for one in HELD if one not in UNHELD])
 def test_a_held_force_is_felt(kind: str, scale: float, rate: float, delay: float) -> None:
     """At least 90 % of the scaled truth, where the stiffness of the field is below a tenth of the coupling's."""
     place = np.array([0.0, 0.0, -0.002, 0.0, 0.0, 0.0])
@@ -48,12 +56,12 @@ def test_a_held_force_is_felt(kind: str, scale: float, rate: float, delay: float
     assert truth == pytest.approx(scale * own.wrench(place / coupling.way)[1][2])
     near = own.wrench((place + 1e-5 * np.eye(6)[2]) / coupling.way)[1][2]
     stiffness = abs(scale * near - truth) / 1e-5
-    if stiffness > 0.1 * coupling.stiffness or abs(truth) > device.force:
-        pytest.skip("the handle cannot hold it")
+    assert stiffness <= 0.1 * coupling.stiffness
+    assert abs(truth) <= device.force
     assert 0.9 * abs(truth) <= last.wrench[2] * np.sign(truth) <= 1.2 * abs(truth)
 
 
-def test_what_no_handle_can_hold_is_the_largest_force(tmp_path: object) -> None:
+def test_what_no_handle_can_hold_is_the_largest_force() -> None:
     device = Scripted(lambda time: np.array([0.0, 0.0, -0.002, 0.0, 0.0, 0.0]))
     _, found = felt("attracted", device, 1e9, 0.6)
     assert np.linalg.norm(found[-1].wrench[:3]) == pytest.approx(device.force, rel=1e-6)
@@ -89,4 +97,3 @@ def test_the_loop_counts_its_ticks() -> None:
     assert timing["ticks"] <= 301
     assert timing["ticks"] + timing["missed_deadlines"] >= 300
     assert set(timing["period"]) == {"median", "p99", "max"}
-    assert WAYS

