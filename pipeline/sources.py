@@ -25,6 +25,7 @@ RECORDS = {
 }  # fmt: skip
 ROOTS: dict[str, tuple[str, ...]] = {
     **RECORDS,
+    "sensitivity": ("pipeline.design_change.estimate", "pipeline.design_change.design"),
     "plot": ("pipeline.plots", "pipeline.wheel.pictures", "pipeline.electrostatics.pictures"),
     "nodal": ("pipeline.nodal.scene.problem", "pipeline.nodal.sliding.loop", "pipeline.stages.mesh",
               "pipeline.nodal.scene.runs:_timed"),

@@ -8,7 +8,7 @@ n nodes, e cells, m elastic coordinates, c contact rows of an interface, s sampl
 from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord, PoseRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
+from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord, SensitivityRecord
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.report import MeasurementRecord, ReportRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
@@ -21,6 +21,7 @@ KINDS: dict[str, type] = {
     "mesh": MeshRecord,
     "modes": ModalRecord,
     "morph": MorphRecord,
+    "sensitivity": SensitivityRecord,
     "nodal": NodalRecord,
     "trajectory": Trajectory,
     "cyclic": CyclicRecord,

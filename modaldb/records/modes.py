@@ -319,3 +319,28 @@ class MorphRecord(Labelled):
     )
     """Nodal positions of this design [m], (n, 3); None where no node moved."""
     quality: Json
+
+
+@dataclass(frozen=True)
+class SensitivityRecord(Labelled):
+    """Derivatives of a body's eigenvalues and compliances with respect to the positions of its nodes.
+
+    Of each movement of the nodes they give, to first order, what a design neglects that keeps the modes.
+    """
+
+    mesh_key: str
+    modes_key: str
+    eigenvalues: Array = field(metadata=rule("m", unit="s^-2", name="eigenvalues of the normal modes"))
+    """ω² [1/s²] of the normal modes, (m,)."""
+    pairs: Array = field(metadata=rule("a 2", "int", below="m", unit="1", name="pairs of modes, each with itself too"))
+    """Modes with close frequencies, and each with itself, (a, 2)."""
+    modal: Array = field(metadata=rule("n 3 a", unit="s^-2 m^-1", name="derivatives of the pairs' φᵀ(K − ω²M)φ"))
+    """Derivatives of φᵀ(K − ω²M)φ of these pairs [1/(m s²)], (n, 3, a)."""
+    compliances: dict[str, Array] = field(
+        metadata=rule("k' k'", unit="m N^-1", name="compliance of each interface under its smooth pressures")
+    )
+    """Static compliance of each interface under its k smooth pressures [m/N], (k, k)."""
+    static: dict[str, Array] = field(
+        metadata=rule("n 3 t'", unit="N^-1", name="derivatives of the upper triangles of these")
+    )
+    """Derivatives of the upper triangles of these, row after row [1/N], (n, 3, k(k + 1)/2)."""

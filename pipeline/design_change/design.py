@@ -1,17 +1,21 @@
 """The design record of a change that keeps the modes, with the estimates of what that neglects."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.modaldb.records.modes import MorphRecord
+from gudgeon.modaldb.records.modes import MorphRecord, SensitivityRecord
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.design_change import estimate, morph
 from gudgeon.pipeline.fem.elements.materials import densities
 from gudgeon.pipeline.scenes.component import Component
 
+Kept = Callable[[Callable[[], SensitivityRecord]], SensitivityRecord]
+"""Returns the derivatives of a body from where they are kept; if they are not, it finds and keeps them."""
+
 
 def reused_design(
-    store: Store, base: MeshRecord, keys: tuple[str, str], component: Component, movement: morph.Movement
+    store: Store, base: MeshRecord, keys: tuple[str, str], component: Component, movement: morph.Movement, kept: Kept
 ) -> MorphRecord:
     """Return a design with the modes of the base mesh, and the estimates of what that neglects in its quality."""
     material = component.material
@@ -23,9 +27,11 @@ def reused_design(
     if not len(modal.angular_frequencies) or design.nodes is None:
         return design
 
-    def found() -> estimate.Sensitivity:
+    def found() -> SensitivityRecord:
         whole = store.get(keys[1], "modes", only=[*needed, "shapes", "static_responses"])
-        return estimate.sensitivity_of(base, material, whole)
+        return estimate.sensitivity_of(base, material, whole, keys)
 
-    changes = estimate.kept_sensitivity(keys, found).estimate(design.nodes - base.nodes)
-    return replace(design, quality=design.quality | changes.quality())
+    sensitivity = estimate.kept_sensitivity(keys, lambda: kept(found))
+    return replace(
+        design, quality=design.quality | estimate.estimated(sensitivity, design.nodes - base.nodes).quality()
+    )

@@ -8,7 +8,8 @@ of that.
 
 All are derivatives: over the whole movement δK and δM would contain terms of second order, which are too large, since
 kept shapes do not adapt: on the wall of a liner 8 % thinner they turn the sign. They are linear in the movement: each
-is a vector over the nodes (`shape_derivatives`), found once for a body; a design costs one product.
+is a vector over the nodes (`shape_derivatives`), found once for a body and kept in the database; a design costs one
+product.
 """
 
 import itertools
@@ -20,7 +21,7 @@ import numpy as np
 from scipy import linalg
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.modaldb.records.modes import ModalRecord, StaticResponses
+from gudgeon.modaldb.records.modes import ModalRecord, SensitivityRecord, StaticResponses
 from gudgeon.pipeline.design_change.shape_derivatives import mass_derivatives, stiffness_derivatives
 from gudgeon.pipeline.scenes.material import Material
 
@@ -46,43 +47,32 @@ class Estimate:
         return {"frequency_changes": self.frequencies.tolist(), "compliance_changes": self.compliances}
 
 
-@dataclass(frozen=True)
-class Sensitivity:
-    """Derivatives of a body's eigenvalues and compliances with respect to the positions of its nodes."""
-
-    eigenvalues: np.ndarray
-    """ω² [1/s²] of the normal modes, (m,)."""
-    modes: np.ndarray
-    """Pairs of modes with close frequencies, each with itself among them, (p, 2)."""
-    modal: np.ndarray
-    """Derivatives of φᵀ(K − ω²M)φ of these pairs [1/(m s²)], (3n, p)."""
-    compliances: dict[str, np.ndarray]
-    """Static compliance of each interface under its k smooth pressures, (k, k)."""
-    static: dict[str, np.ndarray]
-    """Derivatives of the upper triangles of these, row after row, (3n, k(k + 1)/2)."""
-
-    def estimate(self, movement: np.ndarray) -> Estimate:
-        """Return the changes by a movement of the nodes [m], (n, 3)."""
-        block = np.zeros((len(self.eigenvalues), len(self.eigenvalues)))
-        first, second = self.modes.T
-        block[first, second] = block[second, first] = movement.ravel() @ self.modal
-        frequencies = np.empty(len(block))
-        for group in _groups(self.eigenvalues):
-            values = self.eigenvalues[group]
-            after = linalg.eigvalsh(np.diag(values) + block[group, group])
-            frequencies[group] = (after / values - 1) / 2
-        compliances = {}
-        for name, compliance in self.compliances.items():
-            change = np.zeros_like(compliance)
-            change[np.triu_indices(len(change))] = movement.ravel() @ self.static[name]
-            compliances[name] = _largest(change + np.triu(change, 1).T, compliance)
-        return Estimate(frequencies, compliances)
+def estimated(sensitivity: SensitivityRecord, movement: np.ndarray) -> Estimate:
+    """Return the changes by a movement of the nodes [m], (n, 3)."""
+    count, moved = len(sensitivity.eigenvalues), movement.ravel()
+    block = np.zeros((count, count))
+    first, second = sensitivity.pairs.T
+    block[first, second] = block[second, first] = moved @ sensitivity.modal.reshape(len(moved), -1)
+    frequencies = np.empty(count)
+    for group in _groups(sensitivity.eigenvalues):
+        values = sensitivity.eigenvalues[group]
+        after = linalg.eigvalsh(np.diag(values) + block[group, group])
+        frequencies[group] = (after / values - 1) / 2
+    compliances = {}
+    for name, compliance in sensitivity.compliances.items():
+        change = np.zeros_like(compliance)
+        change[np.triu_indices(len(change))] = moved @ sensitivity.static[name].reshape(len(moved), -1)
+        compliances[name] = _largest(change + np.triu(change, 1).T, compliance)
+    return Estimate(frequencies, compliances)
 
 
-def sensitivity_of(mesh: MeshRecord, material: Material, modal: ModalRecord) -> Sensitivity:
+def sensitivity_of(
+    mesh: MeshRecord, material: Material, modal: ModalRecord, keys: tuple[str, str] = ("", "")
+) -> SensitivityRecord:
     """Return the derivatives of a solid's modes and static compliances.
 
     Args:
+        keys: Of mesh and modes.
         modal: Of this mesh: `angular_frequencies`, `normal_count`, `shapes`, `static_responses`, `rigid_twists` and
             `centre` are used.
     """
@@ -102,14 +92,14 @@ def sensitivity_of(mesh: MeshRecord, material: Material, modal: ModalRecord) -> 
         compliances = {name: responses.compliance[np.ix_(own, own)] for name, own in spans.items()}
         found = _compliance_derivatives(mesh, material, modal, responses, np.concatenate(pairs))
         parts = np.split(found, np.cumsum([len(one) for one in pairs])[:-1], axis=2)
-        static = {name: part.reshape(mesh.nodes.size, -1) for name, part in zip(spans, parts, strict=True)}
-    return Sensitivity(values, modes, modal_part.reshape(mesh.nodes.size, -1), compliances, static)
+        static = dict(zip(spans, parts, strict=True))
+    return SensitivityRecord(*keys, values, modes, modal_part, compliances, static)
 
 
-_FOUND: OrderedDict[tuple[str, str], Sensitivity] = OrderedDict()
+_FOUND: OrderedDict[tuple[str, str], SensitivityRecord] = OrderedDict()
 
 
-def kept_sensitivity(keys: tuple[str, str], find: Callable[[], Sensitivity]) -> Sensitivity:
+def kept_sensitivity(keys: tuple[str, str], find: Callable[[], SensitivityRecord]) -> SensitivityRecord:
     """Return the derivatives of the body of a mesh and a modal record with these keys; of a new one they are found."""
     kept = _FOUND.get(keys) or find()
     _FOUND[keys] = kept

@@ -23,7 +23,7 @@ from gudgeon.pipeline.sources import code_digests
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
 FEM = ("numpy", "scipy", "scikit-fem")
 LIBRARIES = {
-    **dict.fromkeys(("modes", "morph", "nodal", "cyclic", "wheel"), FEM),
+    **dict.fromkeys(("modes", "morph", "sensitivity", "nodal", "cyclic", "wheel"), FEM),
     "mesh": ("gmsh", "meshio", "numpy"),
     "solve": ("numpy", "scipy", "numba"),
     "plot": ("pyvista", "matplotlib"),
@@ -94,6 +94,11 @@ def component_products(
     update = component.change.update if change else "none"
     morph = product("morph", name, {"modes": modes.key, "update": update, "profile": change})
     return {"base-mesh": base, "mesh": mesh, "modes": modes, "morph": morph}
+
+
+def sensitivity_product(name: str, modes: Product) -> Product:
+    """Return the derivatives of a component's modes with respect to the positions of its nodes."""
+    return product("sensitivity", name, {"modes": modes.key})
 
 
 def mesh_product(name: str, part: Meshed, folder: Path, table: str = "component") -> Product:

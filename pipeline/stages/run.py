@@ -3,7 +3,7 @@
 import contextlib
 import math
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -24,9 +24,9 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.folder import held, remove_pictures
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.make import Task, check_finite, make_stage, make_stages, run_stages
+from gudgeon.pipeline.stages.make import Task, check_finite, keep, make_stage, make_stages, run_stages
 from gudgeon.pipeline.stages.parts import extent_notes, part_sizes
-from gudgeon.pipeline.stages.products import STAGES, Product
+from gudgeon.pipeline.stages.products import STAGES, Product, sensitivity_product
 from gudgeon.pipeline.stages.run_report import TRAJECTORY, Progress, RunReport, StageReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, reference_values, write_summary
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED
@@ -34,6 +34,7 @@ from gudgeon.solver.kernel_cache import compile_beside, is_compiled, uncached_no
 from gudgeon.solver.result import Result
 
 if TYPE_CHECKING:
+    from gudgeon.modaldb.records.modes import SensitivityRecord
     from gudgeon.solver.system.system import System
 
 Compilation = subprocess.Popen[bytes] | None
@@ -129,7 +130,15 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
         needed = ["mass", "centre", "inertia", "rigid_twists", *(f"interfaces/{i}/points" for i in component.interface)]
         modal = job.store.get(keys[1], "modes", only=needed)
         return morph.own_modes(*keys, modal, "none" if movement is None else "recompute")
-    return reused_design(job.store, base, keys, component, movement)
+
+    def kept(find: Callable[[], "SensitivityRecord"]) -> "SensitivityRecord":
+        product = sensitivity_product(name, steps["modes"])
+        if job.store.has(product.key):
+            return job.store.get(product.key, "sensitivity")
+        keep(job.store, product, found := find())
+        return found
+
+    return reused_design(job.store, base, keys, component, movement, kept)
 
 
 def _solve(job: Job, tell: Progress, compilation: Compilation) -> Trajectory:

@@ -89,6 +89,15 @@ def check_morph(record: Any) -> None:
     assert record.quality == {"largest_shift": 2e-5}
 
 
+def check_sensitivity(record: Any) -> None:
+    assert (record.mesh_key, record.modes_key) == ("ab" * 32, "cd" * 32)
+    assert np.array_equal(record.eigenvalues, ramp(2, start=1.0))
+    assert record.pairs.tolist() == [[0, 0], [0, 1], [1, 1]]
+    assert np.array_equal(record.modal, ramp(10, 3, 3))
+    assert np.array_equal(record.compliances["thrust"], ramp(2, 2, start=2.0))
+    assert np.array_equal(record.static["thrust"], ramp(10, 3, 3, start=3.0))
+
+
 def check_nodal(record: Any) -> None:
     assert (record.step, record.energy_drift) == (1e-6, 1e-5)
     assert (record.coordinates, record.newton_iterations) == (30, 9)
@@ -352,6 +361,7 @@ CHECKS: dict[str, Callable[[Any], None]] = {
     "mesh": check_mesh,
     "modes": check_modes,
     "morph": check_morph,
+    "sensitivity": check_sensitivity,
     "nodal": check_nodal,
     "trajectory": check_trajectory,
     "cyclic": check_cyclic,

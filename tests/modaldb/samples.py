@@ -16,6 +16,7 @@ from gudgeon.modaldb.records.modes import (
     LoadModes,
     ModalRecord,
     MorphRecord,
+    SensitivityRecord,
     StaticResponses,
     TractionModes,
 )
@@ -163,6 +164,19 @@ def morph() -> MorphRecord:
         rigid_twists=ramp(6, 6),
         nodes=ramp(10, 3, start=6.0),
         quality={"largest_shift": 2e-5},
+    )
+
+
+def sensitivity() -> SensitivityRecord:
+    """Return the derivatives of two modes and of an interface with two smooth pressures."""
+    return SensitivityRecord(
+        mesh_key="ab" * 32,
+        modes_key="cd" * 32,
+        eigenvalues=ramp(2, start=1.0),
+        pairs=np.array([[0, 0], [0, 1], [1, 1]]),
+        modal=ramp(10, 3, 3),
+        compliances={"thrust": ramp(2, 2, start=2.0)},
+        static={"thrust": ramp(10, 3, 3, start=3.0)},
     )
 
 
@@ -334,9 +348,9 @@ def posegrid() -> PoseGridRecord:
 
 
 SAMPLES = {
-    "mesh": mesh, "modes": modes, "morph": morph, "nodal": nodal, "trajectory": trajectory, "cyclic": cyclic,
-    "wheel": wheel, "measurement": measurement, "report": report, "field": field, "poses": poses,
-    "posegrid": posegrid,
+    "mesh": mesh, "modes": modes, "morph": morph, "sensitivity": sensitivity, "nodal": nodal,
+    "trajectory": trajectory, "cyclic": cyclic, "wheel": wheel,
+    "measurement": measurement, "report": report, "field": field, "poses": poses, "posegrid": posegrid,
 }  # fmt: skip
 """Maker of each kind's sample."""
 WITHOUT_ARRAYS = {"measurement", "report"}

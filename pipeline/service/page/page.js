@@ -5,7 +5,7 @@ import { study } from "./study-view.js";
 import { tree } from "./tree.js";
 import { View } from "./view.js";
 
-const KINDS = ["mesh", "modes", "morph", "trajectory", "nodal", "cyclic", "wheel", "measurement", "report"];
+const KINDS = ["mesh", "modes", "morph", "sensitivity", "trajectory", "nodal", "cyclic", "wheel", "measurement", "report"];
 const byId = (id) => document.getElementById(id);
 const state = { database: "", key: "", views: [] };
 window.gudgeon = state;

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.pipeline.design_change.estimate import Estimate, sensitivity_of
+from gudgeon.pipeline.design_change.estimate import Estimate, estimated, sensitivity_of
 from gudgeon.pipeline.design_change.morph import Movement, move_nodes, moved_mesh
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.geometry.profile import ProfileTable
@@ -80,7 +80,7 @@ def compared(
     true = largest_change(one.compliance, forces.T @ changed.solve(forces))
     changed.free()
     assert component.material is not None
-    estimate = sensitivity_of(mesh, component.material, before).estimate(move_nodes(mesh, movement) - mesh.nodes)
+    estimate = estimated(sensitivity_of(mesh, component.material, before), move_nodes(mesh, movement) - mesh.nodes)
     return estimate, before, after, true
 
 

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from gudgeon import modaldb
+from gudgeon.modaldb.stores.query import Query
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.design_change import estimate
 from gudgeon.pipeline.errors import InputError
@@ -77,10 +79,21 @@ def test_derivatives_are_found_once_for_designs_with_the_same_modes(
 
         return called
 
-    run(place, db=place / "db", out=place / "out", until="modes")
+    run(place, db=place / "own", out=place / "out", until="modes")
     monkeypatch.setattr(estimate, "_FOUND", OrderedDict())
     monkeypatch.setattr(estimate, "sensitivity_of", counted("derivatives", estimate.sensitivity_of))
     monkeypatch.setitem(ASSEMBLERS, "tetra10", counted("assemblies", ASSEMBLERS["tetra10"]))
     for offset in (-11e-6, -12e-6):
-        run(place, set={OFFSET: offset}, db=place / "db", out=place / "out", until="morph")
+        run(place, set={OFFSET: offset}, db=place / "own", out=place / "out", until="morph")
     assert counts == {"derivatives": 1}
+    # A later process, which has them from the database, makes the same designs.
+    estimate._FOUND.clear()
+    report = run(place, set={OFFSET: -13e-6}, db=place / "own", out=place / "out", until="morph")
+    assert counts == {"derivatives": 1}
+    store = modaldb.open(place / "own")
+    (kept,) = store.find(Query(kind="sensitivity"))
+    design = store.get(report.stages["morph"].keys["skirt"], "morph")
+    base = store.get(design.mesh_key, "mesh")
+    record = store.get(kept.key, "sensitivity")
+    assert (record.mesh_key, record.modes_key) == (design.mesh_key, design.modes_key)
+    assert estimate.estimated(record, design.nodes - base.nodes).quality().items() <= design.quality.items()
