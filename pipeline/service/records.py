@@ -9,7 +9,7 @@ from fastapi.responses import JSONResponse, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from gudgeon.modaldb import hdf5
-from gudgeon.modaldb.errors import RecordMissing
+from gudgeon.modaldb.errors import RecordMissing, StoreUnusable
 from gudgeon.modaldb.stores import query as queries
 from gudgeon.modaldb.stores.base import LONGEST_TAG, TAG
 from gudgeon.modaldb.stores.names import LONGEST
@@ -225,7 +225,7 @@ def post_aside(key: Key, asked: Remover) -> dict[str, str]:
     """Set a record aside that cannot be used."""
     if (fault := asked.store.examine(key)) is None:
         raise arrays.Wrong(f"record {key[:12]}… is sound", 422)
-    if isinstance(fault, RecordMissing):
+    if isinstance(fault, RecordMissing | StoreUnusable):
         raise fault
     name = asked.store.set_aside(asked.store.place(key))
     asked.log("aside", key)
