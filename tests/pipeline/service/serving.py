@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from gudgeon.modaldb.stores import transport
+
 TOKEN = "a-token-for-tests"
 
 
@@ -43,6 +45,7 @@ def served(root: Path, *, token: str = TOKEN, largest: int = 10**8, port: int = 
     access = Access({sha256(TOKEN.encode()).hexdigest(): Token("tests", (EVERY,), RIGHTS)})
     app = build_app(Service({"default": open_folder(root)}, access, LOCAL, largest))
     listening = bound("127.0.0.1", port)
+    transport._silent.clear()  # Another test may have waited in vain for a server at this port.
     server = uvicorn.Server(configured(app, graceful=1))
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
     thread.start()
