@@ -56,6 +56,10 @@ def test_both_files(tmp_path: Path) -> None:
     assert read["r"] == ["x", "[1.5, 2]", "x", "true"]
     assert read["a.end [N]"] == [2.0, 3.0, None, None]
     assert read["key"] == [None] * 4
+    empty = table_of(["p"], [(1.0,)], {1: row(1, {"a.b": 1.0})})
+    write_table(tmp_path, empty)
+    schema = parquet.read_schema(tmp_path / PARQUET)
+    assert [str(schema.field(name).type) for name in ("p", "reason", "notes", "key")] == ["double", *["string"] * 3]
 
 
 def test_an_earlier_parquet_file_does_not_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
