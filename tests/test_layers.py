@@ -106,7 +106,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "fastapi": ("pipeline/service/*",),
     "starlette": ("pipeline/service/*",),
     "h5grove": ("pipeline/service/tree.py",),
-    "uvicorn": ("pipeline/service/run.py",),
+    "uvicorn": ("pipeline/service/patience.py", "pipeline/service/run.py"),
     "pandas": ("pipeline/errors.py", "pipeline/stages/run_report.py", "pipeline/report/document.py"),
     "xarray": ("modaldb/records/labelled.py",),
     "pyarrow": ("pipeline/studies/table.py",),

@@ -180,6 +180,13 @@ class FolderStore(Store):
             else:
                 yield str(path), self.examine(key)
 
+    def examine(self, key: str) -> ModalDBError | None:
+        """See `Store`; a file that cannot be read is no reason to leave the others out."""
+        try:
+            return super().examine(key)
+        except StoreUnusable as error:
+            return error
+
     def tell(self, name: str, row: dict[str, Any] | None) -> None:
         """See `Store`."""
         running.tell(self.root, name, row)
@@ -193,16 +200,19 @@ class FolderStore(Store):
         path = Path(place)
         if path not in self.root.glob(RECORDS):
             raise RecordMissing(f"{self.root}: no file of a record: {place[:SHOWN]!r}")
-        return set_aside(path).name
+        with _changing(path):
+            return set_aside(path).name
 
     def remove(self, place: str) -> None:
         """See `Store`."""
         if KEY.fullmatch(place):
-            scratch.remove(self.path(place))
+            path = self.path(place)
         elif place in {one.place for one in self.leftovers()}:
-            scratch.remove(Path(place))
+            path = Path(place)
         else:
             raise RecordMissing(f"{self.root}: neither a record nor a leftover: {place[:SHOWN]!r}")
+        with _changing(path):
+            scratch.remove(path)
 
     def leftovers(self) -> list[Leftover]:
         """See `Store`."""
@@ -254,6 +264,15 @@ class FolderStore(Store):
             for path in scratch.dead_scratch(self.root):
                 with contextlib.suppress(OSError):
                     scratch.remove(path)
+
+
+@contextlib.contextmanager
+def _changing(path: Path) -> Iterator[None]:
+    """Say of a file that cannot be renamed or removed that the database cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        raise StoreUnusable(f"{path}: cannot be renamed or removed ({error.strerror})") from error
 
 
 def set_aside(path: Path) -> Path:

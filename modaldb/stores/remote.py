@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,6 @@ from gudgeon.modaldb.stores.query import Entry, Query, QueryWrong, entry_of
 from gudgeon.modaldb.stores.transport import KNOWN, Transport, Unanswered
 
 RECORDS = "/records"
-ALONE = 60.0
-"""Seconds without asking whether records are there, after a server did not answer."""
 
 
 class RemoteStore(Store):
@@ -35,7 +32,6 @@ class RemoteStore(Store):
         self.location = self._server.url
         self._cache = Cache(self.location)
         self._heads: dict[str, tuple[str, hdf5.Head]] = {}
-        self._asked_again = 0.0
 
     def __reduce__(self) -> tuple[Any, ...]:
         return RemoteStore, (self.location,)
@@ -111,6 +107,8 @@ class RemoteStore(Store):
 
     def note(self, key: str, scene: str, component: str) -> None:
         """See `Store`; a server that takes no names from this user keeps none."""
+        if self._server.is_silent:
+            return
         body = json.dumps({"scene": scene, "component": component}).encode()
         with contextlib.suppress(StoreUnusable):
             self._server.request("POST", f"{RECORDS}/{key}/uses", body=[body], headers=JSON)
@@ -126,6 +124,8 @@ class RemoteStore(Store):
 
     def tell(self, name: str, row: dict[str, Any] | None) -> None:
         """See `Store`."""
+        if self._server.is_silent:
+            return
         body = [] if row is None else [json.dumps(row).encode()]
         with contextlib.suppress(StoreUnusable, QueryWrong):
             self._server.request("DELETE" if row is None else "PUT", f"/running/{name}", body=body, headers=JSON)
@@ -157,13 +157,11 @@ class RemoteStore(Store):
 
     def fault(self, key: str) -> ModalDBError | None:
         """See `Store`; the server says so, whatever the cache has. While it does not answer, the cache does."""
-        if time.monotonic() >= self._asked_again:
-            try:
+        if not self._server.is_silent:
+            with contextlib.suppress(Unanswered):
                 if (found := self._fault_there(key)) is not None:
                     self._forget(key)
                     return found
-            except Unanswered:
-                self._asked_again = time.monotonic() + ALONE
         return super().fault(key)
 
     def _fault_there(self, key: str) -> ModalDBError | None:

@@ -26,6 +26,8 @@ SLOWEST = 60.0
 PAUSE = 0.05, 1.0
 """First and longest pause before a request is repeated [s]."""
 BUSY = 503
+ALONE = 60.0
+"""Seconds without asking what one can do without, after a server did not answer."""
 HEADS = {404: errors.RecordMissing, 409: errors.RecordDamaged}
 """Errors of answers without a body, by their status."""
 DEFAULT = "default"
@@ -59,6 +61,10 @@ class Answer:
             raise StoreUnusable(f"{self.url}: HTTP status {self.status}, not of a gudgeon server") from None
 
 
+_silent: dict[str, float] = {}
+"""When servers that did not answer are asked again, by URL: a process opens the same database many times."""
+
+
 class Transport:
     """Requests to one database.
 
@@ -78,6 +84,11 @@ class Transport:
         self._wait = allowed_wait()
         self._local = threading.local()
 
+    @property
+    def is_silent(self) -> bool:
+        """Whether the server did not answer lately, so that only what is needed is asked."""
+        return time.monotonic() < _silent.get(self.url, 0.0)
+
     def request(
         self, method: str, path: str, *, query: Mapping[str, Any] | None = None, body: Iterable[bytes] = (),
         headers: Mapping[str, str] | None = None,
@@ -96,12 +107,17 @@ class Transport:
         while True:
             try:
                 answer = self._once(method, target, parts, sent)
+                if method == "HEAD" and answer.status >= 400 and answer.status not in (*HEADS, BUSY):
+                    # Such an answer has no body to say why.
+                    answer = self._once("GET", target, parts, sent | {"Range": "bytes=0-0"})
+                _silent.pop(self.url, None)
                 if answer.status != BUSY or time.monotonic() - begun + pause > self._wait:
                     return self._checked_answer(answer, method)
             except (OSError, http.client.HTTPException) as error:
                 self._drop()
                 waited = time.monotonic() - begun
                 if not isinstance(error, LOST) or waited + pause > self._wait:
+                    _silent[self.url] = time.monotonic() + ALONE
                     raise Unanswered(f"{self.url}: no answer in {waited:.1f} s ({_cause(error)})") from error
             time.sleep(pause * random.uniform(0.5, 1.0))
             pause = min(2 * pause, PAUSE[1])

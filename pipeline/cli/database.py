@@ -17,12 +17,14 @@ DAY = 86400.0
 def verify_command(options: argparse.Namespace) -> int:
     """Read every record; list those that cannot be used."""
     from gudgeon import modaldb
+    from gudgeon.modaldb.errors import StoreUnusable
 
     store, count, bad = modaldb.open(options.db), 0, []
     for place, fault in store.verify():
         count += 1
         if fault is not None:
-            aside = store.set_aside(place) if options.repair else None
+            # What cannot be read now may be sound.
+            aside = store.set_aside(place) if options.repair and not isinstance(fault, StoreUnusable) else None
             bad.append({"file": place, "reason": str(fault), "set_aside": aside})
     if options.json:
         print(json.dumps({"records": count, "faults": bad}, indent=1))

@@ -51,9 +51,15 @@ def _cells(one: "Entry") -> tuple[str, ...]:
 
 
 def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:
+    rows = [tuple(map(_printable, row)) for row in rows]
     widths = [min(max(len(row[n]) for row in rows), 40) for n in range(len(rows[0]))]
     for row in rows:
         yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+
+
+def _printable(text: str) -> str:
+    """Return a text without letters that move a terminal's cursor: others may have given names in a database."""
+    return "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in text)
 
 
 def date_text(seconds: float) -> str:
@@ -92,7 +98,7 @@ def show_command(options: argparse.Namespace) -> int:
         return 0
     print(f"{entry.kind} {entry.key}\n{date_text(entry.made)}, {size_text(entry.size)}, {store.place(entry.key)}")
     for scene, component in entry.uses:
-        print(f"used by     {scene}, {component}")
+        print(f"used by     {_printable(scene)}, {_printable(component)}")
     for tag in entry.tags:
         print(f"tag         {tag}")
     for key in entry.refers:

@@ -4,11 +4,11 @@ from fastapi import Depends, FastAPI, Request
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 from starlette.routing import Match, Route
-from starlette.types import ASGIApp, Receive, Scope, Send
 
 from gudgeon.modaldb.records import READABLE_VERSIONS, SCHEMA_VERSION
 from gudgeon.pipeline.service import files, motion, records, views
 from gudgeon.pipeline.service.context import EXPLAINED, Service, explain, known_parameters, problem
+from gudgeon.pipeline.service.door import KnownHost, SmallBodies
 from gudgeon.pipeline.service.tree import add_tree
 
 ABOUT = """Records of a modal database, and parts of their arrays. Every error is JSON with `error` and `detail`."""
@@ -23,7 +23,8 @@ def build_app(service: Service) -> FastAPI:
         app.add_exception_handler(kind, explain)
     app.add_exception_handler(HTTPException, _not_found)
 
-    app.add_middleware(KnownHost, hosts=service.hosts)
+    app.add_middleware(SmallBodies)
+    app.add_middleware(KnownHost, hosts=service.hosts)  # The last is asked first.
 
     @app.get("/health")
     def health() -> dict[str, list[str] | list[int] | bool]:
@@ -50,23 +51,3 @@ async def _not_found(request: Request, error: Exception) -> JSONResponse:
                  and route.matches(request.scope)[0] is not Match.NONE for name in route.methods or ()}  # fmt: skip
         answer.headers["Allow"] = ", ".join(sorted(found))
     return answer
-
-
-class KnownHost:
-    """Refuses names that are not this server's: a page elsewhere could lead a browser here by a name of its own.
-
-    Args:
-        hosts: Names under which the server may be called; none: any.
-    """
-
-    def __init__(self, app: ASGIApp, hosts: frozenset[str]) -> None:
-        self._app, self._hosts = app, hosts
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request."""
-        if scope["type"] == "http" and self._hosts:
-            name = Request(scope).url.hostname or ""
-            if name not in self._hosts:
-                await problem(400, "StoreUnusable", f"this server is not '{name[:80]}'")(scope, receive, send)
-                return
-        await self._app(scope, receive, send)

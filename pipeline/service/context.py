@@ -128,31 +128,41 @@ async def known_parameters(request: Request) -> None:  # Not in a thread of its 
         raise Wrong(f"{unknown[:80]}: no such parameter of {route.path.rpartition('/')[2]}; allowed: {allowed}")
 
 
-def problem(status: int, kind: str, text: str) -> JSONResponse:
+def problem(status: int, kind: str, text: str, **more: str) -> JSONResponse:
     """Return an answer that says why there is no other."""
     headers = {"WWW-Authenticate": "Bearer"} if status == 401 else None
-    return JSONResponse({"error": kind, "detail": " ".join(text.split())}, status, headers)
+    return JSONResponse({"error": kind, "detail": one_line(text), **more}, status, headers)
+
+
+def one_line(text: str) -> str:
+    """Return a text with single spaces for all that is white."""
+    return " ".join(text.split())
 
 
 def explain(request: Request, error: Exception) -> JSONResponse:
     """Answer an error of the database, of a choice, or of a right."""
+    return problem(*explained(error))
+
+
+def explained(error: Exception) -> tuple[int, str, str]:
+    """Return status, name and text of the answer to one of `EXPLAINED`."""
     if isinstance(error, Refused):
-        return problem(error.status, "StoreUnusable", str(error))
+        return error.status, "StoreUnusable", str(error)
     if isinstance(error, Wrong):
-        return problem(error.status, "RecordMissing" if error.status == 404 else "QueryWrong", str(error))
+        return error.status, "RecordMissing" if error.status == 404 else "QueryWrong", str(error)
     if isinstance(error, RequestValidationError):
         return _invalid(error)
     status = next((status for kind, status in STATUS.items() if isinstance(error, kind)), 500)
-    return problem(status, type(error).__name__, str(error))
+    return status, type(error).__name__, str(error)
 
 
-def _invalid(error: RequestValidationError) -> JSONResponse:
+def _invalid(error: RequestValidationError) -> tuple[int, str, str]:
     """Answer wrong parameters; a database or record of a name that none can have is not there."""
     first = error.errors()[0]
     place = [str(one) for one in first["loc"]]
     if place[0] == "path" and place[-1] != "tag":
-        return problem(404, "RecordMissing", f"no record: {place[-1]} {str(first.get('input'))[:80]!r} is none")
-    return problem(422, "QueryWrong", f"{'.'.join(place[1:]) or place[0]}: {first['msg']}")
+        return 404, "RecordMissing", f"no record: {place[-1]} {str(first.get('input'))[:80]!r} is none"
+    return 422, "QueryWrong", f"{'.'.join(place[1:]) or place[0]}: {first['msg']}"
 
 
 EXPLAINED = (ModalDBError, Refused, Wrong, RequestValidationError)

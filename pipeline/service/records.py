@@ -9,7 +9,7 @@ from fastapi.responses import JSONResponse, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from gudgeon.modaldb import hdf5
-from gudgeon.modaldb.errors import RecordMissing
+from gudgeon.modaldb.errors import RecordMissing, StoreUnusable
 from gudgeon.modaldb.stores import query as queries
 from gudgeon.modaldb.stores.base import LONGEST_TAG, TAG
 from gudgeon.modaldb.stores.names import LONGEST
@@ -21,6 +21,8 @@ from gudgeon.pipeline.service.files import headers_of
 router = APIRouter(prefix="/{database}", tags=["records"])
 NPY = {"application/x-npy": {"schema": {"type": "string", "format": "binary"}}}
 Text = Annotated[str, Query(max_length=LONGEST)]
+Name = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f-\x9f]*$", max_length=LONGEST)]
+"""A text of one line that a terminal prints as it is."""
 Stated = Annotated[str, Field(pattern=queries.LIKE_A_CONDITION, max_length=LONGEST)]
 Choice = Annotated[str | None, Query(max_length=20_000, pattern=r"^[0-9:, ]*$", description="such as 0:600,700,::10")]
 Tag = Annotated[str, Path(pattern=TAG, max_length=LONGEST_TAG)]
@@ -31,8 +33,8 @@ Moment = Annotated[float | None, Query(allow_inf_nan=False, description="[s sinc
 class Use(BaseModel):
     """A scene that uses a record, for one of its components."""
 
-    scene: Annotated[str, Field(min_length=1, max_length=LONGEST)]
-    component: Annotated[str, Field(min_length=1, max_length=LONGEST)]
+    scene: Annotated[Name, Field(min_length=1)]
+    component: Annotated[Name, Field(min_length=1)]
 
 
 class Doing(BaseModel):
@@ -40,14 +42,14 @@ class Doing(BaseModel):
 
     model_config = ConfigDict(strict=True)  # A truth value is no number.
 
-    command: Annotated[str, Field(min_length=1, max_length=20)]
-    scene: Annotated[str, Field(max_length=LONGEST)]
-    stage: Annotated[str, Field(max_length=LONGEST)]
+    command: Annotated[Name, Field(min_length=1, max_length=20)]
+    scene: Name
+    stage: Name
     share: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
     """Of the stage that is done."""
     begun: Annotated[float, Field(ge=0.0, le=1e11, allow_inf_nan=False)]
     """[s since 1970]"""
-    host: Annotated[str, Field(max_length=LONGEST)]
+    host: Name
 
 
 class Target(BaseModel):
@@ -223,7 +225,7 @@ def post_aside(key: Key, asked: Remover) -> dict[str, str]:
     """Set a record aside that cannot be used."""
     if (fault := asked.store.examine(key)) is None:
         raise arrays.Wrong(f"record {key[:12]}… is sound", 422)
-    if isinstance(fault, RecordMissing):
+    if isinstance(fault, RecordMissing | StoreUnusable):
         raise fault
     name = asked.store.set_aside(asked.store.place(key))
     asked.log("aside", key)

@@ -50,6 +50,7 @@ def serve(settings: Settings) -> None:
 
         from gudgeon.pipeline.service.app import build_app
         from gudgeon.pipeline.service.context import Service
+        from gudgeon.pipeline.service.patience import configured
     except ModuleNotFoundError as error:
         raise InputError(f"serve: {error.name} is not installed; pip install 'gudgeon[service]'") from error
     access, stores = read_access(settings.tokens), named_stores(settings.databases)
@@ -62,12 +63,8 @@ def serve(settings: Settings) -> None:
     for name, store in stores.items():
         path = "" if name == DEFAULT else f"/{name}"
         print(f"serving {store.location} at http://{host}:{listening.getsockname()[1]}{path}", flush=True)
-    config = uvicorn.Config(
-        build_app(service), log_level="warning", access_log=False, timeout_keep_alive=60, timeout_graceful_shutdown=10,
-        limit_concurrency=2000, server_header=False, h11_max_incomplete_event_size=2**20,
-    )  # fmt: skip
     try:
-        uvicorn.Server(config).run(sockets=[listening])
+        uvicorn.Server(configured(build_app(service))).run(sockets=[listening])
     except KeyboardInterrupt:  # The usual end.
         if hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, 0)

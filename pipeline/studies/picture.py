@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullLocator
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.plots.base import style
@@ -31,6 +31,8 @@ LOG_RANGE = 30.0
 """Ratio of the ends of a logarithmic axis, at least."""
 LABEL = 64
 """Characters of the labels of all columns in one line."""
+EQUAL = 1e-4
+"""Relative spread of equal ratios; drawn values have six digits."""
 CONSTANT = 1e-9
 """Relative spread below which a quantity does not depend on the designs."""
 Found = tuple[Sequence[Sequence[Any]], Mapping[int, Row]]
@@ -112,7 +114,7 @@ def _lines(
     """Return the numbers of the designs of each line, by what else varies; by None where points are not joined."""
     lines: dict[tuple[tuple[int, str], ...] | None, list[int]] = {}
     for number in sorted(rows):
-        others = tuple((one, str(designs[number - 1][one])) for one in varied if one != parameter)
+        others = tuple((one, _text(designs[number - 1][one])) for one in varied if one != parameter)
         lines.setdefault(others, []).append(number)
     if len(varied) > 1 and (len(lines) > MOST_LINES or min(map(len, lines.values())) < 2):
         return {None: sorted(rows)}
@@ -160,12 +162,26 @@ def _abscissa(axes: Axes, values: Sequence[Any], ticks: int) -> None:
     low, high, middle = min(places), max(places), float(np.median([*names]))
     if low > 0 and high / low > LOG_RANGE and middle**2 < math.sqrt(low * high) * (low + high) / 2:
         axes.set_xscale("log")
+    elif _has_equal_ratios([*names]):
+        axes.set_xscale("log")
+        axes.xaxis.set_minor_locator(NullLocator())
+        shown = sorted(names)[:: math.ceil(len(names) / ticks)]
+        axes.set_xticks(shown, [f"{one:.3g}".replace("e+", "e") for one in shown])
     elif len(names) <= FEW:
         axes.set_xticks([*names])
     else:
         axes.xaxis.set_major_locator(MaxNLocator(ticks))
     if axes.get_xscale() == "linear":
         axes.xaxis.set_major_formatter(lambda value, position: f"{value:.6g}".replace("-", "−").replace("e+", "e"))
+
+
+def _has_equal_ratios(places: Sequence[float]) -> bool:
+    """Return whether three or more numbers were chosen at equal ratios, and not at equal distances."""
+    found = np.sort(np.asarray(places))
+    if len(found) < 3 or found[0] <= 0:
+        return False
+    steps = np.diff(np.log(found))
+    return bool(np.ptp(steps) < EQUAL * steps.mean() and np.ptp(np.diff(found)) > EQUAL * np.diff(found).mean())
 
 
 def _wrapped(path: str, width: int) -> str:
@@ -184,7 +200,7 @@ def _legend(axes: Axes, lines: Mapping[Any, Sequence[int]], paths: Sequence[str]
     handles: list[Any] = []
     for colour, key in zip(COLOURS, lines, strict=False):
         if key:
-            text = ", ".join(f"{_last(paths[int(one)])} {_short(value)}" for one, value in key)
+            text = ", ".join(f"{_last(paths[int(one)])} {_short(_rounded(value))}" for one, value in key)
             handles.append(axes.plot([], [], "o-", color=colour, ms=3.5, lw=1.2, label=text)[0])
     if failed:
         handles.append(axes.plot([], [], "x", color=style.RED, ms=5, ls="", label="without result")[0])
@@ -199,6 +215,19 @@ def _last(path: str) -> str:
     """Return the last part of a path that is no number of an item."""
     parts = path.split(".")
     return next((".".join(parts[one:]) for one in (-1, -2) if not parts[one].isdecimal()), path)
+
+
+def _text(value: Any) -> str:
+    """Return a value with the digits that tell it from others of its list."""
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
+def _rounded(text: str) -> str:
+    """Return a number with six digits, another text as it is."""
+    try:
+        return f"{float(text):.6g}"
+    except ValueError:
+        return text
 
 
 def _short(text: str) -> str:

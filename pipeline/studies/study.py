@@ -180,10 +180,10 @@ def run_study(job: Any, asked: Asked, tell: Progress, work: Work = solve_design)
     try:
         _collect(steps, workers, work, found, tell)
     except BaseException:  # Ctrl-C, or no more room in the database: what is done is in the table.
-        _write(job, paths, designs, found, ())
+        _write(job, document, paths, (designs, found), ())
         raise
     tell("study", 1.0)
-    report = _write(job, paths, designs, found, asked.quantities)
+    report = _write(job, document, paths, (designs, found), asked.quantities)
     return replace(report, key=keep_study(job, document, report.table, found))
 
 
@@ -231,16 +231,18 @@ def _collect(steps: Sequence[Step], workers: Workers, work: Work, found: dict[in
 
 def _write(
     job: SceneJob,
+    document: dict[str, Any],
     paths: Sequence[str],
-    designs: Sequence[Sequence[Any]],
-    found: Mapping[int, Row],
+    done: tuple[Sequence[Sequence[Any]], Mapping[int, Row]],
     shown: Sequence[str],
 ) -> StudyReport:
-    """Write table and picture and return the report."""
+    """Write what was asked for, table and picture, of one study together, and return the report."""
     from gudgeon.pipeline.studies import picture
 
+    designs, found = done
     table = table_of(paths, designs, found)
     with held(job.out):
+        write_sealed(job.out / STUDY, document)  # Another study may have begun here since.
         files = write_table(job.out, table)
         files += [PICTURE] if picture.draw(job.out / PICTURE, job.name, paths, (designs, found), shown) else []
     column = table.heads.index("result")

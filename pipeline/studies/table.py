@@ -16,6 +16,8 @@ SOURCES = ("step", "basis", "mesh")
 STATED = {"impulse": [f"{one}.impulse" for one in SOURCES], "force_peak": [f"{one}.force" for one in SOURCES]}
 """Quantities of which estimates of a run are the relative errors, which add up; by the last part of their names."""
 NOT_REACHED = "the study ended before it"
+TEXTS = ("result", "reason", "notes", "key")
+"""Heads of columns of text; the others have numbers, and parameters what they were given."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,8 @@ def _write_parquet(path: Path, table: Table) -> None:
             values = [None if value is None else _text(value) for value in values]
         elif kinds == {int, float}:
             values = [None if value is None else float(value) for value in values]
-        columns[head] = arrow.array(values)
+        # A column without a value has the type that it has in other studies.
+        columns[head] = arrow.array(values, None if kinds else arrow.string() if head in TEXTS else arrow.float64())
     with whole_file(path) as scratch:
         parquet.write_table(arrow.table(columns), scratch)
 

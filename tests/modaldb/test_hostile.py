@@ -11,13 +11,13 @@ import pytest
 
 from gudgeon import modaldb
 from gudgeon.modaldb import blocks, hdf5
-from gudgeon.modaldb.errors import RecordMismatch
+from gudgeon.modaldb.errors import RecordMismatch, StoreUnusable
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.stores.folder import FolderStore
 from tests.fuzz.records import sealed
-from tests.modaldb.samples import INPUTS, SAMPLES, modes
+from tests.modaldb.samples import INPUTS, SAMPLES, mesh, modes
 
 KEY = content_key(INPUTS)
 Change = Callable[[Any], Any]
@@ -242,3 +242,26 @@ def test_structure_is_what_hdf5_finds(kind: str, tmp_path: Path) -> None:
 
     walk(head.root, "")
     assert ours == theirs
+
+
+def test_a_file_that_cannot_be_read_does_not_hide_the_others(store: FolderStore) -> None:
+    store.put(KEY, "mesh", mesh(), INPUTS)
+    loop = store.path("00" + "1" * 62)
+    loop.parent.mkdir()
+    loop.symlink_to(loop)
+    faults = [fault for _, fault in store.verify()]
+    assert [type(fault) for fault in faults] == [StoreUnusable, type(None)]
+
+
+@pytest.mark.parametrize("change", ["remove", "set_aside"])
+def test_a_file_that_cannot_be_removed(change: str, store: FolderStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    store.put(KEY, "mesh", mesh(), INPUTS)
+
+    def read_only(*arguments: object) -> None:
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr("gudgeon.modaldb.stores.scratch.remove", read_only)
+    monkeypatch.setattr("gudgeon.modaldb.stores.folder.os.replace", read_only)
+    with pytest.raises(StoreUnusable, match=r"cannot be renamed or removed \(Read-only file system\)"):
+        getattr(store, change)(store.place(KEY) if change == "set_aside" else KEY)
+    assert store.has(KEY)

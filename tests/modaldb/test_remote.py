@@ -187,6 +187,7 @@ def test_a_token_that_does_not_fit(token: str, cause: str, tmp_path: Path) -> No
         for use in uses:
             with pytest.raises(StoreUnusable) as caught:
                 use()
+            assert str(caught.value).startswith(f"{url}: {cause}")
             assert "\n" not in str(caught.value)
         with pytest.raises(StoreUnusable, match=f"^{url}: {cause}"):
             store.get(KEY, "mesh")
@@ -202,6 +203,24 @@ def test_a_token_in_a_file(url: str, tmp_path: Path) -> None:
         modaldb.open(url)
     with variables({"GUDGEON_TOKEN": "two words"}), pytest.raises(StoreUnusable, match="expected one word"):
         modaldb.open(url)
+
+
+def test_what_is_done_without_a_silent_server_takes_no_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of its stores would wait for it again: for a note, for what is told, for whether a record is there."""
+    with served(tmp_path / "db") as place:
+        modaldb.open(place).put(KEY, "mesh", mesh(), INPUTS)
+    with variables({"GUDGEON_CACHE": str(tmp_path / "cache"), "GUDGEON_DB_WAIT": "0.2"}):
+        with pytest.raises(StoreUnusable, match="no answer in"):
+            modaldb.open(place).find()
+        asked: list[str] = []
+        monkeypatch.setattr(Transport, "_once", lambda *arguments: asked.append(arguments[1]))
+        for _ in range(3):
+            store = modaldb.open(place)
+            store.note(KEY, "scene", "part")
+            store.tell("0" * 32, None)
+            assert store.has(KEY)
+            assert same(store.get(KEY, "mesh"), mesh())
+    assert asked == []
 
 
 @pytest.mark.parametrize("wait", ["soon", "-1", "nan", "inf"])

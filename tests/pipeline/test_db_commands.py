@@ -176,6 +176,21 @@ def test_verify_and_gc(ask: Ask, place: str, made: Path) -> None:
     assert len(rows(ask)) == 6
 
 
+def test_verify_of_a_file_that_cannot_be_read(tmp_path: Path, capsys: Capture) -> None:
+    """It is listed beside the others, and not set aside: it may be sound."""
+    inputs = {"n": 1}
+    modaldb.open(tmp_path).put(content_key(inputs), "mesh", mesh(), inputs)
+    loop = tmp_path / "00" / f"00{'1' * 62}.h5"
+    loop.parent.mkdir(exist_ok=True)
+    loop.symlink_to(loop)
+    for option in ([], ["--repair"]):
+        assert main(["db", "verify", "--db", str(tmp_path), *option]) == 1
+        printed = capsys.readouterr().out
+        assert "cannot be read (Too many levels of symbolic links)" in printed
+        assert "2 records, 1 cannot be used" in printed
+    assert loop.is_symlink()
+
+
 @pytest.mark.parametrize("name", ["show", "export"])
 def test_records_that_are_not_there(name: str, ask: Ask, place: str) -> None:
     for record, cause in (

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from gudgeon.modaldb.stores import transport
+
 TOKEN = "a-token-for-tests"
 
 
@@ -37,12 +39,14 @@ def served(root: Path, *, token: str = TOKEN, largest: int = 10**8, port: int = 
     from gudgeon.pipeline.service.access import EVERY, RIGHTS, Access, Token
     from gudgeon.pipeline.service.app import build_app
     from gudgeon.pipeline.service.context import Service
+    from gudgeon.pipeline.service.patience import configured
     from gudgeon.pipeline.service.run import LOCAL, bound
 
     access = Access({sha256(TOKEN.encode()).hexdigest(): Token("tests", (EVERY,), RIGHTS)})
     app = build_app(Service({"default": open_folder(root)}, access, LOCAL, largest))
     listening = bound("127.0.0.1", port)
-    server = uvicorn.Server(uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=1))
+    transport._silent.clear()  # Another test may have waited in vain for a server at this port.
+    server = uvicorn.Server(configured(app, graceful=1))
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
     thread.start()
     places = {"GUDGEON_TOKEN": token, "GUDGEON_CACHE": str(root.parent / "cache"), "GUDGEON_DB_WAIT": "2"}

@@ -286,8 +286,9 @@ def test_rights_hold_for_one_database_and_one_thing() -> None:
     everybody = Access({})
     assert everybody.check(None, "read", "default").name == "anonymous"
     for right in ("put", "delete"):
-        with pytest.raises(access.Refused, match="start it with GUDGEON_TOKEN"):
-            everybody.check(None, right, "default")
+        for header in (None, "Bearer any"):
+            with pytest.raises(access.Refused, match="start it with GUDGEON_TOKEN"):
+                everybody.check(header, right, "default")
 
 
 def test_every_route_asks_for_a_right() -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
 from gudgeon.pipeline.studies import picture
 from gudgeon.pipeline.studies.table import PARQUET, Table, stated_error, table_of, write_table
@@ -55,6 +56,10 @@ def test_both_files(tmp_path: Path) -> None:
     assert read["r"] == ["x", "[1.5, 2]", "x", "true"]
     assert read["a.end [N]"] == [2.0, 3.0, None, None]
     assert read["key"] == [None] * 4
+    empty = table_of(["p"], [(1.0,)], {1: row(1, {"a.b": 1.0})})
+    write_table(tmp_path, empty)
+    schema = parquet.read_schema(tmp_path / PARQUET)
+    assert [str(schema.field(name).type) for name in ("p", "reason", "notes", "key")] == ["double", *["string"] * 3]
 
 
 def test_an_earlier_parquet_file_does_not_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,3 +86,16 @@ def test_pictures_of_odd_studies(tmp_path: Path) -> None:
     assert not (tmp_path / "study.png").exists()
     assert not drawn(tmp_path, [(1,), (2,)], {1: Row(1, FAILED), 2: Row(2, FAILED)})
     assert not drawn(tmp_path, [(1,), (2,)], {1: row(1, {"a.b": 0.0}), 2: row(2, {"a.b": 0.0})})
+
+
+@pytest.mark.parametrize(
+    ("values", "scale"),
+    [([1e-4, 1e-4 * 10**0.5, 1e-3], "log"), ([1.0, 2.0, 4.0, 8.0, 16.0], "log"), ([1.0, 2.0, 3.0], "linear"),
+     ([1.0, 2.0], "linear"), ([-1.0, 1.0, 2.0], "linear"), ([1.0, 2.0, 3.9], "linear")],
+)  # fmt: skip
+def test_values_at_equal_ratios_have_a_logarithmic_axis(values: list[float], scale: str) -> None:
+    axes = Figure().add_subplot()
+    picture._abscissa(axes, values, 5)
+    assert axes.get_xscale() == scale
+    labels = [one.get_text() for one in axes.get_xticklabels()]
+    assert scale == "linear" or labels == [f"{one:.3g}" for one in values]
