@@ -14,7 +14,7 @@ import numpy as np
 from gudgeon import modaldb
 from gudgeon.pipeline.kinds import kind_of, open_job, run
 from gudgeon.pipeline.linear.analysis import Asked
-from gudgeon.pipeline.sensing.chain import Base, base_parameters, identified
+from gudgeon.pipeline.sensing.chain import Base, Identified, base_parameters, identified
 from gudgeon.pipeline.sensing.excitation import Limits, Series, optimised, random_motion
 from gudgeon.pipeline.sensing.standing import Arm, Gauged, Standing, arm_of, standing
 
@@ -105,14 +105,18 @@ def main(place: str) -> None:
     times = np.asarray(free.times)
     keep = times > SETTLED
     noisy = wrench + NOISE * random.standard_normal(wrench.shape)
-    exact, carried = base.grouping @ arm.chain.parameters(), np.zeros_like(wrench)
-    for _ in range(2):  # First as if the base did not move, then with its motion by the parameters found.
+    exact = base.grouping @ arm.chain.parameters()
+
+    def fitted(carried: np.ndarray) -> Identified:
         Y, own = at_rest(mover.arm, times, gravity, carried)
-        fit = identified(Y[keep], (noisy - own)[keep], base, NOISE)
-        print(f"largest error of a base parameter {np.abs(fit.values - exact).max():.3g} (kg, kg m, kg m^2)")
-        completed = base.completed(fit.values, arm.chain.parameters())
-        moved = mover.arm.felt(times, noisy, base=mover.yields(), parameters=completed, gravity=gravity, levels=NOISE)
-        carried = moved.acceleration
+        found = identified(Y[keep], (noisy - own)[keep], base, NOISE)
+        print(f"largest error of a base parameter {np.abs(found.values - exact).max():.3g} (kg, kg m, kg m^2)")
+        return found
+
+    # First as if the base did not move, then with its motion by the parameters found.
+    first = base.completed(fitted(np.zeros_like(wrench)).values, arm.chain.parameters())
+    moved = mover.arm.felt(times, noisy, base=mover.yields(), parameters=first, gravity=gravity, levels=NOISE)
+    fit = fitted(moved.acceleration)
     print(f"identified: condition number {fit.condition:.0f}, rms left {rms(np.tile(fit.residual, (2, 1)))} N, N m")
     true = arm.touched(task, scene, np.asarray(task.times))
     mixed = np.kron(np.eye(2), np.ones((3, 3))) * CALIBRATION * random.standard_normal((6, 6)) + np.eye(6)

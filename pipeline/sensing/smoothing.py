@@ -20,6 +20,7 @@ from scipy import linalg
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.sensing.chain import Chain
 
+Moved = tuple[np.ndarray, np.ndarray, np.ndarray]
 SIZE = 6
 HELD = 5e-3
 """Time over which M(q) is taken as constant [s]."""
@@ -131,7 +132,7 @@ def diffusion(process: Process, parts: np.ndarray, rates: np.ndarray, interval: 
 def felt(
     chain: Chain,
     own: np.ndarray,
-    moved: tuple[np.ndarray, np.ndarray, np.ndarray],
+    moved: Moved,
     wrench: np.ndarray,
     *,
     base: Yielding | None,
@@ -157,7 +158,8 @@ def felt(
         raise InputError("noise: a component has none; the estimate needs that of each, above zero")
     load = chain.regressor(*moved, gravity) @ parameters + np.concatenate([-gravity, np.zeros(3)]) @ own
     sizes = np.repeat([np.sqrt((part**2).mean()) for part in (wrench[:, :3], wrench[:, 3:])], SIZE // 2)
-    R = np.diag(np.square(levels))
+    R, stride = np.diag(np.square(levels)), max(1, round(HELD / interval))
+    masses = inertias(chain, own, (moved[0][::stride], moved[1][::stride], moved[2][::stride]), parameters)
     if base is None:
         process = Process(
             steps=np.eye(SIZE)[None], which=np.zeros(len(wrench), int), inputs=np.zeros_like(wrench), H=-np.eye(SIZE),
@@ -165,8 +167,6 @@ def felt(
         )  # fmt: skip
         y, parts = wrench - load, np.arange(SIZE)
     else:
-        stride = max(1, round(HELD / interval))
-        masses = inertias(chain, own, (moved[0][::stride], moved[1][::stride], moved[2][::stride]), parameters)
         process = swaying(base, masses, stride, load, sizes=sizes, R=R, interval=interval)
         y, parts = wrench, np.arange(2 * SIZE, 3 * SIZE)
     guess = np.array([sizes[0], sizes[-1]]) / np.sqrt(interval * len(wrench)) + 1e-9
@@ -183,15 +183,13 @@ def felt(
     return Felt(contact, acceleration, (float(rates[0]), float(rates[1])))
 
 
-def inertias(
-    chain: Chain, own: np.ndarray, moved: tuple[np.ndarray, np.ndarray, np.ndarray], parameters: np.ndarray
-) -> np.ndarray:
+def inertias(chain: Chain, own: np.ndarray, moved: Moved, parameters: np.ndarray) -> np.ndarray:
     """Return M(q) of stand and arm about the base point, (s, 6, 6)."""
-    still = tuple(0 * one for one in moved[1:])
+    still = 0 * moved[0]
     found = np.zeros((len(moved[0]), SIZE, SIZE))
     for column in range(SIZE):
         unit = np.tile(np.eye(SIZE)[column], (len(found), 1))
-        found[:, :, column] = chain.regressor(moved[0], *still, np.zeros(3), unit) @ parameters
+        found[:, :, column] = chain.regressor(moved[0], still, still, np.zeros(3), unit) @ parameters
     return 0.5 * (found + found.transpose(0, 2, 1)) + own
 
 

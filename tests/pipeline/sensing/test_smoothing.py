@@ -1,5 +1,7 @@
 """The smoother against all samples at once, and the wrench on a tool of an arm on a base that yields."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy import integrate, stats
@@ -45,14 +47,14 @@ def test_states_and_likelihood_are_those_of_all_samples_at_once() -> None:
     assert cost == pytest.approx(density, rel=1e-10)
 
 
-def swayed(feels_damping: bool) -> tuple[tuple, dict, np.ndarray, np.ndarray]:
+def swayed(feels_damping: bool) -> tuple[tuple[Any, ...], dict[str, Any], np.ndarray, np.ndarray]:
     """What `felt` takes of an arm at rest on a soft base, a blow on its tool, and the base's true acceleration."""
     arm, own = chain(2), 5.0 * np.eye(6)
     times = np.arange(1200) * 5e-4
-    moved = tuple(np.zeros((len(times), 2)) for _ in range(3))
+    moved = np.zeros((len(times), 2)), np.zeros((len(times), 2)), np.zeros((len(times), 2))
     p = arm.parameters()
-    weight = arm.regressor(*moved, GRAVITY)[0] @ p + np.concatenate([-GRAVITY, np.zeros(3)]) @ own
-    mass = inertias(arm, own, tuple(one[:1] for one in moved), p)[0]
+    weight = arm.regressor(moved[0], moved[1], moved[2], GRAVITY)[0] @ p + np.concatenate([-GRAVITY, np.zeros(3)]) @ own
+    mass = inertias(arm, own, (moved[0][:1], moved[1][:1], moved[2][:1]), p)[0]
     K = np.diag([4e5, 5e5, 6e5, 3e5, 2e5, 4e5])
     C = 4e-4 * K
     line = np.array([1.0, -0.5, 2.0, 0.3, 0.1, -0.2])
@@ -87,9 +89,10 @@ def test_a_blow_is_felt_through_a_base_that_sways(feels_damping: bool) -> None:
         quiet.acceleration[200:], acceleration[200:], atol=0.02 * np.abs(acceleration[200:]).max()
     )
     noise = levels * np.random.default_rng(0).standard_normal(given[3].shape)
-    noisy = (*given[:3], given[3] + noise)
-    compensated = felt(*noisy, levels=levels, **told)
-    rigid = felt(*noisy, levels=levels, **(told | {"base": None}))
+    noisy = given[3] + noise
+    compensated = felt(given[0], given[1], given[2], noisy, levels=levels, **told)
+    still: dict[str, Any] = {**told, "base": None}
+    rigid = felt(given[0], given[1], given[2], noisy, levels=levels, **still)
     assert error(compensated.contact, true) < 0.6 * error(noise, 0 * noise)
     assert error(compensated.contact, true) < 0.5 * error(rigid.contact, true)
 
