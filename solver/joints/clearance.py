@@ -14,8 +14,6 @@ from gudgeon.solver.joints.wear import DEEPEST, PRESSED, JournalWear
 from gudgeon.solver.laws import Law
 from gudgeon.solver.numbers import Length, PositiveSpeed, RatioFromZero, Stiffness, Strict
 
-TURNING = 1e-2
-"""Deflection of usual friction by which the direction of sliding turns at least, over that deflection."""
 STICKING = 0.8235294117647058
 """2 (1 − ν)/(2 − ν) for ν = 0.3: tangential over normal stiffness of round contacts that stick, of bodies of one
 material (R. D. Mindlin, Compliance of elastic bodies in contact, J. Appl. Mech. 16 (1949) 259-268)."""
@@ -67,14 +65,14 @@ class Clearance(Axial):
 
     @property
     def rubbing(self) -> tuple[float, float, float, float]:
-        """Coefficient [1], speed [m/s], stiffness [N/m], 0 without sticking, and least deflection that turns [m]."""
+        """Coefficient [1], speed [m/s], stiffness [N/m], 0 without sticking, and way by which friction turns [m]."""
         if self.friction is None:
             return 0.0, 1.0, 0.0, 0.0
         mu, law, usual = self.friction.coefficient, self.law.coefficients(), PRESSED * self.clearance
         if self.friction.speed is not None or mu == 0:
             return mu, self.friction.speed or 1.0, 0.0, 0.0
         stiffness = self.friction.stiffness or STICKING * law.exponent * law.stiffness * usual ** (law.exponent - 1)
-        return mu, 1.0, stiffness, TURNING * mu * law.stiffness * usual**law.exponent / stiffness
+        return mu, 1.0, stiffness, usual
 
     @model_validator(mode="after")
     def _fits(self) -> "Clearance":

@@ -7,7 +7,9 @@ that lasts are compared, then sums over a turn.
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.validation.scenes import DATA, solve
 
@@ -53,3 +55,26 @@ def test_turned_in_space(tmp_path: Path) -> None:
     found = solve(str(turned), tmp_path, {"run.duration": 3e-4})
     for name, key in (("start", "t_start"), ("end", "t_end"), ("closing", "approach_velocity")):
         assert found[f"pin.impact1.{name}"] == pytest.approx(first[key], rel=1e-8)
+
+
+def test_a_journal_tilts_in_a_spatial_mechanism(tmp_path: Path) -> None:
+    """The slider follows that of an ideal cylindrical joint within the clearance; the journal tilts until both ends
+    touch on opposite sides, 2 c/l and what they are indented; its pin rises along its leaning axis."""
+    found = solve("clearance-joint/spatial.toml", tmp_path, {})
+    gap, length, lean, crank, rod = 0.2e-3, 0.02, np.radians(5), 0.05, 0.12
+    axis = np.array([0.0, np.sin(lean), np.cos(lean)])
+    moved = {name: np.array(found.history.motion[name]) for name in ("rod", "slider")}
+    angle = 2000 / 60 * 2 * np.pi * np.asarray(found.history.times)
+    turned = crank * np.array([np.cos(angle), np.sin(angle), 0 * angle]).T
+    across = turned - np.outer(turned @ axis, axis)
+    ideal = across[:, 0] + np.sqrt(rod**2 - across[:, 1] ** 2 - across[:, 2] ** 2) - (crank + rod)
+    assert np.abs(moved["slider"][:, 0] - ideal).max() < 1.3 * gap
+    tilt = np.linalg.norm(np.cross(Rotation.from_rotvec(moved["rod"][:, 3:6]).apply(axis), axis), axis=1)
+    assert 2 * gap / length < tilt.max() < 1.1 * 2 * gap / length
+    rises = 0.5 * (turned @ axis) * axis[2]
+    assert np.abs(moved["rod"][:, 2] - rises).max() < gap + 0.5 * rod * tilt.max()
+    assert np.abs(rises).max() > 2e-3
+    assert found.report.energy_drift is not None
+    assert found.report.energy_drift < 1e-6
+    assert found.report.momentum_residual is not None
+    assert found.report.momentum_residual < 1e-8
