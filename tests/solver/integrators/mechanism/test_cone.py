@@ -8,6 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from gudgeon.solver.joints.clearance import Clearance
+from gudgeon.solver.laws.dissipative import LOSSES
 from tests.solver.integrators.mechanism.scenes import MASS, hinge, solved
 from tests.solver.integrators.mechanism.test_clearance import GAP, RADIUS, STIFFNESS, knee
 
@@ -128,3 +129,14 @@ def test_keys_of_the_cone() -> None:
     assert Clearance.model_validate(one | {"friction": {"coefficient": 0.1, "speed": 0.1}}).rubbing[2] == 0
     with pytest.raises(ValidationError, match="friction with a `speed` does not stick"):
         Clearance.model_validate(one | {"friction": {"coefficient": 0.1, "speed": 0.1, "stiffness": 1e6}})
+
+
+@pytest.mark.parametrize("kind", LOSSES)
+def test_every_law_sticks_and_slips(kind: str, tmp_path: Path) -> None:
+    """A journal that falls and turns in its bearing, by each law with a loss: energies balance, dissipation grows."""
+    law = {"kind": kind, "stiffness": 1e8, "exponent": 1.5, "restitution": 0.8}
+    body = {"velocity": [0.3, 0.0, 0.0], "angular_velocity": [0.0, 0.0, 30.0]}
+    joints = {"slot": hinge("planar"), "knee": knee(law=law, friction={"coefficient": 0.1})}
+    found = solved(tmp_path, {"part": body}, joints, run={"duration": 0.05, "gravity": [0.0, -G, 0.0]})
+    balanced(found, 1e-6)
+    assert found.energies[-1, 3] > 0.5 * 0.5 * MASS * 0.3**2
