@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 HERE = Path(__file__).parent
 A = (0.0, -0.425, -0.39225, 0.0, 0.0, 0.0)
@@ -22,6 +23,9 @@ CYLINDER = ((0.06, 0.15, 2), (0.055, 0.425, 0), (0.04, 0.392, 0), (0.04, 0.1, 2)
 """Radius and length [m] of each link's cylinder, and its axis among those of its DH frame."""
 PEG, PEG_LENGTH, PEG_MASS = 0.010, 0.12, 0.5
 CLEARANCE = 1e-4
+TILT = 0.012
+"""Of the peg while its tip is pushed to the side [rad]: 30 mm above the tip it then presses on the other side."""
+FRICTION = "{ static = 0.15, speed = 1e-3 }"
 CELLS, CELL_RADIUS = 3, 0.12
 DURATION, KNOTS = 1.0, 101
 RING = ("east", "north", "west", "south")
@@ -44,15 +48,19 @@ def tip(q):
 
 
 def task(t):
-    """Return the way of the tip from its start [m]: down, to the side beyond the clearance, on the ground, up."""
+    """Return the way of the tip from its start [m] and the turn of the peg [rad].
+
+    Down, to the side beyond the clearance and tilted until it wedges, on the ground, up.
+    """
 
     def smooth(a, b):
         x = np.clip((t - a) / (b - a), 0, 1)
         return x**3 * (10 - 15 * x + 6 * x**2)
 
     down = -0.02 * smooth(0.05, 0.45) - 5e-5 * smooth(0.45, 0.55) + 0.015 * smooth(0.75, 0.95)
-    side = (CLEARANCE + 1e-4) * (smooth(0.15, 0.35) - smooth(0.75, 0.95))
-    return np.array([side, 0.6 * side, down])
+    aside = smooth(0.15, 0.35) - smooth(0.75, 0.95)
+    side = (CLEARANCE + 1e-4) * aside
+    return np.array([side, 0.6 * side, down]), np.array([0.0, -TILT * aside, 0.0])
 
 
 def joints():
@@ -63,7 +71,9 @@ def joints():
 
         def miss(x, t=t):
             place, line, turn = tip(x)
-            return np.concatenate([place - start - task(t), 0.3 * (line - axis), 0.3 * (turn - across)])
+            moved, tilt = task(t)
+            R = Rotation.from_rotvec(tilt)
+            return np.concatenate([place - start - moved, 0.3 * (line - R.apply(axis)), 0.3 * (turn - R.apply(across))])
 
         q = least_squares(miss, q, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
         found.append(q - START)
@@ -175,9 +185,10 @@ def main():
     for name in [f"{side}{k}" for side in ("low", "high") for k in range(4)]:
         bore = f'{{ shape = "bore", radius = {PEG + CLEARANCE!r}, origin = {text(end)} }}'
         contacts += [f"[contact.{name}]", 'body = "link6"', f'interface = "{name}"', 'method = "penalty"', law]
-        contacts += [f"against = {bore}", ""]
+        contacts += [f"friction = {FRICTION}", f"against = {bore}", ""]
     ground = text(end - np.array([0, 0, 0.02]))
     contacts += ["[contact.ground]", 'body = "link6"', 'interface = "end"', 'method = "penalty"', law,
+                 f"friction = {FRICTION}",
                  f'against = {{ shape = "plane", point = {ground}, normal = [0.0, 0.0, 1.0] }}', ""]  # fmt: skip
     tail = [
         "[run]",

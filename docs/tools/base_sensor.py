@@ -14,7 +14,7 @@ import numpy as np
 from gudgeon import modaldb
 from gudgeon.pipeline.kinds import kind_of, open_job, run
 from gudgeon.pipeline.linear.analysis import Asked
-from gudgeon.pipeline.sensing.chain import Base, base_parameters, identified
+from gudgeon.pipeline.sensing.chain import Base, Identified, base_parameters, identified
 from gudgeon.pipeline.sensing.excitation import Limits, Series, optimised, random_motion
 from gudgeon.pipeline.sensing.standing import Arm, Gauged, Standing, arm_of, standing
 
@@ -22,6 +22,9 @@ ROOT = Path(__file__).resolve().parents[2]
 SCENE = ROOT / "data" / "base-sensor" / "robot.toml"
 NOISE = np.array([0.5, 0.5, 0.5, 0.05, 0.05, 0.05])
 """Standard deviation of a sample of the base wrench [N, N m]."""
+QUIET = 1e-3
+"""Noise that the method is told where there is none, over that of samples."""
+GRAVITY = np.array([0.0, 0.0, -9.81])
 CALIBRATION = 1e-3
 """Standard deviation of the entries of a calibration matrix from the unit matrix, forces and moments apart."""
 SETTLED = 0.05
@@ -59,18 +62,13 @@ def excited(folder: Path, arm: Arm, gravity: np.ndarray) -> tuple[Path, float, f
     return path, before, after
 
 
-def model(
-    base: Standing | Gauged, found: Any, gravity: np.ndarray, wrench: np.ndarray, *, moving: bool
-) -> tuple[Any, np.ndarray]:
-    """Return the regressor at the samples, and the stand's own weight and inertia, (s, 6)."""
-    times = np.asarray(found.times)
-    carried = base.carried(wrench, float(times[1] - times[0])) if moving else np.zeros((len(times), 6))
-    Y = base.arm.chain.regressor(*base.arm.angles(times), gravity, carried)
-    still = np.concatenate([-gravity, np.zeros(3)])
-    return Y, (still + carried) @ base.arm.mass
+def at_rest(arm: Arm, times: np.ndarray, gravity: np.ndarray, carried: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the regressor at the samples of a base that moves with `carried`, and the stand's own wrench, (s, 6)."""
+    Y = arm.chain.regressor(*arm.angles(times), gravity, carried)
+    return Y, (np.concatenate([-gravity, np.zeros(3)]) + carried) @ arm.mass
 
 
-def plate_of(folder: Path, arm: Arm) -> Gauged:
+def plate_of(folder: Path, arm: Arm, beta: float) -> Gauged:
     """Return the plate under an arm, calibrated by unit wrenches."""
     job = open_job(SCENE.with_name("plate-beams.toml"), db=folder / "db", out=folder / "out" / "plate-beams")
     table = kind_of(job).linear(job, Asked(static=True), lambda *told: None).static
@@ -79,7 +77,7 @@ def plate_of(folder: Path, arm: Arm) -> Gauged:
     gauges = [name.removeprefix("gauge.") for name in rows if name.startswith("gauge.")]
     strains = np.array([rows[f"gauge.{name}"] for name in gauges])
     compliance = np.array([rows[f"force.wrench[{n}]"] for n in range(1, 7)])
-    return Gauged(arm, gauges, np.linalg.pinv(strains), compliance)
+    return Gauged(arm, gauges, np.linalg.pinv(strains), compliance, beta)
 
 
 def rms(values: np.ndarray) -> str:
@@ -104,19 +102,28 @@ def main(place: str) -> None:
     print(f"base parameters: {counts[0]} of {counts[1]}; condition number of the regressor"
           f" {before:.0f} at the first series, {after:.0f} optimised")  # fmt: skip
     wrench = mover.measured(free)
-    Y, own = model(mover, free, gravity, wrench, moving=True)
-    keep = np.asarray(free.times) > SETTLED
+    times = np.asarray(free.times)
+    keep = times > SETTLED
     noisy = wrench + NOISE * random.standard_normal(wrench.shape)
-    fit = identified(Y[keep], (noisy - own)[keep], base, NOISE)
     exact = base.grouping @ arm.chain.parameters()
-    print(f"identified: condition number {fit.condition:.0f}, rms left {rms(np.tile(fit.residual, (2, 1)))} N, N m;"
-          f" largest error of a base parameter {np.abs(fit.values - exact).max():.2g} (kg, kg m, kg m^2)")  # fmt: skip
+
+    def fitted(carried: np.ndarray) -> Identified:
+        Y, own = at_rest(mover.arm, times, gravity, carried)
+        found = identified(Y[keep], (noisy - own)[keep], base, NOISE)
+        print(f"largest error of a base parameter {np.abs(found.values - exact).max():.3g} (kg, kg m, kg m^2)")
+        return found
+
+    # First as if the base did not move, then with its motion by the parameters found.
+    first = base.completed(fitted(np.zeros_like(wrench)).values, arm.chain.parameters())
+    moved = mover.arm.felt(times, noisy, base=mover.yields(), parameters=first, gravity=gravity, levels=NOISE)
+    fit = fitted(moved.acceleration)
+    print(f"identified: condition number {fit.condition:.0f}, rms left {rms(np.tile(fit.residual, (2, 1)))} N, N m")
     true = arm.touched(task, scene, np.asarray(task.times))
     mixed = np.kron(np.eye(2), np.ones((3, 3))) * CALIBRATION * random.standard_normal((6, 6)) + np.eye(6)
     found = table(cells, task, (cells.measured(task), true), (base, exact, fit.values), mixed)
     draw(folder / "base-sensor.png", np.asarray(task.times), true, found)
     scene, task = solved(SCENE.with_name("robot-plate.toml"), folder)
-    plate = plate_of(folder, arm_of(scene))
+    plate = plate_of(folder, arm_of(scene), scene.body["plate"].damping.beta)
     true = plate.arm.touched(task, scene, np.asarray(task.times))
     strains = np.column_stack([task.gauges[name] for name in plate.gauges])
     print("on the plate, by strain gauges")
@@ -140,23 +147,33 @@ def table(
     """
     (wrench, true), (which, exact, fit) = wrenches, parameters
     keep = np.asarray(task.times) > SETTLED
+    times, known = np.asarray(task.times), base.arm.chain.parameters()
     noise = NOISE * np.random.default_rng(5).standard_normal(wrench.shape)
+    still = np.zeros_like(wrench)
     print(f"{'over the task, force N and moment N m about the base':58} {'rms':>10} {'rms':>10}")
     print(f"{'true wrench of the contacts':58} {rms(true[keep])}")
     rows = {}
-    for name, sensed, values, moving in (
-        ("exact parameters, base compensated: method alone", wrench, exact, True),
-        ("identified parameters, base compensated", wrench, fit, True),
-        ("and base not compensated: its dynamics", wrench, fit, False),
-        ("compensated, with noise", wrench + noise, fit, True),
-        ("not compensated, with noise", wrench + noise, fit, False),
-        ("compensated, with an error of calibration of 0.1 %", wrench @ mixed.T, fit, True),
-        ("not compensated, all of them", (wrench + noise) @ mixed.T, fit, False),
+    for name, sensed, values, levels, way in (
+        ("exact parameters, base compensated: method alone", wrench, exact, QUIET * NOISE, "moving"),
+        ("identified parameters, base compensated", wrench, fit, QUIET * NOISE, "moving"),
+        ("and base not compensated: its dynamics", wrench, fit, NOISE, "raw"),
+        ("compensated, with noise", wrench + noise, fit, NOISE, "moving"),
+        ("not compensated, with noise", wrench + noise, fit, NOISE, "raw"),
+        ("not compensated but smoothed, with noise", wrench + noise, fit, NOISE, "still"),
+        ("compensated, with an error of calibration of 0.1 %", wrench @ mixed.T, fit, QUIET * NOISE, "moving"),
+        ("compensated, all of them", (wrench + noise) @ mixed.T, fit, NOISE, "moving"),
+        ("not compensated, all of them", (wrench + noise) @ mixed.T, fit, NOISE, "raw"),
     ):
-        Y, own = model(base, task, np.array([0.0, 0.0, -9.81]), sensed, moving=moving)
-        rows[name] = Y @ which.completed(values, base.arm.chain.parameters()) + own - sensed
-        print(f"{'error, ' + name:58} {rms((rows[name] - true)[keep])}")
-    return rows["identified parameters, base compensated"]
+        p, rate = which.completed(values, known), ""
+        if way == "raw":
+            Y, own = at_rest(base.arm, times, GRAVITY, still)
+            rows[name] = Y @ p + own - sensed
+        else:
+            yields = base.yields() if way == "moving" else None
+            one = base.arm.felt(times, sensed, base=yields, parameters=p, gravity=GRAVITY, levels=levels)
+            rows[name], rate = one.contact, f"   {one.rates[0]:.3g} N/√s, {one.rates[1]:.3g} N m/√s"
+        print(f"{'error, ' + name:58} {rms((rows[name] - true)[keep])}{rate}")
+    return rows["compensated, with noise"]
 
 
 def draw(path: Path, times: np.ndarray, true: np.ndarray, found: np.ndarray) -> None:

@@ -95,19 +95,21 @@ class Bearing:
     """[m²], (c,)"""
     compliance: np.ndarray
     """Of bore and pin along the radius [m/N], (c, c)."""
+    gap: float = GAP
+    """Radial clearance [m]."""
 
     def pressed(self, load: float, worn: np.ndarray) -> tuple[float, np.ndarray]:
         """Return approach [m] and pressures [Pa], (c,), under a load [N], of a bore with worn depths [m]."""
         factor = linalg.cholesky(self.compliance, lower=True)
 
         def forces(approach: float) -> np.ndarray:
-            gap = GAP + worn - approach * np.cos(self.angles)
+            gap = self.gap + worn - approach * np.cos(self.angles)
             return optimize.nnls(factor.T, linalg.solve_triangular(factor, -gap, lower=True), maxiter=10**5)[0]
 
         def lacking(approach: float) -> float:
             return float(forces(approach) @ np.cos(self.angles)) - load
 
-        least = float((GAP + worn)[np.cos(self.angles) > 0.5].min())
+        least = float((self.gap + worn)[np.cos(self.angles) > 0.5].min())
         found = optimize.brentq(lacking, 0.5 * least, 3 * least + 2 * load * self.compliance.max(), xtol=1e-12)
         return float(found), forces(float(found)) / self.areas
 

@@ -1,28 +1,22 @@
 """A robot arm that stands on bushings as load cells: its chain, the base wrench, and the wrench at its tool.
 
 With the cells' wrench w on the stand about the base point, the arm's Y p, the stand's own weight and inertia s, and the
-contact's wrench c on the tool: w + c = Y p + s. The stand yields: its motion u follows from w = −K u − C u̇, and with
-its acceleration the inertia of stand and arm on a moving base is compensated.
+contact's wrench c on the tool: w + c = Y p + s. The stand yields, so that it moves: `smoothing` estimates how, and c.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, signal
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.sensing.chain import Chain
+from gudgeon.pipeline.sensing.smoothing import Felt, Yielding, felt
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.joints.coupled import Driven
 from gudgeon.solver.joints.markers import Fixed, Revolute
 from gudgeon.solver.vectors import unit
-
-FITTED, DEGREE = 4e-3, 4
-"""Time [s] and degree of the polynomials whose second derivative is the acceleration of a plate."""
-ENDS = 2
-"""Samples at the ends whose second differences are of one side."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +35,22 @@ class Arm:
         """Return joint angles, rates and second rates as they are given, (t, n) each."""
         moved = np.stack([drive.motions(times, "joint") for drive in self.drives], axis=1)
         return moved[:, :, 0], moved[:, :, 1], moved[:, :, 2]
+
+    def felt(
+        self,
+        times: np.ndarray,
+        wrench: np.ndarray,
+        *,
+        base: Yielding | None,
+        parameters: np.ndarray,
+        gravity: np.ndarray,
+        levels: np.ndarray,
+    ) -> Felt:
+        """Return the wrench on the tool by that of the base, with the noise of its components; see `smoothing.felt`."""
+        return felt(
+            self.chain, self.mass, self.angles(times), wrench, base=base, parameters=parameters, gravity=gravity,
+            levels=levels, interval=float(times[1] - times[0]),
+        )  # fmt: skip
 
     def touched(self, found: Trajectory, scene: SceneFile, times: np.ndarray) -> np.ndarray:
         """Return the true wrench of all contacts on the last link about the base point, (s, 6)."""
@@ -80,16 +90,9 @@ class Standing:
             total[:, 3:] += values[:, 3:] + np.cross(place - self.arm.chain.base, values[:, :3])
         return total
 
-    def carried(self, wrench: np.ndarray, interval: float) -> np.ndarray:
-        """Return the acceleration of the base by its cells' wrench, (s, 6): that of u̇ = −C⁻¹ (w + K u)."""
-        # C⁻¹ K has real positive eigenvalues, those of K V = C V diag(values) with Vᵀ C V = 1.
-        values, V = linalg.eigh(self.stiffness, self.damping)
-        pushed = -wrench @ V
-        decay, u, state = np.exp(-values * interval), np.zeros_like(pushed), np.zeros(6)
-        for n, push in enumerate(pushed):
-            state = decay * state + (1 - decay) / values * push
-            u[n] = state
-        return inner(np.gradient((pushed - values * u) @ V.T, interval, axis=0))
+    def yields(self) -> Yielding:
+        """Return how the stand yields, which its cells feel by stiffness and damping."""
+        return Yielding(self.stiffness, self.damping, feels_damping=True)
 
 
 @dataclass(frozen=True)
@@ -103,21 +106,17 @@ class Gauged:
     """Wrench on the plate per strain [N, N m], (6, g)."""
     compliance: np.ndarray
     """Motion of the base point per wrench on the plate [m, rad per N, N m], (6, 6)."""
+    beta: float
+    """Its damping over its stiffness [s]."""
 
     def measured(self, strains: np.ndarray) -> np.ndarray:
         """Return the wrench of the plate on the stand at strains (s, g), (s, 6)."""
         return -strains @ self.matrix.T
 
-    def carried(self, wrench: np.ndarray, interval: float) -> np.ndarray:
-        """Return the acceleration of the base by the static deflection of the plate, (s, 6).
-
-        Of polynomials fitted to `FITTED` seconds (Savitzky & Golay 1964), so that noise is not differentiated twice.
-        """
-        count = 2 * max(2, round(0.5 * FITTED / interval)) + 1
-        if len(wrench) < count:
-            raise InputError(f"run.samples: {len(wrench)} samples are fewer than the {count} of {FITTED:g} s")
-        moved = -wrench @ self.compliance.T
-        return signal.savgol_filter(moved, count, DEGREE, deriv=2, delta=interval, axis=0, mode="interp")
+    def yields(self) -> Yielding:
+        """Return how the plate yields; its own mass is neglected, and its gauges feel strains alone."""
+        K = np.linalg.inv(self.compliance)
+        return Yielding(K, self.beta * K, feels_damping=False)
 
 
 def arm_of(scene: SceneFile) -> Arm:
@@ -169,14 +168,6 @@ def standing(scene: SceneFile) -> Standing:
     K, C = (np.sum([_about(two[which], at) for two, at in both], axis=0) for which in (0, 1))
     cells = [probes[f"force.{name}"] for name in held]
     return Standing(arm=arm, cells=cells, places=arm.chain.base + np.array(arms), stiffness=K, damping=C)
-
-
-def inner(rates: np.ndarray) -> np.ndarray:
-    """Return differences (s, k) with those at both ends, which are of one side, replaced by their neighbours'."""
-    found = rates.copy()
-    if len(found) > 2 * ENDS:
-        found[:ENDS], found[-ENDS:] = rates[ENDS], rates[-ENDS - 1]
-    return found
 
 
 def _about(matrix: np.ndarray, arm: np.ndarray) -> np.ndarray:

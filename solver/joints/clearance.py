@@ -10,19 +10,35 @@ from typing import ClassVar, Literal
 from pydantic import Field, model_validator
 
 from gudgeon.solver.joints.markers import Axial, Square
-from gudgeon.solver.joints.wear import DEEPEST, JournalWear
+from gudgeon.solver.joints.wear import DEEPEST, PRESSED, JournalWear
 from gudgeon.solver.laws import Law
-from gudgeon.solver.numbers import Length, PositiveSpeed, RatioFromZero, Strict
+from gudgeon.solver.numbers import Length, PositiveSpeed, RatioFromZero, Stiffness, Strict
+
+STICKING = 0.8235294117647058
+"""2 (1 − ν)/(2 − ν) for ν = 0.3: tangential over normal stiffness of round contacts that stick, of bodies of one
+material (R. D. Mindlin, Compliance of elastic bodies in contact, J. Appl. Mech. 16 (1949) 259-268)."""
 
 
 class JournalFriction(Strict):
-    """Friction of which the force rises with the sliding speed: F μ v/√(v² + v₀²)."""
+    """Coulomb's friction with sticking by a tangential spring; or friction that rises with the sliding speed."""
 
-    coefficient: RatioFromZero = Field(description="μ, of kinetic friction [1]")
-    speed: PositiveSpeed = Field(
-        description="v₀: at this sliding speed friction is 71 % of μ F, and a joint that should stick creeps, slower"
-        " than this [m/s]"
+    coefficient: RatioFromZero = Field(description="μ of friction [1]")
+    speed: PositiveSpeed | None = Field(
+        default=None,
+        description="v₀ of friction F μ v/√(v² + v₀²): at this sliding speed it is 71 % of μ F, and a joint that should"
+        " stick creeps, slower than this; default: it sticks by a spring, and slips where its force reaches μ F [m/s]",
     )
+    stiffness: Stiffness | None = Field(
+        default=None,
+        description="Of the tangential spring by which the journal sticks; default: by Mindlin 0.82 times that of the"
+        " law at an indentation of 2 % of the clearance [N/m]",
+    )
+
+    @model_validator(mode="after")
+    def _one(self) -> "JournalFriction":
+        if self.speed is not None and self.stiffness is not None:
+            raise ValueError("stiffness: friction with a `speed` does not stick; give one of both")
+        return self
 
 
 class Clearance(Axial):
@@ -46,6 +62,17 @@ class Clearance(Axial):
     def sections(self) -> tuple[float, ...]:
         """Places of the touching sections along the journal's axis, from its point [m]."""
         return (0.0,) if self.length is None else (-0.5 * self.length, 0.5 * self.length)
+
+    @property
+    def rubbing(self) -> tuple[float, float, float, float]:
+        """Coefficient [1], speed [m/s], stiffness [N/m], 0 without sticking, and way by which friction turns [m]."""
+        if self.friction is None:
+            return 0.0, 1.0, 0.0, 0.0
+        mu, law, usual = self.friction.coefficient, self.law.coefficients(), PRESSED * self.clearance
+        if self.friction.speed is not None or mu == 0:
+            return mu, self.friction.speed or 1.0, 0.0, 0.0
+        stiffness = self.friction.stiffness or STICKING * law.exponent * law.stiffness * usual ** (law.exponent - 1)
+        return mu, 1.0, stiffness, usual
 
     @model_validator(mode="after")
     def _fits(self) -> "Clearance":

@@ -68,7 +68,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "Orthotropic": {"E": [1.35e11, 1e10, 1e10], "nu": [0.3, 0.3, 0.4], "G": [5e9, 5e9, 3.5e9]},
     "PlaneFile": {"path": "section.msh"},
     "Friction": {"speed": 1e-3},
-    "JournalFriction": {"coefficient": 0.1, "speed": 1e-3},
+    "JournalFriction": {"coefficient": 0.1, "speed": 1e-3, "stiffness": 5e7},
     "JournalWear": {
         "length": 0.02, "thickness": 5e-4, "indentation": 1e-5,
         "bearing_depth": [[0.0, 1e-5, 3e-5, 1e-5, 0.0, 0.0, 0.0, 0.0]],

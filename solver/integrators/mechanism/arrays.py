@@ -24,9 +24,11 @@ WORK, LOST, IMPULSE, MOMENT = 0, 1, 2, 5
 """Sums over time: work of loads and drives, and what dashpots dissipated [J]; of all that acts on the bodies, impulse
 and its moment about the origin of the scene, three numbers each [N s, N m s]."""
 SUMS = 8
-PUSHES = 5
-"""Integrals of each section: force, force times sliding speed, and the normal force on the own body along the scene's
-axes, three numbers [N s, N m, N s]."""
+PUSHES = 10
+"""Of each section integrals of force, of force times sliding speed, of normal force and friction on its body along the
+scene's axes, three numbers each [N s, N m, N s]; and its tangential deflection, two numbers [m], `touching.cone`."""
+NORMAL_PUSH, DRAG_PUSH, DEFLECTION = 2, 5, 8
+"""Where the last three begin."""
 JOURNAL, PLANE = range(2)
 """Shapes that a section touches: the inside of a cylinder, or what is behind a plane across the third axis."""
 ALONG, SQUARE, DISTANCE, ANGLE = range(4)
@@ -114,7 +116,8 @@ class Model(NamedTuple):
     touch_law: np.ndarray
     """Coefficients of its law, (c, 4)."""
     touch_friction: np.ndarray
-    """Coefficient [1] and speed [m/s] of friction, (c, 2)."""
+    """Of friction: coefficient [1], speed [m/s], and of a cone stiffness [N/m], which is else 0, and deflection by
+    which its direction turns at least [m], (c, 4)."""
     worn_cells: np.ndarray
     """Number of cells of the worn shape of each section's bearing and journal, 0 where it is round, (c, 2)."""
     worn_soft: np.ndarray
@@ -223,13 +226,17 @@ class Work(NamedTuple):
     field_basis: np.ndarray
     touching: np.ndarray
     """Whether a section may press, (c,)."""
+    slipping: np.ndarray
+    """Whether a section with a cone slips, or else sticks, (c,)."""
+    deflection: np.ndarray
+    """Of its tangential spring [m], (c, 2)."""
     approach: np.ndarray
     """Rate at which its present contact began [m/s], (c,)."""
     shift: np.ndarray
     """Added to its indentation, which by round-off was not above zero as the contact began: a dashpot's force jumps
     there [m], (c,)."""
     touch: np.ndarray
-    """What it does, columns of `touching.kernel`, (c, 20)."""
+    """What it does, columns of `touching.kernel`, (c, 24)."""
 
 
 class Reading(NamedTuple):

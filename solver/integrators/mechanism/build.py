@@ -266,7 +266,7 @@ def _sections(found: Linkage) -> dict[str, np.ndarray]:
         "touch_shape": np.array([one.shape for one in kept], np.int64),
         "touch_size": np.array([one.size for one in kept], float).reshape(-1, 3),
         "touch_law": np.array([one.law for one in kept], float).reshape(-1, 4),
-        "touch_friction": np.array([one.friction for one in kept], float).reshape(-1, 2),
+        "touch_friction": np.array([one.friction for one in kept], float).reshape(-1, 4),
     } | worn_arrays([one.worn for one in kept])
 
 
@@ -378,9 +378,10 @@ def work_of(model: Model) -> Work:
         "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3), "spin_drift": (p, 3),
         "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "moment": (n, e, 3, 3),
         "moment_rate": (n, e, 3, 3), "spare_moment": (3, 3), "inertia": (n, 3 + e, 3 + e), "modal": (n, 3 + e),
-        "inner_force": (n, e), "across": (n, e), "light_error": (3 + e,), "touching": (c,), "approach": (c,),
-        "shift": (c,), "touch": (c, COLUMNS), "bush": (u, 12), "bush_push": (u, 6),
+        "inner_force": (n, e), "across": (n, e), "light_error": (3 + e,), "touching": (c,), "slipping": (c,),
+        "deflection": (c, 2), "approach": (c,), "shift": (c,), "touch": (c, COLUMNS), "bush": (u, 12),
+        "bush_push": (u, 6),
         "field": (len(model.fields.head), OUT), "field_basis": basis_shape(model.fields),
     }  # fmt: skip
-    whole = ("block_owner", "order", "rank", "touching")
+    whole = ("block_owner", "order", "rank", "touching", "slipping")
     return Work(**{name: np.zeros(shape, np.int64 if name in whole else float) for name, shape in shapes.items()})

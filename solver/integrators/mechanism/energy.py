@@ -16,6 +16,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Work,
 )
 from gudgeon.solver.integrators.mechanism.step import observe
+from gudgeon.solver.integrators.mechanism.touching.cone import stored
 from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH
 
 
@@ -46,6 +47,8 @@ class Motion(NamedTuple):
     """Co-energy of each field [J], (f,)."""
     depths: np.ndarray
     """Indentation of each section of a journal [m], (c,)."""
+    stored: np.ndarray
+    """What the tangential springs of sections that stick hold [J], (c,)."""
 
 
 def motion_of(model: Model, work: Work, state: np.ndarray) -> Motion:
@@ -55,7 +58,7 @@ def motion_of(model: Model, work: Work, state: np.ndarray) -> Motion:
     here = slice(first, first + 2 * count)
     ends = np.stack([work.place[here].reshape(count, 2, 3), work.speed[here].reshape(count, 2, 3)], axis=2)
     return Motion(work.omega.copy(), work.modal[:, 3:].copy(), ends, np.hstack([work.bush[:, :6], work.bush_push]),
-                  work.field[:, 0].copy(), work.touch[:, DEPTH].copy())  # fmt: skip
+                  work.field[:, 0].copy(), work.touch[:, DEPTH].copy(), stored=stored(model, work))  # fmt: skip
 
 
 def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndarray:
@@ -81,7 +84,9 @@ def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndar
     for i, (stiffness, exponent, _, _) in enumerate(model.touch_law):
         depth = np.maximum([one.depths[i] for one in motions], 0.0)
         found[:, 2] += stiffness * depth ** (exponent + 1) / (exponent + 1)
-    found[:, 3] = sums[:, LOST]
+    held = np.array([one.stored for one in motions]).sum(axis=1)
+    found[:, 2] += held
+    found[:, 3] = sums[:, LOST] - held
     found[:, 4] = sums[:, WORK] + np.einsum("sbi,b,i->s", bodies[..., :3], model.mass, model.gravity)
     return found
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import JointHistory, ProbeHistory
 from gudgeon.modaldb.records.types import Json
-from gudgeon.solver.integrators.mechanism.arrays import Model, Reading, Work, pushes_of
+from gudgeon.solver.integrators.mechanism.arrays import DRAG_PUSH, NORMAL_PUSH, Model, Reading, Work, pushes_of
 from gudgeon.solver.integrators.mechanism.build import Linkage
 from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, motion_of
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
@@ -49,13 +49,15 @@ class Recorder:
         """Record a state with drives (d, 3) and loads (l,) at its time."""
         pairs = len(self._model.owner)
         found = Reading(np.zeros(len(self._model.row_terms)), np.zeros((pairs, 6)), np.zeros(pairs), np.zeros(pairs))
-        pressing = self._work.touching.copy()
+        pressing, slipping = self._work.touching.copy(), self._work.slipping.copy()
         self._work.touching[:] = True  # What was indented then may have parted since.
+        self._work.slipping[:] = self._touching.slipped
         read(self._model, self._work, state, given, amounts, found)
         forces = self._work.touch[:, FORCE].copy()
         self._work.touching[:] = pressing
         apart = [offsets(self._model, self._work, i)[BEARING] for i in self._touching.rubbed]
         motion = motion_of(self._model, self._work, state)
+        self._work.slipping[:] = slipping
         self.samples.append(Sample(state, vectors, found, motion, forces, np.array(apart).reshape(-1, 2)))
 
     def found(self, interval: float, notes: list[str], end: tuple[np.ndarray, float], count: int) -> LinkageHistories:
@@ -119,7 +121,7 @@ class Recorder:
             if rubbed := self._rubbed(name):
                 found |= worn_quantities(name, rubbed)
         for contact, track in zip(self._linkage.system.contacts, self._touching.tracks, strict=True):
-            size = float(np.linalg.norm(sums[track.sections, 2:].sum(axis=0)))
+            size = float(np.linalg.norm(sums[track.sections, NORMAL_PUSH:DRAG_PUSH].sum(axis=0)))
             found[f"{contact.name}.impulse"] = {"value": size, "unit": "N s"}
             if (friction := self._linkage.system.scene.contact[contact.name].friction) is not None:
                 work = friction.static * float(sums[track.sections, 1].sum())

@@ -6,7 +6,16 @@ import numpy as np
 
 from gudgeon.solver.capabilities import Mechanism as Capabilities
 from gudgeon.solver.forces.fields.co_energy import LEFT, left_text, refuse_outside
-from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, TURN, pushes_of
+from gudgeon.solver.integrators.mechanism.arrays import (
+    DEFLECTION,
+    DRAG_PUSH,
+    NORMAL_PUSH,
+    PLACE,
+    SPEED,
+    SPIN,
+    TURN,
+    pushes_of,
+)
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.forces.bushings import WIDEST
@@ -132,7 +141,8 @@ class Mechanism(Capabilities):
     def _set_forces(self, forces: np.ndarray, interval: float) -> None:
         """Set the mean resultant of each contact over the last samples, (s, k, 3)."""
         last = self._recorder.samples[len(self._recorder.samples) - len(forces) - 1 :]
-        pushed = pushes_of(np.array([one.state for one in last]), len(self.linkage.sections))[:, :, 2:]
+        sums = pushes_of(np.array([one.state for one in last]), len(self.linkage.sections))
+        pushed = sums[:, :, NORMAL_PUSH:DRAG_PUSH] + sums[:, :, DRAG_PUSH:DEFLECTION]
         for number, track in enumerate(self.touching.tracks):
             forces[:, number] = np.diff(pushed[:, track.sections].sum(axis=1), axis=0) / interval
 
@@ -146,6 +156,7 @@ class Mechanism(Capabilities):
     def _advance(self) -> bool:
         """Take one step, or the part of it up to the first time at which a journal touches or parts; False where none
         is short enough."""
+        self.touching.slipped = self.work.slipping.copy()
         one = self._stepping.take(self._state, self._time, lambda h: self._course(self._time, h))
         if one is None:
             self._note_left()
@@ -226,7 +237,7 @@ class Mechanism(Capabilities):
             q, momentum = modal_parts(self.model, weights, b)
             q[:], momentum[:] = 1 / (np.sqrt(mass) * self._size), 1 / (np.sqrt(mass) * speed)
         pushes, whole = pushes_of(weights, len(self.model.touch_pair)), float(self.model.mass.sum()) * speed
-        pushes[:], pushes[:, 1] = 1 / whole, 1 / (whole * speed)
+        pushes[:], pushes[:, 1], pushes[:, DEFLECTION:] = 1 / whole, 1 / (whole * speed), 1 / self._size
         return weights
 
     def _interpolated(self, time: float) -> np.ndarray:

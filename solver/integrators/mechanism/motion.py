@@ -22,7 +22,7 @@ from gudgeon.solver.integrators.mechanism.forces.bushings import press_bushings
 from gudgeon.solver.integrators.mechanism.rotation import rate_of, turn_by
 from gudgeon.solver.integrators.mechanism.rows import set_matrix, set_poses, set_rows, violation
 from gudgeon.solver.integrators.mechanism.solve import factor, solve
-from gudgeon.solver.integrators.mechanism.touching.kernel import press_touches, set_touch_sums
+from gudgeon.solver.integrators.mechanism.touching.kernel import press_touches, set_deflections, set_touch_sums
 
 CLOSED = 1e-9
 """Motion of a step of Newton's method over the size of the scene, or rotation [rad], after which it ends: it converges
@@ -109,6 +109,7 @@ def set_free_rates(model, work, y):  # type: ignore[no-untyped-def]
 def prepare(model, work, y, given, amounts, sums):  # type: ignore[no-untyped-def]
     """Set all that the multipliers at a state follow from, and factor S."""
     set_poses(model, work, y)
+    set_deflections(model, work, y)
     set_pushes(model, work, amounts, sums)
     set_free_rates(model, work, y)
     if len(model.row_terms):

@@ -22,7 +22,12 @@ from gudgeon.solver.integrators.mechanism.motion import (
 from gudgeon.solver.integrators.mechanism.rotation import normalise
 from gudgeon.solver.integrators.mechanism.rows import set_poses, set_rows, violation
 from gudgeon.solver.integrators.mechanism.solve import solve_least
-from gudgeon.solver.integrators.mechanism.touching.kernel import ARM, set_touches, wrench_on_journal
+from gudgeon.solver.integrators.mechanism.touching.kernel import (
+    ARM,
+    set_deflections,
+    set_touches,
+    wrench_on_journal,
+)
 
 ORDER = 8
 MAIN = 12
@@ -227,4 +232,5 @@ def observe(model, work, y):  # type: ignore[no-untyped-def]
     """Set angular velocities and modal rates of a state, in `omega` and `modal`, all points, bushings and sections."""
     set_poses(model, work, y)
     set_bushings(model, work)
+    set_deflections(model, work, y)
     set_touches(model, work)

@@ -13,7 +13,7 @@ a potential.
 import numpy as np
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.mechanism.arrays import LOST, PLANE, PUSHES, SUMS
+from gudgeon.solver.integrators.mechanism.arrays import DEFLECTION, DRAG_PUSH, LOST, NORMAL_PUSH, PLANE, PUSHES, SUMS
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
 from gudgeon.solver.integrators.mechanism.touching.soft import soft_depth
 from gudgeon.solver.laws.force import law_force
@@ -24,7 +24,10 @@ NORMAL, DRAG, APART, ARM = 4, 7, 10, 13
 """Where vectors begin: n, force of friction on the journal [N], d, and the section's place from the journal's point."""
 LAW, TWIST = 16, 17
 """Force of the law, which is `FORCE` on a round bearing [N], and where the moment on a worn journal begins [N m]."""
-COLUMNS = 20
+GRIP, ALONG, DEFLECTING = 20, 21, 22
+"""Of a cone: limit of friction less the force of its spring [N], velocity along its deflection [m/s], and where the
+rate of the deflection begins [m/s]."""
+COLUMNS = 24
 
 
 @inner
@@ -73,6 +76,9 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
         found[FORCE] = force
         turned = cross(apart, (radius * n[0], radius * n[1], radius * n[2]))
         v0, v1, v2 = v0 + turned[0] - rate * n[0], v1 + turned[1] - rate * n[1], v2 + turned[2] - rate * n[2]
+        if model.touch_friction[i, 2] > 0.0:
+            _set_cone(model, work, i, (v0, v1, v2), u)
+            continue
         slow, drag, sliding = model.touch_friction[i, 1], 0.0, 0.0
         rubs = model.touch_friction[i, 0] > 0.0
         # Of points without friction it is not asked for: |v| has a kink where sliding turns back.
@@ -82,6 +88,55 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
         if rubs:
             drag = -force * model.touch_friction[i, 0] / np.sqrt(sliding * sliding + slow * slow)
         found[DRAG], found[DRAG + 1], found[DRAG + 2] = drag * v0, drag * v1, drag * v2
+
+
+@inner
+def _set_cone(model, work, i, v, u):  # type: ignore[no-untyped-def]
+    """Set friction of a section with sticking: a tangential spring whose force the cone bounds.
+
+    The deflection s has components about and along the bearing's axis, or along two axes of a plane. Where the section
+    sticks, ṡ = v and the force is −k s; where it slips, −μ F s/|s|, and s turns with the velocity as that of a spring
+    of deflection μ F/k. The sliding speed is the power of friction over μ F: what the spring holds is given back.
+
+    Args:
+        v: Velocity of the contact point in the plane of contact [m/s].
+        u: Axis of the bearing.
+    """
+    found, a = work.touch[i], 2 * model.touch_pair[i]
+    n = (found[NORMAL], found[NORMAL + 1], found[NORMAL + 2])
+    if model.touch_shape[i] == PLANE:
+        t = (work.axes[a, 0, 0], work.axes[a, 1, 0], work.axes[a, 2, 0])
+        w = (work.axes[a, 0, 1], work.axes[a, 1, 1], work.axes[a, 2, 1])
+    else:
+        t, w = cross(u, n), u
+    s0, s1, stiffness = work.deflection[i, 0], work.deflection[i, 1], model.touch_friction[i, 2]
+    v0, v1 = v[0] * t[0] + v[1] * t[1] + v[2] * t[2], v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
+    size, limit = np.sqrt(s0 * s0 + s1 * s1), model.touch_friction[i, 0] * found[FORCE]
+    over = 1.0 / size if size > 0.0 else 0.0
+    along = (s0 * v0 + s1 * v1) * over
+    found[GRIP], found[ALONG] = limit - stiffness * size, along
+    pull = -stiffness
+    r0, r1, speed = v0, v1, 0.0
+    if work.slipping[i]:
+        pull, speed = -limit * over, along
+        turning = size / (limit / stiffness + model.touch_friction[i, 3])
+        r0, r1 = (v0 - along * s0 * over) * turning, (v1 - along * s1 * over) * turning
+    elif limit > 0.0:
+        speed = stiffness * size * along / limit
+    if not work.touching[i]:
+        r0, r1 = 0.0, 0.0
+    found[SLIDING], found[DEFLECTING], found[DEFLECTING + 1] = speed, r0, r1
+    for k in range(3):
+        found[DRAG + k] = pull * (s0 * t[k] + s1 * w[k])
+
+
+@inner
+def set_deflections(model, work, y):  # type: ignore[no-untyped-def]
+    """Set the tangential deflections of a state."""
+    first = len(y) - SUMS - PUSHES * len(work.touch)
+    for i in range(len(work.touch)):
+        work.deflection[i, 0] = y[first + PUSHES * i + DEFLECTION]
+        work.deflection[i, 1] = y[first + PUSHES * i + DEFLECTION + 1]
 
 
 @inner
@@ -154,7 +209,9 @@ def press_touches(model, work, sums):  # type: ignore[no-untyped-def]
         elastic = law[0] * depth ** law[1]
         sums[LOST] += (found[LAW] - elastic) * found[RATE]
         slow = model.touch_friction[i, 1]
-        if model.touch_friction[i, 0] > 0.0:
+        if model.touch_friction[i, 2] > 0.0:  # With what the spring stores, which `energy` takes off again.
+            sums[LOST] += model.touch_friction[i, 0] * found[FORCE] * found[SLIDING]
+        elif model.touch_friction[i, 0] > 0.0:
             square = found[SLIDING] * found[SLIDING]
             sums[LOST] += found[FORCE] * model.touch_friction[i, 0] * square / np.sqrt(square + slow * slow)
 
@@ -165,13 +222,18 @@ def set_touch_sums(model, work, out):  # type: ignore[no-untyped-def]
 
     Of points with friction it is the power of friction over the coefficient, which is smooth where sliding stops.
     """
-    first = len(out) - SUMS - PUSHES * len(work.touch)
     for i in range(len(work.touch)):
+        first = len(out) - SUMS - PUSHES * (len(work.touch) - i)
         force = work.touch[i, FORCE]
-        out[first + PUSHES * i] = force
+        out[first] = force
         sliding = work.touch[i, SLIDING]
         if sliding > 0.0 and model.touch_size[i, 1] == 0.0:
             sliding *= sliding / np.sqrt(sliding * sliding + model.touch_friction[i, 1] ** 2)
-        out[first + PUSHES * i + 1] = force * sliding
+        out[first + 1] = force * sliding
         for k in range(3):
-            out[first + PUSHES * i + 2 + k] = -force * work.touch[i, NORMAL + k]
+            out[first + NORMAL_PUSH + k] = -force * work.touch[i, NORMAL + k]
+            out[first + DRAG_PUSH + k] = work.touch[i, DRAG + k]
+        out[first + DEFLECTION], out[first + DEFLECTION + 1] = 0.0, 0.0
+        if model.touch_friction[i, 2] > 0.0:
+            out[first + DEFLECTION] = work.touch[i, DEFLECTING]
+            out[first + DEFLECTION + 1] = work.touch[i, DEFLECTING + 1]

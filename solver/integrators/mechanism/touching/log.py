@@ -23,8 +23,9 @@ from gudgeon.modaldb.records.trajectory import (
     PEAK_TIME,
     WINDOWED,
 )
-from gudgeon.solver.integrators.mechanism.arrays import Model, Work, pushes_of
+from gudgeon.solver.integrators.mechanism.arrays import DRAG_PUSH, NORMAL_PUSH, Model, Work, pushes_of
 from gudgeon.solver.integrators.mechanism.step import observe
+from gudgeon.solver.integrators.mechanism.touching.cone import Cones, polynomial
 from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH, FORCE, NORMAL, RATE
 from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.mechanism.touching.worn import Rubbed, WornSection, offsets
@@ -40,11 +41,13 @@ At = Callable[[float], np.ndarray]
 
 
 class Event(NamedTuple):
-    """A section touches or parts."""
+    """A section touches or parts, or, pressed, begins to slip or to stick."""
 
     time: float
     """[s]"""
     section: int
+    turns: bool = False
+    """Between slip and stick."""
 
 
 class Touching:
@@ -69,9 +72,13 @@ class Touching:
         self.impacts: list[list[np.ndarray]] = [[] for _ in range(c)]
         self.deepest = 0.0
         self.tracks = tracks
+        self.slipped = work.slipping.copy()
+        """Which sections slipped in the last step."""
         self.rubbed = {section: Rubbed(one) for section, one in worn.items()}
         """What rubs off sections that wear."""
         self._impulse = np.zeros(c)
+        self._cones = Cones(model, work, LOOKS + 1)
+        self._turned: dict[int, float] = {}
         self._scale = np.where(model.touch_size[:, 0] > 0, model.touch_size[:, 0], size)
 
     def __bool__(self) -> bool:
@@ -110,11 +117,29 @@ class Touching:
             for k in changes[:1]
         ]
         events += self._grazed(at, times, found)
+        events += self._turns(times, found)
         first = min(events, default=None)
         until = after if first is None else first.time
         self._note_peaks(times, found, until)
         self._note_tracks(times, found, states, until)
         return first
+
+    def _turns(self, times: np.ndarray, found: np.ndarray) -> list[Event]:
+        """Return when sections that press begin to slip or to stick: where their margin first falls below zero."""
+        events = []
+        for i, margins in self._cones.margins(found, float(times[-1] - times[0])).items():
+            # It began this step above zero, up to round-off.
+            if not len(below := np.flatnonzero(margins[1:] < 0)):
+                continue
+            k, time = int(below[0]), float(times[0])
+            if margins[k] > 0:
+                ends = k / LOOKS, (k + 1) / LOOKS
+                share = brentq(lambda x, own=margins: polynomial(own, x), *ends, xtol=1e-15, rtol=8.9e-16)
+                time += float(share) * float(times[-1] - times[0])
+            elif k > 0 or time <= self._turned.get(i, -np.inf):  # Not twice at one time.
+                time = float(times[k + 1])
+            events.append(Event(time, i, turns=True))
+        return events
 
     def rub(self, at: At, before: float, after: float) -> None:
         """Add what rubs off between the times before and after an accepted step [s]."""
@@ -161,7 +186,7 @@ class Touching:
     def _note_tracks(self, times: np.ndarray, found: np.ndarray, states: np.ndarray, until: float) -> None:
         """Keep forces and impulses of contacts that press, up to a time, and the deepest indentation of all."""
         here = times <= until * (1 + 1e-15)
-        pushed = pushes_of(states, len(self.impacts))[:, :, 2:]
+        pushed = pushes_of(states, len(self.impacts))[:, :, NORMAL_PUSH:DRAG_PUSH]
         for track in self.tracks:
             own = track.sections
             track.watch(times[here], -found[here][:, own, DEPTH], -found[here][:, own, RATE])
@@ -177,7 +202,7 @@ class Touching:
             if section in track.sections:
                 found = self._looked(state)[track.sections]
                 force = -(found[:, FORCE, None] * found[:, NORMAL : NORMAL + 3]).sum(axis=0)
-                pushed = pushes_of(state, len(self.impacts))[track.sections, 2:].sum(axis=0)
+                pushed = pushes_of(state, len(self.impacts))[track.sections, NORMAL_PUSH:DRAG_PUSH].sum(axis=0)
                 track.add(np.array([time]), force[None], pushed[None])
 
     def _located(self, at: At, section: int, span: np.ndarray) -> float:
@@ -209,18 +234,24 @@ class Touching:
                 impact[PEAK], impact[PEAK_TIME] = value, when
 
     def switch(self, event: Event, state: np.ndarray) -> None:
-        """Let a section press from an event on, or no longer."""
+        """Let a section press from an event on, or no longer; or slip or stick. The deflection in the state follows."""
         i = event.section
         found = self._looked(state)[i]
+        if event.turns:
+            self._cones.turn(i, found, state)
+            self._turned[i] = event.time
+            return
         if not self._work.touching[i]:
             self._close(i, event.time, state, float(found[RATE]))
             self._work.shift[i] = max(0.0, -float(found[DEPTH])) + SHIFT * self._scale[i]
+            self._cones.begin(i, self._looked(state)[i], state)
             return
         impact = self.impacts[i][-1]
         impact[ENDS], impact[OPENING] = event.time, -found[RATE]
         impact[IMPULSE] = self._pushed(i, state) - self._impulse[i]
         self._mark(i, state, event.time)
         self._work.touching[i] = False
+        self._cones.end(i, state)
 
     def _close(self, i: int, time: float, state: np.ndarray, rate: float) -> None:
         impact = np.full(IMPACT_COLUMNS, np.nan)

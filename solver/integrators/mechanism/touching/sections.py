@@ -33,8 +33,8 @@ class Section(NamedTuple):
     size: tuple[float, float, float]
     """Clearance, radius, place along the axis [m]."""
     law: Coefficients
-    friction: tuple[float, float] = (0.0, 1.0)
-    """Coefficient [1] and speed [m/s]."""
+    friction: tuple[float, float, float, float] = (0.0, 1.0, 0.0, 0.0)
+    """See `Model.touch_friction`."""
     shape: int = JOURNAL
     pair: int = NONE
     """Of markers."""
@@ -46,7 +46,8 @@ def of_journal(name: str, joint: Clearance, pair: int) -> list[Section]:
     """Return the sections of a joint with clearance, which share its law."""
     law, share = joint.law.coefficients(), 1 / len(joint.sections)
     law = law._replace(stiffness=share * law.stiffness, damping=share * law.damping)
-    friction = (joint.friction.coefficient, joint.friction.speed) if joint.friction else (0.0, 1.0)
+    mu, speed, stiffness, turning = joint.rubbing
+    friction = (mu, speed, share * stiffness, turning)
     return [
         Section(
             name, (joint.clearance, joint.radius, place), law, friction, pair=pair, worn=worn_section(joint, number)
@@ -83,7 +84,7 @@ def of_contact(
         )
     rows = _rows(body, frames[number], contact)
     rubbing = settings.friction
-    friction = (rubbing.static, rubbing.speed or 1.0) if rubbing else (0.0, 1.0)
+    friction = (rubbing.static, rubbing.speed or 1.0, 0.0, 0.0) if rubbing else (0.0, 1.0, 0.0, 0.0)
     placed = contact.points + np.asarray(system.scene.body[contact.body].position)
     found = []
     for place, own in zip(placed, rows, strict=True):

@@ -32,6 +32,9 @@ def test_a_block_thrown_along_the_floor_stops(degrees: float, tmp_path: Path) ->
     assert np.linalg.norm(found.motion["part"][-1, 6:8]) < 1e-8
     # All of the kinetic energy, but that of bouncing on the springs.
     assert value(found, "friction_work") == pytest.approx(0.5 * MASS * speed**2, rel=1e-4)
+    # The recorded force is the resultant: it takes the momentum along the floor, and carries the weight.
+    pushed = np.asarray(found.contacts["floor"].force).sum(axis=0) * float(found.times[1] - found.times[0])
+    np.testing.assert_allclose(pushed[:2], -MASS * speed * along[:2], atol=1e-3 * MASS * speed)
     assert found.energy_drift < 1e-6
     assert found.momentum_residual < 1e-9
 

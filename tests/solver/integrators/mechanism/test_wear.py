@@ -125,7 +125,9 @@ def test_worn_shapes_keep_momentum_and_energy(key: list[str], tmp_path: Path) ->
     assert abs(found.motion["part"][-1] - bare.motion["part"][-1]).max() > 1e-3
 
 
-@pytest.mark.parametrize("more", [{"friction": {"coefficient": 0.2, "speed": 0.01}}, {"length": 0.05}])
+@pytest.mark.parametrize(
+    "more", [{"friction": {"coefficient": 0.2, "speed": 0.01}}, {"friction": {"coefficient": 0.2}}, {"length": 0.05}]
+)
 def test_worn_shapes_with_friction_and_of_long_journals(more: dict[str, Any], tmp_path: Path) -> None:
     wear = {key: one * (2 if "length" in more else 1) for key, one in BUMPY.items()}
     found = thrown(wear, tmp_path, **more)
