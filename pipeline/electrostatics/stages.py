@@ -47,8 +47,16 @@ def _make(job: FieldJob, name: str, stage: str, tell: Progress) -> Any:
         from gudgeon.pipeline.stages.mesh import build_mesh
 
         return build_mesh(job.scene.conductor[name], job.path.parent, name, "conductor")
-    if stage == "poses":
-        return _make_grid(job, tell)
+    return _make_grid(job, tell) if stage == "poses" else compute_field(job, tell)
+
+
+def compute_field(job: FieldJob, tell: Progress) -> FieldRecord:
+    """Return the field of conductors in their places; their meshes are in the database.
+
+    Raises:
+        InputError: they overlap, or have too many panels.
+        StageError: a numerical routine failed.
+    """
     from gudgeon.pipeline.electrostatics import capacitance, conductors
     from gudgeon.pipeline.electrostatics.panels import Grading, joined
 
