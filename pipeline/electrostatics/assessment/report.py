@@ -189,7 +189,8 @@ def _spline_run(
     poses = {}
     if part.every > 1:
         names = list(part.record.axes)
-        poses = {"poses": {name: _axis(name, axis) for name, axis in zip(names, part.axes, strict=True)}}
+        axes = {name: _axis(name, axis) for name, axis in zip(names, part.axes, strict=True)}
+        poses = {"poses": {"tolerance": "unset", **axes}}
     sizes = "×".join(str(len(axis)) for axis in part.axes)
     run = _run(
         f"{one.panels} panels, {sizes} poses, {DEGREES[degree]}", f"{DEGREES[degree]} splines", one.changes | poses,
