@@ -1,4 +1,4 @@
-"""Grids of poses that are refined where interpolation has an error: knots are inserted into the axes of a tensor grid."""
+"""Grids of poses that are refined where interpolation has an error: knots are inserted into axes of a tensor grid."""
 
 from concurrent.futures import Executor
 from dataclasses import replace
