@@ -30,7 +30,18 @@ def compute_grid(
         InputError: conductors touch or overlap at a pose.
         StageError: an iteration did not converge.
     """
-    store, blocks = modaldb.open(root), grid.blocks(scene)
+    return compute_parts(root, grid, grid.blocks(scene), tell, executor)
+
+
+def compute_parts(
+    root: str,
+    grid: Grid,
+    blocks: Sequence[tuple[Product, np.ndarray]],
+    tell: Progress,
+    executor: Executor | None = None,
+) -> list[PoseRecord]:
+    """Return the records of blocks, each a product and its poses; see `compute_grid`."""
+    store = modaldb.open(root)
     missing = [(one, poses) for one, poses in blocks if not store.has(one.key)]
     done, total = len(blocks) - len(missing), len(blocks)
     if executor is None:

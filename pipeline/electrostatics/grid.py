@@ -40,9 +40,17 @@ class Grid:
         points = np.array(list(itertools.product(*(self.ordered.get(name, (0.0,)) for name in POSE_AXES))))
         return points.reshape(-1, len(POSE_AXES))
 
+    @property
+    def numbers(self) -> list[int]:
+        """Place of each axis in a pose."""
+        return [POSE_AXES.index(name) for name in self.ordered]
+
     def blocks(self, scene: str) -> list[tuple[Product, np.ndarray]]:
         """Return the product of each block and its poses, (b, 6)."""
-        poses = self.poses()
+        return self.parts(scene, self.poses())
+
+    def parts(self, scene: str, poses: np.ndarray) -> list[tuple[Product, np.ndarray]]:
+        """Return the products of any poses (n, 6) in blocks, and those of each, (b, 6)."""
         parts = [poses[start : start + BLOCK] for start in range(0, len(poses), BLOCK)]
         return [(product("poses", scene, self._inputs() | {"poses": part.tolist()}), part) for part in parts]
 

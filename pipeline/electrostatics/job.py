@@ -57,10 +57,13 @@ class FieldJob(SceneJob):
         """Return the product of the grid of poses by its place; empty where the scene has none."""
         if (grid := self.grid()) is None:
             return {}
-        conditions = {
+        conditions: dict[str, Any] = {
             name: one.model_dump(mode="json", include={"potential", "charge"})
             for name, one in self.scene.conductor.items()
         }
+        assert self.scene.poses is not None
+        if (tolerance := self.scene.poses.tolerance) is not None:
+            conditions = {"conductors": conditions, "tolerance": tolerance}
         return {"poses": grid.product(self.name, conditions)}
 
     def products(self, stages: Sequence[str]) -> dict[str, Product]:

@@ -119,6 +119,14 @@ class Poses(Strict):
     rx: Turn | None = Field(default=None, description="x of the rotation vector [deg]")
     ry: Turn | None = Field(default=None, description="y of the rotation vector [deg]")
     rz: Turn | None = Field(default=None, description="z of the rotation vector [deg]")
+    tolerance: float | None = Field(
+        default=None,
+        ge=1e-6,
+        lt=1,
+        json_schema_extra={"unit": "1"},
+        description="Largest error of interpolation of a cell, relative to the largest |C|: knots are inserted into the"
+        " axes until all cells have it, by an estimate; default: the axes as given",
+    )
     hours: float = Field(
         default=24.0,
         gt=0,

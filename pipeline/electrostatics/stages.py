@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord
+from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord, PoseRecord
 from gudgeon.pipeline.electrostatics.grid import Grid
 from gudgeon.pipeline.electrostatics.job import FieldJob
 from gudgeon.pipeline.electrostatics.scene import FieldFile
@@ -47,8 +47,16 @@ def _make(job: FieldJob, name: str, stage: str, tell: Progress) -> Any:
         from gudgeon.pipeline.stages.mesh import build_mesh
 
         return build_mesh(job.scene.conductor[name], job.path.parent, name, "conductor")
-    if stage == "poses":
-        return _make_grid(job, tell)
+    return _make_grid(job, tell) if stage == "poses" else compute_field(job, tell)
+
+
+def compute_field(job: FieldJob, tell: Progress) -> FieldRecord:
+    """Return the field of conductors in their places; their meshes are in the database.
+
+    Raises:
+        InputError: they overlap, or have too many panels.
+        StageError: a numerical routine failed.
+    """
     from gudgeon.pipeline.electrostatics import capacitance, conductors
     from gudgeon.pipeline.electrostatics.panels import Grading, joined
 
@@ -95,9 +103,27 @@ def _make_grid(job: FieldJob, tell: Progress, executor: Executor | None = None) 
     assert grid is not None
     assert job.scene.poses is not None
     _refuse_long(job, grid, job.scene.poses.hours)
-    blocks = compute_grid(job.store.location, job.name, grid, tell, executor)
+    if job.scene.poses.tolerance is None:
+        blocks = compute_grid(job.store.location, job.name, grid, tell, executor)
+    else:
+        grid, blocks = _refined(job, grid, tell, executor)
     potentials = np.array([np.nan if one.potential is None else one.potential for one in conductors])
     return grid_record(grid, blocks, potentials, np.array([one.charge or 0.0 for one in conductors]))
+
+
+def _refined(job: FieldJob, grid: Grid, tell: Progress, executor: Executor | None) -> tuple[Grid, list[PoseRecord]]:
+    """Refine a grid until the estimated error of all its cells is within poses.tolerance."""
+    from gudgeon.pipeline.electrostatics.refinement import MOST_ROUNDS, Refinement, not_reached
+
+    assert job.scene.poses is not None
+    assert job.scene.poses.tolerance is not None
+    found = Refinement(job.store.location, job.name, grid, job.scene.poses.tolerance)
+    for number in range(MOST_ROUNDS):
+        changed = found.compute(lambda stage, share, n=number: tell(f"{stage}, round {n + 1}", share), executor)
+        if not changed:
+            return found.grid, [found.record()]
+        _refuse_long(job, found.grid, job.scene.poses.hours)
+    raise not_reached(job.scene.poses.tolerance, found.grid)
 
 
 def _refuse_long(job: FieldJob, grid: Grid, hours: float) -> None:
@@ -109,7 +135,7 @@ def _refuse_long(job: FieldJob, grid: Grid, hours: float) -> None:
         raise InputError(
             f"poses.hours: {hours:g} h allowed; {len(grid.poses())} poses ({sizes}) of {record.counts['panels']} panels"
             f" would take about {total:.3g} h of CPU time. Give fewer points, fewer panels (panels.strips, mesh.size),"
-            " or more hours"
+            " a larger tolerance, or more hours"
         )
 
 

@@ -11,10 +11,15 @@ import numpy as np
 from gudgeon.solver.compiled import allocating, inner
 from gudgeon.solver.forces.fields.co_energy import LEFT, evaluate
 
-DESCENTS, HALVINGS = 12, 20
+DESCENTS, HALVINGS = 60, 20
 """Steps of a search at most, and of the length of one."""
-ENOUGH = 1e-4
-"""Change of the energy over the largest one of a step at which a search ends."""
+ENOUGH, LEAST, ROUND_OFF = 1e-16, 1e-4, 1e-15
+"""Square of what is left of the force over the whole, fall of the energy over that of a whole step, and change of the
+energy relative to itself, at which a search ends. The energy at its end has an error of the first."""
+CLOSER = 48
+"""Halvings towards the end of a field."""
+LONGEST = 100.0
+"""Length of a step over that of a field without stiffness, at most."""
 
 
 @inner
@@ -115,27 +120,46 @@ def settle(tool, x, y, coupling, wrench):  # type: ignore[no-untyped-def]
     work = tool[3]
     push, trial, other = work.push, work.trial, work.other
     energy = _merit(tool, x, y, coupling, push)
+    share = 1.0
     for _ in range(DESCENTS):
-        gain = 0.0
+        gain, size = 0.0, 0.0
         for i in range(6):
-            gain += push[i] * push[i] / (coupling[0] if i < 3 else coupling[2])
-        if gain == 0.0:
+            k = coupling[0] if i < 3 else coupling[2]
+            gain += push[i] * push[i] / k
+            size += work.pull[i] * work.pull[i] / k
+        if gain <= ENOUGH * size:
             break
-        before, share, moved = energy, 1.0, False
+        moved, now = False, energy
         for _half in range(HALVINGS):
             for i in range(6):
                 trial[i] = y[i] + share * push[i] / (coupling[0] if i < 3 else coupling[2])
             now = _merit(tool, x, trial, coupling, other)
-            if now <= energy - 1e-4 * share * gain:
-                energy, moved = now, True
-                for i in range(6):
-                    y[i], push[i] = trial[i], other[i]
+            if now <= energy - 1e-4 * share * gain + ROUND_OFF * abs(energy):
+                moved = True
                 break
             share *= 0.5
         if not moved or share < 1e-3:
+            before = energy
             energy = _one_by_one(tool, x, y, coupling, energy)
-        if not before - energy > ENOUGH * gain:
+            _merit(tool, x, y, coupling, push)
+            share = 1.0
+            if not before - energy > LEAST * gain:
+                break
+            continue
+        # The next step by Barzilai and Borwein, along one coordinate that of the secant.
+        square, bend, least = 0.0, 0.0, 0.0
+        for i in range(6):
+            k = coupling[0] if i < 3 else coupling[2]
+            step = trial[i] - y[i]
+            square += k * step * step
+            bend += step * (push[i] - other[i])
+            least += other[i] * other[i] / k
+            y[i], push[i] = trial[i], other[i]
+        fell = energy - now
+        energy = now
+        if fell <= ROUND_OFF * abs(energy) and least >= gain:
             break
+        share = min(LONGEST, max(1e-2, square / bend)) if bend > 0.0 else min(LONGEST, 4.0 * share)
     _merit(tool, x, y, coupling, push)
     for i in range(6):
         wrench[i] = work.pull[i]
@@ -150,7 +174,9 @@ def _one_by_one(tool, x, y, coupling, energy):  # type: ignore[no-untyped-def]
     for i in range(6):
         _merit(tool, x, y, coupling, push)
         step = push[i] / (coupling[0] if i < 3 else coupling[2])
-        for _half in range(HALVINGS):
+        if step == 0.0:
+            continue
+        for _half in range(CLOSER):
             for k in range(6):
                 trial[k] = y[k]
             trial[i] += step
@@ -158,7 +184,7 @@ def _one_by_one(tool, x, y, coupling, energy):  # type: ignore[no-untyped-def]
             if now < energy:
                 energy = now
                 y[i] = trial[i]
-                break
+            # Halved also where it was taken: the end of a field is found to round-off.
             step *= 0.5
     _merit(tool, x, y, coupling, push)
     return energy

@@ -1,6 +1,8 @@
 """The loop in real time: one tick after the other, and how well it keeps its times."""
 
+import contextlib
 import gc
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -11,6 +13,8 @@ import numpy as np
 
 from gudgeon.pipeline.feel.coupling import Coupling, Felt
 
+SPUN = 2e-4
+"""Time before a tick in which the loop does not sleep, since a sleep may end late by so much [s]."""
 KEPT = 3_600_000
 """Ticks whose times are kept: an hour."""
 
@@ -66,15 +70,18 @@ def run_loop(
     timing = Timing(period) if timing is None else timing
     device, clock = coupling.device, time.perf_counter
     coupling.tick(0.0, None)
-    frozen = gc.isenabled()
+    collecting = gc.isenabled()
     gc.disable()  # A collection takes longer than a tick.
+    urgent = _urgent()
     try:
         start = clock()
         due = 0.0
         while (seconds is None or due < seconds) and not (stop is not None and stop.is_set()):
-            wait = due - (clock() - start)
+            wait = due - (clock() - start) - SPUN
             if wait > 0:
                 time.sleep(wait)
+            while clock() - start < due:
+                pass
             now = clock() - start
             felt = coupling.tick(now, device.read(now))
             if told is not None:
@@ -86,9 +93,22 @@ def run_loop(
             timing.missed += late
             due += period * (1 + late)
     finally:
-        if frozen:
+        if collecting:
             gc.enable()
+        if urgent is not None:
+            with contextlib.suppress(OSError):
+                os.sched_setscheduler(0, *urgent)
     return timing
+
+
+def _urgent() -> tuple[int, Any] | None:
+    """Let this thread go before others where the system allows it; return how it was before, None where it does not."""
+    try:
+        before = os.sched_getscheduler(0), os.sched_getparam(0)
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+    except (AttributeError, OSError):  # Not on this system, or not for this user.
+        return None
+    return before
 
 
 def run_script(coupling: Coupling, seconds: float) -> list[tuple[float, Felt]]:

@@ -3,6 +3,7 @@
 import asyncio
 import json
 import threading
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,8 +83,12 @@ def scripted(path: Path, rate: float, delay: float) -> tuple[Scripted, float]:
     if times[0] != 0 or not (np.diff(times) > 0).all():
         raise InputError(f"{path}: times [s] in the first column must ascend from 0")
 
+    marks = times.tolist()
+
     def script(time: float) -> np.ndarray:
-        return np.array([np.interp(time, times, column) for column in poses.T])
+        row = min(max(bisect_right(marks, time) - 1, 0), len(marks) - 2)
+        share = min(max((time - marks[row]) / (marks[row + 1] - marks[row]), 0.0), 1.0)
+        return poses[row] + share * (poses[row + 1] - poses[row])
 
     return Scripted(script, rate=rate, delay=delay), float(times[-1])
 

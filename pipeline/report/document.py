@@ -42,7 +42,7 @@ class Run:
 
     name: str
     kind: str
-    """`reduced`, or `nodal`: full FE."""
+    """`reduced`, `nodal`: full FE, or `spline`: a degree of splines that is compared only."""
     scheme: str
     """Common to runs that differ in basis or step only."""
     settings: dict[str, Any]
@@ -87,11 +87,11 @@ class Chain:
     """Values of a quantity along one axis of the sweep, coarse to fine, all else equal."""
 
     axis: str
-    """`basis`, `step` or `mesh`."""
+    """`basis`, `step`, `mesh` or `grid`."""
     runs: list[str]
     """Names; finer runs that serve as references only are not among the runs of the report."""
     sizes: list[float]
-    """Coordinates of each; its step [s] or accuracy; its edge length [m]."""
+    """Coordinates of each; its step [s] or accuracy; its edge length [m]; its spacing over that of the grid."""
     values: list[float]
     """Errors, or values relative to the finest one."""
     differences: list[float]
@@ -237,6 +237,8 @@ class Document:
     tables: list[Table] = field(default_factory=list)
     timing: str = ""
     """How times were measured."""
+    kind: str = "body"
+    """Of the scene, by its identifying table."""
     schema: int = SCHEMA
 
     def as_json(self) -> dict[str, Any]:

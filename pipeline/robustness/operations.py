@@ -190,6 +190,8 @@ def grazing(subject: Subject, operation: Any) -> Trial:
         raise DoesNotApply("a joint prescribes the speed of its bodies")
     if scene.over_time() or scene.motion:
         raise DoesNotApply("forces and motions over time do not scale with the speed")
+    if scene.fields():
+        raise DoesNotApply("the force of a field does not scale with the speed, and its gap is that of the start")
     gravity = np.array(scene.run.gravity)
     falls, rigid = bool(gravity.any()), not subject.elastic()
     changes: dict[str, Any] = {"body": {}, "contact": {}, "run": {}}

@@ -33,7 +33,7 @@ def labels(document: Document) -> Mapping[str, str]:
     known = [run for run in document.runs if run.conservative_error is not None and math.isfinite(_error(run))]
     full = [run for run in known if run.kind == "nodal"]
     rivals = [run for run in known if run.kind != "nodal" and run.scheme in schemes]
-    own = [run for run in known if run.kind != "nodal" and run.scheme not in schemes]
+    own = [run for run in known if run.kind == "reduced" and run.scheme not in schemes]
     chosen = [run for run in own if choice is not None and run.name == choice.run]
     found = {
         "gudgeon": _best(chosen or own, tolerance),

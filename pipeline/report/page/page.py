@@ -36,9 +36,10 @@ SIZES: dict[str, Callable[[float], str]] = {
     "edge length": edge_text,
     "step": step_text,
     "accuracy": "{:.1g}".format,
+    "spacing": "× {:.3g}".format,
 }
 """Writes the size of a run, by the quantity that measures it."""
-WHAT = {"basis": "coordinates", "mesh": "edge length"}
+WHAT = {"basis": "coordinates", "mesh": "edge length", "grid": "spacing"}
 SIGNS = {"o": "●", "s": "■", "^": "▲", "D": "◆"}
 """Characters of the marks in the legend."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"

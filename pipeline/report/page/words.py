@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import shlex
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -163,6 +164,9 @@ def use_text(document: Document) -> str:
     if document.choice is None or document.choice.run is None:
         return ""
     command = re.sub(r" --(tolerance|repeat) \S+", "", document.command).replace("gudgeon report", "gudgeon run", 1)
+    if document.kind == "conductor":
+        run = next(one for one in document.runs if one.name == document.choice.run)
+        return " ".join([command, *(f"--set {shlex.quote(text)}" for text in setting_texts(run))])
     return f"{command} --tolerance {tick_text(document.choice.tolerance)}"
 
 

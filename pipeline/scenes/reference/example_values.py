@@ -81,7 +81,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
         "area": 1e-8, "gap": 2e-6, "least_gap": 1e-9, "potential": 5.0, "charge": 1e-13, "permittivity": 3.5e-11,
         "turn": [0.0, 0.0, 90.0], "direction": [0.0, 0.0, 1.0],
     },
-    "Poses": {"pivot": [0.0, 0.0, 0.0]},
+    "Poses": {"tolerance": 1e-4, "pivot": [0.0, 0.0, 0.0]},
     "Report": {"rivals": ["rubin"], "interest": ["floor.impulse"]},
     "Case": {"rules": ["frequencies"]},
     "Restitution": {"value": 0.5},

@@ -13,6 +13,7 @@ from gudgeon.modaldb.records.field import PoseGridRecord
 from gudgeon.pipeline.electrostatics import blocks
 from gudgeon.pipeline.electrostatics.job import FieldJob
 from gudgeon.pipeline.electrostatics.poses import conjugate_gradients
+from gudgeon.pipeline.electrostatics.refinement import CAUTION
 from gudgeon.pipeline.electrostatics.stages import compute_poses
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.kinds import open_job, run
@@ -249,3 +250,43 @@ def test_nothing_is_extrapolated(field: PoseField, pose: dict[str, float], messa
 
     with pytest.raises(SolverError, match=message):
         field.interaction(pose, VOLTS)
+
+
+def test_a_grid_is_refined_until_its_estimate_is_within_the_tolerance(
+    db: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The estimate bounds the true error between the points, each pose is computed once, and a stopped run goes on."""
+    tolerance = 2e-4
+    changes = {"poses.y": "unset", "poses.x.points": 4, "poses.tolerance": tolerance, "permittivity": 1.25}
+    job = job_of(db, **changes)
+    computed, whole = list[np.ndarray](), blocks.compute_block
+
+    def counted(root: str, one: Any, grid: Any, poses: np.ndarray) -> None:
+        if len(computed) == 1:
+            computed.append(np.empty((0, 6)))
+            raise StageError("stopped")
+        computed.append(poses)
+        whole(root, one, grid, poses)
+
+    monkeypatch.setattr(blocks, "compute_block", counted)
+    with pytest.raises(StageError, match="stopped"):
+        compute_poses(job)
+    record = compute_poses(job)
+    nodes = record.axes["x"]
+    assert len(nodes) > 4
+    assert np.diff(nodes)[0] < np.diff(nodes)[-1]  # Where the spheres are near.
+    poses = np.concatenate(computed)
+    assert len(poses) == len(np.unique(poses, axis=0)) == len(nodes)
+    assert record.cell_errors.max() <= CAUTION * tolerance
+    between = 0.5 * (nodes[1:] + nodes[:-1])
+    fine = compute_poses(job_of(db, **changes | {"poses.tolerance": "unset", "poses.x": {
+        "values": between.tolist(), "ends": "unset", "points": "unset"}}))  # fmt: skip
+    field, scale = PoseField.of(record), np.abs(record.capacitance).max()
+    for x, C in zip(between, fine.capacitance, strict=True):
+        assert np.abs(field.capacitance({"x": float(x)})[0] - C).max() / scale <= tolerance
+
+
+def test_a_refined_grid_is_refused_where_it_would_take_too_long(db: Path) -> None:
+    changes = {"poses.y": "unset", "poses.x.points": 4, "poses.tolerance": 1e-6, "poses.hours": 1e-4}
+    with pytest.raises(InputError, match=r"poses.hours: .* a larger tolerance"):
+        compute_poses(job_of(db, **changes))

@@ -5,6 +5,7 @@ import pytest
 
 from gudgeon.pipeline.feel.coupling import FADING, RISE, SILENT
 from gudgeon.pipeline.feel.device import Scripted
+from gudgeon.pipeline.feel.kernel import settled
 from gudgeon.pipeline.feel.loop import run_loop
 from tests.pipeline.feel.tools import coupling_of, felt, gain, tool
 
@@ -97,3 +98,21 @@ def test_the_loop_counts_its_ticks() -> None:
     assert timing["ticks"] <= 301
     assert timing["ticks"] + timing["missed_deadlines"] >= 300
     assert set(timing["period"]) == {"median", "p99", "max"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "scale"),
+    [(kind, scale) for kind in ("attracted", "repelled") for scale in (1e4, 1e6, 1e9)] + [("adhesion", 1e6)],
+)
+def test_the_force_is_the_gradient_of_the_energy_that_the_reserve_counts(kind: str, scale: float) -> None:
+    """Also where the field is stiffer than the coupling and pulls the tool to the end of its grid."""
+    coupling, own = coupling_of(kind, Scripted(swing, rate=100.0, delay=0.01), scale), tool(kind)
+    step = 1e-6
+    for z in (-3e-3, -1e-3, 1e-3, 4e-3):
+        y, ends = np.zeros(6), []
+        for at in (z, z - step, z + step):
+            x = np.array([0.0, 0.0, at, 0.0, 0.0, 0.0]) / coupling.way
+            ends.append(settled(own.compiled, x, y, coupling.energies))
+        (_, wrench), (low, _), (high, _) = ends
+        slope = (high - low) / (2 * step / coupling.way[2])
+        assert -slope == pytest.approx(wrench[2], rel=1e-4)

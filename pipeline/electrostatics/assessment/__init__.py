@@ -1,0 +1,1 @@
+"""What fields are judged by: error against run time, extreme settings."""
