@@ -109,7 +109,7 @@ def changed(page: Any, before: str) -> None:
 
 
 def test_a_search_and_a_click(page: Any) -> None:
-    assert len(texts(page, "#records button")) == 13
+    assert len(texts(page, "#records button")) == 14
     page.select_option("select[name=kind]", "modes")
     page.fill("input[name=where]", "material.rho>1000")
     page.click("#search button")
@@ -181,7 +181,7 @@ def test_a_run_and_where_it_came_from(page: Any) -> None:
     until(page, "document.querySelector('#record').textContent.includes('Pa, von Mises')")
     page.locator("svg .node:has-text('scene')").click()
     until(page, "document.querySelector('#search input[name=scene]').value === 'skirt'")
-    until(page, "document.querySelectorAll('#records button').length === 12")  # All but the report.
+    until(page, "document.querySelectorAll('#records button').length === 13")  # All but the report.
     page.locator("svg .node:has-text('modes')").click()
     until(page, "document.querySelector('#record h2').textContent.startsWith('modes')")
     page.go_back()
