@@ -24,7 +24,7 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.folder import held, remove_pictures
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.make import Task, check_finite, keep, make_stage, make_stages, run_stages
+from gudgeon.pipeline.stages.make import Task, check_finite, keep, make_stage, make_stages, run_stages, scene_name
 from gudgeon.pipeline.stages.parts import extent_notes, part_sizes
 from gudgeon.pipeline.stages.products import STAGES, Product, sensitivity_product
 from gudgeon.pipeline.stages.run_report import TRAJECTORY, Progress, RunReport, StageReport
@@ -134,8 +134,10 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
     def kept(find: Callable[[], "SensitivityRecord"]) -> "SensitivityRecord":
         product = sensitivity_product(name, steps["modes"])
         if job.store.has(product.key):
-            return job.store.get(product.key, "sensitivity")
-        keep(job.store, product, found := find())
+            found = job.store.get(product.key, "sensitivity")
+        else:
+            keep(job.store, product, found := find())
+        job.store.note(product.key, scene_name(job), name)
         return found
 
     return reused_design(job.store, base, keys, component, movement, kept)
