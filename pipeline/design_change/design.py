@@ -31,7 +31,7 @@ def reused_design(
         whole = store.get(keys[1], "modes", only=[*needed, "shapes", "static_responses"])
         return estimate.sensitivity_of(base, material, whole, keys)
 
-    sensitivity = estimate.kept_sensitivity(keys, lambda: kept(found))
+    sensitivity = estimate.kept_sensitivity((store.location, *keys), lambda: kept(found))
     return replace(
         design, quality=design.quality | estimate.estimated(sensitivity, design.nodes - base.nodes).quality()
     )

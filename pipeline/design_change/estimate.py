@@ -96,11 +96,14 @@ def sensitivity_of(
     return SensitivityRecord(*keys, values, modes, modal_part, compliances, static)
 
 
-_FOUND: OrderedDict[tuple[str, str], SensitivityRecord] = OrderedDict()
+_FOUND: OrderedDict[tuple[str, ...], SensitivityRecord] = OrderedDict()
 
 
-def kept_sensitivity(keys: tuple[str, str], find: Callable[[], SensitivityRecord]) -> SensitivityRecord:
-    """Return the derivatives of the body of a mesh and a modal record with these keys; of a new one they are found."""
+def kept_sensitivity(keys: tuple[str, ...], find: Callable[[], SensitivityRecord]) -> SensitivityRecord:
+    """Return the derivatives of the body of a mesh and a modal record with these keys; of a new one they are found.
+
+    Each database gets its own, so that its location is among the keys.
+    """
     kept = _FOUND.get(keys) or find()
     _FOUND[keys] = kept
     _FOUND.move_to_end(keys)

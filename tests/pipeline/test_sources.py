@@ -50,7 +50,7 @@ def test_every_stage_has_sources(texts: Mapping[str, bytes], modules: Modules) -
     [
         ("pipeline.geometry.occ", ROOTS.keys() - {"solve", "report", "poses", "posegrid"}),
         ("pipeline.modes.lanczos", {"modes", "cyclic", "wheel", "measurement"}),
-        ("pipeline.design_change.estimate", {"morph", "measurement"}),
+        ("pipeline.design_change.estimate", {"morph", "sensitivity", "measurement"}),
         ("solver.integrators.implicit.kernel", {"solve", "measurement", "report"}),
         ("pipeline.wheel.response", {"cyclic", "wheel"}),
         ("modaldb.traction", ROOTS.keys() - {"poses", "posegrid"}),
