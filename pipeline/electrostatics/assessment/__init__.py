@@ -1,1 +1,1 @@
-"""What fields are judged by: error against run time, extreme settings."""
+"""What scenes of conductors are judged by: error against run time over panels, grid and splines."""
