@@ -32,15 +32,23 @@ BLOCK = 1 << 16
 @cache
 def cache_folder() -> Path | None:
     """Return the folder of the machine code of these sources, the first that can be written; None where none can."""
+    place = _place()
+    if place is None or os.environ.get("NUMBA_CACHE_DIR"):
+        return place
+    folder = place / f"kernels-{sources_digest(Path(__file__).parents[1])}"
+    return folder if _writable(folder) else None
+
+
+def _place() -> Path | None:
+    """Return the folder that holds that of these sources, or is it where `NUMBA_CACHE_DIR` names one; None as above."""
     if named := os.environ.get("NUMBA_CACHE_DIR"):
         return Path(named) if _writable(Path(named)) else None
-    below = f"kernels-{sources_digest(Path(__file__).parents[1])}"
-    return next((base / below for base in _bases() if _own(base) and _writable(base / below)), None)
+    return next((base for base in _bases() if _own(base) and _writable(base)), None)
 
 
 def uncached_note() -> str | None:
     """Return a line for the user where no folder keeps the compiled time loops; None where one does."""
-    if cache_folder() is not None:
+    if _place() is not None:
         return None
     tried = [os.environ["NUMBA_CACHE_DIR"]] if os.environ.get("NUMBA_CACHE_DIR") else map(str, _bases())
     return (

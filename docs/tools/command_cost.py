@@ -51,8 +51,13 @@ class Cost:
 
 
 def cost(*command: str) -> Cost:
-    """Run a command from the root of the project, with one thread in each library, and return what it took."""
+    """Run a command from the root of the project, with one thread in each library, and return what it took.
+
+    Compiled modules are kept, as they are for users, whatever the environment says: without them each process compiles
+    again what was edited.
+    """
     environment = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     begin = time.perf_counter()
     child = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     _, status, used = os.wait4(child.pid, 0)

@@ -25,7 +25,7 @@ from gudgeon.pipeline.report.steps import with_steps, with_window
 from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
 from gudgeon.pipeline.report.timing import LONG, WARM_UP, kept_trajectory, spread, timed
 from gudgeon.pipeline.stages.folder import held
-from gudgeon.pipeline.stages.job import Job, refuse_turning, variant
+from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError, SolverError
 
@@ -49,7 +49,6 @@ def report_scene(job: Job, how: Effort, progress: Tell) -> Document:
     Raises:
         InputError, StageError: see each.
     """
-    refuse_turning(job, "report")
     rigid = all(job.scene.component[name].geometry.kind == "rigid" for name in job.components())
     if not (job.scene.contact or job.scene.force or job.scene.joint or rigid):
         return frequencies_report(job, how, progress)

@@ -172,6 +172,8 @@ def _run(one: Point, points: Sequence[Point], reference: Reference, counting: se
     worst, size = largest(errors, counting)
     best, finest = (larger(one, points), finest_step(one, points)) if one.ran else (None, None)
     located = math.isinf(job.scene.capabilities.order)
+    chosen = located or ("steps_taken" in counts and job.scene.run.step is None)
+    step = None if chosen else counts["step"]
     truncation = None if best is None else apart_from(job, trajectory, best.trajectory, best.setting.name, reference)
     return Run(
         one.setting.name, "reduced", one.scheme[1], one.setting.changes, timed.coordinates, trajectory.result,
@@ -180,7 +182,7 @@ def _run(one: Point, points: Sequence[Point], reference: Reference, counting: se
         time=apart_from(job, trajectory, finest[1], finest[0], reference) if finest else None,
         time_against=finest[0] if finest else "exact motion between located events" if located else "it is the finest",
         energy_drift=trajectory.energy_drift, momentum_residual=trajectory.momentum_residual,
-        step=None if located else counts["step"], steps=counts["steps"], factorisations=timed.factorisations,
+        step=step, steps=counts.get("steps_taken", counts["steps"]), factorisations=timed.factorisations,
         iterations=counts.get("newton_iterations", counts.get("pivots")), cpu_seconds=timed.cpu,
         wall_seconds=timed.wall, stages=timed.stages, peak_mib=timed.peak_mib,
     )  # fmt: skip

@@ -35,6 +35,7 @@ IMPACT = ".impact"
 """Part of the names of quantities of single impacts, which are compared on the impacts of the reference run."""
 USUAL = (
     "impulse", "start", "duration", "restitution", "force_peak", "pressure_peak", "deflection_peak", "deflection_end",
+    "angle_end",
 )  # fmt: skip
 """Quantities of a run that are compared if the scene names none."""
 

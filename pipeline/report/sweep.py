@@ -164,9 +164,11 @@ def _default(job: Job) -> Iterator[Setting]:
         if component.geometry.kind != "rigid" and component.modes.reduction != "rigid"
     }
     counted = {name: modes for name, modes in elastic.items() if modes.normal_count > 0}
-    for factor in FACTORS if counted else (1.0,):
-        counts = {name: max(1, round(factor * modes.normal_count)) for name, modes in counted.items()}
-        changes = {"component": {name: {"modes": {"normal_count": n}} for name, n in counts.items()}} if counts else {}
+    keys = {name: "normal_count" if name in counted else "fixed_count" for name in elastic}
+    own = {name: getattr(elastic[name], key) for name, key in keys.items()}
+    for factor in FACTORS if any(own.values()) else (1.0,):
+        counts = {name: max(1, round(factor * count)) for name, count in own.items() if count > 0}
+        changes = {"component": {name: {"modes": {keys[name]: n}} for name, n in counts.items()}} if counts else {}
         numbers = " + ".join(dict.fromkeys(str(n) for n in counts.values()))
         yield Setting(f"{numbers} modes" if counts else "as in the scene", changes, named=factor == 1.0)
     for reduction in SIMILAR:

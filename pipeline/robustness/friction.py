@@ -33,6 +33,8 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
         raise DoesNotApply("friction does not act on points that slide over another body's surface")
     if subject.scene.joint:
         raise DoesNotApply("a joint prescribes how surfaces move along each other")
+    if subject.turns:
+        raise DoesNotApply("bodies that turn by any angle have smoothed friction only, of a speed of its own")
     if straight := [body for body in _touching(subject) if _moves_on_a_line(subject, body)]:
         raise DoesNotApply(f"body '{straight[0]}' moves along one line only, so that no surfaces move along each other")
     if subject.known["points"] > MOST_POINTS:

@@ -25,10 +25,12 @@ from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, re
 from gudgeon.pipeline.scenes.change import moved_surface
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.spring import Spring
+from gudgeon.solver.joints.clearance import Clearance
+from gudgeon.solver.joints.markers import Marked
 from gudgeon.solver.scene.run import LEAST_WINDOW
 
 SAME_SPACE = 1e-6
-"""Allowed relative difference of an impulse with duplicate static shapes."""
+"""Allowed relative difference of an impulse with duplicate static shapes, and of a motion with a repeated joint."""
 ALL = 100_000
 """Number of static shapes that includes one for each point of any interface."""
 STATIC = ("macneal", "normal+static")
@@ -110,11 +112,11 @@ def _stiffer(spring: Spring | Bushing, factor: float) -> dict[str, Any]:
 def mass(subject: Subject, operation: Any) -> Trial:
     """Scale the mass of the first body; of an only body with the time scale, at the same energy.
 
-    A joint prescribes the time scale, so that a change of one mass gives another machine: masses, moduli and loads are
-    then all scaled.
+    A joint of the piston's kind prescribes the time scale, so that a change of one mass gives another machine: masses,
+    moduli and loads are then all scaled.
     """
     factor, scene = operation.factor, subject.scene
-    if getattr(scene, "joint", {}):
+    if getattr(scene, "joint", {}) and not subject.turns:
         return _in_units(subject, Units(mass=factor))
     if len(subject.bodies) == 1:
         return _in_units(subject, Units(mass=factor, time=factor**0.5))
@@ -137,13 +139,13 @@ def mass(subject: Subject, operation: Any) -> Trial:
 def step(subject: Subject, operation: Any) -> Trial:
     """Give a multiple of the step that the integrator chooses, and compare with the unchanged scene."""
     scene = subject.scene
-    if not subject.contacts and not getattr(scene, "force", {}):
+    if not subject.contacts and not getattr(scene, "force", {}) and not subject.turns:
         raise DoesNotApply("without contacts and forces the result does not depend on a step")
     if "step" not in subject.known:
         subject.known["step"] = _stepped(subject)
     name, suggested = subject.known["step"]
     changes = {"integrator": name, "step": suggested * operation.factor, "accuracy": "unset"}
-    return Trial(subject.changed({"run": changes}), agreement=settings.AGREES)
+    return Trial(subject.changed({"run": changes}), agreement=settings.AGREES, given_step=True)
 
 
 def _stepped(subject: Subject) -> tuple[str, float]:
@@ -166,6 +168,9 @@ def restitution(subject: Subject, operation: Any) -> Trial:
     subject.contact()
     if subject.scene.masters():
         raise DoesNotApply("method 'impact' does not support points that slide over another body's surface")
+    bare = [n for n, c in subject.contacts.items() if not hasattr(c.law, "restitution") or operation.value == 0]
+    if subject.turns and bare:
+        raise DoesNotApply("method 'impact' does not support bodies that turn by any angle")
     changes: dict[str, Any] = {}
     for name, contact in subject.contacts.items():
         if contact.law is not None and hasattr(contact.law, "restitution") and operation.value > 0:
@@ -235,6 +240,8 @@ def penetration(subject: Subject, operation: Any) -> Trial:
     """Move the body of the first contact into the other surface."""
     if not subject.contacts:
         raise DoesNotApply(NO_CONTACT)
+    if subject.turns and subject.scene.joint:
+        raise DoesNotApply("joints place the bodies")
     name = next(iter(subject.contacts.values())).body
     direction, gap, size = approach(subject.job)
     place = np.array(subject.scene.body[name].position) - direction * (gap + operation.share * size)
@@ -245,6 +252,8 @@ def spin(subject: Subject, operation: Any) -> Trial:
     """Turn the body of the first contact by an angle over the run, so that its nearest point moves to contact."""
     if not subject.contacts:
         raise DoesNotApply(NO_CONTACT)
+    if subject.turns:
+        raise DoesNotApply("its bodies turn by any angle")
     name = next(iter(subject.contacts.values())).body
     if not turns_freely(subject.job, name):
         raise DoesNotApply(f"body '{name}' cannot turn about every axis")
@@ -267,12 +276,12 @@ def _has_shear(geometry: Any) -> bool:
 
 
 def material(subject: Subject, operation: Any) -> Trial:
-    """Scale modulus and density of every elastic component; with contacts, of the whole scene by its units."""
+    """Scale modulus and density of every elastic component; with contacts or joints, of the scene by its units."""
     names = subject.elastic()
     faster: float = (operation.modulus / operation.density) ** 0.5
     if not names:
         raise DoesNotApply(ALL_RIGID)
-    if subject.contacts:
+    if subject.contacts or subject.turns:
         return _in_units(subject, Units(mass=operation.density, time=1 / faster))
     changed = {}
     for name in names:
@@ -315,8 +324,20 @@ def collinear(subject: Subject, operation: Any) -> Trial:
 
 def whole_turn(subject: Subject, operation: Any) -> Trial:
     """Turn the whole scene: the result is the same."""
-    subject.contact()
-    return Trial(replace(subject.job, scene=turned(subject.scene)), units=Units())
+    if not subject.turns:
+        subject.contact()
+    return Trial(replace(subject.job, scene=turned(subject.scene)), units=Units(), turned=True)
+
+
+def repeated_joint(subject: Subject, operation: Any) -> Trial:
+    """Repeat a joint of two markers: its rows are held already, so that the motion is the same."""
+    joints = getattr(subject.scene, "joint", {})
+    held = {n: j for n, j in joints.items() if isinstance(j, Marked) and not isinstance(j, Clearance)}
+    if not held:
+        raise DoesNotApply("the scene has no joint of two markers")
+    name, joint = next(iter(held.items()))
+    twin = joint.model_dump(exclude_unset=True)
+    return Trial(subject.changed({"joint": {f"{name}-twin": twin}}), agreement=SAME_SPACE)
 
 
 OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
@@ -328,6 +349,7 @@ OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "size": lambda subject, to: _in_units(subject, Units(to.factor**3, to.factor, to.factor)),
     "material": material,
     "turned": whole_turn,
+    "repeated-joint": repeated_joint,
     "friction": lambda subject, operation: friction(subject, operation, _in_units),
     "set": lambda subject, to: Trial(subject.changed(to.values)),
 }  # fmt: skip

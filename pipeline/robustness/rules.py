@@ -35,6 +35,10 @@ STEPPED = 0.01
 """Error of the step that an impulse may have besides."""
 SCALED = ("s", "m", "N", "N s")
 """Units of the readings that are compared."""
+ALONG = ("_x", "_y", "_z")
+"""Last parts of the names of readings along axes of the scene."""
+SAID = 1e-3
+"""Energy drift above which a run says so in a line; a given step may have less."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +56,10 @@ class Compared:
     """Allowed relative difference of the first impact's impulse and windowed force, if both must be the same."""
     factor: float | None = None
     """Factor on the stiffness of contacts."""
+    given_step: bool = False
+    """Whether the run has a step that its integrator would not choose."""
+    turned: bool = False
+    """Whether it is the same scene turned, so that components along the axes of the scene are others."""
     measured: bool = False
     """Whether the units were taken from the gaps of the solver, so that round-off of positions has no effect."""
 
@@ -77,29 +85,34 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
     units, base = compared.units, compared.base
     if units is None:
         return None
+    turns = found.integrator in INTEGRATORS and INTEGRATORS[found.integrator].turns
+    # Errors of components along the axes choose its steps.
+    same = INTEGRATORS[found.integrator].promised_drift if compared.turned and turns else SAME
     places = 0.0 if compared.measured else ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
     pairs: list[tuple[float, float]] = []
     """Relative differences and their bounds."""
     if base.contact is not None:
         one, other = found.contact, base.contact
         if one is None:
-            return Finding("similarity", np.inf, SAME, "first contact in other units (there is none)")
+            return Finding("similarity", np.inf, same, "first contact in other units (there is none)")
         # A start near zero is compared relative to the duration of the contact.
         span = max(other.start, other.duration) or 1.0
         places *= other.start / span
-        pairs.append((abs(one.start / units.of("s") - other.start) / span, SAME + places))
+        pairs.append((abs(one.start / units.of("s") - other.start) / span, same + places))
         for name, unit in (("impulse", "N s"), ("duration", "s"), ("force", "N")):
             rings = found.force_round_off + base.force_round_off if name == "force" else 0.0
             apart = _apart(getattr(one, name) / units.of(unit), getattr(other, name))
-            pairs.append((apart, SAME + places + rings))
+            pairs.append((apart, same + places + rings))
     else:
         largest: dict[str, float] = {}
         for value, unit in base.readings.values():
             largest[unit] = max(largest.get(unit, 0.0), abs(value))
         for name, (value, unit) in base.readings.items():
+            if compared.turned and name.endswith(ALONG):
+                continue
             if unit in SCALED and name in found.readings and (size := largest.get(unit, 0.0)) > 0:
                 apart = abs(found.readings[name][0] / units.of(unit) - value) / (abs(value) or size)
-                pairs.append((apart, SAME + places))
+                pairs.append((apart, same + places))
     if not pairs:
         return None
     what = "first contact" if base.contact is not None else "readings"
@@ -228,14 +241,19 @@ def _estimated(found: Evidence, compared: Compared) -> float:
 
 def _balanced(found: Evidence, compared: Compared) -> float:
     """Return the allowed difference of the change of momentum of free bodies and the impulses on them."""
-    return BALANCED + ROUND_OFFS * found.momentum_round_off
+    turns = found.integrator in INTEGRATORS and INTEGRATORS[found.integrator].turns
+    balanced = INTEGRATORS[found.integrator].promised_drift if turns else BALANCED  # Reactions are integrated, too.
+    if turns and compared.given_step:
+        balanced = SAID
+    return balanced + ROUND_OFFS * found.momentum_round_off
 
 
 def _kept(found: Evidence, compared: Compared) -> float | None:
     """Return the allowed energy drift, relative to the energy exchanged; None if there is none.
 
     An integrator promises it at the step of the unchanged scene. With a larger step the drift may grow by the order of
-    the integrator, unless it conserves energy: faster growth means that it does not converge.
+    the integrator, unless it conserves energy: faster growth means that it does not converge. An integrator that
+    chooses its steps promises nothing for a step that is given: below `SAID` a run has nothing to say of it.
     """
     if not found.exchanged > 0:
         return None
@@ -244,6 +262,8 @@ def _kept(found: Evidence, compared: Compared) -> float | None:
     stretched = compared.agreement is not None and base.integrator == found.integrator and drifts
     if stretched and base.energy_drift is not None and found.step > base.step > 0:
         promised = max(promised, min(promised, base.energy_drift) * (found.step / base.step) ** integrator.order)
+    if compared.given_step and integrator.own_steps and not integrator.conserves_energy:
+        promised = max(promised, SAID)
     return promised + PER_STEP * found.steps + ROUND_OFFS * found.energy_round_off
 
 

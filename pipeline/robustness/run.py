@@ -19,7 +19,7 @@ from gudgeon.pipeline.robustness.verdict import Verdict, judge
 from gudgeon.pipeline.scenes.reading import merged
 from gudgeon.pipeline.scenes.robustness import Case, Robustness
 from gudgeon.pipeline.stages.folder import claim, held
-from gudgeon.pipeline.stages.job import UNCHECKED, Job, refuse_turning, variant
+from gudgeon.pipeline.stages.job import UNCHECKED, Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 
@@ -35,7 +35,6 @@ def robustness_job(
     job: Job, cases: Path | None, only: tuple[str, ...], progress: Progress
 ) -> tuple[dict[str, Any], str]:
     """Run the robustness cases of a scene of bodies; see `chosen_cases` and `robustness_cases`."""
-    refuse_turning(job, "robustness")
     for name, force in job.scene.fields().items():
         if force.kind == "electrostatic":
             raise InputError(

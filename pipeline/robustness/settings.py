@@ -28,6 +28,8 @@ HALVED = ("macneal", "normal+static", "rubin", "fixed-reference")
 
 def samples(subject: Subject, operation: Any) -> Trial:
     """Change the number of points of the histories: no quantity depends on it."""
+    if subject.turns and subject.base.contact is None:
+        return Trial(subject.changed({"run": {"samples": operation.count}}), agreement=EXACT)
     subject.contact()
     return _controlled(subject, {"samples": operation.count})
 
@@ -55,13 +57,16 @@ def _controlled(subject: Subject, run: dict[str, Any]) -> Trial:
 def gravity(subject: Subject, operation: Any) -> Trial:
     """Add gravity that presses the first contact's body on the other surface; double it where there is gravity.
 
+    In mechanisms without contact it acts along -z.
+
     The first impact is then compared too, unless gravity deforms a held body: it may differ by the speed that gravity
     adds until its end, over that of the fastest body.
     """
-    if not subject.contacts:
-        raise DoesNotApply(NO_CONTACT)
     scene, own = subject.scene, np.array(subject.scene.run.gravity)
-    pull = 2 * own if own.any() else -operation.size * approach(subject.job)[0]
+    if not subject.contacts and not subject.turns:
+        raise DoesNotApply(NO_CONTACT)
+    down = approach(subject.job)[0] if subject.contacts else np.array([0.0, 0.0, 1.0])
+    pull = 2 * own if own.any() else -operation.size * down
     speed = max(float(np.linalg.norm(body.velocity)) for body in scene.body.values())
     held = any(scene.component[scene.component_of(name)].supports for name in scene.body)
     first, same = subject.base.contact, None

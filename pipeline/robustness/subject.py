@@ -8,6 +8,7 @@ from typing import Any
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Refusal
 from gudgeon.pipeline.robustness.trial import Trial
+from gudgeon.solver.scene.scene import Scene
 
 NO_CONTACT = "no contact occurs in the scene"
 
@@ -48,6 +49,11 @@ class Subject:
     def bodies(self) -> dict[str, Any]:
         """Its bodies; a wheel is one."""
         return getattr(self.scene, "body", {"wheel": None})
+
+    @property
+    def turns(self) -> bool:
+        """Whether its bodies turn by any angle."""
+        return isinstance(self.scene, Scene) and self.scene.capabilities.turns
 
     def elastic(self) -> list[str]:
         """Return the components in use that deform."""

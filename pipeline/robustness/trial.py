@@ -210,7 +210,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         estimated=max(estimates, default=None),
         orthogonality=max(checks, default=None),
         contact=contact,
-        readings={n: (e["value"], e["unit"]) for n, e in found.quantities.items()} if not found.contacts else {},
+        readings=_readings(found),
         impacts=_impacts(system, found),
         integrator=str(found.counts["integrator"]),
         energy_drift=found.energy_drift,
@@ -230,10 +230,25 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         changed=max(shares, default=None),
         turned=_turned(system, found),
         condition=_condition(system),
-        steps=int(found.counts["steps"]),
+        steps=int(found.counts.get("steps_taken", found.counts["steps"])),
         substeps=int(found.counts["substeps"]),
         step=float(found.counts["step"]),
     )
+
+
+def _readings(found: Trajectory) -> dict[str, tuple[float, str]]:
+    """Return value and unit of the quantities of a run without contact that two runs of one motion share.
+
+    The time of a peak is that of a sample. Reactions have no bound at singular positions of joints.
+    """
+    if found.contacts:
+        return {}
+    unbounded = bool(found.counts.get("singular_steps", 0))
+    return {
+        name: (entry["value"], entry["unit"])
+        for name, entry in found.quantities.items()
+        if not name.endswith("_time") and not (unbounded and entry["unit"] in ("N", "N m"))
+    }
 
 
 def _last_digit(system: System, found: Trajectory) -> float:

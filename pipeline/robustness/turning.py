@@ -6,12 +6,13 @@ from typing import Any, TypeVar
 import numpy as np
 from pydantic import BaseModel
 
+from gudgeon.pipeline.robustness.units import with_values
 from gudgeon.solver.scene.body import ALL_FREE, Body
 from gudgeon.solver.scene.orientation import Orientation, quaternion_of
 
 VECTORS = (
     "position", "velocity", "angular_velocity", "point", "normal", "axis", "origin", "direction", "centre", "along",
-    "lateral", "gravity", "force", "moment",
+    "lateral", "gravity", "force", "moment", "against_axis",
 )  # fmt: skip
 """Keys of vectors in the axes of the scene."""
 PARTS = ("body", "contact", "joint", "force", "motion", "run")
@@ -41,7 +42,8 @@ def _turned(value: Any, Q: np.ndarray) -> Any:
     changes: dict[str, Any] = {}
     for key in type(value).model_fields:
         one = getattr(value, key)
-        if key in VECTORS and isinstance(one, tuple):
+        ground = key == "against_at" and getattr(value, "against", "") is None
+        if (key in VECTORS or ground) and isinstance(one, tuple):
             changes[key] = _without_round_off(Q @ np.asarray(one, float))
         elif isinstance(one, BaseModel):
             changes[key] = _turned(one, Q)
@@ -50,7 +52,7 @@ def _turned(value: Any, Q: np.ndarray) -> Any:
         changes["orientation"] = Orientation(quaternion=_without_round_off(np.array(quaternion_of(Q @ own))))
         if tuple(value.freedom) != ALL_FREE:
             changes["freedom"] = tuple(one[:-1] + "yzx"["xyz".index(one[-1])] for one in value.freedom)
-    return value.model_copy(update=changes)
+    return with_values(value, changes)
 
 
 def _without_round_off(vector: np.ndarray) -> tuple[Any, ...]:

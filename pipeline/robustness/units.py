@@ -82,6 +82,13 @@ def _unit_within(annotation: Any) -> Any:
     return next((unit for unit in units if unit is not None), None)
 
 
+def with_values(model: Model, changes: Mapping[str, Any]) -> Model:
+    """Return a model with other values, not validated again; keys that its file leaves out stay left out."""
+    found = model.model_copy(update=dict(changes))
+    found.__pydantic_fields_set__ = set(model.model_fields_set)
+    return found
+
+
 def rescaled(model: Model, units: Units) -> Model:
     """Return a model with every number in new units, not validated again since limits of input are in SI.
 
@@ -97,7 +104,7 @@ def rescaled(model: Model, units: Units) -> Model:
         changed = _changed(value, factors, units, f"{type(model).__name__}.{name}")
         if changed is not value:
             changes[name] = changed
-    return model.model_copy(update=changes)
+    return with_values(model, changes)
 
 
 def _changed(value: Any, factors: list[float], units: Units, where: str) -> Any:

@@ -21,11 +21,14 @@ class Verdict:
     findings: list[Finding] = field(default_factory=list)
 
 
-def _told(one: Finding, found: Evidence) -> str:
+def _told(one: Finding, found: Evidence, compared: Compared) -> str:
     """Return what a run says itself of a rule that does not hold, if that covers it."""
     if one.rule == "agreement" and found.stepped and found.stepped > STEPPED and one.value <= COVERS * found.stepped:
         return f"the run says that the given step has an error of about {found.stepped:.1%}"
-    if one.rule in ("energy", "creation") and found.energy_drift and found.energy_drift > DRIFT:
+    covered = ("energy", "creation")
+    if compared.given_step and found.stepped is None:  # It has no other estimate of what the step leaves.
+        covered += ("agreement", "momentum")
+    if one.rule in covered and found.energy_drift and found.energy_drift > DRIFT:
         return f"the run says that its energy drift is {found.energy_drift:.2g}"
     return ""
 
@@ -46,7 +49,7 @@ def judge(case: Case, found: Evidence | Refusal, compared: Compared) -> Verdict:
         return Verdict("wrong", f"none of the rules {', '.join(case.rules)} applies to this scene")
     for one in findings:
         if not one.holds:
-            if case.refusal and (told := _told(one, found)):
+            if case.refusal and (told := _told(one, found, compared)):
                 return Verdict("refused", told, one, findings)
             return Verdict("wrong", f"{one.rests_on}: {one.value:.2g}, allowed: {one.bound:.2g}", one, findings)
     return Verdict("right", "", findings[0], findings)

@@ -114,6 +114,12 @@ class Turned(Strict):
     kind: Literal["turned"]
 
 
+class RepeatedJoint(Strict):
+    """Add the first joint of two markers once more."""
+
+    kind: Literal["repeated-joint"]
+
+
 class OtherUnits(Strict):
     """Write the same numbers in other units of mass, length and time; 1/1000 is a unit a thousand times as large."""
 
@@ -140,7 +146,7 @@ class Set(Strict):
 
 Operation = Annotated[
     Scaled | Restitution | Penetration | Samples | Gravity | Rubbing | Reuse | Spin | PoissonRatio | Slivers | Collinear
-    | OtherUnits | Turned | Elasticity | Set,
+    | OtherUnits | Turned | RepeatedJoint | Elasticity | Set,
     Field(discriminator="kind"),
 ]  # fmt: skip
 RuleName = Literal[

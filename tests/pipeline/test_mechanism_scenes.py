@@ -12,7 +12,6 @@ from gudgeon.pipeline.kinds import kind_of, open_job, plan, run
 from gudgeon.pipeline.linear.analysis import Asked
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.mechanism.motion import moving_bodies
-from gudgeon.pipeline.report.effort import Effort
 from gudgeon.solver.errors import SceneError
 
 DATA = Path(__file__).parents[2] / "data"
@@ -37,13 +36,11 @@ def test_the_plan_says_how_it_runs(tmp_path: Path) -> None:
     assert ports["force.spring"]["rows"] == "moving"
 
 
-@pytest.mark.parametrize("command", ["report", "robustness", "linear", "export"])
+@pytest.mark.parametrize("command", ["linear", "export"])
 def test_commands_for_small_motion_refuse(command: str, tmp_path: Path) -> None:
     job = open_job(DATA / "top", db=tmp_path / "db", out=tmp_path / "out")
     kind, nothing = kind_of(job), lambda stage, share: None
     calls = {
-        "report": lambda: kind.report(job, Effort(1, 1, 0.01, same_mesh=False), nothing),
-        "robustness": lambda: kind.robustness(job, None, (), nothing),
         "linear": lambda: kind.linear(job, Asked(), nothing),
         "export": lambda: kind.export(job, "results", 1),
     }

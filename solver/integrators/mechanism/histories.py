@@ -126,7 +126,7 @@ class Recorder:
             if (friction := self._linkage.system.scene.contact[contact.name].friction) is not None:
                 work = friction.static * float(sums[track.sections, 1].sum())
                 found[f"{contact.name}.friction_work"] = {"value": work, "unit": "J"}
-            if not track.touched:
+            if not track.touched and np.isfinite(track.least[0]):  # Not of a run without a step.
                 for key, value, unit in zip(("least_gap", "least_gap_time"), track.least, ("m", "s"), strict=True):
                     found[f"{contact.name}.{key}"] = {"value": value, "unit": unit}
         return found

@@ -39,6 +39,11 @@ FINEST = 2e-13
 """Least error of a step that is asked for: below is round-off."""
 TOGETHER = 1e-14
 """Time over the duration within which journals touch or part together."""
+UNBOUNDED = (
+    "the joints pass a position in which some of them repeat what others hold, as four bars in one line do: forces of"
+    " joints grow without bound towards it, so that their largest ones are those of the samples; motion and energy are"
+    " not affected"
+)
 RESOLVED = 1e-9
 """Share of the work of gravity over the size of the scene below which an exchange of energy is round-off."""
 
@@ -281,10 +286,12 @@ class Mechanism(Capabilities):
         counts = {
             "steps_taken": self._stepping.taken,
             "steps_rejected": self._stepping.rejected,
+            "singular_steps": self._stepping.singular,
             "rows": self.start.rows,
         }
+        notes = self.start.notes + ([UNBOUNDED] if self._stepping.singular else [])
         return Outcome(
             q=q, v=v, multipliers=last.pressed[own], impulses=pushed[:, 0], extreme=self._extreme, counts=np.zeros(3),
             work=counts | {"rank": self.start.rank},
-            linkage=partial(self._recorder.found, self._interval, self.start.notes, (self._state, self._time)),
+            linkage=partial(self._recorder.found, self._interval, notes, (self._state, self._time)),
         )  # fmt: skip

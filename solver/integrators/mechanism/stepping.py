@@ -66,7 +66,8 @@ class Stepping:
         self._duration, self._fixed = duration, fixed
         self._next = FIRST * duration if fixed is None else fixed
         self._regular = self._next
-        self.taken, self.rejected = 0, 0
+        self.taken, self.rejected, self.singular = 0, 0, 0
+        """Steps that were taken, refused, and of the former those near a singular position."""
 
     def take(self, state: np.ndarray, time: float, course: Callable[[float], Course]) -> Tried | None:
         """Return the next step from a state, whose slope is the first of `slopes`; None where none is short enough.
@@ -79,6 +80,7 @@ class Stepping:
         while True:
             one = self._tried(state, self._fitted(self._next, rest), course)
             if self._fixed is not None:
+                self._count(one)
                 return one if one.sound else None
             if not one.good and one.least < SINGULAR and not leapt:
                 leapt = True
@@ -95,9 +97,14 @@ class Stepping:
             return None  # Ever shorter steps towards a position that it cannot pass.
         if not one.least < SINGULAR:
             self._regular = one.h if not one.least < NEAR else max(self._regular, one.h)
-        self.taken += 1
+        self._count(one)
         self._work.slopes[:] = one.slopes
         return one
+
+    def _count(self, one: Tried) -> None:
+        """Count a step that is taken."""
+        self.taken += 1
+        self.singular += one.least < SINGULAR
 
     @property
     def _shortest(self) -> float:

@@ -1,0 +1,69 @@
+"""Reports of mechanisms: accuracies and numbers of modes, with the errors of joints' forces and angles."""
+
+import json
+from pathlib import Path
+
+from gudgeon.pipeline.cli import main
+from tests.pipeline.robustness.test_mechanisms import DOUBLE
+
+BEAM = """
+[component.beam]
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+mesh.size = 0.1
+modes = { reduction = "row-craig-bampton", normal_count = 0, fixed_count = 4 }
+[component.beam.geometry]
+kind = "beam"
+length = 1.0
+motion = "space"
+section = { kind = "rectangle", width = 0.01, height = 0.01 }
+[component.beam.interface]
+root = { surface = "left", kind = "tie", tie = "rbe2" }
+
+[body.beam]
+position = [0.0, 0.0, 0.0]
+
+[joint.pin]
+kind = "revolute"
+body = "beam"
+interface = "root"
+axis = [0.0, 1.0, 0.0]
+
+[run]
+duration = 0.05
+gravity = [0.0, 0.0, -9.81]
+samples = 50
+frames = 10
+"""
+
+
+def report(scene: str, folder: Path) -> dict:
+    path = folder / "mechanism.toml"
+    path.write_text(scene)
+    places = ["--db", str(folder / "db"), "--out", str(folder / "out")]
+    assert main(["report", str(path), "--repeat", "1", *places]) == 0
+    return json.loads((folder / "out" / "report.json").read_text())
+
+
+def test_accuracies_are_compared(tmp_path: Path) -> None:
+    found = report(DOUBLE, tmp_path)
+    assert found["reference"]["kind"] == "finest"
+    assert {one["name"] for one in found["quantities"]} >= {
+        "hinge.force_peak", "hinge.angle_end", "elbow.force_peak", "elbow.angle_end",
+    }  # fmt: skip
+    errors = {run["name"]: run["largest_error"] for run in found["runs"]}
+    assert set(errors) == {"as in the scene", "accuracy 0.0001", "accuracy 1e-06"}
+    assert errors["as in the scene"] < errors["accuracy 1e-06"] < errors["accuracy 0.0001"] < 1e-4
+    taken = {run["name"]: (run["step"], run["steps"]) for run in found["runs"]}
+    assert taken["accuracy 0.0001"][1] < taken["as in the scene"][1] < 100  # Steps, not the 100 samples.
+    assert all(step is None for step, _ in taken.values())
+    assert (tmp_path / "out" / "report.html").is_file()
+
+
+def test_numbers_of_modes_of_a_body_on_a_joint_are_compared(tmp_path: Path) -> None:
+    found = report(BEAM, tmp_path)
+    names = [run["name"] for run in found["runs"]]
+    assert {"1 modes", "2 modes", "4 modes", "8 modes"} <= set(names)
+    terms = {one["source"]: one for one in found["budget"]["terms"]}
+    assert terms["basis"]["size"] is not None
+    assert terms["mesh"]["size"] is not None
+    assert 0 < terms["basis"]["size"] < 0.1
