@@ -59,6 +59,8 @@ class Evidence:
     """None if no body can move freely, or no force acts on it."""
     momentum_round_off: float = 0.0
     """Round-off of the bodies' momentum over the impulse."""
+    pulled: bool = False
+    """Whether gravity acts, which adds the same to the momentum in every step."""
     energy_round_off: float = 0.0
     """Round-off of the energy over the energy exchanged."""
     force_round_off: float = 0.0

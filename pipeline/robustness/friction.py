@@ -21,6 +21,11 @@ MOST_TURN, MOST_OFFSET = 1e3, 1e6
 """Limits of the motion [rad, m]: rules hold of the linear model wherever its surfaces move."""
 SPEED = 1.0
 """Of surfaces along each other where no body has a velocity [m/s]."""
+FAR = 1e4
+"""Length of a run over the duration of its first contact above which the case is the time around this contact alone:
+steps resolve the contact, and surfaces that move along each other until then would be far aside."""
+AROUND = 100.0
+"""Time before the first contact and after it in such a case, over its duration."""
 
 InUnits = Callable[[Subject, Units], Trial]
 
@@ -82,7 +87,7 @@ def _moves_on_a_line(subject: Subject, body: str) -> bool:
 def _rubbing(subject: Subject, coefficient: float, press: float | None) -> Any:
     """Return the job with friction, run by the implicit integrator, its first contact's surfaces in relative motion."""
     scene = subject.scene
-    first = next(iter(subject.contacts.values()))
+    first, near = next(iter(subject.contacts.values())), near_contact(subject)
     towards, body = -approach(subject.job)[0], scene.body[first.body]
     across = np.cross(towards, np.eye(3)[int(np.abs(towards).argmin())])
     speed = max(float(np.linalg.norm(one.velocity)) for one in scene.body.values()) or SPEED
@@ -99,7 +104,36 @@ def _rubbing(subject: Subject, coefficient: float, press: float | None) -> Any:
             name = next(iter(subject.contacts))
             changes["contact"][name]["against"] = {"velocity": (np.array(first.against.velocity) + aside).tolist()}
     elif tuple(body.freedom) == ALL_FREE and turns_freely(subject.job, first.body):
-        changes["body"] = {first.body: {"velocity": (np.array(body.velocity) + aside).tolist()}}
+        own = near.setdefault("body", {}).setdefault(first.body, {"velocity": list(body.velocity)})
+        own["velocity"] = (np.array(own["velocity"]) + aside).tolist()
+    changes["body"] = near.get("body", {})
+    changes["run"] |= near.get("run", {})
     if press:
         changes["run"] |= {"gravity": (np.array(scene.run.gravity) + press * towards).tolist(), "start": "undeformed"}
     return subject.changed(changes)
+
+
+def near_contact(subject: Subject) -> dict[str, Any]:
+    """Return the changes by which a scene begins shortly before its first contact and ends shortly after it.
+
+    Bodies are then where they have flown, with their velocities there. Empty where the run is not much longer than the
+    contact, and where what moves before is more than free flight.
+    """
+    scene, contact = subject.scene, subject.base.contact
+    if contact is None or not 0.0 < FAR * contact.duration < scene.run.duration:
+        return {}
+    lead = AROUND * contact.duration
+    time, gravity = contact.start - lead, np.array(scene.run.gravity)
+    others = scene.springs() or scene.over_time() or scene.motion or scene.fields()
+    moving = any(any(getattr(one.against, "velocity", ())) for one in scene.contact.values())
+    flying = [body for body in scene.body.values() if any(body.velocity) or any(body.angular_velocity) or gravity.any()]
+    free = all(tuple(body.freedom) == ALL_FREE and not any(body.angular_velocity) for body in flying)
+    if others or moving or not free or not time > 0.0:
+        return {}
+    changes = {}
+    for name, body in scene.body.items():
+        speed = np.array(body.velocity)
+        flown = np.array(body.position) + time * speed + 0.5 * time**2 * gravity
+        changes[name] = {"position": flown.tolist(), "velocity": (speed + time * gravity).tolist()}
+    duration = lead + contact.duration + min(scene.run.duration - contact.start, lead)
+    return {"body": changes, "run": {"duration": duration}}

@@ -245,7 +245,9 @@ def _balanced(found: Evidence, compared: Compared) -> float:
     balanced = INTEGRATORS[found.integrator].promised_drift if turns else BALANCED  # Reactions are integrated, too.
     if turns and compared.given_step:
         balanced = SAID
-    return balanced + ROUND_OFFS * found.momentum_round_off
+    # In every step the increment of a constant load is rounded alike, by up to half of the momentum's last digit.
+    steps = 0.5 * found.steps if found.pulled else 0.0
+    return balanced + (ROUND_OFFS + steps) * found.momentum_round_off
 
 
 def _kept(found: Evidence, compared: Compared) -> float | None:

@@ -216,6 +216,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         energy_drift=found.energy_drift,
         momentum_residual=found.momentum_residual if moved and pushed else None,
         momentum_round_off=_last_digit(system, found),
+        pulled=any(system.scene.run.gravity),
         energy_round_off=eps * float(np.abs(found.energies).max(initial=0.0)) / exchanged if exchanged > 0 else 0.0,
         force_round_off=_ringing(system, found, contact),
         gap_round_off=_blur(system),

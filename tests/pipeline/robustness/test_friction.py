@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon import examples
+from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.robustness import trial
+from gudgeon.pipeline.robustness.friction import near_contact
 from gudgeon.pipeline.robustness.subject import DoesNotApply
 from tests.pipeline.robustness.test_robustness import applied, subject, two
 from tests.pipeline.robustness.test_settings import verdicts
@@ -95,3 +98,31 @@ def test_what_contact_presses_back_in_a_long_step_is_no_overlap(name: str, tmp_p
     scene = Path(__file__).parents[3] / "data" / "rigid" / f"{name}.toml"
     rows = verdicts(scene, "step", tmp_path)
     assert {row["verdict"] for row in rows.values()} == {"right"}, rows
+
+
+def test_a_contact_far_shorter_than_the_run_is_tried_around_itself(tmp_path: Path) -> None:
+    """A heavy mass on a light one through 1e15 N/m: 3 ns in 20 ms, in which its surfaces would move 16 mm aside."""
+    scene = Path(examples.__file__).parent / "extreme" / "scene.toml"
+    rows = verdicts(scene, "friction", tmp_path)
+    assert {name: row["verdict"] for name, row in rows.items()} == dict.fromkeys(rows, "right")
+    assert len(rows) == 5
+    assert max(row["steps"] for row in rows.values()) < 1e6, "100 durations before the contact and after it"
+
+
+def test_a_run_near_its_contact_begins_where_its_bodies_have_flown(tmp_path: Path) -> None:
+    scene = Path(examples.__file__).parent / "extreme" / "scene.toml"
+    one = subject(open_job(scene, db=tmp_path / "db", out=tmp_path / "out", set={}), tmp_path)
+    contact = one.contact()
+    near = near_contact(one)
+    lead = 100 * contact.duration
+    assert near["body"]["one"]["position"][0] == pytest.approx(-lead, rel=1e-6)
+    assert near["run"]["duration"] == pytest.approx(201 * contact.duration)
+    found = trial.simulated(one.changed(near), lambda what, share: None)[1]
+    first = trial.first_contact(found)
+    assert first is not None
+    assert first.start == pytest.approx(lead, rel=1e-6)
+    assert first.impulse == pytest.approx(contact.impulse, rel=1e-9)
+    slow = replace(one, base=replace(one.base, contact=replace(contact, duration=1e-5)))
+    assert near_contact(slow) == {}, "its run is not far longer than the contact"
+    spun = {"body": {"two": {"angular_velocity": [0.0, 0.0, 1.0]}}}
+    assert near_contact(replace(one, job=one.changed(spun))) == {}, "what turns is not where it would have flown"

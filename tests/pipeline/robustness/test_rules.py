@@ -105,6 +105,9 @@ def test_bounds_follow_the_last_digit_and_no_more() -> None:
     heavy = replace(SOUND, momentum_residual=1e-5, momentum_round_off=1e-6)
     assert judge(case("momentum"), heavy, LIKE).verdict == "right"
     assert judge(case("momentum"), replace(heavy, momentum_residual=2e-5), LIKE).verdict == "wrong"
+    falling = replace(heavy, pulled=True, steps=100)
+    assert judge(case("momentum"), replace(falling, momentum_residual=6e-5), LIKE).verdict == "right"
+    assert judge(case("momentum"), replace(falling, momentum_residual=7e-5), LIKE).verdict == "wrong"
     far = replace(SOUND, contact=replace(CONTACT, impulse=3.0 * (1 + 1e-6)), gap_round_off=1e-7)
     assert judge(case("similarity"), far, LIKE).verdict == "right"
     assert judge(case("similarity"), replace(far, gap_round_off=1e-8), LIKE).verdict == "wrong"
