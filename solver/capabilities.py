@@ -19,6 +19,7 @@ class Feature(Enum):
     LINE_FRICTION = "friction along one line, of rigid bodies in rigid contact"
     SMOOTHED_FRICTION = "friction that rises with the sliding speed (friction.speed)"
     RIGID_CONTACT = "rigid contact by multipliers and impacts"
+    WEAR = "wear of contacts"
     SLIDING_PAIR = "points that slide over the traction space of another body"
     TWO_BODIES = "contact between two bodies"
     DASHPOT = "dashpots beside residual flexibility"
@@ -94,7 +95,7 @@ class Implicit(Integrator):
     preferred = frozenset(
         {
             Feature.COMPLIANT_CONTACT, Feature.TWO_BODIES, Feature.SLIDING_PAIR, Feature.DAMPING, Feature.JOINT,
-            Feature.LOAD, Feature.POINT_LOAD, Feature.GRAVITY,
+            Feature.LOAD, Feature.POINT_LOAD, Feature.GRAVITY, Feature.WEAR,
         }
     )  # fmt: skip
     order = 2
@@ -112,7 +113,7 @@ class Event(Integrator):
         {
             Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.RIGID_CONTACT, Feature.TWO_BODIES, Feature.DASHPOT,
             Feature.GAUGES, Feature.PROBES, Feature.SPRING, Feature.SPRING_DAMPING, Feature.GRAVITY,
-            Feature.LINE_FRICTION,
+            Feature.LINE_FRICTION, Feature.WEAR,
         }
     )  # fmt: skip
     order = math.inf
@@ -126,7 +127,7 @@ class Collocation(Integrator):
     carries = frozenset(
         {
             Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.TWO_BODIES, Feature.GAUGES, Feature.PROBES, Feature.SPRING,
-            Feature.GRAVITY,
+            Feature.GRAVITY, Feature.WEAR,
         }
     )  # fmt: skip
     order = 6
@@ -141,7 +142,7 @@ class DiscreteGradient(Integrator):
     carries = frozenset(
         {
             Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.TWO_BODIES, Feature.GAUGES,
-            Feature.PROBES, Feature.SPRING, Feature.GRAVITY,
+            Feature.PROBES, Feature.SPRING, Feature.GRAVITY, Feature.WEAR,
         }
     )  # fmt: skip
     order = 2

@@ -93,6 +93,14 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "stickN", "s", "Time at which a point begins to stick for the Nth time, of the first three.",
              _SIZE),
     Quantity("contact", "slip_period", "s", "Time between the last two begins of slip.", _SIZE),
+    Quantity("contact", "slide", "N m", "Integral over the run of force times sliding speed of a contact with `wear`,"
+             " over all points, from the time `wear.after` on.", _SIZE),
+    Quantity("contact", "worn_volume", "m^3", "Volume that the run wears off the contact's own surface, k/H times"
+             " `slide` (Archard).", _SIZE),
+    Quantity("contact", "worn_depth", "m", "Largest depth at a point that it wears off, volume over the point's area.",
+             _SIZE),
+    Quantity("contact", "against_worn_volume", "m^3", "As `worn_volume`, of the traction space over which the points"
+             " slide.", _SIZE),
     Quantity("contact", "friction_work", "J", "Work that friction with `friction.speed` takes over the run.", _SIZE),
     *(
         Quantity("body", f"{name}_{axis}", unit, definition.format(axis), f"positive: {along} {axis}")

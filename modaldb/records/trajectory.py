@@ -24,7 +24,7 @@ LINKAGE_NOTES = "linkage_notes"
 WEAR = "wear"
 """Entry of `Trajectory.counts`: by joint that wears, lists over evenly spaced angles from zero, one for each touching
 section: `impulse` [N s] and `slide`, force times sliding distance [N m], over the bearing, `journal_slide` over the
-journal."""
+journal. By contact that wears, `slide` of each point and `against_slide` of each function of its traction space."""
 
 
 @dataclass(frozen=True)

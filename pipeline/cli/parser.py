@@ -166,7 +166,7 @@ def _add_many_runs(names: Any) -> None:
     text = "run many designs of the scene: one table of their quantities, and a picture"
     study = _command(names, "study", text, studies.study_command, studies.STUDY_HELP)
     studies.add_options(study, _positive)
-    text = "wear the joints with clearance of the scene over many cycles"
+    text = "wear the joints with clearance, or the contacts, of the scene over many cycles"
     wear = _command(names, "wear", text, wearing.wear_command, wearing.WEAR_HELP)
     wearing.add_options(wear, _tolerance)
 

@@ -109,7 +109,7 @@ def _depth(axes: Axes, shown: Shown) -> None:
     style.legend(axes, columns=3)
 
 
-def _course(axes: Axes, shown: Shown) -> None:
+def _course(axes: Axes, shown: "Shown | WornSurface") -> None:
     """Draw the largest depth over the cycles, and the difference of each update."""
     cycles, depths, differences = (np.array(one) for one in zip(*shown.course, strict=True))
     factor, unit = style.prefixed(float(depths.max()), "m")
@@ -124,3 +124,65 @@ def _course(axes: Axes, shown: Shown) -> None:
     beside.set_ylim(0, None)
     beside.grid(visible=False)
     style.legend(axes, beside=beside, columns=2)
+
+
+@dataclass(frozen=True)
+class WornSurface:
+    """What a picture shows of one contact."""
+
+    scene: str
+    contact: str
+    places: np.ndarray
+    """Angle [rad] and height [m] of the contact points, (c, 2)."""
+    depths: np.ndarray
+    """At the last cycle [m], (c,)."""
+    against: tuple[np.ndarray, np.ndarray, np.ndarray] | None
+    """Depth [m], (a, h), angles [rad] and heights [m] of what the points slide over; None where it does not wear."""
+    course: Sequence[tuple[float, float, float]]
+    """Cycles, largest depth [m] and difference of each update."""
+
+
+def draw_surface(path: Path, shown: WornSurface) -> None:
+    """Draw the picture of a contact."""
+    with style.styled():
+        style.save(_surface(shown), path)
+
+
+def _surface(shown: WornSurface) -> Figure:
+    count = 2 if shown.against is None else 3
+    last = shown.course[-1][0]
+    figure = style.new_figure(
+        "Wear of a contact",
+        f"{shown.scene}, contact {shown.contact}  ·  {last:g} cycles",
+        height=900,
+        width=750 * count,
+    )
+    grid = figure.add_gridspec(1, count, left=0.13 / count, right=1 - 0.2 / count, bottom=0.13, top=0.76, wspace=0.42)
+    middle = np.angle(np.exp(1j * shown.places[:, 0]).mean())
+    angle = np.degrees(np.angle(np.exp(1j * (shown.places[:, 0] - middle))) + middle)
+    axes = figure.add_subplot(grid[0, 0])
+    factor, unit = style.prefixed(max(float(shown.depths.max()), 1e-30), "m")
+    levels = np.linspace(0.0, max(factor * float(shown.depths.max()), 1e-12), 13)
+    drawn = axes.tricontourf(
+        angle, 1e3 * shown.places[:, 1], factor * shown.depths, levels=levels, cmap=style.MAGNITUDE
+    )
+    axes.plot(angle, 1e3 * shown.places[:, 1], ".", color=style.INK, ms=1.5)
+    _labelled(figure, axes, drawn, ("own surface; points: contact points", f"worn depth [{unit}]"))
+    if shown.against is not None:
+        depth, angles, heights = shown.against
+        axes = figure.add_subplot(grid[0, 1])
+        factor, unit = style.prefixed(max(float(depth.max()), 1e-30), "m")
+        levels = np.linspace(0.0, max(factor * float(depth.max()), 1e-12), 13)
+        drawn = axes.contourf(np.degrees(angles), 1e3 * heights, factor * np.maximum(depth.T, 0.0), levels=levels,
+                              cmap=style.MAGNITUDE)  # fmt: skip
+        _labelled(figure, axes, drawn, ("what it slides over", f"worn depth [{unit}]"))
+    _course(figure.add_subplot(grid[0, count - 1]), shown)
+    return figure
+
+
+def _labelled(figure: Figure, axes: Axes, drawn: object, words: tuple[str, str]) -> None:
+    axes.set_title(words[0], fontsize=9.5)
+    axes.set_xlabel("angle [deg]")
+    axes.set_ylabel("height [mm]")
+    axes.grid(visible=False)
+    figure.colorbar(drawn, ax=axes, label=words[1])  # type: ignore[arg-type]

@@ -1,6 +1,7 @@
 """`gudgeon wear`: files and text of wear over cycles."""
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,9 @@ from gudgeon.pipeline.files import csv_text, write_sealed, write_text
 from gudgeon.pipeline.stages.folder import held
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wear.cycles import Asked, History, run_cycles
-from gudgeon.pipeline.wear.shapes import SIDES, Cycle, Shapes, Wearing, wearing
+from gudgeon.pipeline.wear.shapes import SIDES, Cycle, Shapes, Wearing, asked_period, wearing
+from gudgeon.pipeline.wear.surface_report import surface_pictures, surface_rows, surface_sizes, surface_words
+from gudgeon.pipeline.wear.surfaces import Surfaces, surfaces, worn_contacts
 
 DOCUMENT, TABLE, PICTURE = "wear.json", "wear.csv", "wear-{}.png"
 TOLERANCE = 0.01
@@ -40,37 +43,72 @@ def marks_of(cycles: float, at: list[float]) -> list[float]:
     return sorted({*chosen, cycles})
 
 
+@dataclass(frozen=True)
+class Told:
+    """How a scene that wears is told."""
+
+    owners: str
+    """`joints` or `contacts`."""
+    sizes: Callable[[Shapes], dict[str, Any]]
+    """Volume, largest depth and its place of every surface, by joint or contact and side."""
+    rows: Callable[[dict[float, Shapes]], list[list[str]]]
+    """The table of depths after numbers of cycles."""
+    pictures: Callable[[History], list[str]]
+    """Draws pictures and returns their names."""
+    after: float
+    """Time from which all wear counts [s]."""
+    more: Callable[[], dict[str, Any]]
+    """Further entries of the document."""
+
+
 def run_wear(job: Any, asked: Asked, period: float | None, tell: Progress) -> WearReport:
-    """Wear the joints of a scene over cycles, and write table, document and pictures.
+    """Wear the joints or the contacts of a scene over cycles, and write table, document and pictures.
 
     Args:
         period: Of a cycle [s]; default: the time of the run in which wear counts.
 
     Raises:
-        InputError: no joint of the scene wears, or the folder cannot be written.
+        InputError: nothing of the scene wears, or the folder cannot be written.
     """
-    scene = wearing(job, period)
+    tell("wear", 0.0)
+    if contacts := worn_contacts(job):
+        scene: Wearing | Surfaces = surfaces(job, asked_period(job, contacts, period), tell)
+    else:
+        scene = wearing(job, period)
+    told = _told(scene)
 
     def kept(history: History) -> None:
         with held(job.out):
-            _write(scene, asked, history)
+            _write(scene, told, asked, history)
 
-    tell("wear", 0.0)
     history = run_cycles(scene, asked, tell, kept)
     with held(job.out):
-        document, files = _write(scene, asked, history)
-        files += _pictures(scene, history)
+        document, files = _write(scene, told, asked, history)
+        files += told.pictures(history)
     return WearReport(document, job.out, files, history.reason)
 
 
-def _write(scene: Wearing, asked: Asked, history: History) -> tuple[dict[str, Any], list[str]]:
+def _told(scene: Wearing | Surfaces) -> Told:
+    if isinstance(scene, Surfaces):
+        return Told(
+            "contacts", lambda shapes: surface_sizes(scene, shapes), lambda marks: surface_rows(scene, marks),
+            lambda history: surface_pictures(scene, history), scene.after, lambda: surface_words(scene),
+        )  # fmt: skip
+    return Told(
+        "joints", lambda shapes: {name: _sizes(scene, name, shapes) for name in scene.joints},
+        lambda marks: _rows(scene, marks), lambda history: _pictures(scene, history),
+        max(scene.wear(name).after for name in scene.joints), dict,
+    )  # fmt: skip
+
+
+def _write(scene: Wearing | Surfaces, told: Told, asked: Asked, history: History) -> tuple[dict[str, Any], list[str]]:
     """Write document and table of what is done so far."""
     marks = dict(history.marks)
     if history.updates:
         marks.setdefault(history.updates[-1].cycles, history.updates[-1].shapes)
     updates = [
         {"cycles": one.cycles, "step": one.step, "difference": one.difference}
-        | {"joints": {name: _sizes(scene, name, one.shapes) for name in scene.joints}}
+        | {told.owners: told.sizes(one.shapes)}
         | {"quantities": one.mean.quantities}
         for one in history.updates
     ]
@@ -78,22 +116,16 @@ def _write(scene: Wearing, asked: Asked, history: History) -> tuple[dict[str, An
         "scene": scene.job.name, "set": list(scene.job.overrides), "period": scene.period,
         "cycles": history.updates[-1].cycles if history.updates else 0.0, "asked": list(asked.marks),
         "tolerance": asked.tolerance, "runs": history.runs, "rejected": history.rejected, "coarse": history.coarse,
-        "simulated_cycles": history.runs * simulated(scene),
+        "simulated_cycles": history.runs * (scene.job.scene.run.duration - told.after) / scene.period,
         "first": {} if history.first is None else history.first.quantities,
         "last": {} if history.last is None else history.last.quantities,
         "reason": history.reason, "updates": updates,
         "depths": {f"{cycles:.{DIGITS}g}": {name: shape.tolist() for name, shape in shapes.items()}
                    for cycles, shapes in sorted(marks.items())},
-    }  # fmt: skip
+    } | told.more()  # fmt: skip
     write_sealed(scene.job.out / DOCUMENT, document)
-    write_text(scene.job.out / TABLE, csv_text(_rows(scene, marks)))
+    write_text(scene.job.out / TABLE, csv_text(told.rows(marks)))
     return document, [DOCUMENT, TABLE]
-
-
-def simulated(scene: Wearing) -> float:
-    """Return the number of cycles whose wear a run adds up."""
-    latest = max(scene.wear(name).after for name in scene.joints)
-    return (scene.job.scene.run.duration - latest) / scene.period
 
 
 def _sizes(scene: Wearing, name: str, shapes: Shapes) -> dict[str, Any]:
@@ -158,20 +190,28 @@ def _shown(scene: Wearing, name: str, cycle: Cycle) -> tuple[np.ndarray, np.ndar
 def wear_text(report: WearReport) -> str:
     """Return updates, depths and files as text."""
     document = report.document
-    lines = [f"{'cycles':>10} {'difference':>11}   joint      side     volume        depth         at"]
+    owner = "contacts" if "components" in document else "joints"
+    lines = [f"{'cycles':>10} {'difference':>11}   {owner[:-1]:10} side     volume        depth         at"]
     for one in document["updates"]:
-        for name, sides in one["joints"].items():
+        for name, sides in one[owner].items():
             for which, size in sides.items():
                 if size["volume"]:
                     lines.append(
                         f"{one['cycles']:10.6g} {one['difference']:10.2%}   {name:10} {which:8}"
                         f" {size['volume'] * 1e9:.5g} mm³  {size['depth'] * 1e6:.5g} µm"
                         f"  {np.degrees(size['angle']):.4g}°"
+                        + (f", {size['height'] * 1e3:.4g} mm" if "height" in size else "")
                     )
     cycles, simulated_cycles = document["cycles"], document["simulated_cycles"]
     runs = f"{document['runs']} runs, {simulated_cycles:.6g} cycles simulated"
     more = f", {cycles:.6g} by extrapolation from them" if cycles > simulated_cycles else ""
     lines.append(f"{runs}{more}; {document['rejected']} steps repeated with fewer cycles")
+    for name, one in document.get("components", {}).items():
+        lines.append(
+            f"component {name}: modes computed again for {one['recomputed']} runs; else they are kept, estimated change"
+            f" of frequencies or compliance up to {one['estimate']:.2%}; the moved surface has the worn depths to"
+            f" {one['mismatch']:.2%} of the largest"
+        )
     if document["coarse"]:
         lines.append(
             f"{document['coarse']} updates of one cycle differ by more than the tolerance"

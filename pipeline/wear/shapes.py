@@ -1,5 +1,6 @@
 """Worn shapes of the joints of a scene, and runs with them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -11,7 +12,8 @@ from gudgeon.pipeline.kinds import job_at, kind_of
 from gudgeon.pipeline.stages.base import Place
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.solver.joints.clearance import Clearance
-from gudgeon.solver.joints.wear import DEEPEST, JournalWear
+from gudgeon.solver.joints.wear import JournalWear
+from gudgeon.solver.laws.archard import DEEPEST
 from gudgeon.solver.numbers import RANGES
 
 SIDES = ("bearing", "journal")
@@ -123,22 +125,34 @@ def wearing(job: Any, period: float | None) -> Wearing:
     joints = {n: one for n, one in hinges.items() if isinstance(one, Clearance) and one.wear is not None}
     if not joints:
         raise InputError(
-            f"{job.path}: wear: no joint of the scene wears; give a joint of kind 'clearance' a table [joint.NAME.wear]"
+            f"{job.path}: wear: no joint of the scene wears, and no contact; give a joint of kind 'clearance' a table"
+            " [joint.NAME.wear], or a contact a table [contact.NAME.wear]"
         )
-    duration, times = job.scene.run.duration, {one.wear.after for one in joints.values() if one.wear is not None}
-    if max(times) >= duration:
-        raise InputError(
-            f"{job.path}: joint.NAME.wear.after: {max(times):g} s given, but the run ends at run.duration ="
-            f" {duration:g} s; nothing would wear"
-        )
-    if period is not None and period > (duration - max(times)) * (1 + 1e-9):
-        raise InputError(
-            f"--period {period:g} s: given, but wear counts over {duration - max(times):g} s of the run; increase"
-            " run.duration, or reduce joint.NAME.wear.after"
-        )
+    cycle = asked_period(job, joints, period)
     if not any(one.wear.coefficient or one.wear.journal_coefficient for one in joints.values() if one.wear):
         raise InputError(f"{job.path}: wear: all coefficients of wear are zero; nothing wears")
-    return Wearing(job, joints, duration - max(times) if period is None else period)
+    return Wearing(job, joints, cycle)
+
+
+def asked_period(job: Any, worn: Mapping[str, Any], period: float | None) -> float:
+    """Return the period of a cycle of a scene whose joints or contacts `worn` wear [s].
+
+    Raises:
+        InputError: a cycle is longer than the time of the run in which wear counts.
+    """
+    owner = "joint" if isinstance(next(iter(worn.values())), Clearance) else "contact"
+    duration, latest = job.scene.run.duration, max(one.wear.after for one in worn.values())
+    if latest >= duration:
+        raise InputError(
+            f"{job.path}: {owner}.NAME.wear.after: {latest:g} s given, but the run ends at run.duration ="
+            f" {duration:g} s; nothing would wear"
+        )
+    if period is not None and period > (duration - latest) * (1 + 1e-9):
+        raise InputError(
+            f"--period {period:g} s: given, but wear counts over {duration - latest:g} s of the run; increase"
+            f" run.duration, or reduce {owner}.NAME.wear.after"
+        )
+    return duration - latest if period is None else period
 
 
 def _cycle(scene: Wearing, shapes: Shapes, soft: Soft, tell: Progress) -> Cycle:

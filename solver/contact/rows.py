@@ -179,9 +179,10 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
 
 
 def _areas(contact: Contact, interface: InterfaceModes) -> np.ndarray | None:
-    """Return the areas that make pressures of forces [m^2], (c,): of layers, and of several points on another body."""
+    """Return the areas that make pressures of forces [m^2], (c,): of layers, wear, several points on another body."""
     several = isinstance(contact.against, OtherBody) and len(interface.areas) > 1
-    return interface.areas if contact.surface_stiffness is not None or several else None
+    wanted = contact.surface_stiffness is not None or several or contact.wear is not None
+    return interface.areas if wanted else None
 
 
 def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.ndarray) -> None:

@@ -10,8 +10,9 @@ from typing import ClassVar, Literal
 from pydantic import Field, model_validator
 
 from gudgeon.solver.joints.markers import Axial, Square
-from gudgeon.solver.joints.wear import DEEPEST, PRESSED, JournalWear
+from gudgeon.solver.joints.wear import PRESSED, JournalWear
 from gudgeon.solver.laws import Law
+from gudgeon.solver.laws.archard import DEEPEST
 from gudgeon.solver.numbers import Length, PositiveSpeed, RatioFromZero, Stiffness, Strict
 
 STICKING = 0.8235294117647058

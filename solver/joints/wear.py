@@ -1,14 +1,12 @@
-"""Wear of a journal and its bearing by Archard's law: worn volume V = k/H ∫ F |v| dt of force and sliding speed.
-
-J. F. Archard, Contact and rubbing of flat surfaces, J. Appl. Phys. 24 (1953) 981-988.
-"""
+"""Wear of a journal and its bearing, see `laws.archard`: worn shapes, and how they meet."""
 
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import Length, Modulus, RatioFromZero, Strict, TimeFromZero, from_zero, sizeable
+from gudgeon.solver.laws.archard import Archard
+from gudgeon.solver.numbers import Length, RatioFromZero, from_zero, sizeable
 
 Depth = Annotated[float, from_zero("m"), sizeable("m")]
 Depths = tuple[tuple[Depth, ...], ...]
@@ -23,25 +21,18 @@ FINEST = 1.5
 SPREAD = 0.4
 """Square of the standard deviation of the parabolic pressure of a thin elastic foundation over δ/e: its half-width is
 √(2 δ/e), and the variance of a parabola is a fifth of the square of that."""
-DEEPEST = 0.1
-"""Largest worn depth over the radius: shapes are of first order in it."""
 
 
-class JournalWear(Strict):
+class JournalWear(Archard):
     """Wear of a joint with clearance: worn volumes over the angle, and the worn shapes that it starts with."""
 
     coefficient: RatioFromZero = Field(description="k of the bearing in V = k/H ∫ F |v| dt [1]")
     journal_coefficient: RatioFromZero = Field(default=0.0, description="k of the journal [1]")
-    hardness: Modulus = Field(description="H, of the softer of both surfaces [Pa]")
     length: Length | None = Field(
         default=None,
         description="Of the bearing along its axis, over which depths are volumes per area; default: that of the joint",
     )
     cells: int = Field(default=CELLS, ge=36, le=3600, description="Number of cells about the axis")
-    after: TimeFromZero = Field(default=0.0, description="Time from which wear is added up, past a transient [s]")
-    thickness: Length | None = Field(
-        default=None, description="Depth that may be worn away before the wall is gone and the run ends; default: any"
-    )
     bearing_depth: Depths = Field(
         default=(),
         description="Worn depth of the bearing at the start, at evenly spaced angles from zero, one list for each"

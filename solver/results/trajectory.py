@@ -19,6 +19,7 @@ from gudgeon.solver.results.nearest import nearest
 from gudgeon.solver.results.paths import empty_paths, recorded_paths
 from gudgeon.solver.results.probes import probe_quantities, recorded_probes
 from gudgeon.solver.results.quantities import deflections, quantities
+from gudgeon.solver.results.wear import rubbed, wears, worn_quantities
 from gudgeon.solver.system.system import System
 
 
@@ -34,6 +35,8 @@ class Histories(NamedTuple):
     """[N], (f, c)."""
     masters: np.ndarray
     """Outward displacement of the functions [m], (f, F)."""
+    impulses: np.ndarray
+    """Of every point until the end of each frame [N s], (f, c); without columns where nothing wears."""
 
     @classmethod
     def empty(cls, system: System, schedule: Schedule) -> "Histories":
@@ -47,7 +50,7 @@ class Histories(NamedTuple):
         paths = empty_paths(system, count)
         probes = np.zeros((count, len(system.probes.offset)))
         samples = Samples(forces, np.zeros((count, 5)), loads, snapshots, gauges, probes, peaks=peaks, paths=paths)
-        sizes = size, size, len(system.gap), len(system.functions)
+        sizes = size, size, len(system.gap), len(system.functions), len(system.gap) if wears(system) else 0
         return cls(samples, *(np.zeros((schedule.frames, size)) for size in sizes))
 
     def cut(self, frames: int, schedule: Schedule) -> "Histories":
@@ -125,7 +128,16 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         peak_frames=peaks.q,
         peak_velocities=peaks.v,
     )
+    whole = _with_wear(whole, system, schedule, found) if wears(system) else whole
     return whole if end.linkage is None else _with_linkage(whole, end.linkage(len(times)))
+
+
+def _with_wear(whole: Trajectory, system: System, schedule: Schedule, found: Histories) -> Trajectory:
+    """Return a run with the wear of its contacts."""
+    sums = rubbed(system, schedule, found.samples, found.impulses)
+    return replace(
+        whole, quantities=whole.quantities | worn_quantities(system, sums), counts=whole.counts | {WEAR: sums}
+    )
 
 
 def _with_linkage(found: Trajectory, own: LinkageHistories) -> Trajectory:

@@ -5,6 +5,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, field_validator, model_validator
 
 from gudgeon.solver.laws import Law
+from gudgeon.solver.laws.archard import ContactWear
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.numbers import LayerStiffness, PositiveSpeed, RatioFromZero, Share, Strict
 from gudgeon.solver.obstacles import Bore, Plane
@@ -106,6 +107,7 @@ class Contact(Strict):
         " its force would become tensile",
     )
     friction: Friction | None = Field(default=None, description="Coulomb friction; static = 0 means no friction")
+    wear: ContactWear | None = Field(default=None, description="Wear of the surface by sliding; default: none")
     adjust: bool = Field(
         default=False,
         description="Whether points that start inside what they touch are moved onto it; a note says by how much",
@@ -144,6 +146,10 @@ class Contact(Strict):
              and any(self.against.velocity),
              "friction.speed and against.velocity cannot be combined: bodies that turn by any angle rub on planes at"
              " rest"),
+            (self.wear is not None and self.wear.against_coefficient > 0
+             and not isinstance(self.against, MasterSurface),
+             f"wear.against_coefficient given; it wears another body's traction space, and against.shape"
+             f" '{self.against.shape}' has none"),
             (method.rigid and isinstance(self.against, MasterSurface),
              f"method '{self.method}' and against.shape 'surface' cannot be combined: points slide over a surface by"
              " its flexibility or a surface stiffness"),

@@ -311,6 +311,8 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
             yield f"method '{contact.method}' of {where} without a law", Feature.COMPLIANT_CONTACT
         if contact.friction is not None:
             yield _friction(where, contact, contact.friction)
+        if contact.wear is not None:
+            yield f"the wear of {where}", Feature.WEAR
         if isinstance(contact.against, OtherBody):
             yield f"the other body of {where}", Feature.TWO_BODIES
         if contact.dashpot != "none":

@@ -25,6 +25,7 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "study": (("gudgeon study data/rod-wall --vary body.rod.velocity.0=-0.1:-1:10", "ten speeds, one table"),),
     "wear": (
         ("gudgeon wear data/clearance-joint/wear.toml --period 0.012", "worn depth over the angle, and a picture"),
+        ("gudgeon wear data/piston/wear.toml --cycles 1e6", "worn depth of the skirt and of the liner"),
     ),
     "robustness": (("gudgeon robustness data/two-mass --only units,turning", "two groups of cases"),),
     "linear": (

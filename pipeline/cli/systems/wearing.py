@@ -8,11 +8,13 @@ from gudgeon.pipeline.cli.console import Console
 from gudgeon.pipeline.cli.sharing import shared
 
 WEAR_HELP = """\
-Wear the joints with clearance of a scene (kind "clearance" with a table wear) over many cycles: run it, carry its wear
-on over cycles, run it with the worn shapes, and so on. Each update is made once and in two halves; where these differ
-by more than --tolerance of the clearance, it is repeated with fewer cycles. Runs are kept in the database, so that the
-same command goes on after an interrupt. Writes wear.csv (worn depth over the angle after --at cycles), wear.json
-(updates, volumes, quantities) and a picture for each joint. See docs/wear.md.
+Wear joints or contacts of a scene over many cycles: run it, carry its wear on over cycles, run it with the worn shapes,
+and so on. What wears has a table wear: joints of kind "clearance" (worn shapes of bearing and journal), or contacts on
+a cylinder of a body (worn depths move its nodes; modes are kept, or computed again where the estimate of what that
+neglects exceeds change.tolerance). Each update is made once and in two halves; where these differ by more than
+--tolerance of the clearance, it is repeated with fewer cycles. Runs are kept in the database, so that the same command
+goes on after an interrupt. Writes wear.csv (worn depth after --at cycles), wear.json (updates, volumes, quantities), a
+picture for each joint or contact, and the profile tables of worn bodies (worn/). See docs/wear.md.
 
 Exit code: 0 all cycles are done; 1 a wall is worn through or a run failed, with what was reached; 2 the input is wrong.
 """
@@ -26,7 +28,7 @@ def add_options(command: argparse.ArgumentParser, tolerance: Any) -> None:
     """
     add = command.add_argument
     add("--cycles", type=_number, default=1000.0, metavar="N", help="number of cycles (default 1000)")
-    text = "period of a cycle [s] (default: the time of the run after joint.NAME.wear.after)"
+    text = "period of a cycle [s] (default: the time of the run after wear.after)"
     add("--period", type=_number, metavar="T", help=text)
     text = "write the shapes after these cycles (default: powers of ten from 10 on, and the last one)"
     add("--at", type=_numbers, default=[], metavar="N,...", help=text)
@@ -49,7 +51,7 @@ def _numbers(text: str) -> list[float]:
 
 
 def wear_command(options: argparse.Namespace) -> int:
-    """Wear the joints of a scene over cycles and print depths and volumes."""
+    """Wear the joints or the contacts of a scene over cycles and print depths and volumes."""
     from gudgeon.pipeline.cli.commands import opened
     from gudgeon.pipeline.wear.cycles import Asked
     from gudgeon.pipeline.wear.report import TOLERANCE, marks_of, run_wear, wear_json, wear_text
