@@ -35,6 +35,16 @@ its minimum, so its error is of the square of this."""
 MOST_ITERATIONS = 500
 
 
+def memory(fixed: int, moving: int, *, images: bool) -> float:
+    """Return what a process needs for the matrices of a grid with so many panels that stay and that move [bytes].
+
+    Matrix and factor of both parts stay; of a pose there are the block between them, with images the moving block once
+    more, and the coarse matrix with its factor.
+    """
+    coarse = ((fixed + moving) / 4) ** 2
+    return 8.0 * (2 * fixed**2 + (3 if images else 2) * moving**2 + fixed * moving + 3 * coarse)
+
+
 class _Part(NamedTuple):
     """Panels that keep their places relative to each other."""
 

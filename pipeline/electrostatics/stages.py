@@ -21,6 +21,8 @@ from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, seal_summary
 
 CAPACITANCE = "capacitance.csv"
+MOST_MEMORY = 4e9
+"""What a process that computes poses may need [bytes]."""
 POSE_SHARE = 0.5
 """Estimated time of a pose over that of the field: the integrals between fixed and moving panels are half of all."""
 
@@ -102,6 +104,7 @@ def _make_grid(job: FieldJob, tell: Progress, executor: Executor | None = None) 
     grid, conductors = job.grid(), job.scene.conductor.values()
     assert grid is not None
     assert job.scene.poses is not None
+    _refuse_large(job, grid)
     _refuse_long(job, grid, job.scene.poses.hours)
     if job.scene.poses.tolerance is None:
         blocks = compute_grid(job.store.location, job.name, grid, tell, executor)
@@ -124,6 +127,26 @@ def _refined(job: FieldJob, grid: Grid, tell: Progress, executor: Executor | Non
             return found.grid, [found.record()]
         _refuse_long(job, found.grid, job.scene.poses.hours)
     raise not_reached(job.scene.poses.tolerance, found.grid)
+
+
+def _refuse_large(job: FieldJob, grid: Grid) -> None:
+    """Raise InputError where a process that computes a grid would need more memory than allowed."""
+    from gudgeon.pipeline.electrostatics.poses import memory
+
+    record: FieldRecord = job.store.get(grid.field_key, "field", only=["conductor", "conductors"])
+    names = record.conductors["names"]
+    counts = dict(zip(names, np.bincount(record.conductor, minlength=len(names)).tolist(), strict=True))
+    moving = sum(count for name, count in counts.items() if name in grid.moved.names)
+    fixed = sum(counts.values()) - moving
+    needed = memory(fixed, moving, images=job.scene.half_space is not None)
+    if needed > MOST_MEMORY:
+        most = max(counts, key=lambda name: counts[name])
+        raise InputError(
+            f"poses: {fixed} panels stay and {moving} move, for which a process would need about {needed / 1e9:.2g} GB;"
+            f" allowed: {MOST_MEMORY / 1e9:g}. Give fewer panels: conductor.{most} has {counts[most]}, fewer by a"
+            " larger mesh.size, or panels.strips or panels.corner_divisions below"
+            f" {job.scene.panels.strips} or {job.scene.panels.corner_divisions}"
+        )
 
 
 def _refuse_long(job: FieldJob, grid: Grid, hours: float) -> None:

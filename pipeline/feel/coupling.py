@@ -1,13 +1,15 @@
 """Forces of a tool on a handle, scaled, and reduced where the handle would gain energy.
 
 Handle and tool are tied by a virtual coupling (`kernel`), whose energy S(x) is that of fields and coupling together:
-the wrench on the handle is −∂S/∂x. As it is held between poses, and old when it acts, it would do more work than S
-falls. An observer takes what is left of it (time-domain passivity): from the work w that the device tells, it knows the
-reserve
+the wrench on the handle is −r ∂S/∂x, r from 0 to 1 as forces rise at the start. As it is held between poses, and old
+when it acts, it would do more work than S falls. An observer takes what is left of it (time-domain passivity): from the
+work w that the device tells, it knows the reserve
 
-  E = S(start) − S(x) − w
+  E = r (S(start) − S(x)) − w
 
-at the last pose, and predicts what the wrenches on their way will have done when the next one arrives. The wrench is
+at the last pose. Where S is above that at the start, a rise of r is energy that is switched on under the hand: it waits
+until the reserve pays for it. With E ≥ 0 the handle never has more energy than S has fallen since the very start. The
+observer predicts what the wrenches on their way will have done when the next one arrives. The wrench is
 reduced along the handle's motion by what would let E fall below zero; a handle that stands still feels all of it.
 """
 
@@ -30,10 +32,12 @@ LOST, LOSING, MOST_LOST = 0.02, 6.0, 0.3
 wrench [1/s], while the reserve is small."""
 MARGIN, SPENT = 0.05, 0.2
 """Reserve over the largest change of S so far up to which it is small; share of the rest that a tick may spend."""
+SAVED = 0.1
+"""Share of the largest change of S so far that a rise of forces leaves of the reserve."""
 DAMPS = 0.3
 """Damping at most of a handle over its mass per time from a pose to the end of its wrench."""
 RISE = 0.3
-"""Time within which forces rise at the start [s]; the reserve counts from its end."""
+"""Time within which forces rise at the start at least [s]."""
 SILENT, FADING = 0.05, 0.2
 """Time without a pose after which forces fade, and within which they do [s]."""
 LEAST = 1e-3
@@ -94,9 +98,8 @@ class Coupling:
         self._sent: deque[tuple[float, np.ndarray]] = deque()
         self._last: Reading | None = None
         self._speed = np.zeros(6)
-        self._work, self._begin, self._span = 0.0, 0.0, 0.0
-        self._begun: float | None = None
-        self._risen = False
+        self._work, self._before, self._span, self._share = 0.0, 0.0, 0.0, 0.0
+        self._begin: float | None = None
         self._ghost = self.at.copy()
         settled(self.tool.compiled, self.at.copy(), self._ghost, self.energies)  # Compiled before the first tick.
 
@@ -111,15 +114,12 @@ class Coupling:
         x = self._last.pose / self.way
         energy, wrench = settled(self.tool.compiled, x, self.at, self.energies)
         scale = self.scales.force * self.scales.length
-        rise = 1.0 if self._begun is None else min(1.0, (now - self._begun) / RISE)
-        if self._begun is None:
-            self._begun, rise = now, 0.0
-        if not self._risen:
-            self._begin = energy + self._work / scale
-            self._risen = rise == 1.0
-        reserve = scale * (self._begin - energy) - self._work
-        self._span = max(self._span, abs(scale * (self._begin - energy)), abs(self._work))
-        wanted = rise * self._passive(now, wrench * self._push, (energy, reserve))
+        if self._begin is None:
+            self._begin, self._before = energy, self._work
+        above, work = scale * (energy - self._begin), self._work - self._before
+        self._span = max(self._span, abs(above), abs(work))
+        reserve = self._rise(above, -self._share * above - work)
+        wanted = self._passive(now, self._share * wrench * self._push, (energy, reserve))
         age = now - self._last.time - self.device.delay - 1 / self.device.rate
         if age > SILENT:
             wanted *= max(0.0, 1.0 - (age - SILENT) / FADING)
@@ -128,6 +128,18 @@ class Coupling:
         if np.isfinite(free):
             truth = own * self._push
         return self._send(now, wanted, truth, reserve, state)
+
+    def _rise(self, above: float, reserve: float) -> float:
+        """Let forces rise by a tick, as far as the reserve [J] pays for it; return what is left of it.
+
+        Args:
+            above: S over that at the start [J].
+        """
+        step = min(self.period / RISE, 1.0 - self._share)
+        if above > 0.0:
+            step = min(step, SPENT * max(0.0, reserve - SAVED * self._span) / above)
+        self._share += step
+        return reserve - step * above
 
     def _take(self, now: float, reading: Reading | None) -> str:
         """Take a new pose, with its speed and the work done."""
@@ -173,7 +185,7 @@ class Coupling:
         self._ghost[:] = self.at
         ahead = self._last.pose + v * (ends - self._last.time)
         there, _wrench = settled(self.tool.compiled, ahead / self.way, self._ghost, self.energies)
-        falls = self.scales.force * self.scales.length * (energy - there)
+        falls = self._share * self.scales.force * self.scales.length * (energy - there)
         hold = ends - arrives
         margin = MARGIN * self._span
         lost = LOST if reserve > margin else min(MOST_LOST, LOST + LOSING * self.horizon)

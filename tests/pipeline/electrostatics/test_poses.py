@@ -1,6 +1,8 @@
 """Grids of poses: capacitances against whole solutions, blocks, interpolation, conservative forces, what is refused."""
 
 import itertools
+import re
+import tracemalloc
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -10,9 +12,9 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.field import PoseGridRecord
-from gudgeon.pipeline.electrostatics import blocks
+from gudgeon.pipeline.electrostatics import blocks, stages
 from gudgeon.pipeline.electrostatics.job import FieldJob
-from gudgeon.pipeline.electrostatics.poses import conjugate_gradients
+from gudgeon.pipeline.electrostatics.poses import PoseProblem, conjugate_gradients, memory
 from gudgeon.pipeline.electrostatics.refinement import CAUTION
 from gudgeon.pipeline.electrostatics.stages import compute_poses
 from gudgeon.pipeline.errors import InputError, StageError
@@ -290,3 +292,35 @@ def test_a_refined_grid_is_refused_where_it_would_take_too_long(db: Path) -> Non
     changes = {"poses.y": "unset", "poses.x.points": 4, "poses.tolerance": 1e-6, "poses.hours": 1e-4}
     with pytest.raises(InputError, match=r"poses.hours: .* a larger tolerance"):
         compute_poses(job_of(db, **changes))
+
+
+@pytest.mark.parametrize("half_space", [None, {"point": [0.0, 0.0, -1.5e-3], "permittivity": 4.0}])
+def test_memory_of_a_grid_is_foreseen(db: Path, half_space: Any) -> None:
+    """The largest arrays of numpy at once, within 20 %, of which the rest are vectors and quadrature of panels."""
+    finer = {"conductor.left.mesh.size": 4e-4, "conductor.right.mesh.size": 5e-4}
+    job = job_of(db, **finer, **FEW, **({} if half_space is None else {"half_space": half_space}))
+    run(job.path, set=job.overrides, db=db, out=db / "memory", until="solve")
+    record, grid = job.store.get(job.field().key, "field"), job.grid()
+    assert grid is not None
+    counts = np.bincount(record.conductor)
+    pose = grid.poses()[-1]
+    tracemalloc.start()
+    try:
+        PoseProblem(record, grid.moved).at(pose)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert min(counts) > 300
+    assert memory(counts[0], counts[1], images=half_space is not None) == pytest.approx(peak, rel=0.2)
+
+
+def test_a_grid_beyond_the_memory_is_refused(db: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With what to coarsen; 20 000 panels in two equal parts would need 4.6 GB."""
+    assert memory(10_000, 10_000, images=False) == pytest.approx(4.6e9, rel=0.05)
+    monkeypatch.setattr(stages, "MOST_MEMORY", 1e5)
+    with pytest.raises(InputError) as error:
+        compute_poses(job_of(db, **FEW, **{"poses.x.ends": [0.0, 1.1e-4]}))
+    text = str(error.value)
+    assert "\n" not in text
+    assert re.search(r"poses: \d+ panels stay and \d+ move, for which a process would need about [0-9.]+ GB", text)
+    assert "fewer by a larger mesh.size, or panels.strips or panels.corner_divisions below" in text

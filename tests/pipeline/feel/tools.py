@@ -43,19 +43,18 @@ def felt(kind: str, device: Scripted, scale: float, seconds: float) -> tuple[Cou
     return coupling, [one for _, one in run_script(coupling, seconds)]
 
 
-def gain(kind: str, coupling: Coupling, device: Scripted, begin: float) -> tuple[float, float]:
-    """Return the largest and the last energy that the handle has gained since a time [s] beyond what S fell, over the
-    energy exchanged.
+def gain(kind: str, coupling: Coupling, device: Scripted) -> tuple[float, float]:
+    """Return the largest and the last energy that the handle has gained since the start beyond what S has fallen, over
+    the energy exchanged; where S has risen, any energy is gained.
 
     They follow from the handle's own motion and the wrenches that acted on it, not from what the loop knew.
     """
     own, y, net, span = tool(kind), np.zeros(6), list[float](), 0.0
     scale, first = coupling.scales.force * coupling.scales.length, None
-    for time, pose, _, work in device.history:
+    for _time, pose, _, work in device.history:
         energy, _wrench = settled(own.compiled, pose / coupling.way, y, coupling.energies)
-        if time >= begin:
-            first = first or (energy, work)
-            fell, done = scale * (first[0] - energy), work - first[1]
-            net.append(done - fell)
-            span = max(span, abs(fell), abs(done))
+        first = energy if first is None else first
+        fell = scale * (first - energy)
+        net.append(work - max(0.0, fell))
+        span = max(span, abs(fell), abs(work))
     return max(net) / span, net[-1] / span
