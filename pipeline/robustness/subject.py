@@ -53,7 +53,8 @@ class Subject:
     @property
     def turns(self) -> bool:
         """Whether its bodies turn by any angle."""
-        return isinstance(self.scene, Scene) and self.scene.capabilities.turns
+        scene = self.scene
+        return isinstance(scene, Scene) and bool(scene.carriers()) and scene.capabilities.turns
 
     def elastic(self) -> list[str]:
         """Return the components in use that deform."""

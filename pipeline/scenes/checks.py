@@ -118,9 +118,26 @@ def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str,
             wanted.append((f"joint.{name}.interface", hinge.body, hinge.interface, able))
         if hinge.against is not None and hinge.against_interface is not None:
             wanted.append((f"joint.{name}.against_interface", hinge.against, hinge.against_interface, able))
+    if scene.hinges() or scene.run.integrator == "mechanism":
+        wanted += _pressed_interfaces(scene)
     for name, body in scene.body.items():
         if body.attached_to is not None:
             wanted.append((f"body.{name}.attached_to", name, body.attached_to, ("tie",)))
+    return wanted
+
+
+def _pressed_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str, ...]]]:
+    """Return the same of the loads, springs and bushings of bodies that turn by any angle."""
+    wanted: list[tuple[str, str, str, tuple[str, ...]]] = []
+    for name, load in scene.turning_loads().items():
+        if (interface := getattr(load, "interface", None)) is not None and load.surface is not None:
+            wanted.append((f"force.{name}.interface", load.body, interface, (load.surface,)))
+    for name, spring in scene.springs().items():
+        able = ("mean", "tie") if name in scene.point_springs() else ("tie",)
+        if spring.interface is not None:
+            wanted.append((f"force.{name}.interface", spring.body, spring.interface, able))
+        if spring.against is not None and spring.against_interface is not None:
+            wanted.append((f"force.{name}.against_interface", spring.against, spring.against_interface, able))
     return wanted
 
 
@@ -129,13 +146,13 @@ def _without_statics(scene: "SceneFile") -> list[str]:
     lines = []
     for where, body, interface, _ in _held_interfaces(scene):
         component = scene.component.get(name := scene.component_of(body))
-        if component is None or interface not in component.interface or not where.startswith("joint."):
+        if component is None or interface not in component.interface or not where.startswith(("joint.", "force.")):
             continue
         if component.modes.reduction in (*WITH_STATICS, "rigid"):
             continue
         lines.append(
             f"component.{name}.modes.reduction: '{component.modes.reduction}' has no static shape of interface"
-            f" '{interface}', so that {where.rpartition('.')[0]} would hold a body that is too stiff; allowed:"
+            f" '{interface}', so that {where.rpartition('.')[0]} would act on a body that is too stiff; allowed:"
             f" {', '.join(WITH_STATICS)}"
         )
     for name, hinge in scene.hinges().items():

@@ -28,7 +28,8 @@ class Spring(TwoEnds):
     against_at: Place | None = Field(
         default=None,
         description="Point of the other body, as `at`, or place of the ground in the scene [m]: the spring acts along"
-        " the line between both points, which turns with them; for scenes of integrator mechanism",
+        " the line between both points, which turns with them, as it does in scenes of integrator mechanism between two"
+        " interfaces without a `direction`",
     )
     length: Length | None = Field(
         default=None,
@@ -58,8 +59,8 @@ class Spring(TwoEnds):
             raise ValueError("give stiffness [N/m], a table or damping [N s/m]")
         if not tabled and self.stiffness is None and self.preload:
             raise ValueError("preload needs a stiffness or a table")
-        if self.against_at is None and self.length is not None:
-            raise ValueError("length needs against_at: it is the distance of two points")
+        if self.against_at is None and self.against_interface is None and self.length is not None:
+            raise ValueError("length needs against_at or against_interface: it is the distance of two points")
         if self.against_at is not None:
             self._check_points()
         if self.values:
@@ -67,7 +68,7 @@ class Spring(TwoEnds):
         return self
 
     def _check_points(self) -> None:
-        given = {"interface": self.interface, "against_interface": self.against_interface, "direction": self.direction}
+        given = {"against_interface": self.against_interface, "direction": self.direction}
         beside = [key for key, value in given.items() if value is not None]
         if beside or self.table is not None or self.values:
             raise ValueError(f"{(beside or ['a table'])[0]} and against_at are given; give only one of them")

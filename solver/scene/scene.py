@@ -18,7 +18,7 @@ from gudgeon.solver.forces.fields.electrostatic import (
     ParallelPlates,
 )
 from gudgeon.solver.forces.gas import GasPressure
-from gudgeon.solver.forces.given import GivenForce, GivenTorque
+from gudgeon.solver.forces.given import GivenForce, GivenTorque, GivenWrench
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.joints import Joint
@@ -113,13 +113,19 @@ class Scene(Strict):
         return {n: j for n, j in self.joint.items() if isinstance(j, Marked)}
 
     def point_springs(self) -> dict[str, Spring]:
-        """Return the springs between two points, whose line turns with them, by name."""
-        return {n: f for n, f in self.force.items() if isinstance(f, Spring) and f.against_at is not None}
+        """Return the springs between two points, whose line turns with them, by name: as named, or in mechanisms."""
+        springs = {n: f for n, f in self.force.items() if isinstance(f, Spring)}
+        lines = {n for n, f in springs.items() if self.turns_by_choice and f.direction is None and not f.tabled}
+        return {n: f for n, f in springs.items() if f.against_at is not None or n in lines}
 
     def turning_bushings(self) -> dict[str, Bushing]:
         """Return the bushings of bodies that turn by any angle by name: beside joints of two markers, or as named."""
-        turns = self.hinges() or self.run.integrator == "mechanism"
-        return {n: f for n, f in self.force.items() if isinstance(f, Bushing) and turns}
+        return {n: f for n, f in self.force.items() if isinstance(f, Bushing) and self.turns_by_choice}
+
+    @property
+    def turns_by_choice(self) -> bool:
+        """Whether its bodies turn by any angle: they have joints of two markers, or their integrator is named."""
+        return bool(self.hinges()) or self.run.integrator == "mechanism"
 
     def fields(self) -> dict[str, Electrostatic | ParallelPlates | Adhesion]:
         """Return the electrostatic fields and adhesions of the scene by name."""
@@ -137,6 +143,11 @@ class Scene(Strict):
         """Return forces over time at points of rigid bodies, and torques on them, by name."""
         found = {n: f for n, f in self.force.items() if isinstance(f, GivenForce | GivenTorque)}
         return {n: f for n, f in found.items() if isinstance(f, GivenTorque) or f.at is not None}
+
+    def turning_loads(self) -> dict[str, GivenForce | GivenTorque | GivenWrench]:
+        """Return forces, torques and wrenches over time of a scene whose bodies turn by any angle, by name."""
+        found = {n: f for n, f in self.force.items() if isinstance(f, GivenForce | GivenTorque | GivenWrench)}
+        return found if self.turns_by_choice else {n: f for n, f in found.items() if n in self.point_loads()}
 
     def masters(self) -> dict[str, MasterSurface]:
         """Return the master surface of each contact that has one."""
@@ -296,7 +307,7 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
     for name in scene.motion:
         yield f"motion.{name}", Feature.MOTION
     for name in scene.given():
-        yield f"force.{name}", Feature.POINT_LOAD if name in scene.point_loads() else Feature.LOAD
+        yield f"force.{name}", Feature.POINT_LOAD if name in scene.turning_loads() else Feature.LOAD
     for name in scene.masters():
         yield f"the sliding pair contact.{name}", Feature.SLIDING_PAIR
     for name, contact in scene.contact.items():
@@ -323,6 +334,9 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
             continue
         if name in scene.turning_bushings():
             yield f"the bushing force.{name}", Feature.MECHANISM
+            continue
+        if scene.turns_by_choice and isinstance(spring, Spring) and not spring.tabled:
+            yield f"the fixed direction of force.{name}, which may be left out,", Feature.SPRING
             continue
         yield f"force.{name}", Feature.SPRING
         if spring.elastic:

@@ -11,7 +11,7 @@ from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.fields.co_energy import OUT, basis_shape
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic, FieldForce
-from gudgeon.solver.forces.given import GivenForce, GivenTorque
+from gudgeon.solver.forces.given import GivenForce, GivenTorque, GivenWrench
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.integrators.mechanism.arrays import (
     ALONG,
@@ -222,8 +222,8 @@ def model_of(found: Linkage) -> Model:
     system, scene = found.system, found.system.scene
     bodies, rows, terms = list(system.bodies.values()), found.rows, list(found.terms)
     springs = [(found.ends(one, f"force.{name}"), one) for name, one in scene.point_springs().items()]
-    loads = list(scene.point_loads().values())
-    pressed = [_pressed(found, name, one) for name, one in scene.point_loads().items()]
+    loads = list(scene.turning_loads().values())
+    pressed = [_pressed(found, name, one) for name, one in scene.turning_loads().items()]
     bushings = [(found.ends(one, f"force.{name}"), one) for name, one in scene.six_motions().items()]
     points = [*(p for two in found.markers for p in two), *(p for ends, _ in springs for p in ends), *pressed,
               *(p for ends, _ in bushings for p in ends)]  # fmt: skip
@@ -292,14 +292,26 @@ def _rest(found: Linkage, ends: tuple[Point, Point], one: Bushing | FieldForce) 
     return apart - np.array(one.start) if isinstance(one, Electrostatic) else apart
 
 
-def _pressed(found: Linkage, name: str, load: GivenForce | GivenTorque) -> Point:
-    """Return the point where a load acts."""
-    where = f"force.{name}.{'at' if isinstance(load, GivenForce) else 'body'}"
-    return found.point(load.body, getattr(load, "at", None), where=where)
+def _pressed(found: Linkage, name: str, load: GivenForce | GivenTorque | GivenWrench) -> Point:
+    """Return the point where a load acts.
+
+    Raises:
+        SceneError: it acts on no interface of a body that deforms.
+    """
+    if isinstance(load, GivenTorque):
+        if len(found.frames[found.names.index(load.body)].stiffness):
+            raise SceneError(
+                f"force.{name}.kind: 'torque' given, and body '{load.body}' deforms; give kind 'wrench' with a moment,"
+                " at an interface of kind 'tie'"
+            )
+        return found.point(load.body, None)
+    return found.point(load.body, load.at, load.interface, f"force.{name}.{'interface' if load.interface else 'at'}")
 
 
-def _wrench(load: GivenForce | GivenTorque) -> np.ndarray:
+def _wrench(load: GivenForce | GivenTorque | GivenWrench) -> np.ndarray:
     """Return force and moment per unit of a load at its point, (6,)."""
+    if isinstance(load, GivenWrench):
+        return load.share()
     line = unit(load.direction)
     return np.concatenate([line, np.zeros(3)] if isinstance(load, GivenForce) else [np.zeros(3), line])
 

@@ -60,7 +60,7 @@ class Mechanism(Capabilities):
         self.model = model_of(self.linkage)
         self.work = work_of(self.model)
         self._table, self._times = tableau()
-        self._loads = [(f"force.{name}", one) for name, one in system.scene.point_loads().items()]
+        self._loads = [(f"force.{name}", one) for name, one in system.scene.turning_loads().items()]
         self._drives = [(f"joint.{name}", drive) for name, drive in self.linkage.drives.items()]
         self.start = start_of(self.linkage, self.model, self.work, self._given(np.zeros(1))[0][0])
         self._duration = system.scene.run.duration
