@@ -44,7 +44,9 @@ BENDING = 3 * 210e9 * 0.02**4 / 12
 ACTS = {
     "wrench": ('kind = "wrench"\nforce = [0.0, 0.0, -20.0]\n', -20.0 / BENDING),
     "moment": ('kind = "wrench"\nmoment = [0.0, 20.0, 0.0]\n', -1.5 * 20.0 / BENDING),
-    "spring": ('kind = "spring"\nagainst_at = [1.0, 0.0, 1.0]\nstiffness = 5e3\npreload = 20.0\n', 20.0 / (BENDING + 5e3)),
+    "spring": (
+        'kind = "spring"\nagainst_at = [1.0, 0.0, 1.0]\nstiffness = 5e3\npreload = 20.0\n', 20.0 / (BENDING + 5e3),
+    ),
 }  # fmt: skip
 
 
