@@ -48,6 +48,8 @@ class Constants(NamedTuple):
     dt: float
     flight: np.ndarray
     """Propagator entries q←q, q←q̇, q̇←q, q̇←q̇ over dt, (4, m)."""
+    half: np.ndarray
+    """The same over dt/2, (4, m)."""
     stiffness: np.ndarray
     """ω² [rad²/s²], zero for rigid coordinates, (m,)."""
     rows: np.ndarray
@@ -92,6 +94,8 @@ class State(NamedTuple):
     """Gaps without the forces of an impulse [m], (c,)."""
     jump: np.ndarray
     """Change of q̇ by an impulse, (m,)."""
+    ends: np.ndarray
+    """q and q̇ at the end of a sample, half a step before the next impulse, (2, m)."""
     impulses: np.ndarray
     """Σ λ dt of each row [N s], (c,)."""
     work: np.ndarray
@@ -120,7 +124,7 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
     dt, c = constants.dt, len(constants.gap)
     q, v, forces, energies, nothing = state.q, state.v, out.forces, out.energies, state.multipliers[:0]
     coupled, multipliers, log = constants.coupled, state.multipliers, state.log
-    jump, gap = state.jump, state.free
+    jump, gap, ends = state.jump, state.free, state.ends
     number = first
     clear = 0
     for sample in range(len(forces)):
@@ -158,9 +162,19 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
                 copy(state.energy, energies[sample])
             fly(constants.flight, q, v)
             number += 1
-        keep_paths(out.paths, sample, q, multipliers)
-        keep_peaks(out.peaks, forces[sample], number // stride, (q, v, multipliers), nothing)
+        back(constants.half, state)
+        keep_paths(out.paths, sample, ends[0], multipliers)
+        keep_peaks(out.peaks, forces[sample], number // stride, (ends[0], ends[1], multipliers), nothing)
     return True
+
+
+@inner
+def back(half, state):  # type: ignore[no-untyped-def]
+    """Set the motion at the end of a step from that at the next impulse, half a step later."""
+    q, v, ends = state.q, state.v, state.ends
+    for k in range(len(q)):
+        ends[0, k] = half[3, k] * q[k] - half[1, k] * v[k]
+        ends[1, k] = half[0, k] * v[k] - half[2, k] * q[k]
 
 
 @inner

@@ -10,6 +10,7 @@ from gudgeon.solver.integrators.explicit.kernel import (
     DISSIPATED,
     KINETIC,
     STRAIN,
+    back,
     clear_steps,
     damped_force,
     flight_energies,
@@ -31,7 +32,14 @@ def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-
     spring, dashpot = 1.0 / constants.compliance[0, 0], constants.dashpot[0]
     mobility = _dot(row, row)
     gap, rate = constants.gap[0] + _dot(row, q), _dot(row, v)
-    number, clear, forces, energies, nothing = first, 0, out.forces, out.energies, state.multipliers[:0]
+    ends, number, clear, forces, energies, nothing = (
+        state.ends,
+        first,
+        0,
+        out.forces,
+        out.energies,
+        state.multipliers[:0],
+    )
     for sample in range(len(forces)):
         pressed = 0.0
         for step in range(stride):
@@ -75,8 +83,9 @@ def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-
             number += 1
         for axis in range(3):
             forces[sample, 0, axis] = pressed / stride * normal[axis]
-        keep_paths(out.paths, sample, q, state.multipliers)
-        keep_peaks(out.peaks, forces[sample], number // stride, (q, v, state.multipliers), nothing)
+        back(constants.half, state)
+        keep_paths(out.paths, sample, ends[0], state.multipliers)
+        keep_peaks(out.peaks, forces[sample], number // stride, (ends[0], ends[1], state.multipliers), nothing)
     return True
 
 
