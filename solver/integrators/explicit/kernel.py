@@ -122,9 +122,9 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
         False where the contact rows are linearly dependent.
     """
     dt, c = constants.dt, len(constants.gap)
-    q, v, forces, energies, nothing = state.q, state.v, out.forces, out.energies, state.multipliers[:0]
+    q, v, forces, energies = state.q, state.v, out.forces, out.energies
     coupled, multipliers, log = constants.coupled, state.multipliers, state.log
-    jump, gap, ends = state.jump, state.free, state.ends
+    jump, gap = state.jump, state.free
     number = first
     clear = 0
     for sample in range(len(forces)):
@@ -162,19 +162,23 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
                 copy(state.energy, energies[sample])
             fly(constants.flight, q, v)
             number += 1
-        back(constants.half, state)
-        keep_paths(out.paths, sample, ends[0], multipliers)
-        keep_peaks(out.peaks, forces[sample], number // stride, (ends[0], ends[1], multipliers), nothing)
+        keep_ends(constants, state, out, sample, number // stride)
     return True
 
 
 @inner
-def back(half, state):  # type: ignore[no-untyped-def]
-    """Set the motion at the end of a step from that at the next impulse, half a step later."""
-    q, v, ends = state.q, state.v, state.ends
+def keep_ends(constants, state, out, sample, done):  # type: ignore[no-untyped-def]
+    """Keep what is recorded at the end of a sample, half a step before the next impulse, where the state is.
+
+    Args:
+        done: Number of samples to its end.
+    """
+    q, v, ends, half, pressed = state.q, state.v, state.ends, constants.half, state.multipliers
     for k in range(len(q)):
         ends[0, k] = half[3, k] * q[k] - half[1, k] * v[k]
         ends[1, k] = half[0, k] * v[k] - half[2, k] * q[k]
+    keep_paths(out.paths, sample, ends[0], pressed)
+    keep_peaks(out.peaks, out.forces[sample], done, (ends[0], ends[1], pressed), pressed[:0])
 
 
 @inner
