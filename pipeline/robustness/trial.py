@@ -317,7 +317,7 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     pulled = float(np.abs(pressed @ (system.rows @ system.rows.T)).max(initial=0.0))
     slack += ROUND_OFF * float(found.counts["step"]) ** 2 * pulled
     # The explicit integrator ends a frame half a step after its contact forces.
-    slack += found.counts["step"] * speed if INTEGRATORS[found.counts["integrator"]].staggered else 0.0
+    slack += 0.5 * found.counts["step"] * speed if INTEGRATORS[found.counts["integrator"]].staggered else 0.0
     rows = np.concatenate([np.arange(contact.rows.start, contact.rows.stop) for contact in plain])
     stiffness, exponent = system.law[rows, 0], system.law[rows, 1]
     yields = np.sqrt(2 * energy * system.layer[rows])

@@ -57,6 +57,8 @@ class ImpactLog(NamedTuple):
     """J at the end of the last step [N s], (k, 3)."""
     sudden: np.ndarray
     """Impulse without duration in the present impact [N s], (k, 3)."""
+    jump: np.ndarray
+    """Of it what the windowed force has not had yet [N s], (k, 3)."""
     ring: np.ndarray
     """J and I at the ends of the last n steps but for a linear function of time [N s, N s²], (k, n, 6)."""
     plateau: np.ndarray
@@ -85,7 +87,7 @@ def impact_log(first_rows: list[int], dt: float, window: float) -> ImpactLog:
     steps[:, FIRST], steps[:, ROW] = -1, first_rows
     return ImpactLog(
         dt=dt, window=window, force=np.zeros((contacts, 3)), steps=steps, before=np.zeros((contacts, 3)),
-        sudden=np.zeros((contacts, 3)),
+        sudden=np.zeros((contacts, 3)), jump=np.zeros((contacts, 3)),
         ring=np.zeros((contacts, math.floor(2 * window / dt) + 3, 6)), plateau=np.zeros((contacts, 3)),
         running=np.zeros((contacts, IMPACT_COLUMNS)), ended=np.empty((CAPACITY if contacts else 0, 1 + IMPACT_COLUMNS)),
         counts=np.zeros(2, np.int64),
@@ -154,7 +156,7 @@ def log_step(log, number):  # type: ignore[no-untyped-def]
 
 @inner
 def note_impact(log, k, number, time, rate):  # type: ignore[no-untyped-def]
-    """Begin an impact with an impulse without duration, which the caller adds to `log.sudden`, unless one goes on.
+    """Begin an impact with an impulse without duration, which the caller adds by `add_jump`, unless one goes on.
 
     Args:
         time: [s]
@@ -173,6 +175,13 @@ def note_impact(log, k, number, time, rate):  # type: ignore[no-untyped-def]
 
 
 @inner
+def add_jump(log, k, axis, impulse):  # type: ignore[no-untyped-def]
+    """Add an impulse without duration along an axis to the present impact [N s]: it is in no force but the windowed."""
+    log.sudden[k, axis] += impulse
+    log.jump[k, axis] += impulse
+
+
+@inner
 def _begin(log, k, number):  # type: ignore[no-untyped-def]
     log.counts[GOING] += 1
     log.steps[k, FIRST], log.steps[k, PRESENT] = number, number - 1
@@ -180,7 +189,7 @@ def _begin(log, k, number):  # type: ignore[no-untyped-def]
     log.plateau[k, LARGEST] = 0.0
     for axis in range(3):
         log.before[k, axis] = 0.0
-        log.sudden[k, axis] = 0.0
+        log.sudden[k, axis] = log.jump[k, axis] = 0.0
         log.ring[k, 0, axis] = 0.0
         log.ring[k, 0, 3 + axis] = 0.0
 
@@ -200,8 +209,9 @@ def _add(log, k, number, acts):  # type: ignore[no-untyped-def]
             running[PEAK], running[PEAK_TIME] = np.sqrt(square), (number + 0.5) * dt
     last, now = ring[(since - 1) % size], ring[since % size]
     for axis in range(3):
-        step = dt * force[axis]
-        before[axis] += step
+        before[axis] += dt * force[axis]
+        step = dt * force[axis] + log.jump[k, axis]
+        log.jump[k, axis] = 0.0
         now[axis] = last[axis] + step
         now[3 + axis] = last[3 + axis] + dt * (last[axis] + 0.5 * step)
         force[axis] = 0.0
@@ -311,8 +321,10 @@ class Located:
     def impacts(self) -> list[np.ndarray]:
         """Return the impacts of each contact, (b, 9) each; one whose force still acts has no opening speed (NaN)."""
         log, found = self._log, []
-        log = log._replace(steps=log.steps.copy(), before=log.before.copy(), sudden=log.sudden.copy(),
-                           ring=log.ring.copy(), plateau=log.plateau.copy(), running=log.running.copy())  # fmt: skip
+        log = log._replace(
+            steps=log.steps.copy(), before=log.before.copy(), sudden=log.sudden.copy(), jump=log.jump.copy(),
+            ring=log.ring.copy(), plateau=log.plateau.copy(), running=log.running.copy(),
+        )  # fmt: skip
         for k, taken in enumerate(self._taken):
             present = []
             if log.steps[k, FIRST] >= 0:

@@ -138,7 +138,7 @@ def restitution(before: np.ndarray, after: np.ndarray, rubbed: np.ndarray | floa
     """
     weights = after - before - rubbed
     approach = float(weights @ before)
-    return {"restitution": (-float(weights @ after) / approach, "1")} if approach < 0 else {}
+    return {"restitution": (0.0 - float(weights @ after) / approach, "1")} if approach < 0 else {}
 
 
 def departure(after: np.ndarray, shift: np.ndarray, before: np.ndarray) -> dict[str, Quantity]:

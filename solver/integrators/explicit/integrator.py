@@ -57,11 +57,12 @@ class Explicit(capabilities.Explicit):
         return self._located.impacts()
 
     def outcome(self) -> Outcome:
-        state = self._state
+        """Return the motion at the end of the last step, half a step before the next impulse, where the state is."""
+        state, (qq, qv, vq, vv) = self._state, self._constants.half
+        q, v = vv * state.q - qv * state.v, qq * state.v - vq * state.q
         return Outcome(
-            q=state.q, v=state.v, multipliers=state.multipliers, impulses=state.impulses, extreme=state.extreme,
-            counts=state.counts,
-        )  # fmt: skip
+            q=q, v=v, multipliers=state.multipliers, impulses=state.impulses, extreme=state.extreme, counts=state.counts
+        )
 
 
 def _constants(system: System, dt: float) -> kernel.Constants:
@@ -72,7 +73,8 @@ def _constants(system: System, dt: float) -> kernel.Constants:
     span = np.where(depends.any(axis=1)[:, None], np.column_stack([depends.argmax(axis=1), last]), 0)
     narrow = bool(NARROW * (span[:, 1] - span[:, 0]).sum() <= depends.size)
     return kernel.Constants(
-        dt=dt, flight=free(np.sqrt(system.stiffness), dt), stiffness=system.stiffness,
+        dt=dt, flight=free(np.sqrt(system.stiffness), dt), half=free(np.sqrt(system.stiffness), dt / 2),
+        stiffness=system.stiffness,
         rows=np.ascontiguousarray(system.rows), span=span, narrow=narrow,
         columns=np.ascontiguousarray(system.rows.T), reach=reach,
         gap=system.gap, compliance=compliance, matrix=fixed(compliance), coupled=system.coupled,
@@ -87,7 +89,7 @@ def _state(system: System, dt: float) -> kernel.State:
     c, energy = len(system.gap), 0.5 * float(v0 @ v0)
     return kernel.State(
         q=half[1] * v0, v=half[3] * v0, active=empty_set(c), multipliers=np.zeros(c), gaps=np.zeros(c),
-        free=np.empty(c), jump=np.zeros(len(v0)),
+        free=np.empty(c), jump=np.zeros(len(v0)), ends=np.zeros((2, len(v0))),
         impulses=np.zeros(c), work=np.zeros(len(system.rigid) + 1), energy=np.array([energy, 0.0, 0.0, 0.0]),
         counts=np.zeros(4, np.int64), extreme=np.array([energy, 0.0, 0.0, 0.0]),
         log=impact_log(system.first_rows, dt, system.window),

@@ -48,6 +48,8 @@ class Constants(NamedTuple):
     dt: float
     flight: np.ndarray
     """Propagator entries q←q, q←q̇, q̇←q, q̇←q̇ over dt, (4, m)."""
+    half: np.ndarray
+    """The same over dt/2, (4, m)."""
     stiffness: np.ndarray
     """ω² [rad²/s²], zero for rigid coordinates, (m,)."""
     rows: np.ndarray
@@ -92,6 +94,8 @@ class State(NamedTuple):
     """Gaps without the forces of an impulse [m], (c,)."""
     jump: np.ndarray
     """Change of q̇ by an impulse, (m,)."""
+    ends: np.ndarray
+    """q and q̇ at the end of a sample, half a step before the next impulse, (2, m)."""
     impulses: np.ndarray
     """Σ λ dt of each row [N s], (c,)."""
     work: np.ndarray
@@ -118,7 +122,7 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
         False where the contact rows are linearly dependent.
     """
     dt, c = constants.dt, len(constants.gap)
-    q, v, forces, energies, nothing = state.q, state.v, out.forces, out.energies, state.multipliers[:0]
+    q, v, forces, energies = state.q, state.v, out.forces, out.energies
     coupled, multipliers, log = constants.coupled, state.multipliers, state.log
     jump, gap = state.jump, state.free
     number = first
@@ -158,9 +162,23 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
                 copy(state.energy, energies[sample])
             fly(constants.flight, q, v)
             number += 1
-        keep_paths(out.paths, sample, q, multipliers)
-        keep_peaks(out.peaks, forces[sample], number // stride, (q, v, multipliers), nothing)
+        keep_ends(constants, state, out, sample, number // stride)
     return True
+
+
+@inner
+def keep_ends(constants, state, out, sample, done):  # type: ignore[no-untyped-def]
+    """Keep what is recorded at the end of a sample, half a step before the next impulse, where the state is.
+
+    Args:
+        done: Number of samples to its end.
+    """
+    q, v, ends, half, pressed = state.q, state.v, state.ends, constants.half, state.multipliers
+    for k in range(len(q)):
+        ends[0, k] = half[3, k] * q[k] - half[1, k] * v[k]
+        ends[1, k] = half[0, k] * v[k] - half[2, k] * q[k]
+    keep_paths(out.paths, sample, ends[0], pressed)
+    keep_peaks(out.peaks, out.forces[sample], done, (ends[0], ends[1], pressed), pressed[:0])
 
 
 @inner

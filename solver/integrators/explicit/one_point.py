@@ -15,11 +15,10 @@ from gudgeon.solver.integrators.explicit.kernel import (
     flight_energies,
     fly,
     keep_balance,
+    keep_ends,
 )
 from gudgeon.solver.integrators.impact_log import GOING, log_step, note_change
 from gudgeon.solver.integrators.outcome import ACTIVE, DEEPEST
-from gudgeon.solver.integrators.paths import keep_paths
-from gudgeon.solver.integrators.peaks import keep_peaks
 
 
 @entry
@@ -31,7 +30,7 @@ def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-
     spring, dashpot = 1.0 / constants.compliance[0, 0], constants.dashpot[0]
     mobility = _dot(row, row)
     gap, rate = constants.gap[0] + _dot(row, q), _dot(row, v)
-    number, clear, forces, energies, nothing = first, 0, out.forces, out.energies, state.multipliers[:0]
+    number, clear, forces, energies = first, 0, out.forces, out.energies
     for sample in range(len(forces)):
         pressed = 0.0
         for step in range(stride):
@@ -75,8 +74,7 @@ def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-
             number += 1
         for axis in range(3):
             forces[sample, 0, axis] = pressed / stride * normal[axis]
-        keep_paths(out.paths, sample, q, state.multipliers)
-        keep_peaks(out.peaks, forces[sample], number // stride, (q, v, state.multipliers), nothing)
+        keep_ends(constants, state, out, sample, number // stride)
     return True
 
 

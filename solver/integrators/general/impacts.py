@@ -13,7 +13,7 @@ from gudgeon.solver.integrators.general.arrays import POSITION, VELOCITY
 from gudgeon.solver.integrators.general.energy import CONTACT, DISSIPATED, KINETIC, WORK
 from gudgeon.solver.integrators.general.rows import moved, push
 from gudgeon.solver.integrators.general.solution.solve import solve
-from gudgeon.solver.integrators.impact_log import note_change, note_impact
+from gudgeon.solver.integrators.impact_log import add_jump, note_change, note_impact
 from gudgeon.solver.integrators.outcome import EXCHANGED
 
 COLLAPSE = 1e-6
@@ -273,7 +273,7 @@ def _strike(arrays, number, time):  # type: ignore[no-untyped-def]
             note_impact(log, k, number, time, state.rate[i])
             state.since[i] = time
             for axis in range(3):
-                log.sudden[k, axis] += impulses[i] * constants.direction[i, axis]
+                add_jump(log, k, axis, impulses[i] * constants.direction[i, axis])
         state.closed[i] = moved(constants.rows, i, state.v) <= still(constants, state, i)
     for k in range(len(log.force)):
         touches, opening = False, 0.0

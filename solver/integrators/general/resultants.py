@@ -6,6 +6,7 @@ from gudgeon.solver.integrators.general.arrays import VELOCITY
 from gudgeon.solver.integrators.general.impacts import still
 from gudgeon.solver.integrators.general.rows import moved
 from gudgeon.solver.integrators.general.slides import BEFORE, NOW, moved_over
+from gudgeon.solver.integrators.general.solution.solve import TOLERANCE
 from gudgeon.solver.integrators.impact_log import FIRST, GOING, ROW, changes, log_step, note_change
 from gudgeon.solver.integrators.outcome import ACTIVE, CONTACT_STEPS
 
@@ -81,8 +82,11 @@ def note_part(arrays, span, number):  # type: ignore[no-untyped-def]
         k = constants.contact[i]
         if k < 0 or constants.block[i] != i:
             continue
-        state.acting[k] += state.unknown[i]
-        if state.mean[i] != 0.0:
+        # What an impact's solution leaves of an approach, the next step takes away, by round-off over its length.
+        left = constants.level[i] == VELOCITY and state.unknown[i] * length <= TOLERANCE * state.impulses[i]
+        if not left:
+            state.acting[k] += state.unknown[i]
+        if state.mean[i] != 0.0 and not left:
             active += 1
             for axis in range(3):
                 log.force[k, axis] += state.mean[i] * length / constants.dt[0] * constants.direction[i, axis]

@@ -93,3 +93,42 @@ def test_the_reason_of_a_run_that_left_its_range_has_figures(scene: Path) -> Non
     assert report.reason is not None
     assert report.reason.startswith("body 'one' turned by 0.0")
     assert not any("increase run.duration" in note for note in report.notes)
+
+
+ASIDE = """
+[component.one]
+geometry.kind = "rigid"
+geometry.mass = 1.3
+geometry.inertia = [2e-3, 1e-3, 3e-3]
+geometry.points.foot = { at = [0.03, 0.01, -0.02], normal = [0.0, 0.0, -1.0] }
+interface.foot = { surface = "foot" }
+
+[body.one]
+velocity = [0.1, 0.0, -1.0]
+position = [0.0, 0.0, 0.0205]
+
+[contact.floor]
+body = "one"
+interface = "foot"
+against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
+method = "impact"
+restitution = 0.0
+friction = { static = 0.3 }
+
+[run]
+duration = 0.002
+"""
+
+
+@pytest.mark.parametrize("step", ["unset", 1e-5, 1e-6])
+def test_a_plastic_impact_with_friction_and_without_weight_is_a_jump(step: Any, tmp_path: Path) -> None:
+    """What round-off leaves of the approach is no force: it had a peak of 0.6 mN and an end, and runs were refused."""
+    (tmp_path / "scene.toml").write_text(ASIDE)
+    places: dict[str, Any] = {"db": tmp_path / "db", "out": tmp_path / "out"}
+    report = gudgeon.run(tmp_path / "scene.toml", set={"run.step": step}, until="solve", **places)
+    assert report.result == "FINISHED"
+    values = {name: entry["value"] for name, entry in report.quantities.items()}
+    assert values["floor.impulse"] == pytest.approx(0.650725, rel=1e-5)
+    assert values["floor.end"] == values["floor.start"] == pytest.approx(5e-4, rel=1e-9)
+    assert "floor.force_peak" not in values
+    assert "floor.force_peak_raw" not in values
