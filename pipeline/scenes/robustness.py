@@ -114,6 +114,13 @@ class Turned(Strict):
     kind: Literal["turned"]
 
 
+class Voltage(Strict):
+    """Scale all voltages, or charges, of fields, and compare with the scene without these fields."""
+
+    kind: Literal["voltage"]
+    factor: RatioFromZero = Field(description="Factor on voltages and charges; so small that no force is left")
+
+
 class OtherUnits(Strict):
     """Write the same numbers in other units of mass, length and time; 1/1000 is a unit a thousand times as large."""
 
@@ -140,7 +147,7 @@ class Set(Strict):
 
 Operation = Annotated[
     Scaled | Restitution | Penetration | Samples | Gravity | Rubbing | Reuse | Spin | PoissonRatio | Slivers | Collinear
-    | OtherUnits | Turned | Elasticity | Set,
+    | OtherUnits | Voltage | Turned | Elasticity | Set,
     Field(discriminator="kind"),
 ]  # fmt: skip
 RuleName = Literal[

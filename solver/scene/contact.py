@@ -144,6 +144,9 @@ class Contact(Strict):
              and any(self.against.velocity),
              "friction.speed and against.velocity cannot be combined: bodies that turn by any angle rub on planes at"
              " rest"),
+            (method.rigid and isinstance(self.against, Plane) and bool(self.against.edges),
+             f"method '{self.method}' and against.edges cannot be combined: a face with edges is met by method"
+             " 'residual' or 'penalty'"),
             (method.rigid and isinstance(self.against, MasterSurface),
              f"method '{self.method}' and against.shape 'surface' cannot be combined: points slide over a surface by"
              " its flexibility or a surface stiffness"),
