@@ -18,6 +18,7 @@ class Feature(Enum):
     FRICTION = "friction in the plane of contact"
     LINE_FRICTION = "friction along one line, of rigid bodies in rigid contact"
     SMOOTHED_FRICTION = "friction that rises with the sliding speed (friction.speed)"
+    EDGES = "contact with a face that has edges"
     RIGID_CONTACT = "rigid contact by multipliers and impacts"
     WEAR = "wear of contacts"
     SLIDING_PAIR = "points that slide over the traction space of another body"

@@ -17,6 +17,8 @@ ONE_COORDINATE = "one elastic coordinate is kept"
 FRICTION_NOTES = "friction_notes"
 """Entry of `Trajectory.counts`: what is to be said of the coefficients of friction and of the start of contacts, one
 sentence a line."""
+EDGE_NOTES = "edge_notes"
+"""Entry of `Trajectory.counts`: what is to be said of points that came past an edge, one sentence a line."""
 
 LINKAGE_NOTES = "linkage_notes"
 """Entry of `Trajectory.counts`: what is to be said of the start of a mechanism, one sentence a line."""

@@ -15,13 +15,14 @@ from gudgeon.pipeline.robustness.trial import (
     Trial,
     approach,
     closing_turn,
+    grid_keys,
     into_gap,
     stepped,
     suggested_step,
     turns_freely,
 )
 from gudgeon.pipeline.robustness.turning import turned
-from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, rescaled_profile
+from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_grid, rescaled_mesh, rescaled_profile
 from gudgeon.pipeline.scenes.change import moved_surface
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.spring import Spring
@@ -49,9 +50,13 @@ def _in_units(subject: Subject, units: Units) -> Trial:
             target = subject.folder / f"{name}-{units.length:g}.csv"
             rescaled_profile(moved[1], target, units)
             tables[name] = {"change": {"profile": {"table": str(target.resolve())}}}
+    grids = {
+        name: rescaled_grid(subject.job.store.get(key, "posegrid"), units)
+        for name, key in grid_keys(subject.scene).items()
+    }
     job = replace(subject.job, scene=_updated(rescaled(subject.scene, units), {"component": tables}))
     meshes = {name: rescaled_mesh(mesh, units) for name, mesh in subject.meshes.items()}
-    return Trial(job, meshes, units=units, stretch=dict.fromkeys(subject.meshes, 1 / units.time))
+    return Trial(job, meshes, grids, units=units, stretch=dict.fromkeys(subject.meshes, 1 / units.time))
 
 
 def _updated(old: Any, changes: Mapping[str, Any]) -> Any:
@@ -350,6 +355,7 @@ OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "material": material,
     "turned": whole_turn,
     "repeated-joint": repeated_joint,
+    "voltage": settings.voltage,
     "friction": lambda subject, operation: friction(subject, operation, _in_units),
     "set": lambda subject, to: Trial(subject.changed(to.values)),
 }  # fmt: skip

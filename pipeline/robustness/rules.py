@@ -170,7 +170,8 @@ def agreement(found: Evidence, compared: Compared) -> Finding | None:
     pairs = [(found.readings[n][0], v) for n, (v, u) in base.readings.items() if u == "m" and n in found.readings]
     size = max((abs(b) for _, b in pairs), default=0.0)
     if size == 0:
-        return None
+        still = not any(value for value, unit in found.readings.values() if unit == "m")
+        return Finding("agreement", 0.0, compared.agreement, "nothing moves in either run") if still else None
     return Finding("agreement", max(abs(a - b) for a, b in pairs) / size, compared.agreement, "displacements")
 
 

@@ -35,12 +35,6 @@ def robustness_job(
     job: Job, cases: Path | None, only: tuple[str, ...], progress: Progress
 ) -> tuple[dict[str, Any], str]:
     """Run the robustness cases of a scene of bodies; see `chosen_cases` and `robustness_cases`."""
-    for name, force in job.scene.fields().items():
-        if force.kind == "electrostatic":
-            raise InputError(
-                f"{job.path}: robustness: force.{name}: its field is not changed with units and sizes of the scene;"
-                " remove it, or take kind 'parallel-plates'"
-            )
     settings: Robustness = job.scene.robustness
     chosen = chosen_cases(settings, cases, only, job.path)
     lasting = {} if settings.duration is None else {"run": {"duration": settings.duration}}

@@ -10,6 +10,7 @@ from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subjec
 from gudgeon.pipeline.robustness.trial import Trial, approach
 from gudgeon.pipeline.scenes.change import moved_surface
 from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 
 AGREES = 0.01
 """Allowed relative difference of impulses and forces where steps differ."""
@@ -137,3 +138,26 @@ def change(subject: Subject, operation: Any) -> Trial:
                 return Trial(job)
             raise DoesNotApply(f"interface {key} of {name} cannot be moved")
     raise DoesNotApply("no contact is on a cylindrical surface of an elastic body")
+
+
+def voltage(subject: Subject, operation: Any) -> Trial:
+    """Scale all voltages and charges; where they vanish, the run is that without fields."""
+    changes: dict[str, Any] = {}
+    fields = getattr(subject.scene, "fields", dict)() | getattr(subject.scene, "electrodes", dict)()
+    for name, one in fields.items():
+        if isinstance(one, Electrostatic):
+            grid = subject.job.store.get(one.record, "posegrid")
+            names = subject.job.store.get(grid.field_key, "field", only=["conductors"]).conductors["names"]
+            given = dict(zip(names, np.asarray(grid.potentials, float).tolist(), strict=True)) | dict(one.potentials)
+            if np.asarray(grid.charges).any():
+                raise DoesNotApply(f"force.{name}: the charges of its scene of conductors stay as they are")
+            changes[name] = {"potentials": {k: operation.factor * v for k, v in given.items() if np.isfinite(v)}}
+        elif getattr(one, "charge", None) is not None:
+            changes[name] = {"charge": operation.factor * one.charge}
+        elif getattr(one, "potential", None) is not None:
+            changes[name] = {"potential": operation.factor * one.potential}
+    if not changes:
+        raise DoesNotApply("no voltage or charge acts in the scene")
+    read = [name for name, one in subject.scene.probe.items() if getattr(one, "of", "").partition(".")[2] in changes]
+    like = subject.changed({"force": dict.fromkeys(changes, "unset"), "probe": dict.fromkeys(read, "unset")})
+    return Trial(subject.changed({"force": changes}), like=Trial(like), agreement=AGREES)

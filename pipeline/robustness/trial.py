@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from gudgeon import modaldb
+from gudgeon.modaldb.keys import content_key
+from gudgeon.modaldb.records.field import PoseGridRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, ENDS, IMPULSE, WINDOWED, Trajectory
@@ -24,6 +26,7 @@ from gudgeon.pipeline.stages.products import component_products
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.obstacles import Bore
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.run import LEAST_WINDOW
@@ -46,6 +49,8 @@ class Trial(Compared):
     job: Any
     meshes: Mapping[str, MeshRecord] = field(default_factory=dict)
     """Meshes of components in place of their own; the records are then not kept."""
+    grids: Mapping[str, PoseGridRecord] = field(default_factory=dict)
+    """Grids of poses of fields, by the name of the force, in place of their own; the records are then not kept."""
     like: "Trial | None" = None
     """The run that it is compared with; None: the unchanged scene."""
 
@@ -54,8 +59,9 @@ def attempt(trial: Trial, scratch: Path, evidence_of: Callable[[Any], Evidence])
     """Run the job of a trial with temporary files in `scratch`; errors of `evidence_of` give a Refusal."""
     job, start = replace(trial.job, out=scratch), time.perf_counter()
     try:
-        if trial.meshes:
+        if trial.meshes or trial.grids:
             job = replace(job, store=modaldb.open(scratch / "db"))
+            job = _with_grids(job, trial)
             for name, mesh in trial.meshes.items():
                 product = component_products(name, job.scene.component[name], job.path.parent)["base-mesh"]
                 keep(job.store, product, mesh)
@@ -63,6 +69,26 @@ def attempt(trial: Trial, scratch: Path, evidence_of: Callable[[Any], Evidence])
     except REFUSALS as error:
         return Refusal(str(error).replace("\n", "; "), time.perf_counter() - start)
     return replace(found, seconds=time.perf_counter() - start)
+
+
+def grid_keys(scene: Any) -> dict[str, str]:
+    """Return the key of the grid of poses of each force of a scene that has one."""
+    forces = getattr(scene, "force", {})
+    return {name: one.record for name, one in forces.items() if isinstance(one, Electrostatic) and one.record}
+
+
+def _with_grids(job: Any, trial: Trial) -> Any:
+    """Return a job of another database than the trial's own, with the grids of poses of its fields."""
+    forces = dict(getattr(job.scene, "force", {}))
+    for name, key in grid_keys(job.scene).items():
+        grid = trial.grids[name] if name in trial.grids else trial.job.store.get(key, "posegrid")
+        field_inputs = {"of": grid.field_key}
+        grid_inputs = {"of": key, "force": name}
+        grid = replace(grid, field_key=content_key(field_inputs))
+        job.store.put(grid.field_key, "field", trial.job.store.get(field_inputs["of"], "field"), field_inputs)
+        job.store.put(content_key(grid_inputs), "posegrid", grid, grid_inputs)
+        forces[name] = forces[name].model_copy(update={"record": content_key(grid_inputs)})
+    return replace(job, scene=job.scene.model_copy(update={"force": forces})) if forces else job
 
 
 def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -> Evidence | Refusal:

@@ -5,8 +5,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel
+from scipy.spatial.transform import Rotation
 
 from gudgeon.pipeline.robustness.units import with_values
+from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.scene.body import ALL_FREE, Body
 from gudgeon.solver.scene.orientation import Orientation, quaternion_of
 
@@ -47,6 +49,10 @@ def _turned(value: Any, Q: np.ndarray) -> Any:
             changes[key] = _without_round_off(Q @ np.asarray(one, float))
         elif isinstance(one, BaseModel):
             changes[key] = _turned(one, Q)
+        elif isinstance(one, tuple) and one and all(isinstance(part, BaseModel) for part in one):
+            changes[key] = tuple(_turned(part, Q) for part in one)
+    if isinstance(value, Electrostatic):
+        changes["turn"] = tuple(np.degrees(Rotation.from_matrix(Q @ value.axes()).as_rotvec()).tolist())
     if isinstance(value, Body):
         own = np.eye(3) if value.orientation is None else value.orientation.matrix()
         changes["orientation"] = Orientation(quaternion=_without_round_off(np.array(quaternion_of(Q @ own))))

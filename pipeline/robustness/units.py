@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from gudgeon.modaldb.records.field import PoseGridRecord
 from gudgeon.modaldb.records.mesh import MeshRecord, SystemMatrices, Triangle
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.files import csv_text, write_text
@@ -141,6 +142,16 @@ def rescaled_mesh(mesh: MeshRecord, units: Units) -> MeshRecord:
     }
     system = None if mesh.system is None else _rescaled_system(mesh.system, units)
     return replace(mesh, nodes=mesh.nodes * units.length, surfaces=surfaces, system=system)
+
+
+def rescaled_grid(grid: PoseGridRecord, units: Units) -> PoseGridRecord:
+    """Return the capacitances of a grid of poses in other units; charges keep their number."""
+    axes = {name: values * (units.length if name in "xyz" else 1.0) for name, values in grid.axes.items()}
+    moved = {**grid.moved, "pivot": (np.asarray(grid.moved["pivot"], float) * units.length).tolist()}
+    return replace(
+        grid, axes=axes, moved=moved, capacitance=grid.capacitance * units.of("F"),
+        panel_error=grid.panel_error * units.of("F"), potentials=grid.potentials * units.of("V"),
+    )  # fmt: skip
 
 
 def _rescaled_system(system: SystemMatrices, units: Units) -> SystemMatrices:

@@ -120,6 +120,13 @@ class RepeatedJoint(Strict):
     kind: Literal["repeated-joint"]
 
 
+class Voltage(Strict):
+    """Scale all voltages, or charges, of fields, and compare with the scene without these fields."""
+
+    kind: Literal["voltage"]
+    factor: RatioFromZero = Field(description="Factor on voltages and charges; so small that no force is left")
+
+
 class OtherUnits(Strict):
     """Write the same numbers in other units of mass, length and time; 1/1000 is a unit a thousand times as large."""
 
@@ -146,7 +153,7 @@ class Set(Strict):
 
 Operation = Annotated[
     Scaled | Restitution | Penetration | Samples | Gravity | Rubbing | Reuse | Spin | PoissonRatio | Slivers | Collinear
-    | OtherUnits | Turned | RepeatedJoint | Elasticity | Set,
+    | OtherUnits | Turned | Voltage | RepeatedJoint | Elasticity | Set,
     Field(discriminator="kind"),
 ]  # fmt: skip
 RuleName = Literal[

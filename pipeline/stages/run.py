@@ -13,7 +13,7 @@ import numpy as np
 
 from gudgeon.modaldb.hdf5 import record_bytes
 from gudgeon.modaldb.keys import content_key
-from gudgeon.modaldb.records.trajectory import BASIS_REASON, FRICTION_NOTES, LINKAGE_NOTES, Trajectory
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, EDGE_NOTES, FRICTION_NOTES, LINKAGE_NOTES, Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, whole_file, write_text
 from gudgeon.pipeline.measuring.stopping import stoppable
@@ -230,7 +230,7 @@ def _report(job: Job, summary: dict[str, Any], stages: dict[str, StageReport]) -
     if summary["result"] == Result.FINISHED.name:
         own += _gap_notes(job, summary["quantities"])
     own += _probe_notes(job)
-    for notes_of in (FRICTION_NOTES, LINKAGE_NOTES):
+    for notes_of in (FRICTION_NOTES, LINKAGE_NOTES, EDGE_NOTES):
         own += str(summary["counts"].get(notes_of, "")).splitlines()
     if summary["result"] == Result.FINISHED.name:
         own += impact_notes(job.scene, summary, partial(_last_force, job))

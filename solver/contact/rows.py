@@ -13,7 +13,7 @@ from gudgeon.solver.contact.pairs import OtherBlock, faced
 from gudgeon.solver.contact.shares import identity, shared_twice
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.obstacles import basic_surface
+from gudgeon.solver.obstacles import Plane, basic_surface
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.vectors import unit
@@ -147,6 +147,8 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
             _check_facing(name, contact.interface, placed, np.einsum("ci,ci->c", directions, -interface.normals))
     gap = _without_round_off(gap, touching_depth(placed, position))
     adjusted = np.maximum(-gap, 0.0) if contact.adjust else np.zeros(len(gap))
+    if isinstance(obstacle, Plane):
+        adjusted[obstacle.beside(placed)] = 0.0
     gap = gap + adjusted
     rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
     residual = _residual(contact, name, body, contact.interface)

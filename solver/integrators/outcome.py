@@ -107,7 +107,7 @@ class Outcome:
     """Impulse of each spring, positive where it pulls [N s], (b,)."""
     left: int = 0
     """How often a sliding point left its surface with a force."""
-    work: dict[str, int] = field(default_factory=dict)
+    work: dict[str, int | str] = field(default_factory=dict)
     """Further counts by their names."""
     linkage: Callable[[int], LinkageHistories] | None = None
     """Of a mechanism, returns what it recorded of so many samples."""

@@ -7,8 +7,9 @@ from gudgeon.solver.ports.members import ports_of
 from gudgeon.solver.ports.table import Kind
 from gudgeon.solver.system.system import System
 
-DEPENDENT = 1e-12
-"""Share of its diagonal added to the flexibility: that of points that depend on each other is singular."""
+DEPENDENT = 1e-11
+"""Eigenvalue of the flexibility at unit diagonal, relative to the largest, up to which points depend on each other, as
+one that two contacts have: what is left of it is round-off, which would be a frequency without limit."""
 POINT = 3
 """Rows of a point with friction: one along the normal, two along tangents."""
 
@@ -44,9 +45,9 @@ def stick_frequency(system: System) -> float:
         return 0.0
     # A scaled matrix: normals under a soft layer and tangents differ by orders.
     scale = 1 / np.sqrt(matrix.diagonal()[held])
-    among = matrix[np.ix_(held, held)] * np.outer(scale, scale) + DEPENDENT * np.eye(len(held))
-    pressed = rows[held] * scale[:, None]
-    stiff = np.diag(system.stiffness) + pressed.T @ linalg.solve(among, pressed, assume_a="sym")
+    yields, shapes = linalg.eigh(matrix[np.ix_(held, held)] * np.outer(scale, scale))
+    pressed, firm = shapes.T @ (rows[held] * scale[:, None]), yields > DEPENDENT * yields[-1]
+    stiff = np.diag(system.stiffness) + (pressed[firm].T / yields[firm]) @ pressed[firm]
     return float(np.sqrt(max(0.0, linalg.eigvalsh(0.5 * (stiff + stiff.T))[-1])))
 
 

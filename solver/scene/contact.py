@@ -150,6 +150,9 @@ class Contact(Strict):
              and not isinstance(self.against, MasterSurface),
              f"wear.against_coefficient given; it wears another body's traction space, and against.shape"
              f" '{self.against.shape}' has none"),
+            (method.rigid and isinstance(self.against, Plane) and bool(self.against.edges),
+             f"method '{self.method}' and against.edges cannot be combined: a face with edges is met by method"
+             " 'residual' or 'penalty'"),
             (method.rigid and isinstance(self.against, MasterSurface),
              f"method '{self.method}' and against.shape 'surface' cannot be combined: points slide over a surface by"
              " its flexibility or a surface stiffness"),

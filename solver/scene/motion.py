@@ -25,7 +25,8 @@ class Drive(History):
     direction: Direction = Field(description="Direction, or axis, of any length, in the axes of the scene")
     held: bool = Field(
         default=False,
-        description="Whether the other motions of the interface are held at zero: two of a 'mean', five of a 'tie'",
+        description="Whether the other motions of the interface, two of a 'mean' or five of a 'tie', are held at zero"
+        " where no other motion gives them",
     )
     interpolation: Literal["cubic", "linear"] = Field(
         default="cubic",

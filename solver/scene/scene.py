@@ -27,6 +27,7 @@ from gudgeon.solver.joints.markers import Marked
 from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.numbers import Name, Strict
+from gudgeon.solver.obstacles.plane import Plane
 from gudgeon.solver.scene.body import Body
 from gudgeon.solver.scene.contact import Contact, Friction, MasterSurface, OtherBody
 from gudgeon.solver.scene.motion import Motion
@@ -326,6 +327,8 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
             yield f"the wear of {where}", Feature.WEAR
         if isinstance(contact.against, OtherBody):
             yield f"the other body of {where}", Feature.TWO_BODIES
+        if isinstance(contact.against, Plane) and contact.against.edges:
+            yield f"the edges of {where}", Feature.EDGES
         if contact.dashpot != "none":
             yield f"the dashpot of {where}", Feature.DASHPOT
     for name, spring in scene.springs().items():

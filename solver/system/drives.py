@@ -71,6 +71,8 @@ def driven_rows(scene: Scene, name: str, body: FlexibleBody) -> tuple[DrivenRows
         needed = "'tie'" if turns else "'mean' or 'tie'"
         raise SceneError(f"{where}.interface: '{motion.interface}' cannot be driven so; kind {needed} is needed")
     mix = _all_motions(line, turns=turns)[:, : len(load.rows)]
+    if motion.held:
+        mix = _left(mix, _others(scene, name))
     R = body.residual(motion.interface, motion.interface)
     moves = [
         bool(np.any(_rigid(body, one @ load.resultant)) or np.any(one @ load.rows) or one @ R @ one) for one in mix
@@ -80,6 +82,26 @@ def driven_rows(scene: Scene, name: str, body: FlexibleBody) -> tuple[DrivenRows
         [number for number, able in enumerate(moves) if able and (motion.held or number == 0) and mix[number].any()]
     ]
     return DrivenRows(name, motion, mix, mix @ load.resultant), mix @ load.rows
+
+
+def _others(scene: Scene, name: str) -> np.ndarray:
+    """Return the motions of a motion's interface that others give, as unit vectors, (n, 6)."""
+    own, found = scene.motion[name], [np.empty((0, 6))]
+    for other, motion in scene.motion.items():
+        if other != name and (motion.body, motion.interface) == (own.body, own.interface):
+            found.append(_all_motions(unit(motion.direction), turns=isinstance(motion, Rotation))[:1])
+    return np.concatenate(found)
+
+
+def _left(mix: np.ndarray, given: np.ndarray) -> np.ndarray:
+    """Return the first of some motions, (k, j), and those of its others that are not given, (n, 6), at right angles."""
+    taken, kept = list(mix[:1]), list(mix[:1])
+    for number, one in enumerate([*given[:, : mix.shape[1]], *mix[1:]]):
+        rest = one - sum((one @ other) * other for other in taken)
+        if np.linalg.norm(rest) > MOVES:
+            taken.append(unit(rest))
+            kept += taken[-1:] if number >= len(given) else []
+    return np.array(kept)
 
 
 def _all_motions(line: np.ndarray, *, turns: bool) -> np.ndarray:

@@ -48,8 +48,12 @@ def settled(system: System, held: Held) -> System:
         SceneError: a contact whose bodies move freely along it begins inside its obstacle, or the undeformed one does.
         SolverError: contact forces are not unique.
     """
-    loaded = system
-    system = _with_springs(loaded, held, np.zeros(len(system.gap)))
+    return replace(_settled(system.opened(), held), gap=system.gap)
+
+
+def _settled(loaded: System, held: Held) -> System:
+    """Return what `settled` does, of a system whose points all meet their faces."""
+    system = _with_springs(loaded, held, np.zeros(len(loaded.gap)))
     if not len(system.gap):
         return system
     gaps, allowed = _gaps(system), touching_depths(system)

@@ -1,6 +1,6 @@
 """A compiled scene: the arrays of the time loop, limited to what the scene needs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg
@@ -8,6 +8,7 @@ from scipy import linalg
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SolverError
+from gudgeon.solver.obstacles.plane import Plane
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.fields.reading import Fields
@@ -176,6 +177,45 @@ class System:
         return float(contact.master.direction @ (moved[0] - moved[1]))
 
     @property
+    def beside(self) -> np.ndarray:
+        """Which points start beside the face with edges that they may meet, (c,)."""
+        found = np.zeros(len(self.gap), np.bool_)
+        for contact in self.contacts:
+            face = self.scene.contact[contact.name].against
+            if isinstance(face, Plane) and face.edges:
+                found[contact.rows] = face.beside(contact.points + np.asarray(self.scene.body[contact.body].position))
+        return found
+
+    @property
+    def distinct(self) -> np.ndarray:
+        """Which rows are not of a point that an earlier contact has along the same line, (c,).
+
+        Obstacles at different places cannot press the same point along the same line at once, such as the top of a
+        plate and the bottom of a hole in it.
+        """
+        found, seen = np.ones(len(self.gap), np.bool_), set[tuple[str, str, int, tuple[float, ...]]]()
+        for contact in self.contacts:
+            if contact.other is not None or contact.master is not None:
+                continue
+            for k, (row, line) in enumerate(
+                zip(range(contact.rows.start, contact.rows.stop), contact.directions, strict=True)
+            ):
+                key = contact.body, contact.interface, k, tuple(np.round(line, 9).tolist())
+                found[row] = key not in seen
+                seen.add(key)
+        return found
+
+    def opened(self) -> "System":
+        """Return the system with the points open that start beside the face that they may meet."""
+        beside = self.beside
+        if not beside.any():
+            return self
+        gap = self.gap.copy()
+        far = max(float(np.abs(contact.points).max()) for contact in self.contacts)
+        gap[beside] = np.maximum(gap[beside], far)
+        return replace(self, gap=gap)
+
+    @property
     def rigid_contact(self) -> np.ndarray:
         """Which rows have no compliance at all, (c,)."""
         return self.restitution >= 0
@@ -218,7 +258,7 @@ class System:
             return _single(self.stiffness, self.rows[0], self.compliance[0, 0] + self.yielding()[0])
         matrix = np.diag(self.stiffness) + springs.rows.T @ springs.softened() @ springs.rows
         yielding = self.yielding()
-        soft = np.flatnonzero(~self.rigid_contact & np.isfinite(yielding))
+        soft = np.flatnonzero(~self.rigid_contact & np.isfinite(yielding) & self.distinct)
         if len(soft):
             rows = self.rows[soft]
             compliance = self.compliance[np.ix_(soft, soft)] + np.diag(yielding[soft])

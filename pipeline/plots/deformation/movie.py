@@ -13,8 +13,9 @@ from gudgeon.pipeline.plots.base.hardest import hardest
 from gudgeon.pipeline.plots.base.run import SOLIDS, BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, Thread, skin_of, thread_of
 from gudgeon.pipeline.plots.contact.force_axes import WINDOW
-from gudgeon.pipeline.plots.deformation.obstacle import WALL, opposite
+from gudgeon.pipeline.plots.deformation.obstacle import FACE, WALL, faces, opposite
 from gudgeon.pipeline.plots.deformation.solid import Moment, elevation, moment_of
+from gudgeon.solver.obstacles.plane import Plane
 
 SIZE = (960, 720)
 """Of the movie [px]."""
@@ -23,6 +24,10 @@ BOX = (8, 80, 776, 548)
 FRAMES = 120
 TRIANGLES = 20_000
 """Number at which software rendering takes 0.1 s per frame."""
+CARRIED = 0.1
+"""Way of driven bodies over the size of the smallest body from which on it is shown as it is."""
+PASSED = 24
+"""Frames whose places the camera sees, of bodies that are carried."""
 LEAST_ELASTIC = 0.05
 """Rigid motion is omitted where it limits the scale to less than this share of the elastic part's own."""
 
@@ -50,12 +55,16 @@ class Script:
     scale: float
     travels: bool
     """Whether rigid motion and the obstacle are shown, magnified like the deformation."""
+    carries: bool
+    """Whether rigid motion is shown as it is, with the planes of the scene, since drives carry bodies far."""
     limit: float
     """Largest elastic displacement [m]."""
     contact: str
     """Name of the hardest contact."""
     force: np.ndarray
     """Its size within a window [N], (s,)."""
+    planes: dict[str, list[Plane]]
+    """Those of all contacts, by the body that meets them."""
 
 
 def draw_movie(drawing: Drawing) -> None:
@@ -104,15 +113,26 @@ def _script(drawing: Drawing, struck: list[str]) -> Script:
     alone = min(style.nice_scale(size, limit) for size, limit in zip(sizes, limits, strict=True) if limit > 0)
     together = style.nice_scale(max(sizes), travel)
     travels = together >= LEAST_ELASTIC * alone
+    carries = bool(drawing.scene.get("motion")) and travel > CARRIED * min(actor.body.size for actor in solid)
+    travels = travels and not carries
     scale = min(together, alone) if travels else alone
     force = hann_filter(trajectory.times, trajectory.contacts[most.contact].force, WINDOW)
     actor = next(actor for actor in actors if actor.body.name == lead)
     assert isinstance(actor.drawn, Skin)
     moment = moment_of(drawing, drawing.body(lead), actor.body, actor.drawn)
     return Script(
-        actors, moment, frames, scale, travels, limit=max(limits), contact=most.contact,
-        force=np.linalg.norm(force, axis=1),
+        actors, moment, frames, scale, travels, carries, limit=max(limits), contact=most.contact,
+        force=np.linalg.norm(force, axis=1), planes=_planes(drawing),
     )  # fmt: skip
+
+
+def _planes(drawing: Drawing) -> dict[str, list[Plane]]:
+    """Return the planes that contacts of a scene meet, by body."""
+    found: dict[str, list[Plane]] = {}
+    for contact in drawing.scene["contact"].values():
+        if contact["against"]["shape"] == "plane":
+            found.setdefault(contact["body"], []).append(Plane.model_validate(contact["against"]))
+    return found
 
 
 def _longest(displacement: np.ndarray) -> float:
@@ -130,6 +150,14 @@ def _set_up(stage: film.Stage, script: Script, wall: Skin | None) -> None:
         else:
             view.add_thread(plotter, actor.drawn, style.MAGNITUDE, (0.0, script.limit or 1.0))
         seen.append(actor.drawn.points)
+    if script.carries:
+        passed = script.frames[:: max(1, len(script.frames) // PASSED)]
+        for actor in script.actors:
+            swept = np.concatenate([actor.drawn.points + actor.body.rigid(frame) for frame in passed])
+            seen.append(swept)
+            for face in faces(script.planes.get(actor.body.name, []), swept):
+                plotter.add_mesh(face, color=FACE, opacity=0.35, ambient=0.4, show_edges=True, edge_color=style.FAINT)
+                seen.append(np.asarray(face.points))
     if wall is not None:
         plotter.add_mesh(wall.surface, color=WALL, culling="front", ambient=0.5, smooth_shading=True)
         view.add_edges(plotter, wall.edges, style.FAINT, 2.4)
@@ -148,8 +176,9 @@ def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
     def turn_to(frame: int) -> film.Shot:
         for actor in script.actors:
             elastic = actor.body.elastic(frame)
-            moved = actor.body.total(frame) if script.travels else elastic
-            actor.drawn.move(actor.body.nodes + actor.position + script.scale * moved)
+            moved = script.scale * (actor.body.total(frame) if script.travels else elastic)
+            moved = moved + actor.body.rigid(frame) if script.carries else moved
+            actor.drawn.move(actor.body.nodes + actor.position + moved)
             actor.drawn.colour(np.linalg.norm(elastic, axis=1))
         time = float(trajectory.frame_times[frame])
         force = float(np.interp(time, trajectory.times, script.force)) * newtons
@@ -167,7 +196,7 @@ def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
     if script.travels and view.obstacle_at(drawing, script.contact) is not None:
         what += "; grey: obstacle"
     if not script.travels:
-        what += "; rigid motion not shown"
+        what += "; rigid motion as it is" if script.carries else "; rigid motion not shown"
     figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     axes = figure.add_axes((0.075, 0.085, 0.9, 0.14))
     style.magnitude_bar(figure, script.limit, "elastic displacement", "m", (0.85, 0.31, 0.016, 0.5))

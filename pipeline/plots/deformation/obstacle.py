@@ -7,8 +7,11 @@ from gudgeon.pipeline.plots.base import view
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, make_skin
 from gudgeon.solver.obstacles import Plane
+from gudgeon.solver.vectors import unit
 
 WALL = "#dfe5ea"
+FACE = "#9fb0bd"
+"""Of faces that are drawn as they are, seen through."""
 MARGIN = 0.12
 """How far a plane is drawn beyond a body, of the diagonal of the body."""
 
@@ -60,3 +63,33 @@ def touching(
     low, high = (nodes @ tangents.T).min(axis=0) - margin, (nodes @ tangents.T).max(axis=0) + margin
     corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
     return pv.PolyData(corners @ tangents + ((point + shift) @ normal) * normal, faces=[4, 0, 1, 2, 3])
+
+
+def faces(planes: list[Plane], seen: np.ndarray) -> list[pv.PolyData]:
+    """Return planes as polygons around points, (n, 3), of which they are no farther than their extent; faces of solids
+    end at their edges."""
+    found = []
+    middle, reach = 0.5 * (seen.min(axis=0) + seen.max(axis=0)), 0.5 * float(np.ptp(seen, axis=0).max())
+    for plane in planes:
+        normal = unit(plane.normal)
+        centre = middle - float(plane.gap(middle[None])[0]) * normal
+        first = unit(np.cross(normal, np.eye(3)[np.abs(normal).argmin()]))
+        across = np.cross(normal, first)
+        corners = [centre + reach * (a * first + b * across) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+        for edge in plane.edges:
+            corners = _clipped(corners, np.asarray(edge.point), unit(edge.normal))
+        if len(corners) > 2 and float(np.linalg.norm(np.mean(corners, axis=0) - middle)) < 2 * reach:
+            found.append(pv.PolyData(np.array(corners), faces=[len(corners), *range(len(corners))]))
+    return found
+
+
+def _clipped(corners: list[np.ndarray], point: np.ndarray, normal: np.ndarray) -> list[np.ndarray]:
+    """Return the part of a convex polygon behind a plane (Sutherland and Hodgman)."""
+    kept = []
+    for here, there in zip(corners, corners[1:] + corners[:1], strict=True):
+        a, b = float((here - point) @ normal), float((there - point) @ normal)
+        if a <= 0:
+            kept.append(here)
+        if (a < 0 < b) or (b < 0 < a):
+            kept.append(here + a / (a - b) * (there - here))
+    return kept

@@ -16,6 +16,7 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.report.budget.fields import FALL, LEAST_POINTS, by_panels, by_points, changed_grids, grids_of
 from gudgeon.pipeline.report.budget.mesh_edges import CELLS, mean_edge
 from gudgeon.pipeline.report.convergence import Neighbour, extrapolated
 from gudgeon.pipeline.report.document import MISSING, Budget, Errors, Quantity, Term
@@ -102,6 +103,9 @@ def budget_of(
     for number, (source, term) in enumerate((("mesh", _mesh), ("spline spacing", _splines), ("contact layer", _layer))):
         progress(f"error budget: {source}", 0.25 * (number + 1))
         terms.append(term(judge))
+    if grids_of(one.job):
+        progress("error budget: fields", 0.9)
+        terms += [_panels(judge), _grid(judge)]
     return Budget(one.setting.name, terms)
 
 
@@ -266,6 +270,29 @@ def _term_of_sides(
     known, missing = words
     how = f"{known}, extrapolated" + (" with order 1" if missing else " with the observed order")
     return judge.term(source, "; ".join([how, *missing]), errors, orders)
+
+
+def _panels(judge: Judge) -> Term:
+    """Compare with fields whose capacitances are greater by their estimated error by panels."""
+    source = "panels"
+    run, why = _run(judge.one, changed_grids(judge.one.job, by_panels))
+    if run is None:
+        return Term(source, f"{MISSING}: {why}")
+    how = "capacitances greater by what their own coarse panels estimate that they lack"
+    return judge.term(source, how, judge.differences(run, ""))
+
+
+def _grid(judge: Judge) -> Term:
+    """Compare with fields of every second point of their grids of poses."""
+    source = "grid"
+    changes = changed_grids(judge.one.job, by_points)
+    if not changes:
+        return Term(source, f"{MISSING}: no axis of a grid has {LEAST_POINTS} points, of which every second could do")
+    run, why = _run(judge.one, changes)
+    if run is None:
+        return Term(source, f"{MISSING}: {why}")
+    how = f"every second point of axes of {LEAST_POINTS} and more, its difference over {FALL:g}: forces are of order 3"
+    return judge.term(source, how, {name: size / FALL for name, size in judge.differences(run, "").items()})
 
 
 def _run(one: Point, changes: dict[str, Any], meshed: Collection[str] = ()) -> tuple[Trajectory | None, str]:

@@ -11,6 +11,7 @@ import numpy as np
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import ActiveSet
 from gudgeon.solver.forces.fields.co_energy import CoEnergies
+from gudgeon.solver.integrators.general.edges.table import Edges
 from gudgeon.solver.integrators.impact_log import ImpactLog
 
 SLIPS = 65_536
@@ -119,6 +120,9 @@ class Constants(NamedTuple):
     """As in `Ports`, (p, 2)."""
     block: np.ndarray
     """First port of each port's block, (p,)."""
+    edges: Edges
+    edged: bool
+    """Whether any point meets a face with edges."""
     farthest: float
     """Largest displacement of a coordinate by a unit force in a step [s²]."""
     damped: bool
@@ -188,7 +192,12 @@ class State(NamedTuple):
     """What changes from step to step."""
 
     slides: Slides
-
+    apart: np.ndarray
+    """Whether a point is nearer to another face of the solid, at its first port, (p,)."""
+    beside: np.ndarray
+    """Whether a port is the first of a point that is beside the face it may meet, (p,)."""
+    inside: np.ndarray
+    """Largest depth of a point that came past an edge [m], and what laws lose in the step beside faces [J], (2,)."""
     q: np.ndarray
     v: np.ndarray
     before: np.ndarray
@@ -265,8 +274,7 @@ class State(NamedTuple):
     ahead: np.ndarray
     """The same up to the forces found, (P + 1,)."""
     lead: np.ndarray
-    """What the forces of a step's end add to the path of coordinates [m kg^½] and of r [N]: those of the last one, and
-    what is allowed for in this one, (4,)."""
+    """What forces at a step's end add to the paths [m kg^½, N]: in the last one, and allowed for in this one, (4,)."""
     impulses: np.ndarray
     """Of each port [N s], (p,)."""
     struck: np.ndarray

@@ -12,6 +12,7 @@ from gudgeon.solver.integrators.general.arrays import (
     UNILATERAL,
     VELOCITY,
 )
+from gudgeon.solver.integrators.general.edges.kernel import clear, find_beside
 from gudgeon.solver.integrators.general.impacts import speed_bound
 from gudgeon.solver.integrators.general.rebounds import rebound
 from gudgeon.solver.integrators.general.rows import displaced, four_in_a_row, moved, moved_four
@@ -81,6 +82,8 @@ def find_candidates(constants, state, problem):  # type: ignore[no-untyped-def]
     _look_ahead(constants, state, state.lead[2], state.lead[3])
     if constants.slides and slide(constants, state):
         problem.size[1] = -1
+    if constants.edged:
+        find_beside(constants, state)
     near, norms, reach, ahead, margin = constants.near, constants.norms, constants.reach, state.ahead, state.margin
     for n in range(len(constants.touching)):
         i = constants.touching[n]
@@ -93,7 +96,7 @@ def find_candidates(constants, state, problem):  # type: ignore[no-untyped-def]
                 state.unknown[i] = 0.0
         else:
             sleeps = margin[i] * (1.0 - SCRATCH) > _used(near, norms, reach, ahead, i)
-            problem.awake[0, i] = state.last[i] != 0.0 or not sleeps
+            problem.awake[0, i] = state.last[i] != 0.0 or not (sleeps or state.beside[i])
         if problem.awake[0, i] and not problem.awake[1, i] and not placed_late(constants, i):
             place(constants, state, i)
     _list(constants, state, problem)
@@ -168,10 +171,7 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
         for a in range(n):
             i = ports[a]
             gap[i] += displaced(residual, i, known, listed)
-    if constants.slides:
-        for a in range(n):
-            if state.slides.over[ports[a]]:
-                gap[ports[a]] = state.slides.free[ports[a]]
+    _set_free(constants, state, ports[:n])
     for j in range(len(constants.joints)):
         for axis in range(2):
             i = constants.joints[j] + axis
@@ -207,6 +207,16 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
             if state.displacement[1, i] >= 0.0 and gap[i] < 0.0 and state.approach[i] <= 0.0:
                 state.fastest[0] = max(state.fastest[0], rate)
                 state.approach[i] = max(rate, constants.floor * state.fastest[0])
+
+
+@inner
+def _set_free(constants, state, ports):  # type: ignore[no-untyped-def]
+    """Set the gaps of points that slide over surfaces, and of those beside their faces."""
+    if constants.slides:
+        for i in ports:
+            if state.slides.over[i]:
+                state.gap[i] = state.slides.free[i]
+    clear(constants, state, ports)
 
 
 @inner
@@ -250,6 +260,8 @@ def overlooked(constants, state, problem):  # type: ignore[no-untyped-def]
             continue
         if state.slides.over[i]:
             stays = state.slides.corner[0, i] < 0 or found_gap(constants, state, problem, i) > 0.0
+        elif state.beside[i]:
+            stays = True
         else:
             stays = margin[i] * (1.0 - SCRATCH) > _used(near, norms, reach, ahead, i)
         if not stays:

@@ -12,6 +12,7 @@ from gudgeon.solver.integrators.general.arrays import (
     Constants,
     Rows,
 )
+from gudgeon.solver.integrators.general.edges.table import edges_of
 from gudgeon.solver.integrators.uncoupled import SLOWEST
 from gudgeon.solver.ports.members import contact_ports
 from gudgeon.solver.ports.table import BLOCK, Kind, Ports, block_size
@@ -76,7 +77,7 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
         **_fields(system), loaded=_loaded(system, ports), sides=ports.sides, bounces=bool(rigid.any()),
         farthest=float(step.push[0].max(initial=0.0)), damped=bool(np.any(memory[:, :2])),
         rigid=system.rigid, floor=SLOWEST, divides=_divides(system, rigid, bool(np.any(memory[:, :2]))),
-        slides=bool(moving),
+        edges=(edges := edges_of(system, ports)), edged=bool(len(edges.ports)), slides=bool(moving),
         plain=bool(not moving and symmetric and (ports.kind[responds] == Kind.UNILATERAL).all() and not rigid.any()),
     )  # fmt: skip
 

@@ -61,7 +61,8 @@ def displace(constants, state, problem):  # type: ignore[no-untyped-def]
     for a in range(problem.size[0]):
         i = problem.ports[a]
         first = constants.block[i]
-        if solved and constants.level[first] == POSITION and constants.kind[i] not in (BILATERAL, DRIVEN):
+        measured = solved and not state.beside[i]
+        if measured and constants.level[first] == POSITION and constants.kind[i] not in (BILATERAL, DRIVEN):
             displacement[i] = problem.free[i] - layer[i] * unknown[i]
             if i > first and constants.contact[i] >= 0:
                 displacement[i] += state.anchor[i] + constants.belt[i] * step
@@ -103,7 +104,7 @@ def follow(constants, state, problem, time):  # type: ignore[no-untyped-def]
         if constants.size[i] == 0:
             continue
         kind = constants.kind[i]
-        if (kind in (LAW, RUBBING_LAW)) and state.displacement[0, i] >= 0.0:
+        if (kind in (LAW, RUBBING_LAW)) and (state.displacement[0, i] >= 0.0 or state.beside[i]):
             state.approach[i] = 0.0
         if constants.size[i] != 3 or kind == DRIVEN:
             continue

@@ -14,6 +14,7 @@ from gudgeon.solver.integrators.general.arrays import (
     UNILATERAL,
     VELOCITY,
 )
+from gudgeon.solver.integrators.general.edges.kernel import lost_beside
 from gudgeon.solver.integrators.general.fields.kernel import field_energy
 from gudgeon.solver.integrators.general.rows import displaced, moved
 from gudgeon.solver.integrators.general.solution.responses import spring_energy
@@ -54,7 +55,7 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
     parts[STRAIN] = 0.5 * strain + residual + springs
     if len(constants.field_start) > 0:
         parts[STRAIN] += field_energy(constants, state)
-    parts[DISSIPATED] += lost
+    parts[DISSIPATED] += lost + state.inside[1]
     parts[WORK] += work
     error = parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY]
     extreme[ENERGY_ERROR] = max(extreme[ENERGY_ERROR], abs(error))
@@ -70,7 +71,9 @@ def _ports_energy(constants, state, problem):  # type: ignore[no-untyped-def]
     for a in range(problem.size[0]):
         i = problem.ports[a]
         kind = constants.kind[i]
-        if (kind in (UNILATERAL, CONE)) and not constants.bounces:
+        if constants.edged and state.beside[i]:
+            parts[DISSIPATED] += lost_beside(constants, state, i)
+        elif (kind in (UNILATERAL, CONE)) and not constants.bounces:
             if constants.block[i] != i:
                 belt = constants.belt[i] * constants.dt[0]
                 parts[DISSIPATED] -= mean[i] * (state.displacement[0, i] - state.displacement[1, i] - belt)

@@ -4,7 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from gudgeon.modaldb.records.trajectory import EDGE_NOTES
 from gudgeon.solver.compiled import machine_code
+from gudgeon.solver.contact.rows import touching_depth
 from gudgeon.solver.forces.fields.co_energy import LEFT, left_text
 from gudgeon.solver.integrators.general.arrays import (
     STABILISED,
@@ -171,6 +173,16 @@ class General:
         given = np.ascontiguousarray(loads[:, :, j : j + len(constants.given)])
         return Given(given, driving.crank(start + dt), wanted[:, :, 0] + ahead * wanted[:, :, 1])
 
+    def _edge_notes(self) -> dict[str, int | str]:
+        """Return a note where a point came past an edge inside of the solid."""
+        depth = float(self.arrays.state.inside[0])
+        if depth <= touching_depth(np.concatenate([one.points for one in self._system.contacts] or [np.zeros((1, 3))])):
+            return {}
+        return {
+            EDGE_NOTES: "an edge of an obstacle met a body between its contact points: a point came past it"
+            f" {depth:.2g} m inside and had no force until it was out; a finer mesh of the body has points there"
+        }
+
     def impacts(self) -> list[np.ndarray]:
         return self._located.impacts()
 
@@ -192,6 +204,6 @@ class General:
             q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],
             extreme=state.extreme, counts=state.counts, drags=drags if drags.any() else np.empty(0),
             springs=np.concatenate([np.empty(0), *springs]), slips=self._slips,
-            left=int(state.slides.left[0]),
+            left=int(state.slides.left[0]), work=self._edge_notes(),
             masters=-inward, master_impulses=state.impulses[self._functions], drag_impulse=drag_impulse,
         )  # fmt: skip

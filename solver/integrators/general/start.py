@@ -50,7 +50,8 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
     half = np.stack([np.where(presses, pushes, 0.0), np.where(presses, 0.0, pushes)]) @ ports.rows
     zeros = {name: np.zeros(p) for name in _ZERO_AT_START}
     return State(
-        slides=_slides(system, ports),
+        slides=_slides(system, ports), apart=np.zeros(p, np.bool_), beside=_beside(constants, system),
+        inside=np.zeros(2),
         q=system.position.copy(), v=system.velocity.copy(), before=np.zeros((2, m)), force=np.zeros(m),
         field=field, field_pose=poses, field_basis=np.zeros(basis_shape(system.fields.energies)),
         field_energy=np.array([-float(field[:, 0].sum()), 0.0]),
@@ -69,6 +70,13 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=parts,
         extreme=np.array([parts.sum(), 0.0, 0.0, 0.0]), counts=np.zeros(6, np.int64), **zeros,
     )  # fmt: skip
+
+
+def _beside(constants: Constants, system: System) -> np.ndarray:
+    """Return which ports are the first of a point beside its face at the start, (p,)."""
+    edges, found = constants.edges, np.zeros(len(constants.offset), np.bool_)
+    found[edges.ports[edges.offset + edges.rows @ system.position < 0]] = True
+    return found
 
 
 def _fields(system: System, constants: Constants, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

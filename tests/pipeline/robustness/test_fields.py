@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from tests.pipeline.robustness.test_settings import verdicts
+from tests.validation.scenes import DATA
 
 PLATE = """
 [component.plate.geometry]
@@ -44,3 +45,12 @@ def test_a_field_is_the_same_in_other_units_and_turned(tmp_path: Path) -> None:
     assert all(row["rule"] == "similarity" for row in same.values())
     # Its gap is that of the start, where the case would move the plate.
     assert {row["verdict"] for row in rows.values() if row["group"] == "grazing"} == {"does not apply"}
+
+
+def test_a_field_on_a_grid_is_the_same_in_other_units_and_turned(tmp_path: Path) -> None:
+    """Two plates whose force is a spline over poses; without a voltage the plate stays on its spring."""
+    rows = verdicts(DATA / "pull-in", "units,turned,field", tmp_path)
+    applied = {name: row for name, row in rows.items() if row["verdict"] != "does not apply"}
+    assert {"mm-t-s", "lengths 1e-6", "lengths 1e3", "voltage 1e-9", "voltage 0"} <= set(applied)
+    assert {row["verdict"] for row in applied.values()} == {"right"}, applied
+    assert all(row["rule"] == "similarity" for name, row in applied.items() if row["group"] == "units")

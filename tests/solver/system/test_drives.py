@@ -16,6 +16,7 @@ from gudgeon.solver.ports.members import ports_of
 from gudgeon.solver.scene.motion import Translation
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
+from gudgeon.solver.system.drives import _all_motions, _left
 from tests.solver.systems import build, build_all, rigid_records
 
 TOP = {"top": ([0.0, 0.0, 0.1], [0.0, 0.0, 1.0])}
@@ -214,3 +215,16 @@ def test_scene_of_two_bodies_with_a_preloaded_spring_begins_in_equilibrium(tmp_p
     head = found.probes["head"].values
     assert np.abs(head).max() > 1e-9
     assert head == pytest.approx(np.tile(head[0], (100, 1)), abs=1e-11 * np.abs(head).max())
+
+
+def test_what_is_held_is_what_no_other_motion_gives() -> None:
+    """Of a tie driven along two lines, not at right angles, and about one: three motions are left for `held`."""
+    lines = np.eye(6)[[0, 1, 5]]
+    lines[1] = [0.6, 0.8, 0.0, 0.0, 0.0, 0.0]
+    first = _all_motions(np.array([0.0, 0.0, 1.0]), turns=False)
+    kept = _left(first, lines)
+    assert kept.shape == (3, 6)
+    assert kept[0] == pytest.approx(first[0])
+    assert kept @ kept.T == pytest.approx(np.eye(3), abs=1e-12)
+    assert kept @ lines.T == pytest.approx(np.zeros((3, 3)), abs=1e-12)
+    assert _left(first, np.empty((0, 6))) == pytest.approx(first)
