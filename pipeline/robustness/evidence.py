@@ -4,6 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gudgeon.modaldb.records.trajectory import Trajectory
+
 
 @dataclass(frozen=True)
 class FirstContact:
@@ -103,3 +105,18 @@ class Refusal:
 
     reason: str
     seconds: float = 0.0
+
+
+def readings_of(found: Trajectory) -> dict[str, tuple[float, str]]:
+    """Return value and unit of the quantities of a run without contact that two runs of one motion share.
+
+    The time of a peak is that of a sample. Reactions have no bound at singular positions of joints.
+    """
+    if found.contacts:
+        return {}
+    unbounded = bool(found.counts.get("singular_steps", 0))
+    return {
+        name: (entry["value"], entry["unit"])
+        for name, entry in found.quantities.items()
+        if not name.endswith("_time") and not (unbounded and entry["unit"] in ("N", "N m"))
+    }

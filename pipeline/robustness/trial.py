@@ -17,7 +17,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, ENDS, IMPULSE, WINDOWED, Trajectory
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
-from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts, Refusal
+from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts, Refusal, readings_of
 from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.stages.change import change_estimates, change_notes, largest_changes
 from gudgeon.pipeline.stages.job import Job
@@ -236,7 +236,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         estimated=max(estimates, default=None),
         orthogonality=max(checks, default=None),
         contact=contact,
-        readings=_readings(found),
+        readings=readings_of(found),
         impacts=_impacts(system, found),
         integrator=str(found.counts["integrator"]),
         energy_drift=found.energy_drift,
@@ -261,21 +261,6 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         substeps=int(found.counts["substeps"]),
         step=float(found.counts["step"]),
     )
-
-
-def _readings(found: Trajectory) -> dict[str, tuple[float, str]]:
-    """Return value and unit of the quantities of a run without contact that two runs of one motion share.
-
-    The time of a peak is that of a sample. Reactions have no bound at singular positions of joints.
-    """
-    if found.contacts:
-        return {}
-    unbounded = bool(found.counts.get("singular_steps", 0))
-    return {
-        name: (entry["value"], entry["unit"])
-        for name, entry in found.quantities.items()
-        if not name.endswith("_time") and not (unbounded and entry["unit"] in ("N", "N m"))
-    }
 
 
 def _last_digit(system: System, found: Trajectory) -> float:
