@@ -283,7 +283,7 @@ class Mechanism(Capabilities):
         own = np.concatenate([np.empty(0, int), *(track.sections for track in self.touching.tracks)]).astype(int)
         pushed = pushes_of(last.state, len(self.linkage.sections))[own]
         self._extreme[3] = self.touching.deepest
-        counts = {
+        counts: dict[str, int | str] = {
             "steps_taken": self._stepping.taken,
             "steps_rejected": self._stepping.rejected,
             "singular_steps": self._stepping.singular,
