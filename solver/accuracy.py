@@ -28,8 +28,10 @@ LARGEST_JUMP = 3
 LAG = 0.5
 """Difference of the times of impacts that does not count, over the window."""
 ROUND_OFF = 1e-9
-"""Impulse of the largest force over the whole run, relative to that of the largest impact, below which it is none; and
-difference of the times of impacts over that of the run, for those of no duration, which no window has."""
+"""Impulse of the largest force over the whole run, relative to that of the largest impact, below which it is none."""
+AT_ONCE = 1e-6
+"""Difference of the times of impacts over that of the run that does not count, for those of no duration, which no
+window has: these times have the order of the integrator."""
 LONGER = 1.5
 """Ratio of two steps from which on their runs are compared."""
 EXPECTED_ORDER = 1.5
@@ -123,7 +125,7 @@ def difference(one: Trajectory, other: Trajectory, window: float) -> Difference:
     for name, theirs in other.impacts.items():
         ours = one.impacts[name]
         largest = float(theirs[:, IMPULSE].max(initial=0.0))
-        apart = _impulse_apart(ours, theirs, max(LAG * window, ROUND_OFF * float(other.times[-1])))
+        apart = _impulse_apart(ours, theirs, max(LAG * window, AT_ONCE * float(other.times[-1])))
         impulse = max(impulse, _share(apart, largest))
         peaks = [float(part[:, WINDOWED].max(initial=0.0)) for part in (ours, theirs)]
         # A rigid body that was struck and stays has forces of round-off, beside its impulse.

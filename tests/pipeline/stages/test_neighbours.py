@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 import gudgeon
+from gudgeon import examples
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.geometry.occ import meshing
 
@@ -132,3 +133,16 @@ def test_a_plastic_impact_with_friction_and_without_weight_is_a_jump(step: Any, 
     assert values["floor.end"] == values["floor.start"] == pytest.approx(5e-4, rel=1e-9)
     assert "floor.force_peak" not in values
     assert "floor.force_peak_raw" not in values
+
+
+def test_impacts_of_no_duration_whose_times_converge_are_accurate(tmp_path: Path) -> None:
+    """Seven impacts of a mass on a spring: the run was refused, since times of order two are never the same."""
+    scene = Path(examples.__file__).parent / "two-mass" / "scene.toml"
+    exact, found = (
+        gudgeon.run(scene, set={"run.integrator": name}, until="solve", db=tmp_path / "db", out=tmp_path / name)
+        for name in ("event", "implicit")
+    )
+    assert found.result == "FINISHED"
+    assert found.quantities["pair.impacts"]["value"] == exact.quantities["pair.impacts"]["value"] == 7
+    for key in ("pair.impulse", "pair.impact7.start", "pair.impact7.impulse", "striker.velocity_x"):
+        assert found.quantities[key]["value"] == pytest.approx(exact.quantities[key]["value"], rel=1e-3)
