@@ -65,6 +65,10 @@ class Kind:
     """Writes the calibration of a sensor."""
     signals: Callable[..., Any]
     """Writes the signals of a sensor over time."""
+    identify: Callable[..., Any]
+    """Writes the parameters of a robot arm."""
+    wrench: Callable[..., Any]
+    """Writes the wrench on the tool of a robot arm."""
     no_study: str = ""
     """Why such scenes have no studies; empty where they have."""
 
@@ -112,7 +116,7 @@ def _no_linear(job: SceneJob, asked: Any, progress: Progress) -> Any:
 
 
 def _no_sensor(job: SceneJob, *arguments: Any) -> Any:
-    raise InputError(f"{job.path}: calibrate and signals: only scenes of bodies have sensors")
+    raise InputError(f"{job.path}: sensors: only scenes of bodies have them, and arms")
 
 
 KINDS: dict[str, Kind] = {
@@ -129,6 +133,8 @@ KINDS: dict[str, Kind] = {
         linear=_late("gudgeon.pipeline.linear.analysis:analyse"),
         calibrate=_late("gudgeon.pipeline.sensing.job:calibrate"),
         signals=_late("gudgeon.pipeline.sensing.job:signals"),
+        identify=_late("gudgeon.pipeline.sensing.arm_job:identify_arm"),
+        wrench=_late("gudgeon.pipeline.sensing.arm_job:wrench_of"),
     ),
     "wheel": Kind(
         model="gudgeon.pipeline.wheel.scene:WheelFile",
@@ -143,6 +149,8 @@ KINDS: dict[str, Kind] = {
         linear=_no_linear,
         calibrate=_no_sensor,
         signals=_no_sensor,
+        identify=_no_sensor,
+        wrench=_no_sensor,
     ),
     "conductor": Kind(
         model="gudgeon.pipeline.electrostatics.scene:FieldFile",
@@ -157,6 +165,8 @@ KINDS: dict[str, Kind] = {
         linear=_refused("linear", "it has no modes"),
         calibrate=_no_sensor,
         signals=_no_sensor,
+        identify=_no_sensor,
+        wrench=_no_sensor,
         no_study=ONE_FILE,
     ),
 }

@@ -99,6 +99,10 @@ def plate_tables():
         text[:gauge].rstrip() + "\n" + ties, text[gauge:].rstrip(), "",
         "[component.plate.modes]", 'reduction = "row-craig-bampton"', "normal_count = 0", "fixed_count = 0", "",
         "[body.plate]", "position = [0.0, 0.0, -0.02]", f"gauges = [{names}]", "damping = { beta = 1e-5 }", "",
+        "[sensor.base]", 'body = "plate"', "gauge_factor = 2.0",
+        "noise = 2e-8                                                  # V/V",
+        "drift = 1e-8                                                  # V/V after one second",
+        "resolution = 1e-9                                             # V/V", "",
     ]  # fmt: skip
 
 

@@ -16,6 +16,7 @@ UNITS: dict[str, dict[str, float]] = {
     "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
     "N m": {"N m": 1.0, "Nm": 1.0, "N mm": 1e-3, "Nmm": 1e-3, "mN m": 1e-3, "kN m": 1e3, "kNm": 1e3},
     "V/V": {"V/V": 1.0, "mV/V": 1e-3, "µV/V": 1e-6, "uV/V": 1e-6},
+    "rad": {"rad": 1.0, "mrad": 1e-3, "deg": 0.017453292519943295},
     "s": {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "us": 1e-6},
 }  # fmt: skip
 """Factors of the units that a column may have, by its SI unit, which is the default."""

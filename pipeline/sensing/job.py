@@ -26,6 +26,9 @@ from gudgeon.pipeline.sensing.calibration import (
     write_calibration,
 )
 from gudgeon.pipeline.sensing.columns import TIME, read_columns
+from gudgeon.pipeline.sensing.excite import excite_calibration
+from gudgeon.pipeline.sensing.identify import read_parameters, unit_calibration
+from gudgeon.pipeline.sensing.robot import robot_of
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
@@ -47,17 +50,26 @@ class Inferred:
     """Of the matrix product alone [s]."""
 
 
+Source = tuple[Path | None, bool, Path | None]
+"""Table of measured wrenches and signals, whether an arm excites its plate, and the parameters of the arm."""
+
+
 def calibrate(
-    job: Job, name: str | None, data: Path | None, to: Path | None, progress: Progress
+    job: Job, name: str | None, source: Source, to: Path | None, progress: Progress
 ) -> tuple[Path, Calibration]:
-    """Write the calibration of a sensor of a scene: by unit wrenches, or of measured wrenches and signals.
+    """Write the calibration of a sensor of a scene: by unit wrenches, of measured rows, or by an arm that moves.
 
     Raises:
         InputError: no such sensor, or the calibration is of too low rank.
     """
+    data, excite, parameters = source
+    if (data is not None and excite) or (parameters is not None and not excite):
+        raise InputError(f"{job.path}: calibrate: give --data or --excite; --parameters needs --excite")
     name, sensor = _sensor(job, name)
-    gauges = tuple(job.scene.body[sensor.body].gauges)
-    channels, force = sensor.channels(gauges), _wrench(job, name, sensor)
+    gauges, turns = tuple(job.scene.body[sensor.body].gauges), job.scene.capabilities.turns
+    if excite and not turns:
+        raise InputError(f"{job.path}: --excite: the scene has no arm that could move; give the scene of an arm")
+    channels, force = sensor.channels(gauges), f"joint on {sensor.body}" if turns else _wrench(job, name, sensor)
     described = [
         {"name": key, "wiring": one.wired, "gauge_factor": sensor.gauge_factor,
          "gauges": [_place(job, sensor.body, gauge) for gauge in one.gauges]}
@@ -65,7 +77,9 @@ def calibrate(
     ]  # fmt: skip
     origin: dict[str, Any] = {"scene": job.name, "sensor": name, "body": sensor.body, "force": force, "axes": "scene",
                               "data": None if data is None else data.name}  # fmt: skip
-    if data is None:
+    if data is None and turns:
+        found = _of_arm(job, name, excite, parameters, (described, sensor.components, origin), progress)
+    elif data is None:
         asked = Asked(static=True, force=f"force.{force}", at=tuple(f"gauge.{sensor.body}.{one}" for one in gauges))
         table = analyse(job, asked, progress).static
         assert table is not None
@@ -79,6 +93,23 @@ def calibrate(
     path = to or job.out / CALIBRATION
     write_calibration(path, found)
     return path, found
+
+
+def _of_arm(
+    job: Job, name: str, excite: bool, parameters: Path | None, words: tuple[Any, tuple[str, ...], Any],
+    progress: Progress,
+) -> Calibration:  # fmt: skip
+    """Return the calibration of a plate under an arm, by unit wrenches or by its motion."""
+    robot = robot_of(job, name, progress)
+    if excite:
+        known = None if parameters is None else read_parameters(parameters, robot)
+        found, told = excite_calibration(robot, known, progress)
+    else:
+        found, told = unit_calibration(robot), {"source": "unit wrenches", "samples": 0}
+    described, components, origin = words
+    columns = [WRENCH.index(one) for one in components]
+    with named(job.path, InputError):
+        return calibrated(described, components, found.sensitivity[:, columns], found.offsets, told, origin)
 
 
 def of_data(
@@ -159,10 +190,27 @@ def calibration_text(found: Calibration) -> str:
         for name, row in zip(found.components, found.matrix, strict=True)
     ]
     lines.append(f"\ncondition number {found.condition:.4g}, columns of unit length")
+    if "unit_wrenches" in found.residuals:
+        lines += _of_excitation(found.residuals)
     if found.residuals.get("samples"):
         parts = zip(found.components, found.residuals["wrench_rms"], strict=True)
         lines.append("rms left: " + ", ".join(f"{name} {value:.3g} {unit_of(name)}" for name, value in parts))
     return "\n".join(lines)
+
+
+def _of_excitation(told: dict[str, Any]) -> list[str]:
+    """Return lines of what a calibration by an arm is worth against unit wrenches."""
+    wrong = (np.array(told["unit_wrenches"]) - np.eye(len(WRENCH))) * np.array(told["excited_rms"])
+    lines = [
+        f"excitation: condition number {told['condition_of_series']:.3g} of the trajectory,"
+        f" {told['condition_of_data']:.3g} of its wrenches; {told['samples']} samples between {told['band'][0]:.3g} and"
+        f" {told['band'][1]:.3g} Hz",
+        "against unit wrenches: error of each component's own, and of wrenches as large as those of the run:",
+    ]
+    for n, name in enumerate(WRENCH):
+        own, whole = told["unit_wrenches"][n][n] - 1, float(np.linalg.norm(wrong[n]))
+        lines.append(f"  {name} {own:+.2%}, {whole:.3g} of {told['excited_rms'][n]:.3g} {unit_of(name)}")
+    return lines
 
 
 def _sensor(job: Job, name: str | None) -> tuple[str, Sensor]:

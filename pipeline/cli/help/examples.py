@@ -37,6 +37,15 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "calibrate": (
         ("gudgeon calibrate data/base-sensor/plate-beams.toml", "matrix from strains per unit wrench"),
         ("gudgeon calibrate data/base-sensor/plate-beams.toml --data bench.csv", "of measured wrenches and signals"),
+        ("gudgeon calibrate data/base-sensor/robot-plate.toml --excite", "by the arm that moves on the plate"),
+    ),
+    "identify": (
+        ("gudgeon identify data/base-sensor/robot.toml", "parameters.json, and excitation.csv for a real arm"),
+        ("gudgeon identify data/base-sensor/robot.toml --data samples.csv", "of measured samples"),
+    ),
+    "wrench": (
+        ("gudgeon wrench data/base-sensor/robot-plate.toml", "wrench on the tool, and its errors by source"),
+        ("gudgeon wrench data/base-sensor/robot.toml --parameters parameters.json", "by identified parameters"),
     ),
     "signals": (("gudgeon signals data/base-sensor/plate-beams.toml", "signals of its bridges over time"),),
     "infer": (("gudgeon infer calibration.json signals.csv", "wrenches, in signals-wrench.csv"),),

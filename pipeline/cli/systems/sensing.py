@@ -9,12 +9,15 @@ from typing import Any
 
 from gudgeon.pipeline.cli.console import Console
 from gudgeon.pipeline.cli.sharing import shared
+from gudgeon.pipeline.cli.systems.arm import add_arm
 
 CALIBRATE_HELP = """\
-Write the calibration of a sensor of the scene, a table [sensor.NAME]: the matrix from the signals of its bridges to the
-wrench, offsets, condition number, residuals, and where the gauges stand. Without --data it follows from the strains
-under unit wrenches; with --data, a CSV with the columns of the wrench and of the signals, by least squares. If the
-signals or the data do not tell all components, the directions that are missing are named. See docs/base-sensor.md.
+Write the calibration of a sensor of the scene, a table [sensor.NAME]: the matrix from the signals of its bridges to
+the wrench, offsets, condition number, residuals, and where the gauges stand. Without --data it follows from the
+strains under unit wrenches; with --data, a CSV with the columns of the wrench and of the signals, by least squares;
+with --excite by least squares over a run in which the arm that stands on the plate moves without contact on a
+trajectory of low condition number, through the plate's own bridges with noise, drift and rounding. If the signals or
+the data do not tell all components, the directions that are missing are named. See docs/base-sensor.md.
 """
 INFER_HELP = """\
 Apply a calibration to a CSV of signals, whose columns are the channels, with a column `time` or without, and write the
@@ -34,6 +37,9 @@ def add_sensing(names: Any, plain: Callable[..., argparse.ArgumentParser], comma
     add = command(names, "calibrate", text, calibrate_command, CALIBRATE_HELP).add_argument
     add("--sensor", metavar="NAME", help="sensor of the scene (default: its only one)")
     add("--data", type=Path, metavar="FILE", help="CSV of wrenches and signals (default: unit wrenches)")
+    add("--excite", action="store_true", help="of a run of the arm on the plate (default: unit wrenches)")
+    text = "parameters of the arm by `gudgeon identify`, for --excite (default: those of the scene)"
+    add("--parameters", type=Path, metavar="FILE", help=text)
     add("--to", type=Path, metavar="FILE", help=f"{to} (default calibration.json in the folder of results)")
     text = "run the scene and write the signals of a sensor's bridges over time"
     add = command(names, "signals", text, signals_command).add_argument
@@ -45,6 +51,7 @@ def add_sensing(names: Any, plain: Callable[..., argparse.ArgumentParser], comma
     add("signals", metavar="SIGNALS.csv", type=Path, help="table of signals")
     add("--to", type=Path, metavar="FILE", help=f"{to} (default SIGNALS-wrench.csv beside the signals)")
     add("--json", action="store_true", help="print one JSON document on stdout")
+    add_arm(names, command)
 
 
 def calibrate_command(options: argparse.Namespace) -> int:
@@ -53,7 +60,8 @@ def calibrate_command(options: argparse.Namespace) -> int:
 
     kind, job = opened(options)
     with shared(job, "run", Console(options.json).progress) as progress:
-        path, found = kind.calibrate(job, options.sensor, options.data, options.to, progress)
+        source = (options.data, options.excite, options.parameters)
+        path, found = kind.calibrate(job, options.sensor, source, options.to, progress)
     from gudgeon.pipeline.sensing.job import POOR, calibration_text
 
     print(json.dumps(found.as_json(), indent=1) if options.json else f"{calibration_text(found)}\nwritten: {path}")
