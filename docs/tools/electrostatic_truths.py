@@ -140,17 +140,28 @@ def pull_row(pull: Pull, db: Path) -> tuple[float, float]:
     return -force / found - 1, float(record.cell_errors.max())
 
 
+def finer(pull: Pull, size: float | None) -> Pull:
+    """Return a pull on meshes of an edge length [m]; None: those of the scene."""
+    if size is None:
+        return pull
+    names = open_job(DATA / f"{pull.scene}.toml").scene.conductor
+    return pull._replace(changes=pull.changes | {f"conductor.{name}.mesh.size": size for name in names})
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help=f"of {', '.join(TRUTHS)}")
     parser.add_argument("--db", type=Path, default=None)
     parser.add_argument("--forces", action="store_true", help="forces from grids of seven gaps, on the scene's mesh")
+    parser.add_argument(
+        "--size", type=float, default=None, help="with --forces: edge length of both meshes instead [m]"
+    )
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         if options.forces:
             for name in options.names or PULLS:
-                error, estimate = pull_row(PULLS[name], options.db or Path(folder) / "db")
+                error, estimate = pull_row(finer(PULLS[name], options.size), options.db or Path(folder) / "db")
                 print(f"{name:24} force error {error:+.2e}  estimate of cells, of C {estimate:.1e}", flush=True)
             return
         for name in options.names or TRUTHS:

@@ -80,7 +80,8 @@ def at_rest(system: System, notes: list[str] | None = None) -> System:
     rubs = any(one.friction is not None and one.friction.static > 0 for one in system.scene.contact.values())
     if system.scene.run.start != "rest" or system.scene.capabilities.turns or not rubs:
         return system
-    gap, system = system.gap, system.opened()
+    placed, system = system, system.opened()
+    opened = system
     ports = ports_of(system)
     for bodies in _groups(system, ports):
         statics = _statics(system, ports, bodies)
@@ -90,7 +91,7 @@ def at_rest(system: System, notes: list[str] | None = None) -> System:
         elif statics is not None and notes is not None:
             names = " and ".join(name for at, name in enumerate(system.bodies) if at in bodies)
             notes.append(f"{names}: no static equilibrium with friction was found; the run starts as placed")
-    return replace(system, gap=gap)
+    return placed if system is opened else replace(system, gap=placed.gap)
 
 
 def _groups(system: System, ports: Ports) -> Iterator[list[int]]:

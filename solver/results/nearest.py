@@ -36,7 +36,7 @@ def nearest(system: System, end: Outcome, times: np.ndarray, frames: np.ndarray,
             gaps += np.array([over.at_points(*item) for item in zip(moved[0] - moved[1], inward, strict=True)])
         face = system.scene.contact[contact.name].against
         if isinstance(face, Plane) and face.edges:
-            gaps += _beyond(system, contact, face, places)
+            gaps += beyond(system, contact, face, places)
             frame = int(gaps.min(axis=1).argmin())
             least, time = float(gaps[frame].min()), float(times[frame])
         else:
@@ -51,7 +51,7 @@ def _gaps(system: System, rows: slice, times: np.ndarray, places: np.ndarray) ->
     return system.gap[rows] + places @ system.rows[rows].T + driving.loads(times, 0.0) @ driving.to_gap[rows].T
 
 
-def _beyond(system: System, contact: ContactRows, face: Plane, places: np.ndarray) -> np.ndarray:
+def beyond(system: System, contact: ContactRows, face: Plane, places: np.ndarray) -> np.ndarray:
     """Return by how much the gap of points to the solid exceeds that to one face of it [m], (f, c), at frames."""
     body, position = system.bodies[contact.body], np.asarray(system.scene.body[contact.body].position)
     rows = [body.rigid_rows(contact.points, np.tile(axis, (len(contact.points), 1))) for axis in np.eye(3)]

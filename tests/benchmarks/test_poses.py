@@ -35,7 +35,7 @@ rx = { ends = [-10, 10], points = 4 }
 ry = { ends = [-6, 6], points = 4 }
 rz = { ends = [-10, 10], points = 5 }
 """
-READ = 12
+READ = 200
 """Poses that are computed, evenly over the grid."""
 
 
