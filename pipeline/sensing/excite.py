@@ -15,7 +15,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.gauge import WRENCH
 from gudgeon.pipeline.sensing.bridges import measured
 from gudgeon.pipeline.sensing.calibration import Calibration, calibrated, fitted
-from gudgeon.pipeline.sensing.identify import Excited, excitation_of, excited, unit_calibration
+from gudgeon.pipeline.sensing.identify import SETTLED, Excited, excitation_of, excited, unit_calibration
 from gudgeon.pipeline.sensing.robot import Robot
 from gudgeon.pipeline.sensing.smoothing import inertias
 from gudgeon.pipeline.sensing.standing import Gauged
@@ -52,27 +52,38 @@ def excite_calibration(
     interval = float(times[1] - times[0])
     signals = measured(robot.signals(found), interval, robot.sensor)
     wrench = -following(along, times, p)
-    keep = (times > ENDS) & (times < times[-1] - ENDS)
+    later = times > SETTLED
     band = LOW * asked.frequency, HIGH * lowest(along, p)
     if not band[0] < band[1] < 0.45 / interval:
         raise InputError(
             f"{robot.job.path}: --excite: the plate swings at {band[1] / HIGH:.3g} Hz under the arm, too near the"
             f" trajectory's {asked.frequency:g} Hz"
         )
-    sections = signal.butter(4, band, "bandpass", fs=1 / interval, output="sos")
-    passed = [signal.sosfiltfilt(sections, one, axis=0)[keep] for one in (wrench, signals)]
+    passed = [banded(one[later], band, 1 / interval) for one in (wrench, signals)]
     fit = fitted(passed[0], passed[1], WRENCH, robot.job.path)
-    offsets = (signals - wrench @ fit["sensitivity"].T)[keep].mean(axis=0)
+    offsets = (signals - wrench @ fit["sensitivity"].T)[later].mean(axis=0)
     unit = unit_calibration(robot)
     one = calibrated(unit.channels, WRENCH, fit["sensitivity"], offsets, {}, {})
     left = one.wrenches(passed[1] + offsets) - passed[0]
     return one, {
-        "source": "excitation", "samples": int(keep.sum()), "band": list(band), "condition_of_series": after,
+        "source": "excitation", "samples": len(passed[0]), "band": list(band), "condition_of_series": after,
         "condition_of_data": fit["condition"], "signal_rms": fit["rms"].tolist(),
         "wrench_rms": np.sqrt((left**2).mean(axis=0)).tolist(),
         "excited_rms": np.sqrt((passed[0] ** 2).mean(axis=0)).tolist(),
         "unit_wrenches": (one.matrix @ unit.sensitivity).tolist(),
     }  # fmt: skip
+
+
+def banded(values: np.ndarray, band: tuple[float, float], rate: float) -> np.ndarray:
+    """Return values (s, k) within a band [Hz], without the ends: first without swinging, then without drift.
+
+    The ends of the second filter are then those of smooth values, the same in all of them.
+    """
+    cut = round(ENDS / 2 * rate)
+    low, high = (signal.butter(n, at, kind, fs=rate, output="sos")
+                 for n, at, kind in ((4, band[1], "lowpass"), (2, band[0], "highpass")))  # fmt: skip
+    smooth = signal.sosfiltfilt(low, values, axis=0)[cut:-cut]
+    return signal.sosfiltfilt(high, smooth, axis=0)[cut:-cut]
 
 
 def lowest(robot: Robot, parameters: np.ndarray) -> float:

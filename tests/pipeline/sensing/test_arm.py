@@ -207,3 +207,18 @@ def test_the_series_keeps_its_limits(tmp_path: Path) -> None:
     assert np.abs(q).max() <= 0.2 + 1e-9
     assert np.abs(v).max() <= 1.0 + 1e-9
     assert np.isfinite(after)
+
+
+def test_a_band_leaves_the_map_from_wrench_to_signals() -> None:
+    """Neither swinging at 30 Hz, which is as large, nor an offset, nor a slow drift change what is fitted, to 0.5 %."""
+    from gudgeon.pipeline.sensing.excite import banded
+
+    random, times = np.random.default_rng(3), np.arange(0.0, 4.0, 1e-3)
+    harmonics = np.concatenate([one(2 * np.pi * np.outer(times, [1.0, 2.0, 3.0])) for one in (np.sin, np.cos)], axis=1)
+    wrench = harmonics @ random.standard_normal((6, 6)) + 20.0
+    A = random.standard_normal((8, 6))
+    swing = np.outer(np.sin(2 * np.pi * 30 * times), random.standard_normal(8))
+    drift = np.outer(0.05 * times, random.standard_normal(8))
+    passed = [banded(one, (0.5, 10.8), 1e3) for one in (wrench, wrench @ A.T + swing + drift + 3.0)]
+    found = np.linalg.lstsq(passed[0], passed[1], rcond=None)[0].T
+    np.testing.assert_allclose(found, A, atol=5e-3 * np.abs(A).max())
