@@ -27,9 +27,8 @@ from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic
-from gudgeon.solver.obstacles import Bore, Plane
+from gudgeon.solver.obstacles import Bore
 from gudgeon.solver.result import Result
-from gudgeon.solver.results.nearest import beyond
 from gudgeon.solver.scene.run import LEAST_WINDOW
 from gudgeon.solver.simulate import simulate, suggested
 from gudgeon.solver.system.system import System
@@ -316,9 +315,8 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     pressed = _multipliers(system, found)
     depth = -(system.gap + paths + pressed @ system.residual)
     for contact in plain:
-        face = system.scene.contact[contact.name].against
-        if isinstance(face, Plane) and face.edges:
-            depth[:, contact.rows] -= beyond(system, contact, face, found.frames)
+        if system.edged(contact):
+            depth[:, contact.rows] -= system.beyond(contact, found.frames)
     start = 0.5 * float(system.velocity @ system.velocity + system.stiffness @ system.position**2)
     start += system.start_contact_energy
     energy = max(start, float((start + found.energies[:, 4]).max(initial=0.0)))

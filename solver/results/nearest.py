@@ -3,10 +3,8 @@
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
-from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.curves import least_of_cubics
 from gudgeon.solver.integrators.outcome import Outcome
-from gudgeon.solver.obstacles.plane import Plane
 from gudgeon.solver.results.contact_events import named
 from gudgeon.solver.system.system import System
 
@@ -34,9 +32,8 @@ def nearest(system: System, end: Outcome, times: np.ndarray, frames: np.ndarray,
             moved = [body.centre_motion(places[:, body.rigid])[:, :3] @ over.direction for body in (own, other)]
             inward = places @ system.functions[contact.functions].T
             gaps += np.array([over.at_points(*item) for item in zip(moved[0] - moved[1], inward, strict=True)])
-        face = system.scene.contact[contact.name].against
-        if isinstance(face, Plane) and face.edges:
-            gaps += beyond(system, contact, face, places)
+        if system.edged(contact):
+            gaps += system.beyond(contact, places)
             frame = int(gaps.min(axis=1).argmin())
             least, time = float(gaps[frame].min()), float(times[frame])
         else:
@@ -49,12 +46,3 @@ def _gaps(system: System, rows: slice, times: np.ndarray, places: np.ndarray) ->
     """Return the gaps of a contact's points without traction space and contact forces [m], (f, c)."""
     driving = system.driving
     return system.gap[rows] + places @ system.rows[rows].T + driving.loads(times, 0.0) @ driving.to_gap[rows].T
-
-
-def beyond(system: System, contact: ContactRows, face: Plane, places: np.ndarray) -> np.ndarray:
-    """Return by how much the gap of points to the solid exceeds that to one face of it [m], (f, c), at frames."""
-    body, position = system.bodies[contact.body], np.asarray(system.scene.body[contact.body].position)
-    rows = [body.rigid_rows(contact.points, np.tile(axis, (len(contact.points), 1))) for axis in np.eye(3)]
-    moved = np.stack([places[:, body.rigid] @ row.T for row in rows], axis=-1)
-    leads = [face.leads(contact.points + position + one).min(axis=1) for one in moved]
-    return np.maximum(0.0, -np.array(leads))

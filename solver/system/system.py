@@ -205,6 +205,20 @@ class System:
                 seen.add(key)
         return found
 
+    def edged(self, contact: ContactRows) -> bool:
+        """Whether the points of a contact meet a face with edges."""
+        face = self.scene.contact[contact.name].against
+        return isinstance(face, Plane) and bool(face.edges)
+
+    def beyond(self, contact: ContactRows, places: np.ndarray) -> np.ndarray:
+        """Return by how much gaps to a solid exceed those to one face of it [m], (f, c), at coordinates (f, m)."""
+        body, face = self.bodies[contact.body], self.scene.contact[contact.name].against
+        assert isinstance(face, Plane)
+        placed = contact.points + np.asarray(self.scene.body[contact.body].position)
+        rows = [body.rigid_rows(contact.points, np.tile(axis, (len(contact.points), 1))) for axis in np.eye(3)]
+        moved = np.stack([places[:, body.rigid] @ row.T for row in rows], axis=-1)
+        return np.maximum(0.0, -np.array([face.leads(placed + one).min(axis=1) for one in moved]))
+
     def opened(self) -> "System":
         """Return the system with the points open that start beside the face that they may meet."""
         beside = self.beside
