@@ -334,6 +334,15 @@ def whole_turn(subject: Subject, operation: Any) -> Trial:
     return Trial(replace(subject.job, scene=turned(subject.scene)), units=Units(), turned=True)
 
 
+def gap(subject: Subject, operation: Any) -> Trial:
+    """Scale lengths so that the least gap of plates is of a given size, at the same material."""
+    gaps = [one.gap for one in getattr(subject.scene, "fields", dict)().values() if hasattr(one, "gap")]
+    if not gaps:
+        raise DoesNotApply("the scene has no field between plates")
+    factor = operation.size / min(gaps)
+    return _in_units(subject, Units(factor**3, factor, factor))
+
+
 def repeated_joint(subject: Subject, operation: Any) -> Trial:
     """Repeat a joint of two markers: its rows are held already, so that the motion is the same."""
     joints = getattr(subject.scene, "joint", {})
@@ -356,6 +365,7 @@ OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "turned": whole_turn,
     "repeated-joint": repeated_joint,
     "voltage": settings.voltage,
+    "gap": gap,
     "friction": lambda subject, operation: friction(subject, operation, _in_units),
     "set": lambda subject, to: Trial(subject.changed(to.values)),
 }  # fmt: skip

@@ -56,6 +56,8 @@ class Compared:
     """Allowed relative difference of the first impact's impulse and windowed force, if both must be the same."""
     factor: float | None = None
     """Factor on the stiffness of contacts."""
+    alike: float = SAME
+    """Allowed relative difference of readings in other units, where it is not that of round-off alone."""
     given_step: bool = False
     """Whether the run has a step that its integrator would not choose."""
     turned: bool = False
@@ -87,7 +89,7 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
         return None
     turns = found.integrator in INTEGRATORS and INTEGRATORS[found.integrator].turns
     # Errors of components along the axes choose its steps.
-    same = INTEGRATORS[found.integrator].promised_drift if compared.turned and turns else SAME
+    same = INTEGRATORS[found.integrator].promised_drift if compared.turned and turns else compared.alike
     places = 0.0 if compared.measured else ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
     pairs: list[tuple[float, float]] = []
     """Relative differences and their bounds."""
@@ -172,7 +174,12 @@ def agreement(found: Evidence, compared: Compared) -> Finding | None:
     if size == 0:
         still = not any(value for value, unit in found.readings.values() if unit == "m")
         return Finding("agreement", 0.0, compared.agreement, "nothing moves in either run") if still else None
-    return Finding("agreement", max(abs(a - b) for a, b in pairs) / size, compared.agreement, "displacements")
+    return Finding(
+        "agreement",
+        max(abs(a - b) for a, b in pairs) / size,
+        compared.agreement,
+        "displacements" if found.integrator else "capacitances",
+    )
 
 
 def impact(found: Evidence, compared: Compared) -> Finding | None:

@@ -2,7 +2,7 @@
 
 import json
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -48,8 +48,16 @@ def robustness_job(
     return robustness_cases(subject, chosen, progress)
 
 
-def robustness_cases(subject: Subject, cases: Mapping[str, Case], progress: Progress) -> tuple[dict[str, Any], str]:
+def robustness_cases(
+    subject: Subject,
+    cases: Mapping[str, Case],
+    progress: Progress,
+    operations: Mapping[str, Callable[[Subject, Any], Trial]] = OPERATIONS,
+) -> tuple[dict[str, Any], str]:
     """Run cases, judge them, and write `robustness.json`, `robustness.csv` and `robustness.png` into the job's folder.
+
+    Args:
+        operations: What the operations of the cases do to this kind of scene.
 
     Returns:
         The document and its table as text.
@@ -68,7 +76,8 @@ def robustness_cases(subject: Subject, cases: Mapping[str, Case], progress: Prog
         for number, (name, case) in enumerate(cases.items()):
             progress(f"case {number + 1} of {len(cases)}", number / len(cases))
             with tempfile.TemporaryDirectory(dir=scratch) as folder:
-                rows.append(_row(name, case, replace(subject, base=base, folder=Path(folder))))
+                change = operations[case.operation.kind]
+                rows.append(_row(name, case, replace(subject, base=base, folder=Path(folder)), change))
     document = _document(job, rows, base)
     from gudgeon.pipeline.robustness.picture import draw
 
@@ -92,12 +101,12 @@ def _check(subject: Subject, cases: Mapping[str, Case]) -> None:
                 raise InputError(f"case '{name}': {error}") from error
 
 
-def _row(name: str, case: Case, subject: Subject) -> dict[str, Any]:
+def _row(name: str, case: Case, subject: Subject, change: Callable[[Subject, Any], Trial]) -> dict[str, Any]:
     """Run one case and judge it."""
     found: Evidence | Refusal
     scratch = subject.folder / "run"
     try:
-        trial = OPERATIONS[case.operation.kind](subject, case.operation)
+        trial = change(subject, case.operation)
         base = subject.base
         if trial.like is not None:
             other = subject.run(trial.like, scratch)

@@ -22,7 +22,7 @@ from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.stages.change import change_estimates, change_notes, largest_changes
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.make import keep
-from gudgeon.pipeline.stages.products import component_products
+from gudgeon.pipeline.stages.products import Product, component_products
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
@@ -55,16 +55,21 @@ class Trial(Compared):
     """The run that it is compared with; None: the unchanged scene."""
 
 
-def attempt(trial: Trial, scratch: Path, evidence_of: Callable[[Any], Evidence]) -> Evidence | Refusal:
-    """Run the job of a trial with temporary files in `scratch`; errors of `evidence_of` give a Refusal."""
+def attempt(
+    trial: Trial, scratch: Path, evidence_of: Callable[[Any], Evidence], mesh_of: Callable[[Any, str], Product]
+) -> Evidence | Refusal:
+    """Run the job of a trial with temporary files in `scratch`; errors of `evidence_of` give a Refusal.
+
+    Args:
+        mesh_of: Returns the product of a mesh of a job by the name of what it is of.
+    """
     job, start = replace(trial.job, out=scratch), time.perf_counter()
     try:
         if trial.meshes or trial.grids:
             job = replace(job, store=modaldb.open(scratch / "db"))
             job = _with_grids(job, trial)
             for name, mesh in trial.meshes.items():
-                product = component_products(name, job.scene.component[name], job.path.parent)["base-mesh"]
-                keep(job.store, product, mesh)
+                keep(job.store, mesh_of(job, name), mesh)
         found = evidence_of(job)
     except REFUSALS as error:
         return Refusal(str(error).replace("\n", "; "), time.perf_counter() - start)
@@ -91,9 +96,14 @@ def _with_grids(job: Any, trial: Trial) -> Any:
     return replace(job, scene=job.scene.model_copy(update={"force": forces})) if forces else job
 
 
+def mesh_of_component(job: Any, name: str) -> Product:
+    """Return the product of the mesh of a component before any change of design."""
+    return component_products(name, job.scene.component[name], job.path.parent)["base-mesh"]
+
+
 def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -> Evidence | Refusal:
     """Run a trial of a scene of bodies with temporary files in `scratch`; a run that fails gives a Refusal."""
-    return attempt(trial, scratch, partial(_solved, tell=tell))
+    return attempt(trial, scratch, partial(_solved, tell=tell), mesh_of_component)
 
 
 def _solved(job: Job, tell: Callable[[str, float], None]) -> Evidence:

@@ -27,7 +27,7 @@ Dimension = tuple[float, float, float]
 SYMBOLS: dict[str, Dimension] = {
     "1": (0, 0, 0), "deg": (0, 0, 0), "rad": (0, 0, 0), "rev": (0, 0, 0), "kg": (1, 0, 0), "m": (0, 1, 0),
     "s": (0, 0, 1), "min": (0, 0, 1), "Hz": (0, 0, -1), "N": (1, 1, -2), "Pa": (1, -1, -2),
-    "C": (0, 0, 0), "V": (1, 2, -2), "F": (-1, -2, 2),
+    "h": (0, 0, 0), "C": (0, 0, 0), "V": (1, 2, -2), "F": (-1, -2, 2),
 }  # fmt: skip
 KEPT = ("report", "plot", "robustness", "sensor")
 """Parts of a scene that no run depends on; they are not changed."""

@@ -7,6 +7,7 @@ from pydantic import Field, field_validator
 from gudgeon.solver.numbers import (
     MOST,
     Duration,
+    Length,
     Poisson,
     PositiveAcceleration,
     PositiveRatio,
@@ -120,6 +121,13 @@ class RepeatedJoint(Strict):
     kind: Literal["repeated-joint"]
 
 
+class Gap(Strict):
+    """Scale all lengths at the same material so that the least gap of a field between plates has a given size."""
+
+    kind: Literal["gap"]
+    size: Length = Field(description="Gap as the run starts [m]")
+
+
 class Voltage(Strict):
     """Scale all voltages, or charges, of fields, and compare with the scene without these fields."""
 
@@ -153,7 +161,7 @@ class Set(Strict):
 
 Operation = Annotated[
     Scaled | Restitution | Penetration | Samples | Gravity | Rubbing | Reuse | Spin | PoissonRatio | Slivers | Collinear
-    | OtherUnits | Turned | Voltage | RepeatedJoint | Elasticity | Set,
+    | OtherUnits | Turned | Voltage | Gap | RepeatedJoint | Elasticity | Set,
     Field(discriminator="kind"),
 ]  # fmt: skip
 RuleName = Literal[

@@ -9,7 +9,7 @@ from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence
 from gudgeon.pipeline.robustness.run import robustness_cases
 from gudgeon.pipeline.robustness.subject import Subject
-from gudgeon.pipeline.robustness.trial import attempt
+from gudgeon.pipeline.robustness.trial import attempt, mesh_of_component
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wheel.job import WheelJob
 from gudgeon.pipeline.wheel.stages import run_wheel
@@ -23,7 +23,9 @@ def robustness_wheel(
     run_wheel(job, "mesh", progress)
     meshes = {job.wheel.component: job.store.get(job.mesh().key, "mesh")}
     evidence = partial(_evidence, progress=progress)
-    subject = Subject(job, meshes, lambda trial, folder: attempt(trial, folder, evidence), job.changed)
+    subject = Subject(
+        job, meshes, lambda trial, folder: attempt(trial, folder, evidence, mesh_of_component), job.changed
+    )
     return robustness_cases(subject, chosen, progress)
 
 

@@ -1,7 +1,13 @@
 """Robustness of a plate that a field pulls onto a stop: micrometres and nanograms, other units, turned as a whole."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
+from gudgeon.pipeline.electrostatics.assessment import robustness
+from gudgeon.pipeline.robustness.subject import Subject
+from gudgeon.pipeline.robustness.trial import Trial
 from tests.pipeline.robustness.test_settings import verdicts
 from tests.validation.scenes import DATA
 
@@ -54,3 +60,56 @@ def test_a_field_on_a_grid_is_the_same_in_other_units_and_turned(tmp_path: Path)
     assert {"mm-t-s", "lengths 1e-6", "lengths 1e3", "voltage 1e-9", "voltage 0"} <= set(applied)
     assert {row["verdict"] for row in applied.values()} == {"right"}, applied
     assert all(row["rule"] == "similarity" for name, row in applied.items() if row["group"] == "units")
+
+
+def test_a_gap_of_a_nanometre_is_the_same_motion(tmp_path: Path) -> None:
+    path = tmp_path / "plate.toml"
+    path.write_text(PLATE)
+    row = verdicts(path, "gap 1 nm", tmp_path)["gap 1 nm"]
+    assert (row["verdict"], row["rule"]) == ("right", "similarity")
+
+
+CONDUCTORS = """
+[conductor.left]
+geometry = { kind = "sphere", radius = 1e-3 }
+mesh.size = 1e-3
+position = [-1.1e-3, 0.0, 0.0]
+potential = -5.0
+[conductor.right]
+geometry = { kind = "box", lx = 2e-3, ly = 1e-3, lz = 1e-3 }
+mesh.size = 1e-3
+position = [1.1e-3, 0.0, 0.0]
+charge = 1e-13
+[half_space]
+point = [0.0, 0.0, -2e-3]
+permittivity = 4.0
+[panels]
+strips = 2
+corner_divisions = 1
+"""
+
+
+def test_conductors_are_the_same_in_other_units_turned_and_without_voltage(tmp_path: Path) -> None:
+    path = tmp_path / "conductors.toml"
+    path.write_text(CONDUCTORS)
+    rows = verdicts(path, "units,turned,field,mass", tmp_path)
+    groups = {name: row["verdict"] for name, row in rows.items() if row["group"] != "mass" and name != "gap 1 nm"}
+    assert set(groups.values()) == {"right"}
+    assert all(rows[name]["value"] < 1e-8 for name in groups)
+    assert {row["verdict"] for row in rows.values() if row["group"] == "mass"} == {"does not apply"}
+
+
+def test_a_half_space_that_stays_where_the_conductors_turn_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "conductors.toml"
+    path.write_text(CONDUCTORS)
+    original = robustness.OPERATIONS["turned"]
+
+    def forgetful(subject: Subject, operation: object) -> Trial:
+        trial = original(subject, operation)
+        scene = trial.job.scene.model_copy(update={"half_space": subject.scene.half_space})
+        return replace(trial, job=replace(trial.job, scene=scene))
+
+    monkeypatch.setitem(robustness.OPERATIONS, "turned", forgetful)
+    assert verdicts(path, "turned", tmp_path)["turned"]["verdict"] in ("wrong", "refused")
