@@ -155,7 +155,7 @@ def test_too_many_panels_are_refused_before_they_are_computed(db: Path, monkeypa
         run(SPHERES, set=COARSE | {"permittivity": 1.5}, db=db, out=db / "bad", until="solve")
 
 
-@pytest.mark.parametrize("command", ["robustness", "linear"])
+@pytest.mark.parametrize("command", ["linear"])
 def test_other_commands_are_refused(command: str, db: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([command, str(SPHERES), "--db", str(db)]) == 2
     assert f"{command}: a scene of conductors has none" in capsys.readouterr().err
