@@ -50,16 +50,19 @@ class Cost:
     """[s]"""
 
 
-def cost(*command: str) -> Cost:
-    """Run a command from the root of the project, with one thread in each library, and return what it took.
+def alone() -> dict[str, str]:
+    """Return the environment of what is timed: one thread in each library, and compiled modules that are kept.
 
-    Compiled modules are kept, as they are for users, whatever the environment says: without them each process compiles
-    again what was edited.
+    These are kept for users, too: without them each process compiles again what was edited.
     """
-    environment = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    return {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"} | threads
+
+
+def cost(*command: str) -> Cost:
+    """Run a command from the root of the project and return what it took; see `alone`."""
     begin = time.perf_counter()
-    child = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    child = subprocess.Popen(command, cwd=ROOT, env=alone(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     _, status, used = os.wait4(child.pid, 0)
     child.returncode = os.waitstatus_to_exitcode(status)
     if child.returncode:
@@ -94,7 +97,7 @@ def rows(db: str, out: str, runs: int, demo: bool) -> list[Cost]:
     for what, more in (("", ""), (", without estimates", ", 'run.checks=false'")):
         first = 1 + 1e-9 * (time.time_ns() // 1000 % 200_000_000)
         code = STAYING.format(scene=SCENE, reuse=REUSE, scale=SCALE, first=first, more=more, db=db)
-        taken = subprocess.run([python, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+        taken = subprocess.run([python, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True, env=alone())
         found.append(Cost(f"a design change in a process that stays{what}", float(taken.stdout), float("nan")))
     if demo:
         with TemporaryDirectory() as folder:

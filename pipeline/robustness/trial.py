@@ -58,16 +58,11 @@ class Trial(Compared):
 def attempt(
     trial: Trial, scratch: Path, evidence_of: Callable[[Any], Evidence], mesh_of: Callable[[Any, str], Product]
 ) -> Evidence | Refusal:
-    """Run the job of a trial with temporary files in `scratch`; errors of `evidence_of` give a Refusal.
-
-    Args:
-        mesh_of: Returns the product of a mesh of a job by the name of what it is of.
-    """
+    """Run the job of a trial in `scratch`, with its meshes as products by `mesh_of`; an error gives a Refusal."""
     job, start = replace(trial.job, out=scratch), time.perf_counter()
     try:
         if trial.meshes or trial.grids:
-            job = replace(job, store=modaldb.open(scratch / "db"))
-            job = _with_grids(job, trial)
+            job = _with_grids(replace(job, store=modaldb.open(scratch / "db")), trial)
             for name, mesh in trial.meshes.items():
                 keep(job.store, mesh_of(job, name), mesh)
         found = evidence_of(job)
@@ -87,13 +82,17 @@ def _with_grids(job: Any, trial: Trial) -> Any:
     forces = dict(getattr(job.scene, "force", {}))
     for name, key in grid_keys(job.scene).items():
         grid = trial.grids[name] if name in trial.grids else trial.job.store.get(key, "posegrid")
-        field_inputs = {"of": grid.field_key}
-        grid_inputs = {"of": key, "force": name}
-        grid = replace(grid, field_key=content_key(field_inputs))
-        job.store.put(grid.field_key, "field", trial.job.store.get(field_inputs["of"], "field"), field_inputs)
-        job.store.put(content_key(grid_inputs), "posegrid", grid, grid_inputs)
-        forces[name] = forces[name].model_copy(update={"record": content_key(grid_inputs)})
+        field = _copied("field", name, {"of": grid.field_key})
+        own = _copied("posegrid", name, {"of": key, "force": name})
+        keep(job.store, field, trial.job.store.get(grid.field_key, "field"))
+        keep(job.store, own, replace(grid, field_key=field.key))
+        forces[name] = forces[name].model_copy(update={"record": own.key})
     return replace(job, scene=job.scene.model_copy(update={"force": forces})) if forces else job
+
+
+def _copied(kind: str, name: str, inputs: dict[str, Any]) -> Product:
+    """Return the product of a changed copy of a record."""
+    return Product(kind, name, kind, content_key(inputs), inputs)
 
 
 def mesh_of_component(job: Any, name: str) -> Product:

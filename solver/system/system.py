@@ -20,6 +20,8 @@ from gudgeon.solver.vectors import unit
 
 DEPENDENT = 1e-13
 """Pivot relative to the diagonal of the compliance below which a contact point depends on others."""
+SAME_PLACE = 1e-9
+"""Relative difference of two gaps of a point below which its obstacles are at one place."""
 RINGS = 2.5
 """Default window over the shortest kept period where forces jump: of rods with 60 modes or more, 0.6 % of the force is
 left of the ringing at residual flexibility."""
@@ -188,21 +190,25 @@ class System:
 
     @property
     def distinct(self) -> np.ndarray:
-        """Which rows are not of a point that an earlier contact has along the same line, (c,).
+        """Which rows are not of a point that an earlier contact has along the same line at another place, (c,).
 
         Obstacles at different places cannot press the same point along the same line at once, such as the top of a
-        plate and the bottom of a hole in it.
+        plate and the bottom of a hole in it, or faces with edges beside each other. Two at one place can: how they
+        share the force is not determined.
         """
-        found, seen = np.ones(len(self.gap), np.bool_), set[tuple[str, str, int, tuple[float, ...]]]()
+        found = np.ones(len(self.gap), np.bool_)
+        seen: dict[tuple[str, str, int, tuple[float, ...]], float] = {}
         for contact in self.contacts:
             if contact.other is not None or contact.master is not None:
                 continue
-            for k, (row, line) in enumerate(
-                zip(range(contact.rows.start, contact.rows.stop), contact.directions, strict=True)
-            ):
-                key = contact.body, contact.interface, k, tuple(np.round(line, 9).tolist())
-                found[row] = key not in seen
-                seen.add(key)
+            for k, line in enumerate(contact.directions):
+                row = contact.rows.start + k
+                key = contact.body, contact.interface, k, tuple(np.round(line, 6).tolist())
+                gap = float(self.gap[row])
+                if key in seen:
+                    apart = abs(gap - seen[key])
+                    found[row] = not self.edged(contact) and apart <= SAME_PLACE * max(abs(gap), abs(seen[key]))
+                seen.setdefault(key, gap)
         return found
 
     def edged(self, contact: ContactRows) -> bool:

@@ -9,6 +9,8 @@ import numpy as np
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.field import PoseGridRecord
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.make import keep
+from gudgeon.pipeline.stages.products import Product
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.forces.fields.pose_field import cell_errors
 
@@ -60,8 +62,8 @@ def changed_grids(job: Job, change: Change) -> dict[str, Any]:
         if (other := change(job.store.get(key, "posegrid"))) is None:
             continue
         inputs = {"grid": key, "change": change.__name__}
-        own = content_key(inputs)
-        if not job.store.has(own):
-            job.store.put(own, "posegrid", other, inputs)
-        found[name] = {"record": own}
+        own = Product("posegrid", job.name, "posegrid", content_key(inputs), inputs)
+        if not job.store.has(own.key):
+            keep(job.store, own, other)
+        found[name] = {"record": own.key}
     return {"force": found} if found else {}
