@@ -2,7 +2,6 @@
 
 import atexit
 import contextlib
-import gc
 import logging
 import os
 import signal
@@ -15,9 +14,6 @@ from gudgeon.pipeline.cli.interruption import SIGNALS, interruptible
 from gudgeon.pipeline.cli.parser import build_parser
 from gudgeon.pipeline.cli.streams import discard, usable_streams
 
-COLLECTED = (100_000, 20, 20)
-"""Thresholds of the collector of cyclic garbage: modules and models of scenes, which stay, are hundreds of thousands of
-objects, among which it finds nothing."""
 LONGEST = 2000
 """Characters of a line of a message; the rest of a longer one is omitted."""
 
@@ -34,7 +30,6 @@ def entry() -> NoReturn:
     The interpreter's own end is left out. It takes a while, in which a signal would change the exit code; and CPython
     ends by SIGINT, whatever the code, where an interrupt came within text that it executed, such as a dataclass's.
     """
-    gc.set_threshold(*COLLECTED)
     code = main()
     for name in SIGNALS:
         if hasattr(signal, name):
