@@ -81,7 +81,7 @@ SOLVER_FROM: dict[str, tuple[str, ...]] = {
     "solver.ports": ("pipeline.stages.plan",),
     "solver.linear": ("pipeline.linear",),
     "solver.integrators": (),
-    "solver.results": ("pipeline.nodal.quantities", "pipeline.nodal.points", "pipeline.robustness.trial"),
+    "solver.results": ("pipeline.nodal.quantities", "pipeline.nodal.points"),
     "solver": ("pipeline.report.timing",),
 }  # fmt: skip
 """Who of the pipeline may import these rooms of the solver; the light ones (scenes' models, laws, errors) are free."""
