@@ -15,7 +15,6 @@ from gudgeon.pipeline.robustness.trial import (
     Trial,
     approach,
     closing_turn,
-    grid_keys,
     into_gap,
     stepped,
     suggested_step,
@@ -24,6 +23,7 @@ from gudgeon.pipeline.robustness.trial import (
 from gudgeon.pipeline.robustness.turning import turned
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_grid, rescaled_mesh, rescaled_profile
 from gudgeon.pipeline.scenes.change import moved_surface
+from gudgeon.pipeline.stages.job import grids_of
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.joints.clearance import Clearance
@@ -52,7 +52,7 @@ def _in_units(subject: Subject, units: Units) -> Trial:
             tables[name] = {"change": {"profile": {"table": str(target.resolve())}}}
     grids = {
         name: rescaled_grid(subject.job.store.get(key, "posegrid"), units)
-        for name, key in grid_keys(subject.scene).items()
+        for name, key in grids_of(subject.scene).items()
     }
     job = replace(subject.job, scene=_updated(rescaled(subject.scene, units), {"component": tables}))
     meshes = {name: rescaled_mesh(mesh, units) for name, mesh in subject.meshes.items()}

@@ -20,13 +20,12 @@ from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts, Refusal, readings_of
 from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.stages.change import change_estimates, change_notes, largest_changes
-from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.job import Job, grids_of
 from gudgeon.pipeline.stages.make import keep
 from gudgeon.pipeline.stages.products import Product, component_products
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
-from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.obstacles import Bore
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.run import LEAST_WINDOW
@@ -71,16 +70,10 @@ def attempt(
     return replace(found, seconds=time.perf_counter() - start)
 
 
-def grid_keys(scene: Any) -> dict[str, str]:
-    """Return the key of the grid of poses of each force of a scene that has one."""
-    forces = getattr(scene, "force", {})
-    return {name: one.record for name, one in forces.items() if isinstance(one, Electrostatic) and one.record}
-
-
 def _with_grids(job: Any, trial: Trial) -> Any:
     """Return a job of another database than the trial's own, with the grids of poses of its fields."""
     forces = dict(getattr(job.scene, "force", {}))
-    for name, key in grid_keys(job.scene).items():
+    for name, key in grids_of(job.scene).items():
         grid = trial.grids[name] if name in trial.grids else trial.job.store.get(key, "posegrid")
         field = _copied("field", name, {"of": grid.field_key})
         own = _copied("posegrid", name, {"of": key, "force": name})

@@ -118,8 +118,6 @@ def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str,
             wanted.append((f"joint.{name}.interface", hinge.body, hinge.interface, able))
         if hinge.against is not None and hinge.against_interface is not None:
             wanted.append((f"joint.{name}.against_interface", hinge.against, hinge.against_interface, able))
-    if scene.hinges() or scene.run.integrator == "mechanism":
-        wanted += _pressed_interfaces(scene)
     for name, body in scene.body.items():
         if body.attached_to is not None:
             wanted.append((f"body.{name}.attached_to", name, body.attached_to, ("tie",)))
@@ -128,6 +126,8 @@ def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str,
 
 def _pressed_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str, ...]]]:
     """Return the same of the loads, springs and bushings of bodies that turn by any angle."""
+    if not scene.turns_by_choice:
+        return []
     wanted: list[tuple[str, str, str, tuple[str, ...]]] = []
     for name, load in scene.turning_loads().items():
         if (interface := getattr(load, "interface", None)) is not None and load.surface is not None:
@@ -144,7 +144,7 @@ def _pressed_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[s
 def _without_statics(scene: "SceneFile") -> list[str]:
     """List joints at interfaces whose static shapes the body's modes lack: residual flexibility does not act there."""
     lines = []
-    for where, body, interface, _ in _held_interfaces(scene):
+    for where, body, interface, _ in _held_interfaces(scene) + _pressed_interfaces(scene):
         component = scene.component.get(name := scene.component_of(body))
         if component is None or interface not in component.interface or not where.startswith(("joint.", "force.")):
             continue

@@ -14,6 +14,7 @@ from gudgeon.pipeline.scenes.reading import merged, named
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.products import STAGES, Product, component_products, nodal_product, plot_inputs, product
 from gudgeon.pipeline.stages.reference_curve import reference_curve
+from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -148,6 +149,12 @@ def free_twists(job: Job, body: str) -> "np.ndarray":
 
     morph = placed_design(job, body, ["mass", "inertia", "rigid_twists"])
     return small_motion.free_twists(morph, job.scene.body[body], body)
+
+
+def grids_of(scene: Any) -> dict[str, str]:
+    """Return the key of the grid of poses of each field of a scene that has one, by name."""
+    forces = getattr(scene, "force", {})
+    return {name: one.record for name, one in forces.items() if isinstance(one, Electrostatic) and one.record}
 
 
 def refuse_turning(job: Job, command: str) -> None:

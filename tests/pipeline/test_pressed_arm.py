@@ -69,3 +69,13 @@ def test_a_basis_without_static_shapes_is_refused(tmp_path: Path) -> None:
     path.write_text(f'{modes}\n[force.act]\nbody = "arm"\ninterface = "tip"\n{ACTS["wrench"][0]}')
     with pytest.raises(InputError, match=r"so that force\.act would act on a body that is too stiff"):
         run(path, db=tmp_path / "db", out=tmp_path / "out")
+
+
+def test_an_unknown_interface_is_said_once(tmp_path: Path) -> None:
+    from gudgeon.pipeline.errors import InputError
+
+    path = tmp_path / "arm.toml"
+    path.write_text(f'{ARM}\n[force.act]\nbody = "arm"\ninterface = "tipp"\n{ACTS["spring"][0]}')
+    with pytest.raises(InputError) as found:
+        run(path, db=tmp_path / "db", out=tmp_path / "out")
+    assert str(found.value).count("no interface 'tipp'") == 1

@@ -42,8 +42,8 @@ def robustness_field(
     meshes = {name: job.store.get(product.key, "mesh") for name, product in job.meshes().items()}
     evidence, mesh_of = partial(_evidence, progress=progress), lambda own, name: own.meshes()[name]
     subject = Subject(job, meshes, lambda trial, folder: attempt(trial, folder, evidence, mesh_of), _unchanged)
-    operations = {kind: OPERATIONS.get(case.operation.kind, _no_bodies) for case in chosen.values()
-                  if (kind := case.operation.kind)}  # fmt: skip
+    kinds = {case.operation.kind for case in chosen.values()}
+    operations = {kind: OPERATIONS.get(kind, _no_bodies) for kind in kinds}
     return robustness_cases(subject, chosen, progress, operations)
 
 

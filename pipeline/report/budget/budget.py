@@ -16,7 +16,7 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.report.budget.fields import FALL, LEAST_POINTS, by_panels, by_points, changed_grids, grids_of
+from gudgeon.pipeline.report.budget.fields import FALL, LEAST_POINTS, by_panels, by_points, changed_grids
 from gudgeon.pipeline.report.budget.mesh_edges import CELLS, mean_edge
 from gudgeon.pipeline.report.convergence import Neighbour, extrapolated
 from gudgeon.pipeline.report.document import MISSING, Budget, Errors, Quantity, Term
@@ -24,7 +24,7 @@ from gudgeon.pipeline.report.errors import Point, apart_from, finest_step, large
 from gudgeon.pipeline.report.reference import DRIFT, Reference, largest
 from gudgeon.pipeline.report.sweep import reason
 from gudgeon.pipeline.report.timing import made
-from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.job import Job, grids_of, variant
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.errors import SceneError, SolverError
 
@@ -103,7 +103,7 @@ def budget_of(
     for number, (source, term) in enumerate((("mesh", _mesh), ("spline spacing", _splines), ("contact layer", _layer))):
         progress(f"error budget: {source}", 0.25 * (number + 1))
         terms.append(term(judge))
-    if grids_of(one.job):
+    if grids_of(one.job.scene):
         progress("error budget: fields", 0.9)
         terms += [_panels(judge), _grid(judge)]
     return Budget(one.setting.name, terms)

@@ -8,10 +8,9 @@ import numpy as np
 
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.field import PoseGridRecord
-from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.job import Job, grids_of
 from gudgeon.pipeline.stages.make import keep
 from gudgeon.pipeline.stages.products import Product
-from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.forces.fields.pose_field import cell_errors
 
 LEAST_POINTS = 7
@@ -49,16 +48,10 @@ def by_points(grid: PoseGridRecord) -> PoseGridRecord | None:
     )  # fmt: skip
 
 
-def grids_of(job: Job) -> dict[str, str]:
-    """Return the key of the grid of poses of each force that has one."""
-    forces = getattr(job.scene, "force", {})
-    return {name: one.record for name, one in forces.items() if isinstance(one, Electrostatic) and one.record}
-
-
 def changed_grids(job: Job, change: Change) -> dict[str, Any]:
     """Return the changes of a scene whose grids are changed, which the database then has; empty where none is."""
     found: dict[str, Any] = {}
-    for name, key in grids_of(job).items():
+    for name, key in grids_of(job.scene).items():
         if (other := change(job.store.get(key, "posegrid"))) is None:
             continue
         inputs = {"grid": key, "change": change.__name__}

@@ -8,7 +8,8 @@ import numpy as np
 from gudgeon import modaldb
 from gudgeon.modaldb.records.field import PoseGridRecord
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.report.budget.fields import by_panels, by_points, changed_grids, grids_of
+from gudgeon.pipeline.report.budget.fields import by_panels, by_points, changed_grids
+from gudgeon.pipeline.stages.job import grids_of
 from tests.validation.scenes import DATA
 
 Z = np.linspace(0.0, 1.0, 9)
@@ -46,7 +47,7 @@ def test_every_second_point_of_long_axes_is_left() -> None:
 def test_the_database_gets_the_grids_of_a_scene(tmp_path: Path) -> None:
     """Each once, and the scene names them; a scene without a grid has no such terms."""
     job = open_job(DATA / "pull-in", db=tmp_path / "db", out=tmp_path / "out")
-    (key,) = grids_of(job).values()
+    (key,) = grids_of(job.scene).values()
     store = modaldb.open(tmp_path / "db")
     inputs = {"of": "test"}
     own = modaldb.keys.content_key(inputs)
