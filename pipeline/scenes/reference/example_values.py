@@ -26,6 +26,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
         "alpha": 5.0, "beta": 1e-7,
     },
     "Distance": {"length": 0.1},
+    "Gap": {"size": 1e-9},
     "Driven": {"values": [[0.0, 0.0], [0.1, 0.2], [0.2, 0.2]], "expression": "0.2*sin(2*pi*50*t)",
                "motion": "angle"},
     "Electrostatic": {

@@ -68,7 +68,7 @@ function open(key) {
 async function show(key) {
   state.key = key;
   for (const one of document.querySelectorAll("#records button")) one.setAttribute("aria-current", String(one.dataset.key === key));
-  const place = byId("record");
+  const page = byId("record"), place = element("div", {}); // What still arrives for a record left meanwhile goes to its own place.
   const [info, related] = await Promise.all([ask(`${record(key)}/info`), ask(`${record(key)}/graph`)]);
   if (state.key !== key) return;
   state.views = [];
@@ -76,7 +76,8 @@ async function show(key) {
   place.replaceChildren(
     element("h2", {}, `${info.inputs.stage === "study" ? "study" : info.kind} `, ...(own?.tags ?? []).map((tag) => element("span", { class: "tag" }, tag))),
     element("p", { class: "faint" }, `${key}, ${bytes(info.size)}`));
-  place.scrollTop = 0;
+  page.replaceChildren(place);
+  page.scrollTop = 0;
   if (info.kind === "modes") await told(() => modes(place, key));
   if (info.kind === "mesh" || info.kind === "morph") await told(() => still(place, key));
   if (info.kind === "trajectory") await told(() => run(place, key, info));
@@ -88,7 +89,7 @@ async function show(key) {
   place.lastChild.classList.add("keys");
   if (info.fields.length) place.append(element("h3", {}, "arrays"), table(info.fields.map((row) => [row.path, row.shape.join(" × "), bytes(row.bytes)])));
   tree(place, key, ask, base());
-  place.focus({ preventScroll: true });
+  if (place.isConnected) page.focus({ preventScroll: true });
 }
 
 function flat(inputs, prefix = "") {
@@ -108,14 +109,19 @@ async function stageOf(key, title) {
   const stage = element("div", { class: "stage" }, element("p", {}, title)), skin = await ask(`${record(key)}/skin`);
   const view = new View(stage);
   view.show({ points: numbers(skin.points, Float32Array), triangles: numbers(skin.triangles, Uint32Array) });
-  state.views.push(view);
   return { stage, view };
+}
+
+// Views are those of the record on the page, for tests and for buttons.
+function drawn(place, views) {
+  if (place.isConnected) state.views = views;
 }
 
 async function still(place, key) {
   const { stage, view } = await stageOf(key, "");
   view.coloured = false;
   place.append(stage);
+  drawn(place, [view]);
 }
 
 async function modes(place, key) {
@@ -130,7 +136,7 @@ async function modes(place, key) {
     ...others.map((row) => element("option", { value: row.key }, `${row.uses[0]?.join(", ") ?? ""} ${row.key.slice(0, 12)}`)));
   const stages = element("div", { class: "columns" }), below = element("div", {});
   const sized = () => state.views.forEach((one) => (one.scale = Number(scale.value)));
-  let second = null;
+  let second = null, compared = 0;
 
   const floats = async (path) => new Float32Array(await ask(path, "bytes"));
   const shaped = async (view, from, mode) => {
@@ -152,13 +158,16 @@ async function modes(place, key) {
     });
   }
   async function compare(other) {
+    const turn = ++compared;
     second?.stage.remove();
     below.replaceChildren();
-    state.views = [first.view];
+    drawn(place, [first.view]);
     second = null;
     if (!other) return;
     const result = await ask(`${record(key)}/mac/${other}`);
     const made = await stageOf(other, `beside: ${other.slice(0, 12)}`);
+    if (turn !== compared) return; // Another one was chosen meanwhile.
+    drawn(place, [first.view, made.view]);
     second = { ...made, key: other, count: result.frequencies[1].length, best: result.modes.map((row) => (row.other ?? row.mode) - 1) };
     stages.append(made.stage);
     sized();
@@ -170,9 +179,10 @@ async function modes(place, key) {
 
   const controls = element("div", { class: "controls" }, element("label", {}, "mode ", choice), element("label", {}, "scale ", scale),
     element("label", {}, "colour by ", colour, " ", element("span", { class: "scale" })), stop, element("label", {}, "beside ", beside));
-  place.append(element("h3", {}, "frequencies"), spectrum(found, (mode) => pick(mode)), element("h3", {}, "shape"), controls, stages, below);
   const first = await stageOf(key, "drag or arrow keys: turn; wheel, + and −: zoom; space: stop");
   stages.append(first.stage);
+  place.append(element("h3", {}, "frequencies"), spectrum(found, (mode) => pick(mode)), element("h3", {}, "shape"), controls, stages, below);
+  drawn(place, [first.view]);
   sized();
   await pick(0);
 }
@@ -211,7 +221,7 @@ async function film(place, key, bodies) {
     view.reach = frames.reduce((most, one) => Math.max(most, Math.abs(one)), 0);
     view.film(frames, values.map((one) => one / (found.largest || 1)), found.times.length, (number) => (time.textContent = `${short(1e3 * found.times[number])} ms`));
     legend.textContent = ` 0 to ${short(found.largest)} ${colour.value === "stress" ? "Pa, von Mises, of the elastic shapes" : "m"}`;
-    state.views = [view];
+    drawn(place, [view]);
     sized();
   }
   place.append(element("h3", {}, "film"), element("div", { class: "controls" }, element("label", {}, "body ", body), element("label", {}, "scale ", scale),

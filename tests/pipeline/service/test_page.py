@@ -163,6 +163,26 @@ def test_two_bases_beside_each_other(page: Any) -> None:
     until(page, "window.gudgeon.views.length === 1")
 
 
+def test_a_choice_made_while_the_first_part_is_still_on_its_way(page: Any) -> None:
+    page.evaluate("""() => {
+      const real = window.fetch, later = () => new Promise((go) => setTimeout(go, 500));
+      window.fetch = async (place, how) => { if (`${place}`.endsWith("/skin")) await later(); return real(place, how); };
+    }""")
+    page.click("#records button:has-text('coarse')")
+    page.wait_for_selector("#beside", timeout=SOON)
+    page.select_option("#beside", index=1)
+    page.click("#records button:has-text('trajectory')")  # And left before the second one has come.
+    page.wait_for_selector("svg[aria-label='contact forces'] path", timeout=SOON)
+    assert page.locator("#record svg .bar").count() == 0
+    page.click("#records button:has-text('coarse')")
+    page.wait_for_selector("#beside", timeout=SOON)
+    page.select_option("#beside", index=1)
+    page.select_option("#beside", "")
+    page.select_option("#beside", index=1)
+    until(page, "window.gudgeon.views.length === 2 && window.gudgeon.views[1].frames > 2")
+    assert page.locator("#record canvas").count() == 2
+
+
 def test_a_run_and_where_it_came_from(page: Any) -> None:
     page.click("#records button:has-text('trajectory')")
     page.wait_for_selector("svg[aria-label='contact forces'] path", timeout=SOON)
