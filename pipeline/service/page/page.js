@@ -13,7 +13,8 @@ window.gudgeon = state;
 async function ask(path, kind = "json") {
   const token = sessionStorage.getItem("token");
   const answer = await fetch(path, { headers: token ? { Authorization: `Bearer ${token}` } : {} });
-  if (answer.status === 401) byId("login").hidden = false;
+  // A refusal of what was asked before the token was given says nothing about the token.
+  if (answer.status === 401 && token === sessionStorage.getItem("token")) byId("login").hidden = false;
   if (!answer.ok) throw new Error((await answer.json()).detail);
   return kind === "json" ? answer.json() : answer.arrayBuffer();
 }

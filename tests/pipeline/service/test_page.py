@@ -166,7 +166,10 @@ def test_two_bases_beside_each_other(page: Any) -> None:
 def test_a_choice_made_while_the_first_part_is_still_on_its_way(page: Any) -> None:
     page.evaluate("""() => {
       const real = window.fetch, later = () => new Promise((go) => setTimeout(go, 500));
-      window.fetch = async (place, how) => { if (`${place}`.endsWith("/skin")) await later(); return real(place, how); };
+      window.fetch = async (place, how) => {
+        if (`${place}`.endsWith("/skin")) await later();
+        return real(place, how);
+      };
     }""")
     page.click("#records button:has-text('coarse')")
     page.wait_for_selector("#beside", timeout=SOON)
@@ -274,6 +277,26 @@ def test_a_command_that_runs(page: Any, folder: Path) -> None:
     until(page, shown, lambda: store.tell("a" * 32, row))
     store.tell("a" * 32, None)
     until(page, "document.getElementById('running').children.length === 0")
+
+
+def test_a_refusal_that_comes_after_the_token(browser: Any, url: str) -> None:
+    found = browser.new_page()
+    found.add_init_script("""
+      const real = window.fetch, later = () => new Promise((go) => setTimeout(go, 1500));
+      window.fetch = async (place, how) => {
+        const answer = await real(place, how);
+        if (answer.status === 401) await later();
+        return answer;
+      };
+    """)
+    found.goto(url)
+    found.wait_for_selector("#login:not([hidden])", timeout=SOON)
+    found.fill("#token", TOKEN)
+    found.press("#token", "Enter")
+    found.wait_for_selector("#records button", timeout=SOON)
+    found.wait_for_timeout(2500)
+    assert found.evaluate("document.getElementById('login').hidden")
+    found.close()
 
 
 def test_by_keyboard_alone(page: Any) -> None:
