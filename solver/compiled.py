@@ -11,12 +11,14 @@ loops counts any, and so none makes an array but those that are `allocating`; wo
 """
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import config
+from numba.core.caching import UserProvidedCacheLocator
 
-from gudgeon.solver.kernel_cache import cache_folder
+from gudgeon.solver.kernel_cache import cache_folder, file_digest
 
 FAST = {"reassoc", "contract"}
 """Sums may be reordered for vector units; NaN and infinity keep their meaning."""
@@ -26,14 +28,23 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Return a decorator that compiles a function and keeps its machine code; options as `numba.njit` takes them."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        folder, before = cache_folder(), config.CACHE_DIR  # type: ignore[attr-defined]
-        config.CACHE_DIR = str(folder or before)  # type: ignore[attr-defined]
+        folder, before = cache_folder(), (config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES)  # type: ignore[attr-defined]
+        config.CACHE_DIR = str(folder or before[0])  # type: ignore[attr-defined]
+        config.CACHE_LOCATOR_CLASSES = f"{__name__}.{SourcesLocator.__name__}"  # type: ignore[attr-defined]
         try:
             return numba.njit(cache=folder is not None, **options)(function)  # type: ignore[call-overload]
         finally:
-            config.CACHE_DIR = before  # type: ignore[attr-defined]
+            config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = before  # type: ignore[attr-defined]
 
     return decorate
+
+
+class SourcesLocator(UserProvidedCacheLocator):
+    """Where numba keeps the machine code of a function: in a folder named by the digest of all that it depends on."""
+
+    def __init__(self, py_func: Any, py_file: str) -> None:
+        super().__init__(py_func, py_file)
+        self._cache_path = str(Path(config.CACHE_DIR) / file_digest(py_file))  # type: ignore[attr-defined]
 
 
 entry = compiled(fastmath=FAST, no_cfunc_wrapper=True, _nrt=False)

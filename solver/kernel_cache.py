@@ -1,18 +1,21 @@
 """Where the machine code of compiled functions is kept, and which time loops stand there; light, without a compiler.
 
 numba keeps machine code by the file that a function stands in, and does not see that another file which it was compiled
-with has changed, nor that a type of its arguments is gone. So the folder is named by a digest of all compiled sources:
-`~/.cache/gudgeon/kernels-<digest>`, or below `XDG_CACHE_HOME`; where that cannot be written, `gudgeon-<uid>` in the
-folder of temporary files. `NUMBA_CACHE_DIR` goes before all.
+with has changed, nor that a type of its arguments is gone. So the folder of a file is named by a digest of its text, of
+all that it imports, and of all named tuples: `~/.cache/gudgeon/kernels/<digest>`, or below `XDG_CACHE_HOME`; where that
+cannot be written, `gudgeon-<uid>` in the folder of temporary files. `NUMBA_CACHE_DIR` goes before all. Places and times
+of files do not count: copies of one version share their machine code, and a change compiles what depends on it alone.
 """
 
 import contextlib
 import hashlib
 import os
+import re
 import stat
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -27,16 +30,29 @@ COMPILED = ("explicit", "implicit", "general", "collocation", "discrete-gradient
 """Compiled time loops: those of integrators, and the implicit one over ports."""
 BLOCK = 1 << 16
 """Bytes that are written to see whether a disk is full."""
+IMPORTS = re.compile(r"^from gudgeon\.([\w.]+) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+TUPLES = re.compile(r"^class \w+\(NamedTuple\):\n(?:[ \t]+.*\n|\n)*", re.MULTILINE)
+"""Classes of named tuples with all their lines: functions take them as arguments, whose files they need not import."""
 
 
 @cache
 def cache_folder() -> Path | None:
-    """Return the folder of the machine code of these sources, the first that can be written; None where none can."""
+    """Return the folder of the machine code of all versions, the first that can be written; None where none can."""
     place = _place()
     if place is None or os.environ.get("NUMBA_CACHE_DIR"):
         return place
-    folder = place / f"kernels-{sources_digest(Path(__file__).parents[1])}"
+    folder = place / "kernels"
     return folder if _writable(folder) else None
+
+
+@cache
+def _sources() -> "Sources":
+    return Sources(Path(__file__).parents[1])
+
+
+def file_digest(path: str) -> str:
+    """Return 16 digits that tell the text of a file of this package and all that its machine code depends on."""
+    return _sources().digest(Path(path).resolve())
 
 
 def _place() -> Path | None:
@@ -94,28 +110,71 @@ def _writable(folder: Path) -> bool:
     return True
 
 
-def sources_digest(root: Path) -> str:
-    """Return 16 digits that tell the compiled sources below a folder, as numba does: where they stand, and how old.
+class Sources:
+    """The texts of the compiled sources below a folder, and which of them each imports."""
 
-    Python's and numba's versions count, too.
-    """
-    digest = hashlib.sha256(f"{version('numba')} {sys.version} {root.resolve()}".encode())
-    for path in sorted(path for pattern in SOURCES for path in root.glob(pattern)):
-        digest.update(f"{path.relative_to(root).as_posix()} {path.stat().st_mtime_ns}".encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
+    def __init__(self, root: Path) -> None:
+        self._root = root.resolve()
+        self._texts: dict[Path, str] = {}
+        self._imported: dict[Path, list[Path]] = {}
+        self._files = sorted(path for pattern in SOURCES for path in self._root.glob(pattern))
+        tuples = "".join(part for path in self._files for part in TUPLES.findall(self._text(path)))
+        self._common = f"{version('numba')} {sys.version} {tuples}"
+
+    def digest(self, *paths: Path) -> str:
+        """Return 16 digits of some files, of all that they import, directly or not, and of what all have in common."""
+        found, left = set(paths), list(paths)
+        while left:
+            new = set(self._direct(left.pop())) - found
+            found |= new
+            left += new
+        digest = hashlib.sha256(self._common.encode())
+        for path in sorted(found):
+            name = path.relative_to(self._root).as_posix() if path.is_relative_to(self._root) else path.name
+            digest.update(f"{name}\n{self._text(path)}".encode())
+        return digest.hexdigest()[:16]
+
+    def all(self) -> str:
+        """Return 16 digits of all compiled sources."""
+        return self.digest(*(path for path in self._files if "gudgeon.solver.compiled import" in self._text(path)))
+
+    def _text(self, path: Path) -> str:
+        if path not in self._texts:
+            self._texts[path] = path.read_text(encoding="utf-8")
+        return self._texts[path]
+
+    def _direct(self, path: Path) -> list[Path]:
+        if path not in self._imported:
+            names = IMPORTS.findall(self._text(path))
+            self._imported[path] = [one for module, members in names for one in self._modules(module, members)]
+        return self._imported[path]
+
+    def _modules(self, module: str, members: str) -> Iterator[Path]:
+        """Yield the files of an import: a module, or a package and those of the names imported that are its modules."""
+        base = self._root.joinpath(*module.split("."))
+        if base.is_dir():
+            tried = [base / "__init__.py", *(base / f"{name}.py" for name in re.findall(r"\w+", members))]
+        else:
+            tried = [base.with_suffix(".py")]
+        yield from (path for path in tried if path.is_file())
 
 
 def is_compiled(name: str) -> bool:
     """Whether the time loop of an integrator is compiled for these sources, or there is no place to keep it."""
-    folder = cache_folder()
-    return name not in COMPILED or folder is None or (folder / f"{name}.compiled").is_file()
+    return name not in COMPILED or (mark := _mark(name)) is None or mark.is_file()
 
 
 def note_compiled(name: str) -> None:
     """Remember that the time loop of an integrator is compiled for these sources."""
-    if (folder := cache_folder()) is not None:
+    if (mark := _mark(name)) is not None:
         with contextlib.suppress(OSError):
-            (folder / f"{name}.compiled").touch()
+            mark.touch()
+
+
+def _mark(name: str) -> Path | None:
+    """Return the file that says that the time loop of an integrator is compiled for these sources."""
+    folder = cache_folder()
+    return None if folder is None else folder / f"{name}-{_sources().all()}.compiled"
 
 
 def compile_beside(name: str) -> "subprocess.Popen[bytes] | None":

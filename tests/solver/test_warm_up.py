@@ -1,6 +1,7 @@
 """Compilation ahead of time: what is compiled suffices for any scene, and old machine code is never taken up."""
 
 import os
+import shutil
 import subprocess
 import sys
 from importlib import import_module
@@ -12,7 +13,7 @@ from numba.core.registry import CPUDispatcher
 
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.solver.capabilities import INTEGRATORS
-from gudgeon.solver.kernel_cache import COMPILED, cache_folder, compile_beside, is_compiled, sources_digest
+from gudgeon.solver.kernel_cache import COMPILED, Sources, cache_folder, compile_beside, file_digest, is_compiled
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.warm_up import CASES, main, warm_up
 from tests.solver.systems import (
@@ -112,19 +113,63 @@ def test_every_integrator_but_the_uncompiled_one_is_covered() -> None:
     assert is_compiled("event")
 
 
-def test_sources_name_the_folder(tmp_path: Path) -> None:
-    """One changed line of any compiled source is another folder: numba looks at the file of a function alone."""
-    (tmp_path / "solver").mkdir()
-    (tmp_path / "solver" / "a.py").write_text("x = 1\n")
-    one = sources_digest(tmp_path)
-    assert sources_digest(tmp_path) == one
-    (tmp_path / "solver" / "a.py").write_text("x = 2\n")
-    other = sources_digest(tmp_path)
-    (tmp_path / "solver" / "a.py").rename(tmp_path / "solver" / "b.py")
-    assert len({one, other, sources_digest(tmp_path)}) == 3
+TREE = {
+    "solver/loop.py": "from gudgeon.solver.arrays import (\n    A,\n)\nfrom gudgeon.solver.laws import hertz, one\n",
+    "solver/arrays.py": "A = int\n",
+    "solver/laws/__init__.py": "one = 1\n",
+    "solver/laws/hertz.py": "from gudgeon.solver.numbers import TWO\n",
+    "solver/numbers.py": "TWO = 2\n",
+    "solver/state.py": "class State(NamedTuple):\n    a: int\n    b: int\n\n\nREST = 1\n",
+    "solver/text.py": "from gudgeon.solver.loop import x\n",
+}
+"""Files of a package: the loop imports directly and indirectly, and takes a tuple that it does not import."""
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    for name, text in TREE.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "changed"),
+    [
+        ("solver/loop.py", "hertz", "heavy", True),
+        ("solver/arrays.py", "int", "str", True),
+        ("solver/laws/__init__.py", "1", "2", True),
+        ("solver/laws/hertz.py", "TWO", "ONE", True),
+        ("solver/numbers.py", "2", "3", True),
+        ("solver/state.py", "    a: int\n    b", "    b: int\n    a", True),
+        ("solver/state.py", "REST = 1", "REST = 2", False),
+        ("solver/text.py", "x", "y", False),
+    ],
+)
+def test_what_a_file_depends_on_names_its_folder(tree: Path, name: str, old: str, new: str, changed: bool) -> None:
+    """numba looks at the file of a function alone."""
+    loop = tree / "solver/loop.py"
+    before = Sources(tree).digest(loop)
+    text = (tree / name).read_text()
+    assert old in text
+    (tree / name).write_text(text.replace(old, new))
+    assert (Sources(tree).digest(loop) != before) == changed
+
+
+def test_copies_of_one_version_share_their_machine_code(tree: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
+    other = tmp_path_factory.mktemp("elsewhere") / "copy"
+    shutil.copytree(tree, other)
+    assert Sources(other).digest(other / "solver/loop.py") == Sources(tree).digest(tree / "solver/loop.py")
+
+
+def test_functions_stand_in_the_folder_of_their_file() -> None:
+    module = import_module("gudgeon.solver.integrators.implicit.kernel")
+    assert module.__file__ is not None
     folder = cache_folder()
     assert folder is not None
-    assert folder.name.endswith(sources_digest(Path(__file__).parents[2])) or "NUMBA_CACHE_DIR" in os.environ
+    found = {item._cache.cache_path for item in vars(module).values() if isinstance(item, CPUDispatcher)
+             if item.py_func.__module__ == module.__name__}  # fmt: skip
+    assert found == {str(folder / file_digest(module.__file__))}
 
 
 @pytest.mark.parametrize(
@@ -132,10 +177,10 @@ def test_sources_name_the_folder(tmp_path: Path) -> None:
     [
         ({"NUMBA_CACHE_DIR": "{0}/own"}, "{0}/own"),
         ({"NUMBA_CACHE_DIR": "{0}/file"}, "None"),
-        ({"XDG_CACHE_HOME": "{0}/xdg"}, "{0}/xdg/gudgeon/kernels-"),
-        ({"XDG_CACHE_HOME": "{0}/linked"}, "{0}/linked/gudgeon/kernels-"),
-        ({"XDG_CACHE_HOME": "{0}/file"}, "{0}/tmp/gudgeon-{1}/kernels-"),
-        ({"XDG_CACHE_HOME": "", "HOME": "{0}/file"}, "{0}/tmp/gudgeon-{1}/kernels-"),
+        ({"XDG_CACHE_HOME": "{0}/xdg"}, "{0}/xdg/gudgeon/kernels"),
+        ({"XDG_CACHE_HOME": "{0}/linked"}, "{0}/linked/gudgeon/kernels"),
+        ({"XDG_CACHE_HOME": "{0}/file"}, "{0}/tmp/gudgeon-{1}/kernels"),
+        ({"XDG_CACHE_HOME": "", "HOME": "{0}/file"}, "{0}/tmp/gudgeon-{1}/kernels"),
         ({"XDG_CACHE_HOME": "{0}/file", "TMPDIR": "{0}/open"}, "None"),
         ({"XDG_CACHE_HOME": "{0}/file", "TMPDIR": "{0}/lured"}, "None"),
     ],
