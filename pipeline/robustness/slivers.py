@@ -18,7 +18,8 @@ def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
     """Return a mesh with `count` elements, evenly spread, split at a point at 1/`aspect` of the height over a face."""
     corners, edges = _layout(mesh)
     chosen = np.unique(np.linspace(0, len(mesh.cells) - 1, min(count, len(mesh.cells))).astype(int))
-    nodes, cells = list(mesh.nodes), [cell for i, cell in enumerate(mesh.cells) if i not in set(chosen)]
+    kept = np.setdiff1d(np.arange(len(mesh.cells)), chosen)
+    nodes, cells = list(mesh.nodes), list(mesh.cells[kept])
     height = 1.0 / aspect
     place = np.append(np.full(corners - 1, (1 - height) / (corners - 1)), height)
     for number in chosen:
@@ -43,7 +44,9 @@ def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
             own = [corners if i == left else i for i in range(corners)]
             middles = [sides[frozenset((own[a], own[b]))] for a, b in edges]
             cells.append(np.array([*(at[i] for i in own), *middles]))
-    return replace(mesh, nodes=np.array(nodes), cells=np.array(cells, dtype=mesh.cells.dtype))
+    origin = np.concatenate([kept, np.repeat(chosen, corners)])
+    volumes = {name: np.flatnonzero(np.isin(origin, own)) for name, own in mesh.volumes.items()}
+    return replace(mesh, nodes=np.array(nodes), cells=np.array(cells, dtype=mesh.cells.dtype), volumes=volumes)
 
 
 def _layout(mesh: MeshRecord) -> tuple[int, list[list[int]]]:

@@ -124,9 +124,11 @@ class Frame(Strict):
 
     def element_axes(self, mesh: MeshRecord) -> np.ndarray:
         """Return the axes of each element as rows, (e, 3, 3)."""
-        found = np.empty((len(mesh.cells), 3, 3))
+        found = np.full((len(mesh.cells), 3, 3), np.nan)
         for name in self.members:
             found[mesh.volumes[name]] = self.axes(name)
+        if not np.isfinite(found).all():
+            raise ValueError(f"the mesh has {len(mesh.cells)} elements, of which some belong to no member of the frame")
         return found
 
     def build(self, size: float) -> MeshRecord:

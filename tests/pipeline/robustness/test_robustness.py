@@ -18,6 +18,7 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.box import Box
+from gudgeon.pipeline.geometry.shapes.frame import Frame
 from gudgeon.pipeline.robustness.cases import SHIPPED, chosen_cases, read_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.operations import OPERATIONS
@@ -202,6 +203,16 @@ MESHES: dict[str, tuple[Any, tuple[str, ...]]] = {
         ),
         ("left",),
     ),
+    "frame": (
+        Frame.model_validate(
+            {
+                "kind": "frame", "section": {"kind": "rectangle", "width": 0.01, "height": 0.02},
+                "nodes": {"a": [0, 0, 0], "b": [0.1, 0, 0], "c": [0.1, 0.07, 0]},
+                "members": {"one": {"start": "a", "end": "b"}, "two": {"start": "b", "end": "c"}},
+            }
+        ),
+        ("a",),
+    ),
 }  # fmt: skip
 
 
@@ -226,7 +237,7 @@ def _lowest(model: Any) -> np.ndarray:
 
 
 def _volume(mesh: MeshRecord) -> float:
-    if mesh.cell_type.startswith("beam"):
+    if mesh.cell_type.startswith(("beam", "frame")):
         return float(np.linalg.norm(np.diff(mesh.nodes[mesh.cells[:, :2]], axis=1), axis=2).sum())
     a, b, c, d = np.moveaxis(mesh.nodes[mesh.cells[:, :4]], 1, 0)
     volumes = np.einsum("ei,ei->e", np.cross(b - a, c - a), d - a) / 6
