@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from importlib import import_module
-from importlib.resources import files
 from operator import or_
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -331,6 +330,8 @@ def schema() -> dict[str, Any]:
 
 def scene_tables() -> "list[Table]":
     """Return the tables of scene files with their keys; examples are from the scenes of the package."""
+    from importlib.resources import files
+
     from gudgeon.pipeline.scenes.reference.examples import found_examples
     from gudgeon.pipeline.scenes.reference.key_reference import tables
 

@@ -101,6 +101,7 @@ class Modules:
         self._texts = texts
         self._trees: dict[str, ast.Module] = {}
         self._digests: dict[str, str] = {}
+        self._imports: dict[str, list[str]] = {}
 
     def digest(self, stage: str) -> str:
         """Return the digest of a stage's sources."""
@@ -119,8 +120,9 @@ class Modules:
             name = rest.pop()
             if name not in found:
                 found.add(name)
-                below = () if ":" in name else self._imported(name)
-                rest += [one for one in below if _within(one, inside) or not _within(one, OUTSIDE)]
+                if name not in self._imports:
+                    self._imports[name] = [] if ":" in name else list(self._imported(name))
+                rest += [one for one in self._imports[name] if _within(one, inside) or not _within(one, OUTSIDE)]
         return sorted(found)
 
     def _tree(self, name: str) -> ast.Module:

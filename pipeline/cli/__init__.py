@@ -11,6 +11,7 @@ from typing import NoReturn
 
 from gudgeon.pipeline.cli.console import Console
 from gudgeon.pipeline.cli.interruption import SIGNALS, interruptible
+from gudgeon.pipeline.cli.lean import load_lean
 from gudgeon.pipeline.cli.parser import build_parser
 from gudgeon.pipeline.cli.streams import discard, usable_streams
 
@@ -30,6 +31,7 @@ def entry() -> NoReturn:
     The interpreter's own end is left out. It takes a while, in which a signal would change the exit code; and CPython
     ends by SIGINT, whatever the code, where an interrupt came within text that it executed, such as a dataclass's.
     """
+    load_lean()
     code = main()
     for name in SIGNALS:
         if hasattr(signal, name):

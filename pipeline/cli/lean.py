@@ -1,0 +1,58 @@
+"""What a command's process leaves out of the libraries that it loads; a notebook's does not.
+
+scipy copies all names of numpy when it is first imported, which loads numpy's interface to Fortran, its tools for tests
+and masked arrays; and it renders the documentation of hundreds of its functions anew. No command reads either.
+"""
+
+import sys
+from importlib import import_module
+from importlib.abc import MetaPathFinder
+from typing import Any
+
+UNREAD = ("ctypeslib", "f2py", "ma", "matlib", "polynomial", "testing")
+"""Modules of numpy that scipy does not use, loaded when they are first named."""
+
+
+class _Scipy(MetaPathFinder):
+    """Finds nothing itself: prepares the way when a module of scipy is about to be loaded."""
+
+    def __init__(self) -> None:
+        self.ways = {"scipy._lib.array_api_compat.numpy": _hide, "scipy._lib._array_api": _leave_documentation}
+
+    def find_spec(self, name: str, _path: Any = None, _target: Any = None) -> None:
+        """Do what a module needs once, and leave the search to others."""
+        if (prepare := self.ways.pop(name, None)) is not None:
+            prepare()
+
+
+class _NoDocumentation(dict[str, list[Any]]):
+    """Stands for `scipy._lib._docscrape.FunctionDoc`: the sections of a text, all empty."""
+
+    def __init__(self, *_: Any, **__: Any) -> None:
+        super().__init__()
+
+    def __missing__(self, section: str) -> list[Any]:
+        return self.setdefault(section, [])
+
+    def __str__(self) -> str:
+        return "\n"
+
+
+def load_lean() -> None:
+    """Make this process load scipy without what no command reads; once scipy is loaded this does nothing."""
+    if "scipy" not in sys.modules and not any(isinstance(one, _Scipy) for one in sys.meta_path):
+        sys.meta_path.insert(0, _Scipy())
+
+
+def _hide() -> None:
+    """Leave modules of numpy out of the names that it lists; they can be imported as before."""
+    numpy: Any = import_module("numpy")
+    numpy.__all__ = [name for name in numpy.__all__ if name not in UNREAD]
+    listed = numpy.__dir__
+    numpy.__dir__ = lambda: [name for name in listed() if name not in UNREAD]
+
+
+def _leave_documentation() -> None:
+    """Leave scipy's functions without documentation."""
+    docscrape: Any = import_module("scipy._lib._docscrape")
+    docscrape.FunctionDoc = _NoDocumentation
