@@ -1,7 +1,7 @@
 """Meshes with slivers: elements are split at a point next to one of their faces.
 
 The new elements fill the old ones by the same map, so that the new space of shapes contains the old one: by Rayleigh's
-principle no frequency rises. Surfaces do not change.
+principle no frequency rises. Surfaces do not change; parts of a volume belong to it.
 """
 
 from dataclasses import replace

@@ -229,6 +229,20 @@ def test_slivers_lower_frequencies_by_little(name: str) -> None:
     assert _volume(split) == pytest.approx(_volume(mesh), rel=1e-12)
 
 
+def test_slivers_belong_to_the_volumes_of_what_they_split() -> None:
+    """Volumes have the materials of several parts, and the axes of members of a frame."""
+    mesh = Box(kind="box", lx=0.1, ly=0.02, lz=0.03).build(0.02)
+    middle = mesh.nodes[mesh.cells[:, :4]].mean(axis=1)
+    halves = {"low": np.flatnonzero(middle[:, 0] < 0), "high": np.flatnonzero(middle[:, 0] >= 0)}
+    mesh = replace(mesh, volumes=halves)
+    split = with_slivers(mesh, 20.0, 5)
+    assert sorted(np.concatenate([*split.volumes.values()])) == [*range(len(split.cells))]
+    for name, cells in halves.items():
+        own, part = replace(mesh, cells=mesh.cells[cells]), replace(split, cells=split.cells[split.volumes[name]])
+        assert len(part.cells) > len(own.cells)
+        assert _volume(part) == pytest.approx(_volume(own), rel=1e-12)
+
+
 def _lowest(model: Any) -> np.ndarray:
     from scipy.linalg import eigvalsh
 
