@@ -1,5 +1,7 @@
 """Force of one contact over time: curves of lasting contact, stems of impulses of brief impacts."""
 
+from typing import NamedTuple
+
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -13,7 +15,7 @@ WINDOW = 40e-6
 FINEST = 4
 """Least width of a window, in sample intervals."""
 SHORTEST = 3.0
-"""Least duration of contact, in windows; of a shorter one the curve would show the window."""
+"""Least duration of contact, in windows; of a shorter one the curve mostly shows the window."""
 WRITTEN = 10
 """Largest number of stems with a written impulse."""
 APART = 0.055
@@ -24,8 +26,19 @@ SAME = 0.02
 """Change by a window, of the largest force, up to which its curve is omitted."""
 
 
-def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None:
-    """Return a contact's smoothed force [N], (s, 3), and the name of the window; None where smoothing is meaningless.
+class Smoothed(NamedTuple):
+    """A force within the window of its contact."""
+
+    force: np.ndarray
+    """[N], (s, 3)"""
+    window: str
+    """Its name."""
+    resolved: bool
+    """Whether the contact lasts long enough that the curve shows its force more than the window."""
+
+
+def smoothed(trajectory: Trajectory, name: str) -> Smoothed | None:
+    """Return a contact's smoothed force; None where samples do not resolve the window, or it changes nothing.
 
     Window and largest value are those of the quantity `force_peak`: force is zero before and after the run.
     """
@@ -34,15 +47,25 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
     lasts = interval * np.count_nonzero(np.abs(force).sum(axis=1))
     own = trajectory.quantities.get(f"{name}.force_window")
     width = own["value"] if own else 0.0
-    if width < FINEST * interval or SHORTEST * width > lasts:
+    if width < FINEST * interval:
         return None
     count = round(width / interval)
     mean = _windowed(force, count)
-    changed = np.abs(mean - force)
     # A force that is there from the start or to the end changes there by the window alone.
-    if changed[count : len(force) - count].max(initial=0.0) < SAME * np.abs(force).max():
+    changed = np.abs(mean - force)[count : len(force) - count].max(initial=0.0)
+    lower = np.linalg.norm(force, axis=1).max() - np.linalg.norm(mean, axis=1).max()
+    if max(changed, lower) < SAME * np.abs(force).max():
         return None
-    return mean, f"mean over {style.quantity(width, 's')}, twice"
+    return Smoothed(mean, f"mean over {style.quantity(width, 's')}, twice", SHORTEST * width <= lasts)
+
+
+def shown_force(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str]:
+    """Return the force of a contact that pictures show [N], (s, 3), and its name: smoothed where that shows it."""
+    window = smoothed(trajectory, name)
+    if window is not None and window.resolved:
+        return window.force, window.window
+    force, times = trajectory.contacts[name].force, trajectory.times
+    return force, f"mean over {style.quantity(float(times[1] - times[0]), 's')}"
 
 
 def force_axes(
@@ -71,18 +94,21 @@ def force_axes(
     impulse = float(np.linalg.norm(force.sum(axis=0)) * interval)
     window = smoothed(trajectory, name)
     label = f"mean over {style.quantity(interval, 's')}, peak {style.quantity(float(raw.max()), 'N')}"
-    top, alpha, width = (raw, 0.38, 0.7) if window else (raw, 1.0, 1.8)
+    resolved = window is not None and window.resolved
+    top, alpha, width = (raw, 0.38, 0.7) if resolved else (raw, 1.0, 1.8)
     ends, abscissa = abscissa, middles(abscissa)
     axes.plot(abscissa, raw * scale, color=style.BLUE, alpha=alpha, lw=width, label=label)
     if window:
-        top = np.linalg.norm(window[0], axis=1) if normal is None else np.abs(window[0] @ normal)
-        label = f"{window[1]}, peak {style.quantity(float(top.max()), 'N')}"
-        axes.plot(abscissa, top * scale, color=style.BLUE, lw=1.6, label=label)
+        within = np.linalg.norm(window.force, axis=1) if normal is None else np.abs(window.force @ normal)
+        label = f"{window.window}, peak {style.quantity(float(within.max()), 'N')}"
+        width, dashes = (1.6, "-") if resolved else (1.0, "--")
+        axes.plot(abscissa, within * scale, color=style.BLUE, lw=width, ls=dashes, label=label)
+        top = within if resolved else raw
     area = f"impulse {style.quantity(impulse, 'N·s')}"
     axes.fill_between(abscissa, top * scale, color=style.BLUE, alpha=0.1, lw=0, label=area)
     highest = float(raw.max())
     if reference is not None:
-        shown = windowed(trajectory, name, reference) if window else reference
+        shown = windowed(trajectory, name, reference) if resolved else reference
         shown = Curve(shown.label, shown.times, shown.force * scale)
         highest = max(highest, _reference_line(axes, trajectory.times, ends, shown) / scale)
     axes.set_ylim(0, 1.06 * highest * scale or 1.0)

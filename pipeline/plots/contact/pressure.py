@@ -1,8 +1,8 @@
 """`pressure.png`: contact pressure over the unrolled interface, at the largest contact force and as peak over time.
 
 A driven scene has one picture, with a panel for each contact at its own largest force. Both axes have one scale of
-length. Values between points are interpolated linearly. The printed value is the largest mean over a patch of stated
-area; a point whose area is a sliver shows the mean over its patch.
+length. Values between points are interpolated linearly; holes of a plane surface are left out. The printed value is the
+largest mean over a patch of stated area; a point whose area is a sliver shows the mean over its patch.
 """
 
 from collections.abc import Sequence
@@ -32,6 +32,8 @@ LEFT, BETWEEN, WIDE = 0.08, 0.05, 0.79
 """Left border of the maps, distance between them, and width of all, of the figure's width."""
 HEAD, FOOT, LOW, HIGH = 240, 130, 200, 830
 """Heights above and below the maps, and least and largest height of a map [px]."""
+PLANE = 1e-6
+"""Thickness over width of points on a plane."""
 SLIVER = 0.02
 """Least ratio of in- to circumradius (times two) of a triangle at the map's border."""
 
@@ -45,6 +47,8 @@ class Chart:
     metric: np.ndarray
     """The same in metres, (c, 2)."""
     labels: tuple[str, str]
+    filled: Triangulation | None = None
+    """Facets of a plane surface [m]; None of others, and where they are not known."""
 
     @property
     def aspect(self) -> float:
@@ -69,8 +73,12 @@ def draw_pressure(drawing: Drawing) -> None:
         style.draw(drawing.file("pressure.png", found.name, len(wanted)), _picture, drawing, found)
 
 
-def chart(points: np.ndarray, surface: Surface | None) -> Chart | None:
-    """Unroll contact points to angle and height on a cylinder, else to principal axes; None of points on a line."""
+def chart(points: np.ndarray, surface: Surface | None, nodes: np.ndarray | None = None) -> Chart | None:
+    """Unroll contact points to angle and height on a cylinder, else to principal axes; None of points on a line.
+
+    Args:
+        nodes: Of the mesh [m], (n, 3), to leave out holes of a plane surface.
+    """
     if surface is not None and surface.shape.get("kind") == "cylinder":
         radius, angle, height = cylindrical(points, surface.shape)
         middle = np.angle(np.exp(1j * angle).mean())
@@ -82,11 +90,26 @@ def chart(points: np.ndarray, surface: Surface | None) -> Chart | None:
             ("angle [deg]", "height [mm]"),
         )
     else:
-        centred = points - points.mean(axis=0)
-        pair = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T
-        found = Chart(pair * 1e3, pair, ("first principal direction [mm]", "second principal direction [mm]"))
+        centre = points.mean(axis=0)
+        _, sizes, axes = np.linalg.svd(points - centre, full_matrices=False)
+        pair = (points - centre) @ axes[:2].T
+        filled = None
+        if surface is not None and nodes is not None and surface.facets.shape[1] == 6 and sizes[-1] < PLANE * sizes[0]:
+            corners, number = np.unique(surface.facets[:, :3], return_inverse=True)
+            across, up = axes[:2] @ (nodes[corners] - centre).T
+            filled = Triangulation(across, up, number.reshape(-1, 3))
+        labels = ("first principal direction [mm]", "second principal direction [mm]")
+        found = Chart(pair * 1e3, pair, labels, filled)
     spread = np.ptp(found.metric, axis=0)
     return found if spread.min() > 1e-6 * spread.max() else None
+
+
+def in_holes(plane: Chart, triangles: np.ndarray) -> np.ndarray:
+    """Return which triangles (t, 3) of a chart's points have their middle on no facet of the surface, (t,)."""
+    if plane.filled is None:
+        return np.zeros(len(triangles), bool)
+    middles = plane.metric[triangles].mean(axis=1)
+    return np.asarray(plane.filled.get_trifinder()(middles[:, 0], middles[:, 1])) < 0
 
 
 def on_an_edge(points: np.ndarray, normals: np.ndarray) -> bool:
@@ -133,7 +156,7 @@ def _strongest(drawing: Drawing, name: str) -> Map | None:
     contact = drawing.trajectory.contacts[name]
     body = drawing.body(contact.body)
     interface = body.modal.interfaces[contact.interface]
-    plane = chart(contact.points, body.surface(contact.interface))
+    plane = chart(contact.points, body.surface(contact.interface), body.nodes)
     if plane is None or on_an_edge(contact.points, interface.normals):
         return None
     most = hardest(drawing.trajectory, [name])
@@ -198,7 +221,7 @@ def _panels(subtitle: str, maps: Sequence[tuple[Chart, np.ndarray]]) -> tuple[Fi
 
 def _map(axes: Axes, plane: Chart, values: np.ndarray, top: float) -> ScalarMappable:
     triangles = Triangulation(plane.metric[:, 0], plane.metric[:, 1])
-    mask = TriAnalyzer(triangles).get_flat_tri_mask(SLIVER, rescale=False)
+    mask = TriAnalyzer(triangles).get_flat_tri_mask(SLIVER, rescale=False) | in_holes(plane, triangles.triangles)
     shown = Triangulation(plane.shown[:, 0], plane.shown[:, 1], triangles.triangles[~mask])
     low, high = plane.shown.min(axis=0), plane.shown.max(axis=0)
     across, up = (np.linspace(a, b, 2 * GRID + 1)[1::2] for a, b in zip(low, high, strict=True))

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.contact.force_axes import middles, smoothed
+from gudgeon.pipeline.plots.contact.force_axes import middles, shown_force
 from gudgeon.solver.vectors import unit
 
 LARGE = 1e-2
@@ -104,9 +104,9 @@ def _force_beside(axes: Axes, drawing: Drawing, body: BodyMotion, shown: float) 
     trajectory = drawing.trajectory
     total, windows = np.zeros((len(trajectory.times), 3)), set()
     for name, contact in drawing.contacts_on(body.name).items():
-        window = smoothed(trajectory, name)
-        total += (1.0 if contact.body == body.name else -1.0) * (window[0] if window else contact.force)
-        windows.add(window[1] if window else "")
+        own, window = shown_force(trajectory, name)
+        total += (1.0 if contact.body == body.name else -1.0) * own
+        windows.add(window)
     force = np.linalg.norm(total, axis=1)
     scale, name = style.prefixed(float(force.max()), "N")
     times = middles(trajectory.times) * shown

@@ -7,12 +7,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gudgeon.pipeline.measuring.force_window import hann_filter
 from gudgeon.pipeline.plots.base import film, style, view
 from gudgeon.pipeline.plots.base.hardest import hardest
 from gudgeon.pipeline.plots.base.run import SOLIDS, BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, Thread, skin_of, thread_of
-from gudgeon.pipeline.plots.contact.force_axes import WINDOW
+from gudgeon.pipeline.plots.contact.force_axes import shown_force
 from gudgeon.pipeline.plots.deformation.obstacle import FACE, WALL, faces, opposite
 from gudgeon.pipeline.plots.deformation.solid import Moment, elevation, moment_of
 from gudgeon.solver.obstacles.plane import Plane
@@ -28,6 +27,8 @@ CARRIED = 0.1
 """Way of driven bodies over the size of the smallest body from which on it is shown as it is."""
 PASSED = 24
 """Frames whose places the camera sees, of bodies that are carried."""
+STEEP, LEVEL = 64.0, 20.0
+"""Elevation of the camera [deg] on the side of a contact, and where bodies meet one above the other."""
 LEAST_ELASTIC = 0.05
 """Rigid motion is omitted where it limits the scale to less than this share of the elastic part's own."""
 
@@ -61,8 +62,12 @@ class Script:
     """Largest elastic displacement [m]."""
     contact: str
     """Name of the hardest contact."""
+    meets: bool
+    """Whether it is with another body."""
     force: np.ndarray
-    """Its size within a window [N], (s,)."""
+    """Its size as in `force.png` [N], (s,)."""
+    window: str
+    """Over which it is a mean."""
     planes: dict[str, list[Plane]]
     """Those of all contacts, by the body that meets them."""
 
@@ -116,13 +121,14 @@ def _script(drawing: Drawing, struck: list[str]) -> Script:
     carries = bool(drawing.scene.get("motion")) and travel > CARRIED * min(actor.body.size for actor in solid)
     travels = travels and not carries
     scale = min(together, alone) if travels else alone
-    force = hann_filter(trajectory.times, trajectory.contacts[most.contact].force, WINDOW)
+    force, window = shown_force(trajectory, most.contact)
     actor = next(actor for actor in actors if actor.body.name == lead)
     assert isinstance(actor.drawn, Skin)
     moment = moment_of(drawing, drawing.body(lead), actor.body, actor.drawn)
     return Script(
         actors, moment, frames, scale, travels, carries, limit=max(limits), contact=most.contact,
-        force=np.linalg.norm(force, axis=1), planes=_planes(drawing),
+        meets=view.obstacle_at(drawing, most.contact) is None,
+        force=np.linalg.norm(force, axis=1), window=window, planes=_planes(drawing),
     )  # fmt: skip
 
 
@@ -163,7 +169,9 @@ def _set_up(stage: film.Stage, script: Script, wall: Skin | None) -> None:
         view.add_edges(plotter, wall.edges, style.FAINT, 2.4)
         seen.append(wall.points)
     magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
-    angle = 64.0 if elevation(moment.body.nodes, moment.up, magnitude) > 0 else -64.0
+    stacked = script.meets and abs(moment.outward @ moment.up) > view.STEEP
+    angle = LEVEL if stacked else STEEP
+    angle = angle if elevation(moment.body.nodes, moment.up, magnitude) > 0 or stacked else -angle
     view.aim(plotter, view.looking(moment.outward, moment.up, -75.0, angle), np.concatenate(seen))
 
 
@@ -207,7 +215,7 @@ def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
     ends = trajectory.frame_times[script.frames[[0, -1]]] * shown
     axes.set(xlim=ends, xlabel=f"time [{time_name}]", ylabel=f"force [{name}]")
     axes.set_ylim(0.0, 1.1 * float(script.force.max()) * scale or 1.0)
-    label = f"contact {script.contact}, Hann window of {WINDOW * 1e6:.0f} µs"
+    label = f"contact {script.contact}, {script.window}"
     axes.text(0.995, 0.95, label, transform=axes.transAxes, ha="right", va="top", color=style.FAINT)
     return figure, axes
 

@@ -8,13 +8,14 @@ pytest.importorskip("pyvista")
 
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
+from matplotlib.tri import Triangulation
 
 from gudgeon.modaldb.records.mesh import Surface
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base import view
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, middles
-from gudgeon.pipeline.plots.contact.pressure import _colours, _panels, chart, on_an_edge
+from gudgeon.pipeline.plots.contact.pressure import _colours, _panels, chart, in_holes, on_an_edge
 from gudgeon.pipeline.plots.deformation.obstacle import touching
 from gudgeon.pipeline.plots.deformation.solid import strongest_moment
 from gudgeon.pipeline.stages.run import run_job
@@ -45,6 +46,32 @@ def test_lengths_along_both_axes_of_the_pressure_have_one_scale() -> None:
     figure.canvas.draw()
     box = axes.get_window_extent()
     assert box.width / box.height == pytest.approx(3.0, rel=0.01)
+
+
+def test_a_hole_of_a_plane_surface_has_no_pressure() -> None:
+    """A square of 6 by 6 cells with a hole of 2 by 2; contact points are the middles of edges."""
+    x, y = (grid.ravel() for grid in np.meshgrid(np.arange(7.0), np.arange(7.0)))
+    corners, facets = np.column_stack([x, y, np.full(49, 0.3)]), []
+    for i in range(6):
+        for j in range(6):
+            if not (2 <= i < 4 and 2 <= j < 4):
+                a = 7 * j + i
+                facets += [(a, a + 1, a + 8), (a, a + 8, a + 7)]
+    sides = np.array([sorted(pair) for f in facets for pair in ((f[0], f[1]), (f[1], f[2]), (f[2], f[0]))])
+    edges, number = np.unique(sides, axis=0, return_inverse=True)
+    points = corners[edges].mean(axis=1)
+    quadratic = np.column_stack([facets, 49 + number.reshape(-1, 3)])
+    plane = chart(points, Surface(quadratic), np.concatenate([corners, points]))
+    assert plane is not None
+    drawn = Triangulation(plane.metric[:, 0], plane.metric[:, 1])
+    holes = in_holes(plane, drawn.triangles)
+    middles = points[drawn.triangles].mean(axis=1)
+    inside = (np.abs(middles[:, :2] - 3.0) < 1.0 - 1e-9).all(axis=1)
+    assert inside.any()
+    np.testing.assert_array_equal(holes, inside)
+    curved = chart(points + np.column_stack([0 * points[:, :2], 0.1 * points[:, 0] ** 2]), Surface(quadratic), corners)
+    assert curved is not None
+    assert not in_holes(curved, drawn.triangles).any()
 
 
 def test_the_largest_pressure_is_not_black() -> None:

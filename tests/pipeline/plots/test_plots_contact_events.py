@@ -15,8 +15,17 @@ from gudgeon.pipeline.stages.run import run_job
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
 
+from matplotlib.figure import Figure
+
 from gudgeon.pipeline.plots.contact.curves import balance, energy_curves
-from gudgeon.pipeline.plots.contact.force_axes import WRITTEN, smoothed, spaced, windowed
+from gudgeon.pipeline.plots.contact.force_axes import (
+    WRITTEN,
+    force_axes,
+    shown_force,
+    smoothed,
+    spaced,
+    windowed,
+)
 from gudgeon.pipeline.plots.contact.located import Touch, course, normal_courses, touches
 from gudgeon.solver.integrators.curves import windowed as windowed_force
 from tests.pipeline.plots.test_plots import assert_picture
@@ -224,6 +233,31 @@ def test_the_drawn_window_has_the_peak_of_its_quantity() -> None:
         assert found is not None
         peak = windowed_force(edges, sums, window)[0]
         assert np.abs(found[0]).max() == pytest.approx(peak, rel=2e-3)
+
+
+def test_a_window_longer_than_the_contact_is_drawn_beside_its_force() -> None:
+    """The largest value of `force_peak` is a curve of the picture; films show the same force as the picture."""
+    times = np.arange(1, 401) * 1.0
+    force = np.where((times > 100) & (times < 140), np.sin(np.pi * (times - 100) / 40), 0.0)
+    impacts = np.array([[100.0, 140.0, force.sum(), force.max(), 1.0, 1, 1, 1, 120.0]])
+    run = made(impacts, force, 30.0)
+    found = smoothed(run, "c")
+    assert found is not None
+    assert not found.resolved
+    edges, sums = np.append(0.0, times), np.append(0.0, np.cumsum(force))[:, None] * [0.0, 0.0, 1.0]
+    peak = windowed_force(edges, sums, 30.0)[0]
+    assert np.abs(found.force).max() == pytest.approx(peak, rel=2e-3)
+    assert peak < 0.8
+    axes = Figure().add_axes((0, 0, 1, 1))
+    force_axes(axes, run, "c", times)
+    raw, within = axes.get_lines()[:2]
+    assert [np.max(line.get_ydata()) for line in (raw, within)] == pytest.approx([force.max(), peak], rel=2e-3)
+    assert raw.get_linewidth() > within.get_linewidth()
+    shown, name = shown_force(run, "c")
+    assert name == "mean over 1.00 s"
+    np.testing.assert_array_equal(shown[:, 2], force)
+    long = made(impacts, 1.0 + 0.5 * (-1.0) ** np.arange(400), 30.0)
+    assert shown_force(long, "c")[1] == "mean over 30.0 s, twice"
 
 
 def test_texts_keep_their_distance() -> None:
