@@ -1,13 +1,15 @@
 """From a conductor's mesh to its panels in the scene, and what conductors must be."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import permutations
 
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.electrostatics.capacitance import HalfSpace
+from gudgeon.pipeline.electrostatics.enclosure import enclosed
 from gudgeon.pipeline.electrostatics.kernel import crossing
 from gudgeon.pipeline.electrostatics.panels import Grading, Onto, Panels, Skin, panels_of
 from gudgeon.pipeline.electrostatics.scene import Conductor
@@ -84,11 +86,16 @@ def conductor_panels(
     return found
 
 
-def refuse_overlap(panels: Mapping[str, Panels], half_space: HalfSpace | None, where: str = "") -> None:
-    """Raise InputError where conductors cross or touch each other, or the plane of a half-space.
+def solids(conductors: Mapping[str, Conductor], meshes: Mapping[str, MeshRecord]) -> set[str]:
+    """Return the conductors that are filled, not sheets."""
+    return {name for name, one in conductors.items() if not one.surfaces and meshes[name].cell_type == "tetra10"}
+
+
+def refuse_overlap(panels: Mapping[str, Panels], half_space: HalfSpace | None, filled: Collection[str] = ()) -> None:
+    """Raise InputError where conductors cross, touch or contain each other, or cross the plane of a half-space.
 
     Args:
-        where: Said after the names.
+        filled: Conductors in which no other may be; one may be within a closed sheet.
     """
     names, groups = list(panels), [one.group() for one in panels.values()]
     for i, first in enumerate(groups):
@@ -98,9 +105,13 @@ def refuse_overlap(panels: Mapping[str, Panels], half_space: HalfSpace | None, w
             if found[0] >= 0:
                 place = ", ".join(f"{x:.4g}" for x in groups[j].centres[found[0]])
                 raise InputError(
-                    f"conductor.{names[i]}: it touches or overlaps '{names[j]}' near ({place}) m{where}; conductors"
-                    " need a gap"
+                    f"conductor.{names[i]}: it touches or overlaps '{names[j]}' near ({place}) m; conductors need a gap"
                 )
+    if found := enclosed(panels, filled, list(permutations(names, 2))):
+        raise InputError(
+            f"conductor.{found[1]}: it lies within '{found[0]}', which is solid; conductors need a gap, and a"
+            " hollow one has a cavity in its geometry, or is a sheet of surfaces"
+        )
     if half_space is None:
         return
     for name, one in panels.items():
@@ -108,6 +119,6 @@ def refuse_overlap(panels: Mapping[str, Panels], half_space: HalfSpace | None, w
         size = float(np.ptp(one.facets.reshape(-1, 3), axis=0).max())
         if height.min() < -1e-9 * size or (half_space.factor == -1 and height.min() <= 1e-9 * size):
             raise InputError(
-                f"conductor.{name}: its lowest point is {height.min():.4g} m above the plane of half_space{where};"
+                f"conductor.{name}: its lowest point is {height.min():.4g} m above the plane of half_space;"
                 f" allowed: {'above 0' if half_space.factor == -1 else '0 and above'}"
             )

@@ -1,6 +1,7 @@
 """The grid of poses: its points in blocks, each a record of its own. No arrays are computed here."""
 
 import itertools
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -34,6 +35,11 @@ class Grid:
     def ordered(self) -> dict[str, tuple[float, ...]]:
         """The axes in the order of `POSE_AXES`."""
         return {name: self.axes[name] for name in POSE_AXES if name in self.axes}
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return math.prod(map(len, self.axes.values()))
 
     def poses(self) -> np.ndarray:
         """Return all points, the last axis running fastest, (p, 6)."""

@@ -49,7 +49,7 @@ class Panels:
     """Panels of one or more conductors, sorted by coarse panel."""
 
     facets: np.ndarray
-    """Corners of the flat facets [m], (facets, 3, 3)."""
+    """Corners of the flat facets [m], of a solid ordered as seen from outside, (facets, 3, 3)."""
     panel: np.ndarray
     """Panel of each facet, ascending, (facets,)."""
     coarse: np.ndarray
@@ -317,8 +317,8 @@ def _strips(corners_on_edge: int, grading: Grading) -> tuple[np.ndarray, np.ndar
             a, b = at(levels[k], s), at(levels[k], s + 0.5)
             c, d = at(levels[k + 1], s + 0.5), at(levels[k + 1], s)
             for one in ((a, b, c), (a, c, d)):
-                if abs(np.linalg.det(np.array(one))) > 1e-14:
-                    facets.append(one)
+                if abs(turn := np.linalg.det(np.array(one))) > 1e-14:
+                    facets.append(one if turn > 0 else one[::-1])
                     panel.append(len(coarse))
             coarse.append(k // 2)
     return np.array(facets), np.array(panel), np.array(coarse)

@@ -3,13 +3,14 @@
 import time
 from collections.abc import Mapping
 from concurrent.futures import Executor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord, PoseRecord
+from gudgeon.modaldb.records.field import POSE_AXES, FieldRecord, PoseGridRecord, PoseRecord
 from gudgeon.pipeline.electrostatics.grid import Grid
 from gudgeon.pipeline.electrostatics.job import FieldJob
 from gudgeon.pipeline.electrostatics.scene import FieldFile
@@ -19,10 +20,13 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.make import Task, keep, run_stages
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, seal_summary
+from gudgeon.solver.vectors import rotation_of
 
 CAPACITANCE = "capacitance.csv"
 MOST_MEMORY = 4e9
 """What a process that computes poses may need [bytes]."""
+MOST_POSES = 1_000_000
+"""Of a grid, whose list has 1.3 GB."""
 POSE_SHARE = 0.5
 """Estimated time of a pose over that of the field: the integrals between fixed and moving panels are half of all."""
 
@@ -67,7 +71,8 @@ def compute_field(job: FieldJob, tell: Progress) -> FieldRecord:
     meshes = {name: job.store.get(key, "mesh") for name, key in keys.items()}
     parts = conductors.conductor_panels(scene.conductor, meshes, Grading(**scene.panels.model_dump()))
     half_space = half_space_of(scene)
-    conductors.refuse_overlap(dict(zip(scene.conductor, parts, strict=True)), half_space)
+    filled = conductors.solids(scene.conductor, meshes)
+    conductors.refuse_overlap(dict(zip(scene.conductor, parts, strict=True)), half_space, filled)
     panels, permittivity = joined(parts), capacitance.VACUUM * scene.permittivity
     charged = capacitance.charge(panels, len(parts), permittivity, half_space, tell)
     potentials = [np.nan if one.potential is None else one.potential for one in scene.conductor.values()]
@@ -106,6 +111,7 @@ def _make_grid(job: FieldJob, tell: Progress, executor: Executor | None = None) 
     assert job.scene.poses is not None
     _refuse_large(job, grid)
     _refuse_long(job, grid, job.scene.poses.hours)
+    _refuse_enclosed(job, grid)
     if job.scene.poses.tolerance is None:
         blocks = compute_grid(job.store.location, job.name, grid, tell, executor)
     else:
@@ -152,14 +158,39 @@ def _refuse_large(job: FieldJob, grid: Grid) -> None:
 def _refuse_long(job: FieldJob, grid: Grid, hours: float) -> None:
     """Raise InputError where a grid would take longer than allowed, by the time of the field itself."""
     record: FieldRecord = job.store.get(grid.field_key, "field", only=["counts"])
-    total = len(grid.poses()) * record.counts["cpu_seconds"] * POSE_SHARE / 3600
+    total = grid.count * record.counts["cpu_seconds"] * POSE_SHARE / 3600
+    sizes = ", ".join(f"{name}: {len(values)}" for name, values in grid.ordered.items())
+    if grid.count > MOST_POSES:
+        raise InputError(f"poses: {grid.count} poses ({sizes}); allowed: {MOST_POSES}. Give fewer points or axes")
     if total > hours:
-        sizes = ", ".join(f"{name}: {len(values)}" for name, values in grid.ordered.items())
         raise InputError(
-            f"poses.hours: {hours:g} h allowed; {len(grid.poses())} poses ({sizes}) of {record.counts['panels']} panels"
+            f"poses.hours: {hours:g} h allowed; {grid.count} poses ({sizes}) of {record.counts['panels']} panels"
             f" would take about {total:.3g} h of CPU time. Give fewer points, fewer panels (panels.strips, mesh.size),"
             " a larger tolerance, or more hours"
         )
+
+
+def _refuse_enclosed(job: FieldJob, grid: Grid) -> None:
+    """Raise InputError where a conductor is within a solid one at a pose, as blocks find those that cross."""
+    from gudgeon.pipeline.electrostatics.conductors import solids
+    from gudgeon.pipeline.electrostatics.enclosure import enclosed
+    from gudgeon.pipeline.electrostatics.poses import chosen_panels, panels_of_record
+
+    record: FieldRecord = job.store.get(grid.field_key, "field")
+    names = record.conductors["names"]
+    filled = solids(job.scene.conductor, {name: job.store.get(one.key, "mesh") for name, one in job.meshes().items()})
+    parts = {name: chosen_panels(panels_of_record(record), np.array(names) == name) for name in names}
+    pairs = [(a, b) for a in names for b in names if (a in grid.moved.names) != (b in grid.moved.names)]
+    pivot = grid.moved.pivot
+    for pose in grid.poses():
+        Q = rotation_of(pose[3:])
+        there = {
+            name: replace(parts[name], facets=(parts[name].facets - pivot) @ Q.T + pivot + pose[:3])
+            for name in grid.moved.names
+        }
+        if enclosed(parts | there, filled, pairs):
+            at = ", ".join(f"{name} = {value:.6g}" for name, value in zip(POSE_AXES, pose, strict=True) if value)
+            raise InputError(f"poses.moved: conductors touch or overlap at the pose {at}; narrow the grid")
 
 
 def compute_poses(job: FieldJob, executor: Executor | None = None, progress: Progress | None = None) -> PoseGridRecord:

@@ -132,6 +132,8 @@ def test_results_are_written(db: Path, tmp_path: Path) -> None:
         ({"conductor.left.charge": 1e-12}, r"conductor.left: both given; one of potential \[V\] and, of a floating"),
         ({"conductor.left.potential": "unset"}, r"conductor.left: neither given; one of potential"),
         ({"conductor.right.position": [0.5e-3, 0.0, 0.0]}, "conductor.right: it touches or overlaps 'left' near"),
+        ({"conductor.right.position": [-1.2e-3, 0.0, 0.0], "conductor.right.geometry.radius": 3e-4},
+         "conductor.right: it lies within 'left', which is solid; conductors need a gap"),
         ({"half_space": {"permittivity": "conductor"}}, r"conductor.left: its lowest point is -0.00\d+ m above the"),
         ({"panels.strips": 0}, "panels.strips: 0 given; input should be greater than or equal to 1"),
         ({"permittivity": 0.5}, "permittivity: 0.5 given; input should be greater than or equal to 1"),
@@ -147,6 +149,18 @@ def test_bad_input_has_one_line(db: Path, changes: dict[str, Any], message: str)
     with pytest.raises(InputError, match=message) as caught:
         run(SPHERES, set=COARSE | changes, db=db, out=db / "bad", until="solve")
     assert "spheres.toml: " in str(caught.value)
+
+
+def test_a_conductor_may_be_within_a_closed_sheet(db: Path) -> None:
+    """Within a sphere of radius b, one of radius a has 4πε ab/(b − a) to it; outside nothing is left of its charge."""
+    inner = {"conductor.right.geometry.radius": 5e-4, "conductor.right.mesh.size": 5e-4}
+    centred = {f"conductor.{name}.position": [0.0, 0.0, 0.0] for name in ("left", "right")}
+    sheet = {"conductor.left.surfaces": ["surface"], "report.quantities": "unset"}
+    job = open_job(SPHERES, set=COARSE | inner | centred | sheet, db=db, out=db / "out")
+    run(SPHERES, set=job.overrides, db=db, out=db / "out", until="solve")
+    C = job.store.get(job.field().key, "field").capacitance
+    assert C[1, 1] == pytest.approx(4 * np.pi * VACUUM * 1e-3, rel=5e-3)
+    assert C[0, 1] == pytest.approx(-C[1, 1], rel=2e-3)
 
 
 def test_too_many_panels_are_refused_before_they_are_computed(db: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -233,6 +233,13 @@ def test_conjugate_gradients_solve_and_tell_when_they_cannot(monkeypatch: pytest
          "poses.x: .* allowed: numbers that ascend"),
         ({"poses.x.ends": [0.0, float("nan")]}, "poses.x.ends.1: nan given"),
         ({"poses.x.ends": [-5e-4, 1e-3]}, "poses.moved: conductors touch or overlap at the pose x = -0.0005"),
+        ({"poses.moved": ["left"], "conductor.left.geometry.radius": 2e-4, "conductor.left.position": [-2e-3, 0.0, 0.0],
+          "conductor.left.mesh.size": 3e-4, "poses.y": "unset",
+          "poses.x": {"values": [0.0, 1e-4, 2e-4, 3.1e-3], "ends": "unset", "points": "unset"}},
+         "poses.moved: conductors touch or overlap at the pose x = 0.0031; narrow the grid"),
+        ({f"poses.{axis}": {"ends": [0.0, 1e-5], "points": 1000} for axis in "xyz"}
+         | {f"poses.r{axis}": {"ends": [0.0, 1.0], "points": 100} for axis in "xy"},
+         r"poses: 10000000000000 poses \(x: 1000, y: 1000, .*; allowed: 1000000. Give fewer points or axes"),
         ({"poses.hours": 1e-9}, r"poses.hours: 1e-09 h allowed; 45 poses \(x: 9, y: 5\) of \d+ panels would"),
     ],
 )  # fmt: skip
