@@ -18,6 +18,7 @@ from gudgeon.solver.integrators.steps import Plan, own_step, plan_run
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.uniqueness import friction_limits, refuse_ambiguous_friction
 from gudgeon.solver.result import Result, RunStopped
+from gudgeon.solver.results.leaving import left_text
 from gudgeon.solver.results.limits import Limits
 from gudgeon.solver.results.trajectory import Ending, Histories, trajectory_of
 from gudgeon.solver.system.system import System
@@ -153,6 +154,9 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     drift = _drift(system, end, histories)
     if result.ok and drift > CREATED_ENERGY:
         result = Result.SURFACE_LEFT if end.left else Result.ENERGY
+        times = schedule.interval * np.arange(1, len(histories.samples.snapshots) + 1)
+        if end.left and (where := left_text(system, times, histories.samples.snapshots)):
+            reason = f"{where}: {result.value}"
     end = replace(end, impacts=integrator.impacts())
     return trajectory_of(system, plan, end, histories, Ending(result, reason, drift))
 

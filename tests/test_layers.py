@@ -58,7 +58,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.plots",),
     ("pipeline.stages",),
     ("pipeline.nodal", "pipeline.robustness", "pipeline.exporters", "pipeline.linear", "pipeline.drafts"),
-    ("pipeline.report", "pipeline.sensing"),
+    ("pipeline.report", "pipeline.sensing", "pipeline.proximity"),
     ("pipeline.wheel", "pipeline.electrostatics"),
     ("pipeline.kinds", "pipeline.doctor", "pipeline.service", "pipeline.feel"),
     ("pipeline.studies", "pipeline.wear"),

@@ -1,9 +1,11 @@
-"""Scenes of bodies that electrostatic fields pull: grids of poses that they name are found, or computed first."""
+"""Jobs of scenes of bodies: contacts by proximity are found, and grids of poses that fields name, or computed first."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.proximity.scene import with_found
 from gudgeon.pipeline.scenes.reading import find_file, merged, named, read_tables
 from gudgeon.pipeline.stages.base import Place
 from gudgeon.pipeline.stages.job import Job, contact_job
@@ -22,11 +24,12 @@ def body_job(place: Place) -> Job:
     Raises:
         InputError: a mistake in it, every one listed, or in a scene of conductors that it names.
     """
+    place, lines = with_found(place)
     keys: dict[str, Any] = {}
     for name, fields in _fields(place).items():
         (product,) = fields.pose_grid().values()
         keys[name] = {"record": product.key}
-    return contact_job(place if not keys else _with(place, {"force": keys}))
+    return replace(contact_job(place if not keys else _with(place, {"force": keys})), found=lines)
 
 
 def _with(place: Place, changes: Mapping[str, Any]) -> Place:

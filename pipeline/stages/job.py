@@ -36,6 +36,8 @@ class Job(SceneJob):
     stages: ClassVar[tuple[str, ...]] = STAGES
 
     scene: SceneFile
+    found: tuple[str, ...] = ()
+    """A line for each contact whose interfaces were found by proximity."""
 
     @property
     def folder(self) -> Path:

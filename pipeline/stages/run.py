@@ -204,7 +204,8 @@ def _finish(job: Job, until: str) -> RunReport:
     """Write summary and trajectory unless they are up to date, and return the report."""
     frequencies, notes = _frequencies(job)
     keys = {name: steps["mesh"].key for name, steps in job.components().items()}
-    units = unit_notes(job.used()) + extent_notes(job.store, job.used(), keys) + gravity_notes(job.scene)
+    extents = extent_notes(job.store, job.used(), keys)
+    units = [*job.found, *unit_notes(job.used()), *extents, *gravity_notes(job.scene)]
     if until == "mesh":
         return RunReport(job.name, None, out=str(job.out), notes=units + notes, parts=_parts(job))
     if until == "modes":

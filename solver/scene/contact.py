@@ -7,9 +7,12 @@ from pydantic import Field, field_validator, model_validator
 from gudgeon.solver.laws import Law
 from gudgeon.solver.laws.archard import ContactWear
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.numbers import LayerStiffness, PositiveSpeed, RatioFromZero, Share, Strict
+from gudgeon.solver.numbers import LayerStiffness, Length, PositiveSpeed, RatioFromZero, Share, Strict
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.vectors import Direction
+
+AUTO = "auto"
+"""Name of an interface that is to be found by proximity."""
 
 
 class MasterSurface(Strict):
@@ -82,7 +85,15 @@ class Contact(Strict):
     """An interface of a body against a rigid obstacle or against another body."""
 
     body: str = Field(description="Name of a body of the scene")
-    interface: str = Field(description="Name of an interface of the component of `body`")
+    interface: str = Field(
+        description="Name of an interface of the component of `body`; auto: its named surfaces that face those of"
+        " another body nearby, which a note names; also for `against.interface`"
+    )
+    within: Length | None = Field(
+        default=None,
+        description="Largest distance of surfaces that interface 'auto' takes [m]; default: a twentieth of the smaller"
+        " part's largest extent",
+    )
     against: Annotated[Bore | Plane | MasterSurface | OtherBody, Field(discriminator="shape")] = Field(
         description="What the interface may touch, by `shape`"
     )
@@ -126,7 +137,9 @@ class Contact(Strict):
     def _consistent(self) -> "Contact":
         method, layer, law = METHODS[self.method], self.surface_stiffness is not None, self.law is not None
         dashpot = self.dashpot != "none"
+        named = AUTO not in (self.interface, getattr(self.against, "interface", None))
         for wrong, message in (
+            (self.within is not None and named, "within given; it is for interface 'auto' only"),
             (method.flexible and layer and law,
              "surface_stiffness and law both describe the surface; give only one of them"),
             (method.flexible and law and dashpot,

@@ -1,5 +1,7 @@
 """Sliding pairs in the loop over ports: as in the loop of their own, with laws, and what they conserve."""
 
+import re
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -101,6 +103,8 @@ def test_points_that_leave_their_surface_under_load_end_the_run(
     found = simulate(system)
     assert impulse(found) > 0.1
     assert found.result == "SURFACE_LEFT"
+    where = r"the point of '\w+' at \(.*\) m of part came beside '\w+' of rail at [\d.e-]+ s \(contact\.slide\): "
+    assert re.match(where, str(found.counts["reason"]))
 
 
 @pytest.mark.parametrize("ratio", [0.05, 0.3])

@@ -1,0 +1,1 @@
+"""Contacts whose interfaces are found by proximity."""

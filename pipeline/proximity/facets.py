@@ -1,0 +1,115 @@
+"""Which facets of two parts are near each other and face each other: trees of their centres, bounded by their sizes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.interfaces.points import facet_points
+
+FACING = -0.3
+"""Largest cosine between the outward normals of facets that can meet, as in `solver.contact.facets`."""
+FACES = (3, 6)
+"""Nodes of facets that have normals: edges of plane parts, and faces of solids."""
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """The f facets of all named surfaces of a part, placed in the scene."""
+
+    names: list[str]
+    owner: np.ndarray
+    """Number of the surface of each, (f,)."""
+    centres: np.ndarray
+    """[m], (f, 3)."""
+    normals: np.ndarray
+    """Outward unit normals, (f, 3)."""
+    radii: np.ndarray
+    """Largest distance of a node from the centre [m], (f,)."""
+
+    @classmethod
+    def of(cls, mesh: MeshRecord, turn: np.ndarray, position: np.ndarray) -> "Boundary":
+        """Return the boundary of a part that is turned, then moved [m]; surfaces without normals are left out."""
+        names, owner, centres, normals, radii = list[str](), list[np.ndarray](), [], [], []
+        for name, surface in sorted(mesh.surfaces.items()):
+            if surface.areas is not None or surface.facets.shape[1] not in FACES or not len(surface.facets):
+                continue
+            vectors = facet_points(mesh.nodes, surface)[2].sum(axis=1)
+            corners = mesh.nodes[surface.facets]
+            middle = corners.mean(axis=1)
+            owner.append(np.full(len(corners), len(names)))
+            names.append(name)
+            centres.append(middle)
+            normals.append(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+            radii.append(np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1))
+        empty = np.empty((0, 3))
+        return cls(
+            names, np.concatenate([np.empty(0, np.int64), *owner]),
+            np.vstack([empty, *centres]) @ turn.T + position, np.vstack([empty, *normals]) @ turn.T,
+            np.concatenate([np.empty(0), *radii]),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Near:
+    """Two surfaces that are near each other."""
+
+    own: str
+    other: str
+    facets: tuple[int, int]
+    """How many facets of each are near the other."""
+    gaps: tuple[float, float]
+    """Least and largest distance of the centres of those facets along normals [m]."""
+
+
+def near(own: Boundary, other: Boundary, within: float) -> list[Near]:
+    """Return the surfaces of two parts that face each other within a distance [m], those with most facets first.
+
+    A surface whose near facets all belong to one found before is left out.
+    """
+    pairs, gaps = _pairs(own, other, within)
+    if not len(pairs):
+        return []
+    key = own.owner[pairs[:, 0]] * len(other.names) + other.owner[pairs[:, 1]]
+    found, taken = list[Near](), np.zeros((2, max(len(own.centres), len(other.centres))), np.bool_)
+    groups = {int(one): np.flatnonzero(key == one) for one in np.unique(key)}
+    for one, here in sorted(groups.items(), key=lambda item: (-len(np.unique(pairs[item[1], 0])), item[0])):
+        mine, theirs = (_places(part, pairs[here, side]) for side, part in enumerate((own, other)))
+        if taken[0, mine].all() and taken[1, theirs].all():
+            continue
+        taken[0, mine] = taken[1, theirs] = True
+        a, b = divmod(one, len(other.names))
+        facets = len(np.unique(mine)), len(np.unique(theirs))
+        found.append(Near(own.names[a], other.names[b], facets, (float(gaps[here].min()), float(gaps[here].max()))))
+    return found
+
+
+def apart(own: Boundary, other: Boundary) -> float:
+    """Return the least distance of facets of two parts that face each other [m]; infinite where none do."""
+    size = float(np.linalg.norm(np.ptp(np.vstack([own.centres, other.centres]), axis=0)))
+    _, gaps = _pairs(own, other, size)
+    return float(gaps[gaps >= 0].min(initial=np.inf))
+
+
+def _places(part: Boundary, numbers: np.ndarray) -> np.ndarray:
+    """Return the first facet at the place of each: surfaces may share facets."""
+    return KDTree(part.centres).query(part.centres[numbers])[1]
+
+
+def _pairs(own: Boundary, other: Boundary, within: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return pairs of facets that face each other, (p, 2), and their distances along the normal of the first [m]."""
+    if not len(own.centres) or not len(other.centres):
+        return np.empty((0, 2), np.int64), np.empty(0)
+    reach = within + own.radii + other.radii.max()
+    listed = KDTree(other.centres).query_ball_point(own.centres, reach)
+    first = np.repeat(np.arange(len(own.centres)), [len(one) for one in listed])
+    second = np.concatenate([np.empty(0, np.int64), *(np.asarray(one, np.int64) for one in listed)])
+    way = other.centres[second] - own.centres[first]
+    gap = np.einsum("pi,pi->p", way, own.normals[first])
+    aside = np.linalg.norm(way - gap[:, None] * own.normals[first], axis=1)
+    faces = np.einsum("pi,pi->p", own.normals[first], other.normals[second]) < FACING
+    # Facets inside the other part by more than their size are those of its far side.
+    kept = faces & (gap <= within) & (gap >= -np.minimum(within, own.radii[first]))
+    kept &= aside <= own.radii[first] + other.radii[second]
+    return np.column_stack([first, second])[kept], gap[kept]
