@@ -108,6 +108,7 @@ def _groups(system: System, ports: Ports) -> Iterator[list[int]]:
     for contact in system.contacts:
         normals, pair = contact_ports(ports, contact), ports.sides[ports.of(f"contact.{contact.name}").start]
         touches = (displacement[normals] <= depths[contact.rows]) | (system.start_forces[contact.rows] > 0)
+        touches |= system.gap[contact.rows] <= depths[contact.rows]  # As placed: loads on their far sides part them.
         if touches.any():
             joined(pair)
             settings = system.scene.contact[contact.name]
