@@ -5,11 +5,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.proximity.scene import with_found
 from gudgeon.pipeline.scenes.reading import find_file, merged, named, read_tables
 from gudgeon.pipeline.stages.base import Place
 from gudgeon.pipeline.stages.job import Job, contact_job
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
+from gudgeon.solver.scene.contact import AUTO
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.electrostatics.job import FieldJob
@@ -24,12 +24,24 @@ def body_job(place: Place) -> Job:
     Raises:
         InputError: a mistake in it, every one listed, or in a scene of conductors that it names.
     """
-    place, lines = with_found(place)
+    place, lines = _with_found(place)
     keys: dict[str, Any] = {}
     for name, fields in _fields(place).items():
         (product,) = fields.pose_grid().values()
         keys[name] = {"record": product.key}
     return replace(contact_job(place if not keys else _with(place, {"force": keys})), found=lines)
+
+
+def _with_found(place: Place) -> tuple[Place, tuple[str, ...]]:
+    """Return a scene with the interfaces that it leaves to be found, and a line for each of its contacts with them."""
+    contacts = place.tables.get("contact")
+    sides = [one for one in contacts.values() if isinstance(one, dict)] if isinstance(contacts, dict) else []
+    sides += [one["against"] for one in sides if isinstance(one.get("against"), dict)]
+    if AUTO not in (one.get("interface") for one in sides):
+        return place, ()
+    from gudgeon.pipeline.proximity.scene import with_found  # Here: only scenes with it load what meshes parts.
+
+    return with_found(place)
 
 
 def _with(place: Place, changes: Mapping[str, Any]) -> Place:
