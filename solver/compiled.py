@@ -7,7 +7,8 @@ A variable that begins as a literal number and is an argument within a loop comp
 literal and for its type: it is kept in an array, or comes from a range.
 A function that counts references does so for every array of its tuples, 1 µs for all of a loop's: no function of the
 loops counts any, and so none makes an array but those that are `allocating`; work arrays stand in the tuples.
-`kernel_cache` says where machine code is kept.
+`kernel_cache` says where machine code is kept. A process that finds all of it there loads no compiler: what numba knows
+of Python's and numpy's functions is needed to compile alone, and takes a fifth of a second.
 """
 
 from collections.abc import Callable
@@ -16,12 +17,23 @@ from typing import Any
 
 import numba
 from numba.core import config
-from numba.core.caching import UserProvidedCacheLocator
+from numba.core.caching import FunctionCache, UserProvidedCacheLocator
+from numba.core.runtime.nrt import rtsys
 
 from gudgeon.solver.kernel_cache import cache_folder, file_digest
 
 FAST = {"reassoc", "contract"}
 """Sums may be reordered for vector units; NaN and infinity keep their meaning."""
+
+
+class _MachineCode(FunctionCache):
+    """numba's cache of a function, which is read without what is needed to compile; a compilation loads that itself."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the machine code for a signature; None where it is not kept."""
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -32,7 +44,10 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         config.CACHE_DIR = str(folder or before[0])  # type: ignore[attr-defined]
         config.CACHE_LOCATOR_CLASSES = f"{__name__}.{SourcesLocator.__name__}"  # type: ignore[attr-defined]
         try:
-            return numba.njit(cache=folder is not None, **options)(function)  # type: ignore[call-overload]
+            found: Any = numba.njit(**options)(function)  # type: ignore[call-overload]
+            if folder is not None:
+                found._cache = _MachineCode(function)
+            return found
         finally:
             config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = before  # type: ignore[attr-defined]
 

@@ -38,6 +38,10 @@ EXPECTED = ("missing", "too_long", "tuple_type", "float_parsing", "float_type", 
             "int_parsing", "int_from_float", "bool_type", "bool_parsing", "model_type", "dict_type",
             "model_attributes_type")  # fmt: skip
 """Types of error whose message names what the key takes."""
+CLOSED = re.compile(
+    r"Cannot (?:declare|mutate immutable namespace) \((?P<table>[^)]*)\)(?: twice)? \((?P<place>at [^)]*)\)"
+)
+"""What `tomllib` says of a table that is declared twice or stands in braces."""
 KEY = re.compile(
     r"(component|wheel|body|contact|joint|force|motion|probe|report|run|robustness|conductor|panels|half_space|poses)\."
 )
@@ -97,10 +101,21 @@ def _parsed(text: str, where: str) -> dict[str, Any]:
     except RecursionError:
         pass
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{where}: not valid TOML: {error}") from error
+        raise InputError(f"{where}: not valid TOML: {_explained(str(error))}") from error
     except ValueError as error:
         raise InputError(f"{where}: not valid TOML: a whole number has too many digits") from error
     raise InputError(f"{where}: tables or lists are nested too deeply; allowed: {DEEPEST} levels")
+
+
+def _explained(error: str) -> str:
+    """Return a message of the TOML reader; a table that cannot be added to is named as in the file, with what helps."""
+    if (found := CLOSED.match(error)) is None:
+        return error
+    table = ".".join(part.strip(" '\"") for part in found["table"].split(",") if part.strip())
+    return (
+        f"[{table}] stands there twice, or a table around it is in braces {{…}}, which are complete: write that as a"
+        f" table of its own, its keys in lines below its name ({found['place']})"
+    )
 
 
 def _deeper(value: Any, levels: int) -> bool:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.spatial import KDTree
 
 from gudgeon.modaldb.records.modes import InterfaceModes
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
@@ -79,6 +78,17 @@ def faced(
     return _on_facets(scene, name, (own, interface), master, (placed, reach))
 
 
+def _nearest(points: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return which of some points (k, 3) is nearest to each place (n, 3), (n,)."""
+    if not len(places):
+        return np.empty(0, np.int64)
+    from scipy.spatial import (
+        KDTree,
+    )  # Late: surfaces that cover each other need none, and it takes a tenth of a second.
+
+    return KDTree(points).query(places)[1].astype(np.int64)
+
+
 def _on_facets(
     scene: Scene,
     name: str,
@@ -104,7 +114,7 @@ def _on_facets(
         )
     # Points that meet nothing cannot close, whatever they are a share of.
     missed = np.flatnonzero(~found.meets)
-    nearest = KDTree(points + position).query(placed[missed])[1].astype(np.int64)
+    nearest = _nearest(points + position, placed[missed])
     spare = sparse.csr_matrix((np.ones(len(missed)), (missed, nearest)), found.weights.shape)
     share = sparse.csr_matrix(found.weights + spare)
     gap = np.where(found.meets, found.gap, MISSES * reach)
@@ -164,6 +174,7 @@ def _refuse_apart(
         raise SceneError(
             f"{where}: the points are offset by {beside.max():.3g} m across the contact normal; a contact of two bodies"
             " acts along the line through its points, so move the bodies or their interfaces"
+            + (", or use interfaces of kind 'points', which press where they meet" if len(placed) == 1 else "")
         )
 
 

@@ -1,8 +1,9 @@
 """Rod on rod against Exudyn: error against the exact pulse, and CPU seconds per simulated millisecond.
 
 Both run in a process of their own with one thread each (`python -m tests.benchmarks.test_exudyn FOLDER` is that
-process); reduction and compilation are not counted on either side. Errors are rms over the middle 90 % of d'Alembert's
-plateau, relative to it. Restitution is 2 J / (m v) − 1, so that an impulse lost shows on both sides alike.
+process; `--full-fe` after it runs full FE on the same mesh alone); reduction and compilation are not counted on either
+side. Errors are rms over the middle 90 % of d'Alembert's plateau, relative to it. Restitution is 2 J / (m v) − 1, so
+that an impulse lost shows on both sides alike.
 """
 
 import importlib.util
@@ -19,6 +20,8 @@ import numpy as np
 import pytest
 
 from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.nodal.scene.problem import nodal_problem
+from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.simulate import simulate
@@ -66,6 +69,7 @@ def rows(folder: Path) -> list[Row]:
     job = prepared(folder)
     found = [ours(job, "Gudgeon, R and dashpot")]
     found.append(ours(prepared(folder, **{"run.integrator": "event", "run.samples": 600}), "Gudgeon, event"))
+    found += full_fe(folder)
     rod, duration = rod_of(job, "rod", back="back", front="front"), job.scene.run.duration
     for basis in ("eigenmodes", "hurty-craig-bampton", "ours"):
         setup = Setup(basis, COORDINATES, STIFFNESSES[0])
@@ -92,6 +96,19 @@ def prepared(folder: Path, **changes: Any) -> Job:
     job = open_job(SCENE, set={"run.frames": 2} | modes | changes, db=folder / "db", out=folder / "out")
     run_job(job, "morph")
     return job
+
+
+def full_fe(folder: Path) -> list[Row]:
+    """Run full FE on the same mesh with each step of the scene; factors are counted, as in reports."""
+    job, found = prepared(folder), []
+    assert job.scene.report.full_fe is not None
+    problem = nodal_problem(job)
+    for step in job.scene.report.full_fe.steps:
+        run = simulate_nodal(problem, step)
+        force = np.abs(run.force[:, 2])
+        errors = judged(run.times - step / 2, force, float(force.sum() * step))
+        found.append(Row("full FE", None, step, run.cpu_seconds / (1e3 * job.scene.run.duration), *errors))
+    return found
 
 
 def with_spring(folder: Path, stiffness: float | None) -> Job:
@@ -164,4 +181,5 @@ def test_rods_against_exudyn(benchmark: Any, tmp_path: Path) -> None:
 
 
 if __name__ == "__main__":
-    print(json.dumps([asdict(row) for row in rows(Path(sys.argv[1]))]))
+    folder, few = Path(sys.argv[1]), sys.argv[2:] == ["--full-fe"]
+    print(json.dumps([asdict(row) for row in (full_fe(folder) if few else rows(folder))]))

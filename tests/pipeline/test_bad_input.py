@@ -334,6 +334,11 @@ def test_json_is_not_printed_for_a_mistake(cold: Case, capsys: Capture) -> None:
         (b"[run\nduration = 1", "not valid TOML: "),
         (b"height,0\n0.0,1e-6\n", "not valid TOML: "),
         (b"[run]\nduration = 1\nduration = 2", "not valid TOML: "),
+        (
+            b'component.a.geometry = { kind = "cad" }\n[component.a.geometry.surfaces]\n',
+            "not valid TOML: [component.a.geometry.surfaces] stands there twice, or a table around it is in braces",
+        ),
+        (b"[run]\n[run]\n", "not valid TOML: [run] stands there twice"),
         ("# Höhe".encode("latin-1"), "cannot be read (not UTF-8 text)"),
     ],
 )

@@ -1,4 +1,10 @@
-"""What compiled loops share."""
+"""What compiled loops share, and what a process that finds their machine code leaves out."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -19,3 +25,47 @@ def test_the_largest_of_many_is_nan_wherever_one_stands() -> None:
         values = np.array([1.0, 3.0, 2.0])
         values[place] = np.nan
         assert np.isnan(_largest(values)), place
+
+
+KEPT = """
+import json, sys
+import numpy as np
+from gudgeon.solver.compiled import entry
+sys.path.insert(0, sys.argv[1])
+from own import double, triple
+found = [float(double(np.ones(3)).sum())]
+compiler = ["numba.np.arraymath" in sys.modules]
+found.append(float(triple(np.ones(3)).sum()))
+compiler.append("numba.np.arraymath" in sys.modules)
+print(json.dumps([found, compiler, [sum(one.stats.cache_hits.values()) for one in (double, triple)]]))
+"""
+OWN = """
+from gudgeon.solver.compiled import allocating, inner
+@inner
+def times(x, factor):
+    return factor * x
+@allocating
+def double(values):
+    return values * times(2.0, 1.0)
+@allocating
+def triple(values):
+    return values * times(3.0, 1.0)
+"""
+
+
+def test_machine_code_that_is_kept_is_loaded_without_the_compiler(tmp_path: Path) -> None:
+    """And what is not kept is compiled after it in the same process."""
+    (tmp_path / "own.py").write_text(OWN)
+    both = (
+        KEPT,
+        KEPT.replace("found.append(float(triple(np.ones(3)).sum()))", "found.append(0.0)"),
+    )
+
+    def shown(program: str) -> list[list[float]]:
+        command = [sys.executable, "-c", program, str(tmp_path)]
+        environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+        return json.loads(subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout)
+
+    assert shown(both[1]) == [[6.0, 0.0], [True, True], [0, 0]]
+    assert shown(both[0]) == [[6.0, 9.0], [False, True], [1, 0]]
+    assert shown(both[0]) == [[6.0, 9.0], [False, False], [1, 1]]

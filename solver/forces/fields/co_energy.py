@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from gudgeon.modaldb.records.field import POSE_AXES
 from gudgeon.solver.compiled import allocating, inner
@@ -79,6 +78,8 @@ def grid_field(
         values: G at the grid's points [J], (n₁, …, n_d).
         off_axis: Translation [m] and rotation [rad] allowed along axes that the grid has not.
     """
+    from scipy.interpolate import make_interp_spline  # Late: few runs have fields, and it takes a tenth of a second.
+
     head, parts, coefficients, used = np.zeros(HEAD, np.int64), [], values, 0
     head[0], head[1] = GRID, len(axes)
     for number, (name, nodes) in enumerate(axes.items()):

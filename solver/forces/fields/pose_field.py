@@ -12,7 +12,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from gudgeon.modaldb.records.field import POSE_AXES, PoseGridRecord
 from gudgeon.solver.errors import SolverError
@@ -56,6 +55,8 @@ class PoseField:
     @cached_property
     def splines(self) -> tuple[list[np.ndarray], np.ndarray]:
         """Knots of each axis, and the tensor's coefficients, of the shape of the values."""
+        from scipy.interpolate import make_interp_spline  # Late, as in `co_energy`.
+
         knots, coefficients = [], self.values
         for number, nodes in enumerate(self.axes.values()):
             spline = make_interp_spline(nodes, coefficients, k=min(DEGREE, len(nodes) - 1), axis=number)
@@ -166,6 +167,8 @@ def cell_errors(axes: Sequence[np.ndarray], values: np.ndarray) -> np.ndarray:
     fourth order, those of all points have a sixteenth of that error; the fifteenth part is taken. A cell has the sum
     over the axes, of each the largest at its corners.
     """
+    from scipy.interpolate import make_interp_spline
+
     total = np.zeros([len(nodes) - 1 for nodes in axes])
     scale = np.abs(values).max()
     for number, nodes in enumerate(axes):

@@ -120,10 +120,9 @@ def test_the_readme_has_the_figures_of_the_pistons_report(scenes: Scenes) -> Non
         for name, method in {"gudgeon": "reduced", "best rival reduction": "rival", "full FE": "nodal"}.items()
     }
     for name, cost in best.items():
-        _, error, seconds, *rods = rows[name]
+        _, error, seconds, *_ = rows[name]
         assert error == f"{100 * cost['error']:.2g} %", name
         assert seconds == f"{cost['integration']:.3g} s", name
-        assert rods == ["–", "–"] or name == "gudgeon"
     assert rows["best rival reduction"][0] == "best rival reduction: Craig-Bampton, 30 fixed modes, penalty"
     assert best["best rival reduction"]["run"].startswith("Craig-Bampton, 30 fixed, penalty")
     text = (ROOT / "README.md").read_text(encoding="utf-8").replace("\n", " ")
@@ -133,9 +132,11 @@ def test_the_readme_has_the_figures_of_the_pistons_report(scenes: Scenes) -> Non
 
 
 def test_the_readme_has_the_figures_of_the_benchmarks() -> None:
-    """Rows of the table of rods: the own one and that of Exudyn with the best spring."""
+    """Rows of the table of rods: the own one, the best rival's, full FE's, and that of Exudyn with the best spring."""
     rows, text = readme_rows(), (ROOT / "docs/benchmarks.md").read_text(encoding="utf-8")
     lines = {"gudgeon": "gudgeon, the same shapes, Exudyn's best spring",
+             "best rival reduction": "Exudyn, its 46 lowest modes, best spring",
+             "full FE": "full FE, longest step tried",
              "Exudyn 1.13.6, best spring": "Exudyn, our shapes, best spring"}  # fmt: skip
     for name, label in lines.items():
         (line,) = re.findall(rf"^\| {label} \|(.*)\|$", text, re.MULTILINE)
