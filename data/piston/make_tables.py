@@ -10,6 +10,8 @@ A is such that the peak is PEAK. V(θ) is the slider-crank's, V = V_c + π r² s
 dead centre, where dV/dθ = 0, and the quintic 6t⁵ − 15t⁴ + 10t³ leads over at the exhaust valve's opening and at the
 gas exchange's dead centre, so that pressure and slope are continuous everywhere.
 
+Force on the crown at 3000 rev/min (`gas-force.csv`), from 20 degrees before firing dead centre.
+
 Skirt profiles (`skirt-profile*.csv`): a barrel in height s = z − z_0, the cubic −s² (α + β s) through its two end
 values, plus an ovality −(d/2) (1 − cos 2φ), zero at the thrust sides φ = 0° and 180°. The depths are of the size of a
 passenger car's; they are of no particular engine.
@@ -21,6 +23,9 @@ import numpy as np
 
 CRANK_RADIUS, ROD_LENGTH, BORE_RADIUS = 0.043, 0.140, 0.043
 """[m]"""
+START, SPEED, CROWN_RADIUS, AMBIENT = -20.0, 18000.0, 0.04296, 1e5
+"""Of `gas-force.csv`, the force of this pressure on the crown over time: crank angle at the start [deg], speed [deg/s],
+[m], [Pa]."""
 COMPRESSION_RATIO = 10.0
 N_COMPRESSION, N_EXPANSION = 1.32, 1.28
 P_INTAKE, P_EXHAUST, PEAK = 0.9e5, 1.1e5, 70e5
@@ -91,6 +96,9 @@ def write_tables(folder: Path) -> None:
     values = pressure(angles)
     rows = [f"{angle},{value:.1f}" for angle, value in zip(angles, values, strict=True)]
     _write(folder / "gas-pressure.csv", ["crank angle_deg,absolute pressure_Pa", *rows])
+    amounts = [(value - AMBIENT) * np.pi * CROWN_RADIUS**2 for value in pressure(np.mod(angles + START, 720.0))]
+    rows = [f"{angle / SPEED:.9f},{amount:.4f}" for angle, amount in zip(angles, amounts, strict=True)]
+    _write(folder / "gas-force.csv", ["time_s,force_N", *rows])
     for name, depths in PROFILES.items():
         _write_profile(folder / name, *depths)
 

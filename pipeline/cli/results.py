@@ -19,6 +19,7 @@ OPEN = {
     "charge.png": "the charge on the conductors",
     "cycle.mp4": "film of one cycle",
     "impact.mp4": "film of the impact",
+    "mechanism.mp4": "film of the bodies with the forces of joints",
     "force.png": "contact force over time",
 }
 """Pictures to open, the first two that a run has, and what they show."""

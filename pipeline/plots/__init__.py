@@ -62,14 +62,14 @@ TURNING: Pictures = {
         "mechanism": "gudgeon.pipeline.plots.mechanism.picture:draw_mechanism",
         **{name: PLOTS["flat"][name] for name in ("energy", "probes")},
     },
-    "rendered": {},
+    "rendered": {"movie": "gudgeon.pipeline.plots.mechanism.film:draw_film"},
 }
 """Pictures of a scene whose bodies turn by any angle."""
 
 FILES = (
     "mechanism.png", "force.png", "energy.png", "impacts.png", "gauges.png", "probes.png", "pressure.png", "cycle.png",
-    "deformation.png", "stress.png", "modes.png", "impact.mp4", "cycle.mp4", "nodal-diameters.png", "blades.png",
-    "wheel.png", "charge.png",
+    "deformation.png", "stress.png", "modes.png", "impact.mp4", "cycle.mp4", "mechanism.mp4", "nodal-diameters.png",
+    "blades.png", "wheel.png", "charge.png",
 )  # fmt: skip
 """Names of all pictures; one of several bodies or contacts has its name before the dot."""
 

@@ -33,7 +33,8 @@ ROOT = Path(__file__).resolve().parents[2]
 MODULES = (
     "explicit.kernel", "explicit.one_point", "implicit.kernel", "general.kernel", "general.solution.solve",
     "collocation.kernel",
-    "discrete_gradient.kernel", "mechanism.step", "mechanism.motion", "mechanism.rows", "mechanism.solve",
+    "discrete_gradient.kernel", "mechanism.step", "mechanism.motion", "mechanism.constraints.rows",
+    "mechanism.constraints.solve",
     "mechanism.rotation",
 )  # fmt: skip
 LAW = {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e8}}

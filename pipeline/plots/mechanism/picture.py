@@ -33,7 +33,7 @@ def _figure(drawing: Drawing) -> Figure:
     abscissa = style.over_time(trajectory.times, (0.0, end))
     panels = [figure.add_subplot(grid[1]), figure.add_subplot(grid[2])]
     _angles(panels[0], abscissa.values, drawing)
-    _reactions(panels[1], abscissa.values, drawing)
+    draw_reactions(panels[1], abscissa.values, drawing)
     abscissa.finish(panels)
     return figure
 
@@ -42,9 +42,8 @@ def _bodies(figure: Figure, place, bodies: list[Moving], drawing: Drawing) -> No
     """Draw lines through the points of each body at some samples, and the paths of the points."""
     every = [body.places(slice(None)) for body in bodies]
     cloud = np.concatenate([one.reshape(-1, 3) for one in every])
-    extent = np.ptp(cloud, axis=0)
-    flat = extent.min() <= FLAT * extent.max()
-    shown = np.delete(np.arange(3), int(extent.argmin())) if flat else np.arange(3)
+    extent, shown = np.ptp(cloud, axis=0), plane_of(every)
+    flat = len(shown) == 2
     axes = figure.add_subplot(place) if flat else figure.add_subplot(place, projection="3d")
     samples = np.unique(np.linspace(0, len(every[0]) - 1, SHOWN).astype(int))
     for path in every:
@@ -72,6 +71,13 @@ def _bodies(figure: Figure, place, bodies: list[Moving], drawing: Drawing) -> No
         axes.set_zlabel(labels[2])  # type: ignore[attr-defined]
         axes.locator_params(nbins=5)
         axes.set_box_aspect(np.maximum(extent, 0.2 * extent.max()))  # type: ignore[arg-type]
+
+
+def plane_of(every: list[np.ndarray]) -> np.ndarray:
+    """Return the two axes of the plane in which points (s, k, 3) of all bodies move, or all three."""
+    extent = np.ptp(np.concatenate([one.reshape(-1, 3) for one in every]), axis=0)
+    flat = extent.min() <= FLAT * extent.max()
+    return np.delete(np.arange(3), int(extent.argmin())) if flat else np.arange(3)
 
 
 def _obstacles(axes: Axes, drawing: Drawing, cloud: np.ndarray, shown: np.ndarray) -> None:
@@ -119,7 +125,7 @@ def _angles(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
         style.legend(axes, columns=4)
 
 
-def _reactions(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
+def draw_reactions(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
     """Draw the sizes of the largest forces of joints and contacts."""
     every = {**drawing.trajectory.joints, **drawing.trajectory.contacts}
     sizes = {name: np.linalg.norm(one.force, axis=1) for name, one in every.items()}

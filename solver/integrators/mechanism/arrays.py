@@ -93,6 +93,9 @@ class Model(NamedTuple):
     """Size by which the violation of a row is measured: a length of the scene, or 1, (m,)."""
     pairs: np.ndarray
     """Rows i ≥ j and blocks of theirs that belong to one body, (P, 4)."""
+    envelope: np.ndarray
+    """Order of the rows in which those of neighbouring bodies follow each other, and of each in this order the first
+    one that S couples to it and the end of those whose first one is not behind it, (m, 3)."""
     spring: np.ndarray
     """Stiffness, damping, length without force, (b, 3)."""
     load: np.ndarray
@@ -195,6 +198,12 @@ class Work(NamedTuple):
     """Square roots of the diagonal of S, (m,)."""
     order: np.ndarray
     """Rows in the order of the pivots, (m,)."""
+    begin: np.ndarray
+    """First column of each row of `lower`, (m,)."""
+    end: np.ndarray
+    """End of the rows of each column of `lower`, (m,)."""
+    within: np.ndarray
+    """Whether S is factored within its envelope, (1,)."""
     left: np.ndarray
     """(m,)"""
     rank: np.ndarray

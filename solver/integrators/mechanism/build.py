@@ -26,6 +26,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Model,
     Work,
 )
+from gudgeon.solver.integrators.mechanism.constraints.pattern import coupled, envelope, is_thin
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, point_of
 from gudgeon.solver.integrators.mechanism.parts import Point, Row
 from gudgeon.solver.integrators.mechanism.touching.kernel import COLUMNS
@@ -241,6 +242,7 @@ def model_of(found: Linkage) -> Model:
     if found.axes:
         frames[: 2 * len(owner)] = np.array(found.axes).reshape(-1, 3, 3)
     kinds = np.array(terms, np.int64).reshape(-1, 4)
+    pairs = coupled(row_terms, kinds, owner)
     return Model(
         mass=np.array([body.morph.mass for body in bodies]), inertia=inertia, inverse=np.linalg.inv(inertia),
         gravity=np.asarray(scene.run.gravity, float), owner=owner,
@@ -251,7 +253,7 @@ def model_of(found: Linkage) -> Model:
         drive_of=np.array([row.drive for row in rows], np.int64),
         row_pair=np.array([found.pairs.get(row.joint, NONE) for row in rows], np.int64),
         reach=np.array([size if row.length else 1.0 for row in rows], float),
-        pairs=_coupled(row_terms, kinds, owner),
+        pairs=pairs, envelope=envelope(pairs, len(rows)),
         spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
         load=np.array(wrenches, float).reshape(-1, 6), **_flexible(found, points), **_sections(found),
         **_bushings(found, bushings),
@@ -359,19 +361,6 @@ def reach_of(found: Linkage) -> float:
     return max(size, gyration)
 
 
-def _coupled(row_terms: np.ndarray, kinds: np.ndarray, owner: np.ndarray) -> np.ndarray:
-    """Return the pairs of blocks of rows i ≥ j that belong to one body, (P, 4)."""
-    found, by_body = [], {}
-    for i, two in enumerate(row_terms):
-        for part, t in enumerate(two):
-            for side in range(2):
-                if t != NONE and (b := int(owner[kinds[t, 1], side])) != NONE:
-                    by_body.setdefault(b, []).append((i, 2 * part + side))
-    for blocks in by_body.values():
-        found += [(i, j, p, q) for i, p in blocks for j, q in blocks if i >= j]
-    return np.array(found, np.int64).reshape(-1, 4)
-
-
 def size_of(model: Model) -> int:
     """Return how many numbers a state has."""
     return WIDTH * len(model.mass) + 2 * int(model.elastic[:, 0].sum()) + PUSHES * len(model.touch_pair) + SUMS
@@ -384,9 +373,9 @@ def work_of(model: Model) -> Work:
     shapes = {
         "turn": (n, 3, 3), "omega": (n, 3), "back": (n, 3, 3), "rate": (n, 6 + e), "push": (n, 6 + e), "value": (t,),
         "bend": (t,), "slope": (t, 2, 6), "turned": (t,), "block_owner": (m, 4), "block": (m, 4, 6 + e),
-        "light": (m, 4, 6 + e), "matrix": (m, m), "lower": (m, m), "scale": (m,), "order": (m,), "left": (m,),
-        "rank": (1,), "least": (1,), "right": (m,), "multiplier": (m,), "small": (m, m), "spare": (2, m),
-        "slopes": (STAGES, size), "stage": (size,), "lost": (SUMS,),
+        "light": (m, 4, 6 + e), "matrix": (m, m), "lower": (m, m), "scale": (m,), "order": (m,), "begin": (m,),
+        "end": (m,), "within": (1,), "left": (m,), "rank": (1,), "least": (1,), "right": (m,), "multiplier": (m,),
+        "small": (m, m), "spare": (2, m), "slopes": (STAGES, size), "stage": (size,), "lost": (SUMS,),
         "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3), "spin_drift": (p, 3),
         "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "moment": (n, e, 3, 3),
         "moment_rate": (n, e, 3, 3), "spare_moment": (3, 3), "inertia": (n, 3 + e, 3 + e), "modal": (n, 3 + e),
@@ -395,5 +384,7 @@ def work_of(model: Model) -> Work:
         "bush_push": (u, 6),
         "field": (len(model.fields.head), OUT), "field_basis": basis_shape(model.fields),
     }  # fmt: skip
-    whole = ("block_owner", "order", "rank", "touching", "slipping")
-    return Work(**{name: np.zeros(shape, np.int64 if name in whole else float) for name, shape in shapes.items()})
+    whole = ("block_owner", "order", "begin", "end", "within", "rank", "touching", "slipping")
+    found = Work(**{name: np.zeros(shape, np.int64 if name in whole else float) for name, shape in shapes.items()})
+    found.within[0] = is_thin(model.envelope)
+    return found

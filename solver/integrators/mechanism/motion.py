@@ -16,12 +16,12 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     WIDTH,
     WORK,
 )
+from gudgeon.solver.integrators.mechanism.constraints.rows import set_matrix, set_poses, set_rows, violation
+from gudgeon.solver.integrators.mechanism.constraints.solve import factor, solve
 from gudgeon.solver.integrators.mechanism.flexible.inertia import set_flexible_rates
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
 from gudgeon.solver.integrators.mechanism.forces.bushings import press_bushings
 from gudgeon.solver.integrators.mechanism.rotation import rate_of, turn_by
-from gudgeon.solver.integrators.mechanism.rows import set_matrix, set_poses, set_rows, violation
-from gudgeon.solver.integrators.mechanism.solve import factor, solve
 from gudgeon.solver.integrators.mechanism.touching.kernel import press_touches, set_deflections, set_touch_sums
 
 CLOSED = 1e-9
@@ -115,7 +115,7 @@ def prepare(model, work, y, given, amounts, sums):  # type: ignore[no-untyped-de
     if len(model.row_terms):
         set_rows(model, work)
         set_matrix(model, work)
-        factor(work)
+        factor(model, work)
         _set_right(model, work, given)
 
 
@@ -215,7 +215,7 @@ def project_places(model, work, y, given):  # type: ignore[no-untyped-def]
         set_rows(model, work)
         worst_violation(model, work, given)
         set_matrix(model, work)
-        factor(work)
+        factor(model, work)
         solve(work)
         before, moved = moved, _move(model, work, y)
         if moved <= CLOSED or not moved < FARTHEST or (step > 3 and moved > 0.5 * before):
@@ -229,7 +229,7 @@ def project_speeds(model, work, y, given):  # type: ignore[no-untyped-def]
     set_poses(model, work, y)
     set_rows(model, work)
     set_matrix(model, work)
-    factor(work)
+    factor(model, work)
     for i in range(len(model.row_terms)):
         total = 0.0
         if model.drive_of[i] != NONE:

@@ -55,6 +55,7 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     notes = [*_moved(found, placed, state, size)]
     keep_angles(model, work, state)
     rank = _check_rows(found, model, work, state, given)
+    work.within[0] &= rank == len(model.row_terms)
     wanted = state.copy()
     loaded = np.array([_speed_given(found, name) for name in found.names])
     if loaded.any() and not loaded.all():
@@ -222,7 +223,15 @@ def jacobian(model: Model, work: Work) -> np.ndarray:
 
 
 def _rank(rows: np.ndarray) -> int:
-    return int((np.linalg.svd(rows, compute_uv=False) > DEPENDENT).sum()) if len(rows) else 0
+    """Return the rank of rows of length 1, by the eigenvalues of their products: the squares of the singular values."""
+    return int((np.linalg.eigvalsh(rows @ rows.T) > DEPENDENT**2).sum()) if len(rows) else 0
+
+
+def _within(rows: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Return the part of a motion that the rows leave free."""
+    values, vectors = np.linalg.eigh(rows @ rows.T)
+    kept = values > DEPENDENT**2
+    return motion - rows.T @ (vectors[:, kept] @ ((vectors[:, kept].T @ (rows @ motion)) / values[kept]))
 
 
 def _check_rows(found: Linkage, model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> int:
@@ -239,14 +248,12 @@ def _check_rows(found: Linkage, model: Model, work: Work, state: np.ndarray, giv
             )
         before = after
     rank = _rank(rows)
-    _, _, right = np.linalg.svd(rows)
-    free = right[rank:]
-    if not len(free):
+    if rank == rows.shape[1]:
         return rank
     rng = np.random.default_rng(0)
     for _ in range(2):
         beside = state.copy()
-        _move(model, work, beside, rng.standard_normal(len(free)) @ free)
+        _move(model, work, beside, _within(rows, rng.standard_normal(rows.shape[1])))
         if not (close(model, work, beside, given) <= ASSEMBLED and np.isfinite(beside).all()):
             continue
         keep_angles(model, work, beside)

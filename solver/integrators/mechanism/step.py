@@ -10,6 +10,8 @@ from scipy.integrate import DOP853
 
 from gudgeon.solver.compiled import copy, entry, inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPIN, TURN, WIDTH
+from gudgeon.solver.integrators.mechanism.constraints.rows import set_poses, set_rows, violation
+from gudgeon.solver.integrators.mechanism.constraints.solve import solve_least
 from gudgeon.solver.integrators.mechanism.flexible.inertia import solve_inertia
 from gudgeon.solver.integrators.mechanism.forces.bushings import set_bushings
 from gudgeon.solver.integrators.mechanism.motion import (
@@ -20,8 +22,6 @@ from gudgeon.solver.integrators.mechanism.motion import (
     worst_violation,
 )
 from gudgeon.solver.integrators.mechanism.rotation import normalise
-from gudgeon.solver.integrators.mechanism.rows import set_poses, set_rows, violation
-from gudgeon.solver.integrators.mechanism.solve import solve_least
 from gudgeon.solver.integrators.mechanism.touching.kernel import (
     ARM,
     set_deflections,

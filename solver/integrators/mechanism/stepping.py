@@ -21,6 +21,9 @@ SAFETY, LEAST, MOST = 0.9, 0.2, 5.0
 """Of the next step over what the error asks for; least and largest ratio of two steps."""
 NEAR = 1e-2
 """Pivot, the square of the sine of an angle between rows, below which stages are projected, too."""
+MARGIN = 0.1
+"""Error of a step without projected stages up to which it is taken below this pivot, over what is asked for elsewhere:
+the estimate may be too small by two orders."""
 SINGULAR = 1e-3
 """Pivot at a stage below which a step that is refused is first tried with other sizes."""
 ROOM = 300.0
@@ -136,12 +139,14 @@ class Stepping:
         """Compute a step.
 
         Near a position in which joints depend on each other, errors of the stages across the constraints grow in the
-        accelerations, so that they are projected; very near to it the round-off of their projection grows, too, and
-        a step without it may be the better one.
+        accelerations, which the estimated error need not show, so that they are projected; very near to it the
+        round-off of their projection grows, too, and a step without it may be the better one.
         """
         plain = self._computed(state, h, course(h))
         if not plain.least < NEAR:
             return plain
+        if not plain.least < SINGULAR:
+            plain = plain._replace(error=plain.error / MARGIN)
         projecting = course(h)
         projecting.project[0] = True
         other = self._computed(state, h, projecting)

@@ -6,11 +6,51 @@ from gudgeon.solver.compiled import inner
 
 INDEPENDENT = 1e-12
 """Square of the sine of the least angle, in the metric of the inertia, between a row and those before it."""
+APART = 1e-6
+"""The same up to which rows are factored without pivots."""
 
 
 @inner
-def factor(work):  # type: ignore[no-untyped-def]
-    """Scale S to a diagonal of ones and factor it, S = L Lᵀ, by pivots on the diagonal; sets scale, order and rank.
+def factor(model, work):  # type: ignore[no-untyped-def]
+    """Scale S to a diagonal of ones and factor it, S = L Lᵀ; sets scale, order, begin and rank.
+
+    Within the envelope of S where this is cheaper and no row is near to depend on others, or else by pivots on the
+    diagonal.
+    """
+    if work.within[0] == 0 or not _factor_within(model, work):
+        _factor_by_pivots(work)
+
+
+@inner
+def _factor_within(model, work):  # type: ignore[no-untyped-def]
+    """Factor S within its envelope, in the order of the model; False where a pivot is below `APART`."""
+    S, L, order, begin, scale = work.matrix, work.lower, work.order, work.begin, work.scale
+    m, least = len(order), 1.0
+    for i in range(m):
+        row, first = model.envelope[i, 0], model.envelope[i, 1]
+        order[i], begin[i], work.end[i] = row, first, model.envelope[i, 2]
+        if not S[row, row] > 0:
+            return False
+        scale[row] = np.sqrt(S[row, row])
+        pivot = 1.0
+        for j in range(first, i):
+            total = S[row, order[j]] / (scale[row] * scale[order[j]])
+            for k in range(max(first, begin[j]), j):
+                total -= L[i, k] * L[j, k]
+            L[i, j] = total / L[j, j]
+            pivot -= L[i, j] * L[i, j]
+        if not pivot > APART:
+            return False
+        least = min(least, pivot)
+        L[i, i] = np.sqrt(pivot)
+    work.least[0] = min(work.least[0], least)
+    work.rank[0] = m
+    return True
+
+
+@inner
+def _factor_by_pivots(work):  # type: ignore[no-untyped-def]
+    """Factor S by pivots on the diagonal.
 
     A row that the others imply leaves a pivot of round-off; it and those after it are left out. The least pivot that
     is kept, the square of the sine of an angle between rows, lowers `least`.
@@ -20,6 +60,7 @@ def factor(work):  # type: ignore[no-untyped-def]
     for i in range(m):
         scale[i] = np.sqrt(S[i, i]) if S[i, i] > 0 else 1.0
         order[i], left[i] = i, 1.0 if S[i, i] > 0 else 0.0
+        work.begin[i], work.end[i] = 0, m
     for i in range(m):
         for j in range(i):
             S[i, j] /= scale[i] * scale[j]
@@ -59,7 +100,7 @@ def solve(work):  # type: ignore[no-untyped-def]
     r = work.rank[0]
     for i in range(r):
         total = right[order[i]] / scale[order[i]]
-        for k in range(i):
+        for k in range(work.begin[i], i):
             total -= L[i, k] * y[k]
         y[i] = total / L[i, i]
     for i in range(len(order)):
@@ -67,8 +108,9 @@ def solve(work):  # type: ignore[no-untyped-def]
     for step in range(r):
         i = r - 1 - step
         total = y[i]
-        for k in range(i + 1, r):
-            total -= L[k, i] * y[k]
+        for k in range(i + 1, min(work.end[i], r)):
+            if work.begin[k] <= i:
+                total -= L[k, i] * y[k]
         y[i] = total / L[i, i]
         found[order[i]] = y[i] / scale[order[i]]
 
@@ -77,8 +119,11 @@ def solve(work):  # type: ignore[no-untyped-def]
 def solve_least(work):  # type: ignore[no-untyped-def]
     """Set the multipliers of least norm that satisfy S λ = right: λ = L (LᵀL)⁻² Lᵀ right, rows scaled as by `factor`.
 
-    The norm is that of λ_i √S_ii, whose unit is the same for forces and moments.
+    The norm is that of λ_i √S_ii, whose unit is the same for forces and moments. Of independent rows λ is unique.
     """
+    if work.rank[0] == len(work.order):
+        solve(work)
+        return
     L, N, order, scale = work.lower, work.small, work.order, work.scale
     right, found, y, m, r = work.right, work.multiplier, work.spare[0], len(work.order), work.rank[0]
     for i in range(r):

@@ -155,10 +155,10 @@ def set_rows(model, work):  # type: ignore[no-untyped-def]
 @inner
 def set_matrix(model, work):  # type: ignore[no-untyped-def]
     """Set S = G M⁻¹ Gᵀ; rows are set."""
-    S, m = work.matrix, len(model.row_terms)
-    for i in range(m):
-        for j in range(m):
-            S[i, j] = 0.0
+    S = work.matrix
+    for at in range(len(model.pairs)):  # All others are zero always.
+        i, j = model.pairs[at, 0], model.pairs[at, 1]
+        S[i, j], S[j, i] = 0.0, 0.0
     for at in range(len(model.pairs)):
         i, j, p, q = model.pairs[at, 0], model.pairs[at, 1], model.pairs[at, 2], model.pairs[at, 3]
         total = 0.0

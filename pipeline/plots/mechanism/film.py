@@ -1,0 +1,212 @@
+"""`mechanism.mp4`: bodies in motion as they deform, paths of their joints, and forces of joints as arrows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import imageio
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont
+from PIL import Image, ImageDraw, ImageFont
+
+from gudgeon.pipeline.plots.base import film, style
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.mechanism.motion import Moving, moving_bodies
+from gudgeon.pipeline.plots.mechanism.picture import draw_reactions, plane_of
+from gudgeon.pipeline.plots.mechanism.shapes import Shape, Shown, shown_bodies
+
+SIZE = (960, 720)
+"""Of the film [px]."""
+BOX = (24, 84, 936, 548)
+"""Left, upper, right, lower border of the bodies [px]."""
+FRAMES = 120
+LEAST = 3
+"""Frames of a run below which there is no film."""
+SLANT = np.array([[0.86, -0.5, 0.0], [0.29, 0.5, 0.82], [-0.41, -0.71, 0.58]])
+"""Directions to the right, upwards and towards the eye of motions in space; of unit length to 1 %."""
+LONGEST = 0.16
+"""Longest arrow over the width of the bodies' part."""
+SHORTEST = 6.0
+"""Arrow below which none is drawn [px]."""
+FINER = 2
+"""Factor by which frames are larger before they are averaged."""
+
+
+@dataclass(frozen=True)
+class View:
+    """How places are projected onto the film."""
+
+    axes: np.ndarray
+    """Directions to the right, upwards and towards the eye, (3, 3)."""
+    low: np.ndarray
+    """Lower left corner of what is seen, along the first two [m], (2,)."""
+    scale: float
+    """[px/m]"""
+    corner: tuple[float, float]
+    """Where it is [px]."""
+
+    def seen(self, places: np.ndarray) -> np.ndarray:
+        """Return the pixels of places [m], (..., 3), and their depth, (..., 3)."""
+        found = places @ self.axes.T
+        x = self.corner[0] + (found[..., 0] - self.low[0]) * self.scale
+        y = self.corner[1] - (found[..., 1] - self.low[1]) * self.scale
+        return FINER * np.stack([x, y, found[..., 2]], -1)
+
+
+def draw_film(drawing: Drawing) -> None:
+    """Make the film of a mechanism."""
+    times = drawing.trajectory.frame_times
+    if len(times) < LEAST or not len(drawing.trajectory.times):
+        return
+    frames = np.unique(np.linspace(0, len(times) - 1, FRAMES).round().astype(int))
+    bodies = shown_bodies(drawing, frames)
+    largest = max((float(one.bent.max(initial=0.0)) for one in bodies), default=0.0)
+    moving = moving_bodies(drawing)
+    view = _view(bodies, moving)
+    arrows = _arrows(drawing, times[frames], bodies)
+    with style.styled(), drawing.file("mechanism.mp4") as path:
+        figure, axes = _ground(drawing, largest, bool(arrows))
+        style.fit(figure)
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        ground = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+        font = ImageFont.truetype(findfont("DejaVu Sans:bold"), 20)
+        scale, unit = style.time_unit(float(drawing.trajectory.times[-1]))
+        writer = imageio.get_writer(
+            path, fps=film.RATE if len(frames) >= film.FEW else film.SLOW, codec="libx264", quality=None,
+            macro_block_size=8, output_params=["-crf", "24", "-preset", "veryfast", "-movflags", "+faststart"],
+        )  # fmt: skip
+        with writer:
+            for number, frame in enumerate(frames):
+                picture = _bodies_at(number, bodies, arrows, view, largest)
+                shot, time = ground.copy(), float(times[frame]) * scale
+                shot.paste(picture, BOX[:2])
+                pen = ImageDraw.Draw(shot)
+                pen.text((SIZE[0] - 24, film.UPPER), f"{time:.4g} {unit}", font=font, fill=style.INK, anchor="rm")
+                x, box = axes.transData.transform((time, 0))[0], axes.get_window_extent()
+                pen.line([(x, SIZE[1] - box.y0), (x, SIZE[1] - box.y1)], fill=style.RED, width=2)
+                writer.append_data(np.asarray(shot))
+
+
+def _view(bodies: Sequence[Shown], moving: Sequence[Moving]) -> View:
+    """Return a projection that shows all bodies at all frames: onto their plane, or aslant."""
+    cloud = np.concatenate([one.places.reshape(-1, 3) for one in bodies])
+    shown = plane_of([one.places(slice(None)) for one in moving])
+    axes = SLANT
+    if len(shown) == 2:
+        axes = np.eye(3)[[*shown, 3 - int(shown.sum())]]
+    flat = cloud @ axes[:2].T
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    room = np.array([BOX[2] - BOX[0], BOX[3] - BOX[1]], float)
+    margin = LONGEST * room[0] * np.array([0.5, 0.5])
+    scale = float(((room - 2 * margin) / np.maximum(high - low, 1e-9 * np.ptp(cloud))).min())
+    middle = 0.5 * (low + high)
+    return View(axes, middle, scale, (room[0] / 2, room[1] / 2))
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """Force of a joint on its body."""
+
+    places: np.ndarray
+    """Where it acts [m], (f, 3)."""
+    forces: np.ndarray
+    """Over the largest of all, (f, 3)."""
+
+
+def _arrows(drawing: Drawing, times: np.ndarray, bodies: Sequence[Shown]) -> list[Arrow]:
+    """Return the forces of joints at frames."""
+    trajectory, found = drawing.trajectory, []
+    by_name = {one.name: one for one in bodies}
+    largest = max((float(np.linalg.norm(one.force, axis=1).max()) for one in trajectory.joints.values()), default=0.0)
+    for name, one in trajectory.joints.items() if largest > 0 else ():
+        places = by_name[one.body].joints[name]
+        forces = np.column_stack([np.interp(times, trajectory.times, one.force[:, i]) for i in range(3)])
+        found.append(Arrow(places, forces / largest))
+    return found
+
+
+def _bodies_at(
+    number: int, bodies: Sequence[Shown], arrows: Sequence[Arrow], view: View, largest: float
+) -> Image.Image:
+    """Return the picture of a frame."""
+    size = (FINER * (BOX[2] - BOX[0]), FINER * (BOX[3] - BOX[1]))
+    picture = Image.new("RGB", size, "white")
+    pen = ImageDraw.Draw(picture)
+    for body in bodies:
+        for path in body.joints.values():
+            line = view.seen(path[: number + 1])[:, :2]
+            if len(line) > 1:
+                pen.line([tuple(one) for one in line], fill=style.GRID, width=FINER)
+    faces = [face for body in bodies for face in _faces(body, number, view, largest)]
+    for _, corners, colour in sorted(faces, key=lambda one: one[0]):
+        if len(corners) == 2:
+            pen.line(corners, fill=colour, width=4 * FINER)
+        else:
+            pen.polygon(corners, fill=colour)
+    for body in bodies:
+        for path in body.joints.values():
+            x, y, _ = view.seen(path[number])
+            r = 4 * FINER
+            pen.ellipse((x - r, y - r, x + r, y + r), fill=style.ORANGE)
+    for arrow in arrows:
+        _draw_arrow(pen, view, arrow.places[number], arrow.forces[number])
+    return picture.resize((size[0] // FINER, size[1] // FINER), Image.Resampling.LANCZOS)
+
+
+Face = tuple[float, list[tuple[float, float]], tuple[int, int, int]]
+
+
+def _faces(body: Shown, number: int, view: View, largest: float) -> list[Face]:
+    """Return depth, corners and colour of the lines and triangles of a body."""
+    places = view.seen(body.places[number])
+    cells = body.cells
+    corners, depth = places[cells][..., :2], places[cells][..., 2].mean(axis=1)
+    if body.shape is Shape.RIGID or largest == 0:
+        colours = np.tile(to_rgb(style.BLUE), (len(cells), 1))
+    else:
+        colours = style.MAGNITUDE(body.bent[number][cells].mean(axis=1) / largest)[:, :3]
+    if cells.shape[1] == 3:
+        edges = body.places[number][cells]
+        normals = np.cross(edges[:, 1] - edges[:, 0], edges[:, 2] - edges[:, 0]) @ view.axes.T
+        sizes = np.linalg.norm(normals, axis=1)
+        light = 0.45 + 0.55 * np.abs(normals[:, 2]) / np.where(sizes > 0, sizes, 1.0)
+        colours = colours * light[:, None]
+    tones = (255 * colours).astype(int)
+    return [
+        (float(d), [(float(x), float(y)) for x, y in c], (int(t[0]), int(t[1]), int(t[2])))
+        for d, c, t in zip(depth, corners, tones, strict=True)
+    ]
+
+
+def _draw_arrow(pen: ImageDraw.ImageDraw, view: View, place: np.ndarray, force: np.ndarray) -> None:
+    """Draw an arrow from a place along a force, as far as it lies in the picture."""
+    tail = view.seen(place)[:2]
+    along = FINER * LONGEST * (BOX[2] - BOX[0]) * (view.axes[:2] @ force) * [1.0, -1.0]
+    length = float(np.linalg.norm(along))
+    if length < FINER * SHORTEST:
+        return
+    tip, ahead = tail + along, along / length
+    across, head = np.array([-ahead[1], ahead[0]]), min(14.0 * FINER, 0.6 * length)
+    foot = tip - head * ahead
+    pen.line([tuple(tail), tuple(foot)], fill=style.RED, width=3 * FINER)
+    corners = [tip, foot + 0.45 * head * across, foot - 0.45 * head * across]
+    pen.polygon([(float(x), float(y)) for x, y in corners], fill=style.RED)
+
+
+def _ground(drawing: Drawing, largest: float, arrows: bool) -> tuple[Figure, Axes]:
+    """Return what does not move, and the axes of the forces."""
+    trajectory = drawing.trajectory
+    what = "bodies in motion, deformation as it is" if largest > 0 else "bodies in motion"
+    what += "; red: forces of joints on their bodies" * arrows + "; grey: paths of joints"
+    figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
+    axes = figure.add_axes((0.085, 0.085, 0.89, 0.14))
+    if largest > 0:
+        style.magnitude_bar(figure, largest, "elastic displacement", "m", (0.9, 0.34, 0.014, 0.42))
+    scale, unit = style.time_unit(float(trajectory.times[-1]))
+    draw_reactions(axes, trajectory.times * scale, drawing)
+    axes.set(xlim=(0.0, float(trajectory.times[-1]) * scale), xlabel=f"time [{unit}]")
+    return figure, axes
