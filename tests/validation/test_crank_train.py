@@ -71,19 +71,21 @@ def mass(folder: Path, runs: dict[str, Solved]) -> float:
 
 
 def test_a_rod_without_inertia_presses_as_the_textbook_says(runs: dict[str, Solved], mass: float) -> None:
-    """(F_gas + m (g + a)) tan β, within 1 % at any time of the cycle."""
+    """(F_gas + m (g + a)) tan β at any time of the cycle."""
     found = runs["massless"]
     wanted = expected(found.history.times, mass, 0.0, 0.0)
-    assert np.abs(thrust(found) - wanted).max() < 1e-2 * np.abs(wanted).max()
+    assert np.abs(thrust(found) - wanted).max() < 1e-5 * np.abs(wanted).max()
 
 
 def test_the_inertia_of_the_real_rod(runs: dict[str, Solved], mass: float) -> None:
     found, rod = runs["real"], 7850.0 * ROD * 0.012 * 0.020
     inertia = rod * (ROD**2 + 0.020**2) / 12
     wanted = expected(found.history.times, mass, rod, inertia)
-    assert np.abs(thrust(found) - wanted).max() < 1e-2 * np.abs(wanted).max()
+    assert np.abs(thrust(found) - wanted).max() < 1e-3 * np.abs(wanted).max()
     change = np.abs(thrust(found) - thrust(runs["massless"])).max() / np.abs(wanted).max()
-    assert 0.05 < change < 0.5
+    assert 0.06 < change < 0.07
+    peaks = [float(np.abs(thrust(runs[name])).max()) for name in ("massless", "real")]
+    np.testing.assert_allclose(peaks, [3489.2, 3332.6], rtol=1e-3)
 
 
 def test_an_elastic_rod_vibrates_about_the_rigid_one(tmp_path: Path) -> None:
@@ -94,7 +96,7 @@ def test_an_elastic_rod_vibrates_about_the_rigid_one(tmp_path: Path) -> None:
     rigid, *elastic = (thrust(one) for one in found)
     apart = [(one - rigid) / np.abs(rigid).max() for one in elastic]
     largest = [float(np.abs(one).max()) for one in apart]
-    assert 0.1 < largest[0] < 0.5
-    assert largest[1] < 0.5 * largest[0]
+    assert 0.25 < largest[0] < 0.35
+    assert 0.06 < largest[1] < 0.08
     assert max(abs(one.mean()) for one in apart) < 5e-3
     assert max(one.history.energy_drift for one in found) < 1e-9

@@ -23,7 +23,7 @@ def system_of(case):
         x, y = body["place"]
         nodes[name] = system.AddNode(items.NodeRigidBody2D(referenceCoordinates=[x, y, 0.0]))
         bodies[name] = system.AddObject(
-            items.ObjectRigidBody2D(physicsMass=body["mass"], physicsInertia=body["inertia"], nodeNumber=nodes[name])
+            items.ObjectRigidBody2D(mass=body["mass"], inertia=body["inertia"], nodeNumber=nodes[name])
         )
 
     def marker(name, point):
@@ -51,13 +51,13 @@ def run(case, step):
     settings.timeIntegration.numberOfSteps = count
     settings.timeIntegration.endTime = case["duration"]
     settings.timeIntegration.generalizedAlpha.spectralRadius = 0.9
-    settings.timeIntegration.newton.useModifiedNewton = case["modified"]
+    settings.timeIntegration.newton.useModifiedNewton = True
     settings.timeIntegration.newton.relativeTolerance = 1e-10
     settings.timeIntegration.verboseMode = 0
-    settings.solutionSettings.writeSolutionToFile = False
-    settings.solutionSettings.sensorsWritePeriod = case["duration"]
-    settings.linearSolverType = exu.LinearSolverType.EXUdense if case["dense"] else exu.LinearSolverType.EigenSparse
-    settings.displayComputationTime = False
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = case["duration"]
+    settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
+    settings.show.computationTime = False
     begin = time.process_time()
     system.SolveDynamic(settings)
     seconds = time.process_time() - begin
