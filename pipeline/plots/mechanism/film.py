@@ -20,7 +20,7 @@ from gudgeon.pipeline.plots.mechanism.shapes import Shape, Shown, shown_bodies
 
 SIZE = (960, 720)
 """Of the film [px]."""
-BOX = (24, 84, 936, 548)
+BOX = (24, 84, 936, 492)
 """Left, upper, right, lower border of the bodies [px]."""
 FRAMES = 120
 LEAST = 3
@@ -205,7 +205,7 @@ def _ground(drawing: Drawing, largest: float, arrows: bool) -> tuple[Figure, Axe
     figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     axes = figure.add_axes((0.085, 0.085, 0.89, 0.14))
     if largest > 0:
-        style.magnitude_bar(figure, largest, "elastic displacement", "m", (0.9, 0.34, 0.014, 0.42))
+        style.magnitude_bar(figure, largest, "elastic displacement", "m", (0.9, 0.38, 0.014, 0.4))
     scale, unit = style.time_unit(float(trajectory.times[-1]))
     draw_reactions(axes, trajectory.times * scale, drawing)
     axes.set(xlim=(0.0, float(trajectory.times[-1]) * scale), xlabel=f"time [{unit}]")
