@@ -83,15 +83,17 @@ def _modes(record: ModalRecord, outline: Outline) -> None:
 
 
 def _tangential(record: ModalRecord, outline: Outline, end: float) -> None:
-    """Check that tangents and tangential rows stand together, and that R has the latter behind all other rows."""
-    found: dict[str, dict[str, int]] = {"tangents": {}, "tangential_rows": {}}
-    for path, shape in outline.shapes.items():
-        place, _, field = path.rpartition("/")
-        if field in found and place.startswith("interfaces/"):
-            found[field][place.removeprefix("interfaces/")] = 2 * shape[0]
-    counts, spans = found["tangential_rows"], record.tangential_spans
-    if alone := counts.keys() ^ found["tangents"].keys():
-        raise Malformed(f"interfaces/{min(alone)}: tangents and tangential_rows, only one of them is there")
+    """Check that tangential rows have their directions, and that R has them behind all other rows."""
+    counts, spans = dict[str, int](), record.tangential_spans
+    for group, beside in (("interfaces", "tangents"), ("tractions", "tangential_resultant")):
+        found: dict[str, dict[str, int]] = {beside: {}, "tangential_rows": {}}
+        for path, shape in outline.shapes.items():
+            place, _, field = path.rpartition("/")
+            if field in found and place.startswith(f"{group}/"):
+                found[field][place.removeprefix(f"{group}/")] = 2 * shape[0]
+        if alone := found["tangential_rows"].keys() ^ found[beside].keys():
+            raise Malformed(f"{group}/{min(alone)}: {beside} and tangential_rows, only one of them is there")
+        counts |= found["tangential_rows"]
     if unknown := spans.keys() - counts.keys():
         raise Malformed(f"tangential_spans: '{min(unknown)}' has no tangential rows")
     if "C" in outline.letters and (missing := counts.keys() - spans.keys()):

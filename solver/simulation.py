@@ -14,6 +14,7 @@ from gudgeon.solver.errors import SolverError
 from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.integrators.steps import largest_factor, own_step, parts_of
+from gudgeon.solver.ports.members import function_ports
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import Kind
 from gudgeon.solver.ports.uniqueness import refuse_ambiguous_friction
@@ -144,8 +145,11 @@ class Steps:
         moved, here = self._displaced(name), self._run.ports.of(name)
         for contact in self.system.contacts:
             if contact.master is not None and name == f"contact.{contact.name}":
-                slid = self.system.slid(contact, self._state.q)
-                moved = moved + contact.master.at_points(slid, self._displaced(f"surface.{contact.name}"))
+                slid, inward = self.system.slid(contact, self._state.q), self._displaced(f"surface.{contact.name}")
+                begin = self._run.ports.of(f"surface.{contact.name}").start
+                own = [contact.master.at_points(slid, inward[one - begin]) for one in
+                       function_ports(self._run.ports, contact)]  # fmt: skip
+                moved = moved + np.column_stack(own).ravel()
         return PortState(moved, self._state.unknown[here].copy())
 
     def _displaced(self, name: str) -> np.ndarray:

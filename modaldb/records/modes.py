@@ -88,6 +88,22 @@ class TractionModes(SplineGrid):
         )
     )
     """Force and moment about the component's origin of each unit traction along the outward normal [1, m], (f, 6)."""
+    tangential_rows: Array | None = field(
+        default=None,
+        metadata=rule(
+            "f' 2 m", unit="kg^-0.5", name="mean displacement along t1, t2 under each unit traction per coordinate"
+        ),
+    )
+    """Mean displacement along t1, the chart's `along`, and t2 = normal × t1 under each unit traction along them, per
+    unit of each elastic coordinate [kg^-½], (f, 2, m). None where no friction acts."""
+    tangential_resultant: Array | None = field(
+        default=None,
+        metadata=rule(
+            "f' 2 6", unit="1, m", name="force and moment of each unit traction along t1, t2",
+            columns="Fx, Fy, Fz, Mx, My, Mz",
+        ),
+    )  # fmt: skip
+    """Force and moment about the component's origin of each of these unit tractions [1, m], (f, 2, 6)."""
 
 
 @dataclass(frozen=True)
@@ -271,7 +287,7 @@ class ModalRecord(Labelled):
     """None for rigid bodies, for those without an interface of contact and for elements other than tet10."""
     tangential_spans: Json = field(default_factory=dict)
     """First and last + 1 tangential row in the residual flexibility of each interface that has them: t1 and t2 of its
-    first point, of its second, and so on."""
+    first point or traction, of its second, and so on."""
 
     @property
     def frequencies(self) -> np.ndarray:

@@ -1,26 +1,44 @@
 """Displacement of contact points across their normals, along which friction acts: two rows for each point."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
 
+from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
 from gudgeon.modaldb.tangents import tangents
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.points import ContactPoints, surface_weights
+from gudgeon.pipeline.interfaces.traction_space import TractionSpace
 from gudgeon.pipeline.scenes.interface import Interface
 
 
 @dataclass(frozen=True)
 class TangentialRows:
-    """The tangential rows of c contact points."""
+    """The tangential rows of c contact points, or of the functions of a traction space."""
 
     B: sparse.csr_matrix
     """Displacement along t1 and t2 of the first point, of the second, and so on, (2c, dofs); of a patch its mean."""
-    tangents: np.ndarray
-    """t1 and t2 of each point, (c, 2, 3)."""
+    along: np.ndarray
+    """t1 and t2 of each point, (c, 2, 3); of functions force and moment of each unit traction [1, m], (c, 2, 6)."""
+
+    def added(self, modes: InterfaceModes | TractionModes, Phi: np.ndarray) -> InterfaceModes | TractionModes:
+        """Return a record with the displacement of these rows per coordinate of shapes (dofs, m)."""
+        rows = (self.B @ Phi).reshape(-1, 2, Phi.shape[1])
+        if isinstance(modes, TractionModes):
+            return replace(modes, tangential_resultant=self.along, tangential_rows=rows)
+        return replace(modes, tangents=self.along, tangential_rows=rows)
+
+
+def rows_across(model: FEModel, interface: Interface, at: ContactPoints | TractionSpace, where: str) -> TangentialRows:
+    """Return the tangential rows of an interface; `where` is its key in the scene, for messages."""
+    if isinstance(at, ContactPoints):
+        return tangential_rows(model, interface, at, where)
+    surface = find_surface(model.mesh, interface.surface, f"{where}.surface")
+    found = at.across(model.mesh, surface)
+    return TangentialRows(model.on_dofs(found.weights), found.resultant)
 
 
 def tangential_rows(model: FEModel, interface: Interface, at: ContactPoints, where: str) -> TangentialRows:

@@ -6,8 +6,9 @@ beyond the space, the splines next to its edges keep their tails, so that a forc
 where the surface ends, they are cut off.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy import sparse
@@ -15,7 +16,7 @@ from scipy import sparse
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import SplineGrid, TractionModes
 from gudgeon.modaldb.records.types import Json
-from gudgeon.modaldb.traction import SUPPORT, chart_coordinates, spline_weights
+from gudgeon.modaldb.traction import SUPPORT, along_direction, chart_coordinates, spline_weights
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface
@@ -55,11 +56,41 @@ class TractionSpace(SplineGrid):
         """Return the record with the functions' displacement per coordinate, (f, m)."""
         return TractionModes(self.chart, self.start, self.spacing, self.counts, rows, self.resultant)
 
+    def across(self, mesh: MeshRecord, surface: Surface) -> "AcrossNormals":
+        """Return the same functions as tractions across the normal: along the chart's `along` and normal × it."""
+        along = along_direction(self.chart)
+
+        def turned(elements: np.ndarray, axis: int) -> np.ndarray:
+            areas = np.linalg.norm(elements, axis=-1, keepdims=True)
+            normals = elements / areas
+            first = along - (normals @ along)[..., None] * normals
+            first /= np.linalg.norm(first, axis=-1, keepdims=True)
+            return np.asarray(areas * (np.cross(normals, first) if axis else first))
+
+        rows, resultants = list[sparse.csr_matrix](), list[np.ndarray]()
+        for axis in range(2):
+            one = partial(turned, axis=axis)
+            areas, weights, moments = _integrals(mesh, surface, self, one)
+            rows.append(sparse.csr_matrix(sparse.diags(1 / areas) @ weights))
+            resultants.append(moments / areas[:, None])
+        order = np.arange(2 * self.size).reshape(2, -1).T.ravel()
+        return AcrossNormals(sparse.csr_matrix(sparse.vstack(rows, format="csr")[order]), np.stack(resultants, axis=1))
+
     @property
     def centres(self) -> np.ndarray:
         """Coordinates of the functions' centres, scaled so that the space is [−1, 1], (f, 2)."""
         axes = [2 * (np.arange(count) - 1) / (count - 3) - 1 for count in self.counts]
         return np.column_stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")])
+
+
+@dataclass(frozen=True)
+class AcrossNormals:
+    """The functions of a traction space as tractions across the normal, along which friction acts."""
+
+    weights: sparse.csr_matrix
+    """Mean displacement along t1 and t2 of the first function, then of the second, and so on, (2f, 3n)."""
+    resultant: np.ndarray
+    """Force and moment about the component's origin of each unit traction [1, m], (f, 2, 6)."""
 
 
 def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> TractionSpace:
@@ -203,9 +234,16 @@ def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, where: str)
 
 
 def _integrals(
-    mesh: MeshRecord, surface: Surface, grid: SplineGrid
+    mesh: MeshRecord,
+    surface: Surface,
+    grid: SplineGrid,
+    turned: Callable[[np.ndarray], np.ndarray] = lambda elements: elements,
 ) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray]:
-    """Integrate over the facets: ∫ N_a dA (f,), ∫ N_a n N_b dA (f, 3n), and force and moment of N_a n (f, 6)."""
+    """Integrate over the facets: ∫ N_a dA (f,), ∫ N_a t N_b dA (f, 3n), and force and moment of N_a t (f, 6).
+
+    Args:
+        turned: Returns t dA of n dA, (…, 3); t is the outward normal n by default.
+    """
     corners = mesh.nodes[surface.facets[:, :3]]
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
     facets = surface.facets[_near(mesh.nodes, grid, edge)[surface.facets].any(axis=1)]
@@ -218,8 +256,8 @@ def _integrals(
         N, points, elements = facet_points(mesh.nodes, replace(surface, facets=some), pieces)
         splines = spline_matrix(grid, chart_coordinates(grid.chart, points.reshape(-1, 3)), tails=True)
         splines.eliminate_zeros()
-        elements = elements.reshape(-1, 3)
-        areas += splines.T @ np.linalg.norm(elements, axis=1)
+        areas += splines.T @ np.linalg.norm(elements.reshape(-1, 3), axis=1)
+        elements = turned(elements.reshape(-1, 3))
         moments = np.cross(points.reshape(-1, 3), elements)
         resultants += splines.T @ np.column_stack([elements, moments])
         total += splines.T @ _displacements(N, some, elements, 3 * len(mesh.nodes))
@@ -234,7 +272,7 @@ def _near(nodes: np.ndarray, grid: SplineGrid, edge: float) -> np.ndarray:
 
 
 def _displacements(N: np.ndarray, facets: np.ndarray, elements: np.ndarray, size: int) -> sparse.csr_matrix:
-    """Return n·u dA at all quadrature points as a matrix on nodal displacements, (f·q, 3n)."""
+    """Return t·u dA at all quadrature points as a matrix on nodal displacements, (f·q, 3n)."""
     count = N.shape[1]
     values = elements.reshape(len(facets), count, 1, 3) * N.T[:, :, None]
     columns = np.repeat((3 * facets[:, :, None] + np.arange(3)).reshape(len(facets), 1, 18), count, axis=1)

@@ -17,7 +17,7 @@ from gudgeon.pipeline.interfaces.loads import LoadRows, load_rows
 from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
 from gudgeon.pipeline.interfaces.point_mass import component_model
 from gudgeon.pipeline.interfaces.points import ContactPoints, surface_coordinates
-from gudgeon.pipeline.interfaces.tangential import TangentialRows, tangential_rows
+from gudgeon.pipeline.interfaces.tangential import TangentialRows, rows_across
 from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, tie_of, tie_rows
 from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too_many, refuse_unresolved, traction_space
 from gudgeon.pipeline.modes.normal import largest_count
@@ -47,7 +47,7 @@ class _Acting:
     smooth: np.ndarray
     """Forces of smooth pressures, (r, SMOOTH) or fewer; (r, 0) of a load."""
     tangential: TangentialRows | None = None
-    """Of contact points on which friction acts."""
+    """Where friction acts."""
 
     @property
     def forces(self) -> np.ndarray:
@@ -57,10 +57,9 @@ class _Acting:
     def modes(self, Phi: np.ndarray) -> InterfaceModes | TractionModes | LoadModes:
         """Return its record with the displacements per coordinate of shapes (dofs, m)."""
         found = self.at.modes(self.rows @ Phi)
-        if self.tangential is None or not isinstance(found, InterfaceModes):
+        if self.tangential is None or isinstance(found, LoadModes):
             return found
-        rows = (self.tangential.B @ Phi).reshape(-1, 2, Phi.shape[1])
-        return replace(found, tangents=self.tangential.tangents, tangential_rows=rows)
+        return self.tangential.added(found, Phi)
 
 
 def reduce_component(
@@ -77,7 +76,7 @@ def reduce_component(
 
     Args:
         name: The component's name in the scene, for messages.
-        rubbed: Interfaces of contact points on which friction acts: they get tangential rows.
+        rubbed: Interfaces on which friction acts: they get tangential rows.
         pulled: Unit vectors along which gravity acts on a held component: it gets the static shapes that modes lack.
         turns: Whether bodies of it turn by any angle: they need all tensors of the floating frame.
 
@@ -193,8 +192,8 @@ def _acting(
     found = {}
     for name, interface in sorted(component.interface.items()):
         own = _on_model(places.get(name), interface, model, component.modes.static_count, f"{where}.{name}")
-        if name in rubbed and isinstance(own.at, ContactPoints):
-            own = replace(own, tangential=tangential_rows(model, interface, own.at, f"{where}.{name}"))
+        if name in rubbed and isinstance(own.at, ContactPoints | TractionSpace):
+            own = replace(own, tangential=rows_across(model, interface, own.at, f"{where}.{name}"))
         found[name] = own
     return found
 

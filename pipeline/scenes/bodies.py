@@ -47,12 +47,14 @@ class SceneFile(Scene):
     def rubbed_of(self, component: str) -> list[str]:
         """Return the interfaces of an elastic component on which a contact of one of its bodies has friction, sorted.
 
-        They need tangential rows. A rigid component needs none: its rigid motion is known everywhere.
+        They need tangential rows. Points of a rigid component need none: its rigid motion is known everywhere; its
+        traction spaces need the resultants of their tractions.
         """
-        if self.component[component].modes.reduction == "rigid":
-            return []
+        rigid, spaces = self.component[component].modes.reduction == "rigid", self.component[component].interface
         rubbed, own = self.rubbed(), [body for body in self.body if self.component_of(body) == component]
         found = {name for body in own for name in rubbed[body]}
+        if rigid:
+            return sorted(name for name in found if name in spaces and spaces[name].kind == "traction")
         if self.turning(component):  # What turns is not pressed along its normals alone.
             found |= {contact.interface for contact in self.contact.values() if contact.body in own}
         return sorted(found)

@@ -84,6 +84,8 @@ class SlidingBlock:
     """Along, (3,)."""
     resultant: np.ndarray
     """Force and moment about the component's origin of each unit traction along the outward normal, (F, 6)."""
+    tangential: np.ndarray | None
+    """The same of each along `direction` and along normal × direction, (F, 2, 6); None without friction."""
 
     def at_points(self, slid: float, values: np.ndarray) -> np.ndarray:
         """Return a field [m] of the functions, (F,), at points that slid along [m], (c,); ∞ beside the space."""
@@ -290,7 +292,27 @@ def sliding_block(scene: Scene, name: str, block: ContactBlock, master: Flexible
         order=order, counts=(across, along), chart=np.array([space.start[1], space.spacing[1]]),
         place=np.where(beside, -1, first), across=weights, height=coordinates[:, 1],
         direction=along_direction(space.chart), resultant=space.resultant[order],
+        tangential=_tangential(scene.contact[name], name, master, space, order),
     )  # fmt: skip
+
+
+def _tangential(
+    contact: Contact, name: str, master: FlexibleBody, space: TractionModes, order: np.ndarray
+) -> np.ndarray | None:
+    """Return the resultants of tractions across the normal in an order, (F, 2, 6); None without friction.
+
+    Raises:
+        SceneError: the record has no such tractions.
+    """
+    if contact.friction is None:
+        return None
+    if space.tangential_resultant is None:
+        raise SceneError(
+            f"contact.{name}.friction: the record of the modes of body '{master.name}',"
+            f" {master.morph.modes_key[:12]}, has no tractions across the normal, since it is of an older version or"
+            " was made for a scene without friction; `gudgeon modes SCENE` makes them"
+        )
+    return space.tangential_resultant[order]
 
 
 def _points(interface: str, where: str, body: FlexibleBody) -> InterfaceModes:

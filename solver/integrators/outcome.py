@@ -95,6 +95,9 @@ class Outcome:
     """Outward displacement of the functions [m], (F,)."""
     master_impulses: np.ndarray = field(default_factory=lambda: np.empty(0))
     """On the functions [N s], (F,)."""
+    master_drags: np.ndarray = field(default_factory=lambda: np.empty(0))
+    """Impulse and moment about the component's origin of each contact's friction on the body that it slides over
+    [N s, N m s], (k, 6); empty where there is none."""
     drag_impulse: np.ndarray = field(default_factory=lambda: np.empty(0))
     """Of each contact along its line of sliding [N s], (k,)."""
     impacts: list[np.ndarray] = field(default_factory=list)

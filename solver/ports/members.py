@@ -35,9 +35,10 @@ def with_surfaces(system: System, ports: Ports, position: np.ndarray) -> Ports:
         over = contact.master
         assert over is not None
         numbers, values, beside = over.weights(system.slid(contact, position))
-        normals, first = contact_ports(ports, contact), ports.of(f"surface.{contact.name}").start
-        for normal, number, value in zip(normals[~beside], numbers[~beside], values[~beside], strict=True):
-            weight[normal, first + number.ravel()] = value.ravel()
+        normals = contact_ports(ports, contact)
+        for axis, functions in enumerate(function_ports(ports, contact)):
+            for normal, number, value in zip(normals[~beside], numbers[~beside], values[~beside], strict=True):
+                weight[normal + axis, functions[number.ravel()]] = value.ravel()
     own, other = ports.residual
     other = other + own @ (weight - np.eye(len(weight))).T
     return replace(
@@ -65,7 +66,7 @@ def _contacts(system: System) -> Iterator[PortBlock]:
         kind = contact_kind(settings)
         directions = contact.directions[:, None, :]
         if settings.friction is not None:
-            line = settings.friction.direction
+            line = settings.friction.direction if contact.master is None else tuple(contact.master.direction)
             across = tangents(contact.directions, None if line is None else np.asarray(line, float))
             directions = np.concatenate([directions, across], axis=1)
         each = directions.shape[1]
@@ -77,7 +78,7 @@ def _contacts(system: System) -> Iterator[PortBlock]:
             for side in contact.sides
         )
         if contact.master is not None:
-            sides += (_nothing_of(system.bodies[contact.master.body], len(offset)),)
+            sides += (_nothing_of(system.bodies[contact.master.body], offset.size),)
         yield PortBlock(f"contact.{contact.name}", kind, sides, offset.ravel(), directions.reshape(-1, 3))
 
 
@@ -87,17 +88,28 @@ def _nothing_of(body: FlexibleBody, count: int) -> Side:
 
 
 def _surfaces(system: System) -> Iterator[PortBlock]:
-    """Yield the functions of traction spaces over which points slide; their displacement is inward."""
+    """Yield the functions of traction spaces over which points slide; their displacement is inward.
+
+    With friction each line of functions across has three rows of ports: along the normal, then along both tangents.
+    """
     for contact in system.contacts:
         if (over := contact.master) is None:
             continue
-        body, count = system.bodies[over.body], len(over.order)
-        flexible = METHODS[system.scene.contact[contact.name].method].flexible
-        side = Side(body, -body.wrench_rows(over.resultant), np.empty((count, 0), np.int64), np.empty((count, 0)))
+        body, spans = system.bodies[over.body], system.bodies[over.body].modal.tangential_spans
+        flexible, columns = METHODS[system.scene.contact[contact.name].method].flexible, over.counts[0]
+        wrenches, rows = over.resultant[:, None], over.order[:, None]
+        if over.tangential is not None:
+            wrenches = np.concatenate([wrenches, over.tangential], axis=1)
+        each, index = wrenches.shape[1], np.empty((wrenches[..., 0].size, 0), np.int64)
         if over.interface in body.modal.interface_rows:
-            first, _ = body.modal.interface_rows[over.interface]
-            side = replace(side, index=(first + over.order)[:, None], weight=-np.ones((count, 1)), flexible=flexible)
-        yield PortBlock(f"surface.{contact.name}", Kind.SURFACE, (side,), np.zeros(count))
+            rows = rows + body.modal.interface_rows[over.interface][0]
+            if each > 1:
+                across = spans[over.interface][0] + 2 * over.order[:, None] + np.arange(2)
+                rows = np.concatenate([rows, across], axis=1)
+            index = rows.reshape(-1, columns, each).transpose(0, 2, 1).reshape(-1, 1)
+        wrenches = wrenches.reshape(-1, columns, each, 6).transpose(0, 2, 1, 3).reshape(-1, 6)
+        side = Side(body, -body.wrench_rows(wrenches), index, -np.ones(index.shape), flexible)
+        yield PortBlock(f"surface.{contact.name}", Kind.SURFACE, (side,), np.zeros(len(index)))
 
 
 def _contact_side(
@@ -215,6 +227,14 @@ def gauge_ports(system: System, ports: Ports) -> np.ndarray:
                 gauge.residual @ ports.weights[name] if known else np.zeros((len(gauge.rows), len(parts[0].T)))
             )
     return np.vstack(parts)
+
+
+def function_ports(ports: Ports, contact: ContactRows) -> np.ndarray:
+    """Return the ports of the functions that a contact slides over, (1 or 3, F): along normals, and both tangents."""
+    here, over = ports.of(f"surface.{contact.name}"), contact.master
+    assert over is not None
+    columns, lines = over.counts
+    return np.arange(here.start, here.stop).reshape(lines, -1, columns).transpose(1, 0, 2).reshape(-1, lines * columns)
 
 
 def contact_ports(ports: Ports, contact: ContactRows) -> np.ndarray:

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import linalg
 
-from gudgeon.solver.ports.members import ports_of
+from gudgeon.solver.ports.members import ports_of, with_surfaces
 from gudgeon.solver.ports.table import Kind
 from gudgeon.solver.system.system import System
 
@@ -30,7 +30,7 @@ def stick_frequency(system: System) -> float:
     """
     if not sticks(system):
         return 0.0
-    ports = ports_of(system)
+    ports = with_surfaces(system, ports_of(system), system.position)
     matrix, rows = ports.residual.sum(axis=0), ports.rows.copy()
     for number, item in enumerate(system.contacts):
         here = ports.places[number]

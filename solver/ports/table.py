@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import InterfaceModes
+from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 
 
@@ -122,7 +122,7 @@ def elastic_rows(body: FlexibleBody) -> np.ndarray:
     for name, place in {**modal.interfaces, **modal.tractions, **modal.loads}.items():
         if len(place.rows):
             rows[slice(*modal.interface_rows[name])] = place.rows
-        if isinstance(place, InterfaceModes) and place.tangential_rows is not None:
+        if isinstance(place, InterfaceModes | TractionModes) and place.tangential_rows is not None:
             across = place.tangential_rows
             rows[slice(*modal.tangential_spans[name])] = across.reshape(-1, rows.shape[1])
     return rows

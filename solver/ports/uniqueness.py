@@ -13,7 +13,7 @@ import numpy as np
 from scipy import linalg
 
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.ports.members import ports_of
+from gudgeon.solver.ports.members import ports_of, with_surfaces
 from gudgeon.solver.ports.stick import sticks
 from gudgeon.solver.ports.table import Kind
 from gudgeon.solver.system.system import System
@@ -53,7 +53,7 @@ def friction_limits(system: System) -> Iterator[FrictionLimit]:
     """Yield the coefficients of the contacts with friction over the flexibility of bodies."""
     if not sticks(system):
         return
-    ports = ports_of(system)
+    ports = with_surfaces(system, ports_of(system), system.position)
     whole = ports.residual.sum(axis=0)
     for number, item in enumerate(system.contacts):
         here, friction = ports.places[number], system.scene.contact[item.name].friction

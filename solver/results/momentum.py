@@ -71,6 +71,8 @@ def _pressed(
         given[:3] += sign * end.drag_impulse[number] * over.direction
         if over.body == name:
             wrench = -end.master_impulses[contact.functions] @ over.resultant
+            if len(end.master_drags):
+                wrench = wrench + end.master_drags[number]
             given += _about(centre, wrench)
             size += float(np.linalg.norm(wrench[:3]))
     return given, size, radius

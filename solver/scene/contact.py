@@ -152,9 +152,10 @@ class Contact(Strict):
              "dashpot 'wave-guide' acts in parallel to R; it needs method 'residual'"),
             (method.bounces != (self.restitution is not None),
              "restitution is required by method 'impact' and not allowed with other methods"),
-            (self.friction is not None and isinstance(self.against, MasterSurface),
-             "friction and against.shape 'surface' cannot be combined: points that slide over another body's surface"
-             " have no tangential rows there"),
+            (self.friction is not None and self.friction.direction is not None
+             and isinstance(self.against, MasterSurface),
+             "friction.direction and against.shape 'surface' cannot be combined: friction over another body's surface"
+             " acts in its plane; remove the direction"),
             (self.friction is not None and self.friction.speed is not None and isinstance(self.against, Plane)
              and any(self.against.velocity),
              "friction.speed and against.velocity cannot be combined: bodies that turn by any angle rub on planes at"

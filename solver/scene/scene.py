@@ -159,12 +159,12 @@ class Scene(Strict):
         return {n: c.against for n, c in self.contact.items() if isinstance(c.against, MasterSurface | OtherBody)}
 
     def rubbed(self) -> dict[str, tuple[str, ...]]:
-        """Return the interfaces of contact points of each body on which friction acts."""
+        """Return the interfaces of contact points and traction spaces of each body on which friction acts."""
         found: dict[str, list[str]] = {body: [] for body in self.body}
         for contact in self.contact.values():
             if contact.friction is not None:
                 found[contact.body].append(contact.interface)
-                if isinstance(contact.against, OtherBody):
+                if isinstance(contact.against, OtherBody | MasterSurface):
                     found[contact.against.body].append(contact.against.interface)
         return {body: tuple(dict.fromkeys(names)) for body, names in found.items()}
 

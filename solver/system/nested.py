@@ -104,7 +104,7 @@ def _fewer(places: Mapping[str, Rows], kept: np.ndarray) -> dict[str, Rows]:
     found = {}
     for name, place in places.items():
         fewer = replace(place, rows=place.rows[:, kept])
-        if isinstance(fewer, InterfaceModes) and fewer.tangential_rows is not None:
+        if isinstance(fewer, InterfaceModes | TractionModes) and fewer.tangential_rows is not None:
             fewer = replace(fewer, tangential_rows=fewer.tangential_rows[:, :, kept])
         found[name] = fewer
     return found
@@ -115,7 +115,7 @@ def _shapes(places: Mapping[str, Rows], modal: ModalRecord, columns: np.ndarray)
     rows = np.zeros((modal.row_count, len(columns)))
     for name, place in places.items():
         rows[slice(*modal.interface_rows[name])] = place.rows[:, columns]
-        if isinstance(place, InterfaceModes) and place.tangential_rows is not None:
+        if isinstance(place, InterfaceModes | TractionModes) and place.tangential_rows is not None:
             across = place.tangential_rows[:, :, columns]
             rows[slice(*modal.tangential_spans[name])] = across.reshape(-1, len(columns))
     return rows

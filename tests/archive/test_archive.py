@@ -269,11 +269,11 @@ def check_without_friction(record: Any) -> None:
     assert [(one.tangents, one.tangential_rows) for one in record.interfaces.values()] == [(None, None)] * 2
 
 
-def check_modes_8(record: Any) -> None:
-    check_modes_7(record, rows_of_R=47)
+def check_modes_8(record: Any, rows_of_R: int = 47) -> None:
+    check_modes_7(record, rows_of_R)
     thrust, anti = record.interfaces["thrust"], record.interfaces["anti"]
-    assert record.tangential_spans == {"thrust": [43, 47]}
-    assert record.row_count == 47
+    assert record.tangential_spans["thrust"] == [43, 47]
+    assert record.row_count == rows_of_R
     assert np.array_equal(thrust.tangents, ramp(2, 2, 3, start=27.0))
     assert np.array_equal(thrust.tangential_rows, ramp(2, 2, 3, start=28.0))
     assert (anti.tangents, anti.tangential_rows) == (None, None)
@@ -286,8 +286,8 @@ def check_without_moments(record: Any) -> None:
     assert [load.stress_stiffness for load in record.loads.values()] == [None] * len(record.loads)
 
 
-def check_modes_11(record: Any) -> None:
-    check_modes_8(record)
+def check_modes_11(record: Any, rows_of_R: int = 47) -> None:
+    check_modes_8(record, rows_of_R)
     found = record.inertia_couplings
     assert np.array_equal(found.position_moments, ramp(3, 3, 3, start=27.0))
     assert np.array_equal(found.shape_moments, ramp(3, 3, 3, 3, start=28.0))
@@ -295,10 +295,26 @@ def check_modes_11(record: Any) -> None:
     assert np.array_equal(record.loads["pin"].stress_stiffness, ramp(3, 6, 6))
 
 
-def check_modes_12(record: Any) -> None:
-    check_modes_11(record)
+def check_modes_12(record: Any, rows_of_R: int = 47) -> None:
+    check_modes_11(record, rows_of_R)
     assert record.interfaces["thrust"].facets.tolist() == [[0, 1, 0]]
     assert record.interfaces["anti"].facets.shape == (0, 3)
+
+
+def check_smooth_spaces(record: Any) -> None:
+    """Up to version 12 no traction space has tractions across its normal."""
+    found = [(one.tangential_rows, one.tangential_resultant) for one in record.tractions.values()]
+    assert found == [(None, None)] * len(record.tractions)
+    assert set(record.tangential_spans) <= {"thrust"}
+
+
+def check_modes_13(record: Any) -> None:
+    check_modes_12(record, rows_of_R=79)
+    bore, plate = record.tractions["bore"], record.tractions["plate"]
+    assert record.tangential_spans == {"bore": [47, 79], "thrust": [43, 47]}
+    assert np.array_equal(bore.tangential_rows, ramp(16, 2, 3, start=22.0))
+    assert np.array_equal(bore.tangential_resultant, ramp(16, 2, 6, start=-22.0))
+    assert (plate.tangential_rows, plate.tangential_resultant) == (None, None)
 
 
 def check_trajectory_7(record: Any) -> None:
@@ -386,6 +402,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v10": {"mesh": check_mesh_10, "modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v11": {"mesh": check_mesh_10, "modes": check_modes_11, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v12": {"mesh": check_mesh_10, "modes": check_modes_12, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
+    "v13": {"mesh": check_mesh_10, "modes": check_modes_13, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
 }
 """What those of one version hold, or lack."""
 
@@ -397,6 +414,8 @@ def check(path: Path, version: str) -> None:
         own(record)
     if path.stem == "modes" and int(version.removeprefix("v")) < 8:
         check_without_friction(record)
+    if path.stem == "modes" and int(version.removeprefix("v")) < 13:
+        check_smooth_spaces(record)
     if path.stem == "modes" and int(version.removeprefix("v")) < 12:
         assert [one.facets for one in record.interfaces.values()] == [None] * len(record.interfaces)
     if path.stem == "modes" and int(version.removeprefix("v")) < 11:

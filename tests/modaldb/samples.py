@@ -105,7 +105,7 @@ def modes() -> ModalRecord:
             "plate": [21, 41],
             "thrust": [41, 43],
         },
-        residual_flexibility=ramp(47, 47, start=10.0),
+        residual_flexibility=ramp(79, 79, start=10.0),
         shapes=ramp(10, 3, 3, start=20.0),
         inertia_couplings=InertiaCouplings(
             ramp(3, 3),
@@ -117,7 +117,7 @@ def modes() -> ModalRecord:
         ),
         quality={"residual": 1.5e-11, "dropped": ["thrust 3"], "modes_missed": 0},
         tractions={
-            "bore": _traction(cylinder, (4, 4), start=11.0),
+            "bore": _traction(cylinder, (4, 4), start=11.0, rubs=True),
             "plate": _traction(plane, (4, 5), start=12.0),
         },
         loads={
@@ -125,8 +125,8 @@ def modes() -> ModalRecord:
             "gas": LoadModes(ramp(1, 3, start=16.0), ramp(1, 6, start=17.0), ramp(3, start=18.0), "Pa"),
         },
         gauges={
-            "crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 47, start=20.0), "Pa"),
-            "skin": GaugeModes(ramp(12, 3), ramp(12, 47, start=23.0), "1", np.array([0, 3])),
+            "crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 79, start=20.0), "Pa"),
+            "skin": GaugeModes(ramp(12, 3), ramp(12, 79, start=23.0), "1", np.array([0, 3])),
         },
         static_responses=StaticResponses(
             ramp(10, 3, 2, start=24.0), ramp(2, 2, start=25.0), ramp(2, 6, start=26.0), {"thrust": [0, 2]}
@@ -135,11 +135,11 @@ def modes() -> ModalRecord:
         algebraic_errors=ramp(3, start=22.0),
         discretisation_errors=np.array([0.125, 0.25, np.nan]),
         participation=ramp(3, 3, start=3.0),
-        tangential_spans={"thrust": [43, 47]},
+        tangential_spans={"bore": [47, 79], "thrust": [43, 47]},
     )
 
 
-def _traction(chart: dict[str, Any], counts: tuple[int, int], start: float) -> TractionModes:
+def _traction(chart: dict[str, Any], counts: tuple[int, int], start: float, *, rubs: bool = False) -> TractionModes:
     functions = int(np.prod(counts))
     return TractionModes(
         chart=chart,
@@ -148,6 +148,8 @@ def _traction(chart: dict[str, Any], counts: tuple[int, int], start: float) -> T
         counts=np.array(counts),
         rows=ramp(functions, 3, start=start),
         resultant=ramp(functions, 6, start=-start),
+        tangential_rows=ramp(functions, 2, 3, start=2 * start) if rubs else None,
+        tangential_resultant=ramp(functions, 2, 6, start=-2 * start) if rubs else None,
     )
 
 

@@ -70,12 +70,7 @@ def with_tangential_rows(modal: ModalRecord, name: str, seed: int = 7) -> ModalR
     """Give an interface tangents and tangential rows, and R a positive definite block with all couplings for them."""
     rng, place, first = np.random.default_rng(seed), modal.interfaces[name], modal.row_count
     count = 2 * len(place.nodes)
-    R = modal.residual_flexibility
-    if R is not None:
-        lower = np.tril(1e-5 * rng.standard_normal((first + count, first + count)))
-        lower[:first, :first] = np.linalg.cholesky(R)
-        lower[np.arange(first, first + count), np.arange(first, first + count)] = 3e-5
-        R = lower @ lower.T
+    R = _coupled(modal, count, rng)
     across = rng.standard_normal((len(place.nodes), 2, len(modal.angular_frequencies)))
     return replace(
         modal,
@@ -84,6 +79,41 @@ def with_tangential_rows(modal: ModalRecord, name: str, seed: int = 7) -> ModalR
         tangential_spans=modal.tangential_spans | {name: [first, first + count]},
         residual_flexibility=R,
     )
+
+
+def with_tractions_across(modal: ModalRecord, name: str, seed: int = 9) -> ModalRecord:
+    """Give a traction space on a plane the same functions across its normal, and R a block for them."""
+    rng, space, first = np.random.default_rng(seed), modal.tractions[name], modal.row_count
+    columns, lines = (
+        space.start[axis] + (np.arange(space.counts[axis]) - 1) * space.spacing[axis] for axis in range(2)
+    )
+    across, along = (np.asarray(space.chart[key], float) for key in ("across", "along"))
+    at = np.array([np.asarray(space.chart["origin"]) + x * across + y * along for x in columns for y in lines])
+    forces = np.stack(
+        [np.broadcast_to(one, at.shape) for one in (along, np.cross(space.chart["normal"], along))], axis=1
+    )
+    rows = 0.3 * rng.standard_normal((space.size, 2, len(modal.angular_frequencies)))
+    moments = np.cross(at[:, None], forces)
+    wider = replace(space, tangential_rows=rows, tangential_resultant=np.concatenate([forces, moments], axis=2))
+    return replace(
+        modal,
+        tractions=modal.tractions | {name: wider},
+        tangential_spans=modal.tangential_spans | {name: [first, first + 2 * space.size]},
+        residual_flexibility=_coupled(modal, 2 * space.size, rng),
+        gauges={},
+    )
+
+
+def _coupled(modal: ModalRecord, count: int, rng: np.random.Generator) -> np.ndarray | None:
+    """Return R with as many further rows, coupled to all others; None where there is none."""
+    R, first = modal.residual_flexibility, modal.row_count
+    if R is None:
+        return None
+    lower = np.tril(1e-5 * rng.standard_normal((first + count, first + count)))
+    lower[:first, :first] = np.linalg.cholesky(R)
+    lower[np.arange(first, first + count), np.arange(first, first + count)] = 3e-5
+    wider: np.ndarray = lower @ lower.T
+    return wider
 
 
 def plate_records(

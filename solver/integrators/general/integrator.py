@@ -19,7 +19,7 @@ from gudgeon.solver.integrators.general.kernel import march
 from gudgeon.solver.integrators.general.start import problem_of, state_of
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.outcome import Outcome, Samples
-from gudgeon.solver.ports.members import contact_ports, gauge_ports, ports_of, probe_ports
+from gudgeon.solver.ports.members import contact_ports, function_ports, gauge_ports, ports_of, probe_ports
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
@@ -40,8 +40,13 @@ class General:
         state = state_of(system, self.ports, constants)
         normals = [contact_ports(self.ports, contact) for contact in system.contacts]
         self._normals = np.concatenate([np.empty(0, np.int64), *normals]).astype(np.int64)
-        functions = [f"surface.{contact.name}" for contact in system.contacts if contact.master is not None]
-        self._functions = self.ports.numbers(functions)
+        functions = {
+            number: function_ports(self.ports, contact)
+            for number, contact in enumerate(system.contacts)
+            if contact.master is not None
+        }
+        self._functions = np.concatenate([np.empty(0, np.int64), *(own[0] for own in functions.values())])
+        self._rubbed = {number: own[1:] for number, own in functions.items() if len(own) > 1}
         log = impact_log([int(rows[0]) for rows in normals], dt, system.window)
         part, impact = part_of(constants), impact_of(constants, self.ports)
         self.arrays = Arrays(constants, state, problem_of(constants), log, part, impact)
@@ -199,6 +204,12 @@ class General:
         inward += np.einsum("sij,sj->i", self.arrays.constants.residual[:, functions], state.held)
         drag_impulse = np.zeros(len(slid))
         drag_impulse[slid] = state.slides.drag_impulse
+        wrenches = np.zeros((len(slid), 6))
+        for number, across in self._rubbed.items():
+            over = system.contacts[number].master
+            assert over is not None
+            assert over.tangential is not None
+            wrenches[number] = -np.einsum("tf,ftw->w", state.impulses[across], over.tangential)
         springs = [-state.impulses[ports.of(f"force.{name}")] for name in system.scene.springs()]
         return Outcome(
             q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],
@@ -206,4 +217,5 @@ class General:
             springs=np.concatenate([np.empty(0), *springs]), slips=self._slips,
             left=int(state.slides.left[0]), work=self._edge_notes(),
             masters=-inward, master_impulses=state.impulses[self._functions], drag_impulse=drag_impulse,
+            master_drags=wrenches,
         )  # fmt: skip

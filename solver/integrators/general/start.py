@@ -14,7 +14,7 @@ from gudgeon.solver.integrators.general.arrays import (
     State,
 )
 from gudgeon.solver.integrators.general.solution.solve import WINDOW
-from gudgeon.solver.ports.members import contact_ports, start_unknowns
+from gudgeon.solver.ports.members import contact_ports, function_ports, start_unknowns
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.system.fields.reading import evaluated
 from gudgeon.solver.system.system import System
@@ -128,22 +128,25 @@ def _slides(system: System, ports: Ports) -> Slides:
         free=np.zeros(p), inward=np.zeros((2, p)), left=np.zeros(1, np.int64),
     )  # fmt: skip
     for number, item in enumerate(moving):
-        normals, functions, over = contact_ports(ports, item), ports.of(f"surface.{item.name}"), item.master
+        here, normals, functions, over = (
+            ports.of(f"contact.{item.name}"), contact_ports(ports, item), function_ports(ports, item), item.master
+        )  # fmt: skip
         assert over is not None
-        found.ports[number] = normals[0], normals[-1] + 1
-        found.surface[number] = functions.start, *over.counts
-        found.chart[number], found.width[normals] = over.chart, over.counts[0]
-        found.over[normals], found.height[normals], found.across[normals] = True, over.height, over.across
-        found.start[normals] = np.where(over.place >= 0, functions.start + over.place, -1)
+        width = len(functions) * over.counts[0]
+        found.ports[number] = here.start, here.stop
+        found.surface[number] = functions[0, 0], width, over.counts[1]
+        found.chart[number], found.width[here], found.over[here] = over.chart, width, True
+        for axis, own in enumerate(functions):
+            found.height[normals + axis], found.across[normals + axis] = over.height, over.across
+            found.start[normals + axis] = np.where(over.place >= 0, own[0] + over.place, -1)
         for name, sign in ((item.body, 1.0), (over.body, -1.0)):
             body, first = system.bodies[name], system.offsets[name]
             centre = body.morph.centre[None]
             along = sign * body.rigid_rows(centre, over.direction[None])[0]
             found.row[number, first : first + body.rigid_count] += along
         found.sigma[:, number] = found.row[number] @ system.position
-        here = slice(normals[0], normals[-1] + 1)
         places = (found.height[here], float(found.sigma[0, number]), found.start[here])
         chart = (float(over.chart[0]), float(over.chart[1]), over.counts[1] - 4.0)
-        weigh(places, chart, over.counts[0], found.corner[0, here], found.along[0, :, here])
+        weigh(places, chart, width, found.corner[0, here], found.along[0, :, here])
     found.corner[1], found.along[1] = found.corner[0], found.along[0]
     return found

@@ -8,7 +8,7 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import TractionModes
-from gudgeon.modaldb.traction import chart_coordinates, inside, spline_weights
+from gudgeon.modaldb.traction import along_direction, chart_coordinates, inside, spline_weights
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.geometry.shapes.bar import Bar
@@ -20,6 +20,8 @@ from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
 
 ROUND_OFF = 1e-12
+LEANS = 1e-4
+"""How far normals of curved facets lean from those of their cylinder: they interpolate it."""
 ALUMINIUM = Material(E=72e9, nu=0.33, rho=2700.0)
 OUTER = Interface(surface="skirt", kind="traction", sector_deg=(100, 215), height=(0.012, 0.05), spacing=(0.011, 0.009))
 """Across the half turn, within the surface."""
@@ -71,6 +73,29 @@ def test_rigid_motion_gives_the_resultant(
     for twist in np.eye(6):
         field = twist[:3] + np.cross(twist[3:], mesh.nodes)
         np.testing.assert_allclose(space.weights @ field.ravel(), space.resultant @ twist, atol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("name", ["flat", "curved"])
+def test_tractions_across_the_normal(
+    name: str, request: pytest.FixtureRequest, box: MeshRecord, skirt_mesh: MeshRecord
+) -> None:
+    """Rigid motion gives their resultants; on a plane these are unit forces along `along` and against `across`."""
+    space, mesh = request.getfixturevalue(name), {"flat": box, "curved": skirt_mesh}[name]
+    found = space.across(mesh, mesh.surfaces[{"flat": "top", "curved": "skirt"}[name]])
+    for twist in np.eye(6):
+        field = twist[:3] + np.cross(twist[3:], mesh.nodes)
+        moved = (found.weights @ field.ravel()).reshape(-1, 2)
+        np.testing.assert_allclose(moved, found.resultant @ twist, atol=ROUND_OFF)
+    along, normal = along_direction(space.chart), space.resultant[:, :3]
+    size = np.linalg.norm(found.resultant[:, 0, :3], axis=1)
+    np.testing.assert_allclose(found.resultant[:, 0, :3], size[:, None] * along, atol=LEANS)
+    assert (size > 0.99).all()
+    if name == "flat":
+        np.testing.assert_allclose(
+            found.resultant[:, 1, :3], -np.tile(space.chart["across"], (len(size), 1)), atol=1e-12
+        )
+    else:  # Around the axis, by the right hand about the outward normal.
+        np.testing.assert_allclose(found.resultant[:, 1, :3], np.cross(normal, along), atol=LEANS)
 
 
 def test_unit_traction_on_a_plane_has_unit_force_at_its_centre(flat: TractionSpace) -> None:

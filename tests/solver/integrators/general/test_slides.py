@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.modaldb.stores.folder import Store
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.linear.modes import assembled_modes
 from gudgeon.solver.linear.state import linearised
 from gudgeon.solver.ports.members import contact_ports, ports_of, with_surfaces
@@ -15,8 +16,8 @@ from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.simulation import Steps
 from gudgeon.solver.system.compile import compile_system
-from tests.solver.features import DURATION, draft_of, store_of, system_of
-from tests.solver.systems import keys_of
+from tests.solver.features import DURATION, draft_of, records, store_of, system_of
+from tests.solver.systems import keys_of, stored, with_tractions_across
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +84,47 @@ def test_energy_and_momentum_while_it_slides_fast(law: str, store: Store) -> Non
     assert impulse(coarse) == pytest.approx(impulse(fine), rel=1e-3)
     assert fine.energy_drift < max(1e-6, 0.5 * coarse.energy_drift)
     assert coarse.energy_drift < 1e-3
+
+
+RUBBING = {
+    "layer": {},
+    "hertz": {"surface_stiffness": None, "law": {"kind": "hertz", "stiffness": 1e9}},
+}
+
+
+@pytest.fixture(scope="module")
+def rubbing(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    """The same bodies, whose traction spaces take friction."""
+    parts = {"elastic": records(elastic=True), "rigid": records(elastic=False)}
+    made = {name: (with_tractions_across(modal, "top"), morph) for name, (modal, morph) in parts.items()}
+    return stored(tmp_path_factory.mktemp("rubbing"), made)
+
+
+@pytest.mark.parametrize("law", RUBBING)
+def test_friction_over_a_surface_of_a_free_body(law: str, rubbing: Store) -> None:
+    """Linear and angular momentum of both bodies to round-off, energy with the work of friction; μ of the impulse."""
+    friction, speed = 0.2, 20.0
+    coarse, fine = (slid(rubbing, step, friction={"static": friction}, **RUBBING[law]) for step in (1e-6, 2.5e-7))
+    for found in (coarse, fine):
+        assert found.result == "FINISHED"
+        assert found.momentum_residual < 1e-10
+        assert found.energies[-1, 3] > 0.9 * friction * impulse(found) * speed
+    assert fine.energy_drift < max(1e-6, 0.5 * coarse.energy_drift)
+    assert coarse.energy_drift < 1e-3
+    # It slides on at 20 m/s and more: each force is at the border of its cone, against the motion.
+    force = fine.contacts["slide"].force
+    pressed = np.abs(force[:, 0]) > 0
+    np.testing.assert_allclose(force[pressed, 2], -friction * np.abs(force[pressed, 0]), rtol=1e-3)
+
+
+def test_an_older_record_has_no_tractions_across(store: Store) -> None:
+    with pytest.raises(SceneError, match=r"contact\.slide\.friction: .* no tractions across the normal"):
+        slid(store, 1e-6, friction={"static": 0.2})
+
+
+def test_friction_along_a_line_is_refused(store: Store) -> None:
+    with pytest.raises(ValidationError, match=r"friction\.direction and against\.shape 'surface' cannot be combined"):
+        slid(store, 1e-6, friction={"static": 0.2, "direction": [0.0, 0.0, 1.0]})
 
 
 def test_rigid_contact_does_not_slide_over_a_surface(store: Store) -> None:
