@@ -30,7 +30,9 @@ def test_it_stops_where_its_energy_is_spent(job: Job) -> None:
     """Way within 0.5 %, energy with the work of friction within 1e-3 of what it had; then it stays where it is."""
     report = run_job(job, "solve")
     assert report.result == "FINISHED"
+    assert report.energy_drift is not None
     assert report.energy_drift < 1e-3
+    assert report.momentum_residual is not None
     assert report.momentum_residual < 1e-11
     found: Trajectory = job.store.get(job.trajectory().key, "trajectory")
     way = SPEED**2 / (2 * FRICTION * GRAVITY)
