@@ -82,8 +82,13 @@ def test_round_trip(kind: str, tmp_path: Path) -> None:
     ("kind", "record"),
     [
         ("modes", replace(modes(), residual_flexibility=None, shapes=None, inertia_couplings=None)),
-        ("modes", replace(modes(), tractions={}, loads={}, rigid_twists=np.empty((0, 6)))),
-        ("modes", replace(modes(), interfaces={}, tangential_spans={}, quality={})),
+        (
+            "modes",
+            replace(
+                modes(), tractions={}, tangential_spans={"thrust": [43, 47]}, loads={}, rigid_twists=np.empty((0, 6))
+            ),
+        ),
+        ("modes", replace(modes(), interfaces={}, tangential_spans={"bore": [47, 79]}, quality={})),
         ("modes", without_modes()),
         ("morph", replace(morph(), nodes=None, points={})),
         ("mesh", replace(mesh(), surfaces={})),

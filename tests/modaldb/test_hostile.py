@@ -48,6 +48,10 @@ def attribute(group: str, name: str, value: Any) -> Change:
     return lambda file: file[group].attrs.__setitem__(name, value)
 
 
+RUBBED = '{"bore": [47, 79], "thrust": %s}'
+"""Tangential spans of the sample, but for that of its points."""
+
+
 def spans(text: str) -> Change:
     return attribute("/", "tangential_spans", text)
 
@@ -115,11 +119,14 @@ HARM: dict[str, tuple[Change, str]] = {
                                        "interfaces/thrust/tangents: not a number"),
     "tangential rows of nobody": (spans('{"thrust": [43, 47], "anti": [41, 43]}'),
                                   "tangential_spans: 'anti' has no tangential rows"),
-    "tangential rows that R lacks": (spans("{}"), "tangential_spans: 'thrust' is missing"),
-    "tangential rows beyond R": (spans('{"thrust": [44, 48]}'), r"tangential_spans: thrust: \[44, 48\]"),
-    "too few tangential rows": (spans('{"thrust": [43, 45]}'), "tangential_spans: thrust: .* not its rows"),
-    "tangential rows on normal ones": (spans('{"thrust": [39, 43]}'), "tangential_spans: thrust: .* other rows"),
-    "tangential spans that are none": (spans('{"thrust": 43}'), "tangential_spans: thrust: expected"),
+    "tangential rows that R lacks": (spans('{"bore": [47, 79]}'), "tangential_spans: 'thrust' is missing"),
+    "tractions across without rows": (lambda f: f.__delitem__("tractions/bore/tangential_rows"),
+                                      "tractions/bore: tangential_resultant and tangential_rows, only one of them"),
+    "tractions across that R lacks": (spans('{"thrust": [43, 47]}'), "tangential_spans: 'bore' is missing"),
+    "tangential rows beyond R": (spans(RUBBED % "[77, 81]"), r"tangential_spans: thrust: \[77, 81\]"),
+    "too few tangential rows": (spans(RUBBED % "[43, 45]"), "tangential_spans: thrust: .* not its rows"),
+    "tangential rows on normal ones": (spans(RUBBED % "[39, 43]"), "tangential_spans: thrust: .* other rows"),
+    "tangential spans that are none": (spans(RUBBED % "43"), "tangential_spans: thrust: expected"),
     "JSON that is none": (attribute("/", "quality", "{"), "quality: no JSON object"),
     "JSON without end": (attribute("/", "quality", "[" * 100_000), "quality: no JSON object"),
     "provenance of nobody": (attribute("/", "provenance", '{"a": NaN}'), "provenance: not the inputs of a record"),
@@ -159,7 +166,8 @@ IN_NUMBERS = {"not a number", "infinite", "a number that overflows", "a node tha
               "splines", "a chart", "tangents alone", "tangential rows alone", "a tangent that is not a number",
               "tangential rows of nobody", "tangential rows that R lacks", "tangential rows beyond R",
               "too few tangential rows", "tangential rows on normal ones",
-              "tangential spans that are none"}  # fmt: skip
+              "tangential spans that are none", "tractions across without rows",
+              "tractions across that R lacks"}  # fmt: skip
 """What stands in the values and not in the structure."""
 
 
