@@ -70,6 +70,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "PlaneFile": {"path": "section.msh"},
     "Friction": {"speed": 1e-3},
     "JournalFriction": {"coefficient": 0.1, "speed": 1e-3, "stiffness": 5e7},
+    "Contact": {"within": 2e-3},
     "ContactWear": {"thickness": 5e-5},
     "JournalWear": {
         "length": 0.02, "thickness": 5e-4, "indentation": 1e-5,
