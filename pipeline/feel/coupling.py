@@ -193,9 +193,9 @@ class Coupling:
         allowed = (falls - lost * abs(falls) + spent - pending) / hold
         kept = wrench.copy()
         excess = float(kept @ v) - allowed
-        if excess > 0.0:
+        square = float(v @ (self._weight * v))
+        if excess > 0.0 and square > 0.0:
             # All that pushes the handle on may go, and no more damping come than is stable with the delay.
-            square = float(v @ (self._weight * v))
             most = max(0.0, float(kept @ v)) + DAMPS * self.device.mass / self.horizon * square / self._weight[0]
             kept = kept - min(excess, most) / square * self._weight * v
         most = self.device.force

@@ -49,12 +49,18 @@ class Browser:
         self.wrench = np.zeros(6)
         self.felt: Felt | None = None
         self._reading: Reading | None = None
+        self._worked, self._before = 0.0, 0.0
         self._start = time.perf_counter()
         self._lock = threading.Lock()
 
     def begin(self) -> None:
         """Set the zero of the loop's clock."""
         self._start = time.perf_counter()
+
+    def join(self) -> None:
+        """Go on with the work of the pages before, since a page that is loaded begins to count from zero."""
+        with self._lock:
+            self._before = self._worked
 
     def take(self, message: Any) -> None:
         """Take a message of the page: `pose`, six numbers [m, rad], and `work` [J]; what is none of these is a NaN."""
@@ -66,6 +72,8 @@ class Browser:
         if work is not None and not np.isfinite(work):
             work = None
         with self._lock:
+            if work is not None:
+                work = self._worked = self._before + work
             self._reading = Reading(time.perf_counter() - self._start, pose, work)
 
     def read(self, now: float) -> Reading | None:
@@ -157,6 +165,7 @@ class Server:
 
     async def _talk(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self.connected.set()
+        self._browser.join()
         telling = asyncio.create_task(self._tell(writer))
         try:
             while (got := await received(reader)) is not None:

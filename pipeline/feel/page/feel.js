@@ -35,6 +35,10 @@ const tool = new THREE.Group();
 for (const triangles of shown.moved) tool.add(part(triangles, 0x2f6fb3));
 const ghost = new THREE.Mesh(new THREE.SphereGeometry(0.02, 24, 12), new THREE.MeshBasicMaterial({ color: 0x222831 }));
 const arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 0.01, 0xc8321f);
+for (const one of [ghost, arrow.line, arrow.cone]) { // Seen through the parts, into which forces often point.
+  one.material.depthTest = false;
+  one.renderOrder = 1;
+}
 scene.add(tool, ghost, arrow);
 
 const view = { about: -1.0, above: 0.35, away: 3.2 };
@@ -102,6 +106,7 @@ const drift = (seconds) => {
 let socket, rumbled = 0;
 const connect = () => {
   socket = new WebSocket(`ws://${location.host}/ws`);
+  work = 0; // The server goes on from what it was told before.
   socket.onmessage = (event) => take(JSON.parse(event.data));
   socket.onclose = () => { tell("lost", "connection lost; trying again"); wrench.fill(0); setTimeout(connect, 1000); };
 };

@@ -69,6 +69,19 @@ def test_page_and_socket() -> None:
     asyncio.run(asyncio.wait_for(talk(), 20))
 
 
+def test_a_page_that_is_loaded_again_goes_on_with_the_work_before() -> None:
+    browser, found = Browser(), list[float | None]()
+    for work in (0.25, None, 0.1):
+        if work is None:
+            browser.join()
+            continue
+        browser.take({"pose": [0.0] * 6, "work": work})
+        reading = browser.read(0.0)
+        assert reading is not None
+        found.append(reading.work)
+    assert found == [0.25, pytest.approx(0.35)]
+
+
 def test_frames_are_those_of_the_standard() -> None:
     assert accept_key("dGhlIHNhbXBsZSBub25jZQ==") == "s3pPLMBiTxaQ9kYGzzhZRbK+xOo="
     assert frame(1, b"Hello") == b"\x81\x05Hello"
