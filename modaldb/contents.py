@@ -16,6 +16,7 @@ from gudgeon.modaldb.schema import Outline
 CHARTS = {
     "cylinder": {"axis": 3, "origin": 3, "radius": 1, "middle": 1},
     "plane": {"origin": 3, "normal": 3, "across": 3, "along": 3},
+    "patch": {"origin": 3, "normal": 3, "across": 3, "along": 3, "low": 2, "step": 2, "counts": 2},
 }
 """Kinds of chart: how many numbers each of their entries has."""
 SHAPES = {
@@ -72,6 +73,8 @@ def _modes(record: ModalRecord, outline: Outline) -> None:
         _entries(space.chart, CHARTS, f"tractions/{name}/chart")
         if space.chart["kind"] not in CHARTS:
             raise Malformed(f"tractions/{name}/chart: kind '{space.chart['kind']}', expected {', '.join(CHARTS)}")
+        if space.chart["kind"] == "patch":
+            _patch(space.chart, f"tractions/{name}/chart")
         count = outline.shapes[f"tractions/{name}/rows"][0]
         if space.counts.size and (space.counts.min() < 4 or int(space.counts[0]) * int(space.counts[1]) != count):
             raise Malformed(f"tractions/{name}/counts: {space.counts.tolist()}, expected 4 or more, {count} in all")
@@ -189,6 +192,18 @@ def _entries(found: Mapping[str, Any], kinds: Mapping[str, Mapping[str, int]], f
         values = [entry] if count == 1 else entry
         if not isinstance(values, list) or len(values) != count or not all(_number(v, finite=True) for v in values):
             raise Malformed(f"{field}: {name}: expected {count} finite number{'s' * (count > 1)}")
+
+
+def _patch(chart: Mapping[str, Any], field: str) -> None:
+    """Check the height of a patch: splines over its cells, and which of these have surface."""
+    counts, step = chart["counts"], chart["step"]
+    if not all(map(_whole, counts)) or min(counts) < 4 or not min(step) > 0:
+        raise Malformed(f"{field}: counts {counts} and step {step}, expected 4 or more, and more than 0")
+    cells = (counts[0] - 3) * (counts[1] - 3)
+    for name, count in (("heights", counts[0] * counts[1]), ("cover", cells)):
+        values = chart.get(name)
+        if not isinstance(values, list) or len(values) != count or not all(_number(v, finite=True) for v in values):
+            raise Malformed(f"{field}: {name}: expected {count} finite numbers")
 
 
 def _whole(value: Any) -> bool:

@@ -3,6 +3,8 @@
 A chart gives two coordinates in metres: `across`, and `along`, the direction in which bodies slide. On a cylinder
 across = radius · (angle − middle) and along is the height along the axis; the angle is counted from the x axis (from
 z, if the axis is x) by the right hand. On a plane they are the coordinates along two given unit vectors.
+On a patch, any smooth surface, they are those of its projection along a given normal, over which its height is
+a spline.
 Along each of them there are uniform cubic B-splines: spline i is (1, 4, 1)/6 at its knots, centred at
 start + (i − 1)·spacing, so that four splines are non-zero at any point and they add up to one.
 """
@@ -22,12 +24,24 @@ VECTORS = ("origin", "axis", "normal", "across", "along")
 def chart_coordinates(chart: dict[str, Any], points: np.ndarray) -> np.ndarray:
     """Return the chart's coordinates across and along [m], (p, 2), of points (p, 3)."""
     arm = points - np.asarray(chart["origin"], float)
-    if chart["kind"] == "plane":
+    if chart["kind"] != "cylinder":
         return np.column_stack([arm @ np.asarray(chart["across"], float), arm @ np.asarray(chart["along"], float)])
     axis = np.asarray(chart["axis"], float)
     first, second = cross_axes(axis)
     turned = np.exp(1j * (np.arctan2(arm @ second, arm @ first) - chart["middle"]))
     return np.column_stack([chart["radius"] * np.angle(turned), arm @ axis])
+
+
+def height_grid(chart: dict[str, Any]) -> SplineGrid:
+    """Return the grid of the splines of a patch's height."""
+    low, step = (np.asarray(chart[key], float) for key in ("low", "step"))
+    return SplineGrid(chart, low, step, np.asarray(chart["counts"], int))
+
+
+def heights(chart: dict[str, Any], coordinates: np.ndarray) -> np.ndarray:
+    """Return the height of a patch along its normal [m], (p,), at coordinates across and along [m], (p, 2)."""
+    numbers, values = spline_weights(height_grid(chart), coordinates)
+    return np.einsum("pa,pa->p", values, np.asarray(chart["heights"], float)[numbers])
 
 
 def cross_axes(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -160,7 +160,7 @@ class Mechanism(Integrator):
         {
             Feature.MECHANISM, Feature.POINT_LOAD, Feature.POINT_SPRING, Feature.GRAVITY, Feature.PROBES,
             Feature.DAMPING, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.SMOOTHED_FRICTION, Feature.FIELD,
-            Feature.GAUGES,
+            Feature.GAUGES, Feature.SLIDING_PAIR,
         }
     )  # fmt: skip
     order = 8

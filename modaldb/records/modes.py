@@ -55,7 +55,8 @@ class SplineGrid:
 
     chart: Json
     """What `across` and `along` mean: `{"kind": "cylinder", "axis", "origin", "radius", "middle"}` or
-    `{"kind": "plane", "origin", "normal", "across", "along"}`."""
+    `{"kind": "plane", "origin", "normal", "across", "along"}`, or of a patch, any smooth surface, the same with its
+    height along the normal, `{"kind": "patch", …, "low", "step", "counts", "heights", "cover"}`."""
     start: Array = field(metadata=rule("2", unit="m", name="least coordinates of the space", columns="across, along"))
     """Least coordinates of the space, across and along [m], (2,)."""
     spacing: Array = field(metadata=rule("2", unit="m", name="knot spacing", columns="across, along"))

@@ -3,7 +3,7 @@
 Chart and splines are those of `modaldb.traction`. The row of function a is the mean normal displacement under its unit
 traction, ∫ N_a n·u dA / ∫ N_a dA, over the curved facets with their true outward normal n. Where the surface extends
 beyond the space, the splines next to its edges keep their tails, so that a force there is as smooth as one inside;
-where the surface ends, they are cut off.
+where the surface ends, they are cut off. On a patch, functions that find no surface move as their nearest one does.
 """
 
 from collections.abc import Callable, Iterable
@@ -20,6 +20,7 @@ from gudgeon.modaldb.traction import SUPPORT, along_direction, chart_coordinates
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface
+from gudgeon.pipeline.interfaces.height_field import distance, nearest_kept, patch_chart
 from gudgeon.pipeline.interfaces.points import facet_points
 from gudgeon.pipeline.scenes.interface import Interface
 
@@ -47,6 +48,10 @@ class TractionSpace(SplineGrid):
     """Mean normal displacement under each unit traction per nodal displacement, node by node, (f, 3n)."""
     resultant: np.ndarray
     """Force and moment about the component's origin of each unit traction [1, m], (f, 6)."""
+    dropped: int = 0
+    """Functions of a patch that find no surface."""
+    off: float = 0.0
+    """Largest distance of nodes from the height of a patch [m]."""
 
     def rows(self, model: FEModel) -> sparse.csr_matrix:
         """B: mean normal displacement under each unit traction as a matrix on the dofs, (f, dofs)."""
@@ -97,13 +102,16 @@ def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> Tracti
     """Return the traction space of an interface of kind `traction`; `where` is its key in the scene, for messages.
 
     Raises:
-        InputError: the surface is no cylinder or plane, the space is not on it, or it has too many functions.
+        InputError: the surface is no height over a plane, the space is not on it, or it has too many functions.
     """
     surface = find_surface(mesh, interface.surface, f"{where}.surface")
     grid = _grid(mesh, surface, interface, where)
     areas, weights, moments = _integrals(mesh, surface, grid)
-    least = LEAST_SHARE * float(grid.spacing.prod())
-    if areas.min() < least:
+    least, kept = LEAST_SHARE * float(grid.spacing.prod()), np.arange(grid.size)
+    patch = grid.chart["kind"] == "patch"
+    if patch and (areas >= least).any():
+        kept = nearest_kept(grid.counts, areas >= least)
+    elif areas.min() < least:
         i, j = divmod(int(areas.argmin()), int(grid.counts[1]))
         limits = "sector_deg and height" if grid.chart["kind"] == "cylinder" else "extent"
         at = grid.start + (np.array([i, j]) - 1) * grid.spacing
@@ -111,8 +119,12 @@ def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> Tracti
             f"{where}: {int((areas < least).sum())} functions of the traction space find no surface, such as the one at"
             f" ({at[0]:.4g}, {at[1]:.4g}) m across and along; keep {limits} within '{interface.surface}'"
         )
-    means = sparse.csr_matrix(sparse.diags(1 / areas) @ weights)
-    return TractionSpace(**vars(grid), areas=areas, weights=means, resultant=moments / areas[:, None])
+    dropped, areas = int((areas < least).sum()), areas[kept]
+    means = sparse.csr_matrix(sparse.diags(1 / areas) @ weights[kept])
+    off = distance(grid.chart, mesh.nodes[np.unique(surface.facets)]) if patch else 0.0
+    return TractionSpace(
+        **vars(grid), areas=areas, weights=means, resultant=moments[kept] / areas[:, None], dropped=dropped, off=off
+    )
 
 
 def refuse_too_many(spaces: dict[str, TractionSpace], where: str) -> None:
@@ -146,16 +158,17 @@ def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
 
 
 def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> SplineGrid:
-    if mesh.cell_type != "tetra10" or surface.shape.get("kind") not in ("cylinder", "plane"):
-        raise InputError(
-            f"{where}: a traction space needs a cylinder or a plane, '{interface.surface}' is none; that of a mesh file"
-            " must be declared in geometry.surfaces"
-        )
-    kind = surface.shape["kind"]
-    build, other = (_cylinder, "plane") if kind == "cylinder" else (_plane, "cylinder")
-    for name in KEYS[other]:
+    if mesh.cell_type != "tetra10" or surface.facets.shape[1] != 6:
+        raise InputError(f"{where}: a traction space needs a surface of a solid, '{interface.surface}' is none")
+    kind = surface.shape.get("kind")
+    if kind == "cylinder" and interface.along is not None and interface.sector_deg is None:
+        kind = "patch"
+    build = {"cylinder": _cylinder, "plane": _plane}.get(str(kind), patch_chart)
+    for name in KEYS["plane" if kind == "cylinder" else "cylinder"]:
         if getattr(interface, name) is not None:
-            raise InputError(f"{where}.{name}: is for {other}s, '{interface.surface}' is a {kind}")
+            other = "planes and patches" if kind == "cylinder" else "cylinders"
+            have = kind if kind in ("cylinder", "plane") else "patch, for it is declared as neither cylinder nor plane"
+            raise InputError(f"{where}.{name}: is for {other}, '{interface.surface}' is a {have}")
     chart, low, high = build(mesh, surface, interface, where)
     assert interface.spacing is not None
     # Round-off must not add an interval where the spacing divides the length.
@@ -187,7 +200,9 @@ def _cylinder(
 ) -> tuple[Json, np.ndarray, np.ndarray]:
     """Return chart, least and largest coordinates of a space on a cylinder."""
     if interface.sector_deg is None:
-        raise InputError(f"{where}.sector_deg: is missing; a traction space on a cylinder needs it")
+        raise InputError(
+            f"{where}.sector_deg: is missing; a traction space on a cylinder needs it, or `along` for a patch of it"
+        )
     first, last = np.radians(interface.sector_deg)
     if last - first > 2 * np.pi * (1 + 1e-12):
         raise InputError(f"{where}.sector_deg: {list(interface.sector_deg)} given, allowed is one turn at most")

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy import linalg, sparse
@@ -105,7 +106,7 @@ def reduce_component(
         lambda other: reduce_component(mesh, mesh_key, other, name).discretisation_errors,
     )  # fmt: skip
     made = {"rigid_motions": len(model.rigid_twists)}
-    made |= {"compliance_errors": compliance_errors(model, component, responses, static)}
+    made |= {"compliance_errors": compliance_errors(model, component, responses, static)} | _patches(places)
     return ModalRecord(
         mesh_key=mesh_key, reduction=component.modes.reduction, normal_count=reduction.normal_count,
         static_count=len(reduction.angular_frequencies) - reduction.normal_count,
@@ -122,6 +123,17 @@ def reduce_component(
         static_responses=static if static.columns and model.mesh.cell_type == "tetra10" else None,
         tangential_spans=dict(contact.tangential_spans), **vars(errors),
     )  # fmt: skip
+
+
+def _patches(places: Mapping[str, ContactPoints | TractionSpace | Tie]) -> dict[str, Any]:
+    """Return of each patch how many functions it has, how many find no surface, and how far nodes are off it [m]."""
+    spaces = {name: one for name, one in places.items() if isinstance(one, TractionSpace)}
+    found = {
+        name: {"functions": one.size, "dropped": one.dropped, "off": one.off, "spacing": one.spacing.tolist()}
+        for name, one in spaces.items()
+        if one.chart["kind"] == "patch"
+    }
+    return {"patches": found} if found else {}
 
 
 def _coupled(

@@ -28,7 +28,15 @@ if TYPE_CHECKING:
 Model = TypeVar("Model", bound=BaseModel)
 POINTS = ("points", "patch")
 """Kinds of interface for contacts."""
-WITH_STATICS = ("row-craig-bampton", "rubin", "craig-bampton", "interface", "partial-interface", "attachment")
+WITH_STATICS = (
+    "row-craig-bampton",
+    "rubin",
+    "rubin-macneal",
+    "craig-bampton",
+    "interface",
+    "partial-interface",
+    "attachment",
+)
 """Reductions whose modes hold the static shapes of interfaces."""
 UNRESOLVED = ("bar", "beam", "frame", "rigid")
 """Geometries that do not resolve local compliance."""
@@ -191,9 +199,9 @@ def _wrong_turning(scene: "SceneFile") -> list[str]:
         if component.modes.reduction != "rigid":
             lines += [
                 f"contact.{key}.method: '{contact.method}' given, but residual flexibility does not act on body"
-                f" '{name}', which turns by any angle; use 'penalty' with its law"
+                f" '{name}' before obstacles, as it turns by any angle; use 'penalty' with its law"
                 for key, contact in scene.contact.items()
-                if contact.body == name and contact.method == "residual"
+                if contact.body == name and contact.method == "residual" and contact.against.shape != "surface"
             ]
     return list(dict.fromkeys(lines))
 

@@ -44,12 +44,14 @@ class Interface(Strict):
         description="Largest knot spacing of a traction space across and along [m], or one number for both",
     )
     along: Direction | None = Field(
-        default=None, description="Direction in which bodies slide over a traction space on a plane"
+        default=None,
+        description="Direction in which bodies slide over a traction space on a plane, or of the coordinate `along` of"
+        " one on a patch: any smooth surface that is a height over a plane",
     )
     extent: tuple[Span, Span] | None = Field(
         default=None,
-        description="Least and largest coordinate of a traction space on a plane, across and along, from the plane's"
-        " origin [m]; default: the whole surface",
+        description="Least and largest coordinate of a traction space on a plane or patch, across and along, from the"
+        " plane's origin, or the mean place of the nodes of a patch [m]; default: the whole surface",
     )
     tie: Literal["rbe2", "rbe3"] | None = optional(
         "How the surface is coupled to the reference point. rbe2: it moves as a rigid body with the point;"

@@ -8,7 +8,7 @@ from gudgeon.solver.numbers import MOST, Strict
 
 Reduction = Literal[
     "macneal", "normal+static", "craig-bampton", "row-craig-bampton", "fixed-reference", "ritz", "rubin", "attachment",
-    "interface", "partial-interface", "rigid",
+    "interface", "partial-interface", "rigid", "rubin-macneal",
 ]  # fmt: skip
 ALL_FOR_ZERO = ("craig-bampton", "row-craig-bampton", "interface", "partial-interface", "attachment")
 """Reductions for which a normal_count of 0 means all modes."""
@@ -28,7 +28,8 @@ class ModesSettings(Strict):
         " massless residual flexibility R; normal+static: the same without R, contact then needs method 'penalty';"
         " craig-bampton, fixed-reference, ritz: other shapes than normal modes of the free body, with R;"
         " row-craig-bampton: constraint modes of the interfaces' rows and modes with these rows held; rubin: normal"
-        " modes and a static shape with mass of every contact row; attachment: only the static shapes of the rows;"
+        " modes and a static shape with mass of every contact row; rubin-macneal: such shapes of loads and"
+        " ties alone, and R of the others; attachment: only the static shapes of the rows;"
         " interface: craig-bampton with modes instead of the boundary dofs; partial-interface: the same with some"
         " boundary dofs kept; rigid: no elastic coordinates",
     )

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
+from gudgeon.modaldb.records.types import Json
 from gudgeon.modaldb.traction import along_direction, chart_coordinates, cubic_weights, inside, spline_weights
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.missing_compliance import Side, check_compliance
@@ -142,9 +143,13 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     else:
         if isinstance(obstacle, MasterSurface):
             assert master is not None
-            at = np.asarray(scene.body[master.name].position)
-            obstacle = basic_surface(_space(obstacle, name, master).chart, at)
-        directions, gap = obstacle.direction(placed), obstacle.gap(placed)
+            at, chart = np.asarray(scene.body[master.name].position), _space(obstacle, name, master).chart
+            if not scene.capabilities.turns:
+                obstacle = basic_surface(_sliding_chart(chart, name), at)
+        if isinstance(obstacle, MasterSurface):  # Where its points meet it, the integrator finds.
+            directions, gap = -interface.normals, np.zeros(len(placed))
+        else:
+            directions, gap = obstacle.direction(placed), obstacle.gap(placed)
         if not scene.capabilities.turns:  # Bodies that turn may come to face it.
             _check_facing(name, contact.interface, placed, np.einsum("ci,ci->c", directions, -interface.normals))
     gap = _without_round_off(gap, touching_depth(placed, position))
@@ -322,6 +327,16 @@ def _points(interface: str, where: str, body: FlexibleBody) -> InterfaceModes:
 def _space(against: MasterSurface, name: str, master: FlexibleBody) -> TractionModes:
     owner = f"contact.{name}.against.interface: body '{master.name}' has no traction space"
     return named(master.modal.tractions, against.interface, owner)
+
+
+def _sliding_chart(chart: Json, name: str) -> Json:
+    """Return the chart of a traction space; raise a SceneError for a patch, which small motion does not follow."""
+    if chart["kind"] == "patch":
+        raise SceneError(
+            f"contact.{name}.against.interface: it is a patch, which the normals of points follow by integrator"
+            " 'mechanism' alone; set run.integrator to it, or slide over a plane or in a cylinder"
+        )
+    return chart
 
 
 def _residual(contact: Contact, name: str, body: FlexibleBody, interface: str) -> np.ndarray:

@@ -200,7 +200,8 @@ class Scene(Strict):
         """Return the integrators that support all features of the scene, in the order in which `auto` prefers them."""
         demands = dict(_demands(self))
         able = [name for name in INTEGRATORS if not _lacking(demands, name)]
-        small = Feature.FIELD in demands.values()  # Fields alone make no mechanism of a scene.
+        # Fields and sliding pairs alone make no mechanism of a scene.
+        small = not {Feature.FIELD, Feature.SLIDING_PAIR}.isdisjoint(demands.values())
         return sorted(able, key=lambda name: not _prefers(demands, name) or (small and INTEGRATORS[name].turns))
 
     @property
@@ -319,7 +320,7 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
             yield f"the law of {where}", Feature.SMOOTH_LAW
         elif contact.law is not None:
             yield f"the linear law of {where}", Feature.LINEAR_LAW
-        else:
+        elif not isinstance(contact.against, MasterSurface):  # What carries sliding pairs carries their flexibility.
             yield f"method '{contact.method}' of {where} without a law", Feature.COMPLIANT_CONTACT
         if contact.friction is not None:
             yield _friction(where, contact, contact.friction)

@@ -171,7 +171,8 @@ def _contacts(
     scene: Scene, bodies: dict[str, FlexibleBody], size: int
 ) -> tuple[list[ContactRows], dict[str, np.ndarray]]:
     """Return the contacts, and their rows and residuals as arrays of the system."""
-    masters, others = scene.masters(), scene.others()
+    others = scene.others()
+    masters = {} if scene.capabilities.turns else scene.masters()
     blocks = [
         contact_block(scene, name, bodies[contact.body], bodies[others[name].body] if name in others else None)
         for name, contact in scene.contact.items()

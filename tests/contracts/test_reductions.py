@@ -31,7 +31,7 @@ ROUND_OFF = 1e-8
 NORMAL, STATIC = 6, 4
 DROPS_STATICS = {"normal+static", "rigid"}
 """Reductions without R; with all others Φ and R together give every contact load its exact static answer."""
-NORMAL_MODES = {"macneal", "normal+static", "rubin"}
+NORMAL_MODES = {"macneal", "normal+static", "rubin", "rubin-macneal"}
 """Reductions whose first shapes are the normal modes themselves; the others' are Ritz vectors."""
 WITHOUT_MODES = {"rigid"}
 NOTHING_LEFT = {"rubin", "attachment"}

@@ -11,7 +11,7 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.reduction.methods.attachment import attachment
 from gudgeon.pipeline.reduction.methods.craig_bampton import craig_bampton
 from gudgeon.pipeline.reduction.methods.fixed_reference import fixed_reference
-from gudgeon.pipeline.reduction.methods.macneal import macneal, normal_static, rubin
+from gudgeon.pipeline.reduction.methods.macneal import macneal, normal_static, rubin, rubin_macneal
 from gudgeon.pipeline.reduction.methods.partial_interface import interface, partial_interface
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.rigid import rigid
@@ -27,6 +27,7 @@ REDUCTIONS: dict[str, Callable[[FEModel, ContactRows, ModesSettings], Reduction]
     "fixed-reference": fixed_reference,
     "ritz": ritz,
     "rubin": rubin,
+    "rubin-macneal": rubin_macneal,
     "attachment": attachment,
     "interface": interface,
     "partial-interface": partial_interface,

@@ -1,8 +1,9 @@
 """MacNeal's basis: normal modes, static correction shapes on request, and the residual flexibility of the rest without
 mass (MacNeal 1971; massless contact boundary: Monjaraz-Tec, Gross & Krack 2022).
 
-Two variants: without residual flexibility, as Kim et al.; and Rubin's basis (1975), with the residual attachment modes
-of every row and their mass, so that the residual displacement has coordinates of its own and R is round-off.
+Three variants: without residual flexibility, as Kim et al.; Rubin's basis (1975), with the residual attachment modes of
+every row and their mass, so that the residual displacement has coordinates of its own and R is round-off; and both at
+once, with Rubin's shapes of loads and ties alone, for bodies that joints hold and that press on others by R.
 """
 
 from dataclasses import replace
@@ -34,6 +35,18 @@ def normal_static(model: FEModel, rows: ContactRows, settings: ModesSettings) ->
 def rubin(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
     """Reduce a body to normal modes and one shape for every row; `static_count` has no effect."""
     return macneal(model, replace(rows, pressures=np.eye(row_count(rows, "rubin"))), settings)
+
+
+def rubin_macneal(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
+    """Reduce a body to normal modes and one shape for every row of loads and ties, with R of the others."""
+    # Smooth pressures act on what has contact, and not on loads and ties.
+    contact = np.full(rows.B.shape[0], rows.smooth is None)
+    if rows.smooth is not None:
+        contact |= rows.smooth.any(axis=1)
+    for span in rows.tangential_spans.values():
+        contact[slice(*span)] = True
+    own = np.column_stack([rows.pressures, np.eye(len(contact))[:, ~contact]])
+    return macneal(model, replace(rows, pressures=own), settings)
 
 
 def row_count(rows: ContactRows, reduction: str) -> int:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.solver.forces.fields.co_energy import CoEnergies
+from gudgeon.solver.integrators.mechanism.touching.surfaces import Pressing, Surfaces
 
 WIDTH = 13
 """Numbers of a body's state: x 3, e 4, v 3, ℓ 3."""
@@ -29,8 +30,9 @@ PUSHES = 10
 scene's axes, three numbers each [N s, N m, N s]; and its tangential deflection, two numbers [m], `touching.cone`."""
 NORMAL_PUSH, DRAG_PUSH, DEFLECTION = 2, 5, 8
 """Where the last three begin."""
-JOURNAL, PLANE = range(2)
-"""Shapes that a section touches: the inside of a cylinder, or what is behind a plane across the third axis."""
+JOURNAL, PLANE, SURFACE = range(3)
+"""Shapes that a section touches: the inside of a cylinder, what is behind a plane across the third axis, or a surface
+of another body. The latter have no pair of markers, and stand last."""
 ALONG, SQUARE, DISTANCE, ANGLE = range(4)
 """Kinds of a term: d = p_b − p_a along an axis of a; scalar product of two axes; |d|; rotation about a's third axis."""
 NONE = -1
@@ -112,7 +114,7 @@ class Model(NamedTuple):
     touch_pair: np.ndarray
     """Pair of markers of each section, (c,)."""
     touch_shape: np.ndarray
-    """`JOURNAL` or `PLANE`, (c,)."""
+    """`JOURNAL`, `PLANE` or `SURFACE`, (c,)."""
     touch_size: np.ndarray
     """Clearance, radius of the journal, place of the section along its axis [m], (c, 3); a point in a bore has no
     radius, and its clearance is the radius of the bore."""
@@ -129,6 +131,7 @@ class Model(NamedTuple):
     """Worn depth of each cell of bearing and journal [m], (c, 2, cells)."""
     worn_turn: np.ndarray
     """Cosine and sine of the cells' angles, (c, cells, 2)."""
+    surfaces: Surfaces
 
 
 class Work(NamedTuple):
@@ -246,6 +249,7 @@ class Work(NamedTuple):
     there [m], (c,)."""
     touch: np.ndarray
     """What it does, columns of `touching.kernel`, (c, 24)."""
+    pressing: Pressing
 
 
 class Reading(NamedTuple):

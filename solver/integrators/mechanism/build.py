@@ -30,11 +30,13 @@ from gudgeon.solver.integrators.mechanism.constraints.pattern import coupled, en
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, point_of
 from gudgeon.solver.integrators.mechanism.parts import Point, Row
 from gudgeon.solver.integrators.mechanism.touching.kernel import COLUMNS
-from gudgeon.solver.integrators.mechanism.touching.sections import Section, of_contact, of_journal
-from gudgeon.solver.integrators.mechanism.touching.worn import worn_arrays
+from gudgeon.solver.integrators.mechanism.touching.meeting import Meeting, meetings, sections_of, surfaces_of
+from gudgeon.solver.integrators.mechanism.touching.sections import Section, of_contact, of_journal, section_arrays
+from gudgeon.solver.integrators.mechanism.touching.surfaces import pressing_of
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Distance, Marked, Screw, Universal
+from gudgeon.solver.scene.contact import MasterSurface
 from gudgeon.solver.system.system import System
 from gudgeon.solver.vectors import frame_along, unit
 
@@ -61,7 +63,9 @@ class Linkage:
     drives: dict[str, Driven] = field(default_factory=dict)
     """Joints that drive others, in the order of their numbers."""
     sections: list[Section] = field(default_factory=list)
-    """What may touch: journals of joints with clearance, then points of contacts."""
+    """What may touch: journals of joints with clearance, then points of contacts, those with other bodies last."""
+    meetings: list[Meeting] = field(default_factory=list)
+    """Contacts between two bodies."""
 
     def point(
         self, body: str | None, at: tuple[float, float, float] | None, interface: str | None = None, where: str = ""
@@ -141,10 +145,14 @@ def linkage_of(system: System) -> Linkage:
         elif isinstance(joint, Driven):
             _add_drive(found, name, joint)
     for contact in system.contacts:
+        if isinstance(scene.contact[contact.name].against, MasterSurface):
+            continue
         for ends, axes, section in of_contact(contact, system, found.names, found.centres, found.frames):
             found.sections.append(section._replace(pair=len(found.markers)))
             found.markers.append(ends)
             found.axes.append(axes)
+    found.meetings = meetings(system, frames)
+    found.sections += sections_of(found.meetings, system)
     return found
 
 
@@ -255,21 +263,10 @@ def model_of(found: Linkage) -> Model:
         reach=np.array([size if row.length else 1.0 for row in rows], float),
         pairs=pairs, envelope=envelope(pairs, len(rows)),
         spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
-        load=np.array(wrenches, float).reshape(-1, 6), **_flexible(found, points), **_sections(found),
+        load=np.array(wrenches, float).reshape(-1, 6), **_flexible(found, points), **section_arrays(found.sections),
+        surfaces=surfaces_of(found.meetings, system, max((len(one.stiffness) for one in found.frames), default=0)),
         **_bushings(found, bushings),
     )  # fmt: skip
-
-
-def _sections(found: Linkage) -> dict[str, np.ndarray]:
-    """Return the arrays of the sections."""
-    kept = found.sections
-    return {
-        "touch_pair": np.array([one.pair for one in kept], np.int64),
-        "touch_shape": np.array([one.shape for one in kept], np.int64),
-        "touch_size": np.array([one.size for one in kept], float).reshape(-1, 3),
-        "touch_law": np.array([one.law for one in kept], float).reshape(-1, 4),
-        "touch_friction": np.array([one.friction for one in kept], float).reshape(-1, 4),
-    } | worn_arrays([one.worn for one in kept])
 
 
 def _bushings(found: Linkage, bushings: list[tuple[tuple[Point, Point], Bushing | FieldForce]]) -> dict[str, Any]:
@@ -385,6 +382,7 @@ def work_of(model: Model) -> Work:
         "field": (len(model.fields.head), OUT), "field_basis": basis_shape(model.fields),
     }  # fmt: skip
     whole = ("block_owner", "order", "begin", "end", "within", "rank", "touching", "slipping")
-    found = Work(**{name: np.zeros(shape, np.int64 if name in whole else float) for name, shape in shapes.items()})
+    arrays = {name: np.zeros(shape, np.int64 if name in whole else float) for name, shape in shapes.items()}
+    found = Work(**arrays, pressing=pressing_of(model.surfaces))
     found.within[0] = is_thin(model.envelope)
     return found

@@ -49,6 +49,8 @@ class Motion(NamedTuple):
     """Indentation of each section of a journal [m], (c,)."""
     stored: np.ndarray
     """What the tangential springs of sections that stick hold [J], (c,)."""
+    pressed: float
+    """What flexibilities between bodies that press on each other hold [J]."""
 
 
 def motion_of(model: Model, work: Work, state: np.ndarray) -> Motion:
@@ -58,7 +60,8 @@ def motion_of(model: Model, work: Work, state: np.ndarray) -> Motion:
     here = slice(first, first + 2 * count)
     ends = np.stack([work.place[here].reshape(count, 2, 3), work.speed[here].reshape(count, 2, 3)], axis=2)
     return Motion(work.omega.copy(), work.modal[:, 3:].copy(), ends, np.hstack([work.bush[:, :6], work.bush_push]),
-                  work.field[:, 0].copy(), work.touch[:, DEPTH].copy(), stored=stored(model, work))  # fmt: skip
+                  work.field[:, 0].copy(), work.touch[:, DEPTH].copy(), stored=stored(model, work),
+                  pressed=float(work.pressing.stored[0]))  # fmt: skip
 
 
 def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndarray:
@@ -85,7 +88,7 @@ def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndar
         depth = np.maximum([one.depths[i] for one in motions], 0.0)
         found[:, 2] += stiffness * depth ** (exponent + 1) / (exponent + 1)
     held = np.array([one.stored for one in motions]).sum(axis=1)
-    found[:, 2] += held
+    found[:, 2] += held + np.array([one.pressed for one in motions])
     found[:, 3] = sums[:, LOST] - held
     found[:, 4] = sums[:, WORK] + np.einsum("sbi,b,i->s", bodies[..., :3], model.mass, model.gravity)
     return found

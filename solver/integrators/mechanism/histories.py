@@ -6,13 +6,22 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import JointHistory, ProbeHistory
 from gudgeon.modaldb.records.types import Json
-from gudgeon.solver.integrators.mechanism.arrays import DRAG_PUSH, NORMAL_PUSH, Model, Reading, Work, pushes_of
+from gudgeon.solver.integrators.mechanism.arrays import (
+    DRAG_PUSH,
+    NORMAL_PUSH,
+    SURFACE,
+    Model,
+    Reading,
+    Work,
+    pushes_of,
+)
 from gudgeon.solver.integrators.mechanism.build import Linkage
 from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, motion_of
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
 from gudgeon.solver.integrators.mechanism.step import read
 from gudgeon.solver.integrators.mechanism.touching.kernel import FORCE
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
+from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.mechanism.touching.worn import (
     BEARING,
     Rubbed,
@@ -50,14 +59,16 @@ class Recorder:
         pairs = len(self._model.owner)
         found = Reading(np.zeros(len(self._model.row_terms)), np.zeros((pairs, 6)), np.zeros(pairs), np.zeros(pairs))
         pressing, slipping = self._work.touching.copy(), self._work.slipping.copy()
-        self._work.touching[:] = True  # What was indented then may have parted since.
+        # What was indented then may have parted since; of points before other bodies, those that pressed in the step.
+        between = self._model.touch_shape == SURFACE
+        self._work.touching[:] = np.where(between, self._touching.pressed, True)
         self._work.slipping[:] = self._touching.slipped
         read(self._model, self._work, state, given, amounts, found)
         forces = self._work.touch[:, FORCE].copy()
-        self._work.touching[:] = pressing
+        self._work.touching[:] = np.where(between, self._touching.pressed, pressing)
         apart = [offsets(self._model, self._work, i)[BEARING] for i in self._touching.rubbed]
         motion = motion_of(self._model, self._work, state)
-        self._work.slipping[:] = slipping
+        self._work.slipping[:], self._work.touching[:] = slipping, pressing
         self.samples.append(Sample(state, vectors, found, motion, forces, np.array(apart).reshape(-1, 2)))
 
     def found(self, interval: float, notes: list[str], end: tuple[np.ndarray, float], count: int) -> LinkageHistories:
@@ -126,10 +137,17 @@ class Recorder:
             if (friction := self._linkage.system.scene.contact[contact.name].friction) is not None:
                 work = friction.static * float(sums[track.sections, 1].sum())
                 found[f"{contact.name}.friction_work"] = {"value": work, "unit": "J"}
-            if not track.touched and np.isfinite(track.least[0]):  # Not of a run without a step.
+            if not track.touched and track.least[0] < self._farthest(track):  # Not of a run without a step.
                 for key, value, unit in zip(("least_gap", "least_gap_time"), track.least, ("m", "s"), strict=True):
                     found[f"{contact.name}.{key}"] = {"value": value, "unit": unit}
         return found
+
+    def _farthest(self, track: Track) -> float:
+        """Return the gap from which on the points of a contact are not looked at [m]."""
+        surfaces = self._model.surfaces
+        first = len(self._model.touch_pair) - len(surfaces.arm)
+        own = (surfaces.points[:, 0] + first == track.sections[0]) if len(track.sections) else np.zeros(0, bool)
+        return float(surfaces.deep[own][0]) if own.any() else np.inf
 
     def _clearances(self) -> list[str]:
         """Return the joints with clearance."""

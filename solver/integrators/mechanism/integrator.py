@@ -29,6 +29,7 @@ from gudgeon.solver.integrators.mechanism.touching.sections import refuse_overla
 from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.result import Result
+from gudgeon.solver.scene.contact import MasterSurface
 from gudgeon.solver.system.system import System
 
 ACCURACY = 1e-8
@@ -161,13 +162,15 @@ class Mechanism(Capabilities):
     def _advance(self) -> bool:
         """Take one step, or the part of it up to the first time at which a journal touches or parts; False where none
         is short enough."""
-        self.touching.slipped = self.work.slipping.copy()
+        self.touching.slipped, self.touching.pressed = self.work.slipping.copy(), self.work.touching.copy()
         one = self._stepping.take(self._state, self._time, lambda h: self._course(self._time, h))
         if one is None:
             self._note_left()
             return False
         self._span(one)
         event = self.touching.first(self._interpolated, self._before, self._until) if self.touching else None
+        if self._ran_off():
+            return False
         h = 0.0 if event is None else event.time - self._time
         if h > TOGETHER * self._duration:
             one = self._stepping.again(self._state, h, self._course(self._time, h))
@@ -183,6 +186,21 @@ class Mechanism(Capabilities):
             self.touching.switch(event, self._state)
             given, amounts = self._given(np.array([self._time]))
             begin(self.model, self.work, self._state, given[0], amounts[0])
+        return True
+
+    def _ran_off(self) -> bool:
+        """Say so where a point left a surface with a force, or came onto it from the side."""
+        if (left := self.touching.left) is None:
+            return False
+        name = self.linkage.sections[left.section].owner
+        against = self._system.scene.contact[name].against
+        assert isinstance(against, MasterSurface)
+        self.failure, (x, y, z) = Result.SURFACE_LEFT, left.place
+        self.reason = (
+            f"contact.{name}: a point {'left' if left.pressed else 'came from the side below'} the surface"
+            f" '{against.interface}' of body '{against.body}' at {left.time:.6g} s, at ({x:.4g}, {y:.4g}, {z:.4g}) m;"
+            " widen the surface or its extent, shorten run.duration, or round off the edge"
+        )
         return True
 
     def _note_left(self) -> None:

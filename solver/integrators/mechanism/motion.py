@@ -23,6 +23,7 @@ from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
 from gudgeon.solver.integrators.mechanism.forces.bushings import press_bushings
 from gudgeon.solver.integrators.mechanism.rotation import rate_of, turn_by
 from gudgeon.solver.integrators.mechanism.touching.kernel import press_touches, set_deflections, set_touch_sums
+from gudgeon.solver.integrators.mechanism.touching.pressing import press_surfaces, set_pressing
 
 CLOSED = 1e-9
 """Motion of a step of Newton's method over the size of the scene, or rotation [rad], after which it ends: it converges
@@ -67,6 +68,7 @@ def set_pushes(model, work, amounts, sums):  # type: ignore[no-untyped-def]
             sums[WORK] += amounts[k] * (u[i] * v[i] + u[3 + i] * w[i])
     press_bushings(model, work, sums)
     press_touches(model, work, sums)
+    press_surfaces(model, work, sums)
 
 
 @inner
@@ -110,6 +112,7 @@ def prepare(model, work, y, given, amounts, sums):  # type: ignore[no-untyped-de
     """Set all that the multipliers at a state follow from, and factor S."""
     set_poses(model, work, y)
     set_deflections(model, work, y)
+    set_pressing(model, work, y)
     set_pushes(model, work, amounts, sums)
     set_free_rates(model, work, y)
     if len(model.row_terms):

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from gudgeon.solver.compiled import copy, entry, inner, larger
-from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPIN, TURN, WIDTH
+from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPIN, SURFACE, TURN, WIDTH
 from gudgeon.solver.integrators.mechanism.constraints.rows import set_poses, set_rows, violation
 from gudgeon.solver.integrators.mechanism.constraints.solve import solve_least
 from gudgeon.solver.integrators.mechanism.flexible.inertia import solve_inertia
@@ -28,6 +28,7 @@ from gudgeon.solver.integrators.mechanism.touching.kernel import (
     set_touches,
     wrench_on_journal,
 )
+from gudgeon.solver.integrators.mechanism.touching.pressing import set_pressing
 
 ORDER = 8
 MAIN = 12
@@ -204,6 +205,8 @@ def read(model, work, y, given, amounts, found):  # type: ignore[no-untyped-def]
         for k in range(6):
             found.wrenches[j, k] = 0.0
     for i in range(len(model.touch_pair)):
+        if model.touch_shape[i] == SURFACE:
+            continue
         wrench = wrench_on_journal(model, work, i, work.touch[i, ARM : ARM + 3])
         for k in range(6):
             found.wrenches[model.touch_pair[i], k] += wrench[k]
@@ -234,3 +237,4 @@ def observe(model, work, y):  # type: ignore[no-untyped-def]
     set_bushings(model, work)
     set_deflections(model, work, y)
     set_touches(model, work)
+    set_pressing(model, work, y)

@@ -283,5 +283,5 @@ def test_too_many_functions_in_a_component(skirt_mesh: MeshRecord) -> None:
 
 def test_a_bar_has_no_traction_space() -> None:
     mesh = Bar(kind="bar", length=2.0, area=1e-4).build(0.5)
-    with pytest.raises(InputError, match="needs a cylinder or a plane, 'left' is none"):
+    with pytest.raises(InputError, match="needs a surface of a solid, 'left' is none"):
         traction_space(mesh, Interface(surface="left", kind="traction", spacing=0.1), "here")

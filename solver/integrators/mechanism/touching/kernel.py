@@ -13,7 +13,16 @@ a potential.
 import numpy as np
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.mechanism.arrays import DEFLECTION, DRAG_PUSH, LOST, NORMAL_PUSH, PLANE, PUSHES, SUMS
+from gudgeon.solver.integrators.mechanism.arrays import (
+    DEFLECTION,
+    DRAG_PUSH,
+    LOST,
+    NORMAL_PUSH,
+    PLANE,
+    PUSHES,
+    SUMS,
+    SURFACE,
+)
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
 from gudgeon.solver.integrators.mechanism.touching.soft import soft_depth
 from gudgeon.solver.laws.force import law_force
@@ -27,6 +36,8 @@ LAW, TWIST = 16, 17
 GRIP, ALONG, DEFLECTING = 20, 21, 22
 """Of a cone: limit of friction less the force of its spring [N], velocity along its deflection [m/s], and where the
 rate of the deflection begins [m/s]."""
+OVER = 20
+"""Of a point before another body: whether it is over the surface of that."""
 COLUMNS = 24
 
 
@@ -34,6 +45,8 @@ COLUMNS = 24
 def set_touches(model, work):  # type: ignore[no-untyped-def]
     """Set what every section does; points are set."""
     for i in range(len(model.touch_pair)):
+        if model.touch_shape[i] == SURFACE:
+            continue
         a, b, found = 2 * model.touch_pair[i], 2 * model.touch_pair[i] + 1, work.touch[i]
         clearance, radius, offset = model.touch_size[i, 0], model.touch_size[i, 1], model.touch_size[i, 2]
         u = (work.axes[a, 0, 2], work.axes[a, 1, 2], work.axes[a, 2, 2])
@@ -200,7 +213,7 @@ def press_touches(model, work, sums):  # type: ignore[no-untyped-def]
     set_touches(model, work)
     for i in range(len(model.touch_pair)):
         found, depth = work.touch[i], work.touch[i, DEPTH] + work.shift[i]
-        if not work.touching[i] or depth <= 0.0:
+        if not work.touching[i] or depth <= 0.0 or model.touch_shape[i] == SURFACE:
             continue
         a, b = 2 * model.touch_pair[i], 2 * model.touch_pair[i] + 1
         press(model, work, b, wrench_on_journal(model, work, i, found[ARM : ARM + 3]), 1.0)

@@ -23,15 +23,26 @@ from gudgeon.modaldb.records.trajectory import (
     PEAK_TIME,
     WINDOWED,
 )
-from gudgeon.solver.integrators.mechanism.arrays import DRAG_PUSH, NORMAL_PUSH, Model, Work, pushes_of
+from gudgeon.solver.integrators.mechanism.arrays import (
+    DRAG_PUSH,
+    NORMAL_PUSH,
+    PLACE,
+    SURFACE,
+    WIDTH,
+    Model,
+    Work,
+    pushes_of,
+)
 from gudgeon.solver.integrators.mechanism.step import observe
 from gudgeon.solver.integrators.mechanism.touching.cone import Cones, polynomial
-from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH, FORCE, NORMAL, RATE
+from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH, FORCE, NORMAL, OVER, RATE
 from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.mechanism.touching.worn import Rubbed, WornSection, offsets
 
 LOOKS = 8
 """Times of a step at which sections are looked at, evenly spaced: so many times less may a contact last unnoticed."""
+AT_ONCE = 1e-6
+"""Indentation over `Surfaces.deep` at which no point can be that touched just now."""
 SHIFT = 1e-14
 """Indentation at which a contact begins, over the clearance of a journal or the size of the mechanism."""
 
@@ -48,6 +59,17 @@ class Event(NamedTuple):
     section: int
     turns: bool = False
     """Between slip and stick."""
+
+
+class Left(NamedTuple):
+    """A point that left the surface of another body with a force, or came onto it from the side, below it."""
+
+    section: int
+    time: float
+    """[s]"""
+    place: np.ndarray
+    """[m], (3,)."""
+    pressed: bool
 
 
 class Touching:
@@ -74,6 +96,9 @@ class Touching:
         self.tracks = tracks
         self.slipped = work.slipping.copy()
         """Which sections slipped in the last step."""
+        self.pressed = work.touching.copy()
+        """Which pressed in it."""
+        self.left: Left | None = None
         self.rubbed = {section: Rubbed(one) for section, one in worn.items()}
         """What rubs off sections that wear."""
         self._impulse = np.zeros(c)
@@ -120,9 +145,35 @@ class Touching:
         events += self._turns(times, found)
         first = min(events, default=None)
         until = after if first is None else first.time
+        self._watch_borders(at, times[times <= until], found, first)
         self._note_peaks(times, found, until)
         self._note_tracks(times, found, states, until)
         return first
+
+    def _watch_borders(self, at: At, times: np.ndarray, found: np.ndarray, first: Event | None) -> None:
+        """Find a point that presses and is beside its surface, or that touches it from beside."""
+        between = self._model.touch_shape == SURFACE
+        if not between.any():
+            return
+        pressing = self._work.touching != 0
+        lost = np.argwhere((found[: len(times), :, OVER] == 0) & between & pressing)
+        if len(lost):
+            k, i = map(int, lost[0])
+            self.left = Left(i, float(times[k]), self._place(at(float(times[k])), i), pressed=True)
+        elif first is not None and between[first.section]:
+            state, i = at(first.time), first.section
+            # Where it touches or parts its indentation is zero, unless it crosses a border.
+            if abs(self._looked(state)[i, DEPTH]) > AT_ONCE * self._model.surfaces.deep.min():
+                self.left = Left(i, first.time, self._place(state, i), pressed=bool(pressing[i]))
+
+    def _place(self, state: np.ndarray, section: int) -> np.ndarray:
+        """Return where a point before another body is [m], (3,)."""
+        self._looked(state)
+        f = self._model.surfaces
+        p = section - (len(self._model.touch_pair) - len(f.arm))
+        s = int(np.flatnonzero((f.points[:, 0] <= p) & (p < f.points[:, 1]))[0])
+        at = WIDTH * int(f.owner[s, 0]) + PLACE
+        return np.asarray(state[at : at + 3] + self._work.pressing.arm[p, 0])
 
     def _turns(self, times: np.ndarray, found: np.ndarray) -> list[Event]:
         """Return when sections that press begin to slip or to stick: where their margin first falls below zero."""

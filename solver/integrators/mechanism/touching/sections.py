@@ -11,7 +11,7 @@ from gudgeon.solver.integrators.mechanism.arrays import JOURNAL, NONE, PLANE
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame
 from gudgeon.solver.integrators.mechanism.parts import Point
 from gudgeon.solver.integrators.mechanism.touching.track import Track
-from gudgeon.solver.integrators.mechanism.touching.worn import WornSection, worn_section
+from gudgeon.solver.integrators.mechanism.touching.worn import WornSection, worn_arrays, worn_section
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.laws.base import Coefficients
 from gudgeon.solver.methods import METHODS
@@ -82,7 +82,7 @@ def of_contact(
             f"contact.{contact.name}.method: '{settings.method}' given, but residual flexibility does not act on body"
             f" '{contact.body}', which turns by any angle; use 'penalty' with its law"
         )
-    rows = _rows(body, frames[number], contact)
+    rows = rows_of(body, frames[number], contact)
     rubbing = settings.friction
     friction = (rubbing.static, rubbing.speed or 1.0, 0.0, 0.0) if rubbing else (0.0, 1.0, 0.0, 0.0)
     placed = contact.points + np.asarray(system.scene.body[contact.body].position)
@@ -96,6 +96,17 @@ def of_contact(
     return found
 
 
+def section_arrays(kept: list[Section]) -> dict[str, np.ndarray]:
+    """Return the arrays of sections, by their names in `Model`."""
+    return {
+        "touch_pair": np.array([one.pair for one in kept], np.int64),
+        "touch_shape": np.array([one.shape for one in kept], np.int64),
+        "touch_size": np.array([one.size for one in kept], float).reshape(-1, 3),
+        "touch_law": np.array([one.law for one in kept], float).reshape(-1, 4),
+        "touch_friction": np.array([one.friction for one in kept], float).reshape(-1, 4),
+    } | worn_arrays([one.worn for one in kept])
+
+
 def refuse_overlap(system: System, depths: np.ndarray, tracks: list[Track], size: float) -> None:
     """Raise a SceneError where points of a contact are inside their obstacle as the joints place the bodies.
 
@@ -106,14 +117,15 @@ def refuse_overlap(system: System, depths: np.ndarray, tracks: list[Track], size
     for contact, track in zip(system.contacts, tracks, strict=True):
         own, against = depths[track.sections], system.scene.contact[contact.name].against
         if (inside := own > TOUCHING * size).any():
-            room = against.clearance.format(name=contact.name)
+            other = getattr(against, "body", contact.body)
+            room = against.clearance.format(name=contact.name, body=other)
             raise SceneError(
                 f"contact.{contact.name}: {int(inside.sum())} of {len(own)} points start inside the obstacle, the worst"
                 f" by {own.max():.3g} m; move body.{contact.body}.position, or {room}"
             )
 
 
-def _rows(body: FlexibleBody, frame: Frame, contact: ContactRows) -> np.ndarray:
+def rows_of(body: FlexibleBody, frame: Frame, contact: ContactRows) -> np.ndarray:
     """Return the displacement of the points of a contact per elastic coordinate, (c, 6, m): a point has no rotation."""
     m, c = len(frame.stiffness), len(contact.points)
     rows = np.zeros((c, 6, m))

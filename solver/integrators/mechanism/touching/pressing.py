@@ -1,0 +1,382 @@
+"""Points that press on surfaces of other bodies, in compiled functions; equations and arrays stand in `surfaces`."""
+
+import numpy as np
+
+from gudgeon.solver.compiled import inner
+from gudgeon.solver.integrators.mechanism.arrays import LOST, PLACE, SPEED, WIDTH
+from gudgeon.solver.integrators.mechanism.flexible.points import cross, rotated
+from gudgeon.solver.integrators.mechanism.touching.kernel import (
+    APART,
+    DEPTH,
+    DRAG,
+    FORCE,
+    LAW,
+    NORMAL,
+    OVER,
+    RATE,
+    SLIDING,
+    TWIST,
+)
+from gudgeon.solver.laws.force import law_force
+
+FACING = -0.3
+"""Largest cosine between the outward normals of a point and of the surface that it can meet."""
+BORDER = 0.05
+"""Cells by which a point may be beyond the end of a surface, which elastic motion moves: its splines go on there."""
+
+
+@inner
+def set_pressing(model, work, y):  # type: ignore[no-untyped-def]
+    """Set what all points do in a state whose poses are set."""
+    f, found = model.surfaces, work.pressing
+    first = len(model.touch_pair) - len(f.arm)
+    for s in range(len(f.owner)):
+        apart = _apart(model, work, y, s)
+        found.live[s] = apart <= 0.0
+        for p in range(f.points[s, 0], f.points[s, 1]):
+            own = work.touch[first + p]
+            found.near[p], found.force[p] = 0, 0.0
+            own[DEPTH] = -f.deep[s] - (apart if apart > 0.0 else 0.0)
+            own[RATE], own[FORCE], own[SLIDING], own[OVER], own[LAW] = 0.0, 0.0, 0.0, 0.0, 0.0
+            for k in range(3):
+                own[NORMAL + k], own[DRAG + k], own[APART + k], own[TWIST + k] = 0.0, 0.0, 0.0, 0.0
+            if found.live[s]:
+                _place(model, work, y, s, p)
+    count = _press_by_flexibility(model, work, first)
+    _settle(model, work, first, count)
+
+
+@inner
+def _apart(model, work, y, s):  # type: ignore[no-untyped-def]
+    """Return the distance between the balls around the points and the surface of a pair [m]."""
+    a, b, balls = model.surfaces.owner[s, 0], model.surfaces.owner[s, 1], model.surfaces.balls[s]
+    one, other = rotated(work.turn[a], balls[0, :3]), rotated(work.turn[b], balls[1, :3])
+    total, at, there = 0.0, WIDTH * a + PLACE, WIDTH * b + PLACE
+    for k in range(3):
+        total += (y[at + k] + one[k] - y[there + k] - other[k]) ** 2
+    return np.sqrt(total) - balls[0, 3] - balls[1, 3]
+
+
+@inner
+def _carried(model, work, y, s, p):  # type: ignore[no-untyped-def]
+    """Set the arms of a point; return its velocity relative to the body of the surface as if that were rigid [m/s]."""
+    f, a, b = model.surfaces, model.surfaces.owner[s, 0], model.surfaces.owner[s, 1]
+    m, at = model.elastic[a, 0], model.elastic[a, 1]
+    u0, u1, u2 = f.arm[p, 0], f.arm[p, 1], f.arm[p, 2]
+    w0, w1, w2 = 0.0, 0.0, 0.0
+    for k in range(m):
+        q, rate = y[at + k], work.modal[a, 3 + k]
+        u0, u1, u2 = u0 + f.rows[p, 0, k] * q, u1 + f.rows[p, 1, k] * q, u2 + f.rows[p, 2, k] * q
+        w0, w1, w2 = w0 + f.rows[p, 0, k] * rate, w1 + f.rows[p, 1, k] * rate, w2 + f.rows[p, 2, k] * rate
+    r, w = rotated(work.turn[a], (u0, u1, u2)), rotated(work.turn[a], (w0, w1, w2))
+    here, there, arm = WIDTH * a, WIDTH * b, work.pressing.arm[p]
+    for k in range(3):
+        arm[0, k] = r[k]
+        arm[1, k] = y[here + PLACE + k] + r[k] - y[there + PLACE + k]
+    own, other = cross(work.omega[a], arm[0]), cross(work.omega[b], arm[1])
+    return (
+        y[here + SPEED] + own[0] + w[0] - y[there + SPEED] - other[0],
+        y[here + SPEED + 1] + own[1] + w[1] - y[there + SPEED + 1] - other[1],
+        y[here + SPEED + 2] + own[2] + w[2] - y[there + SPEED + 2] - other[2],
+    )
+
+
+@inner
+def _in_frame(model, work, s, v):  # type: ignore[no-untyped-def]
+    """Return a vector of the scene along the axes of a surface."""
+    Q, C = work.turn[model.surfaces.owner[s, 1]], model.surfaces.axes[s]
+    z0 = Q[0, 0] * v[0] + Q[1, 0] * v[1] + Q[2, 0] * v[2]
+    z1 = Q[0, 1] * v[0] + Q[1, 1] * v[1] + Q[2, 1] * v[2]
+    z2 = Q[0, 2] * v[0] + Q[1, 2] * v[1] + Q[2, 2] * v[2]
+    return rotated(C, (z0, z1, z2))
+
+
+@inner
+def _from_frame(model, work, s, v):  # type: ignore[no-untyped-def]
+    """Return a vector along the axes of a surface along those of the scene."""
+    C = model.surfaces.axes[s]
+    z0 = C[0, 0] * v[0] + C[1, 0] * v[1] + C[2, 0] * v[2]
+    z1 = C[0, 1] * v[0] + C[1, 1] * v[1] + C[2, 1] * v[2]
+    z2 = C[0, 2] * v[0] + C[1, 2] * v[1] + C[2, 2] * v[2]
+    return rotated(work.turn[model.surfaces.owner[s, 1]], (z0, z1, z2))
+
+
+@inner
+def _cubic(t):  # type: ignore[no-untyped-def]
+    """Return the four cubic splines at a share t of an interval."""
+    s = 1.0 - t
+    return s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (3 * s * s * s - 6 * s * s + 4) / 6, t * t * t / 6
+
+
+@inner
+def _first_rates(t):  # type: ignore[no-untyped-def]
+    s = 1.0 - t
+    return -0.5 * s * s, 1.5 * t * t - 2 * t, -1.5 * s * s + 2 * s, 0.5 * t * t
+
+
+@inner
+def _second_rates(t):  # type: ignore[no-untyped-def]
+    return 1.0 - t, 3 * t - 2, 1 - 3 * t, t
+
+
+@inner
+def _cell(x, cells):  # type: ignore[no-untyped-def]
+    """Return the interval of a coordinate counted in intervals, −1 beyond their end."""
+    if not -BORDER <= x <= cells + BORDER:
+        return -1
+    return min(max(int(np.floor(x)), 0), cells - 1)
+
+
+@inner
+def _height(f, s, cell, x):  # type: ignore[no-untyped-def]
+    """Return H and its derivatives, ss, st and tt last, at a place counted in intervals."""
+    a, b = _cubic(x[0] - cell[0]), _cubic(x[1] - cell[1])
+    da, db = _first_rates(x[0] - cell[0]), _first_rates(x[1] - cell[1])
+    dda, ddb = _second_rates(x[0] - cell[0]), _second_rates(x[1] - cell[1])
+    h0, hs, ht, hss, hst, htt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(4):
+        row = f.cells[s, 2] + (cell[0] + i) * (f.cells[s, 1] + 3) + cell[1]
+        for j in range(4):
+            h = f.heights[row + j]
+            h0, hs, ht = h0 + a[i] * b[j] * h, hs + da[i] * b[j] * h, ht + a[i] * db[j] * h
+            hss, hst, htt = hss + dda[i] * b[j] * h, hst + da[i] * db[j] * h, htt + a[i] * ddb[j] * h
+    u, v = 1 / f.step[s, 0], 1 / f.step[s, 1]
+    return h0, hs * u, ht * v, hss * u * u, hst * u * v, htt * v * v
+
+
+@inner
+def _place(model, work, y, s, p):  # type: ignore[no-untyped-def]
+    """Set the gap of a point and its slope, without forces, and whether it may press."""
+    f, found, b = model.surfaces, work.pressing, model.surfaces.owner[s, 1]
+    v = _carried(model, work, y, s, p)
+    r, o, C = _in_frame(model, work, s, found.arm[p, 1]), f.origin[s], f.axes[s]
+    at, away, h = r[0], r[1], r[2]
+    at -= C[0, 0] * o[0] + C[0, 1] * o[1] + C[0, 2] * o[2]
+    away -= C[1, 0] * o[0] + C[1, 1] * o[1] + C[1, 2] * o[2]
+    h -= C[2, 0] * o[0] + C[2, 1] * o[1] + C[2, 2] * o[2]
+    x = ((at - f.low[s, 0]) / f.step[s, 0], (away - f.low[s, 1]) / f.step[s, 1])
+    cell = (_cell(x[0], f.cells[s, 0]), _cell(x[1], f.cells[s, 1]))
+    if cell[0] < 0 or cell[1] < 0 or not f.cover[f.cells[s, 3] + cell[0] * f.cells[s, 1] + cell[1]]:
+        return
+    H, Hs, Ht, Hss, Hst, Htt = _height(f, s, cell, x)
+    c = 1.0 / np.sqrt(1.0 + Hs * Hs + Ht * Ht)
+    lift = h - H
+    own = _in_frame(model, work, s, rotated(work.turn[f.owner[s, 0]], f.normal[p]))
+    if c * (own[2] - own[0] * Hs - own[1] * Ht) > FACING or not -f.deep[s] < c * lift < f.deep[s]:
+        return
+    cube = c * c * c
+    e, es, et, rate = _outward(model, work, y, (s, p, b), at, away)
+    slope = found.slope[p]
+    slope[0] = -cube * (Hs * Hss + Ht * Hst) * lift - c * Hs - es
+    slope[1] = -cube * (Hs * Hst + Ht * Htt) * lift - c * Ht - et
+    slope[2] = c
+    found.gap[p], found.near[p] = c * lift - e, 1
+    own = work.touch[len(model.touch_pair) - len(f.arm) + p]
+    w = _in_frame(model, work, s, v)
+    own[OVER], own[DEPTH] = 1.0, -found.gap[p]
+    own[RATE] = rate - slope[0] * w[0] - slope[1] * w[1] - slope[2] * w[2]
+    for k in range(3):
+        own[APART + k] = v[k]
+
+
+@inner
+def _outward(model, work, y, of, at, away):  # type: ignore[no-untyped-def]
+    """Set N and its slopes at a place; return N·e, its slopes and its rate by the modes.
+
+    Args:
+        of: Pair, point and body of the surface.
+    """
+    s, p, b = of
+    f, found = model.surfaces, work.pressing
+    u, v = (at - f.start[s, 0]) / f.spacing[s, 0], (away - f.start[s, 1]) / f.spacing[s, 1]
+    i = min(max(int(np.floor(u)), 0), f.counts[s, 0] - 4)
+    j = min(max(int(np.floor(v)), 0), f.counts[s, 1] - 4)
+    first = f.functions[s, 0] + i * f.counts[s, 1] + j
+    A, B, dA, dB = _cubic(u - i), _cubic(v - j), _first_rates(u - i), _first_rates(v - j)
+    found.first[p] = first
+    m, q = model.elastic[b, 0], model.elastic[b, 1]
+    e, es, et, rate = 0.0, 0.0, 0.0, 0.0
+    for k in range(4):
+        for l in range(4):
+            N, Ns, Nt = A[k] * B[l], dA[k] * B[l] / f.spacing[s, 0], A[k] * dB[l] / f.spacing[s, 1]
+            weights, g = found.weights[p], 4 * k + l
+            weights[0, g], weights[1, g], weights[2, g] = N, Ns, Nt
+            moved, moving, row = 0.0, 0.0, f.outward[first + k * f.counts[s, 1] + l]
+            for n in range(m):
+                moved += row[n] * y[q + n]
+                moving += row[n] * work.modal[b, 3 + n]
+            e, es, et, rate = e + N * moved, es + Ns * moved, et + Nt * moved, rate + N * moving
+    return e, es, et, rate
+
+
+@inner
+def _over(work, p, kind, width, values):  # type: ignore[no-untyped-def]
+    """Return the weighted sum of values over the functions that a point touches, with N or one of its slopes."""
+    first, weights, total = work.pressing.first[p], work.pressing.weights[p, kind], 0.0
+    for k in range(4):
+        for l in range(4):
+            total += weights[4 * k + l] * values[first + k * width + l]
+    return total
+
+
+@inner
+def _press_by_flexibility(model, work, first):  # type: ignore[no-untyped-def]
+    """Set the forces of points that press by flexibilities, which close their gaps; return how many there are."""
+    f, found, count = model.surfaces, work.pressing, 0
+    found.stored[0] = 0.0
+    for s in range(len(f.owner)):
+        if not found.live[s] or f.by_law[s]:
+            continue
+        for p in range(f.points[s, 0], f.points[s, 1]):
+            if found.near[p] and work.touching[first + p]:
+                found.active[count] = p
+                count += 1
+                _move(model, work, s, p)
+    A, a, active = found.matrix, 0, found.active
+    for s in range(len(f.owner)):
+        for p in range(f.points[s, 0], f.points[s, 1]):
+            if a == count or active[a] != p:
+                continue
+            for b in range(a + 1):
+                A[a, b] = f.residual[p, active[b]] + _over(work, p, 0, f.counts[s, 1], found.moved[active[b]])
+            A[a, a] += f.layer[p]
+            a += 1
+    for a in range(count):
+        for b in range(a + 1):
+            total = A[a, b]
+            for k in range(b):
+                total -= A[a, k] * A[b, k]
+            A[a, b] = total / A[b, b] if a > b else (np.sqrt(total) if total > 0.0 else np.nan)
+    for a in range(count):
+        total = -found.gap[active[a]]
+        for k in range(a):
+            total -= A[a, k] * found.force[active[k]]
+        found.force[active[a]] = total / A[a, a]
+    for step in range(count):
+        a = count - 1 - step
+        total = found.force[active[a]]
+        for k in range(a + 1, count):
+            total -= A[k, a] * found.force[active[k]]
+        found.force[active[a]] = total / A[a, a]
+        found.stored[0] -= 0.5 * found.force[active[a]] * found.gap[active[a]]
+    return count
+
+
+@inner
+def _move(model, work, s, p):  # type: ignore[no-untyped-def]
+    """Set the inward displacement of the functions of the surfaces that may be met by a unit force of a point."""
+    f, found = model.surfaces, work.pressing
+    for other in range(len(f.owner)):
+        if not found.live[other]:
+            continue
+        same = f.owner[other, 1] == f.owner[s, 1]
+        for b in range(f.functions[other, 0], f.functions[other, 1]):
+            found.moved[p, b] = _over(work, p, 0, f.counts[s, 1], f.compliance[b]) if same else 0.0
+
+
+@inner
+def _settle(model, work, first, count):  # type: ignore[no-untyped-def]
+    """Set forces, their directions and friction; gaps of points that do not press include what the others press in."""
+    f, found = model.surfaces, work.pressing
+    for s in range(len(f.owner)):
+        if not found.live[s]:
+            continue
+        for b in range(f.functions[s, 0], f.functions[s, 1]):
+            total = 0.0
+            for a in range(count):
+                total += found.force[found.active[a]] * found.moved[found.active[a], b]
+            found.inward[b] = total
+    a = 0
+    for s in range(len(f.owner)):
+        if not found.live[s]:
+            continue
+        for p in range(f.points[s, 0], f.points[s, 1]):
+            if not found.near[p]:
+                continue
+            own, i = work.touch[first + p], first + p
+            if f.by_law[s]:
+                if work.touching[i]:
+                    own[LAW], _, _ = law_force(
+                        model.touch_law[i], own[DEPTH] + work.shift[i], own[RATE], work.approach[i]
+                    )
+                    found.force[p] = own[LAW]
+            elif work.touching[i]:
+                total = 0.0
+                for k in range(a + 1):
+                    total += found.matrix[a, k] * found.matrix[a, k]
+                own[DEPTH], a = total * found.force[p], a + 1
+            else:
+                total = _over(work, p, 0, f.counts[s, 1], found.inward)
+                for k in range(count):
+                    total += f.residual[p, found.active[k]] * found.force[found.active[k]]
+                own[DEPTH] = -found.gap[p] - total
+            if found.force[p] != 0.0:
+                _direct(model, work, s, p, i)
+
+
+@inner
+def _direct(model, work, s, p, i):  # type: ignore[no-untyped-def]
+    """Set the direction of a point's force, and its friction."""
+    f, found, own = model.surfaces, work.pressing, work.touch[i]
+    s0, s1, s2 = found.slope[p, 0], found.slope[p, 1], found.slope[p, 2]
+    if not f.by_law[s]:
+        s0 += _over(work, p, 1, f.counts[s, 1], found.inward)
+        s1 += _over(work, p, 2, f.counts[s, 1], found.inward)
+    size = np.sqrt(s0 * s0 + s1 * s1 + s2 * s2)
+    d = _from_frame(model, work, s, (s0, s1, s2))
+    own[FORCE] = found.force[p] * size
+    along = 0.0
+    for k in range(3):
+        found.direction[p, k], own[NORMAL + k] = d[k], -d[k] / size
+        along += own[APART + k] * d[k] / size
+    square = 0.0
+    for k in range(3):
+        own[DRAG + k] = own[APART + k] - along * d[k] / size
+        square += own[DRAG + k] * own[DRAG + k]
+    slow, rubs = model.touch_friction[i, 1], model.touch_friction[i, 0]
+    own[SLIDING] = np.sqrt(square)
+    for k in range(3):
+        own[DRAG + k] *= -own[FORCE] * rubs / np.sqrt(square + slow * slow)
+
+
+@inner
+def press_surfaces(model, work, sums):  # type: ignore[no-untyped-def]
+    """Add the forces of all points on both bodies, and the rates of what laws and friction dissipate."""
+    f, found = model.surfaces, work.pressing
+    first = len(model.touch_pair) - len(f.arm)
+    for s in range(len(f.owner)):
+        if not found.live[s]:
+            continue
+        for p in range(f.points[s, 0], f.points[s, 1]):
+            own, force = work.touch[first + p], found.force[p]
+            if force == 0.0:
+                continue
+            drag, d = own[DRAG : DRAG + 3], found.direction[p]
+            total = (force * d[0] + drag[0], force * d[1] + drag[1], force * d[2] + drag[2])
+            _push(model, work, s, p, total)
+            if f.by_law[s]:
+                law = model.touch_law[first + p]
+                depth = own[DEPTH] + work.shift[first + p]
+                sums[LOST] += (own[LAW] - law[0] * depth ** law[1]) * own[RATE]
+            if model.touch_friction[first + p, 0] > 0.0:
+                slow, square = model.touch_friction[first + p, 1], own[SLIDING] * own[SLIDING]
+                sums[LOST] += own[FORCE] * model.touch_friction[first + p, 0] * square / np.sqrt(square + slow * slow)
+
+
+@inner
+def _push(model, work, s, p, total):  # type: ignore[no-untyped-def]
+    """Add a force on a point, and its opposite on the other body, to modes of which its part across it acts."""
+    f, found = model.surfaces, work.pressing
+    for side in range(2):
+        b, sign = f.owner[s, side], 1.0 - 2.0 * side
+        moment = cross(found.arm[p, side], total)
+        for k in range(3):
+            work.push[b, k] += sign * total[k]
+            work.push[b, 3 + k] += sign * moment[k]
+    a, b = f.owner[s, 0], f.owner[s, 1]
+    Q = work.turn[a]
+    for k in range(model.elastic[a, 0]):
+        moved = rotated(Q, f.rows[p, :, k])
+        work.push[a, 6 + k] += moved[0] * total[0] + moved[1] * total[1] + moved[2] * total[2]
+    for k in range(model.elastic[b, 0]):
+        work.push[b, 6 + k] -= found.force[p] * _over(work, p, 0, f.counts[s, 1], f.outward[:, k])

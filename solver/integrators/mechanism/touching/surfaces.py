@@ -1,0 +1,133 @@
+"""Points of one body that press on the surface of another, both of which turn: arrays, and how a scene fills them.
+
+The surface is a height over a plane of its body, h = H(s, t), or that plane. In its frame a point is at (s, t, h), and
+its gap is
+
+    g = c (h − H) − N·e + Σ_j C_ij λ_j,   c = 1/√(1 + |∇H|²),
+
+to second order its distance; e are the outward displacements of the functions of the traction space and N their values
+at (s, t). The force on the point is λ ∇g, on the other body its opposite at the same place, on the modes of both
+λ ∂g/∂q, so that momenta and energy are kept whatever the shapes; the slope of N·e is in it. C is the layer, R of the
+points, and N R Nᵀ of the functions; points that press have g = 0, which is linear in their forces.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Surfaces(NamedTuple):
+    """Pairs of an interface of points and a surface. Shapes: S pairs, P points, F functions, E elastic coordinates."""
+
+    owner: np.ndarray
+    """Bodies of points and surface, (S, 2)."""
+    points: np.ndarray
+    """First and last + 1 point, (S, 2)."""
+    functions: np.ndarray
+    """First and last + 1 function, (S, 2)."""
+    arm: np.ndarray
+    """Points from the centre of their undeformed body, along its axes [m], (P, 3)."""
+    rows: np.ndarray
+    """Their displacement per elastic coordinate, (P, 3, E)."""
+    normal: np.ndarray
+    """Their outward normals along its axes, (P, 3)."""
+    layer: np.ndarray
+    """[m/N], (P,)."""
+    residual: np.ndarray
+    """R of the points along their normals [m/N], (P, P)."""
+    by_law: np.ndarray
+    """Whether the points of a pair press by a law, not by flexibilities, (S,)."""
+    origin: np.ndarray
+    """Of the plane, from the centre of its body [m], (S, 3)."""
+    axes: np.ndarray
+    """Across, along and the outward normal as rows, in its body, (S, 3, 3)."""
+    low: np.ndarray
+    """Least coordinates of the height [m], (S, 2)."""
+    step: np.ndarray
+    """Between its knots [m], (S, 2)."""
+    cells: np.ndarray
+    """How many across and along, then where its heights and its cover begin, (S, 4)."""
+    heights: np.ndarray
+    """[m]"""
+    cover: np.ndarray
+    """Whether a cell has surface."""
+    start: np.ndarray
+    """Least coordinates of the traction space [m], (S, 2)."""
+    spacing: np.ndarray
+    """[m], (S, 2)"""
+    counts: np.ndarray
+    """Functions across and along, (S, 2)."""
+    outward: np.ndarray
+    """Outward displacement of functions per elastic coordinate, (F, E)."""
+    compliance: np.ndarray
+    """R of the functions [m/N], (F, F)."""
+    balls: np.ndarray
+    """Centre in the body and radius of the points, then of the surface [m], (S, 2, 4)."""
+    deep: np.ndarray
+    """Depth below which a point is on the other side of the body [m], (S,)."""
+
+
+class Pressing(NamedTuple):
+    """What is found of the points in one state."""
+
+    live: np.ndarray
+    """Whether points of a pair may be over its surface, (S,)."""
+    near: np.ndarray
+    """Whether a point is over its surface, not deep below, and close to it, (P,)."""
+    arm: np.ndarray
+    """From the centres of both bodies, along the scene's axes [m], (P, 2, 3)."""
+    gap: np.ndarray
+    """Without forces [m], (P,)."""
+    slope: np.ndarray
+    """∂g/∂(s, t, h), (P, 3)."""
+    first: np.ndarray
+    """First function that it touches; the others follow by lines, (P,)."""
+    weights: np.ndarray
+    """N, ∂N/∂s, ∂N/∂t, (P, 3, 16)."""
+    direction: np.ndarray
+    """∇g along the scene's axes, (P, 3)."""
+    force: np.ndarray
+    """λ [N], (P,)."""
+    drag: np.ndarray
+    """Friction on the point [N], (P, 3)."""
+    active: np.ndarray
+    """Points that press by flexibilities, (P,)."""
+    moved: np.ndarray
+    """Inward displacement of all functions by the force of each of them [m/N], (P, F)."""
+    matrix: np.ndarray
+    """C of them and its factor, (P, P)."""
+    inward: np.ndarray
+    """Of functions by the forces [m], (F,)."""
+    stored: np.ndarray
+    """Energy of the flexibilities [J], (1,)."""
+
+
+SURFACES = {
+    "owner": (0, 2), "points": (0, 2), "functions": (0, 2), "arm": (0, 3), "rows": (0, 3, 0), "normal": (0, 3),
+    "layer": (0,), "residual": (0, 0), "by_law": (0,), "origin": (0, 3), "axes": (0, 3, 3), "low": (0, 2),
+    "step": (0, 2), "cells": (0, 4), "heights": (0,), "cover": (0,), "start": (0, 2), "spacing": (0, 2),
+    "counts": (0, 2), "outward": (0, 0), "compliance": (0, 0), "balls": (0, 2, 4), "deep": (0,),
+}  # fmt: skip
+WHOLE = ("owner", "points", "functions", "by_law", "cells", "cover", "counts")
+"""Arrays of whole numbers."""
+
+
+def no_surfaces(elastic: int) -> Surfaces:
+    """Return arrays without pairs.
+
+    Args:
+        elastic: E.
+    """
+    shapes = SURFACES | {"rows": (0, 3, elastic), "outward": (0, elastic)}
+    return Surfaces(**{name: np.zeros(shape, np.int64 if name in WHOLE else float) for name, shape in shapes.items()})
+
+
+def pressing_of(surfaces: Surfaces) -> Pressing:
+    """Return work arrays."""
+    s, p, f = len(surfaces.owner), len(surfaces.arm), len(surfaces.outward)
+    return Pressing(
+        live=np.zeros(s, np.int64), near=np.zeros(p, np.int64), arm=np.zeros((p, 2, 3)), gap=np.zeros(p),
+        slope=np.zeros((p, 3)), first=np.zeros(p, np.int64), weights=np.zeros((p, 3, 16)), direction=np.zeros((p, 3)),
+        force=np.zeros(p), drag=np.zeros((p, 3)), active=np.zeros(p, np.int64), moved=np.zeros((p, f)),
+        matrix=np.zeros((p, p)), inward=np.zeros(f), stored=np.zeros(1),
+    )  # fmt: skip
