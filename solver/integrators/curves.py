@@ -2,32 +2,17 @@
 
 import numpy as np
 
+from gudgeon.solver.contact.windows import mean_of_means
 from gudgeon.solver.integrators.outcome import PLATEAU
 
 
 def windowed(edges: np.ndarray, impulse: np.ndarray, window: float) -> tuple[float, float]:
     """Return the largest mean over W of the mean force over W [N], and its time [s].
 
-    It is |I(t + W) − 2 I(t) + I(t − W)| / W², with I the integral of the impulse, and t an edge or between two.
-
-    Args:
-        edges: Times between which the impulse is linear, constant before and after [s], (n,).
-        impulse: At these times, zero at the first [N s], (n, 3).
-        window: W [s].
+    Times are edges, and those between two. Arguments as of `mean_of_means`.
     """
-    steps = np.diff(edges)
-    integral = np.zeros_like(impulse)
-    np.cumsum(0.5 * steps[:, None] * (impulse[1:] + impulse[:-1]), axis=0, out=integral[1:])
-
-    def at(time: np.ndarray) -> np.ndarray:
-        i = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, len(steps) - 1)
-        since = (time - edges[i])[:, None]
-        inside = np.clip(since, 0.0, steps[i, None])
-        slope = (impulse[i + 1] - impulse[i]) / steps[i, None]
-        return integral[i] + inside * (impulse[i] + 0.5 * slope * inside) + np.maximum(since - inside, 0) * impulse[-1]
-
     middles = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])]))
-    sizes = np.linalg.norm(at(middles + window) - 2 * at(middles) + at(middles - window), axis=1) / window**2
+    sizes = np.linalg.norm(mean_of_means(edges, impulse, window, middles), axis=1)
     equal = middles[sizes >= sizes.max() * (1 - PLATEAU)]
     equal = equal[equal <= equal[0] + window]
     return float(sizes.max()), 0.5 * float(equal[0] + equal[-1])

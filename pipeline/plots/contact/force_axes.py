@@ -9,6 +9,7 @@ from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Curve
 from gudgeon.pipeline.plots.contact.located import Touch
+from gudgeon.solver.contact.windows import mean_of_means
 
 WINDOW = 40e-6
 """Full width of the Hann window of forces over a cycle [s], which usual numbers of modes resolve."""
@@ -50,7 +51,7 @@ def smoothed(trajectory: Trajectory, name: str) -> Smoothed | None:
     if width < FINEST * interval:
         return None
     count = round(width / interval)
-    mean = _windowed(force, count)
+    mean = _windowed(force, interval, width)
     # A force that is there from the start or to the end changes there by the window alone.
     changed = np.abs(mean - force)[count : len(force) - count].max(initial=0.0)
     lower = np.linalg.norm(force, axis=1).max() - np.linalg.norm(mean, axis=1).max()
@@ -129,21 +130,19 @@ def windowed(trajectory: Trajectory, name: str, reference: Curve) -> Curve:
     times = interval * np.arange(1, int(min(reference.times[-1], trajectory.times[-1]) / interval) + 1)
     force = np.interp(times, reference.times, reference.force)
     own = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
-    return Curve(reference.label, times, _windowed(force, max(1, round(own / interval))))
+    return Curve(reference.label, times, _windowed(force[:, None], interval, max(own, interval))[:, 0])
 
 
-def _windowed(force: np.ndarray, count: int) -> np.ndarray:
-    """Return the mean over a number of samples of the mean over as many [N], as `force_peak` has it, (s, ...).
+def _windowed(force: np.ndarray, interval: float, window: float) -> np.ndarray:
+    """Return the mean over a window of the mean over it [N] at the middles of samples, as `force_peak` has it, (s, k).
 
-    It is zero before and after the samples.
+    Args:
+        force: Means over samples, zero before and after them [N], (s, k).
+        interval, window: Their lengths [s].
     """
-    from scipy.ndimage import uniform_filter1d
-
-    # Two windows of an even number are shifted by half a sample each, to opposite sides.
-    padded = np.pad(force, [(count, count)] + [(0, 0)] * (force.ndim - 1))
-    once = uniform_filter1d(padded, count, axis=0, mode="constant")
-    twice = uniform_filter1d(once, count, axis=0, mode="constant", origin=-1 if count % 2 == 0 else 0)
-    return twice[count : len(force) + count]
+    edges = interval * np.arange(len(force) + 1)
+    impulse = np.concatenate([np.zeros_like(force[:1]), interval * np.cumsum(force, axis=0)])
+    return mean_of_means(edges, impulse, window, edges[1:] - 0.5 * interval)
 
 
 def _reference_line(axes: Axes, times: np.ndarray, abscissa: np.ndarray, reference: Curve) -> float:

@@ -1,0 +1,27 @@
+"""Forces within a window: the mean over it of the mean over it, whose weight rises and falls over twice its length."""
+
+import numpy as np
+
+
+def mean_of_means(edges: np.ndarray, impulse: np.ndarray, window: float, times: np.ndarray) -> np.ndarray:
+    """Return the mean over W around some times, (k,), of the mean force over W [N], (k, 3).
+
+    It is (I(t + W) − 2 I(t) + I(t − W)) / W², with I the integral of the impulse.
+
+    Args:
+        edges: Times between which the impulse is linear, constant before and after [s], (n,).
+        impulse: At these times, zero at the first [N s], (n, 3).
+        window: W [s].
+    """
+    steps = np.diff(edges)
+    integral = np.zeros_like(impulse)
+    np.cumsum(0.5 * steps[:, None] * (impulse[1:] + impulse[:-1]), axis=0, out=integral[1:])
+
+    def at(time: np.ndarray) -> np.ndarray:
+        i = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, len(steps) - 1)
+        since = (time - edges[i])[:, None]
+        inside = np.clip(since, 0.0, steps[i, None])
+        slope = (impulse[i + 1] - impulse[i]) / steps[i, None]
+        return integral[i] + inside * (impulse[i] + 0.5 * slope * inside) + np.maximum(since - inside, 0) * impulse[-1]
+
+    return (at(times + window) - 2 * at(times) + at(times - window)) / window**2
