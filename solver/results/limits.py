@@ -67,8 +67,13 @@ class Limits:
     def __init__(self, system: System) -> None:
         self._system = system
         self._contacts = list(_offsets(system))
+        self._reach = np.array([one.reach for one in self._contacts]).reshape(len(self._contacts), len(system.rigid), 2)
+        self._offsets = np.array([one.limit for one in self._contacts])
         self._lines = list(lines(system))
         self._sizes = [_gyration(body) for body in system.bodies.values()]
+        masses = np.array([body.morph.mass for body in system.bodies.values()])
+        self._squares = masses * (system.scene.run.limits.angle * np.array(self._sizes)) ** 2
+        self._turns = _turns(system)
         self._before = system.position[system.rigid]
         self._fastest = {line.name: float(np.linalg.norm(line.relative(system.velocity))) for line in self._lines}
 
@@ -93,6 +98,8 @@ class Limits:
 
     def _turned(self, times: np.ndarray, places: np.ndarray) -> Iterator[tuple[float, Exit]]:
         limit, first = self._system.scene.run.limits.angle, 0
+        if not (np.abs(places) @ self._turns > limit * (1 - ROUND_OFF)).any():
+            return  # No body can have turned so far.
         for name, body in self._system.bodies.items():
             own = slice(first, first + body.rigid_count)
             first = own.stop
@@ -102,6 +109,8 @@ class Limits:
 
     def _deformed(self, times: np.ndarray, squares: np.ndarray) -> Iterator[tuple[float, Exit]]:
         limit = self._system.scene.run.limits.angle
+        if not (squares > self._squares * (1 - ROUND_OFF)).any():
+            return
         for (name, body), own, size in zip(self._system.bodies.items(), squares.T, self._sizes, strict=True):
             deflections = np.sqrt(own / body.morph.mass)
             if (at := _first(deflections > limit * size)) is not None:
@@ -109,15 +118,19 @@ class Limits:
                 yield times[at], Exit(Result.ROTATION, sentence)
 
     def _moved_aside(self, times: np.ndarray, places: np.ndarray, forces: np.ndarray) -> Iterator[tuple[float, Exit]]:
-        for one in self._contacts:
-            if not (((np.abs(places) @ one.reach) ** 2).sum(axis=1) > one.limit**2).any():
-                continue  # No point can have moved so far.
+        for k in np.flatnonzero(self._far(places)):
+            one = self._contacts[k]
             rows = np.swapaxes(one.rows, 1, 2)
             offsets = np.sqrt(((places @ rows[:2]) ** 2).sum(axis=0)).max(axis=1)
             moved = np.sqrt(((np.abs(places) @ np.abs(rows)) ** 2).sum(axis=0)).max(axis=1)
             touches = forces[:, one.number].any(axis=1) | (not one.touching)
             if (at := _first(touches & (offsets > one.limit + ROUND_OFF * moved))) is not None:
                 yield times[at], Exit(Result.OFFSET, one.sentence(offsets[at], times[at]))
+
+    def _far(self, places: np.ndarray) -> np.ndarray:
+        """Return at which contacts a point may have moved aside beyond its limit, (k,)."""
+        offsets = ((np.abs(places) @ self._reach) ** 2).sum(axis=2)
+        return (offsets > self._offsets[:, None] ** 2).any(axis=1)
 
     def _slipped(self, times: np.ndarray, rates: np.ndarray, forces: np.ndarray) -> Iterator[tuple[float, Exit]]:
         for line in self._lines:
@@ -128,6 +141,16 @@ class Limits:
             allowed = np.maximum(ACROSS * size, VELOCITY_ROUND_OFF * line.size(rates, rigid=True))
             if (at := _first(touches & (across > allowed))) is not None:
                 yield times[at], Exit(Result.SLIP_ACROSS, line.sentence(float(across[at]), float(times[at])))
+
+
+def _turns(system: System) -> np.ndarray:
+    """Return bounds of how far each body turns by each rigid coordinate of the system [rad], (r, b)."""
+    found, first = np.zeros((len(system.rigid), len(system.bodies))), 0
+    for number, body in enumerate(system.bodies.values()):
+        one = np.eye(body.rigid_count)
+        found[first : first + body.rigid_count, number] = np.linalg.norm(body.centre_motion(one)[:, 3:], axis=1)
+        first += body.rigid_count
+    return found
 
 
 def _turned_too_far(name: str, angle: float, time: float, limit: float) -> str:

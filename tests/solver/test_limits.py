@@ -9,6 +9,7 @@ import pytest
 from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.results.limits import Limits
 from gudgeon.solver.simulate import simulate
 from tests.solver.systems import (
     LENGTH,
@@ -45,6 +46,29 @@ def test_a_rotation_beyond_the_limit_ends_the_run_with_angle_and_time(tmp_path: 
     # What was computed up to then is kept: whole frames of 0.5 ms.
     assert found.times[-1] == pytest.approx(8.5e-3)
     assert len(found.frames) == 17
+
+
+def test_every_body_that_turns_too_far_is_found(tmp_path: Path) -> None:
+    """About any axis, whichever body it is: what is left out by a bound over all bodies is within the limit."""
+    one = rigid_records(1.0, {"tip": ((1.0, 0, 0), (0, 0, -1))}, (0.0, 0.1, 0.0))
+    scene = {
+        "body": {"a": {"component": "rod"}, "b": {"component": "rod", "position": [0, 3.0, 0]}},
+        "contact": {"floor": {"body": "a", "interface": "tip", "against": FLOOR, "method": "constraint"}},
+        "run": {"duration": 0.05, "limits": {"angle": 0.05}},
+    }
+    system = build_all(tmp_path, {"rod": one}, scene)
+    limits, rng, found = Limits(system), np.random.default_rng(1), 0
+    for places in rng.normal(0.0, 0.015, (400, 1, len(system.rigid))):
+        first, expected = 0, []
+        for name, body in system.bodies.items():
+            own = places[0, first : first + body.rigid_count]
+            first += body.rigid_count
+            if np.linalg.norm(body.centre_motion(own)[3:]) > 0.05:
+                expected.append(name)
+        ends = [item.sentence.split("'")[1] for _, item in limits._turned(np.zeros(1), places)]
+        assert ends == expected
+        found += len(ends)
+    assert 50 < found < 750
 
 
 def test_a_larger_limit_allows_it(tmp_path: Path) -> None:

@@ -57,16 +57,18 @@ def _relax(points, loads, first, last):  # type: ignore[no-untyped-def]
 @inner
 def follow_residual(points, loads, first, last):  # type: ignore[no-untyped-def]
     """Set the residual displacements [m] of rows at the start of the step, and without the forces of its end."""
-    free, before = points.residual_displacement, points.total_displacement
+    free, before, response = points.residual_displacement, points.total_displacement, points.response
     force, now = points.residual_force, points.last
     free[first:last] = 0.0
     before[first:last] = 0.0
+    response[first:last] = 0.0
     for j in range(len(force)):
         if force[j] != 0.0 or now[j] != 0.0:
             row, flown = points.residual[j], points.memory[0, j] * force[j] + points.memory[1, j] * now[j]
             for i in range(first, last):
                 before[i] += row[i] * force[j]
                 free[i] += row[i] * flown
+                response[i] += row[i] * now[j]
     given = Listed(loads.numbers, loads.last_residual_force, len(loads.last_residual_force))
     combine(loads.to_gap, given, 1.0, first, last, before)
 

@@ -1,10 +1,12 @@
 """The implicit integrator: builds the arrays of `solver.integrators.implicit.kernel` from a system."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from gudgeon.solver import capabilities
+from gudgeon.solver.compiled import machine_code
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.integrators.flight import flight
@@ -42,10 +44,14 @@ class Implicit(capabilities.Implicit):
         )  # fmt: skip
         self._located = Located(self._arrays.log)
         self._ahead = 0, Drive(np.empty((0, 0)), np.empty((0, 0, 0)))
+        self._march: Callable[..., bool] | None = None
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
         """Fill all but the gauges of samples of `stride` steps; False where the run cannot continue."""
-        if not march(self._arrays, self._drive(first, len(out.forces) * stride), out, first, stride):
+        given = self._arrays, self._drive(first, len(out.forces) * stride), out, first, stride
+        if self._march is None:
+            self._march = machine_code(march, *given)
+        if not self._march(*given):
             return False
         if not self._located.take():
             self.failure = Result.IMPACTS
@@ -63,18 +69,23 @@ class Implicit(capabilities.Implicit):
             left = math.ceil(self._system.scene.run.duration / self._dt * (1 - 1e-12)) - first
             start = self._dt * np.arange(first, first + max(count, min(left, AHEAD)))
             driving = self._system.driving
-            drive = Drive(driving.loads(start, self._dt), driving.crank(start + self._dt))
+            # In rows one after the other, so that all parts have the same type.
+            loads, crank = driving.loads(start, self._dt), driving.crank(start + self._dt)
+            drive = Drive(np.ascontiguousarray(loads), np.ascontiguousarray(crank))
             self._ahead = begin, drive
         here = slice(first - begin, first - begin + count)
         return Drive(drive.loads[here], drive.crank[here])
 
     def outcome(self) -> Outcome:
         points, masters, energy = self.points, self.masters, self.energy
-        held = slice(*_span(masters.residual_force[None]))
-        outward = -(masters.residual_force[held] @ masters.residual[held] + masters.functions @ self.modes.q)
+        held, own = masters.residual_force.nonzero()[0], slice(*masters.span)
+        inward = self.modes.q[own] @ masters.columns[own]
+        if len(held):
+            pressed = slice(held[0], held[-1] + 1)
+            inward += masters.residual_force[pressed] @ masters.residual[pressed]
         return Outcome(
             q=self.modes.q, v=self.modes.v, multipliers=points.multipliers, impulses=points.impulses,
-            extreme=energy.extreme, counts=energy.counts, masters=outward, master_impulses=masters.impulses,
+            extreme=energy.extreme, counts=energy.counts, masters=-inward, master_impulses=masters.impulses,
             drag_impulse=masters.drag_impulse, left=int(masters.left[0]),
         )  # fmt: skip
 

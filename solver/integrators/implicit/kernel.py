@@ -113,8 +113,13 @@ def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
     copy(q, before[0])
     copy(v, before[1])
     copy(modes.gravity, force)
+    # Until the forces of the step are found, `moved` has q at its end under the contact forces of its start.
+    start_force = modes.moved
+    start_force[:] = 0.0
     listed = Listed(points.pressed[0], points.amounts[0], count[0])
-    combine(points.rows, listed, 0.5, points.span[0], points.span[1], force)
+    combine(points.rows, listed, 0.5, points.span[0], points.span[1], start_force)
+    for k in range(len(force)):
+        force[k] += start_force[k]
     for i in range(len(amount)):
         row = loads.rows[i]
         for k in range(len(force)):
@@ -134,6 +139,8 @@ def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
         q[k] = motion[0, k] * q0[k] + motion[1, k] * v0[k] + push[0, k] * force[k]
     for k in range(len(v)):
         v[k] = motion[2, k] * q0[k] + motion[3, k] * v0[k] + push[1, k] * force[k]
+    for k in range(len(q)):
+        start_force[k] = q[k] + push[0, k] * start_force[k]
     displacement, response, memory = points.residual_displacement, points.response, points.memory
     first, second = memory[0], memory[1]
     for i in range(len(displacement)):
@@ -168,7 +175,10 @@ def _free_gaps_of_candidates(arrays, slides):  # type: ignore[no-untyped-def]
 
 @inner
 def _free_gaps(modes, points, masters, matrix, loads, k):  # type: ignore[no-untyped-def]
-    """Set the gaps [m] of contact k at the end of the step, without masters and without the forces of its end."""
+    """Set the gaps [m] of contact k at the end of the step, without masters and without the forces of its end.
+
+    Where bodies slide, they are those under the contact forces of the step's start.
+    """
     first, last = matrix.block[k, 0], matrix.block[k, 1]
     if not points.followed[k]:
         follow_residual(points, loads, first, last)
@@ -177,6 +187,15 @@ def _free_gaps(modes, points, masters, matrix, loads, k):  # type: ignore[no-unt
     free, gap, displacement = points.free[first:last], points.gap[first:last], points.residual_displacement[first:last]
     for i in range(len(free)):
         free[i] = gap[i] + displacement[i]
+    if len(masters.residual_force) > 0:
+        response, end = points.response[first:last], points.memory[2, first:last]
+        for i in range(len(free)):
+            free[i] += end[i] * response[i]
+        for n in range(points.counts[0]):
+            i = points.pressed[0, n]
+            if first <= i < last:
+                points.free[i] += points.layer[i] * points.amounts[0, n]
+        q = modes.moved[points.span[0] : points.span[1]]
     given = Listed(loads.numbers, loads.residual_force, len(loads.residual_force))
     combine(loads.to_gap, given, 1.0, first, last, points.free)
     combine(points.columns, Listed(own, q, len(own)), 1.0, first, last, points.free)
@@ -201,7 +220,7 @@ def _solve_contact(arrays, slides):  # type: ignore[no-untyped-def]
                 _shift(points, matrix, loads)
                 if slides:
                     expected = Listed(points.pressed[guess], points.amounts[guess], points.counts[guess])
-                    press_as_expected(points, masters, matrix, expected, exact == 1)
+                    press_as_expected(points, masters, matrix, expected, (guess == 1, exact == 1))
                 if not _solve_lcp(points, matrix, counts):
                     return False
                 if not (slides and is_bound(points, masters)):

@@ -145,15 +145,17 @@ def displace_masters(masters, matrix):  # type: ignore[no-untyped-def]
 
 
 @inner
-def press_as_expected(points, masters, matrix, expected, exact):  # type: ignore[no-untyped-def]
+def press_as_expected(points, masters, matrix, expected, how):  # type: ignore[no-untyped-def]
     """Set the gaps [m] to those under the expected forces, whatever the age of the matrix.
 
     Where the space's largest displacement leaves a point clearly open, its gap is the bound by it: see `is_bound`.
 
     Args:
+        points: Its gaps are those under the forces of the step's start.
         expected: Multipliers of the end of the step as they are expected [N], `Listed`.
-        exact: Whether no gap may be a bound.
+        how: Whether those are others than at its start, and whether no gap may be a bound.
     """
+    changed, exact = how
     onto, work, shifted, active = masters.function_forces[2], masters.work, points.shifted, points.active
     active.expected[:] = 0.0
     for n in range(expected.size):
@@ -163,6 +165,8 @@ def press_as_expected(points, masters, matrix, expected, exact):  # type: ignore
     low, high = scatter(matrix, corner[0], along[0], expected, 1.0, onto)
     size = pack(onto, low, high, masters.numbers, masters.amounts)
     found = Listed(masters.numbers, masters.amounts, size)
+    if changed:
+        _list_change(points)
     for k in range(len(matrix.block)):
         if matrix.candidate[k]:
             first, last = window(matrix, k)
@@ -172,8 +176,32 @@ def press_as_expected(points, masters, matrix, expected, exact):  # type: ignore
             first, last = matrix.block[k, 0], matrix.block[k, 1]
             _bound(corner[0, first:last], shifted[first:last], masters.near[first:last], deepest)
             gather(matrix, k, masters.near, along[0], work, shifted)
-            combine(matrix.base, expected, 1.0, first, last, shifted)
+            if changed:
+                _add_change(points, matrix.base, first, last)
     _drop_open(matrix, shifted, active, expected)
+
+
+@inner
+def _list_change(points):  # type: ignore[no-untyped-def]
+    """Set by how much the multipliers of closed rows change in the step [N], in the order of their list.
+
+    They stand where r at its end will.
+    """
+    for n in range(points.counts[1]):
+        points.end_residual_force[n] = points.amounts[1, n] - points.last[points.pressed[1, n]]
+
+
+@inner
+def _add_change(points, base, first, last):  # type: ignore[no-untyped-def]
+    """Add to the gaps of rows first to last − 1 what multipliers do that change in the step [m]."""
+    change = Listed(points.pressed[1], points.end_residual_force, points.counts[1])
+    combine(base, change, 1.0, first, last, points.shifted)
+    for n in range(points.counts[0]):
+        i = points.pressed[0, n]
+        if points.multipliers[i] == 0.0:
+            row, gaps, amount = base[i, first:last], points.shifted[first:last], points.last[i]
+            for j in range(len(gaps)):
+                gaps[j] -= amount * row[j]
 
 
 @inner
