@@ -7,10 +7,13 @@ and masked arrays; and it renders the documentation of hundreds of its functions
 import sys
 from importlib import import_module
 from importlib.abc import MetaPathFinder
+from importlib.metadata import version
 from typing import Any
 
 UNREAD = ("ctypeslib", "f2py", "ma", "matlib", "polynomial", "testing")
 """Modules of numpy that scipy does not use, loaded when they are first named."""
+TESTED = ("1.17.",)
+"""Versions of scipy whose own modules are known; others are loaded as they are."""
 
 
 class _Scipy(MetaPathFinder):
@@ -21,7 +24,7 @@ class _Scipy(MetaPathFinder):
 
     def find_spec(self, name: str, _path: Any = None, _target: Any = None) -> None:
         """Do what a module needs once, and leave the search to others."""
-        if (prepare := self.ways.pop(name, None)) is not None:
+        if (prepare := self.ways.pop(name, None)) is not None and version("scipy").startswith(TESTED):
             prepare()
 
 

@@ -44,3 +44,9 @@ def test_scipy_is_loaded_without_what_no_command_reads_and_works() -> None:
 def test_a_process_that_has_scipy_is_left_alone() -> None:
     code = "import scipy.linalg, sys\n" + LOAD + "print(sum(type(one).__name__ == '_Scipy' for one in sys.meta_path))"
     assert shown(code) == 0
+
+
+def test_another_scipy_is_loaded_as_it_is() -> None:
+    """Its modules may differ, and nothing of theirs is replaced."""
+    other = "import importlib.metadata\nimportlib.metadata.version = lambda name: '9.0'\n"
+    assert shown(other + LOAD + SHOW)["documented"]
