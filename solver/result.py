@@ -68,6 +68,9 @@ class Result(Enum):
         "the wear of a joint went through its wall; increase joint.NAME.wear.thickness, or shorten run.duration or the"
         " number of cycles"
     )
+    OVERLOADED = (
+        "the force on an elastic bearing exceeded that which it is tabulated for; increase joint.NAME.bearing.load"
+    )
     FIELD_LEFT = (
         "a body left the grid of poses of an electrostatic field, or plates touched; widen the grid, or stop the body"
         " before by a contact"

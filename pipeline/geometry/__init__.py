@@ -19,6 +19,7 @@ from gudgeon.pipeline.geometry.shapes.piston import Piston
 from gudgeon.pipeline.geometry.shapes.plane import Rectangle
 from gudgeon.pipeline.geometry.shapes.plate import Plate
 from gudgeon.pipeline.geometry.shapes.rigid import Rigid
+from gudgeon.pipeline.geometry.shapes.ring import Ring
 from gudgeon.pipeline.geometry.shapes.skirt import Skirt
 from gudgeon.pipeline.geometry.shapes.sphere import Sphere
 
@@ -31,6 +32,7 @@ Geometry = Annotated[
     | Sphere
     | Cylinder
     | Rectangle
+    | Ring
     | Bar
     | Beam
     | Frame

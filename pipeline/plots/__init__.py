@@ -60,6 +60,7 @@ DRIVEN: Pictures = {
 TURNING: Pictures = {
     "flat": {
         "mechanism": "gudgeon.pipeline.plots.mechanism.picture:draw_mechanism",
+        "journals": "gudgeon.pipeline.plots.mechanism.journals:draw_journals",
         **{name: PLOTS["flat"][name] for name in ("energy", "probes")},
     },
     "rendered": {"movie": "gudgeon.pipeline.plots.mechanism.film:draw_film"},
@@ -67,9 +68,9 @@ TURNING: Pictures = {
 """Pictures of a scene whose bodies turn by any angle."""
 
 FILES = (
-    "mechanism.png", "force.png", "energy.png", "impacts.png", "gauges.png", "probes.png", "pressure.png", "cycle.png",
-    "deformation.png", "stress.png", "modes.png", "impact.mp4", "cycle.mp4", "mechanism.mp4", "nodal-diameters.png",
-    "blades.png", "wheel.png", "charge.png",
+    "mechanism.png", "journals.png", "force.png", "energy.png", "impacts.png", "gauges.png", "probes.png",
+    "pressure.png", "cycle.png", "deformation.png", "stress.png", "modes.png", "impact.mp4", "cycle.mp4",
+    "mechanism.mp4", "nodal-diameters.png", "blades.png", "wheel.png", "charge.png",
 )  # fmt: skip
 """Names of all pictures; one of several bodies or contacts has its name before the dot."""
 

@@ -113,7 +113,7 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         elif (got := component.interface[interface].kind) not in kinds:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
-    lines += _wrong_sensors(scene)
+    lines += _wrong_sensors(scene) + _wrong_bearings(scene)
     return lines + _without_statics(scene) + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
 
 
@@ -224,6 +224,23 @@ def _unknown_quantities(scene: "SceneFile") -> list[str]:
     return lines
 
 
+def _wrong_bearings(scene: "SceneFile") -> list[str]:
+    """Return what is wrong with the components of elastic bearings."""
+    lines = []
+    for name, owner in scene.bearings().items():
+        where, bearing = f"joint.{name}.bearing", scene.hinges()[name].bearing  # type: ignore[attr-defined]
+        if (component := scene.component.get(owner)) is None:
+            lines.append(f"{where}.component: no component '{owner}'; the scene has {', '.join(scene.component)}")
+        elif (found := component.interface.get(bearing.interface)) is None:
+            have = ", ".join(component.interface) or "none"
+            lines.append(f"{where}.interface: no interface '{bearing.interface}', the component has {have}")
+        elif found.kind != "points":
+            lines.append(f"{where}.interface: '{bearing.interface}' is of kind '{found.kind}', kind 'points' is needed")
+        elif not component.supports:
+            lines.append(f"{where}.component: '{owner}' has no supports; name where the bearing is held on its body")
+    return lines
+
+
 def _wrong_sensors(scene: "SceneFile") -> list[str]:
     """List the sensors that name what the scene does not have, or gauges that are no strain gauges."""
     lines = []
@@ -318,7 +335,8 @@ def gravity_notes(scene: "SceneFile") -> list[str]:
 def law_notes(scene: "SceneFile") -> list[str]:
     """Return a line for each contact law that is used outside its range of validity."""
     laws = {f"contact.{name}": contact.law for name, contact in scene.contact.items() if contact.law is not None}
-    laws |= {f"joint.{name}": one.law for name, one in scene.joint.items() if isinstance(one, Clearance)}
+    joints = {name: one.law for name, one in scene.joint.items() if isinstance(one, Clearance)}
+    laws |= {f"joint.{name}": law for name, law in joints.items() if law is not None}
     return [f"{where}.law: {text}" for where, law in laws.items() if (text := law.warning()) is not None]
 
 

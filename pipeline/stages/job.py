@@ -45,8 +45,8 @@ class Job(SceneJob):
         return self.path.parent
 
     def used(self) -> dict[str, Component]:
-        """Return the components that a body uses."""
-        names = {self.scene.component_of(body) for body in self.scene.body}
+        """Return the components that a body uses, or an elastic bearing."""
+        names = {self.scene.component_of(body) for body in self.scene.body} | set(self.scene.bearings().values())
         return {name: component for name, component in self.scene.component.items() if name in names}
 
     def components(self) -> Mapping[str, dict[str, Product]]:

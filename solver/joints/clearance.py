@@ -9,10 +9,12 @@ from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from gudgeon.solver.joints.bearing import JournalBearing
 from gudgeon.solver.joints.markers import Axial, Square
 from gudgeon.solver.joints.wear import PRESSED, JournalWear
 from gudgeon.solver.laws import Law
 from gudgeon.solver.laws.archard import DEEPEST
+from gudgeon.solver.laws.base import Coefficients
 from gudgeon.solver.numbers import Length, PositiveSpeed, RatioFromZero, Stiffness, Strict
 
 STICKING = 0.8235294117647058
@@ -50,7 +52,12 @@ class Clearance(Axial):
     kind: Literal["clearance"]
     clearance: Length = Field(description="Radius of the bearing less that of the journal [m]")
     radius: Length = Field(description="Radius of the journal [m]")
-    law: Law = Field(description="Force of a touching section as a function of indentation")
+    law: Law | None = Field(
+        default=None, description="Force of a touching section as a function of indentation; or give `bearing`"
+    )
+    bearing: JournalBearing | None = Field(
+        default=None, description="Elastic bearing, whose pressure over its bore presses the journal instead of a law"
+    )
     length: Length | None = Field(
         default=None,
         description="Of the journal, whose two end sections touch by half the law's force each, so that it holds a"
@@ -64,12 +71,15 @@ class Clearance(Axial):
         """Places of the touching sections along the journal's axis, from its point [m]."""
         return (0.0,) if self.length is None else (-0.5 * self.length, 0.5 * self.length)
 
-    @property
-    def rubbing(self) -> tuple[float, float, float, float]:
-        """Coefficient [1], speed [m/s], stiffness [N/m], 0 without sticking, and way by which friction turns [m]."""
+    def rubbing(self, law: Coefficients) -> tuple[float, float, float, float]:
+        """Return coefficient [1], speed [m/s], stiffness [N/m], 0 without sticking, and way over which it turns [m].
+
+        Args:
+            law: Of the joint, or of its bearing.
+        """
         if self.friction is None:
             return 0.0, 1.0, 0.0, 0.0
-        mu, law, usual = self.friction.coefficient, self.law.coefficients(), PRESSED * self.clearance
+        mu, usual = self.friction.coefficient, PRESSED * self.clearance
         if self.friction.speed is not None or mu == 0:
             return mu, self.friction.speed or 1.0, 0.0, 0.0
         stiffness = self.friction.stiffness or STICKING * law.exponent * law.stiffness * usual ** (law.exponent - 1)
@@ -79,13 +89,27 @@ class Clearance(Axial):
     def _fits(self) -> "Clearance":
         if self.clearance >= self.radius:
             raise ValueError(f"clearance {self.clearance} is not below the radius {self.radius} of the journal")
+        if (self.law is None) == (self.bearing is None):
+            raise ValueError("law: give either a law, or an elastic bearing")
+        if self.bearing is not None:
+            self._check_bearing()
         if self.wear is not None:
             self._check_wear(self.wear)
         return self
 
+    def _check_bearing(self) -> None:
+        """Raise a ValueError where an elastic bearing does not carry what the joint asks for."""
+        if self.length is not None:
+            raise ValueError("length: given, but an elastic bearing presses along its whole width; leave it out")
+        for key in ("journal_coefficient", "journal_depth", "indentation") if self.wear is not None else ():
+            if getattr(self.wear, key):
+                raise ValueError(
+                    f"wear.{key}: given, but before an elastic bearing the journal stays round; leave it out"
+                )
+
     def _check_wear(self, wear: JournalWear) -> None:
         """Raise a ValueError where wear does not fit the joint."""
-        if wear.length is None and self.length is None:
+        if wear.length is None and self.length is None and (self.bearing is None or self.bearing.length is None):
             raise ValueError("wear.length: is missing; the joint has no length, and depths are volumes per area")
         sections = len(self.sections)
         for key in ("bearing_depth", "journal_depth"):
@@ -102,7 +126,7 @@ class Clearance(Axial):
     def worn_areas(self) -> tuple[float, float]:
         """Return the area of a cell of a section's bearing and journal [m²]; there is wear."""
         assert self.wear is not None
-        length = self.wear.length or self.length
+        length = self.wear.length or self.length or (self.bearing and self.bearing.length)
         assert length is not None
         share = self.wear.step * length / len(self.sections)
         return (self.radius + self.clearance) * share, self.radius * share

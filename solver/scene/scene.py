@@ -22,6 +22,7 @@ from gudgeon.solver.forces.given import GivenForce, GivenTorque, GivenWrench
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.joints import Joint
+from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Marked
 from gudgeon.solver.joints.slider_crank import SliderCrank
@@ -112,6 +113,11 @@ class Scene(Strict):
     def hinges(self) -> dict[str, Marked]:
         """Return the joints of two markers by name, whose bodies turn by any angle."""
         return {n: j for n, j in self.joint.items() if isinstance(j, Marked)}
+
+    def bearings(self) -> dict[str, str]:
+        """Return the components of elastic bearings by the joint that has one."""
+        clearances = {n: j.bearing for n, j in self.joint.items() if isinstance(j, Clearance) and j.bearing is not None}
+        return {n: one.component for n, one in clearances.items() if one.component is not None}
 
     def point_springs(self) -> dict[str, Spring]:
         """Return the springs between two points, whose line turns with them, by name: as named, or in mechanisms."""

@@ -11,6 +11,7 @@ from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.solver.bodies.placing import rotation, turned_design, turned_modes, turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
+from gudgeon.solver.contact.bores import ElasticBore, read_bores
 from gudgeon.solver.contact.rows import PER_ROW, ContactPoints, ContactRows, contact_block, sliding_block
 from gudgeon.solver.contact.shares import shared_twice
 from gudgeon.solver.errors import SceneError
@@ -40,7 +41,8 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
             face its surface, points start inside of it, or one moves across its line of friction.
         ModalDBError: a record is missing or cannot be used, or a design does not fit its modes.
     """
-    if missing := {scene.component_of(name) for name in scene.body} - morphs.keys():
+    used = {scene.component_of(name) for name in scene.body} | set(scene.bearings().values())
+    if missing := used - morphs.keys():
         given = ", ".join(morphs) or "none"
         raise SceneError(f"morphs: no key for component '{min(missing)}'; keys are given for: {given}")
     keys = {name: morphs[scene.component_of(name)] for name in scene.body}
@@ -62,7 +64,8 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
             "body: all rigid motions are fixed by supports and freedom, and no body is elastic; release at least one"
             " motion"
         )
-    return assembled(scene, bodies, terms, fields=read_fields(store, scene, bodies))
+    bores = read_bores(store, scene, morphs)
+    return assembled(scene, bodies, terms, fields=read_fields(store, scene, bodies), bores=bores)
 
 
 def _checked_modes(store: Store, name: str, design: MorphRecord, only: list[str]) -> ModalRecord:
@@ -85,12 +88,14 @@ def assembled(
     *,
     sag: np.ndarray | None = None,
     fields: Fields | None = None,
+    bores: dict[str, ElasticBore] | None = None,
 ) -> System:
     """Build the system of bodies whose records have been read, one after the other in the coordinates.
 
     Args:
         sag: Change of the gaps by what the bodies' coordinates do not contain [m], (c,).
         fields: Those of the scene; default: none.
+        bores: Of its elastic bearings, by joint; default: none.
 
     Raises:
         SceneError: as `compile_system`.
@@ -120,7 +125,7 @@ def assembled(
         driving=driving, springs=springs, loads=loads, position=position,
         velocity=velocity, start_forces=np.zeros(len(arrays["gap"])), start_pulls=np.zeros(len(springs.stiffness)),
         start_friction=np.zeros((len(arrays["gap"]), 2)), start_stretch=np.zeros((len(arrays["gap"]), 2)),
-        fields=Fields([], joined([])) if fields is None else fields,
+        fields=Fields([], joined([])) if fields is None else fields, bores=bores or {},
         terms=terms, probes=compile_probes(scene, bodies, contacts, springs, size), **arrays,
         **compile_gauges(bodies, contacts, size),
     )  # fmt: skip

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import linalg
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.bores import ElasticBore
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SolverError
 from gudgeon.solver.obstacles.plane import Plane
@@ -90,6 +91,8 @@ class System:
     velocity: np.ndarray
     """Initial velocities [m kg^½/s], (m,)."""
     fields: Fields
+    bores: dict[str, ElasticBore]
+    """Of elastic bearings, by joint."""
     terms: list[Term]
 
     @property

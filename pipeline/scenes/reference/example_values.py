@@ -69,6 +69,9 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "Orthotropic": {"E": [1.35e11, 1e10, 1e10], "nu": [0.3, 0.3, 0.4], "G": [5e9, 5e9, 3.5e9]},
     "PlaneFile": {"path": "section.msh"},
     "Friction": {"speed": 1e-3},
+    "JournalBearing": {
+        "component": "bush", "interface": "bore", "foundation": 1e13, "length": 0.02, "load": 1e5,
+    },
     "JournalFriction": {"coefficient": 0.1, "speed": 1e-3, "stiffness": 5e7},
     "Contact": {"within": 2e-3},
     "ContactWear": {"thickness": 5e-5},

@@ -132,6 +132,11 @@ class Model(NamedTuple):
     worn_turn: np.ndarray
     """Cosine and sine of the cells' angles, (c, cells, 2)."""
     surfaces: Surfaces
+    yielding: np.ndarray
+    """Number of the table of each section's elastic bearing, −1 without one, (c,); see `touching.yielding.Table`."""
+    yielding_reach: np.ndarray
+    yielding_touch: np.ndarray
+    yielding_depth: np.ndarray
 
 
 class Work(NamedTuple):
@@ -248,7 +253,7 @@ class Work(NamedTuple):
     """Added to its indentation, which by round-off was not above zero as the contact began: a dashpot's force jumps
     there [m], (c,)."""
     touch: np.ndarray
-    """What it does, columns of `touching.kernel`, (c, 24)."""
+    """What it does, columns of `touching.kernel`, (c, 25)."""
     pressing: Pressing
 
 

@@ -133,10 +133,9 @@ def linkage_of(system: System) -> Linkage:
                 f"body.{name}: supports, freedom or an inertia of zero hold some of its rigid motions; integrator"
                 " 'mechanism' holds bodies by joints alone, and needs all three moments of inertia"
             )
-    names = list(system.bodies)
     centres = [np.asarray(scene.body[name].position) + body.morph.centre for name, body in system.bodies.items()]
     frames = [frame_of(body, scene.body[name]) for name, body in system.bodies.items()]
-    found = Linkage(system, names, np.array(centres), frames=frames)
+    found = Linkage(system, list(system.bodies), np.array(centres), frames=frames)
     for name, joint in scene.hinges().items():
         _add_hinge(found, name, joint)
     for name, joint in scene.joint.items():
@@ -165,7 +164,7 @@ def _add_hinge(found: Linkage, name: str, joint: Marked) -> None:
     found.markers.append((other, own))
     found.axes.append(np.array([frame, turned]))
     if isinstance(joint, Clearance):
-        found.sections += of_journal(name, joint, pair)
+        found.sections += of_journal(name, joint, pair, found.system.bores.get(name))
     if isinstance(joint, Distance):
         apart = float(np.linalg.norm(found.place(own) - found.place(other)))
         if apart == 0:
@@ -231,12 +230,11 @@ def model_of(found: Linkage) -> Model:
     system, scene = found.system, found.system.scene
     bodies, rows, terms = list(system.bodies.values()), found.rows, list(found.terms)
     springs = [(found.ends(one, f"force.{name}"), one) for name, one in scene.point_springs().items()]
-    loads = list(scene.turning_loads().values())
-    pressed = [_pressed(found, name, one) for name, one in scene.turning_loads().items()]
+    loads = scene.turning_loads()
+    pressed = [_pressed(found, name, one) for name, one in loads.items()]
     bushings = [(found.ends(one, f"force.{name}"), one) for name, one in scene.six_motions().items()]
     points = [*(p for two in found.markers for p in two), *(p for ends, _ in springs for p in ends), *pressed,
               *(p for ends, _ in bushings for p in ends)]  # fmt: skip
-    wrenches = [_wrench(one) for one in loads]
     inertia = np.array([body.morph.inertia for body in bodies])
     size = reach_of(found)
     filled = [(*row.terms, (NONE, 0.0))[:2] for row in rows]
@@ -263,9 +261,9 @@ def model_of(found: Linkage) -> Model:
         reach=np.array([size if row.length else 1.0 for row in rows], float),
         pairs=pairs, envelope=envelope(pairs, len(rows)),
         spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
-        load=np.array(wrenches, float).reshape(-1, 6), **_flexible(found, points), **section_arrays(found.sections),
+        load=np.array([_wrench(one) for one in loads.values()], float).reshape(-1, 6),
+        **_flexible(found, points), **section_arrays(found.sections), **_bushings(found, bushings),
         surfaces=surfaces_of(found.meetings, system, max((len(one.stiffness) for one in found.frames), default=0)),
-        **_bushings(found, bushings),
     )  # fmt: skip
 
 

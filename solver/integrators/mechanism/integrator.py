@@ -77,6 +77,9 @@ class Mechanism(Capabilities):
         owners = np.array([one.owner for one in self.linkage.sections])
         tracks = [Track(np.flatnonzero(owners == contact.name)) for contact in system.contacts]
         worn = {number: one.worn for number, one in enumerate(self.linkage.sections) if one.worn is not None}
+        self._bearable = {
+            number: one.yielding.load for number, one in enumerate(self.linkage.sections) if one.yielding is not None
+        }
         self.touching = Touching(self.model, self.work, tracks, self._size, worn=worn)
         refuse_overlap(system, self.touching.depths(self._state), tracks, self._size)
         self.touching.begin(self._state)
@@ -128,6 +131,10 @@ class Mechanism(Capabilities):
                     return False
                 if self.touching.worn_through:
                     self.failure = Result.WORN_THROUGH
+                    return False
+                if (section := self.touching.overloaded(self._bearable)) is not None:
+                    self.failure = Result.OVERLOADED
+                    self.reason = self._overload(section)
                     return False
             states[number] = self._interpolated(time)
             vectors[number] = self._turned(states[number])
@@ -202,6 +209,14 @@ class Mechanism(Capabilities):
             " widen the surface or its extent, shorten run.duration, or round off the edge"
         )
         return True
+
+    def _overload(self, section: int) -> str:
+        """Return why a run ends whose elastic bearing is pressed beyond its table."""
+        name, load = self.linkage.sections[section].owner, self._bearable[section]
+        return (
+            f"at {self._time:.6g} s the force on joint '{name}' exceeds {load:g} N, up to which its bearing is"
+            f" tabulated; increase joint.{name}.bearing.load"
+        )
 
     def _note_left(self) -> None:
         """Say so where the run cannot continue since a body left a field."""

@@ -6,8 +6,8 @@ bearing's material at the same place, and friction has that of the contact point
 point in a bore is a journal without radius. Behind a plane across u it is δ = −d · u, and n = −u.
 
 Worn shapes of bearing and journal lessen the indentation by what `soft` defines, δ = |e| − c − H(e), with
-e = d − (d·u) u. Its gradient N = n − ∇H has not quite the length 1: the law's force f(δ, δ̇) acts as f N, so that it has
-a potential.
+e = d − (d·u) u, and elastic bearings by what `yielding` does. Its gradient N = n − ∇H has not quite the length 1: the
+law's force f(δ, δ̇) acts as f N, so that it has a potential.
 """
 
 import numpy as np
@@ -25,10 +25,11 @@ from gudgeon.solver.integrators.mechanism.arrays import (
 )
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
 from gudgeon.solver.integrators.mechanism.touching.soft import soft_depth
+from gudgeon.solver.integrators.mechanism.touching.yielding import yielding_depth
 from gudgeon.solver.laws.force import law_force
 
 DEPTH, RATE, FORCE, SLIDING = range(4)
-"""Columns of `Work.touch`: indentation [m] and its rate [m/s], force [N], sliding speed [m/s]."""
+"""Columns of `Work.touch`: indentation [m] and its rate [m/s], see `STRETCH`, force [N], sliding speed [m/s]."""
 NORMAL, DRAG, APART, ARM = 4, 7, 10, 13
 """Where vectors begin: n, force of friction on the journal [N], d, and the section's place from the journal's point."""
 LAW, TWIST = 16, 17
@@ -38,7 +39,10 @@ GRIP, ALONG, DEFLECTING = 20, 21, 22
 rate of the deflection begins [m/s]."""
 OVER = 20
 """Of a point before another body: whether it is over the surface of that."""
-COLUMNS = 24
+STRETCH = 24
+"""Rate of the indentation over that of the way along the normal: 1, but of elastic bearings, whose loss acts on the
+latter and so gives its restitution back, whatever the potential."""
+COLUMNS = 25
 
 
 @inner
@@ -75,8 +79,8 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
         for k in range(3):
             found[NORMAL + k], found[APART + k], found[ARM + k], found[TWIST + k] = n[k], d[k], arm[k], 0.0
         apart = (sb[0] - sa[0], sb[1] - sa[1], sb[2] - sa[2])
-        length = 1.0
-        if model.worn_cells[i, 0] or model.worn_cells[i, 1]:
+        length, found[STRETCH] = 1.0, 1.0
+        if model.worn_cells[i, 0] or model.worn_cells[i, 1] or model.yielding[i] >= 0:
             length = _set_worn(model, work, i, (v0, v1, v2), apart)
             n = (found[NORMAL], found[NORMAL + 1], found[NORMAL + 2])
             rate = n[0] * v0 + n[1] * v1 + n[2] * v2
@@ -170,12 +174,14 @@ def _set_worn(model, work, i, v, apart):  # type: ignore[no-untyped-def]
     e = (d[0] - along * u[0], d[1] - along * u[1], d[2] - along * u[2])
     g0, g1, g2, turning = found[NORMAL], found[NORMAL + 1], found[NORMAL + 2], 0.0
     for side in range(2):
-        if not model.worn_cells[i, side]:
+        if not model.worn_cells[i, side] and (side == 1 or model.yielding[i] < 0):
             continue
         x, y = work.axes[a + side, :, 0], work.axes[a + side, :, 1]
-        depth, gx, gy = soft_depth(
-            model, i, side, e[0] * x[0] + e[1] * x[1] + e[2] * x[2], e[0] * y[0] + e[1] * y[1] + e[2] * y[2]
-        )
+        ex, ey = e[0] * x[0] + e[1] * x[1] + e[2] * x[2], e[0] * y[0] + e[1] * y[1] + e[2] * y[2]
+        if model.yielding[i] >= 0:
+            depth, gx, gy = yielding_depth(model, i, ex, ey)
+        else:
+            depth, gx, gy = soft_depth(model, i, side, ex, ey)
         found[DEPTH] -= depth
         g = (gx * x[0] + gy * y[0], gx * x[1] + gy * y[1], gx * x[2] + gy * y[2])
         over = g[0] * u[0] + g[1] * u[1] + g[2] * u[2]
@@ -188,6 +194,8 @@ def _set_worn(model, work, i, v, apart):  # type: ignore[no-untyped-def]
     length = np.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
     over = 1.0 / length if length > 0.0 else 0.0
     found[NORMAL], found[NORMAL + 1], found[NORMAL + 2] = g0 * over, g1 * over, g2 * over
+    if model.yielding[i] >= 0:
+        found[RATE], found[STRETCH] = found[RATE] * over, length
     return length
 
 
@@ -220,7 +228,7 @@ def press_touches(model, work, sums):  # type: ignore[no-untyped-def]
         press(model, work, a, wrench_on_journal(model, work, i, found[APART : APART + 3]), -1.0)
         law = model.touch_law[i]
         elastic = law[0] * depth ** law[1]
-        sums[LOST] += (found[LAW] - elastic) * found[RATE]
+        sums[LOST] += (found[LAW] - elastic) * found[RATE] * found[STRETCH]
         slow = model.touch_friction[i, 1]
         if model.touch_friction[i, 2] > 0.0:  # With what the spring stores, which `energy` takes off again.
             sums[LOST] += model.touch_friction[i, 0] * found[FORCE] * found[SLIDING]

@@ -37,7 +37,7 @@ from gudgeon.solver.integrators.mechanism.step import observe
 from gudgeon.solver.integrators.mechanism.touching.cone import Cones, polynomial
 from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH, FORCE, NORMAL, OVER, RATE
 from gudgeon.solver.integrators.mechanism.touching.track import Track
-from gudgeon.solver.integrators.mechanism.touching.worn import Rubbed, WornSection, offsets
+from gudgeon.solver.integrators.mechanism.touching.worn import BEARING, Rubbed, WornSection, offsets
 
 LOOKS = 8
 """Times of a step at which sections are looked at, evenly spaced: so many times less may a contact last unnoticed."""
@@ -200,7 +200,9 @@ class Touching:
             own = [(i, one) for i, one in pressing if max(before, one.worn.after) == after_begin]
             found = [self._rubbing(at(float(time)), own) for time in times]
             for k, (_, one) in enumerate(own):
-                for (x, depth, sums), (y, deeper, more) in pairwise(found):
+                for apart, depth, _, forces in found:
+                    one.note(float(forces[k]), apart[k, BEARING], float(depth[k]))
+                for (x, depth, sums, _), (y, deeper, more, _) in pairwise(found):
                     impulse, work = more[k] - sums[k]
                     ends, depths = np.array([x[k], y[k]]), np.array([depth[k], deeper[k]])
                     one.add(ends, depths, float(impulse), float(work))
@@ -210,13 +212,18 @@ class Touching:
         """Whether the wear of a section exceeds its wall."""
         return any(one.through for one in self.rubbed.values())
 
-    def _rubbing(self, state: np.ndarray, own: list[tuple[int, Rubbed]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return offsets (k, 2, 2), indentations (k,) and integrals of force and of its work of sliding (k, 2)."""
+    def overloaded(self, loads: Mapping[int, float]) -> int | None:
+        """Return the first section whose present force has exceeded its load [N]; None if none has."""
+        pressing = (i for i in loads if self._work.touching[i])
+        return next((i for i in pressing if self.impacts[i][-1][PEAK] > loads[i]), None)
+
+    def _rubbing(self, state: np.ndarray, own: list[tuple[int, Rubbed]]) -> tuple[np.ndarray, ...]:
+        """Return offsets (k, 2, 2), indentations (k,), integrals of force and of its work of sliding (k, 2), forces."""
         observe(self._model, self._work, state)
         sections = [i for i, _ in own]
         apart = np.array([offsets(self._model, self._work, i) for i in sections])
         sums = pushes_of(state, len(self.impacts))[sections, :2]
-        return apart, self._work.touch[sections, DEPTH].copy(), sums
+        return apart, self._work.touch[sections, DEPTH].copy(), sums, self._work.touch[sections, FORCE].copy()
 
     def _grazed(self, at: At, times: np.ndarray, found: np.ndarray) -> list[Event]:
         """Return when free sections touch which are free again at the next look: where they are deepest in between."""

@@ -5,13 +5,15 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.bores import ElasticBore
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.arrays import JOURNAL, NONE, PLANE
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame
 from gudgeon.solver.integrators.mechanism.parts import Point
 from gudgeon.solver.integrators.mechanism.touching.track import Track
-from gudgeon.solver.integrators.mechanism.touching.worn import WornSection, worn_arrays, worn_section
+from gudgeon.solver.integrators.mechanism.touching.worn import WornSection, check_cells, worn_arrays, worn_section
+from gudgeon.solver.integrators.mechanism.touching.yielding import Yielding, yielding_arrays, yielding_of
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.laws.base import Coefficients
 from gudgeon.solver.methods import METHODS
@@ -40,13 +42,30 @@ class Section(NamedTuple):
     """Of markers."""
     worn: WornSection | None = None
     """Its wear and worn shape; None where wear is not asked for."""
+    yielding: Yielding | None = None
+    """Its elastic bearing; None of a law."""
 
 
-def of_journal(name: str, joint: Clearance, pair: int) -> list[Section]:
-    """Return the sections of a joint with clearance, which share its law."""
+def of_journal(name: str, joint: Clearance, pair: int, bore: ElasticBore | None) -> list[Section]:
+    """Return the sections of a joint with clearance, which share its law.
+
+    Args:
+        bore: Of its elastic bearing.
+
+    Raises:
+        SceneError: the bearing does not carry its load, or has too few places for the cells of its wear.
+    """
+    if bore is not None:
+        yielding = yielding_of(name, joint, bore)
+        worn, law = worn_section(joint, 0, yielding.pressed), yielding.law
+        assert worn is not None
+        check_cells(name, worn, bore)
+        size = (joint.clearance, joint.radius, 0.0)
+        return [Section(name, size, law, joint.rubbing(law), pair=pair, worn=worn, yielding=yielding)]
+    assert joint.law is not None
     law, share = joint.law.coefficients(), 1 / len(joint.sections)
+    mu, speed, stiffness, turning = joint.rubbing(law)
     law = law._replace(stiffness=share * law.stiffness, damping=share * law.damping)
-    mu, speed, stiffness, turning = joint.rubbing
     friction = (mu, speed, share * stiffness, turning)
     return [
         Section(
@@ -98,13 +117,15 @@ def of_contact(
 
 def section_arrays(kept: list[Section]) -> dict[str, np.ndarray]:
     """Return the arrays of sections, by their names in `Model`."""
-    return {
+    own = {
         "touch_pair": np.array([one.pair for one in kept], np.int64),
         "touch_shape": np.array([one.shape for one in kept], np.int64),
         "touch_size": np.array([one.size for one in kept], float).reshape(-1, 3),
         "touch_law": np.array([one.law for one in kept], float).reshape(-1, 4),
         "touch_friction": np.array([one.friction for one in kept], float).reshape(-1, 4),
-    } | worn_arrays([one.worn for one in kept])
+    }
+    tables = [one.yielding.table if one.yielding else None for one in kept]
+    return own | worn_arrays([one.worn for one in kept]) | yielding_arrays(tables)
 
 
 def refuse_overlap(system: System, depths: np.ndarray, tracks: list[Track], size: float) -> None:

@@ -10,12 +10,19 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
+from gudgeon.solver.contact.bores import ElasticBore
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.arrays import Model, Work
 from gudgeon.solver.integrators.mechanism.touching.kernel import APART
+from gudgeon.solver.integrators.mechanism.touching.yielding import Pressed
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.wear import SPREAD
 
 BEARING, JOURNAL_SIDE = range(2)
+PLACES_PER_CELL = 2
+"""Least number: areas of corners and middles of elements alternate."""
+SWEEP = 4
+"""Cells that an elastic bearing's pressure may move by between two offsets at which it is computed."""
 CELL_SUMS = ("impulse", "slide", "journal_slide")
 """What is added up: impulse over the bearing [N s], force times sliding distance over bearing and journal [N m]."""
 
@@ -38,11 +45,19 @@ class WornSection(NamedTuple):
     """Of a cell of both [m²]."""
     thickness: float
     """Of the wall that may be worn away [m]."""
+    pressed: Pressed | None = None
+    """An elastic bearing."""
 
 
-def worn_section(joint: Clearance, number: int) -> WornSection | None:
-    """Return the wear of a section of a joint by its number, None without wear."""
+def worn_section(joint: Clearance, number: int, pressed: Pressed | None = None) -> WornSection | None:
+    """Return the wear of a section of a joint by its number, None without wear.
+
+    Args:
+        pressed: Its elastic bearing, whose pressure is kept without wear too.
+    """
     wear = joint.wear
+    if pressed is not None:
+        return _pressed_section(joint, pressed)
     if wear is None:
         return None
     rows = [one[number] if one and any(one[number]) else None for one in (wear.bearing_depth, wear.journal_depth)]
@@ -56,6 +71,34 @@ def worn_section(joint: Clearance, number: int) -> WornSection | None:
     )
 
 
+def _pressed_section(joint: Clearance, pressed: Pressed) -> WornSection:
+    """Return the wear of a joint with an elastic bearing; its worn shape is in the gaps of the bearing."""
+    wear, bore = joint.wear, pressed.bore
+    thickness = np.inf if wear is None or wear.thickness is None else wear.thickness
+    cells = max(1, _places(bore) // PLACES_PER_CELL) if wear is None else wear.cells
+    shape = wear.on_cells(wear.bearing_depth[0]) if wear is not None and wear.bearing_depth else None
+    area = float(bore.areas.sum()) / cells if wear is None else joint.worn_areas()[0]
+    rate, after = (0.0, 0.0) if wear is None else (wear.coefficient / wear.hardness, wear.after)
+    return WornSection(
+        cells, (shape, None), 0.0, 0.0, after, rates=(rate, 0.0), areas=(area, area), thickness=thickness,
+        pressed=pressed,
+    )  # fmt: skip
+
+
+def _places(bore: ElasticBore) -> int:
+    """Return how many places a bore has about its axis."""
+    return len(np.unique(np.round(bore.angles, 6)))
+
+
+def check_cells(name: str, worn: WornSection, bore: ElasticBore) -> None:
+    """Raise a SceneError where a cell has so few places of a bore that its pressure would depend on them."""
+    if worn.cells > (most := max(1, _places(bore) // PLACES_PER_CELL)):
+        raise SceneError(
+            f"joint.{name}.wear.cells: {worn.cells} given; the bore has {_places(bore)} places about its axis, and"
+            f" corners and middles of elements differ: allowed: up to {most}"
+        )
+
+
 def worn_arrays(worn: list[WornSection | None]) -> dict[str, np.ndarray]:
     """Return the arrays of the worn shapes of all sections; a section without has no cells."""
     c, most = len(worn), max((one.cells for one in worn if one is not None and any_shape(one)), default=0)
@@ -65,7 +108,7 @@ def worn_arrays(worn: list[WornSection | None]) -> dict[str, np.ndarray]:
     }  # fmt: skip
     for i, one in enumerate(worn):
         if one is None or not any_shape(one):
-            continue
+            continue  # Those of an elastic bearing are in its table.
         arrays["worn_soft"][i], arrays["worn_turn"][i, : one.cells] = one.softness, turns(one.cells)
         for side, shape in enumerate(one.shapes):
             if shape is not None:
@@ -74,8 +117,8 @@ def worn_arrays(worn: list[WornSection | None]) -> dict[str, np.ndarray]:
 
 
 def any_shape(one: WornSection) -> bool:
-    """Whether a section's bearing or journal is not round."""
-    return any(shape is not None for shape in one.shapes)
+    """Whether a section's bearing or journal is not round, beside that of an elastic bearing."""
+    return one.pressed is None and any(shape is not None for shape in one.shapes)
 
 
 def turns(cells: int) -> np.ndarray:
@@ -101,6 +144,33 @@ class Rubbed:
         """See `CELL_SUMS`, (3, cells)."""
         self.indented = 0.0
         """Integral of the indentation over force times sliding distance [N m²]."""
+        self.most = 0.0
+        """Largest force [N]."""
+        self._hardest = np.zeros(2), 0.0
+        """Offset along the frame of the bearing and indentation then [m]."""
+        self._onto = _deposit(worn.pressed.bore.angles, worn.cells) if worn.pressed is not None else None
+
+    def note(self, force: float, offset: np.ndarray, depth: float) -> None:
+        """Keep where the journal was, (2,), and how deep [m], if the force is the largest so far [N]."""
+        if force > self.most:
+            self.most, self._hardest = force, (offset.copy(), depth)
+
+    def pressure(self) -> np.ndarray:
+        """Return the pressure over the bearing at the largest force [Pa], (cells,)."""
+        offset, depth = self._hardest
+        if self.most <= 0:
+            return np.zeros(self.worn.cells)
+        shares = self._shares(np.array([offset, offset]), np.array([depth, depth]), BEARING)
+        return self.most * shares / self.worn.areas[BEARING]
+
+    def pressed_angle(self) -> float:
+        """Return the angle over which an elastic bearing is pressed at the largest force [rad]."""
+        assert self.worn.pressed is not None
+        angles = np.sort(self.worn.pressed.bore.angles[self.worn.pressed.forces(self._hardest[0]) > 0])
+        if len(angles) < 2:
+            return 0.0
+        free = np.diff(np.append(angles, angles[0] + 2 * np.pi))
+        return 2 * np.pi - float(free.max())
 
     def add(self, ends: np.ndarray, depths: np.ndarray, impulse: float, work: float) -> None:
         """Add what happened between two times.
@@ -134,6 +204,8 @@ class Rubbed:
         """Return the share of each cell, (cells,), whose sum is one, of pressure that moves from one end to another."""
         first, last = (np.arctan2(y, x) for x, y in ends)
         swept = abs((last - first + np.pi) % (2 * np.pi) - np.pi)
+        if self._onto is not None:
+            return self._pressures(ends, swept)
         softness = max(self.worn.least, SPREAD * max(0.0, float(depths.mean())))
         size = float(np.linalg.norm(ends, axis=1).max())
         width = np.sqrt(softness / size) if size > 0 else np.pi
@@ -145,6 +217,31 @@ class Rubbed:
             levels = levels - shape
         weights = np.exp((levels - levels.max(axis=1, keepdims=True)) / softness)
         return (weights / weights.sum(axis=1, keepdims=True)).mean(axis=0)
+
+    def _pressures(self, ends: np.ndarray, swept: float) -> np.ndarray:
+        """Return the shares of an elastic bearing; both sides have those of the bearing."""
+        pressed = self.worn.pressed
+        assert pressed is not None
+        assert self._onto is not None
+        count = 1 + int(swept / (SWEEP * 2 * np.pi / self.worn.cells))
+        total = np.zeros(self.worn.cells)
+        for at in (np.arange(count) + 0.5) / count:
+            offset = ends[0] + at * (ends[1] - ends[0])
+            forces = pressed.forces(offset)
+            if not forces.any():
+                forces[pressed.first_touch(float(np.arctan2(offset[1], offset[0])))[1]] = 1.0
+            total += self._onto @ forces / forces.sum()
+        return total / count
+
+
+def _deposit(angles: np.ndarray, cells: int) -> np.ndarray:
+    """Return the shares by which forces at angles act on the two cells beside them, (cells, p)."""
+    at = angles / (2 * np.pi) * cells
+    low = np.floor(at).astype(int)
+    found, places = np.zeros((cells, len(angles))), np.arange(len(angles))
+    np.add.at(found, (low % cells, places), 1 - (at - low))
+    np.add.at(found, ((low + 1) % cells, places), at - low)
+    return found
 
 
 def worn_quantities(joint: str, sections: list[Rubbed]) -> Json:
@@ -162,12 +259,19 @@ def worn_quantities(joint: str, sections: list[Rubbed]) -> Json:
         )
         found |= {f"{joint}.{name}_{key}": {"value": value, "unit": unit} for key, value, unit in values}
     work = sum(float(one.sums[1].sum()) for one in sections)
-    if work > 0:
+    hardest = max(sections, key=lambda one: one.most)
+    if hardest.most > 0:
+        found[f"{joint}.pressure_peak"] = {"value": float(hardest.pressure().max()), "unit": "Pa"}
+        if hardest.worn.pressed is not None:
+            found[f"{joint}.pressed_angle"] = {"value": hardest.pressed_angle(), "unit": "rad"}
+    if work > 0 and hardest.worn.pressed is None:
         mean = sum(one.indented for one in sections) / work
         found[f"{joint}.rubbed_indentation"] = {"value": mean, "unit": "m"}
     return found
 
 
 def worn_cells(sections: list[Rubbed]) -> Json:
-    """Return what was added up over the cells of a joint's sections, a list for each; see `CELL_SUMS`."""
-    return {key: [one.sums[row].tolist() for one in sections] for row, key in enumerate(CELL_SUMS)}
+    """Return what was added up over the cells of a joint's sections, and the pressure at the largest force [Pa], a list
+    for each; see `CELL_SUMS`."""
+    sums = {key: [one.sums[row].tolist() for one in sections] for row, key in enumerate(CELL_SUMS)}
+    return sums | {"pressure": [one.pressure().tolist() for one in sections]}
