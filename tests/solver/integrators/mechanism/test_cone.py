@@ -123,10 +123,13 @@ def test_keys_of_the_cone() -> None:
     """The spring is by default that of Mindlin at 2 % of the clearance; with a speed nothing sticks."""
     one = {"kind": "clearance", "body": "part", "against": "mate", "axis": [0, 0, 1], "clearance": 1e-3, "radius": 0.01,
            "law": {"kind": "hertz", "stiffness": 1e9, "exponent": 1.5}}  # fmt: skip
-    mu, _, stiffness, _ = Clearance.model_validate(one | {"friction": {"coefficient": 0.1}}).rubbing
+    joint = Clearance.model_validate(one | {"friction": {"coefficient": 0.1}})
+    assert joint.law is not None
+    law = joint.law.coefficients()
+    mu, _, stiffness, _ = joint.rubbing(law)
     assert mu == 0.1
     assert stiffness == pytest.approx(2 * 0.7 / 1.7 * 1.5 * 1e9 * np.sqrt(2e-5))
-    assert Clearance.model_validate(one | {"friction": {"coefficient": 0.1, "speed": 0.1}}).rubbing[2] == 0
+    assert Clearance.model_validate(one | {"friction": {"coefficient": 0.1, "speed": 0.1}}).rubbing(law)[2] == 0
     with pytest.raises(ValidationError, match="friction with a `speed` does not stick"):
         Clearance.model_validate(one | {"friction": {"coefficient": 0.1, "speed": 0.1, "stiffness": 1e6}})
 
