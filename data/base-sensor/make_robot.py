@@ -1,8 +1,9 @@
-"""Write robot.toml and its joint tables: `python data/base-sensor/make_robot.py`.
+"""Write the robot's scenes and joint tables: `python data/base-sensor/make_robot.py`.
 
 A six-axis arm of the dimensions, masses and centres of mass that Universal Robots publishes for its UR5 ("DH parameters
 for calculations of kinematics and dynamics"); inertias are those of solid cylinders. It starts with right angles at all
-joints, its tool down, in a hole with clearance, and stands on three load cells.
+joints, its tool down, in a hole with clearance, and stands on three load cells: bushings (robot.toml), or elastic posts
+of the database (robot-cells.toml); or on the plate of beams (robot-plate.toml).
 """
 
 from pathlib import Path
@@ -26,7 +27,7 @@ CLEARANCE = 1e-4
 TILT = 0.012
 """Of the peg while its tip is pushed to the side [rad]: 30 mm above the tip it then presses on the other side."""
 FRICTION = "{ static = 0.15, speed = 1e-3 }"
-CELLS, CELL_RADIUS = 3, 0.12
+CELLS, CELL_RADIUS, POST = 3, 0.12, 0.04
 DURATION, KNOTS = 1.0, 101
 RING = ("east", "north", "west", "south")
 
@@ -115,6 +116,35 @@ def clamps():
             'against_interface = "hub"', ""]  # fmt: skip
 
 
+def cell_places():
+    """Return the places of the load cells from the middle of the stand [m]."""
+    turn = 2 * np.pi / CELLS * np.arange(CELLS)
+    return CELL_RADIUS * np.column_stack([np.cos(turn), np.sin(turn), np.zeros(CELLS)])
+
+
+def posts():
+    """Return the component of the elastic load cells, their bodies, joints and probes."""
+    component = [
+        "[component.cell]", "material = { E = 210e9, nu = 0.3, rho = 7850.0 }", "mesh = { size = 0.01 }", "",
+        "[component.cell.geometry]", 'kind = "frame"',
+        'section = { kind = "rectangle", width = 0.012, height = 0.012 }', "",
+        "[component.cell.geometry.nodes]", "foot = [0.0, 0.0, 0.0]", f"top = [0.0, 0.0, {POST}]", "",
+        "[component.cell.geometry.members]", 'post = { start = "foot", end = "top", up = [1.0, 0.0, 0.0] }', "",
+        "[component.cell.interface]", 'foot = { surface = "foot", kind = "tie", tie = "rbe2" }',
+        'top = { surface = "top", kind = "tie", tie = "rbe2" }', "",
+        "[component.cell.modes]", 'reduction = "row-craig-bampton"', "normal_count = 0", "fixed_count = 0", "",
+    ]  # fmt: skip
+    bodies, joints, probes = [], [], []
+    for k, place in enumerate(cell_places(), 1):
+        bodies += [f"[body.cell{k}]", 'component = "cell"', f"position = {text(place - [0, 0, 0.02 + POST])}",
+                   "damping = { beta = 4e-5 }", ""]  # fmt: skip
+        joints += [f"[joint.floor{k}]", 'kind = "fixed"', f'body = "cell{k}"', 'interface = "foot"', "",
+                   f"[joint.foot{k}]", 'kind = "fixed"', 'body = "stand"', f"at = {text(place)}",
+                   f'against = "cell{k}"', 'against_interface = "top"', ""]  # fmt: skip
+        probes += [f"[probe.cell{k}]", 'kind = "force"', f'of = "joint.foot{k}"', ""]
+    return component, bodies, joints, probes
+
+
 def main():
     """Write the files."""
     at = frames(START)
@@ -176,10 +206,8 @@ def main():
         rows = "\n".join(f"{t:.3f},{x:.12f}" for t, x in zip(times, moved[:, i], strict=True))
         (HERE / f"robot-axis{i + 1}.csv").write_text("time [s],angle [rad]\n" + rows + "\n")
     cells, probes = [], []
-    for k in range(CELLS):
-        angle = 2 * np.pi * k / CELLS
-        place = [CELL_RADIUS * np.cos(angle), CELL_RADIUS * np.sin(angle), -0.02]
-        here = text([*place[:2], 0.0])
+    for k, place in enumerate(cell_places()):
+        here = text(place)
         cells += [f"[force.cell{k + 1}]", 'kind = "bushing"', 'body = "stand"', f"at = {here}"]
         cells += ["stiffness = [5e7, 5e7, 1e8]                           # N/m", "damping = [2e4, 2e4, 4e4]", ""]
         probes += [f"[probe.cell{k + 1}]", 'kind = "force"', f'of = "force.cell{k + 1}"', ""]
@@ -207,6 +235,10 @@ def main():
     on_plate = [*lines, *plate, *bodies, *hinges, *clamps(), *contacts, *tail]
     text_on_plate = "\n".join(on_plate).replace("stands on three load cells", "stands on a plate with strain gauges", 1)
     (HERE / "robot-plate.toml").write_text(text_on_plate)
+    component, posted, held, read = posts()
+    on_posts = [*lines, *component, *bodies, *posted, *hinges, *held, *contacts, *read, *tail]
+    text_on_posts = "\n".join(on_posts).replace("three load cells", "three elastic load cells of the database", 1)
+    (HERE / "robot-cells.toml").write_text(text_on_posts)
     (HERE / "robot.toml").write_text("\n".join([*lines, *bodies, *hinges, *cells, *contacts, *probes, *tail]))
 
 

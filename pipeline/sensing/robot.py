@@ -13,7 +13,7 @@ from gudgeon.pipeline.scenes.gauge import Sensor
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.sensing.bridges import bridge_matrix
 from gudgeon.pipeline.sensing.excitation import Series
-from gudgeon.pipeline.sensing.standing import Arm, Gauged, Standing, arm_of, standing
+from gudgeon.pipeline.sensing.standing import Arm, Gauged, Standing, about, arm_of, standing
 from gudgeon.pipeline.stages.base import Place
 from gudgeon.pipeline.stages.job import Job, contact_job
 from gudgeon.pipeline.stages.run import solve_records
@@ -96,6 +96,10 @@ def robot_of(job: Job, sensor: str | None, progress: Progress) -> Robot:
                 if isinstance(one, Fixed) and one.body == arm.stand and one.against is not None]  # fmt: skip
         if not feet:
             return Robot(job, standing(scene), None, None)
+        if len(feet) > 1:
+            if sensor is not None:
+                raise InputError(f"--sensor: '{sensor}' given, but the stand is fixed on {len(feet)} load cells")
+            return Robot(job, _on_cells(job, arm, progress), None, None)
         plate = str(feet[0].against)
         able = {name: one for name, one in scene.sensor.items() if one.body == plate}
         if sensor is not None and sensor not in able:
@@ -109,6 +113,34 @@ def robot_of(job: Job, sensor: str | None, progress: Progress) -> Robot:
     damping = scene.body[plate].damping
     beta = 0.0 if damping is None else float(getattr(damping, "beta", None) or 0.0)
     return Robot(job, Gauged(arm, gauges, np.linalg.pinv(strains), compliance, beta), own, strains)
+
+
+def _on_cells(job: Job, arm: Arm, progress: Progress) -> Standing:
+    """Return an arm whose stand is fixed on several elastic load cells, each on the ground.
+
+    The wrench of a cell is that of its joint with the stand, and its stiffness that of unit wrenches on its top.
+    """
+    scene, found, cells = job.scene, [], set[str]()
+    probes = {getattr(one, "of", ""): name for name, one in scene.probe.items()}
+    for name, one in scene.hinges().items():
+        if not isinstance(one, Fixed) or one.body != arm.stand or one.against is None:
+            continue
+        if f"joint.{name}" not in probes:
+            raise InputError(f"probe: no probe reads joint.{name}; add one of kind 'force'")
+        if one.against_interface is None:
+            raise InputError(f"joint.{name}.against_interface: is missing; name the top of cell '{one.against}'")
+        if one.against in cells:
+            raise InputError(f"joint.{name}.against: '{one.against}' holds the stand twice; a load cell has one top")
+        cells.add(one.against)
+        _, compliance = unit_wrenches(job, one.against, one.against_interface, progress)
+        damping = scene.body[one.against].damping
+        beta = 0.0 if damping is None else float(getattr(damping, "beta", None) or 0.0)
+        at, K = np.array(one.at or (0.0, 0.0, 0.0)), np.linalg.inv(compliance)
+        found.append((probes[f"joint.{name}"], at, about(K, at), beta * about(K, at)))
+    names, arms, stiffness, damped = zip(*found, strict=True)
+    places = arm.chain.base + np.array(arms)
+    return Standing(arm=arm, cells=list(names), places=places, stiffness=np.sum(stiffness, axis=0),
+                    damping=np.sum(damped, axis=0))  # fmt: skip
 
 
 def unit_wrenches(job: Job, plate: str, hub: str, progress: Progress) -> tuple[np.ndarray, np.ndarray]:

@@ -28,6 +28,8 @@ class Arm:
     """Of its joints, (n,)."""
     stand: str
     """Body on which it stands."""
+    tool: str
+    """Its last link."""
     mass: np.ndarray
     """Of the stand about the base point, (6, 6)."""
 
@@ -55,12 +57,11 @@ class Arm:
     def touched(self, found: Trajectory, scene: SceneFile, times: np.ndarray) -> np.ndarray:
         """Return the true wrench of all contacts on the last link about the base point, (s, 6)."""
         moved = self.chain.motion(*self.angles(times))
-        owner = list(scene.body)[-1]
         total = np.zeros((len(times), 6))
         for name, contact in scene.contact.items():
-            if contact.body != owner:
-                raise InputError(f"contact.{name}.body: '{contact.body}' given, the tool is '{owner}'")
-            points = scene.component[scene.component_of(owner)].geometry.points  # type: ignore[union-attr]
+            if contact.body != self.tool:
+                raise InputError(f"contact.{name}.body: '{contact.body}' given, the tool is '{self.tool}'")
+            points = scene.component[scene.component_of(self.tool)].geometry.points  # type: ignore[union-attr]
             arm = self.chain.centres[-1] + np.array(points[contact.interface].at) - self.chain.points[-1]
             place = moved.place[:, -1] + np.einsum("sij,j->si", moved.turn[:, -1], arm)
             force = np.asarray(found.contacts[name].force)
@@ -147,7 +148,8 @@ def arm_of(scene: SceneFile) -> Arm:
     own = scene.component[scene.component_of(stand)].geometry
     if own.kind != "rigid":
         raise InputError(f"joint.{hinges[0][0]}.against: '{stand}' deforms; the stand of an arm is rigid")
-    return Arm(chain, [drives[name] for name, _ in hinges], stand, np.diag([own.mass] * 3 + list(own.inertia)))
+    mass = np.diag([own.mass] * 3 + list(own.inertia))
+    return Arm(chain, [drives[name] for name, _ in hinges], stand, tool=before, mass=mass)
 
 
 def standing(scene: SceneFile) -> Standing:
@@ -165,12 +167,12 @@ def standing(scene: SceneFile) -> Standing:
         raise InputError(f"probe: no probe reads force.{lacking[0]}; add one of kind 'force'")
     arms = [np.array(one.at or (0.0, 0.0, 0.0)) for one in held.values()]
     both = [(one.matrices(), at) for one, at in zip(held.values(), arms, strict=True)]
-    K, C = (np.sum([_about(two[which], at) for two, at in both], axis=0) for which in (0, 1))
+    K, C = (np.sum([about(two[which], at) for two, at in both], axis=0) for which in (0, 1))
     cells = [probes[f"force.{name}"] for name in held]
     return Standing(arm=arm, cells=cells, places=arm.chain.base + np.array(arms), stiffness=K, damping=C)
 
 
-def _about(matrix: np.ndarray, arm: np.ndarray) -> np.ndarray:
+def about(matrix: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """Return a 6 × 6 matrix of motions at a point over motions of the base point, `arm` away from it [m]."""
     x, y, z = arm
     T = np.eye(6)
