@@ -92,7 +92,7 @@ def main() -> None:
         bed, _ = found_of(Path(name), springs)
     print(f"foundation {stiffness:.4g} N/m³\n")
     print("| | volume [mm³] | depth [nm] | at [deg] | over the mean | impacts | largest force [kN]"
-          " | pressure then [MPa] | at 20 kN [MPa] | half angle [deg] |")  # fmt: skip
+          " | pressure at the largest force after wear.after [MPa] | at 20 kN [MPa] | half angle [deg] |")  # fmt: skip
     print("|---|---|---|---|---|---|---|---|---|---|")
     for label, one in (("bush", bush), ("foundation", bed)):
         q, depth = one.quantities, one.depth
