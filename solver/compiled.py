@@ -78,7 +78,10 @@ def machine_code(function: Any, *arguments: Any) -> Callable[..., Any]:
     """Return the machine code of a compiled function for arguments of these types alone.
 
     To look at the types of all arrays of a loop's tuples takes longer than a step. Nothing checks the types of a call.
+    Where numba is told not to compile, it is the function itself.
     """
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return function
     types = tuple(numba.typeof(one) for one in arguments)
     function.compile(types)
     return function.get_overload(types)

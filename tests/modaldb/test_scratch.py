@@ -43,7 +43,7 @@ def test_a_file_that_may_not_grow_is_one_line(limit: int, tmp_path: Path) -> Non
     command = [sys.executable, "-c", FULL, str(tmp_path / "db"), str(limit)]
     found = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
     assert (found.returncode, found.stderr) == (1, "")
-    assert "the modes record of 0.0" in found.stdout
+    assert "the modes record of 0.1" in found.stdout
     assert "MB was not written (File too large)" in found.stdout
     assert found.stdout.count("\n") == 1
     assert [path for path in (tmp_path / "db").rglob("*") if path.is_file()] == []
