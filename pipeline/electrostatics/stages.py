@@ -161,7 +161,9 @@ def _refuse_long(job: FieldJob, grid: Grid, hours: float) -> None:
     total = grid.count * record.counts["cpu_seconds"] * POSE_SHARE / 3600
     sizes = ", ".join(f"{name}: {len(values)}" for name, values in grid.ordered.items())
     if grid.count > MOST_POSES:
-        raise InputError(f"poses: {grid.count} poses ({sizes}); allowed: {MOST_POSES}. Give fewer points or axes")
+        raise InputError(
+            f"{job.path}: poses: {grid.count} poses ({sizes}); allowed: {MOST_POSES}. Give fewer points or axes"
+        )
     if total > hours:
         raise InputError(
             f"poses.hours: {hours:g} h allowed; {grid.count} poses ({sizes}) of {record.counts['panels']} panels"
