@@ -19,6 +19,8 @@ RIDGE = 1e-12
 """Added to the diagonal of the derivative, relative to it: rows of points that depend on each other are singular."""
 ROUND_OFF = 1e-15
 """Residual of a solution that round-off leaves, over the force that would stop a port's free motion."""
+UNBOUNDED = 1e14
+"""Largest force over the one that would stop a port's free motion: none balances the motion, only round-off does."""
 DIFFERENCE = 1e-7
 """Share of a measure by which the slope of a law is found."""
 
@@ -59,13 +61,16 @@ def natural_residual(constants, state, problem):  # type: ignore[no-untyped-def]
 def allowed(problem, tolerance, bound):  # type: ignore[no-untyped-def]
     """Return the residual of a solution [N]: a share of its largest force, or of its bound [N], or round-off.
 
-    Forces of short steps are small differences of what would stop free motions.
+    Forces of short steps are small differences of what would stop free motions. Not a number, which no residual is
+    below, where a force has grown beyond what round-off can tell from one without end.
     """
     x, columns, largest, rough = problem.x, problem.columns, 0.0, 0.0
     for a in range(problem.size[0]):
         largest = max(largest, abs(x[a]))
         if x[a] != 0.0 and columns[a, a] > 0.0:
             rough = max(rough, abs(problem.free[problem.ports[a]]) / columns[a, a])
+    if largest > UNBOUNDED * rough > 0.0:
+        return np.nan
     return max(tolerance * min(largest, bound), ROUND_OFF * rough)
 
 
