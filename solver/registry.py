@@ -52,7 +52,8 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "restitution", "1", "Newton's ratio −(w·v after) / (w·v before) of the normal velocities of"
              " the rigid-body motion at the contact point, w the impulse of the normal forces on the rigid coordinates:"
              " the mean over the points, weighted by their impulses. Absent with other contacts, joints, forces or"
-             " gravity, and without an approach.", "negative: the points still approach"),
+             " gravity, without an approach, and while the contact still pushes at the end of the run.",
+             "negative: the points still approach"),
     Quantity("contact", "impactN.start", "s", "Start of impact N, of the first ten.", _SIZE),
     Quantity("contact", "impactN.end", "s", "End of impact N.", _SIZE),
     Quantity("contact", "impactN.impulse", "N s", "Size of the integral over the impact of the resultant of the normal"

@@ -125,7 +125,10 @@ def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, Quantity]:
 
 
 def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarray) -> dict[str, Quantity]:
-    """Return the rebound velocities of the contact's bodies, and the restitution where nothing else acts on them."""
+    """Return the rebound velocities of the contact's bodies, and the restitution where nothing else acts on them.
+
+    Without a restitution where the contact still pushes at the end.
+    """
     sides = [contact.body] if contact.other is None else [contact.body, contact.other.body]
     bodies = [system.bodies[side] for side in sides]
     speeds = [body.centre_motion(end.v[body.rigid])[:3] if body.rigid_count else None for body in bodies]
@@ -133,6 +136,8 @@ def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarr
     scene, rigid = system.scene, system.rigid
     if len(system.contacts) > 1 or any(scene.run.gravity) or scene.force or scene.joint:
         return values
+    if (end.multipliers[contact.rows] * ~system.rigid_contact[contact.rows]).any():
+        return values  # The impact goes on: the velocities after it are not known.
     rubbed = np.zeros(len(system.velocity))
     if end.drags.any():
         for name, _, _, points, sign in contact.sides:

@@ -102,6 +102,16 @@ def test_a_central_elastic_impact_keeps_the_ratio_of_the_centres(tmp_path: Path,
     assert found["wall.restitution"]["value"] == pytest.approx(1.0, abs=2e-3)
 
 
+@pytest.mark.parametrize("integrator", ["explicit", "implicit", "event"])
+def test_an_impact_that_goes_on_has_no_restitution_yet(tmp_path: Path, integrator: str) -> None:
+    """The rod touches from the start; its wave returns after 2 L/c = 0.387 ms."""
+    scene = rod_scene(1e-4)
+    scene["run"] |= {"integrator": integrator} | ({} if integrator == "event" else {"step": 1e-7})
+    found = simulate(build(tmp_path, rod_records(30), scene)).quantities
+    assert found["wall.impulse"]["value"] > 0
+    assert "wall.restitution" not in found
+
+
 def test_a_held_body_has_no_rebound_velocity(tmp_path: Path) -> None:
     """A rod that strikes another one which is held at its rigid motions, or is held itself."""
     struck = rigid_records(2.0, {"face": ([0.0, 0.0, 0.0], [-1, 0, 0])})
