@@ -4,6 +4,7 @@ With the rows W of the tie, its translation and rotation over the dofs, M′ = M
 of the surface is one of the point, so that mass, centre and inertia of the body are exact.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from gudgeon.pipeline.fem.model import FEModel, MassProperties
 from gudgeon.pipeline.interfaces.tie import Tie, tie_of, tie_rows
 from gudgeon.pipeline.scenes.component import Component, PointMass
 from gudgeon.pipeline.scenes.interface import Interface
+from gudgeon.pipeline.scenes.supports import Support
 
 MOST_NODES = 3000
 """Nodes with a share of a point mass: all pairs of them get an entry of M."""
@@ -26,9 +28,13 @@ SHARE = 1e-9
 
 def component_model(mesh: MeshRecord, component: Component, where: str) -> FEModel:
     """Return the model of a component with its supports and point masses; errors as of `build_model`, and see below."""
+    return with_point_masses(free_model(mesh, component, where, component.supports), component, where)
+
+
+def free_model(mesh: MeshRecord, component: Component, where: str, supports: Sequence[Support] = ()) -> FEModel:
+    """Return the model of a component without its point masses; errors as of `build_model`."""
     tied = [one.surface for one in component.interface.values() if one.tie == "rbe2"]
-    model = build_model(mesh, component.material, component.supports, where, component.geometry, tied=tied)
-    return with_point_masses(model, component, where)
+    return build_model(mesh, component.material, supports, where, component.geometry, tied=tied)
 
 
 def with_point_masses(model: FEModel, component: Component, where: str) -> FEModel:

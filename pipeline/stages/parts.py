@@ -30,10 +30,9 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
     Args:
         name: The component's name, for messages.
     """
-    from gudgeon.pipeline.fem.assemble import build_model
     from gudgeon.pipeline.fem.elements.materials import densities
     from gudgeon.pipeline.fem.elements.solid import mass_properties
-    from gudgeon.pipeline.interfaces.point_mass import with_point_masses
+    from gudgeon.pipeline.interfaces.point_mass import free_model, with_point_masses
 
     material = component.material
     solid = mesh.cell_type == "tetra10" and mesh.system is None
@@ -41,10 +40,9 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
     if solid and material is not None:
         own = properties = mass_properties(mesh, densities(mesh, material))
     else:
-        own = properties = build_model(mesh, material, (), where, component.geometry).properties
+        own = properties = free_model(mesh, component, where).properties
     if component.point_mass:
-        model = build_model(mesh, material, (), where, component.geometry)
-        properties = with_point_masses(model, component, where).properties
+        properties = with_point_masses(free_model(mesh, component, where), component, where).properties
     return {
         "nodes": len(mesh.nodes),
         "cells": len(mesh.cells),

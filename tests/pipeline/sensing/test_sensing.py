@@ -55,6 +55,19 @@ def test_the_calibration_of_a_scene_is_that_of_the_reference(tmp_path: Path) -> 
     assert place["direction"] == [1.0, 0.0, 0.0]
 
 
+@pytest.mark.parametrize("setting", [[], ["component.plate.point_mass.lid={surface = 'hub', mass = 0.5}"]])
+def test_the_mesh_of_tied_spokes_is_listed_as_one_part(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], setting: list[str]
+) -> None:
+    """Four spokes of 60 x 12 x 10 mm; the parts of a frame that a tie joins are one body for every command."""
+    given = [part for one in setting for part in ("--set", one)]
+    scene = DATA / "base-sensor" / "plate-beams.toml"
+    assert main(["mesh", str(scene), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out"), *given]) == 0
+    rows = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines() if line.startswith("mass "))
+    mass = 4 * 0.06 * 0.012 * 0.01 * 7850 + (0.5 if setting else 0.0)
+    assert rows["mass"] == f"{mass:.6g} kg"
+
+
 def test_three_gauges_do_not_tell_six_components(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = DATA / "base-sensor" / "plate-beams.toml"
     given = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out"), "--set"]
