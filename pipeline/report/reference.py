@@ -38,6 +38,8 @@ USUAL = (
     "angle_end",
 )  # fmt: skip
 """Quantities of a run that are compared if the scene names none."""
+NO_TURN = 1e-9
+"""Angle at the end of a run below which a joint has come back to its start; its digits are round-off [rad]."""
 
 
 @dataclass(frozen=True)
@@ -123,10 +125,15 @@ def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Refe
         wants_force, wants_run = bool(named_by(["force"], interest)), contacts
     else:
         wanted, wants_force, wants_run = {*like.expected}, like.force is not None, like.run is not None
-    expected = {n: value for n, value in found.items() if n in wanted}
+    expected = {n: without_round_off(n, value) for n, value in found.items() if n in wanted}
     force, whole = (_force(job, run), _whole(job, run)) if wants_force else (None, None)
     located = run if like is None else like.located
     return Reference("finest", name, expected, force, run if wants_run else None, whole=whole, located=located)
+
+
+def without_round_off(name: str, value: float) -> float:
+    """Return the value of a quantity, zero for the angle of a joint that has come back to its start."""
+    return 0.0 if name.endswith(".angle_end") and abs(value) < NO_TURN else value
 
 
 def _force(job: Job, run: Ran) -> ForceReference:
