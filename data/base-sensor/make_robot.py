@@ -3,7 +3,7 @@
 A six-axis arm of the dimensions, masses and centres of mass that Universal Robots publishes for its UR5 ("DH parameters
 for calculations of kinematics and dynamics"); inertias are those of solid cylinders. It starts with right angles at all
 joints, its tool down, in a hole with clearance, and stands on three load cells: bushings (robot.toml), or elastic posts
-of the database (robot-cells.toml); or on the plate of beams (robot-plate.toml).
+of the database (robot-cells.toml); or on the plate of beams (robot-plate.toml) or the solid one (robot-solid.toml).
 """
 
 from pathlib import Path
@@ -86,14 +86,14 @@ def text(vector, digits=9):
     return "[" + ", ".join(repr(float(round(x, digits)) + 0.0) for x in vector) + "]"
 
 
-def plate_tables():
-    """Return the plate of plate-beams.toml, without supports, its ring's ends tied for joints, and its body."""
-    text = (HERE / "plate-beams.toml").read_text()
+def plate_tables(solid):
+    """Return the plate of plate.toml or plate-beams.toml, without supports, its ring tied for joints, and its body."""
+    text = (HERE / ("plate.toml" if solid else "plate-beams.toml")).read_text()
     text = text[text.index("[component.plate]") : text.index("[component.plate.modes]")]
-    text = text.replace('supports = ["ring"]\n', "")
-    ring = ', ring = ["far-east", "far-north", "far-west", "far-south"]'
-    ties = "".join(f'{name} = {{ surface = "far-{name}", kind = "tie", tie = "rbe2" }}\n' for name in RING)
-    text = text.replace(ring, "")
+    lines = [line for line in text.splitlines() if not line.startswith("supports")]
+    text = "\n".join(lines).replace(', ring = ["far-east", "far-north", "far-west", "far-south"]', "")
+    far = "" if solid else "far-"
+    ties = "".join(f'{name} = {{ surface = "{far}{name}", kind = "tie", tie = "rbe2" }}\n' for name in RING)
     gauge = text.index("[component.plate.gauge]")
     names = ", ".join(f'"{side}{spoke}"' for spoke in range(4) for side in ("top", "side"))
     return [
@@ -231,10 +231,10 @@ def main():
         'integrator = "mechanism"',
         "",
     ]
-    plate = plate_tables()
-    on_plate = [*lines, *plate, *bodies, *hinges, *clamps(), *contacts, *tail]
-    text_on_plate = "\n".join(on_plate).replace("stands on three load cells", "stands on a plate with strain gauges", 1)
-    (HERE / "robot-plate.toml").write_text(text_on_plate)
+    for name, kind in (("robot-plate", "a plate"), ("robot-solid", "a solid plate")):
+        on_plate = [*lines, *plate_tables(name == "robot-solid"), *bodies, *hinges, *clamps(), *contacts, *tail]
+        text_on_plate = "\n".join(on_plate).replace("three load cells", f"{kind} with strain gauges", 1)
+        (HERE / f"{name}.toml").write_text(text_on_plate)
     component, posted, held, read = posts()
     on_posts = [*lines, *component, *bodies, *posted, *hinges, *held, *contacts, *read, *tail]
     text_on_posts = "\n".join(on_posts).replace("three load cells", "three elastic load cells of the database", 1)

@@ -1,7 +1,8 @@
 """`python -m docs.tools.base_sensor FOLDER`: the arm of data/base-sensor feels its tool through its base.
 
 Runs the task of robot.toml and an optimised excitation without contact, identifies the base parameters from the cells,
-infers the contact's wrench over the task, prints the table of docs/base-sensor.md and draws FOLDER/base-sensor.png.
+infers the contact's wrench over the task, also on the plates of robot-plate.toml and robot-solid.toml, prints the table
+of docs/base-sensor.md and draws FOLDER/base-sensor.png, -plate.png and -solid.png.
 """
 
 import sys
@@ -12,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from gudgeon import modaldb
-from gudgeon.pipeline.kinds import kind_of, open_job, run
-from gudgeon.pipeline.linear.analysis import Asked
+from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.sensing.chain import Base, Identified, base_parameters, identified
 from gudgeon.pipeline.sensing.excitation import Limits, Series, optimised, random_motion
-from gudgeon.pipeline.sensing.standing import Arm, Gauged, Standing, arm_of, standing
+from gudgeon.pipeline.sensing.robot import robot_of
+from gudgeon.pipeline.sensing.standing import Arm, Gauged, Standing, standing
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = ROOT / "data" / "base-sensor" / "robot.toml"
@@ -68,16 +69,14 @@ def at_rest(arm: Arm, times: np.ndarray, gravity: np.ndarray, carried: np.ndarra
     return Y, (np.concatenate([-gravity, np.zeros(3)]) + carried) @ arm.mass
 
 
-def plate_of(folder: Path, arm: Arm, beta: float) -> Gauged:
-    """Return the plate under an arm, calibrated by unit wrenches."""
-    job = open_job(SCENE.with_name("plate-beams.toml"), db=folder / "db", out=folder / "out" / "plate-beams")
-    table = kind_of(job).linear(job, Asked(static=True), lambda *told: None).static
-    assert table is not None
-    rows = {name: row for name, row in zip(table.places, table.values, strict=True)}
-    gauges = [name.removeprefix("gauge.") for name in rows if name.startswith("gauge.")]
-    strains = np.array([rows[f"gauge.{name}"] for name in gauges])
-    compliance = np.array([rows[f"force.wrench[{n}]"] for n in range(1, 7)])
-    return Gauged(arm, gauges, np.linalg.pinv(strains), compliance, beta)
+def plate_of(name: str, folder: Path) -> tuple[Any, Any, Gauged]:
+    """Return a scene of the arm on a plate, its record, and the plate under the arm, calibrated by unit wrenches."""
+    path = SCENE.with_name(name)
+    scene, task = solved(path, folder)
+    job = open_job(path, db=folder / "db", out=folder / "out" / path.stem)
+    base = robot_of(job, None, lambda *told: None).base
+    assert isinstance(base, Gauged)
+    return scene, task, base
 
 
 def rms(values: np.ndarray) -> str:
@@ -122,13 +121,14 @@ def main(place: str) -> None:
     mixed = np.kron(np.eye(2), np.ones((3, 3))) * CALIBRATION * random.standard_normal((6, 6)) + np.eye(6)
     found = table(cells, task, (cells.measured(task), true), (base, exact, fit.values), mixed)
     draw(folder / "base-sensor.png", np.asarray(task.times), true, found)
-    scene, task = solved(SCENE.with_name("robot-plate.toml"), folder)
-    plate = plate_of(folder, arm_of(scene), scene.body["plate"].damping.beta)
-    true = plate.arm.touched(task, scene, np.asarray(task.times))
-    strains = np.column_stack([task.gauges[name] for name in plate.gauges])
-    print("on the plate, by strain gauges")
-    found = table(plate, task, (plate.measured(strains), true), (base, exact, fit.values), mixed)
-    draw(folder / "base-sensor-plate.png", np.asarray(task.times), true, found)
+    for name, what, picture in (("robot-plate.toml", "of beams", "base-sensor-plate.png"),
+                                ("robot-solid.toml", "of tet10 elements", "base-sensor-solid.png")):  # fmt: skip
+        scene, task, plate = plate_of(name, folder)
+        true = plate.arm.touched(task, scene, np.asarray(task.times))
+        strains = np.column_stack([task.gauges[one] for one in plate.gauges])
+        print(f"on the plate {what}, by strain gauges")
+        found = table(plate, task, (plate.measured(strains), true), (base, exact, fit.values), mixed)
+        draw(folder / picture, np.asarray(task.times), true, found)
 
 
 def table(

@@ -79,7 +79,9 @@ def draw(path: Path, volumes: dict[tuple[float, float], float], shapes: dict[tup
     with style.styled():
         title = "pin of data/clearance-joint/wear.toml, bearing of 10 mm, per revolution, unworn"
         figure = style.new_figure("Wear over clearance and speed", title, width=2100, height=900)
-        axes = figure.subplots(1, 3, gridspec_kw={"left": 0.06, "right": 0.98, "bottom": 0.12, "top": 0.78})
+        axes = figure.subplots(
+            1, 3, gridspec_kw={"left": 0.06, "right": 0.98, "bottom": 0.12, "top": 0.78, "wspace": 0.26}
+        )
         for clearance, colour in zip(CLEARANCES, colours, strict=True):
             values = [1e9 * volumes[clearance, speed] for speed in SPEEDS]
             axes[0].loglog(SPEEDS, values, "o-", color=colour, lw=1.2, ms=4, label=f"{clearance * 1e3:g} mm")

@@ -50,9 +50,9 @@ def error_energies(
     for own, mesh, nodes in material_parts(model.mesh, material):
         part = displacements
         if mesh is not model.mesh:
-            part = displacements.reshape(len(model.nodes), -1, displacements.shape[1])[nodes].reshape(
-                -1, displacements.shape[1]
-            )
+            count, columns = displacements.shape[0] // len(model.nodes), displacements.shape[1]
+            by_node = displacements.reshape(len(model.nodes), count, columns)
+            part = by_node[nodes].reshape(len(nodes) * count, columns)
         energies = _energies(mesh, own, geometry, part)
         if energies is None:
             return None

@@ -89,8 +89,9 @@ def banded(values: np.ndarray, band: tuple[float, float], rate: float) -> np.nda
 def lowest(robot: Robot, parameters: np.ndarray) -> float:
     """Return the lowest frequency of an arm on its base at the start [Hz]."""
     moved = tuple(one[:1] for one in robot.arm.angles(np.zeros(1)))
-    mass = inertias(robot.arm.chain, robot.arm.mass, (moved[0], moved[1], moved[2]), parameters)[0]
-    return float(np.sqrt(linalg.eigh(robot.base.yields().stiffness, mass, eigvals_only=True)[0])) / (2 * np.pi)
+    base = robot.base.yields()
+    mass = inertias(robot.arm.chain, robot.arm.mass + base.mass, (moved[0], moved[1], moved[2]), parameters)[0]
+    return float(np.sqrt(linalg.eigh(base.stiffness, mass, eigvals_only=True)[0])) / (2 * np.pi)
 
 
 def following(robot: Robot, times: np.ndarray, parameters: np.ndarray) -> np.ndarray:

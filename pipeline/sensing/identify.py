@@ -102,10 +102,11 @@ def excited(robot: Robot, series: Series, asked: Excited, progress: Progress) ->
 
 
 def unit_calibration(robot: Robot) -> Calibration:
-    """Return the calibration of a plate by unit wrenches; offsets are zero."""
+    """Return the calibration of a plate by unit wrenches; offsets are those of its own weight."""
     assert robot.strains is not None
+    assert isinstance(robot.base, Gauged)
     channels = [{"name": name} for name in robot.sensor.channels(robot.gauges)] if robot.sensor else []
-    return calibrated(channels, WRENCH, robot.bridges @ robot.strains, np.zeros(len(channels)), {}, {})
+    return calibrated(channels, WRENCH, robot.bridges @ robot.strains, robot.bridges @ robot.base.own, {}, {})
 
 
 def sensed(robot: Robot, found: Any, calibration: Calibration | None, noise: np.ndarray, seed: int) -> Sensed:
@@ -146,8 +147,7 @@ def fit_of(one: Sensed, keep: np.ndarray, where: Path, progress: Progress) -> tu
 
     def fitted_with(carried: np.ndarray) -> Identified:
         Y = chain.regressor(*robot.arm.angles(one.times), robot.gravity, carried)
-        own = (np.concatenate([-robot.gravity, np.zeros(3)]) + carried) @ robot.arm.mass
-        return identified(Y[keep], (one.wrench - own)[keep], base, one.levels)
+        return identified(Y[keep], (one.wrench - robot.own(carried))[keep], base, one.levels)
 
     progress("identify", 0.2)
     first = base.completed(fitted_with(still).values, drawn)

@@ -16,9 +16,10 @@ from gudgeon.pipeline.sensing.excitation import Series
 from gudgeon.pipeline.sensing.standing import Arm, Gauged, Standing, about, arm_of, standing
 from gudgeon.pipeline.stages.base import Place
 from gudgeon.pipeline.stages.job import Job, contact_job
-from gudgeon.pipeline.stages.run import solve_records
+from gudgeon.pipeline.stages.run import solve_records, system_of
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.solver.joints.markers import Fixed
+from gudgeon.solver.linear.state import linearised, places
 
 KNOTS = 400
 """Of the table of an excited joint, a second."""
@@ -66,6 +67,12 @@ class Robot:
         strains = np.column_stack([found.gauges[f"{self.sensor.body}.{name}"] for name in self.gauges])
         return strains @ self.bridges.T
 
+    def own(self, carried: np.ndarray) -> np.ndarray:
+        """Return the weight and inertia of the stand, and the inertia of its base, at accelerations (s, 6), (s, 6)."""
+        return (
+            carried @ self.base.yields().mass + (np.concatenate([-self.gravity, np.zeros(3)]) + carried) @ self.arm.mass
+        )
+
     def load(self, times: np.ndarray, parameters: np.ndarray, carried: np.ndarray | None = None) -> np.ndarray:
         """Return the wrench of the base on the stand of an arm that touches nothing, (s, 6).
 
@@ -74,8 +81,7 @@ class Robot:
             carried: Acceleration of the base, (s, 6); default: none.
         """
         moved = np.zeros((len(times), 6)) if carried is None else carried
-        own = (np.concatenate([-self.gravity, np.zeros(3)]) + moved) @ self.arm.mass
-        return self.arm.chain.regressor(*self.arm.angles(times), self.gravity, moved) @ parameters + own
+        return self.arm.chain.regressor(*self.arm.angles(times), self.gravity, moved) @ parameters + self.own(moved)
 
 
 def names_of(robot: Robot) -> list[str]:
@@ -108,11 +114,12 @@ def robot_of(job: Job, sensor: str | None, progress: Progress) -> Robot:
             have = ", ".join(able) or "none"
             raise InputError(f"sensor: the stand is fixed on body '{plate}', whose sensors are {have}; name one")
     own = able[sensor] if sensor is not None else next(iter(able.values()))
-    strains, compliance = unit_wrenches(job, plate, str(feet[0].against_interface), progress)
+    alone = unit_wrenches(job, plate, str(feet[0].against_interface), progress)
     gauges = [f"{plate}.{name}" for name in scene.body[plate].gauges]
     damping = scene.body[plate].damping
     beta = 0.0 if damping is None else float(getattr(damping, "beta", None) or 0.0)
-    return Robot(job, Gauged(arm, gauges, np.linalg.pinv(strains), compliance, beta), own, strains)
+    base = Gauged(arm, gauges, np.linalg.pinv(alone.strains), alone.compliance, beta, mass=alone.mass, own=alone.own)
+    return Robot(job, base, own, alone.strains)
 
 
 def _on_cells(job: Job, arm: Arm, progress: Progress) -> Standing:
@@ -132,7 +139,7 @@ def _on_cells(job: Job, arm: Arm, progress: Progress) -> Standing:
         if one.against in cells:
             raise InputError(f"joint.{name}.against: '{one.against}' holds the stand twice; a load cell has one top")
         cells.add(one.against)
-        _, compliance = unit_wrenches(job, one.against, one.against_interface, progress)
+        compliance = unit_wrenches(job, one.against, one.against_interface, progress).compliance
         damping = scene.body[one.against].damping
         beta = 0.0 if damping is None else float(getattr(damping, "beta", None) or 0.0)
         at, K = np.array(one.at or (0.0, 0.0, 0.0)), np.linalg.inv(compliance)
@@ -143,10 +150,25 @@ def _on_cells(job: Job, arm: Arm, progress: Progress) -> Standing:
                     damping=np.sum(damped, axis=0))  # fmt: skip
 
 
-def unit_wrenches(job: Job, plate: str, hub: str, progress: Progress) -> tuple[np.ndarray, np.ndarray]:
-    """Return strains of a plate's gauges per unit wrench on its hub (g, 6), and the hub's motion (6, 6).
+@dataclass(frozen=True)
+class Alone:
+    """A plate without the arm, supported where joints fix it on the ground."""
 
-    The plate stands alone, supported where joints fix it on the ground.
+    strains: np.ndarray
+    """Of its gauges per unit wrench on the hub [1/N, 1/(N m)], (g, 6)."""
+    compliance: np.ndarray
+    """Motion of the hub by it [m, rad per N, N m], (6, 6)."""
+    mass: np.ndarray
+    """Φᵀ M Φ of its static shapes Φ, one for each motion of the hub [kg, kg m, kg m²], (6, 6)."""
+    own: np.ndarray
+    """Strains by its own weight, (g,)."""
+
+
+def unit_wrenches(job: Job, plate: str, hub: str, progress: Progress) -> Alone:
+    """Return the static answers of the plate of an arm.
+
+    Its basis has the static shapes of the hub's motions (R. J. Guyan, AIAA J. 3 (1965) 380) and of gravity. Over the
+    modes of these, C = Σ b bᵀ/ω² is the hub's compliance and C Φᵀ M Φ C = Σ b bᵀ/ω⁴.
     """
     scene, tables = job.scene, job.tables
     component = scene.component_of(plate)
@@ -157,18 +179,25 @@ def unit_wrenches(job: Job, plate: str, hub: str, progress: Progress) -> tuple[n
         raise InputError(f"{job.path}: body.{plate}: no joint of kind 'fixed' holds it on the ground at an interface")
     part["supports"] = [scene.component[component].interface[str(name)].surface for name in held]
     part["interface"] = {hub: part["interface"][hub]}
-    part["modes"] = {"normal_count": 6}
+    part["modes"] = {"reduction": "row-craig-bampton", "normal_count": 0, "fixed_count": 0}
     own = {key: value for key, value in tables["body"][plate].items() if key in ("component", "gauges", "orientation")}
     load = {"kind": "wrench", "body": plate, "interface": hub, "force": [0.0, 0.0, 1.0], "moment": [0.0, 0.0, 0.0],
             "expression": "1"}  # fmt: skip
     place = Place(**{name: getattr(job, name) for name in Place.__dataclass_fields__})
-    alone = {"component": {component: part}, "body": {plate: own}, "force": {"wrench": load}, "run": {"duration": 1e-3}}
+    alone = {"component": {component: part}, "body": {plate: own}, "force": {"wrench": load},
+             "run": {"duration": 1e-3, "gravity": list(scene.run.gravity)}}  # fmt: skip
     still = contact_job(replace(place, name=f"{job.name}-{plate}", tables=alone, out=job.out / "plate", overrides=()))
     at = tuple(f"gauge.{plate}.{name}" for name in scene.body[plate].gauges)
     table = analyse(still, Asked(static=True), progress).static
     assert table is not None
     rows = dict(zip(table.places, table.values, strict=True))
-    return np.array([rows[name] for name in at]), np.array([rows[f"force.wrench[{n}]"] for n in range(1, 7)])
+    strains, C = np.array([rows[name] for name in at]), np.array([rows[f"force.wrench[{n}]"] for n in range(1, 7)])
+    found = linearised(system_of(still))
+    soft = 1 / found.system.stiffness
+    moved = soft * np.array([one.row for one in places(found, "force.wrench", "--force")])
+    mass = np.linalg.solve(C, np.linalg.solve(C, moved @ moved.T).T)
+    felt = np.array([places(found, name, "--at")[0].row for name in at])
+    return Alone(strains, C, 0.5 * (mass + mass.T), felt @ (soft * found.system.driving.gravity))
 
 
 def moved_job(job: Job, arm: Arm, series: Series, duration: float, rate: float) -> Job:

@@ -1,7 +1,8 @@
 """The wrench on a tool from that of its base: a Kalman smoother of the base's motion, by the noise that is stated.
 
 The base moves by u from where it is placed, on stiffness K and damping C, and carries the inertia M(q) of stand and
-arm. With h(q, q̇, q̈) the wrench of stand and arm on a base at rest, and c that on the tool,
+arm and of what of itself moves with it. With h(q, q̇, q̈) the wrench of stand and arm on a base at rest, and c that on
+the tool,
 
   M ü + C u̇ + K u = c − h,   ċ = white noise,   y = −K u − C u̇ + noise  (load cells; gauges feel −K u alone).
 
@@ -12,7 +13,7 @@ measurements, Int. J. Control 18 (1973) 65-75, which inverts no covariance of st
 Schweppe, IEEE Trans. Information Theory 11 (1965) 61-70). So nothing is differentiated and no bandwidth is chosen.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import linalg
@@ -38,6 +39,8 @@ class Yielding:
     """C, (6, 6)."""
     feels_damping: bool
     """Whether what is measured is K u + C u̇, or K u alone."""
+    mass: np.ndarray = field(default_factory=lambda: np.zeros((SIZE, SIZE)))
+    """Of the base itself that moves with its top, about the base point, (6, 6)."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +162,8 @@ def felt(
     load = chain.regressor(*moved, gravity) @ parameters + np.concatenate([-gravity, np.zeros(3)]) @ own
     sizes = np.repeat([np.sqrt((part**2).mean()) for part in (wrench[:, :3], wrench[:, 3:])], SIZE // 2)
     R, stride = np.diag(np.square(levels)), max(1, round(HELD / interval))
-    masses = inertias(chain, own, (moved[0][::stride], moved[1][::stride], moved[2][::stride]), parameters)
+    carried = own if base is None else own + base.mass
+    masses = inertias(chain, carried, (moved[0][::stride], moved[1][::stride], moved[2][::stride]), parameters)
     if base is None:
         process = Process(
             steps=np.eye(SIZE)[None], which=np.zeros(len(wrench), int), inputs=np.zeros_like(wrench), H=-np.eye(SIZE),

@@ -109,15 +109,19 @@ class Gauged:
     """Motion of the base point per wrench on the plate [m, rad per N, N m], (6, 6)."""
     beta: float
     """Its damping over its stiffness [s]."""
+    mass: np.ndarray
+    """Of the plate itself that moves with the base point [kg, kg m, kg m²], (6, 6)."""
+    own: np.ndarray
+    """Strains by its own weight, (g,)."""
 
     def measured(self, strains: np.ndarray) -> np.ndarray:
-        """Return the wrench of the plate on the stand at strains (s, g), (s, 6)."""
-        return -strains @ self.matrix.T
+        """Return the wrench of the plate on the stand at strains (s, g), without the plate's own weight, (s, 6)."""
+        return -(strains - self.own) @ self.matrix.T
 
     def yields(self) -> Yielding:
-        """Return how the plate yields; its own mass is neglected, and its gauges feel strains alone."""
+        """Return how the plate yields; its gauges feel strains alone."""
         K = np.linalg.inv(self.compliance)
-        return Yielding(K, self.beta * K, feels_damping=False)
+        return Yielding(K, self.beta * K, feels_damping=False, mass=self.mass)
 
 
 def arm_of(scene: SceneFile) -> Arm:

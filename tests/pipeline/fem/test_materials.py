@@ -213,3 +213,12 @@ def test_volumes_of_cad_and_of_its_mesh_in_a_file(tmp_path: Path) -> None:
         meshio.write(file, written, **({"file_format": "gmsh22", "binary": False} if ending == "msh" else {}))
         read = MeshFile(kind="file", path=str(file)).build(None)
         assert build_model(read, material).properties.mass == pytest.approx(wanted, rel=1e-9)
+
+
+def test_no_modes_of_several_materials_have_no_errors() -> None:
+    """A body of two materials that keeps static shapes alone has no frequency to judge."""
+    material = Material(**STEEL, volumes={"high": Material(**STEEL)})  # type: ignore[arg-type]
+    model = build_model(mesh_of(), material)
+    found = discretisation_errors(model, material, None, np.empty(0), np.empty((len(model.nodes) * 3, 0)))
+    assert found is not None
+    assert found.shape == (0,)
