@@ -13,6 +13,7 @@ from gudgeon.modaldb.records.report import ReportRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.report.document import Budget, Choice, Document, Quantity, Run
 from gudgeon.pipeline.report.page.words import seconds_text, size_text, term_text, tick_text
+from gudgeon.pipeline.report.reference import DRIFT
 from gudgeon.pipeline.scenes.reading import find_file, merged
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.job import UNCHECKED, Job, variant
@@ -45,6 +46,8 @@ def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ())
         avoided: Names of runs that are never chosen.
     """
     able = [run for run in runs if run.kind == "reduced" and run.result == "FINISHED" and run.name not in avoided]
+    if able and {name for run in able for name in run.errors} <= {DRIFT}:
+        return Choice(tolerance, why="nothing is compared but the energy drift: name quantities in report.interest")
     known = [(run.conservative_error, run) for run in able if run.errors and run.conservative_error is not None]
     meeting = [run for error, run in known if error <= tolerance]
     if meeting:

@@ -302,8 +302,8 @@ def _run(one: Point, changes: dict[str, Any], meshed: Collection[str] = ()) -> t
     """
     assert one.timed is not None
     try:
-        if one.job.scene.contact:
-            changes = changes | {"run": changes.get("run", {}) | {"window": system_of(one.job).window}}
+        if one.job.scene.contact and (window := system_of(one.job).window):
+            changes = changes | {"run": changes.get("run", {}) | {"window": window}}
         job = variant(one.job, changes)
         if meshed and (growth := _nodes(job, meshed) / _nodes(one.job, meshed)) ** GROWTH > DEARER:
             return None, f"{growth:.1f} times as many nodes, which take more than {DEARER:g} times as long"

@@ -326,3 +326,11 @@ def test_a_mesh_file_has_no_other_mesh(tmp_path: Path) -> None:
     assert "; mesh not estimated: component.block is a mesh file" in budget_text(document)
     assert document.choice is not None
     assert document.choice.why.endswith(f"; mesh error: {term(document, 'mesh').how}")
+
+
+def test_a_run_without_a_quantity_is_no_choice() -> None:
+    """The energy drift alone says nothing of a setting."""
+    runs = [replace(run, errors={"energy drift": 1e-15}, conservative_error=1e-15) for run in documents.small().runs]
+    found = choose(runs, 0.01)
+    assert found.run is None
+    assert found.why == "nothing is compared but the energy drift: name quantities in report.interest"
