@@ -19,6 +19,7 @@ from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.geometry.profile import read_rows
 from gudgeon.solver.forces.expression import in_units
+from gudgeon.solver.joints.coupled import Driven
 
 Model = TypeVar("Model", bound=BaseModel)
 Dimension = tuple[float, float, float]
@@ -39,8 +40,11 @@ PLAIN = ("kind", "axis", "normal", "along", "across")
 def dimension(unit: str, model: BaseModel | None = None) -> Dimension:
     """Return the dimension of a unit such as `kg/m^3`, `N s/m` or `N/m^exponent`.
 
-    Symbols are separated by blanks, and those after a slash divide; an exponent is a number or a key of `model`.
+    Symbols are separated by blanks, and those after a slash divide; an exponent is a number or a key of `model`. Of
+    `rad or m` the `motion` of the model says which, an angle if it does not.
     """
+    angle, _, displacement = unit.partition(" or ")
+    unit = displacement if displacement and getattr(model, "motion", None) == "displacement" else angle
     found = (0.0, 0.0, 0.0)
     for sign, part in zip((1, -1), unit.split("/"), strict=False):
         for factor in part.split():
@@ -90,6 +94,16 @@ def with_values(model: Model, changes: Mapping[str, Any]) -> Model:
     return found
 
 
+def with_motions(joints: Mapping[str, Any]) -> dict[str, Any]:
+    """Return joints whose drives say what they give: a displacement of a translational joint, an angle of others."""
+    found = dict(joints)
+    for name, one in joints.items():
+        if isinstance(one, Driven) and one.motion is None:
+            slides = getattr(joints.get(one.joint), "kind", None) == "translational"
+            found[name] = with_values(one, {"motion": "displacement" if slides else "angle"})
+    return found
+
+
 def rescaled(model: Model, units: Units) -> Model:
     """Return a model with every number in new units, not validated again since limits of input are in SI.
 
@@ -99,6 +113,7 @@ def rescaled(model: Model, units: Units) -> Model:
     declared, changes = declared_units(type(model)), {}
     for name in type(model).model_fields:
         value, unit = getattr(model, name), declared.get(name)
+        value = with_motions(value) if name == "joint" and isinstance(value, Mapping) else value
         if name in KEPT and unit is None:
             continue
         factors = [units.of(one, model) for one in ([unit] if isinstance(unit, str) else unit or ())]

@@ -51,7 +51,9 @@ class Driven(Amount):
         default=(), description=BY_VALUES + ", by a cubic spline", json_schema_extra={"unit": ["s", "rad or m"]}
     )
     expression: str | None = Field(
-        default=None, description="Angle [rad] or displacement [m]" + EXPRESSION, json_schema_extra={"unit": "rad or m"}
+        default=None,
+        description="Angle [rad] or displacement [m]" + EXPRESSION,
+        json_schema_extra={"unit": ["s", "rad or m"]},
     )
 
     @property

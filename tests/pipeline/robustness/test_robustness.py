@@ -5,6 +5,7 @@ import tomllib
 import typing
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,15 @@ from gudgeon.pipeline.robustness.operations import OPERATIONS
 from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.subject import DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import Trial, approach, run_trial, sizes
-from gudgeon.pipeline.robustness.units import KEPT, Units, declared_units, dimension, rescaled, rescaled_mesh
+from gudgeon.pipeline.robustness.units import (
+    KEPT,
+    Units,
+    declared_units,
+    dimension,
+    rescaled,
+    rescaled_mesh,
+    with_motions,
+)
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.robustness import Case, Operation, Set
@@ -126,11 +135,7 @@ def undeclared(model: type[BaseModel]) -> set[str]:
     return numbers ^ set(declared_units(model))
 
 
-BY_OTHERS = {Driven}
-"""Joints whose amount is an angle or a displacement by the joint that they drive; mechanisms have no other units."""
-
-
-@pytest.mark.parametrize("model", sorted(all_models(SceneFile, WheelFile) - BY_OTHERS, key=str), ids=str)
+@pytest.mark.parametrize("model", sorted(all_models(SceneFile, WheelFile), key=str), ids=str)
 def test_every_number_of_a_scene_has_a_dimension(model: type[BaseModel]) -> None:
     assert undeclared(model) == set()
     for unit in declared_units(model).values():
@@ -168,6 +173,22 @@ def test_the_schema_shows_the_unit_of_every_number_that_a_run_depends_on() -> No
     found = list(schema_units(definitions))
     assert len(found) > 100
     assert [name for name, one in found if '"unit": ' not in json.dumps(one)] == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "motion", "factor"),
+    [("revolute", None, 1.0), ("translational", None, 4.0), ("cylindrical", "displacement", 4.0)],
+)
+def test_a_drive_is_an_angle_or_a_displacement(kind: str, motion: str | None, factor: float) -> None:
+    joints = {
+        "guide": SimpleNamespace(kind=kind),
+        "drive": Driven(kind="driven", joint="guide", motion=motion, values=((0.0, 0.0), (1.0, 0.5))),  # type: ignore[arg-type]
+        "other": Driven(kind="driven", joint="guide", motion=motion, expression="0.5 * t"),  # type: ignore[arg-type]
+    }
+    told, units = with_motions(joints), Units(mass=8.0, length=4.0, time=2.0)
+    assert rescaled(told["drive"], units).values == ((0.0, 0.0), (2.0, 0.5 * factor))
+    moved = rescaled(told["other"], units).motions(np.array([2.0]), "")[0, 0]
+    assert moved == pytest.approx(0.5 * factor, rel=1e-12)
 
 
 def test_other_units_change_every_number_by_its_dimension(tmp_path: Path) -> None:
