@@ -9,6 +9,7 @@ import numpy as np
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.linear.analysis import Asked, analyse
+from gudgeon.pipeline.linear.inertia import carried
 from gudgeon.pipeline.scenes.gauge import Sensor
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.sensing.bridges import bridge_matrix
@@ -16,10 +17,9 @@ from gudgeon.pipeline.sensing.excitation import Series
 from gudgeon.pipeline.sensing.standing import Arm, Gauged, Standing, about, arm_of, standing
 from gudgeon.pipeline.stages.base import Place
 from gudgeon.pipeline.stages.job import Job, contact_job
-from gudgeon.pipeline.stages.run import solve_records, system_of
+from gudgeon.pipeline.stages.run import solve_records
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.solver.joints.markers import Fixed
-from gudgeon.solver.linear.state import linearised, places
 
 KNOTS = 400
 """Of the table of an excited joint, a second."""
@@ -192,12 +192,8 @@ def unit_wrenches(job: Job, plate: str, hub: str, progress: Progress) -> Alone:
     assert table is not None
     rows = dict(zip(table.places, table.values, strict=True))
     strains, C = np.array([rows[name] for name in at]), np.array([rows[f"force.wrench[{n}]"] for n in range(1, 7)])
-    found = linearised(system_of(still))
-    soft = 1 / found.system.stiffness
-    moved = soft * np.array([one.row for one in places(found, "force.wrench", "--force")])
-    mass = np.linalg.solve(C, np.linalg.solve(C, moved @ moved.T).T)
-    felt = np.array([places(found, name, "--at")[0].row for name in at])
-    return Alone(strains, C, 0.5 * (mass + mass.T), felt @ (soft * found.system.driving.gravity))
+    mass, own = carried(still, "force.wrench", at)
+    return Alone(strains, C, mass=np.linalg.solve(C, np.linalg.solve(C, mass).T), own=own)
 
 
 def moved_job(job: Job, arm: Arm, series: Series, duration: float, rate: float) -> Job:

@@ -97,7 +97,8 @@ def _told(scene: Wearing | Surfaces) -> Told:
     return Told(
         "joints", lambda shapes: {name: _sizes(scene, name, shapes) for name in scene.joints},
         lambda marks: _rows(scene, marks), lambda history: _pictures(scene, history),
-        max(scene.wear(name).after for name in scene.joints), dict,
+        max(scene.wear(name).after for name in scene.joints),
+        lambda: {"bushes": dict(scene.estimates)} if scene.estimates else {},
     )  # fmt: skip
 
 
@@ -211,6 +212,10 @@ def wear_text(report: WearReport) -> str:
             f"component {name}: modes computed again for {one['recomputed']} runs; else they are kept, estimated change"
             f" of frequencies or compliance up to {one['estimate']:.2%}; the moved surface has the worn depths to"
             f" {one['mismatch']:.2%} of the largest"
+        )
+    for name, change in document.get("bushes", {}).items():
+        lines.append(
+            f"joint {name}: the compliance of its bush is kept; wear is estimated to change it by up to {change:.2%}"
         )
     if document["coarse"]:
         lines.append(

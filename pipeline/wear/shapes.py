@@ -1,7 +1,7 @@
 """Worn shapes of the joints of a scene, and runs with them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.kinds import job_at, kind_of
 from gudgeon.pipeline.stages.base import Place
 from gudgeon.pipeline.stages.run_report import Progress
+from gudgeon.pipeline.wear.bush import compliance_change
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.wear import JournalWear
 from gudgeon.solver.laws.archard import DEEPEST
@@ -36,6 +37,8 @@ class Wearing:
     """Those with wear."""
     period: float
     """Of a cycle [s]."""
+    estimates: dict[str, float] = field(default_factory=dict)
+    """Largest estimated relative change by wear of the compliance of each bush, which stays, by joint."""
 
     def wear(self, name: str) -> JournalWear:
         """Return the table `wear` of a joint."""
@@ -63,9 +66,30 @@ class Wearing:
         """Run the scene with worn shapes, unless the database has this run, and return what a cycle wears off.
 
         Raises:
-            Ended: the run failed.
+            Ended: the run failed, or a bush has worn too much for its compliance to stay.
         """
+        self.estimate(shapes, tell)
         return _cycle(self, shapes, soft, tell)
+
+    def estimate(self, shapes: Shapes, tell: Progress) -> None:
+        """Estimate what worn shapes change of the compliance of bushes.
+
+        Raises:
+            Ended: that is above the component's change.tolerance.
+        """
+        for name, joint in self.joints.items():
+            part = None if joint.bearing is None else joint.bearing.component
+            if part is None or not shapes[name][0, 0].any():
+                continue
+            kind_of(self.job).solve(self.job, "morph", tell)
+            found = compliance_change(self.job, name, joint, shapes[name][0, 0])
+            allowed = self.job.scene.component[part].change.tolerance
+            if found > allowed:
+                raise Ended(
+                    f"wear changes the compliance of component '{part}', which stays that of the unworn bush, by an"
+                    f" estimated {found:.2%}; allowed: component.{part}.change.tolerance = {allowed:.2%}"
+                )
+            self.estimates[name] = max(self.estimates.get(name, 0.0), found)
 
     def deepest(self, name: str) -> tuple[float, str]:
         """Return the depth at which wear ends, and why."""
