@@ -32,6 +32,6 @@ def carried(job: Job, force: str, at: Sequence[str]) -> tuple[np.ndarray, np.nda
         found = linearised(system_of(job))
         soft = 1 / found.system.stiffness
         answers = soft * np.array([one.row for one in places(found, force, "--force")])
-        felt = np.array([places(found, name, "--at")[0].row for name in at])
+        felt = np.reshape([places(found, name, "--at")[0].row for name in at], (len(at), len(soft)))
     mass = answers @ answers.T
     return 0.5 * (mass + mass.T), felt @ (soft * found.system.driving.gravity)

@@ -15,6 +15,7 @@ from scipy.interpolate import make_interp_spline
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, read_json, write_text
 from gudgeon.pipeline.scenes.gauge import WRENCH
+from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.sensing.bridges import measured
 from gudgeon.pipeline.sensing.calibration import Calibration, calibrated, read_calibration, unit_of
 from gudgeon.pipeline.sensing.chain import NAMES, PER_LINK, Base, Identified, base_parameters, identified
@@ -106,7 +107,8 @@ def unit_calibration(robot: Robot) -> Calibration:
     assert robot.strains is not None
     assert isinstance(robot.base, Gauged)
     channels = [{"name": name} for name in robot.sensor.channels(robot.gauges)] if robot.sensor else []
-    return calibrated(channels, WRENCH, robot.bridges @ robot.strains, robot.bridges @ robot.base.own, {}, {})
+    with named(robot.job.path, InputError):
+        return calibrated(channels, WRENCH, robot.bridges @ robot.strains, robot.bridges @ robot.base.own, {}, {})
 
 
 def sensed(robot: Robot, found: Any, calibration: Calibration | None, noise: np.ndarray, seed: int) -> Sensed:
