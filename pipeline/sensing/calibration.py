@@ -86,7 +86,7 @@ def calibrated(
     if told < len(components):
         missing = directions(Vt[told:].T / scale[:, None], components)
         raise InputError(
-            f"calibration of too low rank: the {len(channels)} signals tell {told} of {len(components)} components;"
+            f"sensor: calibration of too low rank: the {len(channels)} signals tell {told} of {len(components)} components;"
             f" missing: {missing}; add gauges, or name what acts in sensor.NAME.components"
         )
     k = len(components)
