@@ -50,3 +50,29 @@ def test_another_scipy_is_loaded_as_it_is() -> None:
     """Its modules may differ, and nothing of theirs is replaced."""
     other = "import importlib.metadata\nimportlib.metadata.version = lambda name: '9.0'\n"
     assert shown(other + LOAD + SHOW)["documented"]
+
+
+SPLINES = """
+import json, sys
+import numpy, scipy.interpolate
+before = "scipy.optimize._minimize" in sys.modules
+{use}
+print(json.dumps([before, found, "scipy.optimize._minimize" in sys.modules]))
+"""
+USES = {
+    "a spline that smooths": "x = numpy.linspace(0, 1, 20); y = numpy.sin(9 * x) + 0.1 * numpy.cos(99 * x)\n"
+    "found = float(scipy.interpolate.make_smoothing_spline(x, y)(0.3))",
+    "a name": "from scipy.optimize import brentq; found = brentq(lambda x: x**3 - 8, 0, 3)",
+    "the module": "import scipy.optimize as o; found = o.brentq(lambda x: x**3 - 8, 0, 3)",
+    "scipy alone": "import scipy; found = scipy.optimize.brentq(lambda x: x**3 - 8, 0, 3)",
+    "a module of it": "import scipy.optimize._nnls as n; import scipy.optimize as o; found = float(n.nnls is o.nnls)",
+}
+
+
+@pytest.mark.parametrize("use", USES.values(), ids=USES)
+def test_splines_leave_optimisation_until_it_is_used(use: str) -> None:
+    lean, whole = (shown(load + SPLINES.format(use=use)) for load in (LOAD, ""))
+    assert whole[0]
+    assert not lean[0]
+    assert lean[1:] == whole[1:]
+    assert lean[2]
