@@ -18,6 +18,8 @@ POINT, RING = 3.0, 6.5
 
 Box = tuple[float, float, float, float]
 """Left, bottom, right, top [pt]."""
+Segment = tuple[float, float, float, float]
+"""Of a line, from x, y to x, y [pt]."""
 
 
 def labels(document: Document) -> Mapping[str, str]:
@@ -67,6 +69,7 @@ def places(
     weights: Sequence[int],
     radii: Sequence[float] | None = None,
     within: Box = (-math.inf, -math.inf, math.inf, math.inf),
+    line: Sequence[Segment] = (),
 ) -> list[tuple[float, float] | None]:
     """Return the offset of each text's lower left corner from its point [pt], None where there is no room.
 
@@ -76,6 +79,7 @@ def places(
             be; those above one may stand some lines away.
         radii: Half the width of what is drawn at each point [pt]; that of a point by default.
         within: Where texts may stand; one that is always shown leaves it only where no side of its point is within.
+        line: What texts that are always shown cross as little as can be.
     """
     radii = [POINT] * len(points) if radii is None else radii
     taken = [(x - r, y - r, x + r, y + r) for (x, y), r in zip(points, radii, strict=True)]
@@ -85,6 +89,10 @@ def places(
         offsets = _offsets(radii[i], width, height, LINES if weights[i] > 1 else 1)
         boxes = [(x + dx, y + dy, x + dx + width, y + dy + height) for dx, dy in offsets]
         covered = [sum(_meet(box, other) for other in taken) for box in boxes]
+        if weights[i]:
+            covered = [
+                count + sum(_crosses(one, box) for one in line) for count, box in zip(covered, boxes, strict=True)
+            ]
         inside = [k for k, box in enumerate(boxes) if _holds(within, box)]
         best = min(inside, key=lambda k: covered[k], default=None)
         if weights[i] or (best is not None and not covered[best]):
@@ -102,6 +110,19 @@ def _offsets(radius: float, width: float, height: float, lines: int) -> list[tup
 
 def _meet(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def _crosses(line: Segment, box: Box) -> bool:
+    """Return whether a line is within a box anywhere: the spans in which it is between each pair of sides meet."""
+    first, last = 0.0, 1.0
+    for start, end, low, high in ((line[0], line[2], box[0], box[2]), (line[1], line[3], box[1], box[3])):
+        if start == end:
+            if not low < start < high:
+                return False
+            continue
+        enter, leave = sorted(((low - start) / (end - start), (high - start) / (end - start)))
+        first, last = max(first, enter), min(last, leave)
+    return first < last
 
 
 def _holds(outer: Box, box: Box) -> bool:

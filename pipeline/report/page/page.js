@@ -5,13 +5,15 @@
   const tip = Object.assign(document.createElement("div"), { id: "tip", hidden: true });
   tip.setAttribute("role", "status");
   let pinned = null;
+  const drawn = (one) => one.getClientRects().length > 0; // Of a chart's two widths one is shown.
 
   // Marks a run in chart and table; the tip stands at its point in the chart that is shown.
   const mark = (run) => {
     document.querySelectorAll(".marked").forEach((one) => one.classList.remove("marked"));
     tip.hidden = true;
     if (run === null) return;
-    const chart = charts.find((one) => !one.hidden), point = chart.querySelector(`.point[data-run="${run}"]`);
+    const chart = charts.find((one) => !one.hidden);
+    const point = [...chart.querySelectorAll(`.point[data-run="${run}"]`)].find(drawn);
     for (const one of [...chart.querySelectorAll(`[data-run="${run}"]`), ...runs.querySelectorAll(`tr[data-run="${run}"]`)])
       one.classList.add("marked");
     if (!point || point.classList.contains("off")) return;
@@ -86,5 +88,5 @@
     });
   document.documentElement.classList.add("scripted");
   show();
-  document.documentElement.dataset.points = document.querySelectorAll(".chart:not([hidden]) .point").length;
+  document.documentElement.dataset.points = [...document.querySelectorAll(".point")].filter(drawn).length;
 })();

@@ -11,7 +11,7 @@ from importlib.resources import files
 from typing import Any
 
 from gudgeon.pipeline.report.document import Chain, Document, Quantity, Table
-from gudgeon.pipeline.report.page.picture import ERROR, LEAST, Look, chain_chart, error_chart, looks
+from gudgeon.pipeline.report.page.picture import ERROR, FRAMES, LEAST, Look, chain_chart, error_chart, looks
 from gudgeon.pipeline.report.page.tables import errors_table, kind_table, quantities_table, runs_table
 from gudgeon.pipeline.report.page.words import (
     SETTLES,
@@ -173,7 +173,8 @@ def _chart(document: Document) -> str:
     options = "".join(f'<option value="{escape(value)}">{escape(name)}</option>' for value, name in names.items())
     charts = "".join(
         f'<div class="chart" data-quantity="{escape(name)}"{" hidden" if name else ""}>'
-        f"{error_chart(document, name)}</div>"
+        + "".join(f'<div class="{frame}">{error_chart(document, name, frame)}</div>' for frame in FRAMES)
+        + "</div>"
         for name in names
     )
     legend = "".join(_legend(scheme, look) for scheme, look in looks(document).items())

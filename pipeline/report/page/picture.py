@@ -8,6 +8,7 @@ import io
 import math
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -43,6 +44,24 @@ SMALL = 0.72
 """Least size of a long name in the legend, of that of others; a longer one is shortened."""
 TICKS = 9
 """Largest number of labels of an axis; small plots have half as many."""
+
+
+class Frame(NamedTuple):
+    """Size of a chart on the page, and where its axes stand in it."""
+
+    size: tuple[float, float]
+    """Width and height [in]."""
+    axes: tuple[float, float, float, float]
+    """Left, bottom, width and height, relative to those of the chart."""
+    ticks: int
+    """Largest number of labels of an axis."""
+
+
+FRAMES = {
+    "wide": Frame((8.6, 5.2), (0.088, 0.105, 0.895, 0.875), TICKS),
+    "narrow": Frame((3.9, 4.4), (0.17, 0.115, 0.815, 0.865), TICKS // 2 + 1),
+}
+"""The text of a wide chart is to be read in a column of 700 pixels, that of a narrow one on a phone, 360 pixels."""
 WIDTH, NOTE, FOOT = 125, 3, 0.024
 """Of the notes at the foot: characters of a line, largest number of lines, and their distance."""
 SCHEMES, RUNS = 12, 22
@@ -132,15 +151,17 @@ def runs_figure(document: Document) -> Figure:
     return figure
 
 
-def error_chart(document: Document, quantity: str = "") -> str:
+def error_chart(document: Document, quantity: str = "", frame: str = "wide") -> str:
     """Return the chart of errors as SVG for the page; a point and its number have the run's number as `data-run`.
 
     Args:
         quantity: Quantity whose errors are drawn; the conservative errors if empty.
+        frame: A name of `FRAMES`.
     """
+    size, place, ticks = FRAMES[frame]
     with styled():
-        figure = Figure(figsize=(8.6, 5.2))  # Its text is to be read in a column of 700 pixels.
-        _draw_runs(figure.add_axes((0.088, 0.105, 0.895, 0.875)), document, quantity)
+        figure = Figure(figsize=size)
+        _draw_runs(figure.add_axes(place), document, quantity, ticks)
         spots, chosen = drawn(document.runs, quantity), document.choice.run if document.choice is not None else None
         front = front_of(spots, quantity)
         root = _svg(figure, f"Error of {len(spots)} runs against their CPU time; the table of runs has the numbers")
@@ -182,7 +203,7 @@ def chain_chart(quantity: Quantity, what: str, chains: Sequence[Chain], text: Ca
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _draw_runs(axes: Axes, document: Document, quantity: str = "") -> None:
+def _draw_runs(axes: Axes, document: Document, quantity: str = "", ticks: int = TICKS) -> None:
     """Draw the error of each run against its CPU seconds: references, tolerance, front, points and their numbers."""
     spots = drawn(document.runs, quantity)
     if not spots:
@@ -197,7 +218,7 @@ def _draw_runs(axes: Axes, document: Document, quantity: str = "") -> None:
         if run.kind == "nodal" and run.largest_error is None and run.result == "FINISHED"
     ]  # fmt: skip
     lines = np.array([(max(run.cpu_seconds, 1e-9), at[0, 1]) for _, run in beside]).reshape(-1, 2)
-    _log_axes(axes, np.vstack([at, lines]), (seconds_text, tick_text), TICKS, floor)
+    _log_axes(axes, np.vstack([at, lines]), (seconds_text, tick_text), ticks, floor)
     for (x, _), (number, run) in zip(lines, beside, strict=True):
         axes.axvline(x, color=GREY, linewidth=1.1, linestyle=(0, (2, 3)), zorder=1)
         left = axes.transData.transform((x, floor))[0] > axes.bbox.x0 + axes.bbox.width / 2
@@ -249,7 +270,9 @@ def _numbers(
     points = [(x, y) for x, y in axes.transData.transform(at) * 72 / figure.dpi]
     (left, bottom), (right, top) = axes.bbox.get_points() * 72 / figure.dpi
     radii = [RING if spot.number == ringed else POINT for spot in spots]
-    shifts = places(points, texts, weights, radii, (left, bottom, right, top))
+    best = sorted(point for point, spot in zip(points, spots, strict=True) if spot.number in front)
+    line = [(*start, *end) for start, end in pairwise(best)]
+    shifts = places(points, texts, weights, radii, (left, bottom, right, top), line)
     for place, spot, text, weight, shift in zip(at, spots, texts, weights, shifts, strict=True):
         if shift is not None:
             left = shift[0] < 0  # A text there ends at its point, however wide its characters are.
@@ -351,7 +374,9 @@ def _svg(figure: Figure, label: str) -> ElementTree.Element:
     """Return a figure as SVG for a page: with text as text, without foreign identifiers and references."""
     text = io.StringIO()
     with matplotlib.rc_context({"svg.fonttype": "none"}):
-        figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+        figure.savefig(
+            text, format="svg", transparent=True, metadata=dict.fromkeys(("Creator", "Date", "Format", "Type"))
+        )
     ElementTree.register_namespace("", SVG)
     root = ElementTree.fromstring(text.getvalue())
     drawings = {node.get("id"): node for node in root.iter(f"{{{SVG}}}path") if node.get("id")}

@@ -3,6 +3,7 @@
 `make test` installs Chromium where there is apt; elsewhere a machine without it skips what needs it.
 """
 
+import itertools
 import json
 import math
 import re
@@ -19,8 +20,10 @@ from gudgeon.pipeline.doctor import BROWSERS
 from gudgeon.pipeline.report.document import Cost, Document
 from gudgeon.pipeline.report.front import pareto_front
 from gudgeon.pipeline.report.page.page import page
+from gudgeon.pipeline.report.page.picture import FRAMES
 from gudgeon.pipeline.report.page.words import headline
 from tests.pipeline import documents
+from tests.pipeline.browser import chromium
 from tests.pipeline.documents import BITING
 
 DOCUMENTS = {name: getattr(documents, name) for name in ("small", "large", "biting", "unmatched", "infinite")}
@@ -31,12 +34,12 @@ CONSOLE = re.compile(r":CONSOLE[:(]\d+[)]?\] (.*)$", re.MULTILINE)
 class Elements(HTMLParser):
     """Every element of a page with its attributes, and the text of tables' rows."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, frame: str = "wide") -> None:
         super().__init__()
         self.found: list[tuple[str, dict[str, str]]] = []
         self.texts: list[str] = []
         self._drawn: list[dict[str, str]] = []
-        self._shown = True
+        self._frame, self._chart, self._shown = frame, True, True
         self.feed(text)
         self.close()
 
@@ -45,7 +48,9 @@ class Elements(HTMLParser):
         self.found.append((tag, attributes))
         kinds = attributes.get("class", "").split()
         if "chart" in kinds:
-            self._shown = "hidden" not in attributes
+            self._chart = "hidden" not in attributes
+        if {"wide", "narrow"} & set(kinds):
+            self._shown = self._chart and self._frame in kinds
         if "point" in kinds and "off" not in kinds and self._shown:
             self._drawn.append(attributes)
 
@@ -53,7 +58,7 @@ class Elements(HTMLParser):
         self.texts.append(data)
 
     def points(self) -> list[dict[str, str]]:
-        """Return the attributes of the runs that the chart shows."""
+        """Return the attributes of the runs that the chart shows in one of its widths."""
         return self._drawn
 
 
@@ -178,7 +183,8 @@ def test_errors_of_a_page_are_noticed(old: str, new: str, complaint: str, browse
 def test_chart_stands_there_without_script(name: str) -> None:
     document = DOCUMENTS[name]()
     text = page(document)
-    assert len(Elements(text).points()) == len(with_errors(document))
+    for frame in FRAMES:
+        assert len(Elements(text, frame).points()) == len(with_errors(document))
     assert ("3: reference, 31 s" in text) == (name == "small")
 
 
@@ -257,17 +263,50 @@ def test_labels_of_what_is_used_by_hand() -> None:
             assert attributes["alt"]
 
 
+FITS = """() => {
+  const chart = document.querySelector(".chart:not([hidden])");
+  const texts = [...chart.querySelectorAll("svg text")].map((one) => one.getBoundingClientRect());
+  const drawn = texts.filter((one) => one.width > 0);
+  return [document.documentElement.scrollWidth - innerWidth, chart.scrollWidth - chart.clientWidth,
+    Math.min(...drawn.map((one) => one.height)), Math.max(...drawn.map((one) => one.right)) - innerWidth];
+}"""
+LEAST_TEXT = 9
+"""Height of a line of the smallest text of a chart [px]."""
+
+
+WIDTHS = (360, 390, 720, 721, 960, 1280)
+
+
+def test_page_and_chart_fit_the_screen(tmp_path: Path) -> None:
+    """Nothing is scrolled sideways, texts of the chart can be read, and every run is drawn once."""
+    (tmp_path / "report.html").write_text(page(documents.large()), encoding="utf-8")
+    with chromium() as browser:
+        for width, scheme in itertools.product(WIDTHS, ("light", "dark")):
+            screen = browser.new_page(viewport={"width": width, "height": 844}, color_scheme=scheme)
+            screen.goto((tmp_path / "report.html").as_uri())
+            beside, within, least, right = screen.evaluate(FITS)
+            drawn = screen.evaluate("() => document.documentElement.dataset.points")
+            screen.close()
+            assert (beside, within) == (0, 0), width
+            assert right <= 0, width
+            assert least >= LEAST_TEXT, width
+            assert int(drawn) == len(with_errors(documents.large())), width
+
+
 ROW = """<script>
 document.querySelector('#runs tr[data-run="1"]').dispatchEvent(new PointerEvent("pointerenter"));
 </script></body>"""
 
 
 def test_row_of_the_table_shows_its_point(browser: str, tmp_path: Path) -> None:
-    """The point, its number and the row are marked, nothing else is; the tip says what the run is."""
+    """The point and its number in both widths and the row are marked, nothing else is; the tip says what the run is."""
     shown, console = browse(browser, page(documents.small()).replace("</body>", ROW), tmp_path, "#q=impulse")
     assert console == []
     marked = [attributes for _, attributes in Elements(shown).found if "marked" in attributes.get("class", "").split()]
-    assert [attributes["data-run"] for attributes in marked] == ["1"] * 3
+    assert [attributes["data-run"] for attributes in marked] == ["1"] * 5
+    assert [a["data-run"] for frame in FRAMES for a in Elements(shown, frame).points() if "marked" in a["class"]] == [
+        "1", "1"
+    ]  # fmt: skip
     tip = re.search(r'<div id="tip"[^>]*>.*?</div>', shown)
     assert tip
     assert "<strong>2  60 modes</strong><span>0.31% impulse</span>" in tip[0]

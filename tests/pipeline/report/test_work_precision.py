@@ -127,6 +127,20 @@ def test_four_runs_of_the_chart_say_what_they_are() -> None:
     ]  # fmt: skip
 
 
+def test_a_label_crosses_no_line_where_there_is_room() -> None:
+    """Without a line it stands right of its point, above; a line there sends it below, and lines beside to the left."""
+    (free,) = places([(0.0, 0.0)], ["abcd"], [2])
+    (below,) = places([(0.0, 0.0)], ["abcd"], [2], line=[(0.0, 0.0, 100.0, 20.0)])
+    (aside,) = places([(0.0, 0.0)], ["abcd"], [2], line=[(0.0, 0.0, 40.0, 10.0), (0.0, 0.0, 40.0, -10.0)])
+    assert free is not None
+    assert below is not None
+    assert aside is not None
+    assert free[0] > 0 <= free[1]
+    assert below != free
+    assert aside[0] < 0
+    assert places([(0.0, 0.0)], ["1"], [0], line=[(0.0, 0.0, 100.0, 1.0)]) == places([(0.0, 0.0)], ["1"], [0])
+
+
 def test_without_full_fe_and_rival_the_fastest_run_on_the_front_has_a_label() -> None:
     """And of runs without a tolerance, the fastest within 1 %."""
     runs = with_front([documents.run("a", 0.5, 0.01), documents.run("b", 0.005, 0.1), documents.run("c", 1e-5, 9.0)])
