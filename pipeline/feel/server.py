@@ -33,6 +33,8 @@ SHOWN = 0.02
 """Time between messages to the page [s]."""
 LOCAL = ("127.0.0.1", "localhost", "[::1]")
 TEXT, CLOSE, PING, PONG = 1, 8, 9, 10
+TAKEN = 4001
+"""Why the socket of a page is closed when another page takes the handle; that page does not come back by itself."""
 
 
 class Browser:
@@ -123,6 +125,8 @@ class Server:
         self._browser, self._shown, self._state = browser, json.dumps(shown).encode(), state
         self.connected = threading.Event()
         self.port = 0
+        self._driving: asyncio.StreamWriter | None = None
+        """Of the page that has the handle: the one that came last."""
 
     async def serve(self, port: int, ready: Callable[[str], None], stop: threading.Event) -> None:
         """Serve on the loopback interface until `stop` is set; OSError where the port is taken."""
@@ -165,12 +169,15 @@ class Server:
 
     async def _talk(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self.connected.set()
+        before, self._driving = self._driving, writer
+        if before is not None:
+            before.write(frame(CLOSE, struct.pack("!H", TAKEN) + b"another page has the handle"))
         self._browser.join()
         telling = asyncio.create_task(self._tell(writer))
         try:
             while (got := await received(reader)) is not None:
                 kind, content = got
-                if kind == CLOSE:
+                if kind == CLOSE or self._driving is not writer:
                     break
                 if kind == PING:
                     writer.write(frame(PONG, content[:125]))
@@ -182,11 +189,13 @@ class Server:
                     self._browser.take(message)
         finally:
             telling.cancel()
-            with contextlib.suppress(ConnectionError):
-                writer.write(frame(CLOSE, b""))
+            if self._driving is writer:
+                self._driving = None
+                with contextlib.suppress(ConnectionError):
+                    writer.write(frame(CLOSE, b""))
 
     async def _tell(self, writer: asyncio.StreamWriter) -> None:
-        while True:
+        while self._driving is writer:
             writer.write(frame(TEXT, json.dumps(self._state()).encode()))
             await writer.drain()
             await asyncio.sleep(SHOWN)

@@ -5,6 +5,7 @@ import * as THREE from "./vendor/three.module.js";
 const RATE = 8; // Milliseconds between poses.
 const SPEED = 0.02; // Of keys and sticks [m/s of the handle].
 const TURN = 0.5; // [rad/s]
+const TAKEN = 4001; // Why a socket is closed: another page has the handle.
 
 const at = (id) => document.getElementById(id);
 const shown = await (await fetch("scene")).json();
@@ -108,7 +109,12 @@ const connect = () => {
   socket = new WebSocket(`ws://${location.host}/ws`);
   work = 0; // The server goes on from what it was told before.
   socket.onmessage = (event) => take(JSON.parse(event.data));
-  socket.onclose = () => { tell("lost", "connection lost; trying again"); wrench.fill(0); setTimeout(connect, 1000); };
+  socket.onclose = (event) => {
+    wrench.fill(0);
+    if (event.code === TAKEN) { tell("lost", "another page has the handle; load this page again to take it"); return; }
+    tell("lost", "connection lost; trying again");
+    setTimeout(connect, 1000);
+  };
 };
 const tell = (kind, text) => { const box = at("state"); box.className = kind; if (box.textContent !== text) box.textContent = text; };
 const STATES = { live: "live", fading: "no poses: the force fades", silent: "no poses: no force", fault: "faulty pose: no force" };

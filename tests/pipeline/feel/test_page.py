@@ -70,3 +70,18 @@ def test_a_drag_moves_the_tool_and_shows_its_force(url: str) -> None:
         page.wait_for_function("feel.pose.every((one) => one === 0)", timeout=30_000)
         assert page.locator("#name").text_content() == "plates: part"
         assert wrong == []
+
+
+def test_a_second_page_takes_the_handle_and_the_first_does_not_come_back(url: str) -> None:
+    with chromium() as browser:
+        first, second = browser.new_page(), browser.new_page()
+        first.goto(url)
+        first.wait_for_selector("#state.live", timeout=30_000)
+        second.goto(url)
+        second.wait_for_selector("#state.live", timeout=30_000)
+        first.wait_for_function(
+            "document.getElementById('state').textContent.includes('another page has the handle')", timeout=30_000
+        )
+        first.wait_for_timeout(1500)  # A page whose connection is lost tries again after a second.
+        assert "another page" in (first.locator("#state").text_content() or "")
+        assert second.locator("#state.live").count() == 1

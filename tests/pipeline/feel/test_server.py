@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.feel.server import Browser, Server, accept_key, frame
+from gudgeon.pipeline.feel.server import CLOSE, TAKEN, Browser, Server, accept_key, frame
 from gudgeon.pipeline.feel.session import Asked, check_asked, scripted
 
 
@@ -63,6 +63,45 @@ def test_page_and_socket() -> None:
             got = browser.read(0.0)
             assert got is not None
             assert np.isnan(got.pose).all()
+        stop.set()
+        await task
+
+    asyncio.run(asyncio.wait_for(talk(), 20))
+
+
+def test_the_page_that_came_last_has_the_handle() -> None:
+    """Poses of the page before are not taken any more, also where it ignores that its socket is closed."""
+    browser, stop = Browser(), threading.Event()
+    server = Server(browser, {}, lambda: {})
+    pose = b'{"pose": [%d, 0, 0, 0, 0, 0], "work": %d}'
+
+    def first() -> float:
+        got = browser.read(0.0)
+        assert got is not None
+        return float(got.pose[0])
+
+    async def talk() -> None:
+        started = asyncio.Event()
+        task = asyncio.create_task(server.serve(0, lambda place: started.set(), stop))
+        await started.wait()
+        lines = ("GET /ws HTTP/1.1", f"Host: 127.0.0.1:{server.port}", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==")
+        older, old, _ = await asked(server.port, *lines)
+        old.write(masked(1, pose % (1, 1)))
+        await asyncio.sleep(0.1)
+        assert first() == 1.0
+        _, new, _ = await asked(server.port, *lines)
+        new.write(masked(1, pose % (2, 2)))
+        await asyncio.sleep(0.1)
+        old.write(masked(1, pose % (3, 3)))
+        told = await older.read()
+        assert first() == 2.0
+        assert frame(CLOSE, TAKEN.to_bytes(2, "big") + b"another page has the handle") in told
+        got = browser.read(0.0)
+        assert got is not None
+        assert got.work == 3.0
+        new.write(masked(1, pose % (4, 4)))
+        await asyncio.sleep(0.1)
+        assert first() == 4.0
         stop.set()
         await task
 

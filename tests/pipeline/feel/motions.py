@@ -1,0 +1,108 @@
+"""`python -m tests.pipeline.feel.motions [FIRST LAST]`: random motions of a handle, and what each gains.
+
+Sines to 15 Hz, shakes, moves with stops and swings, given or in the grip of a hand, through four fields at scales 1 to
+1e9, 100 to 2000 poses a second and delays to 10 ms each way. The motion ends after 1.1 s; what is felt 0.6 s later is
+held. Prints a line for each motion that gains more than 1e-6 of what it exchanges, or that feels less than 90 % of the
+force of S (docs/feel.md) in the end.
+"""
+
+import sys
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.pipeline.feel.device import Script, Scripted
+from gudgeon.pipeline.feel.kernel import settled
+from tests.pipeline.feel.tools import felt, gain, tool
+
+KINDS = ("plates", "attracted", "repelled", "adhesion")
+RATES, DELAYS = (100.0, 250.0, 500.0, 1000.0, 2000.0), (0.0, 1e-3, 2e-3, 5e-3, 1e-2)
+GAINED, HELD = 1e-6, 0.9
+ENDS, SECONDS = 1.1, 1.7
+"""When the motion ends, and when it is looked at [s]."""
+
+
+class Motion(NamedTuple):
+    """One random motion."""
+
+    kind: str
+    scale: float
+    rate: float
+    delay: float
+    name: str
+    grip: tuple[float, float] | None
+    script: Script
+
+
+def _along(z: float, x: float = 0.0) -> np.ndarray:
+    return np.array([x, 0.0, z, 0.0, 0.0, 0.0])
+
+
+def _script(rng: np.random.Generator) -> tuple[str, Script]:
+    family = rng.integers(4)
+    if family == 0:
+        count = rng.integers(1, 5)
+        rates = np.exp(rng.uniform(np.log(0.5), np.log(15), count))
+        sizes = 6e-3 / (1 + rates**1.3) * rng.uniform(0.3, 1, count)
+        begins = rng.uniform(0, 2 * np.pi, count)
+
+        def sines(t: float) -> np.ndarray:
+            z = sizes @ (np.sin(2 * np.pi * rates * t + begins) - np.sin(begins))
+            return _along((1 - np.exp(-t / 0.05)) * float(z), 1e-3 * np.sin(5 * t))
+
+        return "sines", sines
+    if family == 1:
+        rate, size, goal = rng.uniform(6, 15), rng.uniform(2e-4, 1e-3), rng.uniform(-5e-3, 5e-3)
+        return "shake", lambda t: _along(goal * min(1, t / 0.4) + size * np.sin(2 * np.pi * rate * t))
+    if family == 2:
+        places = np.concatenate([[0], rng.uniform(-0.012, 0.012, 5)])
+        time = rng.uniform(0.12, 0.3)
+
+        def moves(t: float) -> np.ndarray:
+            i = min(int(t / time), 4)
+            u = min(max((t / time - i) / 0.7, 0), 1)
+            return _along(places[i] + (places[i + 1] - places[i]) * u**3 * (10 - 15 * u + 6 * u * u))
+
+        return "moves", moves
+    slow, wide = rng.uniform(0.5, 3), rng.uniform(2e-3, 12e-3)
+    small, quick = rng.uniform(2e-4, 1e-3), rng.uniform(5, 15)
+    return "swing", lambda t: _along(
+        (1 - np.exp(-t / 0.05)) * (wide * np.sin(2 * np.pi * slow * t) + small * np.sin(2 * np.pi * quick * t))
+    )
+
+
+def motion(seed: int) -> Motion:
+    """Return the motion of a seed."""
+    rng = np.random.default_rng(seed)
+    kind, scale = KINDS[rng.integers(4)], 10 ** rng.uniform(0, 9)
+    rate, delay = float(rng.choice(RATES)), float(rng.choice(DELAYS))
+    name, script = _script(rng)
+    return Motion(kind, scale, rate, delay, name, (300.0, 3.0) if rng.random() < 0.33 else None, script)
+
+
+def measured(one: Motion) -> tuple[float, float]:
+    """Return the energy gained over that exchanged, and what is held over the force of S."""
+    device = Scripted(lambda t: one.script(min(t, ENDS)), rate=one.rate, delay=one.delay, grip=one.grip)
+    coupling, found = felt(one.kind, device, one.scale, SECONDS)
+    x = device.pose / coupling.way
+    _, wrench = settled(tool(one.kind).compiled, x, coupling.at.copy(), coupling.energies)
+    force = wrench[2] * coupling.scales.force * coupling.scales.length / coupling.way[2]
+    return gain(one.kind, coupling, device)[0], float(found[-1].wrench[2] / force) if force else 1.0
+
+
+def main(first: int = 0, last: int = 240) -> None:
+    """Print what fails, and how many."""
+    gained = held = 0
+    for seed in range(first, last):
+        one = motion(seed)
+        more, share = measured(one)
+        gained, held = gained + (more > GAINED), held + (share < HELD)
+        if more > GAINED or share < HELD:
+            hand = "gripped" if one.grip else "given"
+            place = f"{one.kind}, scale {one.scale:.1e}, {one.rate:g} Hz, {1e3 * one.delay:g} ms, {one.name}, {hand}"
+            print(f"{seed}: {place}: gains {more:.1e}, holds {share:.3f}", flush=True)
+    print(f"{gained} of {last - first} gain energy, {held} hold less than {HELD:.0%} of their force")
+
+
+if __name__ == "__main__":
+    main(*(int(one) for one in sys.argv[1:3]))
