@@ -86,8 +86,8 @@ def calibrated(
     if told < len(components):
         missing = directions(Vt[told:].T / scale[:, None], components)
         raise InputError(
-            f"sensor: calibration of too low rank: the {len(channels)} signals tell {told} of {len(components)} components;"
-            f" missing: {missing}; add gauges, or name what acts in sensor.NAME.components"
+            f"sensor: calibration of too low rank: the {len(channels)} signals tell {told} of {len(components)}"
+            f" components; missing: {missing}; add gauges, or name what acts in sensor.NAME.components"
         )
     k = len(components)
     matrix = (Vt.T[:, :k] / s) @ U[:, :k].T / scale[:, None]
