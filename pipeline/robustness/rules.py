@@ -35,6 +35,8 @@ STEPPED = 0.01
 """Error of the step that an impulse may have besides."""
 SCALED = ("s", "m", "N", "N s")
 """Units of the readings that are compared."""
+NOTHING = 1e-9
+"""Share of the largest reading of a unit below which another is round-off, as motions across."""
 ALONG = ("_x", "_y", "_z")
 """Last parts of the names of readings along axes of the scene."""
 SAID = 1e-3
@@ -88,8 +90,9 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
     if units is None:
         return None
     turns = found.integrator in INTEGRATORS and INTEGRATORS[found.integrator].turns
-    # Errors of components along the axes choose its steps.
-    same = INTEGRATORS[found.integrator].promised_drift if compared.turned and turns else compared.alike
+    # Errors of components along the axes choose its steps, and so does round-off where there are thousands.
+    other_steps = compared.turned or found.steps != base.steps
+    same = INTEGRATORS[found.integrator].promised_drift if other_steps and turns else compared.alike
     places = 0.0 if compared.measured else ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
     pairs: list[tuple[float, float]] = []
     """Relative differences and their bounds."""
@@ -105,7 +108,7 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
             rings = found.force_round_off + base.force_round_off if name == "force" else 0.0
             apart = _apart(getattr(one, name) / units.of(unit), getattr(other, name))
             pairs.append((apart, same + places + rings))
-    else:
+    elif not any(name.endswith(".slide") for name in base.readings):  # Contacts in a clearance multiply round-off.
         largest: dict[str, float] = {}
         for value, unit in base.readings.values():
             largest[unit] = max(largest.get(unit, 0.0), abs(value))
@@ -113,7 +116,8 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
             if compared.turned and name.endswith(ALONG):
                 continue
             if unit in SCALED and name in found.readings and (size := largest.get(unit, 0.0)) > 0:
-                apart = abs(found.readings[name][0] / units.of(unit) - value) / (abs(value) or size)
+                apart = abs(found.readings[name][0] / units.of(unit) - value)
+                apart /= abs(value) if abs(value) > NOTHING * size else size
                 pairs.append((apart, same + places))
     if not pairs:
         return None

@@ -150,6 +150,32 @@ def test_what_is_no_number_or_was_nothing_is_not_the_same() -> None:
     assert judge(case("similarity"), moved, like).verdict == "wrong"
 
 
+def test_motions_across_are_round_off() -> None:
+    across = replace(SOUND, contact=None, readings={"tip": (1.0, "m"), "across": (1e-17, "m")})
+    found = replace(across, readings={"tip": (1.0, "m"), "across": (-3e-17, "m")})
+    assert judge(case("similarity"), found, replace(LIKE, base=across)).verdict == "right"
+
+
+def test_the_last_digits_of_mechanisms_depend_on_their_steps() -> None:
+    """Thousands of steps that are chosen by errors are others in other units; as many are the same ones."""
+    swung = replace(SOUND, contact=None, integrator="mechanism", readings={"tip": (1.0, "m")}, steps=7287)
+    like = replace(LIKE, base=swung)
+    moved = replace(swung, readings={"tip": (1.0 + 5e-9, "m")})
+    assert judge(case("similarity"), moved, like).verdict == "wrong"
+    assert judge(case("similarity"), replace(moved, steps=7290), like).verdict == "right"
+    far = replace(moved, readings={"tip": (1.0 + 5e-6, "m")}, steps=7290)
+    assert judge(case("similarity"), far, like).verdict == "wrong"
+
+
+def test_contacts_in_a_clearance_multiply_round_off() -> None:
+    """Their readings are not compared; balances are."""
+    loose = replace(
+        SOUND, contact=None, integrator="mechanism", readings={"tip": (1.0, "m"), "pin.slide": (1.0, "N m")}
+    )
+    found = replace(loose, readings={"tip": (1.02, "m"), "pin.slide": (1.1, "N m")})
+    assert judge(case("similarity"), found, replace(LIKE, base=loose)).findings == []
+
+
 def test_a_larger_step_may_drift_as_its_square_and_no_more() -> None:
     own = replace(SOUND, integrator="implicit", energy_drift=1e-3, step=1e-6)
     larger = replace(own, energy_drift=8.9e-3, step=3e-6)
