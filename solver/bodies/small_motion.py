@@ -14,6 +14,8 @@ from gudgeon.solver.scene.damping import Damping
 
 MOVES = 1e-9
 """Relative size below which a component of a rigid motion, a translation or a rotation, is round-off."""
+ROUND_OFF = 16 * float(np.finfo(float).eps)
+"""Share of its terms below which the motion of a point along a direction is round-off."""
 
 T = TypeVar("T")
 
@@ -70,11 +72,17 @@ class FlexibleBody:
         return 0.0 if self.damping is None else self.damping.stiffness_factor(self.modal.angular_frequencies, self.name)
 
     def rigid_rows(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return the displacement of points (c, 3) along directions (c, 3) per rigid coordinate, (c, r)."""
+        """Return the displacement of points (c, 3) along directions (c, 3) per rigid coordinate, (c, r).
+
+        Zero where it is round-off of its terms: a body that is held across has no motion there, not one of 1e-16.
+        """
         arm = points - self.morph.centre
+        sizes, reach = np.linalg.norm(directions, axis=1), np.linalg.norm(arm, axis=1)
         rows = np.empty((len(points), self.rigid_count))
         for r, twist in enumerate(self.twists):
             rows[:, r] = np.einsum("ci,ci->c", directions, twist[:3] + np.cross(twist[3:], arm))
+            terms = sizes * (np.linalg.norm(twist[:3]) + np.linalg.norm(twist[3:]) * reach)
+            rows[np.abs(rows[:, r]) < ROUND_OFF * terms, r] = 0.0
         return rows
 
     def wrench_rows(self, resultant: np.ndarray) -> np.ndarray:

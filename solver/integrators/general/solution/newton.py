@@ -58,17 +58,23 @@ def natural_residual(constants, state, problem):  # type: ignore[no-untyped-def]
 
 
 @inner
-def allowed(problem, tolerance, bound):  # type: ignore[no-untyped-def]
+def allowed(constants, problem, tolerance, bound):  # type: ignore[no-untyped-def]
     """Return the residual of a solution [N]: a share of its largest force, or of its bound [N], or round-off.
 
-    Forces of short steps are small differences of what would stop free motions. Not a number, which no residual is
-    below, where a force has grown beyond what round-off can tell from one without end.
+    Forces of short steps are small differences of what would stop free motions; those of friction are within their
+    cones, however little a point that is held across would move. Not a number, which no residual is below, where a
+    force has grown beyond what round-off can tell from one without end.
     """
-    x, columns, largest, rough = problem.x, problem.columns, 0.0, 0.0
+    x, columns, largest, rough, across = problem.x, problem.columns, 0.0, 0.0, 0
     for a in range(problem.size[0]):
+        i = problem.ports[a]
         largest = max(largest, abs(x[a]))
-        if x[a] != 0.0 and columns[a, a] > 0.0:
-            rough = max(rough, abs(problem.free[problem.ports[a]]) / columns[a, a])
+        if across > 0:
+            across -= 1
+        elif x[a] != 0.0 and columns[a, a] > 0.0:
+            rough = max(rough, abs(problem.free[i]) / columns[a, a])
+        if constants.size[i] == 3 and constants.kind[i] != DRIVEN:
+            across = 2
     if largest > UNBOUNDED * rough > 0.0:
         return np.nan
     return max(tolerance * min(largest, bound), ROUND_OFF * rough)
@@ -103,7 +109,7 @@ def newton(constants, state, problem, tolerance, bound):  # type: ignore[no-unty
                 column, amount = columns[a], x[a]
                 for c in range(n):
                     y[c] += amount * column[c]
-        if natural_residual(constants, state, problem) <= allowed(problem, tolerance, bound) ** 2:
+        if natural_residual(constants, state, problem) <= allowed(constants, problem, tolerance, bound) ** 2:
             return True
     return False
 

@@ -191,7 +191,7 @@ def _swept(constants, state, problem, turns, bound):  # type: ignore[no-untyped-
         for a in range(n):
             size += (weight[a] * (x[a] - start[a])) ** 2
         state.counts[3] += 1
-        if natural_residual(constants, state, problem) <= allowed(problem, TOLERANCE, bound) ** 2:
+        if natural_residual(constants, state, problem) <= allowed(constants, problem, TOLERANCE, bound) ** 2:
             return True
         if blocks == 1 and constants.size[problem.ports[0]] == 1 and size < np.inf:
             return True

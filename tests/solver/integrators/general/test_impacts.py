@@ -152,3 +152,25 @@ def test_four_corners_land_at_once(tmp_path: Path) -> None:
     assert 0.5 * v[0] - v[1] == pytest.approx(0.0, abs=1e-9)
     energies = found.energies
     assert (np.diff(energies[:, :3].sum(axis=1)) < 1e-9).all()
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-4, 1e-9, 1e-12, 1e-15])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_friction_of_a_point_that_hardly_moves_across_leaves_the_impact(
+    tmp_path: Path, tilt: float, sense: float
+) -> None:
+    """A ball guided along x strikes a belt whose normal is tilted by an angle: friction is in its cone, μ tilt J."""
+    foot = rigid_records(0.5, {"foot": ([0.0, 0.0, 0.0], [-1, 0, 0])}, axes=(0,))
+    belt = {"shape": "plane", "point": [0, 0, 0], "normal": [1.0, tilt, 0.0], "velocity": [-tilt * sense, sense, 0.0]}
+    contact = {
+        "body": "part", "interface": "foot", "against": belt, "method": "impact", "restitution": 0.6,
+        "friction": {"static": 0.3, "kinetic": 0.3},
+    }  # fmt: skip
+    scene = {
+        "body": {"part": {"velocity": [-1.0, 0, 0], "position": [1e-3, 0, 0]}},
+        "contact": {"floor": contact},
+        "run": {"duration": 2e-3, "integrator": "implicit", "step": 1e-5, "limits": {"offset": 10.0}},
+    }
+    found = simulate(build(tmp_path, foot, scene))
+    assert found.result == "FINISHED"
+    assert found.quantities["floor.impulse"]["value"] == pytest.approx(0.8, rel=0.301 * tilt + 1e-9)
