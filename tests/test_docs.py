@@ -124,7 +124,7 @@ def test_the_table_of_commands_is_replaced_alone() -> None:
     assert text.splitlines()[2:] == ["| one | 0.12 | 0.50 |", "| other | 1.00 |  |"]
     changed = written(page, text)
     assert text in changed
-    assert written(changed, table([], 0.5)).count("|---|---:|---:|\n\nOthers") == 1
+    assert written(changed, table([], 0.5)).count("|---|---:|---:|\n\nThe aims") == 1
     assert changed.partition("## Whole")[0] == page.partition("## Whole")[0]
     assert changed.partition("## Normal modes")[2] == page.partition("## Normal modes")[2]
     with pytest.raises(SystemExit, match="ended with 3"):
