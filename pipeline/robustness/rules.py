@@ -36,7 +36,9 @@ STEPPED = 0.01
 SCALED = ("s", "m", "N", "N s")
 """Units of the readings that are compared."""
 NOTHING = 1e-9
-"""Share of the largest reading of a unit below which another is round-off, as motions across."""
+"""Share of the largest reading of a unit below which another is round-off, as motions across and those of a cycle."""
+FIRST_IMPACT = (".impact1.start", ".impact1.end", ".impact1.impulse")
+"""Last parts of the names of readings of the first impact in a joint with clearance."""
 ALONG = ("_x", "_y", "_z")
 """Last parts of the names of readings along axes of the scene."""
 SAID = 1e-3
@@ -64,6 +66,8 @@ class Compared:
     """Whether the run has a step that its integrator would not choose."""
     turned: bool = False
     """Whether it is the same scene turned, so that components along the axes of the scene are others."""
+    length: float = 0.0
+    """Largest distance of a body from the origin, if bodies turn: positions have its round-off [m]."""
     measured: bool = False
     """Whether the units were taken from the gaps of the solver, so that round-off of positions has no effect."""
 
@@ -90,9 +94,8 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
     if units is None:
         return None
     turns = found.integrator in INTEGRATORS and INTEGRATORS[found.integrator].turns
-    # Errors of components along the axes choose its steps, and so does round-off where there are thousands.
-    other_steps = compared.turned or found.steps != base.steps
-    same = INTEGRATORS[found.integrator].promised_drift if other_steps and turns else compared.alike
+    # Errors of components along the axes choose its steps.
+    same = INTEGRATORS[found.integrator].promised_drift if compared.turned and turns else compared.alike
     places = 0.0 if compared.measured else ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
     pairs: list[tuple[float, float]] = []
     """Relative differences and their bounds."""
@@ -108,11 +111,13 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
             rings = found.force_round_off + base.force_round_off if name == "force" else 0.0
             apart = _apart(getattr(one, name) / units.of(unit), getattr(other, name))
             pairs.append((apart, same + places + rings))
-    elif not any(name.endswith(".slide") for name in base.readings):  # Contacts in a clearance multiply round-off.
-        largest: dict[str, float] = {}
+    else:
+        largest = {"m": compared.length}
         for value, unit in base.readings.values():
             largest[unit] = max(largest.get(unit, 0.0), abs(value))
-        for name, (value, unit) in base.readings.items():
+        # Each contact in a clearance multiplies differences: what is compared of such a motion is its first impact.
+        first = {name: one for name, one in base.readings.items() if name.endswith(FIRST_IMPACT)}
+        for name, (value, unit) in (first or base.readings).items():
             if compared.turned and name.endswith(ALONG):
                 continue
             if unit in SCALED and name in found.readings and (size := largest.get(unit, 0.0)) > 0:

@@ -154,26 +154,21 @@ def test_motions_across_are_round_off() -> None:
     across = replace(SOUND, contact=None, readings={"tip": (1.0, "m"), "across": (1e-17, "m")})
     found = replace(across, readings={"tip": (1.0, "m"), "across": (-3e-17, "m")})
     assert judge(case("similarity"), found, replace(LIKE, base=across)).verdict == "right"
+    cycle, other = (replace(across, readings={"crank": (size, "m")}) for size in (1e-17, 5e-17))  # All came back.
+    assert judge(case("similarity"), other, replace(LIKE, base=cycle, length=0.3)).verdict == "right"
+    far = replace(across, readings={"crank": (1e-9, "m")})
+    assert judge(case("similarity"), far, replace(LIKE, base=cycle, length=0.3)).verdict == "wrong"
 
 
-def test_the_last_digits_of_mechanisms_depend_on_their_steps() -> None:
-    """Thousands of steps that are chosen by errors are others in other units; as many are the same ones."""
-    swung = replace(SOUND, contact=None, integrator="mechanism", readings={"tip": (1.0, "m")}, steps=7287)
-    like = replace(LIKE, base=swung)
-    moved = replace(swung, readings={"tip": (1.0 + 5e-9, "m")})
-    assert judge(case("similarity"), moved, like).verdict == "wrong"
-    assert judge(case("similarity"), replace(moved, steps=7290), like).verdict == "right"
-    far = replace(moved, readings={"tip": (1.0 + 5e-6, "m")}, steps=7290)
-    assert judge(case("similarity"), far, like).verdict == "wrong"
-
-
-def test_contacts_in_a_clearance_multiply_round_off() -> None:
-    """Their readings are not compared; balances are."""
-    loose = replace(
-        SOUND, contact=None, integrator="mechanism", readings={"tip": (1.0, "m"), "pin.slide": (1.0, "N m")}
-    )
-    found = replace(loose, readings={"tip": (1.02, "m"), "pin.slide": (1.1, "N m")})
-    assert judge(case("similarity"), found, replace(LIKE, base=loose)).findings == []
+def test_of_contacts_in_a_clearance_the_first_is_compared() -> None:
+    """Later ones multiply round-off: of reference H1 1e-14 of a mass becomes 4e-2 of a displacement."""
+    readings = {"tip": (1.0, "m"), "pin.impact1.start": (2e-4, "s"), "pin.impact1.impulse": (1.3, "N s")}
+    loose = replace(SOUND, contact=None, integrator="mechanism", readings=readings)
+    like = replace(LIKE, base=loose)
+    late = replace(loose, readings=readings | {"tip": (1.02, "m")})
+    assert judge(case("similarity"), late, like).verdict == "right"
+    wrong = replace(loose, readings=readings | {"pin.impact1.impulse": (1.3 * (1 + 2e-9), "N s")})
+    assert judge(case("similarity"), wrong, like).verdict == "wrong"
 
 
 def test_a_larger_step_may_drift_as_its_square_and_no_more() -> None:
