@@ -12,7 +12,7 @@ from gudgeon.solver.errors import SceneError
 from gudgeon.solver.linear.state import linearised, places
 
 
-def carried(job: Job, force: str, at: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+def static_inertia(job: Job, force: str, at: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """Return Yᵀ M Y of the static answers Y to unit forces, and what places read under gravity.
 
     Exact where the coordinates contain these answers: Yᵀ M Y = Σ b bᵀ/ω⁴ over mass-orthonormal modes with rows b.

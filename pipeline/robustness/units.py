@@ -95,13 +95,11 @@ def with_values(model: Model, changes: Mapping[str, Any]) -> Model:
 
 
 def with_motions(joints: Mapping[str, Any]) -> dict[str, Any]:
-    """Return joints whose drives say what they give: a displacement of a translational joint, an angle of others."""
-    found = dict(joints)
-    for name, one in joints.items():
-        if isinstance(one, Driven) and one.motion is None:
-            slides = getattr(joints.get(one.joint), "kind", None) == "translational"
-            found[name] = with_values(one, {"motion": "displacement" if slides else "angle"})
-    return found
+    """Return joints whose drives say whether they give an angle or a displacement."""
+    return {
+        name: with_values(one, {"motion": one.given(joints.get(one.joint))}) if isinstance(one, Driven) else one
+        for name, one in joints.items()
+    }
 
 
 def rescaled(model: Model, units: Units) -> Model:

@@ -9,7 +9,7 @@ import numpy as np
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.linear.analysis import Asked, analyse
-from gudgeon.pipeline.linear.inertia import carried
+from gudgeon.pipeline.linear.inertia import static_inertia
 from gudgeon.pipeline.scenes.gauge import Sensor
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.sensing.bridges import bridge_matrix
@@ -192,7 +192,7 @@ def unit_wrenches(job: Job, plate: str, hub: str, progress: Progress) -> Alone:
     assert table is not None
     rows = dict(zip(table.places, table.values, strict=True))
     strains, C = np.array([rows[name] for name in at]), np.array([rows[f"force.wrench[{n}]"] for n in range(1, 7)])
-    mass, own = carried(still, "force.wrench", at)
+    mass, own = static_inertia(still, "force.wrench", at)
     return Alone(strains, C, mass=np.linalg.solve(C, np.linalg.solve(C, mass).T), own=own)
 
 

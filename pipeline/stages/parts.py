@@ -39,10 +39,11 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
     where = f"component.{name}"
     if solid and material is not None:
         own = properties = mass_properties(mesh, densities(mesh, material))
+        if component.point_mass:
+            properties = with_point_masses(free_model(mesh, component, where), component, where).properties
     else:
-        own = properties = free_model(mesh, component, where).properties
-    if component.point_mass:
-        properties = with_point_masses(free_model(mesh, component, where), component, where).properties
+        model = free_model(mesh, component, where)
+        own, properties = model.properties, with_point_masses(model, component, where).properties
     return {
         "nodes": len(mesh.nodes),
         "cells": len(mesh.cells),

@@ -61,6 +61,11 @@ class Driven(Amount):
         """Name of the joint that it drives."""
         return (self.joint,)
 
+    def given(self, held: object) -> str:
+        """Return what is given of the joint that it drives: its displacement if that slides alone, else its angle."""
+        slides = getattr(held, "slides", False) and not getattr(held, "turns", False)
+        return self.motion or ("displacement" if slides else "angle")
+
     def motions(self, times: np.ndarray, where: str) -> np.ndarray:
         """Return motion, rate and second rate at times [s], (t, 3).
 

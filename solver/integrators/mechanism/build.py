@@ -190,9 +190,7 @@ def _add_gear(found: Linkage, name: str, joint: Gear) -> None:
 
 
 def _add_drive(found: Linkage, name: str, joint: Driven) -> None:
-    held = found.system.scene.hinges().get(joint.joint)
-    slides = held is not None and held.slides and not held.turns
-    motion = joint.motion or ("displacement" if slides else "angle")
+    motion = joint.given(found.system.scene.hinges().get(joint.joint))
     _check_motion(found, f"joint.{name}.joint", joint.joint, motion)
     if (jump := joint.jump(found.system.scene.run.duration, f"joint.{name}")) is not None:
         raise SceneError(

@@ -42,6 +42,7 @@ from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.wheel.scene import WheelFile
 from gudgeon.solver.joints.coupled import Driven
+from gudgeon.solver.joints.markers import Cylindrical, Revolute, Translational
 from gudgeon.solver.scene.body import Body
 from tests.validation.scenes import DATA
 
@@ -176,12 +177,12 @@ def test_the_schema_shows_the_unit_of_every_number_that_a_run_depends_on() -> No
 
 
 @pytest.mark.parametrize(
-    ("kind", "motion", "factor"),
-    [("revolute", None, 1.0), ("translational", None, 4.0), ("cylindrical", "displacement", 4.0)],
+    ("joint", "motion", "factor"),
+    [(Revolute, None, 1.0), (Translational, None, 4.0), (Cylindrical, None, 1.0), (Cylindrical, "displacement", 4.0)],
 )
-def test_a_drive_is_an_angle_or_a_displacement(kind: str, motion: str | None, factor: float) -> None:
+def test_a_drive_is_an_angle_or_a_displacement(joint: type, motion: str | None, factor: float) -> None:
     joints = {
-        "guide": SimpleNamespace(kind=kind),
+        "guide": SimpleNamespace(slides=joint.slides, turns=joint.turns),  # type: ignore[attr-defined]
         "drive": Driven(kind="driven", joint="guide", motion=motion, values=((0.0, 0.0), (1.0, 0.5))),  # type: ignore[arg-type]
         "other": Driven(kind="driven", joint="guide", motion=motion, expression="0.5 * t"),  # type: ignore[arg-type]
     }

@@ -161,7 +161,7 @@ def test_motions_across_are_round_off() -> None:
 
 
 def test_of_contacts_in_a_clearance_the_first_is_compared() -> None:
-    """Later ones multiply round-off: of reference H1 1e-14 of a mass becomes 4e-2 of a displacement."""
+    """Later ones multiply round-off: of reference H1 1e-14 of a mass becomes 1.4e-5 of an impulse."""
     readings = {"tip": (1.0, "m"), "pin.impact1.start": (2e-4, "s"), "pin.impact1.impulse": (1.3, "N s")}
     loose = replace(SOUND, contact=None, integrator="mechanism", readings=readings)
     like = replace(LIKE, base=loose)

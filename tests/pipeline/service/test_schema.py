@@ -2,10 +2,7 @@
 
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
-
-import pytest
 
 from gudgeon import modaldb
 from gudgeon.modaldb.keys import content_key
@@ -13,7 +10,6 @@ from tests.modaldb.samples import INPUTS, mesh
 from tests.pipeline.service.serving import TOKEN, served
 
 
-@pytest.mark.skipif(find_spec("schemathesis") is None, reason="schemathesis is not installed")
 def test_the_server_does_what_its_schema_says(tmp_path: Path) -> None:
     program = Path(sys.executable).with_name("schemathesis")
     with served(tmp_path / "db") as url:
