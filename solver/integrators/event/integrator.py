@@ -18,6 +18,8 @@ MOST_EVENTS = 2_000_000
 """Largest number of events in a run, above which it ends as chatter."""
 GAIN = 1e-9
 """Energy that an impact may create by round-off, relative to the energy of its compression."""
+ROUND_OFF = 16 * float(np.finfo(float).eps)
+"""The same relative to the kinetic energy: surfaces that slide and close at a speed of round-off are not compressed."""
 STALLED = 200
 """Largest number of events in a row without time between them."""
 CACHED = 64
@@ -108,10 +110,12 @@ class Event(capabilities.Event):
             for one in rows:
                 record.touches(int(one), time, -float(system.rows[one] @ self._v))
             self._reclosed = False
+            kinetic = 0.5 * float(self._v @ self._v)
             impact = collide(self._equations, now, rows, self._v, self._fastest)
             settle(self._equations, now, self._p, self._v)
             record.impact(impact, time, self._v, now)
-            self._gained = self._gained or impact.lost < -GAIN * (abs(impact.lost) + impact.compressed)
+            least = GAIN * (abs(impact.lost) + impact.compressed) + ROUND_OFF * kinetic
+            self._gained = self._gained or impact.lost < -least
             self._struck = {int(one) for one in rows}
             if system.shortest_period > 0 and now.status[row] == Status.CLOSED:
                 self._patient.add((Watch.OPENS, row))
