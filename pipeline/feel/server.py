@@ -35,6 +35,11 @@ LOCAL = ("127.0.0.1", "localhost", "[::1]")
 TEXT, CLOSE, PING, PONG = 1, 8, 9, 10
 TAKEN = 4001
 """Why the socket of a page is closed when another page takes the handle; that page does not come back by itself."""
+PATIENCE = 2.0
+"""How long such a page may take to answer; what it sends until then is read and dropped [s].
+
+A socket that is closed with bytes unread is reset, by which the page loses why, and it would come back.
+"""
 
 
 class Browser:
@@ -177,8 +182,10 @@ class Server:
         try:
             while (got := await received(reader)) is not None:
                 kind, content = got
-                if kind == CLOSE or self._driving is not writer:
+                if kind == CLOSE:
                     break
+                if self._driving is not writer:
+                    continue
                 if kind == PING:
                     writer.write(frame(PONG, content[:125]))
                 if kind == TEXT:
@@ -199,6 +206,8 @@ class Server:
             writer.write(frame(TEXT, json.dumps(self._state()).encode()))
             await writer.drain()
             await asyncio.sleep(SHOWN)
+        await asyncio.sleep(PATIENCE)
+        writer.close()
 
 
 def _response(status: int, content: bytes, kind: str) -> bytes:
