@@ -13,7 +13,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.linalg import EvenedFactor, Solver, factorise
-from gudgeon.pipeline.modes.problem import Pairs, Problem, grounding
+from gudgeon.pipeline.modes.problem import Pairs, Problem, grounding, whole_groups
 
 SPARE = 2
 """Pairs beyond the wanted ones, so that there is a gap above the last wanted one for the inertia count."""
@@ -22,14 +22,23 @@ REACH = 1e6
 
 
 def lanczos_pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
-    """Return the lowest `count` pairs, and `SPARE` more.
+    """Return the lowest `count` pairs, and as many more as it takes to see a gap above them, at least `SPARE`.
 
     Raises:
         StageError: ARPACK did not converge.
     """
+    spare, most = SPARE, problem.K.shape[0] - problem.rigid.shape[1] - 1
+    pairs = _lowest(model, problem, count, count + spare)
+    while whole_groups(pairs.values, count) == len(pairs.values) < most:
+        spare *= 2
+        pairs = _lowest(model, problem, count, min(count + spare, most))
+    return pairs
+
+
+def _lowest(model: FEModel, problem: Problem, count: int, extracted: int) -> Pairs:
     shift = lower_shift(model, problem)
     factor = factorise(problem.K - shift * problem.M, definite=model.parts is not None)
-    pairs = _in_order(*inverse_lanczos(problem, shift, count + SPARE, factor))
+    pairs = _in_order(*inverse_lanczos(problem, shift, extracted, factor))
     if model.parts is None:
         return pairs
     high = int(np.searchsorted(pairs.values, REACH * pairs.values[0]))

@@ -15,7 +15,7 @@ from gudgeon.pipeline.modes import slepc
 from gudgeon.pipeline.modes.block_method import block_pairs, suits
 from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.lanczos import SPARE, lanczos_pairs, lower_shift
-from gudgeon.pipeline.modes.problem import Pairs, Problem, count_shift
+from gudgeon.pipeline.modes.problem import Pairs, Problem, count_shift, whole_groups
 
 SMALL_MIXING = 1e-5
 """Largest coefficient of round-off mixing between modes for which one step of perturbation is exact."""
@@ -76,7 +76,7 @@ def normal_modes(model: FEModel, count: int, flexibility: Flexibility | None = N
         Phi, exact = _unmixed(model.parts, Phi)
         vectors = Phi[model.free]
     values, quality = _verified(problem, vectors, exact)
-    return NormalModes(np.sqrt(values), Phi, quality | inertia)
+    return NormalModes(np.sqrt(values), Phi, quality | inertia | {"whole_count": whole_groups(pairs.values, count)})
 
 
 def _unmixed(parts: LineStiffness, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ ORTHOGONALITY_TOLERANCE = 1e-10
 RIGID_SHARE = 1e-6
 """Eigenvalues of the rigid motions over the first elastic one, at most."""
 GAP = 1e-6
-"""Eigenvalues closer than this share are one for the inertia count."""
+"""Eigenvalues closer than this share are equal: one for the inertia count, and a group whose vectors are arbitrary."""
 
 Count = tuple[float, int]
 """A shift [rad²/s²], and how many elastic eigenvalues an inertia count found below it."""
@@ -103,6 +103,18 @@ def count_shift(values: np.ndarray, count: int, *, complete: bool = False) -> tu
         last -= 1  # No gap: the count shows whether the last extracted eigenvalue is the last of its cluster.
     sigma = 0.5 * (values[last] + values[last + 1]) if last + 1 < len(values) else 2 * values[last]
     return float(sigma), last + 1
+
+
+def whole_groups(values: np.ndarray, count: int) -> int:
+    """Return the count that keeps the last wanted eigenvalue's group of equal ones whole: the wanted one if it does.
+
+    Which vectors of a group are found is a matter of round-off, and so is what depends on those that are kept.
+
+    Args:
+        values: Extracted eigenvalues [rad²/s²], ascending.
+        count: Wanted ones.
+    """
+    return count + int((values[count:] < values[count - 1] * (1 + GAP)).sum()) if count else 0
 
 
 def grounding(rigid: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Table of a component's modes: frequency, estimated error, residual; and notes on meshes that are too coarse."""
+"""Table of a component's modes: frequency, estimated error, residual; notes on coarse meshes and parted groups."""
 
 from collections.abc import Collection, Mapping
 from typing import Any
@@ -12,6 +12,8 @@ FIELDS = ("angular_frequencies", "residuals", "algebraic_errors", "discretisatio
 """Fields of a modal record that are read."""
 SHOWN = 24
 """Lines of a table; with more modes the middle ones are omitted."""
+COUNTS = {"normal_count": ("whole_count", "clamped_whole_count"), "fixed_count": ("whole_fixed_count",)}
+"""Counts of modes, and where a record's quality has those that keep groups of equal frequencies whole."""
 COARSE = 0.01
 """Estimated relative error of a kept mode's frequency above which a note is given where nothing touches the body."""
 COARSE_CONTACT = 0.02
@@ -72,6 +74,24 @@ def coarse_notes(records: Mapping[str, ModalRecord], files: Collection[str] = ()
             if name in files:
                 key, remedy = "geometry.path", "refine the mesh in its file"
             notes.append(f"component.{name}.{key}: {found} {remedy}")
+    return notes
+
+
+def parted_notes(records: Mapping[str, ModalRecord], counts: Mapping[str, Mapping[str, int]]) -> list[str]:
+    """Return a note for each count of modes that keeps a part of a group of equal frequencies.
+
+    Args:
+        counts: Keys of `[component.NAME.modes]` and their values, by component.
+    """
+    notes = []
+    for name, record in records.items():
+        for key, entries in COUNTS.items():
+            whole = max(int(record.quality.get(entry, 0)) for entry in entries)
+            if (count := counts[name][key]) < whole:
+                notes.append(
+                    f"component.{name}.modes.{key}: {count} modes part a group of equal frequencies: which of its modes"
+                    f" are kept is left to round-off, and results with it; {whole} keep the group whole"
+                )
     return notes
 
 

@@ -296,13 +296,14 @@ def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
 
 
 def _frequencies(job: Job) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
-    """Return the modes of every component with their errors, and a note for each mesh that is too coarse for them."""
+    """Return the modes of every component with their errors, and notes on coarse meshes and parted groups of modes."""
     from gudgeon.pipeline.reduction.beam_notes import beam_notes
-    from gudgeon.pipeline.reduction.frequency_table import coarse_notes, frequency_rows, kept_modes
+    from gudgeon.pipeline.reduction.frequency_table import coarse_notes, frequency_rows, kept_modes, parted_notes
 
     records = kept_modes(job.store, {name: steps["modes"].key for name, steps in job.components().items()})
     files = [name for name in records if job.scene.component[name].from_file]
-    notes = coarse_notes(records, files) + beam_notes(job.scene.component, records)
+    counts = {name: job.scene.component[name].modes.model_dump() for name in records}
+    notes = coarse_notes(records, files) + parted_notes(records, counts) + beam_notes(job.scene.component, records)
     return {name: frequency_rows(record) for name, record in records.items()}, notes
 
 

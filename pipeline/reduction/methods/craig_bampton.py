@@ -20,8 +20,9 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.modes.lanczos import SPARE
 from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
-from gudgeon.pipeline.modes.problem import dense_pairs, null_motions
+from gudgeon.pipeline.modes.problem import dense_pairs, null_motions, whole_groups
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
@@ -100,7 +101,10 @@ def synthesised(
         W: Columns to which the boundary dofs are reduced, (b, k), the rigid motions in their span; all dofs by default.
     """
     modes = ritz_modes(model, _lowest_shapes(model, parts, W, settings.normal_count))
-    quality = modes.quality | {"boundary_dofs": len(parts.boundary), "boundary_added": parts.added}
+    fixed = max(int(group.fixed.quality.get("whole_count", 0)) for group in parts.groups)
+    quality = modes.quality | {
+        "boundary_dofs": len(parts.boundary), "boundary_added": parts.added, "whole_fixed_count": fixed,
+    }  # fmt: skip
     count = settings.normal_count or len(modes.angular_frequencies)
     return completed(model, rows, lowest(replace(modes, quality=quality), count))
 
@@ -192,8 +196,8 @@ def _fixed_modes(model: FEModel, dofs: np.ndarray, count: int) -> NormalModes:
         return NormalModes(np.empty(0), np.empty((len(dofs), 0)), {})
     if len(dofs) <= DENSE:
         K, M = (matrix[dofs][:, dofs].toarray() for matrix in (model.K, model.M))
-        values, vectors = linalg.eigh(K, M, subset_by_index=(0, count - 1))
-        return NormalModes(np.sqrt(values), vectors, {})
+        values, vectors = linalg.eigh(K, M, subset_by_index=(0, min(count + SPARE, len(dofs)) - 1))
+        return NormalModes(np.sqrt(values[:count]), vectors[:, :count], {"whole_count": whole_groups(values, count)})
     held = np.ones(len(model.held), bool)
     held[dofs] = False
     modes = normal_modes(replace(model, held=held, rigid_twists=np.empty((0, 6))), count)

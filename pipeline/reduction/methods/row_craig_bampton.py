@@ -15,8 +15,8 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.linalg import Solver, factorise
 from gudgeon.pipeline.modes.flexibility import Flexibility
-from gudgeon.pipeline.modes.lanczos import inverse_lanczos, lower_shift
-from gudgeon.pipeline.modes.problem import Problem, null_motions
+from gudgeon.pipeline.modes.lanczos import SPARE, inverse_lanczos, lower_shift
+from gudgeon.pipeline.modes.problem import Problem, null_motions, whole_groups
 from gudgeon.pipeline.modes.static import BLOCK
 from gudgeon.pipeline.reduction.methods.craig_bampton import DENSE, EMPTY
 from gudgeon.pipeline.reduction.methods.macneal import row_count
@@ -61,7 +61,7 @@ class HeldFactor:
 def row_craig_bampton(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
     """Reduce a body to constraint modes of all rows and the lowest modes with all rows held."""
     count = row_count(rows, "row-craig-bampton")
-    fixed = fixed_modes(model, rows, settings.fixed_count)
+    fixed, whole = fixed_modes(model, rows, settings.fixed_count)
     flexibility = Flexibility(model, rows.B)
     balanced = null_motions((rows.B @ model.rigid_modes).T, EMPTY * float(np.abs(model.rigid_modes).max(initial=0.0)))
     forces = balanced if model.rigid_modes.shape[1] else np.eye(count)
@@ -73,7 +73,7 @@ def row_craig_bampton(model: FEModel, rows: ContactRows, settings: ModesSettings
             f"modes.normal_count: {settings.normal_count} given, {count} rows and {settings.fixed_count} modes with"
             f" rows held have {found} coordinates; request fewer, or 0 for all"
         )
-    quality = modes.quality | {"held_rows": count}
+    quality = modes.quality | {"held_rows": count, "whole_fixed_count": whole}
     reduction = completed(
         model, rows, lowest(replace(modes, quality=quality), settings.normal_count or found), flexibility
     )
@@ -81,8 +81,8 @@ def row_craig_bampton(model: FEModel, rows: ContactRows, settings: ModesSettings
     return reduction
 
 
-def fixed_modes(model: FEModel, rows: ContactRows, count: int) -> np.ndarray:
-    """Return the lowest elastic modes of a body with all rows held, (dofs, count).
+def fixed_modes(model: FEModel, rows: ContactRows, count: int) -> tuple[np.ndarray, int]:
+    """Return the lowest elastic modes of a body with all rows held, (dofs, count), and `whole_groups` of them.
 
     Raises:
         InputError: the held body has fewer modes.
@@ -100,19 +100,19 @@ def fixed_modes(model: FEModel, rows: ContactRows, count: int) -> np.ndarray:
         )
     Phi = np.zeros((len(model.held), count))
     if count == 0:
-        return Phi
-    if B.shape[1] <= DENSE or count + 2 >= most:
+        return Phi, 0
+    if B.shape[1] <= DENSE or count + SPARE >= most:
         N = linalg.null_space(B)
         K, M = (N.T @ (matrix @ N) for matrix in (problem.K, problem.M))
-        values, vectors = linalg.eigh(K, M, subset_by_index=(0, len(loose) + count - 1))
-        Phi[model.free] = N @ vectors[:, len(loose) :]
-        return Phi
+        values, vectors = linalg.eigh(K, M, subset_by_index=(0, len(loose) + min(count + SPARE, most) - 1))
+        Phi[model.free] = N @ vectors[:, len(loose) : len(loose) + count]
+        return Phi, whole_groups(values[len(loose) :], count)
     shift = lower_shift(model, Problem.of(model))
     factor = HeldFactor(factorise(problem.K - shift * problem.M, definite=model.parts is not None), B)
-    values, vectors = inverse_lanczos(problem, shift, count, factor)
-    vectors = problem.elastic(factor.held(vectors[:, np.argsort(values)]))
+    values, vectors = inverse_lanczos(problem, shift, count + SPARE, factor)
+    vectors = problem.elastic(factor.held(vectors[:, np.argsort(values)[:count]]))
     moved = float(np.abs(B @ vectors).max() / (np.abs(B).sum(axis=1).max() * np.abs(vectors).max()))
     if not moved < HELD:
         raise StageError(f"modes: rows move by {moved:.2g} in a fixed-interface mode, allowed: {HELD:g}")
     Phi[model.free] = vectors
-    return Phi
+    return Phi, whole_groups(np.sort(values), count)
