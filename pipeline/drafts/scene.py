@@ -63,7 +63,7 @@ velocity = {velocity}  # [m/s]
 body = "{name}"
 interface = "impact"
 against = {{ shape = "plane", point = {point}, normal = {normal} }}
-surface_stiffness = 1e13  # of the rough faces [N/m^3]: smooth ones are stiffer
+surface_stiffness = 1e13  # of the rough faces [N/m^3], a guess: the largest force grows with it, try 1e12 and 1e14
 
 [run]
 duration = {duration:.2g}  # [s]

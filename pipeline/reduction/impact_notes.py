@@ -14,6 +14,10 @@ ROUNDING = 1e-9
 FAST = 0.1
 """Speed of an impact over the wave speed of an elastic body above which a run gives a note."""
 
+WEIGHT = 2.0
+"""Time over which `force_peak` is a mean, over the window."""
+SHARE = 0.1
+"""Window over the duration of a smooth impact by which its peak is averaged to 1 %."""
 PRESSES = 1e-2
 """Force at the end of a run over the largest one from which a contact counts as closed."""
 
@@ -41,7 +45,7 @@ def impact_notes(scene: SceneFile, summary: Mapping[str, Any], last: Callable[[s
                 f"contact.{name}: its impacts are jumps of velocity, so that force_peak is their impulse over"
                 f" run.window = {window:.3g} s"
             )
-        notes += _windows(scene, name, window, counts)
+        notes += _windows(scene, name, window, counts) or _short(scene, name, window, impacts)
         notes += _fast(scene, name, max((one.get("closing", 0.0) for one in impacts), default=0.0))
     return notes
 
@@ -51,9 +55,9 @@ def _value(quantities: Quantities, name: str) -> float:
 
 
 def _impacts(quantities: Quantities, name: str) -> Iterator[dict[str, float]]:
-    """Yield start, end [s] and closing speed [m/s], where it is known, of each impact of a contact that is listed."""
+    """Yield what is known of each listed impact of a contact: start, end [s], closing speed [m/s], force [N]."""
     for number in count(1):
-        keys = {key: f"{name}.impact{number}.{key}" for key in ("start", "end", "closing")}
+        keys = {key: f"{name}.impact{number}.{key}" for key in ("start", "end", "closing", "force_peak_raw")}
         if keys["end"] not in quantities:
             return
         yield {key: _value(quantities, full) for key, full in keys.items() if full in quantities}
@@ -88,6 +92,22 @@ def _windows(scene: SceneFile, name: str, window: float, counts: Mapping[str, An
             " as means; set run.window longer, or run.step shorter"
         ]
     return []
+
+
+def _short(scene: SceneFile, name: str, window: float, impacts: list[dict[str, float]]) -> list[str]:
+    """Return a note where the hardest impact is shorter than the weight of `force_peak` by the default window."""
+    known = [one for one in impacts if "force_peak_raw" in one]
+    hardest = max(known, key=lambda one: one["force_peak_raw"], default=None)
+    if scene.run.window is not None or hardest is None:
+        return []
+    lasts = hardest["end"] - hardest["start"]
+    if not 0 < lasts < WEIGHT * window:
+        return []
+    return [
+        f"contact.{name}: its hardest impact lasts {lasts:.3g} s, and force_peak is a mean over {WEIGHT * window:.3g} s"
+        " (the default of run.window, twice), which is less than the largest force; force_peak_raw is not averaged."
+        f" Set run.window = {SHARE * lasts:.1g}: its estimated error says whether the modes resolve it"
+    ]
 
 
 def _fast(scene: SceneFile, name: str, closing: float) -> list[str]:

@@ -32,6 +32,18 @@ duration = 0.05
 gravity = [0.0, 0.0, -9.81]
 """
 """The impact lasts π (m/k)^½ = 4.4 ms from 7.4 ms on."""
+BLOCK = """
+component.part.geometry = { kind = "box", lx = 0.06, ly = 0.04, lz = 0.02 }
+component.part.mesh.size = 0.012
+component.part.material = { E = 210e9, nu = 0.3, rho = 7850 }
+component.part.interface.foot.surface = "bottom"
+body.part = { position = [0, 0, 1e-4], velocity = [0, 0, -0.5] }
+contact.floor.against = { shape = "plane", point = [0, 0, 0], normal = [0, 0, 1] }
+contact.floor.body = "part"
+contact.floor.interface = "foot"
+contact.floor.surface_stiffness = 1e12
+run = { duration = 3e-4, checks = false }
+"""
 BEAM = """
 [component.beam]
 geometry = { kind = "beam", length = 0.5, section = { kind = "rectangle", width = 0.02, height = 0.0198 } }
@@ -62,6 +74,16 @@ def notes(scene: str | Path, folder: Path, **changes: Any) -> str:
     found = run(path, set=changes, db=folder / "db", out=folder / "out", until="solve")
     assert found.result == "FINISHED"
     return "\n".join(found.notes)
+
+
+def run_block(folder: Path, **changes: Any) -> Any:
+    folder.mkdir(parents=True)
+    (folder / "scene.toml").write_text(BLOCK)
+    return run(folder / "scene.toml", set=changes, db=folder / "db", out=folder / "out", until="solve")
+
+
+def force(found: Any, name: str) -> float:
+    return float(found.quantities[f"floor.{name}"]["value"])
 
 
 @pytest.mark.parametrize("integrator", ["implicit", "explicit"])
@@ -99,6 +121,19 @@ def test_a_window_below_the_step_gets_a_note(tmp_path: Path) -> None:
     words = "is below the step, 5e-07 s, over which forces are known as means; set run.window longer, or run.step"
     assert words in notes("rod-wall", tmp_path / "short", **given, **{"run.window": 1e-7})
     assert words not in notes("rod-wall", tmp_path / "long", **given, **{"run.window": 1e-5})
+
+
+def test_an_impact_shorter_than_the_mean_of_its_force_gets_a_note(tmp_path: Path) -> None:
+    """A block on its contact layer: a half sine of π (m/k)^½ = 39 µs, its peak v (k m)^½ = 15 kN; README's scene."""
+    found = run_block(tmp_path / "default")
+    (note,) = [note for note in found.notes if "its hardest impact lasts" in note]
+    assert note.startswith("contact.floor: its hardest impact lasts 4e-05 s, and force_peak is a mean over 5.")
+    assert note.endswith("Set run.window = 4e-06: its estimated error says whether the modes resolve it")
+    assert force(found, "force_peak") < 0.7 * force(found, "force_peak_raw")
+    found = run_block(tmp_path / "given", **{"run.window": 4e-6})
+    assert not any("its hardest impact lasts" in note for note in found.notes)
+    assert force(found, "force_peak") == pytest.approx(force(found, "force_peak_raw"), rel=0.02)
+    assert "its hardest impact lasts" not in notes("rod-wall", tmp_path / "longer", **FEW)
 
 
 def test_a_window_for_jumps_of_velocity_gets_a_note(tmp_path: Path) -> None:
