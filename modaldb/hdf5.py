@@ -21,7 +21,7 @@ import numpy as np
 
 from gudgeon.modaldb.blocks import USERBLOCK, Malformed, Source
 from gudgeon.modaldb.contents import check_contents
-from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
+from gudgeon.modaldb.errors import RecordMismatch
 from gudgeon.modaldb.keys import canonical_json
 from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
 from gudgeon.modaldb.records.types import ARRAY, COLUMNS
@@ -35,10 +35,10 @@ from gudgeon.modaldb.schema import (
     member_type,
     type_hints,
 )
+from gudgeon.modaldb.seal import user_block
 from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.structure import Dataset, Group, read_structure
 
-MAGIC = b"GUDGEON-RECORD 1\n"
 BESIDE = {"encoding-type", "encoding-version", "provenance"}
 """Attributes of the root that are no fields."""
 LONGEST_CAUSE = 300
@@ -92,7 +92,7 @@ def record_bytes(kind: str, record: Any, inputs: dict[str, Any] | str) -> tuple[
         image = file.id.get_file_image()
     digest = hashlib.sha256(kind.encode())
     digest.update(image)
-    return _user_block(digest.hexdigest(), kind.encode()), image
+    return user_block(digest.hexdigest(), kind.encode()), image
 
 
 def write_record(path: Path, kind: str, record: Any, inputs: dict[str, Any]) -> None:
@@ -102,30 +102,6 @@ def write_record(path: Path, kind: str, record: Any, inputs: dict[str, Any]) -> 
             raw.write(part)
         raw.flush()
         os.fsync(raw.fileno())
-
-
-def verify_record(path: Path) -> str:
-    """Check a file against its digest and return its kind; uses the standard library only.
-
-    Raises:
-        RecordDamaged: the header is not that of a record, or a byte has changed.
-    """
-    with path.open("rb") as raw:
-        return verify_open(raw.fileno(), path)
-
-
-def verify_open(descriptor: int, place: Path | str) -> str:
-    """Check an open file as `verify_record` does; `place` is for the message."""
-    with os.fdopen(os.dup(descriptor), "rb") as raw:
-        raw.seek(0)
-        block = raw.read(USERBLOCK)
-        lines = block.rstrip(b"\0").split(b"\n")
-        if not block.startswith(MAGIC) or len(lines) != 4:
-            raise RecordDamaged(f"{place}: not a gudgeon record (header damaged)")
-        digest = hashlib.file_digest(raw, lambda: hashlib.sha256(lines[2])).hexdigest()
-        if block != _user_block(digest, lines[2]):
-            raise RecordDamaged(f"{place}: checksum differs from the one written")
-    return lines[2].decode(errors="replace")
 
 
 def read_head(
@@ -210,11 +186,6 @@ def _mismatch(place: Path | str) -> Iterator[None]:
         # Names and texts of the file may hold anything.
         cause = "".join(one if one.isprintable() else "�" for one in str(error)[:LONGEST_CAUSE])
         raise RecordMismatch(f"{place}: {cause}") from None
-
-
-def _user_block(digest: str, kind: bytes) -> bytes:
-    """Return the user block, (512,) bytes."""
-    return (MAGIC + digest.encode() + b"\n" + kind + b"\n").ljust(USERBLOCK, b"\0")
 
 
 class _Reader:

@@ -16,8 +16,8 @@ from pydantic import TypeAdapter
 
 from gudgeon import modaldb
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.files import usable_path
-from gudgeon.pipeline.scenes.reading import named, override_texts, read_tables, scene_path
+from gudgeon.pipeline.scenes.place import results_folder, scene_path
+from gudgeon.pipeline.scenes.reading import named, override_texts, read_tables
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.reference.key_reference import Table
     from gudgeon.solver.simulation import Steps
 
-DEFAULT_OUT = "out"
 ONE_FILE = "its record holds capacitances, one file a design"
 """Why scenes of conductors have no studies."""
 
@@ -200,8 +199,7 @@ def open_job(
     tables = read_tables(path, texts)
     folder = path.parent.resolve().name
     name = folder if path.name == "scene.toml" else path.stem
-    target = Path(DEFAULT_OUT) / folder / path.stem if out is None else usable_path(out)
-    return job_at(Place(name, path, tables, modaldb.open(db), target, tuple(texts)))
+    return job_at(Place(name, path, tables, modaldb.open(db), results_folder(path, out), tuple(texts)))
 
 
 def job_at(place: Place) -> Any:

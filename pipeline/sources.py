@@ -55,7 +55,7 @@ SOURCES = Path(__file__).resolve().parents[1]
 @cache
 def code_digests(root: Path = SOURCES) -> Mapping[str, str]:
     """Return the digest of each stage's sources, 16 digits, for the packages in a folder."""
-    kept = _cache_folder() / f"sources-{_state(root)}.json"
+    kept = _cache_folder() / f"sources-{sources_state(root)}.json"
     with contextlib.suppress(OSError, ValueError):
         found = json.loads(kept.read_text())
         if isinstance(found, dict) and found.keys() == ROOTS.keys():
@@ -70,12 +70,12 @@ def code_digests(root: Path = SOURCES) -> Mapping[str, str]:
     return found
 
 
-def _state(root: Path) -> str:
+def sources_state(root: Path = SOURCES) -> str:
     """Return 32 digits that tell the files of the sources apart from what they were before any change."""
     digest = hashlib.sha256(str(root).encode())
     for package in PACKAGES:
         for folder, below, names in os.walk(root / package):
-            below.sort()
+            below[:] = sorted(name for name in below if name != "__pycache__")
             for name in sorted(name for name in names if name.endswith(".py")):
                 state = os.stat(os.path.join(folder, name))
                 told = (folder, name, state.st_size, state.st_ino, state.st_mtime_ns, state.st_ctime_ns)

@@ -5,17 +5,21 @@ with has changed, nor that a type of its arguments is gone. So the folder of a f
 all that it imports, and of all named tuples: `~/.cache/gudgeon/kernels/<digest>`, or below `XDG_CACHE_HOME`; where that
 cannot be written, `gudgeon-<uid>` in the folder of temporary files. `NUMBA_CACHE_DIR` goes before all. Places and times
 of files do not count: copies of one version share their machine code, and a change compiles what depends on it alone.
+The digests of all files take a tenth of a second; they are kept there, too, by the sizes of the files, their inodes,
+and when each was last written or replaced, which no copying tool sets.
 """
 
 import contextlib
+import glob
 import hashlib
+import json
 import os
 import re
 import stat
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -31,6 +35,10 @@ COMPILED = ("explicit", "implicit", "general", "collocation", "discrete-gradient
 BLOCK = 1 << 16
 """Bytes that are written to see whether a disk is full."""
 IMPORTS = re.compile(r"^from gudgeon\.([\w.]+) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+COMPILES = re.compile(r"^from gudgeon\.solver\.compiled import |^def compiled\(", re.MULTILINE)
+"""What stands in a file with compiled functions, or in that of their decorators."""
+ITSELF = "solver/kernel_cache.py"
+"""This file keeps machine code and is part of none."""
 TUPLES = re.compile(r"^class \w+\(NamedTuple\):\n(?:[ \t]+.*\n|\n)*", re.MULTILINE)
 """Classes of named tuples with all their lines: functions take them as arguments, whose files they need not import."""
 
@@ -45,14 +53,46 @@ def cache_folder() -> Path | None:
     return folder if _writable(folder) else None
 
 
-@cache
-def _sources() -> "Sources":
-    return Sources(Path(__file__).parents[1])
+ROOT = Path(__file__).resolve().parents[1]
+"""The folder that has the packages."""
 
 
 def file_digest(path: str) -> str:
     """Return 16 digits that tell the text of a file of this package and all that its machine code depends on."""
-    return _sources().digest(Path(path).resolve())
+    own, digests = Path(path).resolve(), _digests()
+    return digests.get(_name(ROOT, own)) or Sources(ROOT).digest(own)
+
+
+@cache
+def _digests() -> Mapping[str, str]:
+    """Return `Sources.digests` of this package, which are kept beside its machine code."""
+    folder = cache_folder()
+    return Sources(ROOT).digests() if folder is None else kept_digests(ROOT, folder)
+
+
+def kept_digests(root: Path, folder: Path) -> Mapping[str, str]:
+    """Return `Sources.digests` of the packages in a folder; they are kept in another one by the state of the files."""
+    kept = folder / f"digests-{_state(root)}.json"
+    with contextlib.suppress(OSError, ValueError):
+        found = json.loads(kept.read_text())
+        if isinstance(found, dict) and "" in found:
+            return {name: str(digest) for name, digest in found.items()}
+    found = Sources(root).digests()
+    with contextlib.suppress(OSError):
+        unfinished = kept.with_name(f".{kept.name}.{os.getpid()}")
+        unfinished.write_text(json.dumps(found))
+        os.replace(unfinished, kept)
+    return found
+
+
+def _state(root: Path) -> str:
+    """Return 32 digits that tell the compiled sources apart from what they were before any change."""
+    digest = hashlib.sha256(f"{root} {version('numba')} {sys.version}".encode())
+    for name in sorted(one for pattern in SOURCES for one in glob.glob(pattern, root_dir=root, recursive=True)):
+        state = os.stat(os.path.join(root, name))
+        told = (name, state.st_size, state.st_ino, state.st_mtime_ns, state.st_ctime_ns)
+        digest.update(repr(told).encode())
+    return digest.hexdigest()[:32]
 
 
 def _place() -> Path | None:
@@ -130,13 +170,13 @@ class Sources:
             left += new
         digest = hashlib.sha256(self._common.encode())
         for path in sorted(found):
-            name = path.relative_to(self._root).as_posix() if path.is_relative_to(self._root) else path.name
-            digest.update(f"{name}\n{self._text(path)}".encode())
+            digest.update(f"{_name(self._root, path)}\n{self._text(path)}".encode())
         return digest.hexdigest()[:16]
 
-    def all(self) -> str:
-        """Return 16 digits of all compiled sources."""
-        return self.digest(*(path for path in self._files if "gudgeon.solver.compiled import" in self._text(path)))
+    def digests(self) -> dict[str, str]:
+        """Return the digest of each compiled file by its path below the folder, and that of all by an empty one."""
+        compiled = [path for path in self._files if COMPILES.search(self._text(path))]
+        return {_name(self._root, path): self.digest(path) for path in compiled} | {"": self.digest(*compiled)}
 
     def _text(self, path: Path) -> str:
         if path not in self._texts:
@@ -156,7 +196,12 @@ class Sources:
             tried = [base / "__init__.py", *(base / f"{name}.py" for name in re.findall(r"\w+", members))]
         else:
             tried = [base.with_suffix(".py")]
-        yield from (path for path in tried if path.is_file())
+        yield from (path for path in tried if path != self._root / ITSELF and path.is_file())
+
+
+def _name(root: Path, path: Path) -> str:
+    """Return the path of a file below a folder; the name of one that stands elsewhere."""
+    return path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name
 
 
 def is_compiled(name: str) -> bool:
@@ -174,7 +219,7 @@ def note_compiled(name: str) -> None:
 def _mark(name: str) -> Path | None:
     """Return the file that says that the time loop of an integrator is compiled for these sources."""
     folder = cache_folder()
-    return None if folder is None else folder / f"{name}-{_sources().all()}.compiled"
+    return None if folder is None else folder / f"{name}-{_digests()['']}.compiled"
 
 
 def compile_beside(name: str) -> "subprocess.Popen[bytes] | None":

@@ -132,6 +132,9 @@ Name = Annotated[str, AfterValidator(_name)]
 
 
 class Strict(BaseModel):
-    """A table of a scene file; unknown keys are refused."""
+    """A table of a scene file; unknown keys are refused.
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    pydantic builds what validates a table when it is first needed: that of a whole scene has those of all tables in it.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)

@@ -23,6 +23,7 @@ from gudgeon.modaldb.errors import (
     StoreUnusable,
 )
 from gudgeon.modaldb.keys import KEY, canonical_json, text_key
+from gudgeon.modaldb.seal import verify_open
 from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.stores import names, running, scratch
 from gudgeon.modaldb.stores.base import SHOWN, Leftover, Store, check_inputs, check_key, check_tag, missing
@@ -98,7 +99,7 @@ class FolderStore(Store):
             yield descriptor
             os.fsync(descriptor)
             place, source = f"record {key[:12]}…", FileSource(descriptor)
-            hdf5.verify_open(descriptor, place)
+            verify_open(descriptor, place)
             head = hdf5.read_head(source, place)
             check_inputs(place, key, head)
             hdf5.read_fields(source, head, place)
@@ -249,7 +250,7 @@ class FolderStore(Store):
             return known[1]
         from gudgeon.modaldb import hdf5  # With numpy and the kinds of records, which a list does without.
 
-        hdf5.verify_open(descriptor, path)
+        verify_open(descriptor, path)
         head = hdf5.read_head(FileSource(descriptor), path)
         check_inputs(str(path), key, head)
         self._sound[path] = stamp, head

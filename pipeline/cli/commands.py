@@ -11,9 +11,20 @@ from pathlib import Path
 from typing import Any
 
 from gudgeon.pipeline.cli.console import Console
-from gudgeon.pipeline.cli.results import check_lines, opening_lines, quantity_lines
+from gudgeon.pipeline.cli.results import (
+    check_lines,
+    frequency_text,
+    opening_lines,
+    part_text,
+    quantity_lines,
+    size_text,
+)
 from gudgeon.pipeline.cli.sharing import shared
+from gudgeon.pipeline.cli.unchanged.answer import answered, keep_note
+from gudgeon.pipeline.cli.unchanged.reads import watched
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.place import scene_path
+from gudgeon.pipeline.stages.run_report import RunReport
 
 STOPPED, INTERRUPTED = "STOPPED", 130
 """Result of a run that Ctrl-C stopped, and the exit code then."""
@@ -21,37 +32,42 @@ STOPPED, INTERRUPTED = "STOPPED", 130
 
 def run_command(options: argparse.Namespace) -> int:
     """Run the stages up to the one that the command names."""
-    kind, job = opened(options)
-    with shared(job, "run", Console(options.json).progress) as progress:
-        if options.tolerance is None:
-            report = kind.run(job, options.until, progress)
-        else:
-            from gudgeon.pipeline.report.choice import run_chosen
-
-            report = run_chosen(job, options.tolerance, options.until, progress, same_mesh=options.same_mesh)
+    report = answered(options)
+    if report is None:
+        with watched() as reads:
+            out, report = _run(options)
+        keep_note(options, out, report, reads)
+    path = scene_path(options.scene)
     if options.json:
         print(json.dumps(report.as_json(), indent=1))
     else:
         _print_run(report)
     if report.result == STOPPED:
-        print(f"gudgeon: {job.path}: {report.reason}; run the same command again to start anew", file=sys.stderr)
+        print(f"gudgeon: {path}: {report.reason}; run the same command again to start anew", file=sys.stderr)
         return INTERRUPTED
     if report.reason is not None:
-        print(f"gudgeon: {job.path}: the run failed: {report.reason}", file=sys.stderr)
+        print(f"gudgeon: {path}: the run failed: {report.reason}", file=sys.stderr)
         return 1
     return 0
+
+
+def _run(options: argparse.Namespace) -> tuple[Path, RunReport]:
+    """Run the stages, and return the folder of the results and the report."""
+    kind, job = opened(options)
+    with shared(job, "run", Console(options.json).progress) as progress:
+        if options.tolerance is None:
+            return job.out, kind.run(job, options.until, progress)
+        from gudgeon.pipeline.report.choice import run_chosen
+
+        return job.out, run_chosen(job, options.tolerance, options.until, progress, same_mesh=options.same_mesh)
 
 
 def _print_run(report: Any) -> None:
     for name, stage in report.stages.items():
         print(f"{name:6} {stage.state:6} {stage.seconds:8.2f} s   {stage.key[:12]}")
     if report.parts:
-        from gudgeon.pipeline.stages.parts import part_text, size_text
-
         print(part_text(report.parts) if report.result is None else f"\n{size_text(report.parts)}")
     if report.frequencies:
-        from gudgeon.pipeline.reduction.frequency_table import frequency_text
-
         print(frequency_text(report.frequencies))
     if report.result is not None:
         _print_quantities(report)

@@ -1,4 +1,4 @@
-"""The results of a run as text: quantities by contact and body, those with a reference first."""
+"""The results of a run as text: quantities by contact and body, those with a reference first; parts, and modes."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -12,6 +12,8 @@ ROUND_OFF = 1e-12
 PREFIXED = ("N", "Pa", "J", "W", "m", "s", "Hz", "V", "C", "F", "m/s", "N s", "N m")
 """Units that take a prefix."""
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
+SHOWN = 24
+"""Lines of a table of modes; with more modes the middle ones are omitted."""
 OPEN = {
     "deformation.png": "the parts at the largest contact force, displacement by colour",
     "mechanism.png": "paths and positions of the bodies",
@@ -80,3 +82,65 @@ def opening_lines(pictures: Mapping[str, Path]) -> Iterator[str]:
     """Yield what to open, from the paths of pictures by name."""
     for name in [name for name in OPEN if name in pictures][:2]:
         yield f"open {pictures[name]}: {OPEN[name]}"
+
+
+def size_text(parts: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return a line for each of the rows of `part_sizes`; extents that are zero are omitted."""
+    lines = []
+    for name, row in parts.items():
+        least = 1e-12 * max(row["extents"])
+        sizes = " × ".join(f"{size:.3g}" for size in row["extents"] if size > least)
+        lines.append(f"{name}: {sizes} m, {row['mass']:.3g} kg")
+    return "\n".join(lines)
+
+
+def part_text(parts: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return the rows of `part_row` as text."""
+    lines = []
+    for name, row in parts.items():
+        lines += [
+            "",
+            f"component.{name}",
+            f"nodes, cells        {row['nodes']}, {row['cells']}",
+            f"extents             {_numbers(row['extents'])} m",
+            *([] if row["volume"] is None else [f"volume              {row['volume']:.5g} m^3"]),
+            f"mass                {row['mass']:.5g} kg",
+            f"centre              {_numbers(row['centre'])} m",
+            f"principal inertia   {_numbers(row['principal_inertia'])} kg m^2",
+        ]
+        if (quality := row["quality"]) is not None:
+            lines.append(
+                f"element quality     least {quality['least']:.2g}, 1 % below {quality['low']:.2g}, least Jacobian"
+                f" {quality['jacobian']:.2g} of an element's largest; 1 is a regular, straight element"
+            )
+        lines += [f"surface             {surface}: {_surface_text(one)}" for surface, one in row["surfaces"].items()]
+    return "\n".join(lines)
+
+
+def _surface_text(row: Mapping[str, Any]) -> str:
+    if row["kind"] is None:
+        return f"no plane, cylinder, cone or sphere, {row['facets']} facets"
+    radius = "" if row["radius"] is None else f" of radius {row['radius']:.6g} m"
+    return f"{row['kind']}{radius}, nodes up to {row['off']:.1g} m off it, {row['facets']} facets"
+
+
+def _numbers(values: list[float]) -> str:
+    size = max(map(abs, values), default=0.0)
+    return ", ".join(f"{0.0 if abs(value) < 1e-12 * size else value:.5g}" for value in values)
+
+
+def frequency_text(rows: Mapping[str, list[dict[str, Any]]]) -> str:
+    """Return the rows of components as a text table."""
+    lines = []
+    for name, modes in rows.items():
+        if not modes:
+            continue
+        lines += ["", f"component.{name}", "mode   frequency [Hz]   estimated error   residual"]
+        for row in modes if len(modes) <= SHOWN else [*modes[: SHOWN - 4], None, *modes[-3:]]:
+            if row is None:
+                lines.append(f"   … {len(modes) - SHOWN + 1} more")
+                continue
+            error = "–" if row["estimated_error"] is None else f"{row['estimated_error']:.1e}"
+            rest = "–" if row["residual"] is None else f"{row['residual']:.1e}"
+            lines.append(f"{row['mode']:4} {row['frequency']:16.6g} {error:>17} {rest:>10}")
+    return "\n".join(lines)

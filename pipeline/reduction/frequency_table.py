@@ -10,8 +10,6 @@ from gudgeon.modaldb.stores.base import Store
 
 FIELDS = ("angular_frequencies", "residuals", "algebraic_errors", "discretisation_errors", "quality")
 """Fields of a modal record that are read."""
-SHOWN = 24
-"""Lines of a table; with more modes the middle ones are omitted."""
 COUNTS = {"normal_count": ("whole_count", "clamped_whole_count"), "fixed_count": ("whole_fixed_count",)}
 """Counts of modes, and where a record's quality has those that keep groups of equal frequencies whole."""
 COARSE = 0.01
@@ -37,23 +35,6 @@ def frequency_rows(record: ModalRecord) -> list[dict[str, Any]]:
         {"mode": i + 1, "frequency": float(f), "estimated_error": error, "algebraic_bound": bound, "residual": rest}
         for i, (f, error, bound, rest) in enumerate(zip(frequencies, *columns, strict=True))
     ]
-
-
-def frequency_text(rows: Mapping[str, list[dict[str, Any]]]) -> str:
-    """Return the rows of components as a text table."""
-    lines = []
-    for name, modes in rows.items():
-        if not modes:
-            continue
-        lines += ["", f"component.{name}", "mode   frequency [Hz]   estimated error   residual"]
-        for row in modes if len(modes) <= SHOWN else [*modes[: SHOWN - 4], None, *modes[-3:]]:
-            if row is None:
-                lines.append(f"   … {len(modes) - SHOWN + 1} more")
-                continue
-            error = "–" if row["estimated_error"] is None else f"{row['estimated_error']:.1e}"
-            rest = "–" if row["residual"] is None else f"{row['residual']:.1e}"
-            lines.append(f"{row['mode']:4} {row['frequency']:16.6g} {error:>17} {rest:>10}")
-    return "\n".join(lines)
 
 
 def coarse_notes(records: Mapping[str, ModalRecord], files: Collection[str] = ()) -> list[str]:

@@ -14,12 +14,10 @@ from pydantic import BaseModel, ValidationError
 
 from gudgeon.modaldb.records.types import FORMER
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.place import SHOWN, is_file
 from gudgeon.pipeline.scenes.reference.table_text import ALIASES, home_text, table, table_text
 
 Model = TypeVar("Model", bound=BaseModel)
-SCENE_FILE = "scene.toml"
-SHOWN = 200
-"""Characters of a wrong value in a message."""
 DEEPEST = 40
 """Tables within each other in a scene, and files based on each other."""
 UNSET = "unset"
@@ -47,19 +45,6 @@ KEY = re.compile(
 )
 
 
-def scene_path(scene: str | Path) -> Path:
-    """Return the TOML file of a scene given as a file or as its folder.
-
-    Raises:
-        InputError: it does not exist.
-    """
-    path = Path(scene)
-    path = path / SCENE_FILE if _is_file(path / SCENE_FILE) else path
-    if not _is_file(path):
-        raise InputError(f"{str(scene)[:SHOWN]}: no scene here; give a folder with {SCENE_FILE} or a TOML file")
-    return path
-
-
 def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Return a scene's tables with overrides `path.to.key=value` applied; a value that is not TOML is taken as text.
 
@@ -83,7 +68,7 @@ def _tables(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
     base = tables.pop("base", None)
     if base is None:
         return tables
-    if not isinstance(base, str) or not _is_file(path.parent / base):
+    if not isinstance(base, str) or not is_file(path.parent / base):
         raise InputError(f"{path}: base: no file {_shown(base)} beside it")
     if (path.parent / base).resolve() in (*above, path.resolve()):
         raise InputError(f"{path}: base: '{base}' is based on this file itself")
@@ -366,14 +351,6 @@ def find_file(name: str, folder: Path, where: str) -> Path:
         InputError: it is in neither folder.
     """
     for candidate in (folder / name, Path(name)):
-        if _is_file(candidate):
+        if is_file(candidate):
             return candidate
     raise InputError(f"{where}: no file '{name}', neither in {folder} nor in the current folder")
-
-
-def _is_file(path: Path) -> bool:
-    """Return whether there is a file at a path; no file can have some paths, such as those that are too long."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.hdf5 import read_head, read_record, verify_record
+from gudgeon.modaldb.hdf5 import read_head, read_record
 from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
+from gudgeon.modaldb.seal import verify_record
 from gudgeon.modaldb.source import FileSource
 from tests.archive.make import main
 

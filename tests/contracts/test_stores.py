@@ -14,9 +14,10 @@ import pytest
 
 from gudgeon import modaldb
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
-from gudgeon.modaldb.hdf5 import read_record, verify_record
+from gudgeon.modaldb.hdf5 import read_record
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
+from gudgeon.modaldb.seal import verify_record
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.modaldb.stores.names import NAMES
 from gudgeon.modaldb.stores.query import Query, QueryWrong, condition

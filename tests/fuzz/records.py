@@ -25,6 +25,7 @@ from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.records.types import ARRAY
+from gudgeon.modaldb.seal import MAGIC
 from tests.modaldb.samples import INPUTS, SAMPLES
 
 BRIEF, LONG = 150, 20_000
@@ -37,7 +38,7 @@ NUMBERS = (0, 1, 2, 7, 8, 255, 2**16 - 1, 2**31, 2**32 - 1, 2**40, 2**63, 2**64 
 def sealed(body: bytes, kind: str) -> bytes:
     """Return a record file of a kind with a right digest."""
     digest = hashlib.sha256(kind.encode() + body).hexdigest()
-    return hdf5.MAGIC + digest.encode() + b"\n" + kind.encode() + b"\n" + b"\0" * (USERBLOCK - 83 - len(kind)) + body
+    return MAGIC + digest.encode() + b"\n" + kind.encode() + b"\n" + b"\0" * (USERBLOCK - 83 - len(kind)) + body
 
 
 def body_of(kind: str) -> bytes:

@@ -16,6 +16,7 @@ from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
 from gudgeon.modaldb.records.mesh import Surface
 from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.modaldb.seal import verify_record
 from gudgeon.modaldb.source import FileSource
 from tests.modaldb.samples import INPUTS, SAMPLES, WITHOUT_ARRAYS, mesh, modes, morph, nodal, same, trajectory
 
@@ -230,7 +231,7 @@ def test_header_is_as_documented(tmp_path: Path) -> None:
 
 
 def test_verify_tells_the_kind(tmp_path: Path) -> None:
-    assert hdf5.verify_record(written(tmp_path / "r.h5", "morph", morph())) == "morph"
+    assert verify_record(written(tmp_path / "r.h5", "morph", morph())) == "morph"
 
 
 def test_every_flipped_byte_is_noticed(tmp_path: Path) -> None:
@@ -239,7 +240,7 @@ def test_every_flipped_byte_is_noticed(tmp_path: Path) -> None:
     for offset in range(len(sound)):
         path.write_bytes(sound[:offset] + bytes([sound[offset] ^ 1]) + sound[offset + 1 :])
         with contextlib.suppress(RecordDamaged):
-            hdf5.verify_record(path)
+            verify_record(path)
             missed.append(offset)
     assert missed == [], f"{len(missed)} of {len(sound)} bytes can change unnoticed, the first at {missed[:1]}"
 
@@ -254,21 +255,21 @@ def test_every_cut_is_noticed(cut: Callable[[int], int], tmp_path: Path) -> None
     sound = path.read_bytes()
     path.write_bytes(sound[: cut(len(sound))])
     with pytest.raises(RecordDamaged, match=r"r\.h5"):
-        hdf5.verify_record(path)
+        verify_record(path)
 
 
 def test_bytes_added_at_the_end_are_noticed(tmp_path: Path) -> None:
     path = written(tmp_path / "r.h5", "mesh", mesh())
     path.write_bytes(path.read_bytes() + b"\0")
     with pytest.raises(RecordDamaged):
-        hdf5.verify_record(path)
+        verify_record(path)
 
 
 @pytest.mark.parametrize("content", [b"hello", b"\x89HDF\r\n\x1a\n" + b"\0" * 1000, b"\0" * 600])
 def test_foreign_files_are_no_records(content: bytes, tmp_path: Path) -> None:
     (tmp_path / "r.h5").write_bytes(content)
     with pytest.raises(RecordDamaged, match="not a gudgeon record"):
-        hdf5.verify_record(tmp_path / "r.h5")
+        verify_record(tmp_path / "r.h5")
 
 
 def test_wrong_kind_is_named(tmp_path: Path) -> None:
@@ -281,7 +282,7 @@ def test_newer_schema_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     with monkeypatch.context() as patch:
         patch.setattr(hdf5, "SCHEMA_VERSION", SCHEMA_VERSION + 1)
         path = written(tmp_path / "r.h5", "mesh", mesh())
-    hdf5.verify_record(path)
+    verify_record(path)
     known = ", ".join(map(str, range(1, SCHEMA_VERSION + 1)))
     message = rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads {known}"
     with pytest.raises(RecordMismatch, match=message):

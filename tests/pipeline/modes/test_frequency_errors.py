@@ -11,6 +11,7 @@ from scipy import linalg
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.cli.results import frequency_text
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.elements.strain import strain_samples
@@ -26,7 +27,7 @@ from gudgeon.pipeline.modes.estimate import discretisation_errors
 from gudgeon.pipeline.modes.normal import normal_modes
 from gudgeon.pipeline.modes.patch_recovery import Recovery
 from gudgeon.pipeline.modes.problem import Count
-from gudgeon.pipeline.reduction.frequency_table import coarse_notes, frequency_rows, frequency_text
+from gudgeon.pipeline.reduction.frequency_table import coarse_notes, frequency_rows
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.material import Material

@@ -1,0 +1,102 @@
+"""The files that this process reads, with what they held before.
+
+Python tells an audit hook of every file that it opens, whoever opens it, so that no list of what a run depends on can
+lack one. A file's digest is taken before it is opened: whatever changes it later, the digest is another one then.
+"""
+
+import contextlib
+import hashlib
+import os
+import sys
+import threading
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+from gudgeon.modaldb.blocks import USERBLOCK
+from gudgeon.modaldb.errors import RecordDamaged
+from gudgeon.modaldb.keys import open_file
+from gudgeon.modaldb.seal import MAGIC, verify_open
+from gudgeon.pipeline.scenes.place import ABSENT
+
+UNSEEN = ("os.exec", "os.fork", "os.posix_spawn", "os.system", "socket.connect", "sqlite3.connect", "subprocess.Popen")
+"""Events after which other processes or libraries may read what no hook sees."""
+NATIVE = ("gmsh",)
+"""Libraries that open files without Python."""
+CODE = (".py", ".pyc")
+"""Endings of modules, which the state of the sources and the versions of libraries stand for."""
+
+
+class Reads:
+    """The files that were opened for reading, and whether they are all that was read."""
+
+    def __init__(self) -> None:
+        self.files: dict[str, str | None] = {}
+        """Digest of each file before it was opened, by its path; None: there was none."""
+        self.complete = not any(name in sys.modules for name in NATIVE)
+
+    def found(self, path: Any, flags: int) -> None:
+        """Note that a file is about to be opened, or that there is none at a path."""
+        if isinstance(path, int) or (flags & os.O_ACCMODE) != os.O_RDONLY:
+            return
+        name = os.fsdecode(path)
+        if name not in self.files and not name.endswith(CODE):
+            self.files[name] = digest(name, claimed=True)
+
+
+class _Hook:
+    """The audit hook of this process, which Python never removes."""
+
+    def __init__(self) -> None:
+        self.reads: Reads | None = None
+        self._within = threading.local()
+        sys.addaudithook(self._heard)
+
+    def _heard(self, event: str, arguments: tuple[Any, ...]) -> None:
+        if self.reads is None or getattr(self._within, "digest", False):
+            return
+        if event in UNSEEN:
+            self.reads.complete = False
+        if event not in ("open", ABSENT):
+            return
+        self._within.digest = True  # Files that are opened for their digests.
+        try:
+            self.reads.found(arguments[0], arguments[2] if event == "open" else os.O_RDONLY)
+        finally:
+            self._within.digest = False
+
+
+@cache
+def _hook() -> _Hook:
+    return _Hook()
+
+
+@contextlib.contextmanager
+def watched() -> Iterator[Reads]:
+    """Yield what is read during the block."""
+    reads = _hook().reads = Reads()
+    try:
+        yield reads
+    finally:
+        _hook().reads = None
+        reads.complete &= not any(name in sys.modules for name in NATIVE)
+
+
+def digest(path: str, *, claimed: bool = False) -> str | None:
+    """Return what tells the content of a file from any other; None where there is none.
+
+    Of a record it is its user block, whose digest is verified unless it is `claimed`: who reads a record verifies it.
+    """
+    try:
+        with open_file(path) as file:
+            block = file.read(USERBLOCK)
+            if block.startswith(MAGIC):
+                if not claimed:
+                    verify_open(file.fileno(), path)
+                return block.decode(errors="replace").rstrip("\0")
+            file.seek(0)
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except FileNotFoundError:
+        return None
+    except (OSError, RecordDamaged) as error:
+        return type(error).__name__
