@@ -1,4 +1,5 @@
-"""Writing of result files: first under a temporary name, then renamed, so that no file is ever incomplete.
+"""Where a scene and its results are, and writing of result files: first under a temporary name, then renamed, so that
+no file is ever incomplete.
 
 A sealed file is a JSON document with the digest of its own content, so that one that was edited or cut is not read.
 """
@@ -12,6 +13,7 @@ import math
 import os
 import re
 import shutil
+import sys
 import uuid
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -20,6 +22,9 @@ from typing import Any
 from gudgeon.modaldb.keys import content_key, open_file
 from gudgeon.pipeline.errors import InputError, StageError
 
+SCENE_FILE, DEFAULT_OUT = "scene.toml", "out"
+ABSENT = "gudgeon.absent"
+"""Name of the audit event of a file that is looked for and not there."""
 SCRATCH = re.compile(r"\..+\.[0-9a-f]{32}\.part|\.drawing-[0-9a-f]{32}")
 """Names of temporary files and folders beside results."""
 DIGEST = "digest"
@@ -27,6 +32,40 @@ SHOWN = 200
 """Characters of a wrong path in a message."""
 FAILING = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Numbers of errors that are the device's, not the user's."""
+
+
+def scene_path(scene: str | Path) -> Path:
+    """Return the TOML file of a scene given as a file or as its folder.
+
+    Raises:
+        InputError: it does not exist.
+    """
+    path = Path(scene)
+    path = path / SCENE_FILE if is_file(path / SCENE_FILE) else path
+    if not is_file(path):
+        raise InputError(f"{str(scene)[:SHOWN]}: no scene here; give a folder with {SCENE_FILE} or a TOML file")
+    return path
+
+
+def results_folder(path: Path, out: str | Path | None) -> Path:
+    """Return the folder of the results of a scene's file: the one that is given, or `out/<folder>/<scene>`.
+
+    Raises:
+        InputError: no folder can be there.
+    """
+    return Path(DEFAULT_OUT) / path.parent.resolve().name / path.stem if out is None else usable_path(out)
+
+
+def is_file(path: Path) -> bool:
+    """Return whether there is a file at a path; no file can have some paths, such as those that are too long.
+
+    Where there is none an audit hook is told so: what follows depends on it as on a file that is read.
+    """
+    with contextlib.suppress(OSError, ValueError):
+        if path.is_file():
+            return True
+    sys.audit(ABSENT, str(path))
+    return False
 
 
 @contextlib.contextmanager

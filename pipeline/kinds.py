@@ -16,7 +16,7 @@ from pydantic import TypeAdapter
 
 from gudgeon import modaldb
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.place import results_folder, scene_path
+from gudgeon.pipeline.files import results_folder, scene_path
 from gudgeon.pipeline.scenes.reading import named, override_texts, read_tables
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.run_report import Progress, RunReport

@@ -23,7 +23,7 @@ from gudgeon.pipeline.cli.sharing import shared
 from gudgeon.pipeline.cli.unchanged.answer import answered, keep_note
 from gudgeon.pipeline.cli.unchanged.reads import watched
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.place import scene_path
+from gudgeon.pipeline.files import scene_path
 from gudgeon.pipeline.stages.run_report import RunReport
 
 STOPPED, INTERRUPTED = "STOPPED", 130

@@ -166,9 +166,9 @@ class FieldFile(Strict):
     conductor: dict[Name, Conductor] = Field(min_length=1, description="Conductors, by name")
     permittivity: Permittivity = Field(default=1.0, description="Relative permittivity around the conductors")
     half_space: HalfSpaceSettings | None = None
-    panels: PanelSettings = PanelSettings()
+    panels: PanelSettings = PanelSettings.model_construct()
     poses: Poses | None = None
-    report: FieldReport = FieldReport()
+    report: FieldReport = FieldReport.model_construct()
 
     @model_validator(mode="after")
     def _moves_some(self) -> "FieldFile":

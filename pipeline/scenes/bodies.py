@@ -26,9 +26,9 @@ class SceneFile(Scene):
         default={},
         description="Bodies whose strain gauges measure a wrench, by name: bridges, noise and so on",
     )
-    report: Report = Report()
-    plot: Plot = Plot()
-    robustness: Robustness = Robustness()
+    report: Report = Report.model_construct()
+    plot: Plot = Plot.model_construct()
+    robustness: Robustness = Robustness.model_construct()
 
     @model_validator(mode="before")
     @classmethod

@@ -62,7 +62,7 @@ class Change(Strict):
         default=0.02,
         description="Estimated relative change of frequencies or contact compliance above which reuse is refused",
     )
-    profile: Profile = Field(default=Profile(), description="By how much a surface moves")
+    profile: Profile = Field(default=Profile.model_construct(), description="By how much a surface moves")
 
 
 class PointMass(Strict):
@@ -80,7 +80,7 @@ class Meshed(Strict):
     """A part with a mesh."""
 
     geometry: Geometry = Field(description="Shape, or file of the shape, by `kind`")
-    mesh: MeshSettings = Field(default=MeshSettings(), validate_default=True)
+    mesh: MeshSettings = Field(default=MeshSettings.model_construct(), validate_default=True)
 
     @field_validator("mesh")
     @classmethod
@@ -119,9 +119,11 @@ class Component(Meshed):
     )
     point_mass: dict[Name, PointMass] = optional("Masses on surfaces that are not meshed", default={})
     modes: ModesSettings = Field(
-        default=ModesSettings(), validate_default=True, description="Reduction of the part to few coordinates"
+        default=ModesSettings.model_construct(),
+        validate_default=True,
+        description="Reduction of the part to few coordinates",
     )
-    change: Change = Change()
+    change: Change = Change.model_construct()
 
     @property
     def from_file(self) -> bool:

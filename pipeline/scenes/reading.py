@@ -14,10 +14,12 @@ from pydantic import BaseModel, ValidationError
 
 from gudgeon.modaldb.records.types import FORMER
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.place import SHOWN, is_file
+from gudgeon.pipeline.files import is_file
 from gudgeon.pipeline.scenes.reference.table_text import ALIASES, home_text, table, table_text
 
 Model = TypeVar("Model", bound=BaseModel)
+SHOWN = 200
+"""Characters of a wrong value in a message."""
 DEEPEST = 40
 """Tables within each other in a scene, and files based on each other."""
 UNSET = "unset"

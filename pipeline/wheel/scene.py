@@ -123,7 +123,9 @@ class Wheel(CyclicSymmetry):
     )
     mistuning: Mistuning
     fixed_count: int = Field(default=20, ge=0, le=MOST, description="Number of modes of a sector with both faces held")
-    interface: KeptInterface = Field(default=KeptInterface(), description="Kept interface in the solve stage")
+    interface: KeptInterface = Field(
+        default=KeptInterface.model_construct(), description="Kept interface in the solve stage"
+    )
     response: Response
 
 
@@ -138,8 +140,8 @@ class WheelFile(Strict):
 
     component: dict[Name, Component] = Field(description="Parts, by name")
     wheel: dict[Name, Wheel] = Field(min_length=1, max_length=1, description="The wheel, by name")
-    report: WheelReport = WheelReport()
-    robustness: Robustness = Robustness()
+    report: WheelReport = WheelReport.model_construct()
+    robustness: Robustness = Robustness.model_construct()
 
     @property
     def only(self) -> tuple[str, Wheel]:

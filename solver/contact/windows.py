@@ -17,11 +17,13 @@ def mean_of_means(edges: np.ndarray, impulse: np.ndarray, window: float, times: 
     integral = np.zeros_like(impulse)
     np.cumsum(0.5 * steps[:, None] * (impulse[1:] + impulse[:-1]), axis=0, out=integral[1:])
 
+    slopes = np.diff(impulse, axis=0) / steps[:, None]
+
     def at(time: np.ndarray) -> np.ndarray:
         i = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, len(steps) - 1)
         since = (time - edges[i])[:, None]
         inside = np.clip(since, 0.0, steps[i, None])
-        slope = (impulse[i + 1] - impulse[i]) / steps[i, None]
-        return integral[i] + inside * (impulse[i] + 0.5 * slope * inside) + np.maximum(since - inside, 0) * impulse[-1]
+        rising = inside * (impulse[i] + 0.5 * slopes[i] * inside)
+        return integral[i] + rising + np.maximum(since - inside, 0) * impulse[-1]
 
     return (at(times + window) - 2 * at(times) + at(times - window)) / window**2

@@ -272,7 +272,10 @@ def test_closed_streams_change_no_exit_code(streams: str, arguments: str, code: 
         assert "results in" in again.stdout
 
 
-@pytest.mark.parametrize("name", ["summary.json", "scene.json", "inputs.json", "pictures.json", "trajectory.h5"])
+NAMES = ["summary.json", "scene.json", "inputs.json", "pictures.json", "trajectory.h5", "unchanged.json"]
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_pipes_and_devices_among_results_are_made_again(name: str, ball: Path) -> None:
     """Reading them would never end."""
     places = ["solve", str(ball), "--db", str(ball / "db"), "--out", str(ball / "out")]

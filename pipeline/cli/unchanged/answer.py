@@ -13,8 +13,7 @@ from pathlib import Path
 from gudgeon.modaldb.keys import content_key
 from gudgeon.pipeline.cli.unchanged.reads import Reads, digest
 from gudgeon.pipeline.errors import PipelineError
-from gudgeon.pipeline.files import read_sealed, write_sealed
-from gudgeon.pipeline.scenes.place import results_folder, scene_path
+from gudgeon.pipeline.files import read_sealed, results_folder, scene_path, write_sealed
 from gudgeon.pipeline.sources import sources_state
 from gudgeon.pipeline.stages.run_report import RunReport, StageReport
 from gudgeon.solver.kernel_cache import uncached_note
@@ -30,16 +29,15 @@ def answered(options: argparse.Namespace) -> RunReport | None:
     """Return the report of a run command where its note says that nothing has changed since; None where it does not."""
     if options.tolerance is not None or getattr(options, "verbose", False):
         return None
-    try:
+    with contextlib.suppress(AttributeError, LookupError, OSError, PipelineError, TypeError):  # The run says so.
         noted = read_sealed(results_folder(scene_path(options.scene), options.out) / NOTE)
-        if noted is None or noted.get("command") != _command(options):
+        if noted is None or noted["command"] != _command(options):
             return None
-    except (OSError, PipelineError):  # The run says so.
-        return None
-    if any(digest(path) != content for path, content in noted["files"].items()):
-        return None
-    stages = {name: StageReport(**stage, seconds=0.0) for name, stage in noted["stages"].items()}
-    return RunReport(**noted["report"], stages=stages, files=tuple(noted["names"]))
+        if any(digest(path) != content for path, content in noted["files"].items()):
+            return None
+        stages = {name: StageReport(**stage, seconds=0.0) for name, stage in noted["stages"].items()}
+        return RunReport(**noted["report"], stages=stages, files=tuple(noted["names"]))
+    return None
 
 
 def keep_note(options: argparse.Namespace, out: Path, report: RunReport, reads: Reads) -> None:

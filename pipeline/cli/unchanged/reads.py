@@ -17,7 +17,7 @@ from gudgeon.modaldb.blocks import USERBLOCK
 from gudgeon.modaldb.errors import RecordDamaged
 from gudgeon.modaldb.keys import open_file
 from gudgeon.modaldb.seal import MAGIC, verify_open
-from gudgeon.pipeline.scenes.place import ABSENT
+from gudgeon.pipeline.files import ABSENT
 
 UNSEEN = ("os.exec", "os.fork", "os.posix_spawn", "os.system", "socket.connect", "sqlite3.connect", "subprocess.Popen")
 """Events after which other processes or libraries may read what no hook sees."""
@@ -37,7 +37,7 @@ class Reads:
 
     def found(self, path: Any, flags: int) -> None:
         """Note that a file is about to be opened, or that there is none at a path."""
-        if isinstance(path, int) or (flags & os.O_ACCMODE) != os.O_RDONLY:
+        if not isinstance(path, str | bytes | os.PathLike) or (flags & os.O_ACCMODE) != os.O_RDONLY:
             return
         name = os.fsdecode(path)
         if name not in self.files and not name.endswith(CODE):
@@ -98,5 +98,5 @@ def digest(path: str, *, claimed: bool = False) -> str | None:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except FileNotFoundError:
         return None
-    except (OSError, RecordDamaged) as error:
+    except (OSError, ValueError, RecordDamaged) as error:  # ValueError: no file can have this path.
         return type(error).__name__
