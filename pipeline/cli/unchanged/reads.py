@@ -11,6 +11,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from gudgeon.modaldb.blocks import USERBLOCK
@@ -88,7 +89,7 @@ def digest(path: str, *, claimed: bool = False) -> str | None:
     Of a record it is its user block, whose digest is verified unless it is `claimed`: who reads a record verifies it.
     """
     try:
-        with open_file(path) as file:
+        with open_file(Path(path)) as file:
             block = file.read(USERBLOCK)
             if block.startswith(MAGIC):
                 if not claimed:
