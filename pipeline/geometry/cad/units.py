@@ -18,6 +18,8 @@ PREFIXES = {
 """SI prefixes of ISO 10303-41."""
 IGES_UNITS = {1: 0.0254, 2: 1e-3, 4: 0.3048, 5: 1609.344, 6: 1.0, 7: 1e3, 8: 2.54e-5, 9: 1e-6, 10: 1e-2, 11: 2.54e-8}
 """Unit flags of the global section, parameter 14 [m]; 3 refers to a name."""
+BEGIN, END = "ISO-10303-21;", "END-ISO-10303-21"
+"""Of a STEP file, ISO 10303-21."""
 INSTANCE = re.compile(r"#(\d+)\s*=\s*([^;]*?LENGTH_UNIT\s*\(\s*\)[^;]*);", re.DOTALL)
 SI = re.compile(r"SI_UNIT\s*\(\s*(?:\$|\.(\w*)\.)\s*,\s*\.METRE\.\s*\)")
 CONVERSION = re.compile(r"CONVERSION_BASED_UNIT\s*\(\s*'([^']*)'\s*,\s*#(\d+)\s*\)")
@@ -45,7 +47,7 @@ def stated_unit(path: str) -> float | None:
     """Return the metres per unit of length that a file states; None if it states none.
 
     Raises:
-        InputError: the file states a unit that is no known length.
+        InputError: the file is no whole STEP file, or states a unit that is no known length.
     """
     kind = kind_of_file(path)
     if kind == "STEP":
@@ -81,6 +83,10 @@ def differs(path: str, unit: float | None) -> float | None:
 
 
 def _of_step(path: str, text: str) -> float | None:
+    if not text.lstrip("\ufeff \t\r\n").startswith(BEGIN):
+        raise InputError(f"{path}: cannot be read as STEP: it does not begin with {BEGIN}")
+    if END not in text:
+        raise InputError(f"{path}: cannot be read as STEP: it is cut off, {END} is missing at its end")
     measures = {number: (float(value), unit) for number, value, unit in MEASURE.findall(text)}
     units = dict(INSTANCE.findall(text))
     based = {measures[found[2]][1] for body in units.values() if (found := CONVERSION.search(body)) and
