@@ -7,6 +7,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from gudgeon.pipeline.feel.guard import Guard, Model
+
 
 class Reading(NamedTuple):
     """What a device tells of its handle."""
@@ -15,12 +17,12 @@ class Reading(NamedTuple):
     """When the pose was taken, by the loop's clock [s]."""
     pose: np.ndarray
     """Translation [m] and rotation vector [rad] of the handle from its place at the start, (6,)."""
-    work: float | None = None
-    """Work that forces and torques of the device have done on the handle since the start [J]; None: unknown."""
+    work: float = 0.0
+    """Work that forces and torques of the device have done on the handle since the start [J], as its guard counts."""
 
 
 class Device(Protocol):
-    """A device with a handle."""
+    """A device with a handle, whose wrench is that of its `Guard`, sampled at its rate."""
 
     rate: float
     """Poses that it takes per second [Hz]."""
@@ -37,8 +39,8 @@ class Device(Protocol):
         """Return the newest pose that has arrived by a time [s], None before the first."""
         ...
 
-    def write(self, now: float, wrench: np.ndarray) -> None:
-        """Send force [N] and torque [N m] on the handle, (6,)."""
+    def write(self, now: float, model: Model) -> None:
+        """Send what the guard renders from when it arrives."""
         ...
 
 
@@ -52,7 +54,8 @@ FINE, GIVEN = 5e-5, 2.5e-4
 class Scripted:
     """A handle in the grip of a simulated hand, or one that is moved as a script says.
 
-    Poses are taken at a rate and held, and arrive after a delay, as forces do, which are held, too.
+    Poses are taken at a rate, and the guard's wrench is held from one to the next; poses and models arrive after a
+    delay.
     """
 
     script: Script
@@ -71,17 +74,19 @@ class Scripted:
     speed: np.ndarray = field(default_factory=lambda: np.zeros(6))
     wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
     work: float = 0.0
-    """Of the wrench on the handle [J]."""
+    """Of the wrench on the handle [J], from each of its smallest steps."""
     history: list[tuple[float, np.ndarray, np.ndarray, float]] = field(default_factory=list)
-    """Time [s], pose, wrench and work at each sample."""
+    """Time [s], pose, wrench from then on and work until then, of each sample."""
     _time: float = 0.0
     _sample: int = 0
     _poses: deque[Reading] = field(default_factory=deque)
-    _wrenches: deque[tuple[float, np.ndarray]] = field(default_factory=deque)
+    _models: deque[tuple[float, Model]] = field(default_factory=deque)
     _last: Reading | None = None
 
     def __post_init__(self) -> None:
         self.pose = np.array(self.script(0.0), float)
+        self.guard = Guard(self.rate, self.force, self.mass)
+        self._take()
 
     def read(self, now: float) -> Reading | None:
         """See `Device`."""
@@ -90,17 +95,14 @@ class Scripted:
             self._last = self._poses.popleft()
         return self._last
 
-    def write(self, now: float, wrench: np.ndarray) -> None:
+    def write(self, now: float, model: Model) -> None:
         """See `Device`."""
-        self._wrenches.append((now + self.delay, np.array(wrench, float)))
+        self._models.append((now + self.delay, model))
 
     def _move(self, now: float) -> None:
         while self._time < now - 1e-12:
             if self._sample <= self._time * self.rate + 1e-9:
-                self._sample += 1
                 self._take()
-            while self._wrenches and self._wrenches[0][0] <= self._time + 1e-12:
-                self.wrench = self._wrenches.popleft()[1]
             step = min(GIVEN if self.grip is None else FINE, now - self._time)
             before = self.pose.copy()
             self._time += step
@@ -116,8 +118,13 @@ class Scripted:
             self.work += float(self.wrench @ (self.pose - before))
 
     def _take(self) -> None:
+        self._sample += 1
+        while self._models and self._models[0][0] <= self._time + 1e-12:
+            self.guard.model = self._models.popleft()[1]
+        self.wrench = self.guard.sample(self.pose)
         self.history.append((self._time, self.pose.copy(), self.wrench.copy(), self.work))
         if self.silent[0] <= self._time < self.silent[1]:
             return
         wrong = self.faulty[0] <= self._time < self.faulty[1]
-        self._poses.append(Reading(self._time, np.full(6, np.nan) if wrong else self.pose.copy(), self.work))
+        pose = np.full(6, np.nan) if wrong else self.pose.copy()
+        self._poses.append(Reading(self._time, pose, self.guard.work))

@@ -14,14 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.pipeline.feel.coupling import Felt
 from gudgeon.pipeline.feel.device import Reading
+from gudgeon.pipeline.feel.guard import Model
 
 PAGE = Path(__file__).parent / "page"
 VENDOR = Path(__file__).parents[1] / "service" / "page" / "vendor"
 FILES = {
     "/": (PAGE / "feel.html", "text/html; charset=utf-8"),
     "/feel.js": (PAGE / "feel.js", "text/javascript"),
+    "/guard.js": (PAGE / "guard.js", "text/javascript"),
     "/feel.css": (PAGE / "feel.css", "text/css"),
     "/vendor/three.module.js": (VENDOR / "three.module.js", "text/javascript"),
     "/vendor/three.core.js": (VENDOR / "three.core.js", "text/javascript"),
@@ -53,10 +54,9 @@ class Browser:
     """A mouse or a stick is not moved by the force that it shows."""
 
     def __init__(self) -> None:
-        self.wrench = np.zeros(6)
-        self.felt: Felt | None = None
+        self.model: Model | None = None
         self._reading: Reading | None = None
-        self._worked, self._before = 0.0, 0.0
+        self._pose, self._work = np.zeros(6), 0.0
         self._start = time.perf_counter()
         self._lock = threading.Lock()
 
@@ -64,33 +64,32 @@ class Browser:
         """Set the zero of the loop's clock."""
         self._start = time.perf_counter()
 
-    def join(self) -> None:
-        """Go on with the work of the pages before, since a page that is loaded begins to count from zero."""
+    def message(self) -> dict[str, Any]:
+        """Return what a page needs to render the force, and to go on where the page before it was: pose and work."""
         with self._lock:
-            self._before = self._worked
+            model = None if self.model is None else self.model.as_json()
+            return {"model": model, "pose": self._pose.tolist(), "work": self._work}
 
     def take(self, message: Any) -> None:
         """Take a message of the page: `pose`, six numbers [m, rad], and `work` [J]; what is none of these is a NaN."""
-        pose, work = np.full(6, np.nan), None
+        pose, work = np.full(6, np.nan), np.nan
         with contextlib.suppress(TypeError, ValueError, KeyError):
             given = np.array(message["pose"], float)
-            pose = given if given.shape == (6,) else pose
-            work = float(message["work"]) if message.get("work") is not None else None
-        if work is not None and not np.isfinite(work):
-            work = None
+            work = float(message["work"])
+            pose = given if given.shape == (6,) and np.isfinite(work) else pose
         with self._lock:
-            if work is not None:
-                work = self._worked = self._before + work
-            self._reading = Reading(time.perf_counter() - self._start, pose, work)
+            if np.isfinite(pose).all():
+                self._pose, self._work = pose, work
+            self._reading = Reading(time.perf_counter() - self._start, pose, self._work)
 
     def read(self, now: float) -> Reading | None:
         """See `Device`."""
         with self._lock:
             return self._reading
 
-    def write(self, now: float, wrench: np.ndarray) -> None:
+    def write(self, now: float, model: Model) -> None:
         """See `Device`."""
-        self.wrench = wrench
+        self.model = model
 
 
 def accept_key(key: str) -> str:
@@ -177,7 +176,6 @@ class Server:
         before, self._driving = self._driving, writer
         if before is not None:
             before.write(frame(CLOSE, struct.pack("!H", TAKEN) + b"another page has the handle"))
-        self._browser.join()
         telling = asyncio.create_task(self._tell(writer))
         try:
             while (got := await received(reader)) is not None:
@@ -203,7 +201,7 @@ class Server:
 
     async def _tell(self, writer: asyncio.StreamWriter) -> None:
         while self._driving is writer:
-            writer.write(frame(TEXT, json.dumps(self._state()).encode()))
+            writer.write(frame(TEXT, json.dumps(self._state() | self._browser.message()).encode()))
             await writer.drain()
             await asyncio.sleep(SHOWN)
         await asyncio.sleep(PATIENCE)

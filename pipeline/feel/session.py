@@ -146,7 +146,7 @@ def _in_browser(job: Job, tool: Tool, scales: Scales, asked: Asked, say: Callabl
         begun = timing.begun[-200:]
         period = 1e3 * float(np.median(np.diff(begun))) if len(begun) > 1 else 0.0
         return {
-            "wrench": [float(one) for one in device.wrench], "state": "silent" if felt is None else felt.state,
+            "state": "silent" if felt is None else felt.state,
             "tool": [0.0] * 6 if felt is None else felt.tool.tolist(), "period": period, "missed": timing.missed,
             "truth": None if felt is None or not np.isfinite(felt.truth).all() else felt.truth.tolist(),
             "reserve": 0.0 if felt is None else float(felt.reserve),
@@ -178,21 +178,21 @@ def _report(
     }  # fmt: skip
     if timing is not None:
         report["timing"] = timing.as_json()
-    if found:
-        forces = [float(np.linalg.norm(felt.wrench[:3])) for _, felt in found]
+    if isinstance(device, Scripted):
+        forces = [float(np.linalg.norm(one[2][:3])) for one in device.history]
         report |= {"largest_force": max(forces), "least_reserve": min(felt.reserve for _, felt in found)}
     write_text(job.out / REPORT, json.dumps(report, indent=1))
     return report
 
 
 def _table(found: list[tuple[float, Felt]], device: Scripted) -> str:
-    """Return the ticks as CSV, with the poses that the handle had."""
+    """Return the ticks as CSV, with the poses that the handle had and the wrenches that acted on it."""
     times = np.array([one[0] for one in device.history])
     poses = np.array([one[1] for one in device.history])
     rows: list[list[str]] = [list(COLUMNS)]
     for time, felt in found:
         at = max(0, int(np.searchsorted(times, time + 1e-12)) - 1)
-        numbers = [time, *poses[at], *felt.wrench, *felt.truth[:3], felt.reserve]
+        numbers = [time, *poses[at], *device.history[at][2], *felt.truth[:3], felt.reserve]
         rows.append([*(f"{one:.9g}" for one in numbers), felt.state])
     return csv_text(rows)
 
@@ -219,6 +219,7 @@ def _shown(job: Job, tool: Tool, device: Browser, scales: Scales) -> dict[str, A
     centre = 0.5 * (both.min(axis=0) + both.max(axis=0))
     return {
         "name": job.name, "body": tool.body, "size": size, "length": scales.length, "force": device.force,
+        "mass": device.mass,
         "reach": scales.length * tool.extent, "pivot": ((pivot - centre) / size).tolist(),
         "fixed": [np.round((one - centre) / size, 5).tolist() for one in fixed],
         "moved": [np.round((one - centre) / size, 5).tolist() for one in moved],

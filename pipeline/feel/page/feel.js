@@ -1,10 +1,12 @@
 // The handle of a browser: mouse, keyboard or gamepad move the tool, its force is an arrow, a bar and a rumble.
 
+import { Guard } from "./guard.js";
 import * as THREE from "./vendor/three.module.js";
 
-const RATE = 8; // Milliseconds between poses.
+const PERIOD = 8; // Milliseconds between poses, and samples of the guard.
 const SPEED = 0.02; // Of keys and sticks [m/s of the handle].
 const TURN = 0.5; // [rad/s]
+const HOMING = 0.15; // Time in which the way to the start becomes a third of itself [s].
 const TAKEN = 4001; // Why a socket is closed: another page has the handle.
 
 const at = (id) => document.getElementById(id);
@@ -63,7 +65,8 @@ fit();
 look();
 
 const pose = [0, 0, 0, 0, 0, 0];
-let wrench = [0, 0, 0, 0, 0, 0], work = 0, sent = [...pose], place = [0, 0, 0, 0, 0, 0];
+let place = [0, 0, 0, 0, 0, 0];
+const guard = new Guard(1000 / PERIOD, shown.force, shown.mass);
 const shift = (direction, way) => ["x", "y", "z"].forEach((axis, i) => { pose[i] += direction[axis] * way; });
 
 stage.addEventListener("pointerdown", (event) => { stage.setPointerCapture(event.pointerId); stage.focus(); });
@@ -81,9 +84,10 @@ stage.addEventListener("pointermove", (event) => {
 });
 stage.addEventListener("wheel", (event) => { event.preventDefault(); shift(ahead, Math.sign(event.deltaY) * shown.reach * 0.03); }, { passive: false });
 const down = new Set();
+let homing = false; // Back to the start, in a way that the guard can follow.
 const KEYS = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "PageUp", "PageDown", "q", "e"];
 stage.addEventListener("keydown", (event) => {
-  if (event.key === "Home") pose.fill(0);
+  if (event.key === "Home") homing = true;
   if (KEYS.includes(event.key)) { down.add(event.key); event.preventDefault(); }
 });
 stage.addEventListener("keyup", (event) => down.delete(event.key));
@@ -102,15 +106,19 @@ const drift = (seconds) => {
   const way = Math.min(SPEED, shown.reach) * seconds;
   shift(right, x * way); shift(up, y * way); shift(ahead, z * way);
   pose[5] += turn * TURN * seconds;
+  if (!homing) return;
+  const left = Math.max(...pose.map(Math.abs)) > 1e-6 ? Math.exp(-seconds / HOMING) : 0;
+  pose.forEach((one, i) => { pose[i] = one * left; });
+  homing = left > 0;
 };
 
-let socket, rumbled = 0;
+let socket, joined = false, rumbled = 0;
 const connect = () => {
   socket = new WebSocket(`ws://${location.host}/ws`);
-  work = 0; // The server goes on from what it was told before.
   socket.onmessage = (event) => take(JSON.parse(event.data));
   socket.onclose = (event) => {
-    wrench.fill(0);
+    joined = false;
+    guard.wrench.fill(0);
     if (event.code === TAKEN) { tell("lost", "another page has the handle; load this page again to take it"); return; }
     tell("lost", "connection lost; trying again");
     setTimeout(connect, 1000);
@@ -126,8 +134,14 @@ const si = (value, unit) => {
   return `${(value / factor).toPrecision(3)} ${prefix}${unit}`;
 };
 const take = (got) => {
-  wrench = got.wrench;
+  if (!joined) { // The handle stays where it is, and goes on with the work that was done on it.
+    pose.splice(0, 6, ...got.pose);
+    guard.start(pose, got.work);
+    joined = true;
+  }
+  guard.model = got.model;
   place = got.tool;
+  const { wrench } = guard;
   const size = Math.hypot(...wrench.slice(0, 3));
   tell(got.state, STATES[got.state]);
   at("bar").value = size;
@@ -149,11 +163,10 @@ const take = (got) => {
 };
 connect();
 setInterval(() => {
-  if (socket.readyState !== WebSocket.OPEN) return;
-  pose.forEach((one, i) => { work += wrench[i] * (one - sent[i]); });
-  sent = [...pose];
-  socket.send(JSON.stringify({ pose, work }));
-}, RATE);
+  if (socket.readyState !== WebSocket.OPEN || !joined) return;
+  guard.sample(pose);
+  socket.send(JSON.stringify({ pose, work: guard.work }));
+}, PERIOD);
 
 let before = performance.now();
 const draw = (now) => {
@@ -166,7 +179,7 @@ const draw = (now) => {
   tool.quaternion.setFromAxisAngle(angle ? vector.normalize() : new THREE.Vector3(0, 0, 1), angle);
   tool.position.copy(pivot).sub(pivot.clone().applyQuaternion(tool.quaternion)).add(new THREE.Vector3(...place.slice(0, 3)).multiplyScalar(to));
   ghost.position.copy(pivot).add(new THREE.Vector3(...pose.slice(0, 3)).multiplyScalar(to / shown.length));
-  const force = new THREE.Vector3(...wrench.slice(0, 3));
+  const force = new THREE.Vector3(...guard.wrench.slice(0, 3));
   const size = force.length();
   arrow.visible = size > 0;
   if (size > 0) {
@@ -179,4 +192,4 @@ const draw = (now) => {
   requestAnimationFrame(draw);
 };
 requestAnimationFrame(draw);
-window.feel = { pose, get wrench() { return wrench; } };
+window.feel = { pose, guard, get wrench() { return guard.wrench; } };

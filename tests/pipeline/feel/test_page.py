@@ -9,13 +9,17 @@ import numpy as np
 import pytest
 
 from gudgeon.pipeline.feel.coupling import Coupling, Felt, Scales
+from gudgeon.pipeline.feel.device import Scripted
+from gudgeon.pipeline.feel.guard import Guard, Model
 from gudgeon.pipeline.feel.loop import run_loop
 from gudgeon.pipeline.feel.server import Browser, Server
 from tests.pipeline.browser import chromium
-from tests.pipeline.feel.tools import tool
+from tests.pipeline.feel.test_passive import wander
+from tests.pipeline.feel.tools import felt, tool
 
 SQUARE = [[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]]
-SHOWN = {"name": "plates", "body": "part", "size": 1e-4, "length": 1e4, "force": 5.0, "reach": 0.03, "pivot": [0, 0, 0],
+SHOWN = {"name": "plates", "body": "part", "size": 1e-4, "length": 1e4, "force": 5.0, "mass": 10.0,
+         "reach": 0.03, "pivot": [0, 0, 0],
          "fixed": [(np.array(SQUARE) - [0, 0, 0.3]).tolist()], "moved": [SQUARE]}  # fmt: skip
 
 
@@ -28,8 +32,8 @@ def url() -> Iterator[str]:
 
     def state() -> dict[str, Any]:
         felt = latest[0]
-        return {"wrench": device.wrench.tolist(), "state": felt.state, "tool": felt.tool.tolist(), "period": 1.0,
-                "missed": 0, "truth": None, "reserve": float(felt.reserve)}  # fmt: skip
+        return {"state": felt.state, "tool": felt.tool.tolist(), "period": 1.0, "missed": 0, "truth": None,
+                "reserve": float(felt.reserve)}  # fmt: skip
 
     def found(at: str) -> None:
         place.append(at)
@@ -70,6 +74,59 @@ def test_a_drag_moves_the_tool_and_shows_its_force(url: str) -> None:
         page.wait_for_function("feel.pose.every((one) => one === 0)", timeout=30_000)
         assert page.locator("#name").text_content() == "plates: part"
         assert wrong == []
+
+
+def test_the_guard_of_the_page_is_that_of_a_device(url: str) -> None:
+    """The same wrenches for the same poses and models, above the start and below it, to round-off."""
+    device = Scripted(wander, rate=250.0, delay=0.002)
+    models: list[Model] = []
+    taken: list[tuple[int, Model]] = []
+
+    class Watched(Guard):
+        def sample(self, pose: np.ndarray) -> np.ndarray:
+            if self.model is not None and (not models or self.model is not models[-1]):
+                models.append(self.model)
+                taken.append((len(device.history), self.model))
+            return super().sample(pose)
+
+    device.guard = Watched(device.rate, device.force, device.mass)
+    device.guard.sample(device.pose)
+    felt("repelled", device, 1e6, 1.1)
+    frames = dict((at, model.as_json()) for at, model in taken)
+    steps = [{"pose": pose.tolist(), "model": frames.get(at)} for at, (_, pose, _, _) in enumerate(device.history)]
+    with chromium() as browser:
+        page = browser.new_page()
+        page.goto(url)
+        got = page.evaluate(
+            """async ({ steps, rate, force, mass }) => {
+                const { Guard } = await import("/guard.js");
+                const guard = new Guard(rate, force, mass);
+                return steps.map(({ pose, model }) => {
+                    guard.model = model ?? guard.model;
+                    return [...guard.sample(pose)];
+                });
+            }""",
+            {"steps": steps, "rate": device.rate, "force": device.force, "mass": device.mass},
+        )
+    expected = np.array([wrench for _, _, wrench, _ in device.history])
+    energies = [one.energies[len(one.marks) // 2] for one in models]
+    assert min(energies) < 0 < max(energies)
+    assert np.abs(expected).max() > 0.01
+    assert np.array(got) == pytest.approx(expected, rel=1e-9, abs=1e-12 * np.abs(expected).max())
+
+
+def test_a_page_takes_over_where_the_one_before_has_left_the_handle(url: str) -> None:
+    with chromium() as browser:
+        page = browser.new_page()
+        page.goto(url)
+        page.wait_for_selector("#state.live", timeout=30_000)
+        page.evaluate("feel.pose[2] = -0.004")
+        page.wait_for_function("Math.hypot(...feel.wrench) > 0.01", timeout=30_000)
+        work = page.evaluate("feel.guard.work")
+        page.reload()
+        page.wait_for_selector("#state.live", timeout=30_000)
+        assert page.evaluate("feel.pose[2]") == -0.004
+        assert page.evaluate("feel.guard.work") == pytest.approx(work)
 
 
 def test_a_second_page_takes_the_handle_and_the_first_does_not_come_back(url: str) -> None:
