@@ -26,7 +26,7 @@ LEAST = 1e-3
 """Stiffness of the coupling at least [N/m]."""
 SHORTEST, FORGOTTEN = 2e-4, 0.3
 """Half the line of a model at least [m]; time in which a longer way than expected is forgotten [s]."""
-MISFIT, POINTS = 0.02, 10
+MISFIT, POINTS = 0.005, 10
 """Energy that the trapezoidal rule may miss of what its ends exchange, before a part of the line is halved; points."""
 
 SHORT = 1e-3

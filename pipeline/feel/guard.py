@@ -12,7 +12,8 @@ handle goes. What the handle does until the next sample is not known: its last s
 it, from what steps have changed by of late. Forces are reduced
 
 - below the start (V < 0) by a damping along the step, of what the expected step would take more than S falls less a
-  share that is lost, and as long as E is below what the deviation may cost, ½ k (step + deviation)²;
+  share that is lost, a larger one while E is below what the deviation may cost, ½ k (step + deviation)², and what the
+  model may miss;
 - above the start (V > 0), where E is below V since the handle was moved before forces had risen: by a friction, a
   spring of limited force that relaxes, so that a handle that falls is given E over V of the force and has E = 0 where
   V = 0; it feels the whole force where it rests or is pushed on. No wrench may cost more than E in a step with its
@@ -62,8 +63,11 @@ class Model(NamedTuple):
     share: float = 1.0
     """What of the force is rendered, less than 1 after the loop has had no pose for some time."""
 
-    def at(self, pose: np.ndarray) -> tuple[float, np.ndarray, float]:
-        """Return S less that at the start [J], force [N, N m], (6,), and restoring stiffness [N/m] at a pose."""
+    def at(self, pose: np.ndarray) -> tuple[float, np.ndarray, float, float]:
+        """Return S less that at the start [J], force [N, N m], (6,), and restoring stiffness [N/m] at a pose.
+
+        The last is the energy by which S may differ, since it bends between two points [J].
+        """
         weighted = self.step * WEIGHTS
         square = float(self.step @ weighted)
         s = min(self.marks[-1], max(self.marks[0], float((pose - self.place) @ weighted) / square))
@@ -73,10 +77,11 @@ class Model(NamedTuple):
         force = self.forces[i] + t * (self.forces[i + 1] - self.forces[i])
         a, b = (float(one @ self.step) * span for one in self.forces[i : i + 2])
         low, high = float(self.energies[i]), float(self.energies[i + 1])
-        energy = low - t * a - 0.5 * t * t * (b - a) + t * (high - low + 0.5 * (a + b))
+        rest = high - low + 0.5 * (a + b)
+        energy = low - t * a - 0.5 * t * t * (b - a) + t * rest
         beside = pose - self.place - s * self.step
         energy += 0.5 * self.stiffness * float((beside * WEIGHTS) @ beside) - float(force @ beside)
-        return energy, force, max(0.0, a - b) / (span * span * square)
+        return energy, force, max(0.0, a - b) / (span * span * square), 4.0 * t * (1.0 - t) * abs(rest)
 
     def as_json(self) -> dict[str, Any]:
         """Return what the page is told."""
@@ -119,10 +124,10 @@ class Guard:
             return self.wrench
         model, step, mass = self.model, self._step, self.mass * self.rate**2
         assert self._pose is not None
-        here, force, bend = model.at(self._pose)
-        there, _, further = model.at(self._pose + step)
+        here, force, bend, off = model.at(self._pose)
+        there, _, further, away = model.at(self._pose + step)
         square = float((step * WEIGHTS) @ step)
-        need = 0.5 * max(bend, further) * (np.sqrt(square) + self._deviation) ** 2
+        need = 0.5 * max(bend, further) * (np.sqrt(square) + self._deviation) ** 2 + max(off, away)
         if max(0.0, -here) - self.work >= need * self.share:
             self.share = min(1.0, self.share + 1 / (self.rate * RISE))
         here, there, need = self.share * here, self.share * there, self.share * need

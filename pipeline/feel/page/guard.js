@@ -11,7 +11,7 @@ const plus = (a, b, factor = 1) => a.map((one, i) => one + factor * b[i]);
 const weighted = (a) => a.map((one, i) => one * WEIGHTS[i]);
 const strength = (force) => Math.sqrt(dot(force.map((one, i) => one / WEIGHTS[i]), force));
 
-// S less that at the start [J], force and restoring stiffness [N/m] of a model at a pose.
+// S less that at the start [J], force, restoring stiffness [N/m], and what S may differ by [J], of a model at a pose.
 export const modelled = ({ place, step, marks, energies, forces, stiffness }, pose) => {
   const line = weighted(step), square = dot(step, line), last = marks.length - 1;
   const s = Math.min(marks[last], Math.max(marks[0], dot(plus(pose, place, -1), line) / square));
@@ -22,9 +22,10 @@ export const modelled = ({ place, step, marks, energies, forces, stiffness }, po
   const a = dot(forces[i], step) * span, b = dot(forces[i + 1], step) * span;
   const low = energies[i], high = energies[i + 1];
   const beside = plus(plus(pose, place, -1), step, -s);
-  const energy = low - t * a - 0.5 * t * t * (b - a) + t * (high - low + 0.5 * (a + b))
+  const rest = high - low + 0.5 * (a + b);
+  const energy = low - t * a - 0.5 * t * t * (b - a) + t * rest
     + 0.5 * stiffness * dot(weighted(beside), beside) - dot(force, beside);
-  return { energy, force, bend: Math.max(0, a - b) / (span * span * square) };
+  return { energy, force, bend: Math.max(0, a - b) / (span * span * square), off: 4 * t * (1 - t) * Math.abs(rest) };
 };
 
 export class Guard {
@@ -53,7 +54,8 @@ export class Guard {
     const { model, step } = this, mass = this.mass * this.rate ** 2;
     const now = modelled(model, pose), next = modelled(model, plus(pose, step));
     const square = dot(weighted(step), step);
-    let need = 0.5 * Math.max(now.bend, next.bend) * (Math.sqrt(square) + this.deviation) ** 2;
+    let need = 0.5 * Math.max(now.bend, next.bend) * (Math.sqrt(square) + this.deviation) ** 2
+      + Math.max(now.off, next.off);
     if (Math.max(0, -now.energy) - this.work >= need * this.share) {
       this.share = Math.min(1, this.share + 1 / (this.rate * RISE));
     }

@@ -141,4 +141,4 @@ def test_a_second_page_takes_the_handle_and_the_first_does_not_come_back(url: st
         )
         first.wait_for_timeout(1500)  # A page whose connection is lost tries again after a second.
         assert "another page" in (first.locator("#state").text_content() or "")
-        assert second.locator("#state.live").count() == 1
+        second.wait_for_selector("#state.live", timeout=30_000)
