@@ -14,7 +14,7 @@ from gudgeon.pipeline.report.choice import choose, doubtful, judged, keep_report
 from gudgeon.pipeline.report.document import Document, Quantity, Table
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_step, point, quantities, rows
-from gudgeon.pipeline.report.force import reproducible
+from gudgeon.pipeline.report.force import contact_forces, reproducible
 from gudgeon.pipeline.report.frequencies import frequencies_report
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.full_fe.costs import cost_rows
@@ -208,15 +208,16 @@ def _tables(job: Job, one: Point, reference: Reference) -> list[Table]:
 
 
 def _force_picture(job: Job, one: Point, reference: Reference) -> bytes | None:
-    """Return the picture of the force of a setting and of the reference run; None if that is no run."""
+    """Return the picture of the force of a setting and of the reference run; None where that is no other run."""
     (job.out / FORCE_PICTURE).unlink(missing_ok=True)
-    if reference.run is None or reference.force is None:
+    run = reference.run
+    if run is None or run is one.trajectory or not any(force.any() for force in contact_forces(run).values()):
         return None
     # Imported late: matplotlib would count into the memory of timed runs.
     from gudgeon.pipeline.report.page.force_picture import draw_forces
 
     names = reference.source, one.setting.name
-    draw_forces(one.job, (reference.run, one.trajectory), names, job.out / FORCE_PICTURE)
+    draw_forces(one.job, (run, one.trajectory), names, job.out / FORCE_PICTURE)
     return (job.out / FORCE_PICTURE).read_bytes()
 
 

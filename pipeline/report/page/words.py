@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from gudgeon.pipeline.report.convergence import TOO_FEW
-from gudgeon.pipeline.report.document import Document, Quantity, Run, Table, Term
+from gudgeon.pipeline.report.document import Choice, Document, Quantity, Run, Table, Term
 
 NOTHING = "–"
 METHODS = {"reduced": "gudgeon", "nodal": "full FE", "rival": "rival"}
@@ -142,7 +142,9 @@ def verdict(document: Document) -> str:
 
 
 def headline(document: Document) -> str:
-    """Return in one line what was gained: the accuracy, its CPU time, and how much less that is than full FE's."""
+    """Return in one line what was gained: the accuracy, its CPU time, how much less that is than full FE's, and what of
+    the model itself is less certain than that.
+    """
     choice = document.choice
     if choice is None:
         return f"{document.scene}: error against run time"
@@ -152,11 +154,20 @@ def headline(document: Document) -> str:
     text = f"{document.scene}: {wanted} accuracy in {seconds_text(choice.cpu_seconds)}"
     costs = {one.method: one.integration for one in document.costs if one.tolerance == choice.tolerance}
     own, full = costs.get("reduced"), costs.get("nodal")
-    if not own or not full:
-        return text
-    if full > own:
-        return f"{text}: {full / own:.3g} × less CPU time than full FE"
-    return f"{text}: full FE takes {seconds_text(full)}, nothing is gained"
+    if own and full:
+        gained = f"{full / own:.3g} × less CPU time than full FE"
+        text += f": {gained if full > own else f'full FE takes {seconds_text(full)}, nothing is gained'}"
+    return text + _uncertain(document, choice)
+
+
+def _uncertain(document: Document, choice: Choice) -> str:
+    """Return the largest term of the chosen run's error budget, if it exceeds the tolerance."""
+    budget = document.budget
+    if budget is None or budget.run != choice.run:
+        return ""
+    known = [(one.bound, one) for one in budget.terms if one.bound is not None and one.bound > choice.tolerance]
+    size, term = max(known, key=lambda item: item[0], default=(0.0, None))
+    return "" if term is None else f"; but {term.source} ±{term_text(size)} ({term.of})"
 
 
 def use_text(document: Document) -> str:

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from gudgeon.pipeline.doctor import BROWSERS
-from gudgeon.pipeline.report.document import Cost, Document
+from gudgeon.pipeline.report.document import Budget, Cost, Document, Term
 from gudgeon.pipeline.report.front import pareto_front
 from gudgeon.pipeline.report.page.page import page
 from gudgeon.pipeline.report.page.picture import FRAMES
@@ -326,6 +326,14 @@ def test_headline_says_what_was_gained() -> None:
     assert head(0.005).endswith(" accuracy in 7.28 ms: full FE takes 5 ms, nothing is gained")
     assert head(None).endswith(" accuracy in 7.28 ms")
     assert headline(documents.small()) == "rod: error against run time"
+
+    def with_layer(size: float | None, run: str | None = plain.choice.run) -> str:
+        terms = [Term("step", "", size=1e-4, of="impulse"), Term("contact layer", "", size=size, of="pressure_peak")]
+        return headline(replace(plain, costs=[], budget=Budget(run or "", terms)))
+
+    assert with_layer(0.41).endswith(" accuracy in 7.28 ms; but contact layer ±41.00% (pressure_peak)")
+    assert with_layer(0.9 * tolerance).endswith(" accuracy in 7.28 ms")
+    assert with_layer(0.41, "another").endswith(" accuracy in 7.28 ms")
     text = page(plain)
     assert text.index("gudgeon run data/rod --tolerance 5%") < text.index("<svg")
 
