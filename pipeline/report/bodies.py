@@ -82,9 +82,8 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         check_names(job, reference, known, [one.name for one in found])
         counting = {one.name for one in found if one.counts}
         runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
-        avoided = doubtful(found, how.tolerance)
-        choice = choose(runs, how.tolerance, avoided)
-        best = judged(runs, choice, avoided)
+        choice = choose(runs, how.tolerance, found)
+        best = judged(runs, choice, doubtful(found, how.tolerance))
         one = next(point for point in points if best is not None and point.setting.name == best.name)
         budget = budget_of(one, points, reference, found, progress)
         document = replace(
@@ -95,7 +94,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             left_out=left_out,
             changes=change_rows(job, progress),
             choice=on_its_mesh(choice, runs, budget, how.same_mesh),
-            costs=cost_rows(job, points, runs, nodal, lambda tolerance: doubtful(found, tolerance)),
+            costs=cost_rows(job, points, runs, nodal, found),
             budget=budget,
             tables=_tables(job, one, reference),
             window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,

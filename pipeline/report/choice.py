@@ -38,16 +38,22 @@ def _agree(differences: Sequence[float | None], tolerance: float) -> bool:
     return len(known) == len(differences) and float(np.ptp(known)) <= tolerance
 
 
-def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ()) -> Choice:
+def choose(runs: Sequence[Run], tolerance: float, quantities: Sequence[Quantity] = ()) -> Choice:
     """Return the reduced run with the least CPU time whose conservative error is within a tolerance.
 
     Args:
         runs: With their conservative errors.
-        avoided: Names of runs that are never chosen.
+        quantities: Those that are compared, where some may not count or not converge: runs of chains along which one
+            that counts does not converge are never chosen.
     """
+    avoided, uncounted = doubtful(quantities, tolerance), {one.name for one in quantities if not one.counts}
     able = [run for run in runs if run.kind == "reduced" and run.result == "FINISHED" and run.name not in avoided]
-    if able and {name for run in able for name in run.errors} <= {DRIFT}:
+    compared = {name for run in able for name in run.errors}
+    if able and compared <= {DRIFT}:
         return Choice(tolerance, why="nothing is compared but the energy drift: name quantities in report.interest")
+    if able and compared - uncounted <= {DRIFT}:
+        others = ", ".join(sorted(compared & uncounted))
+        return Choice(tolerance, why=f"nothing counts but the energy drift: not {others}")
     known = [(run.conservative_error, run) for run in able if run.errors and run.conservative_error is not None]
     meeting = [run for error, run in known if error <= tolerance]
     if meeting:
@@ -156,7 +162,7 @@ def chosen(job: SceneJob, tolerance: float, same_mesh: bool = False) -> tuple[Jo
         raise InputError(
             f"{job.path}: --tolerance: the database has no report of this scene; run: gudgeon report {job.path}"
         )
-    found = choose(document.runs, tolerance, doubtful(document.quantities, tolerance))
+    found = choose(document.runs, tolerance, document.quantities)
     found = on_its_mesh(found, document.runs, document.budget, same_mesh)
     if found.run is None:
         raise InputError(f"{job.path}: --tolerance: {found.why}")

@@ -6,7 +6,7 @@ in the logarithms of both, within the runs or up to a factor of two beyond them.
 """
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ from gudgeon.pipeline.measuring.clock import Seconds
 from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.nodal.scene.runs import nodal_key, set_up_seconds
 from gudgeon.pipeline.report.choice import choose
-from gudgeon.pipeline.report.document import Cost, Run
+from gudgeon.pipeline.report.document import Cost, Quantity, Run
 from gudgeon.pipeline.report.errors import Point
 from gudgeon.pipeline.report.timing import prepared
 from gudgeon.pipeline.stages.job import Job
@@ -57,13 +57,13 @@ def cost_rows(
     points: Sequence[Point],
     runs: Sequence[Run],
     nodal: Sequence[NodalRecord],
-    avoided: Callable[[float], Collection[str]],
+    quantities: Sequence[Quantity],
 ) -> list[Cost]:
     """Return the costs of all methods at the tolerances of `TOLERANCES`; none without full FE and rivals.
 
     Args:
         runs: With their conservative errors.
-        avoided: Names of runs that do not count for a tolerance.
+        quantities: Those that are compared.
     """
     rivals = job.scene.report.rivals
     if not nodal and not rivals:
@@ -73,17 +73,17 @@ def cost_rows(
     found = []
     for tolerance in TOLERANCES:
         own = [run for run in runs if run.kind == "reduced" and models[run.name] not in rivals]
-        found.append(_reduced(own, tolerance, "reduced", avoided(tolerance)))
+        found.append(_reduced(own, tolerance, "reduced", quantities))
         if taken is not None:
             found.append(_nodal(job, runs, taken, tolerance))
         for name in rivals:
             others = [run for run in runs if models.get(run.name) == name]
-            found.append(_reduced(others, tolerance, "rival", avoided(tolerance)))
+            found.append(_reduced(others, tolerance, "rival", quantities))
     return found
 
 
-def _reduced(runs: Sequence[Run], tolerance: float, method: str, avoided: Collection[str]) -> Cost:
-    choice = choose(runs, tolerance, avoided)
+def _reduced(runs: Sequence[Run], tolerance: float, method: str, quantities: Sequence[Quantity]) -> Cost:
+    choice = choose(runs, tolerance, quantities)
     if choice.run is None:
         return Cost(tolerance, method, choice.why)
     best = next(run for run in runs if run.name == choice.run)

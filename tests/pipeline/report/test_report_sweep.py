@@ -1,7 +1,7 @@
 """What a report sweeps, and what its numbers say: settings, chains, and the cheapest setting."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -153,9 +153,9 @@ def run(name: str, error: float | None, cpu: float, **given: Any) -> Run:
 
 
 def chosen(
-    runs: list[Run], tolerance: float, counting: list[str] | None = None, avoided: Collection[str] = ()
+    runs: list[Run], tolerance: float, counting: list[str] | None = None, quantities: Sequence[Quantity] = ()
 ) -> Choice:
-    return choose(with_front(runs, counting), tolerance, avoided)
+    return choose(with_front(runs, counting), tolerance, quantities)
 
 
 def test_cheapest_setting_that_meets_the_tolerance() -> None:
@@ -207,9 +207,21 @@ def test_runs_that_do_not_converge_are_not_chosen() -> None:
     flagged = Quantity("impulse", "N s", "relative", 1.0, True, False, "", chains)
     runs = [run("lucky", 1e-3, 1.0), run("sound", 5e-3, 2.0)]
     assert doubtful([flagged], 0.01) == {"lucky", "lucky / 2"}
-    assert chosen(runs, 0.01, ["impulse"], doubtful([flagged], 0.01)).run == "sound"
+    assert chosen(runs, 0.01, ["impulse"], [flagged]).run == "sound"
     assert doubtful([replace(flagged, counts=False)], 0.01) == set()
     assert doubtful([flagged], 0.3) == set()
+
+
+def test_the_energy_drift_alone_makes_no_setting() -> None:
+    """Also where other quantities are compared, but none of them counts."""
+    drift = Quantity("energy drift", "", "absolute", None, True, True, "", [])
+    peak = Quantity("pin.force_peak", "N", "relative", 1.0, False, False, "", [])
+    runs = [run("loose", 1e-9, 1.0, errors={"pin.force_peak": 0.4, "energy drift": 1e-9}, largest_of="energy drift")]
+    found = chosen(runs, 0.01, ["energy drift"], [peak, drift])
+    assert found.run is None
+    assert found.why == "nothing counts but the energy drift: not pin.force_peak"
+    counted = [replace(peak, counts=True), drift]
+    assert chosen(runs, 0.5, ["energy drift", "pin.force_peak"], counted).run == "loose"
 
 
 @pytest.mark.parametrize(
