@@ -1,5 +1,6 @@
 """The record of a run from its histories."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -129,7 +130,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         peak_velocities=peaks.v,
     )
     whole = _with_wear(whole, system, schedule, found) if wears(system) else whole
-    return whole if end.linkage is None else _with_linkage(whole, end.linkage(len(times)))
+    return whole if end.linkage is None else _with_linkage(whole, end.linkage(len(times)), system.scene.probe)
 
 
 def _with_wear(whole: Trajectory, system: System, schedule: Schedule, found: Histories) -> Trajectory:
@@ -140,10 +141,11 @@ def _with_wear(whole: Trajectory, system: System, schedule: Schedule, found: His
     )
 
 
-def _with_linkage(found: Trajectory, own: LinkageHistories) -> Trajectory:
-    """Return a run with what its mechanism recorded itself."""
+def _with_linkage(found: Trajectory, own: LinkageHistories, asked: Iterable[str]) -> Trajectory:
+    """Return a run with what its mechanism recorded itself, and with the quantities of the probes of its scene."""
     notes = ({LINKAGE_NOTES: "\n".join(own.notes)} if own.notes else {}) | ({WEAR: own.wear} if own.wear else {})
     parts = found.quantities | own.quantities
+    parts |= probe_quantities(found.times, {name: own.probes[name] for name in asked})
     for name, impacts in own.impacts.items():
         parts |= named(name, impact_quantities(impacts, 0.0))
     owners = list(dict.fromkeys(name.partition(".")[0] for name in parts))

@@ -113,6 +113,10 @@ def test_probes_read_turning_points(tmp_path: Path) -> None:
     np.testing.assert_allclose(read["turn"][:, 0], w * t, rtol=1e-8)
     assert w * t[-1] > 2 * np.pi
     np.testing.assert_allclose(read["apart"][:, 0], np.linalg.norm(circle - [2, 0, 0], axis=1), atol=1e-8)
+    quantities = {name: entry["value"] for name, entry in found.quantities.items()}
+    assert quantities["place.displacement_end"] == pytest.approx(abs(np.sin(0.5 * w * t[-1])), abs=1e-8)
+    assert quantities["turn.rotation_end"] == pytest.approx(w * t[-1], rel=1e-8)
+    assert quantities["apart.distance_peak"] == read["apart"].max()
 
 
 @pytest.mark.parametrize(("spin", "far"), [(2.0, True), (0.01, False)])
