@@ -7,7 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from docs.tools.report_listing import REPORTS, Scenes, costs_lines, listing_text, main_figures, scenes_text
+from docs.tools.report_listing import (
+    REPORTS,
+    STANDS_FOR,
+    Scenes,
+    costs_lines,
+    listing_text,
+    main_figures,
+    scene_names,
+    scenes_text,
+)
 from docs.tools.seeds import read_seeds, seeds_table
 from gudgeon.pipeline.report.document import Budget, Choice, Document, Term
 from tests.pipeline.documents import document, quantity, run
@@ -143,6 +152,22 @@ def test_the_readme_has_the_figures_of_the_benchmarks() -> None:
         _, _, seconds, error, _ = (cell.strip() for cell in line.split("|"))
         assert float(rows[name][4].removesuffix(" s")) == float(seconds.removesuffix(" s")), name
         assert rows[name][3].replace(" %", "%") == error, name
+
+
+def test_every_scene_is_listed(scenes: Scenes) -> None:
+    """Also one without a report; those that `make reports` leaves out name the scene that stands for them."""
+    assert list(scenes) == scene_names()
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    (left_out,) = re.findall(r"^SCENES := \$\(filter-out (.*?),", makefile, re.MULTILINE)
+    names = (re.sub(r"^data/|(/scene)?\.toml$", "", path) for path in left_out.split())
+    assert {*names} == {*STANDS_FOR}
+    text = listing_text(scenes, read_seeds())
+    for name in scenes:
+        assert f"\n| [`{name}`](" in text, name
+    row = "| – | – | – | – | – | – | – | – | – |"
+    assert f"| [`piston`](../../data/piston/scene.toml) | see `piston/stroke` {row}\n" in text
+    lines = listing_text({"new": {}}, SEEDS).splitlines()
+    assert f"| [`new`](../../data/new/scene.toml) | no report yet {row}" in lines
 
 
 def test_list_is_that_of_the_main_figures(scenes: Scenes) -> None:
