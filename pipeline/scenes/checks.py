@@ -207,9 +207,13 @@ def _wrong_turning(scene: "SceneFile") -> list[str]:
 
 
 def _unknown_quantities(scene: "SceneFile") -> list[str]:
-    """List the names in `report.quantities` that no run of the scene can have, each with the names that are allowed."""
+    """List the names in `report.quantities` that no run of the scene can have, each with the names that are allowed,
+    and the probes of forces whose quantity a contact or joint has too."""
     owners = _owners(scene)
-    lines = []
+    lines = [
+        f"probe.{name}: a contact or joint has '{name}.force_peak' too; give the probe another name"
+        for name, probe in scene.probe.items() if probe.kind == "force" and {*owners[name]} & {"contact", "joint"}
+    ]  # fmt: skip
     for name in scene.report.quantities:
         owner = next((one for one in owners if name.startswith(f"{one}.")), None)
         if owner is None:

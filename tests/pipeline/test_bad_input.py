@@ -307,6 +307,11 @@ def test_quantities_that_no_run_has_are_refused(name: str, message: str, cold: C
     assert line.startswith(message)
 
 
+def test_a_probe_has_no_quantity_of_its_contact(cold: Case, capsys: Capture) -> None:
+    (line,) = refused(cold, capsys, cold.command("solve", 'probe.bore={ kind = "force", of = "contact.bore" }'))
+    assert line == "probe.bore: a contact or joint has 'bore.force_peak' too; give the probe another name"
+
+
 def test_a_window_within_the_duration(cold: Case, capsys: Capture) -> None:
     (line,) = refused(cold, capsys, cold.command("solve", "run.window=1.0"))
     assert line == "run: window 1 s is longer than the duration, 0.0003 s"
