@@ -25,6 +25,7 @@ from gudgeon.pipeline.report.measures.differences import SLAP, VELOCITY, differe
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.summary import reference_values
+from gudgeon.solver.joints import Driven
 
 DRIFT = "energy drift"
 BEYOND = "force, whole run"
@@ -37,7 +38,7 @@ USUAL = (
     "impulse", "start", "duration", "restitution", "force_peak", "pressure_peak", "deflection_peak", "deflection_end",
     "angle_end",
 )  # fmt: skip
-"""Quantities of a run that are compared if the scene names none."""
+"""Quantities of a run that are compared if the scene names none, less angles of joints that are driven."""
 NO_TURN = 1e-9
 """Angle at the end of a run below which a joint has come back to its start; its digits are round-off [rad]."""
 
@@ -121,7 +122,8 @@ def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Refe
         interest = job.scene.report.interest
         wanted = {n for n in named_by(found, interest) if IMPACT not in n or n in interest}
         if not interest:
-            wanted = {n for n in found if n.rsplit(".", 1)[-1] in USUAL and IMPACT not in n}
+            given = {f"{one.joint}.angle_end" for one in job.scene.joint.values() if isinstance(one, Driven)}
+            wanted = {n for n in found if n.rsplit(".", 1)[-1] in USUAL and IMPACT not in n} - given
         wants_force, wants_run = bool(named_by(["force"], interest)), contacts
     else:
         wanted, wants_force, wants_run = {*like.expected}, like.force is not None, like.run is not None

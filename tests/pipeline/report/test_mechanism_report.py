@@ -2,8 +2,13 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
+from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.report.reference import reference_run
 from tests.pipeline.robustness.test_mechanisms import DOUBLE
 
 BEAM = """
@@ -83,3 +88,13 @@ expression = "0.3 * sin(pi * t / 0.4)**2"
     assert (angle["measure"], angle["reference"], angle["counts"]) == ("absolute", 0.0, False)
     assert all(abs(run["errors"]["hinge.angle_end"]) < 1e-9 for run in found["runs"])
     assert max(run["largest_error"] for run in found["runs"]) < 1e-3
+
+
+def test_the_angle_of_a_drive_is_not_compared(tmp_path: Path) -> None:
+    """It is given, whatever the setting."""
+    scene = tmp_path / "driven.toml"
+    scene.write_text(BEAM + '[joint.motor]\nkind = "driven"\njoint = "pin"\nexpression = "t"\n')
+    job = open_job(scene, db=tmp_path / "db")
+    names = ("pin.angle_end", "pin.force_peak", "motor.force_peak")
+    run = cast(Trajectory, SimpleNamespace(quantities={name: {"value": 1.0} for name in names}))
+    assert set(reference_run(job, run, None, "finest").expected) == {"pin.force_peak", "motor.force_peak"}
