@@ -97,10 +97,10 @@ def with_step_estimates(system: System, found: Trajectory, plan: Plan, run: Call
     """Return the run of a given step with its estimated errors: the differences from a run with twice the step.
 
     With order 1, the least, that difference is the error. Where twice the step is above the limit of the integrator,
-    the other run has half of it, and its differences are doubled. Unchanged without contacts, and where it fails.
+    the other run has half of it, and its differences are doubled. Unchanged where it fails.
     """
     settings = system.scene.run
-    if not system.contacts or settings.step is None:
+    if settings.step is None:
         return found
     doubled = settings.model_copy(update={"step": 2 * settings.step})
     other = plan_run(replace(system, scene=system.scene.model_copy(update={"run": doubled})))

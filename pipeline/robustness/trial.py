@@ -255,7 +255,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         penetration_bound=allowed,
         basis=found.estimates.get("basis.impulse"),
         mesh=found.estimates.get("mesh.impulse"),
-        stepped=found.estimates.get("step.impulse"),
+        stepped=found.estimates.get("step.impulse" if found.contacts else "step.motion"),
         changed=max(shares, default=None),
         turned=_turned(system, found),
         condition=_condition(system),

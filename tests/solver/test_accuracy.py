@@ -17,6 +17,7 @@ from tests.solver.systems import (
     block_records,
     block_scene,
     build,
+    rigid_records,
     rod_records,
     rod_scene,
 )
@@ -100,6 +101,24 @@ def test_a_given_step_is_kept_and_its_error_estimated(tmp_path: Path, integrator
         # One of the two may be small by chance.
         assert max(found.estimates["step.impulse"], found.estimates["step.force"]) > 0.3 * max(errors) - 2e-4
     assert max(errors) < 1e-2
+
+
+def test_a_given_step_without_contact_has_its_error_estimated(tmp_path: Path) -> None:
+    """A mass on a spring: its energy is kept at any step, and nothing else shows that it comes late."""
+    mass, stiffness = 0.5, 200.0
+    scene = {
+        "body": {"part": {"velocity": [0.3, 0, 0]}},
+        "force": {"s": {"kind": "spring", "body": "part", "direction": [1, 0, 0], "stiffness": stiffness}},
+        "run": {"duration": 1.0, "samples": 100, "frames": 50, "integrator": "implicit", "step": 5e-3},
+    }
+    points = {"face": ([0.1, 0.0, 0.0], [1.0, 0.0, 0.0])}
+    found = simulate(build(tmp_path, rigid_records(mass, points, (1e-3, 1e-3, 1e-3)), scene))
+    frames = np.abs(found.frames).max(axis=0)
+    path = found.frames[:, int(frames.argmax())] / frames.max()
+    exact = np.sin(np.sqrt(stiffness / mass) * found.frame_times)
+    error = np.abs(path * np.sign(path @ exact) - exact).max()
+    assert error > 0.01
+    assert error < found.estimates["step.motion"] < 5 * error
 
 
 def test_motion_that_does_not_converge_is_a_failure_with_its_estimate(tmp_path: Path) -> None:
