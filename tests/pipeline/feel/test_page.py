@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon.pipeline.feel import coupling as coupling_module
 from gudgeon.pipeline.feel.coupling import Coupling, Felt, Scales
 from gudgeon.pipeline.feel.device import Scripted
 from gudgeon.pipeline.feel.guard import Guard, Model
@@ -24,8 +25,9 @@ SHOWN = {"name": "plates", "body": "part", "size": 1e-4, "length": 1e4, "force":
 
 
 @pytest.fixture
-def url() -> Iterator[str]:
-    """A tool between plates, whose loop and server run in threads."""
+def url(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """A tool between plates, whose loop and server run in threads. Poses may be late: the machine may be busy."""
+    monkeypatch.setattr(coupling_module, "SILENT", 60.0)
     device, stop, ready, place = Browser(), threading.Event(), threading.Event(), []
     coupling = Coupling(tool("attracted"), device, Scales(1e6, 1e4), 1e-3)
     latest: list[Felt] = []
@@ -67,9 +69,8 @@ def test_a_drag_moves_the_tool_and_shows_its_force(url: str) -> None:
         page.mouse.down()
         page.mouse.move(300, 360, steps=5)
         page.mouse.up()
-        page.wait_for_function("Math.hypot(...feel.wrench) > 0.01", timeout=30_000)
+        page.wait_for_function("feel.wrench[2] < -0.01", timeout=30_000)
         assert page.evaluate("feel.pose[2]") < before[2]
-        assert page.evaluate("feel.wrench[2]") < 0
         page.keyboard.press("Home")
         page.wait_for_function("feel.pose.every((one) => one === 0)", timeout=30_000)
         assert page.locator("#name").text_content() == "plates: part"
