@@ -166,6 +166,8 @@ def step(subject: Subject, operation: Any) -> Trial:
         subject.known["step"] = _stepped(subject)
     name, suggested = subject.known["step"]
     changes = {"integrator": name, "step": suggested * operation.factor, "accuracy": "unset"}
+    if not subject.contacts:  # Nothing else than its estimate says that a step is too long.
+        changes["checks"] = True
     return Trial(subject.changed({"run": changes}), agreement=settings.AGREES, given_step=True)
 
 
