@@ -5,6 +5,7 @@ import contextlib
 import gc
 import json
 import os
+import shlex
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -213,7 +214,7 @@ def example_copy_command(options: argparse.Namespace) -> int:
     from gudgeon.pipeline.cli.examples import copy_example
 
     target = copy_example(options.name, options.folder)
-    print(f"{target}: try `gudgeon run {target}`")
+    print(f"{target}: try `gudgeon run {shlex.quote(str(target))}`")
     return 0
 
 

@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import shlex
 import sys
 from pathlib import Path
 
@@ -45,7 +46,7 @@ def new_command(options: argparse.Namespace) -> int:
     folder, notes = write_draft(options.file, _unit(options.unit), _solids(options.solid), options.folder)
     for note in notes:
         print(f"gudgeon: {note}", file=sys.stderr)
-    print(f"{folder / 'scene.toml'}: try `gudgeon run {folder}`")
+    print(f"{folder / 'scene.toml'}: try `gudgeon run {shlex.quote(str(folder))}`")
     return 0
 
 

@@ -119,7 +119,7 @@ def draft(look: Look, unit: float | None, solids: Sequence[str | int]) -> str:
     text = TEXT.format(
         title=file, file=file, kind=look.kind, name=name, speed=SPEED, mesh=f"{size:.2g}", fine=fine, first=first,
         size=" × ".join(f"{1e3 * length:.4g}" for length in extents), mass=7850.0 * volume_of(look),
-        path=json.dumps(file), unit="" if unit is None else f"unit = {unit:g}\n", impact=first,
+        path=json.dumps(file, ensure_ascii=False), unit="" if unit is None else f"unit = {unit:g}\n", impact=first,
         solids=f"solids = {json.dumps(list(solids))}\n" if solids else "",
         surfaces="\n".join(f"{surface_name(face)} = {look.rules[face.number]}" for face in chosen),
         more=_more(name, _bore(look, chosen)), velocity=_list(SPEED * impact.direction), point=_list(foot),

@@ -55,7 +55,8 @@ def refuse_large(kind: str, elements: float, size: float) -> None:
     what = f"mesh.size: {size:g} m gives about {many} elements, whose modes need about {memory} GiB of memory and"
     if need > total_memory():
         raise InputError(
-            f"{what} {minutes} minutes; this machine has {total_memory() / GIB:.1f} GiB: give a larger size"
+            f"{what} {minutes} minutes; this machine has {total_memory() / GIB:.1f} GiB: give a larger size, or"
+            " correct the part's lengths, which are in metres"
         )
     if seconds > LONG:
         log.warning("%s %s minutes; lengths are in metres", what, minutes)

@@ -123,6 +123,19 @@ def test_lengths_in_mm_are_told(step: Path) -> None:
         chosen_faces(FaceRule(cylinder_radius=11.0), found.faces, found.away, "here")
 
 
+def test_names_with_spaces_and_letters_of_any_language(
+    step: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The command that is suggested can be pasted, and the scene has the name as it is."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "Bügel neu.step").write_bytes(step.read_bytes())
+    assert main(["new", "Bügel neu.step"]) == 0
+    assert "try `gudgeon run 'Bügel neu'`" in capsys.readouterr().out
+    text = (tmp_path / "Bügel neu" / "scene.toml").read_text(encoding="utf-8")
+    assert 'path = "Bügel neu.step"' in text
+    assert main(["plan", "Bügel neu"]) == 0
+
+
 def test_new_refuses_a_folder_that_exists(step: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["new", str(step), "--folder", str(tmp_path)]) == 2
     assert f"new: {tmp_path} exists; name another folder" in capsys.readouterr().err
