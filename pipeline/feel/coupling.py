@@ -183,7 +183,8 @@ class Coupling:
         forces = np.array([one.force for one in found])
         bends = -np.diff(forces @ step) / np.diff(marks) / float((step * WEIGHTS) @ step)
         stiffness = min(self.stiffness, max(0.0, float(bends.max())))
-        return Model(pose, step, marks, np.array([one.energy for one in found]) - self._begin, forces, stiffness, share)
+        energies = np.array([one.energy for one in found]) - self._begin
+        return Model(pose, step, marks, energies, forces, stiffness=stiffness, share=share)
 
     def _probe(self, pose: np.ndarray, step: np.ndarray, mark: float, tool: np.ndarray | None = None) -> Point:
         """Return what S is on the line, for a tool that comes from where it stands now, or from elsewhere."""
