@@ -24,6 +24,8 @@ UNSEEN = ("os.exec", "os.fork", "os.posix_spawn", "os.system", "socket.connect",
 """Events after which other processes or libraries may read what no hook sees."""
 NATIVE = ("gmsh",)
 """Libraries that open files without Python."""
+UNREADABLE = ""
+"""Instead of the digest of what cannot be read: a pipe, a device, a damaged record. It vouches for nothing."""
 CODE = (".py", ".pyc")
 """Endings of modules, which the state of the sources and the versions of libraries stand for."""
 
@@ -42,7 +44,8 @@ class Reads:
             return
         name = os.fsdecode(path)
         if name not in self.files and not name.endswith(CODE):
-            self.files[name] = digest(name, claimed=True)
+            content = self.files[name] = digest(name, claimed=True)
+            self.complete &= content != UNREADABLE
 
 
 class _Hook:
@@ -84,7 +87,7 @@ def watched() -> Iterator[Reads]:
 
 
 def digest(path: str, *, claimed: bool = False) -> str | None:
-    """Return what tells the content of a file from any other; None where there is none.
+    """Return what tells the content of a file from any other; None where there is none, `UNREADABLE` where it fails.
 
     Of a record it is its user block, whose digest is verified unless it is `claimed`: who reads a record verifies it.
     """
@@ -99,5 +102,5 @@ def digest(path: str, *, claimed: bool = False) -> str | None:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, RecordDamaged) as error:  # ValueError: no file can have this path.
-        return type(error).__name__
+    except (OSError, ValueError, RecordDamaged):  # ValueError: no file can have this path.
+        return UNREADABLE
