@@ -27,10 +27,13 @@ LEAST = 1e-3
 SHORTEST, FORGOTTEN = 2e-4, 0.3
 """Half the line of a model at least [m]; time in which a longer way than expected is forgotten [s]."""
 MISFIT, POINTS = 0.005, 10
-"""Energy that the trapezoidal rule may miss of what its ends exchange, before a part of the line is halved; points."""
+"""Energy that the trapezoidal rule may miss of what the lesser force at its ends exchanges, before a part of the line is
+divided; points."""
+SHARP = 10.0
+"""Force at one end over that at the other, above which a part has a corner."""
 
-SHORT = 1e-3
-"""Length of a line over the whole where the tool jumps at once."""
+SHORT, ROUND_OFF = 1e-3, 1e-7
+"""Least part of a line over the whole; misfit that is none."""
 
 
 class Scales(NamedTuple):
@@ -158,7 +161,7 @@ class Coupling:
         return "live"
 
     def _line(self, pose: np.ndarray, energy: float, force: np.ndarray, share: float) -> Model:
-        """Return S along the handle's motion, or along the force where it rests, halved where S bends most.
+        """Return S along the handle's motion, or along the force where it rests, divided where S bends most.
 
         Args:
             energy: S at the pose [J].
@@ -176,7 +179,7 @@ class Coupling:
         missing = [_misfit(found, step, i) for i in range(2)]
         while len(found) < POINTS and max(missing) > 0.0:
             i = missing.index(max(missing))
-            found.insert(i + 1, self._probe(pose, step, 0.5 * (found[i].mark + found[i + 1].mark)))
+            found.insert(i + 1, self._probe(pose, step, _corner(found, step, i)))
             missing[i : i + 1] = [_misfit(found, step, i), _misfit(found, step, i + 1)]
         found = self._without_jumps(found, missing, pose, step)
         marks = np.array([one.mark for one in found])
@@ -217,4 +220,19 @@ def _misfit(found: list[Point], step: np.ndarray, i: int) -> float:
     left, right = found[i], found[i + 1]
     one, other = (float(end.force @ step) * (right.mark - left.mark) for end in (left, right))
     off = abs(right.energy - left.energy + 0.5 * (one + other))
-    return off if off > MISFIT * (abs(one) + abs(other)) else 0.0
+    return off if off > 2.0 * MISFIT * min(abs(one), abs(other)) + ROUND_OFF * max(abs(one), abs(other)) else 0.0
+
+
+def _corner(found: list[Point], step: np.ndarray, i: int) -> float:
+    """Return where the force has a corner between two points, if it is even on one side of it and linear on the other.
+
+    It is so at the end of a field, where the tool stops; elsewhere the middle.
+    """
+    left, right = found[i], found[i + 1]
+    span = right.mark - left.mark
+    one, other = (float(end.force @ step) * span for end in (left, right))
+    share = 0.5
+    if max(abs(one), abs(other)) > SHARP * min(abs(one), abs(other)):
+        share = 2.0 * (right.energy - left.energy + 0.5 * (one + other)) / (other - one)
+        share = min(max(share if share > 0.0 else 1.0 + share, SHORT), 1.0 - SHORT)
+    return left.mark + span * share
