@@ -27,8 +27,8 @@ LEAST = 1e-3
 SHORTEST, FORGOTTEN = 2e-4, 0.3
 """Half the line of a model at least [m]; time in which a longer way than expected is forgotten [s]."""
 MISFIT, POINTS = 0.005, 10
-"""Energy that the trapezoidal rule may miss of what the lesser force at its ends exchanges, before a part of the line is
-divided; points."""
+"""Energy that the trapezoidal rule may miss of what the lesser force at its ends exchanges, before a part is divided;
+points."""
 SHARP = 10.0
 """Force at one end over that at the other, above which a part has a corner."""
 

@@ -40,7 +40,10 @@ SPENT = 0.2
 DAMPS = 0.3
 """Damping at most over mass and rate."""
 STIFFEST, STIFF, RELAXED = 0.25, 300.0, 0.1
-"""Stiffness of the friction over mass and square of the rate, and at most [N/m]; time in which it relaxes [s]."""
+"""Stiffness of the friction over mass and square of the rate at most, and at least otherwise [N/m]; time in which it
+relaxes [s]."""
+QUICK = 4.0
+"""Way on which the whole force would take the reserve, over that on which the friction has grown to the force."""
 MEMORY, SAFE = 0.2, 2.0
 """Time in which a deviation is forgotten [s], and what is expected over the largest that was seen."""
 
@@ -128,7 +131,8 @@ class Guard:
         there, _, further, away = model.at(self._pose + step)
         square = float((step * WEIGHTS) @ step)
         need = 0.5 * max(bend, further) * (np.sqrt(square) + self._deviation) ** 2 + max(off, away)
-        if max(0.0, -here) - self.work >= need * self.share:
+        resists = here > 0.0 and self._cost(force) < 0.0
+        if resists or max(0.0, -here) - self.work >= need * self.share:
             self.share = min(1.0, self.share + 1 / (self.rate * RISE))
         here, there, need = self.share * here, self.share * there, self.share * need
         halfway = model.at(self._pose + 0.5 * step)[1]
@@ -172,7 +176,8 @@ class Guard:
         if size == 0.0:
             return force
         reserve, mass = max(0.0, self.reserve), self.mass * self.rate**2
-        stiffness = min(STIFF, STIFFEST * mass)
+        # The friction is there long before the reserve is spent.
+        stiffness = min(max(STIFF, QUICK * size**2 / reserve) if reserve > 0.0 else np.inf, STIFFEST * mass)
         slid = (
             self._friction * max(0.0, 1.0 - 1.0 / (self.rate * RELAXED)) + stiffness * float(force @ self._step) / size
         )
@@ -182,15 +187,19 @@ class Guard:
         if size <= 0.0:
             return force
         # A share a costs a (cost + size² (a − before) / mass): a handle that is pushed more than before moves more.
-        cost = float(force @ self._step) + self._deviation * size
+        cost = self._cost(force)
         before = max(0.0, float((self.wrench / WEIGHTS) @ force)) / size**2
         moved = size**2 / mass
         bent = cost - before * moved
         share = (np.sqrt(bent * bent + 4.0 * moved * reserve) - bent) / (2.0 * moved)
         if share < before:
             share = before if cost <= 0.0 else min(before, reserve / cost)
-        self._held = min(1.0, share, self._held + 1.0 / (self.rate * RISE))
+        self._held = min(1.0, share, np.inf if cost < 0.0 else self._held + 1.0 / (self.rate * RISE))
         return self._held * force
+
+    def _cost(self, force: np.ndarray) -> float:
+        """Return what a held force may take in the next step, with its deviation, at most [J]."""
+        return float(force @ self._step) + self._deviation * float(np.sqrt((force / WEIGHTS) @ force))
 
     def _limited(self, wrench: np.ndarray) -> np.ndarray:
         """Return a wrench cut to the largest force and torque; none where it is NaN."""

@@ -4,7 +4,7 @@
 const ROOM = 0.1; // Reach by which torques become forces [m].
 const WEIGHTS = [1, 1, 1, ROOM ** 2, ROOM ** 2, ROOM ** 2];
 const RISE = 0.3, LOST = 0.02, MOST_LOST = 0.3, SPENT = 0.2, DAMPS = 0.3;
-const STIFFEST = 0.25, STIFF = 300, RELAXED = 0.1, MEMORY = 0.2, SAFE = 2;
+const STIFFEST = 0.25, STIFF = 300, QUICK = 4, RELAXED = 0.1, MEMORY = 0.2, SAFE = 2;
 
 const dot = (a, b) => a.reduce((sum, one, i) => sum + one * b[i], 0);
 const plus = (a, b, factor = 1) => a.map((one, i) => one + factor * b[i]);
@@ -56,7 +56,8 @@ export class Guard {
     const square = dot(weighted(step), step);
     let need = 0.5 * Math.max(now.bend, next.bend) * (Math.sqrt(square) + this.deviation) ** 2
       + Math.max(now.off, next.off);
-    if (Math.max(0, -now.energy) - this.work >= need * this.share) {
+    const resists = now.energy > 0 && this.cost(now.force) < 0;
+    if (resists || Math.max(0, -now.energy) - this.work >= need * this.share) {
       this.share = Math.min(1, this.share + 1 / (this.rate * RISE));
     }
     const here = this.share * now.energy, there = this.share * next.energy;
@@ -95,19 +96,23 @@ export class Guard {
     let size = strength(whole);
     if (size === 0) return whole;
     const reserve = Math.max(0, this.reserve), mass = this.mass * this.rate ** 2;
-    const stiffness = Math.min(STIFF, STIFFEST * mass);
+    const stiffness = Math.min(reserve > 0 ? Math.max(STIFF, QUICK * size ** 2 / reserve) : Infinity, STIFFEST * mass);
     const slid = this.friction * Math.max(0, 1 - 1 / (this.rate * RELAXED)) + stiffness * dot(whole, this.step) / size;
     this.friction = Math.min(Math.max(slid, 0), (1 - reserve / above) * size);
     const force = whole.map((one) => one * (1 - this.friction / size));
     size -= this.friction;
     if (size <= 0) return force;
-    const cost = dot(force, this.step) + this.deviation * size;
+    const cost = this.cost(force);
     const before = Math.max(0, dot(this.wrench.map((one, i) => one / WEIGHTS[i]), force)) / size ** 2;
     const moved = size ** 2 / mass, bent = cost - before * moved;
     let share = (Math.sqrt(bent * bent + 4 * moved * reserve) - bent) / (2 * moved);
     if (share < before) share = cost <= 0 ? before : Math.min(before, reserve / cost);
-    this.held = Math.min(1, share, this.held + 1 / (this.rate * RISE));
+    this.held = Math.min(1, share, cost < 0 ? Infinity : this.held + 1 / (this.rate * RISE));
     return force.map((one) => this.held * one);
+  }
+
+  cost(force) {
+    return dot(force, this.step) + this.deviation * strength(force);
   }
 
   limited(wrench) {
