@@ -94,7 +94,7 @@ body = "block"
 against = "arm"
 against_interface = "tip"
 
-[probe.root]
+[probe.clamp]
 kind = "force"
 of = "joint.root"
 
@@ -114,7 +114,7 @@ def test_gauges_of_a_body_in_a_mechanism(tmp_path: Path) -> None:
     path.write_text(SWINGING)
     report = run(path, db=tmp_path / "db", out=tmp_path / "out", until="solve")
     found = modaldb.open(tmp_path / "db").get(report.stages["solve"].key, "trajectory")
-    moment = found.probes["root"].values[:, 3:]
+    moment = found.probes["clamp"].values[:, 3:]
     inertia = 0.02 * 0.006**3 / 12, 0.006 * 0.02**3 / 12
     top = -moment[:, 1] * 0.003 / (2.1e11 * inertia[0])
     side = moment[:, 2] * 0.01 / (2.1e11 * inertia[1])
