@@ -96,9 +96,7 @@ def count_shift(values: np.ndarray, count: int, *, complete: bool = False) -> tu
         count: Wanted ones.
         complete: Whether there are no others, so that the shift may be above all of them.
     """
-    last = count - 1
-    while last + 1 < len(values) and values[last + 1] / values[last] - 1 < GAP:
-        last += 1
+    last = whole_groups(values, count) - 1
     if last + 1 == len(values) and not complete:
         last -= 1  # No gap: the count shows whether the last extracted eigenvalue is the last of its cluster.
     sigma = 0.5 * (values[last] + values[last + 1]) if last + 1 < len(values) else 2 * values[last]
@@ -114,7 +112,9 @@ def whole_groups(values: np.ndarray, count: int) -> int:
         values: Extracted eigenvalues [rad²/s²], ascending.
         count: Wanted ones.
     """
-    return count + int((values[count:] < values[count - 1] * (1 + GAP)).sum()) if count else 0
+    while 0 < count < len(values) and values[count] / values[count - 1] - 1 < GAP:
+        count += 1
+    return count
 
 
 def grounding(rigid: np.ndarray) -> np.ndarray:
