@@ -1,20 +1,20 @@
 """Digests of the sources that shape the products of each stage, so that no key outlives the code that made its record.
 
 A digest covers the modules that a stage's own import, directly or not, without comments and docstrings; it is the same
-on every machine and Python version. To find it takes a second, so digests are kept in the user's cache folder, by the
-state of the files: their names, sizes, inodes, and when each was last written or replaced, which no copying tool sets.
+on every machine and Python version. To find it takes a second, so digests are kept in the user's cache folder
+(`solver.source_state`).
 """
 
 import ast
-import contextlib
 import hashlib
-import json
 import os
 import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from gudgeon.solver.source_state import PACKAGES, ROOT, kept_digests
 
 MAKE = "pipeline.stages.run:_make"
 RECORDS = {
@@ -40,47 +40,22 @@ ROOTS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Where the code of each stage begins; `module:name` is one function, of a module that serves several stages."""
 OUTSIDE = ("modaldb", "pipeline.errors", "pipeline.files", "pipeline.measuring", "pipeline.plots", "pipeline.stages",
-           "solver.errors", "solver.kernel_cache", "solver.warm_up")  # fmt: skip
+           "solver.errors", "solver.kernel_cache", "solver.source_state", "solver.warm_up")  # fmt: skip
 """Rooms that shape no number: they keep, order, draw, time or report. They count where they are roots."""
 INSIDE = ("modaldb.records", "modaldb.tangents", "modaldb.traction")
 """Rooms within those that do."""
-PACKAGES = ("modaldb", "pipeline", "solver")
 NAME = re.compile(r"gudgeon((?:\.\w+)+)(?::\w+)?")
 
 
-SOURCES = Path(__file__).resolve().parents[1]
-"""The folder that has the packages."""
-
-
 @cache
-def code_digests(root: Path = SOURCES) -> Mapping[str, str]:
+def code_digests(root: Path = ROOT) -> Mapping[str, str]:
     """Return the digest of each stage's sources, 16 digits, for the packages in a folder."""
-    kept = _cache_folder() / f"sources-{sources_state(root)}.json"
-    with contextlib.suppress(OSError, ValueError):
-        found = json.loads(kept.read_text())
-        if isinstance(found, dict) and found.keys() == ROOTS.keys():
-            return {stage: str(digest) for stage, digest in found.items()}
-    modules = Modules(source_texts(root))
-    found = {stage: modules.digest(stage) for stage in ROOTS}
-    with contextlib.suppress(OSError):
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = kept.with_name(f".{kept.name}.{os.getpid()}")
-        unfinished.write_text(json.dumps(found))
-        os.replace(unfinished, kept)
-    return found
 
+    def found() -> Mapping[str, str]:
+        modules = Modules(source_texts(root))
+        return {stage: modules.digest(stage) for stage in ROOTS}
 
-def sources_state(root: Path = SOURCES) -> str:
-    """Return 32 digits that tell the files of the sources apart from what they were before any change."""
-    digest = hashlib.sha256(str(root).encode())
-    for package in PACKAGES:
-        for folder, below, names in os.walk(root / package):
-            below[:] = sorted(name for name in below if name != "__pycache__")
-            for name in sorted(name for name in names if name.endswith(".py")):
-                state = os.stat(os.path.join(folder, name))
-                told = (folder, name, state.st_size, state.st_ino, state.st_mtime_ns, state.st_ctime_ns)
-                digest.update(repr(told).encode())
-    return digest.hexdigest()[:32]
+    return kept_digests(_cache_folder(), "sources", ROOTS, found, root)
 
 
 def source_texts(root: Path) -> dict[str, bytes]:

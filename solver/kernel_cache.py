@@ -5,14 +5,11 @@ with has changed, nor that a type of its arguments is gone. So the folder of a f
 all that it imports, and of all named tuples: `~/.cache/gudgeon/kernels/<digest>`, or below `XDG_CACHE_HOME`; where that
 cannot be written, `gudgeon-<uid>` in the folder of temporary files. `NUMBA_CACHE_DIR` goes before all. Places and times
 of files do not count: copies of one version share their machine code, and a change compiles what depends on it alone.
-The digests of all files take a tenth of a second; they are kept there, too, by the sizes of the files, their inodes,
-and when each was last written or replaced, which no copying tool sets.
+The digests of all files take a tenth of a second and are kept there, too (`source_state`).
 """
 
 import contextlib
-import glob
 import hashlib
-import json
 import os
 import re
 import stat
@@ -23,6 +20,8 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+
+from gudgeon.solver.source_state import ROOT, kept_digests
 
 SOURCES = (
     "solver/**/*.py",
@@ -53,10 +52,6 @@ def cache_folder() -> Path | None:
     return folder if _writable(folder) else None
 
 
-ROOT = Path(__file__).resolve().parents[1]
-"""The folder that has the packages."""
-
-
 def file_digest(path: str) -> str:
     """Return 16 digits that tell the text of a file of this package and all that its machine code depends on."""
     own, digests = Path(path).resolve(), _digests()
@@ -67,32 +62,10 @@ def file_digest(path: str) -> str:
 def _digests() -> Mapping[str, str]:
     """Return `Sources.digests` of this package, which are kept beside its machine code."""
     folder = cache_folder()
-    return Sources(ROOT).digests() if folder is None else kept_digests(ROOT, folder)
-
-
-def kept_digests(root: Path, folder: Path) -> Mapping[str, str]:
-    """Return `Sources.digests` of the packages in a folder; they are kept in another one by the state of the files."""
-    kept = folder / f"digests-{_state(root)}.json"
-    with contextlib.suppress(OSError, ValueError):
-        found = json.loads(kept.read_text())
-        if isinstance(found, dict) and "" in found:
-            return {name: str(digest) for name, digest in found.items()}
-    found = Sources(root).digests()
-    with contextlib.suppress(OSError):
-        unfinished = kept.with_name(f".{kept.name}.{os.getpid()}")
-        unfinished.write_text(json.dumps(found))
-        os.replace(unfinished, kept)
-    return found
-
-
-def _state(root: Path) -> str:
-    """Return 32 digits that tell the compiled sources apart from what they were before any change."""
-    digest = hashlib.sha256(f"{root} {version('numba')} {sys.version}".encode())
-    for name in sorted(one for pattern in SOURCES for one in glob.glob(pattern, root_dir=root, recursive=True)):
-        state = os.stat(os.path.join(root, name))
-        told = (name, state.st_size, state.st_ino, state.st_mtime_ns, state.st_ctime_ns)
-        digest.update(repr(told).encode())
-    return digest.hexdigest()[:32]
+    if folder is None:
+        return Sources(ROOT).digests()
+    compiler = hashlib.sha256(f"{version('numba')} {sys.version}".encode()).hexdigest()[:8]
+    return kept_digests(folder, f"digests-{compiler}", [""], lambda: Sources(ROOT).digests())
 
 
 def _place() -> Path | None:

@@ -37,7 +37,7 @@ ROOT_CAP = 7
 """Files at the root of pipeline/."""
 
 FLOORS: tuple[tuple[str, ...], ...] = (
-    ("modaldb",),
+    ("modaldb", "solver.source_state"),
     ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.capabilities",
      "solver.kernel_cache"),
     ("pipeline.files", "pipeline.measuring", "pipeline.comparison", "solver.compiled", "solver.vectors"),

@@ -10,10 +10,11 @@ import pytest
 
 from gudgeon.pipeline import sources
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.sources import ROOTS, SOURCES, Modules, canonical, code_digests, source_texts
+from gudgeon.pipeline.sources import ROOTS, Modules, canonical, code_digests, source_texts
 from gudgeon.pipeline.stages import products
 from gudgeon.pipeline.stages.products import LIBRARIES
 from gudgeon.pipeline.stages.status import remember, status
+from gudgeon.solver.source_state import PACKAGES, ROOT
 from tests.pipeline.small import write_scene
 
 COMMENTED = '''
@@ -29,7 +30,7 @@ PLAIN = "def f(x: float, *, y: int = 1) -> float:\n    return x + y\n"
 
 @pytest.fixture(scope="module")
 def texts() -> Mapping[str, bytes]:
-    return source_texts(SOURCES)
+    return source_texts(ROOT)
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +73,7 @@ def test_a_digest_follows_code_and_no_comment(texts: Mapping[str, bytes], module
 def test_kernels_that_are_imported_by_name_count(modules: Modules) -> None:
     """The solver loads an integrator by its name."""
     covered = modules.covered("solve")
-    names = [path.parent.name for path in (SOURCES / "solver" / "integrators").glob("*/integrator.py")]
+    names = [path.parent.name for path in (ROOT / "solver" / "integrators").glob("*/integrator.py")]
     assert len(names) > 3
     assert {f"solver.integrators.{name}.integrator" for name in names} <= set(covered)
 
@@ -122,7 +123,7 @@ def test_kept_digests_are_those_of_the_files_as_they_stand(tmp_path: Path, monke
     made: list[str] = []
     monkeypatch.setattr(Modules, "digest", lambda self, stage: made.append(stage) or f"{len(made)}".rjust(16, "0"))
     monkeypatch.setattr(sources, "_cache_folder", lambda: tmp_path / "cache")
-    for name in sources.PACKAGES:
+    for name in PACKAGES:
         (tmp_path / name).mkdir()
         (tmp_path / name / "a.py").write_text("x = 1\n")
     path = tmp_path / "solver" / "a.py"

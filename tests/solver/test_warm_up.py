@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.kernel_cache import COMPILED, Sources, cache_folder, compile_beside, file_digest, is_compiled
 from gudgeon.solver.simulate import simulate
+from gudgeon.solver.source_state import kept_digests
 from gudgeon.solver.warm_up import CASES, main, warm_up
 from tests.solver.systems import (
     block_records,
@@ -155,6 +157,23 @@ def test_what_a_file_depends_on_names_its_folder(tree: Path, name: str, old: str
     assert old in text
     (tree / name).write_text(text.replace(old, new))
     assert (Sources(tree).digest(loop) != before) == changed
+
+
+def test_kept_digests_see_what_compiled_files_import_from_other_packages(tree: Path, tmp_path: Path) -> None:
+    """Constants are compiled into machine code, also those of files in which nothing is compiled."""
+    (tree / "modaldb").mkdir()
+    (tree / "modaldb/tangents.py").write_text("SIDES = 2\n")
+    loop = "from gudgeon.solver.compiled import compiled\nfrom gudgeon.modaldb.tangents import SIDES\n"
+    (tree / "solver/loop.py").write_text(loop)
+
+    def found() -> Mapping[str, str]:
+        return kept_digests(tmp_path / "kept", "digests", [""], lambda: Sources(tree).digests(), tree)
+
+    first = found()
+    assert found() == first == Sources(tree).digests()
+    (tree / "modaldb/tangents.py").write_text("SIDES = 3\n")
+    assert found()["solver/loop.py"] != first["solver/loop.py"]
+    assert found() == Sources(tree).digests()
 
 
 def test_copies_of_one_version_share_their_machine_code(tree: Path, tmp_path_factory: pytest.TempPathFactory) -> None:

@@ -14,9 +14,9 @@ from gudgeon.modaldb.keys import content_key
 from gudgeon.pipeline.cli.unchanged.reads import Reads, digest
 from gudgeon.pipeline.errors import PipelineError
 from gudgeon.pipeline.files import read_sealed, results_folder, scene_path, write_sealed
-from gudgeon.pipeline.sources import sources_state
 from gudgeon.pipeline.stages.run_report import RunReport, StageReport
 from gudgeon.solver.kernel_cache import uncached_note
+from gudgeon.solver.source_state import sources_state
 
 NOTE = "unchanged.json"
 ASKED = ("until", "scene", "set", "db", "out")
