@@ -5,6 +5,7 @@ compared as the scene stands, twelve at the integrator's default accuracy, all 2
 """
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -60,6 +61,7 @@ def test_turned_in_space(tmp_path: Path) -> None:
             line = f"{key} = {json.dumps([z, x, y])}"
         lines.append(line)
     turned.write_text("\n".join(lines) + "\n")
+    shutil.copy(DATA / "clearance-joint/H1_slider_crank_clearance.json", tmp_path)
     found = solve(str(turned), tmp_path, {"run.duration": 3e-4})
     for name, key in (("start", "t_start"), ("end", "t_end"), ("closing", "approach_velocity")):
         assert found[f"pin.impact1.{name}"] == pytest.approx(first[key], rel=1e-8)
