@@ -62,6 +62,13 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return found
 
 
+def test_a_scene_named_by_its_file_is_answered(folder: Path, runs: list[str]) -> None:
+    for _ in range(3):
+        assert main(["solve", "scene/scene.toml", "--out", "named"]) == 0
+    assert runs == ["solve"] * 2
+    assert (folder / "named" / NOTE).is_file()
+
+
 def test_the_same_command_is_answered_as_it_was_run(
     folder: Path, runs: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -100,7 +100,7 @@ def digest(path: str, *, claimed: bool = False) -> str | None:
                 return block.decode(errors="replace").rstrip("\0")
             file.seek(0)
             return hashlib.file_digest(file, "sha256").hexdigest()
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):  # A file in the place of a folder on the way there.
         return None
     except (OSError, ValueError, RecordDamaged):  # ValueError: no file can have this path.
         return UNREADABLE

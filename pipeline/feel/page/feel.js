@@ -168,7 +168,7 @@ setInterval(() => {
   socket.send(JSON.stringify({ pose, work: guard.work }));
 }, PERIOD);
 
-let before = performance.now();
+let before = performance.now(), drawn = "", frames = 0;
 const draw = (now) => {
   drift(Math.min(0.1, (now - before) / 1000));
   before = now;
@@ -188,8 +188,13 @@ const draw = (now) => {
     const long = 0.1 + 0.7 * Math.min(1, size / shown.force);
     arrow.setLength(long, 0.3 * long, 0.15 * long);
   }
-  renderer.render(scene, camera);
+  // What looks as before is not drawn again, beside a loop that must not wait.
+  const seen = [tool.position, tool.quaternion, ghost.position, force, camera.position].flatMap((one) => one.toArray());
+  const sizes = [size / shown.force, ...renderer.getSize(new THREE.Vector2()), renderer.getPixelRatio()];
+  const looks = [...seen, ...sizes].map((one) => one.toFixed(4)).join();
+  if (looks !== drawn) { renderer.render(scene, camera); frames += 1; }
+  drawn = looks;
   requestAnimationFrame(draw);
 };
 requestAnimationFrame(draw);
-window.feel = { pose, guard, get wrench() { return guard.wrench; } };
+window.feel = { pose, guard, get wrench() { return guard.wrench; }, get frames() { return frames; } };

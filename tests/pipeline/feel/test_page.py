@@ -22,6 +22,8 @@ SQUARE = [[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1,
 SHOWN = {"name": "plates", "body": "part", "size": 1e-4, "length": 1e4, "force": 5.0, "mass": 10.0,
          "reach": 0.03, "pivot": [0, 0, 0],
          "fixed": [(np.array(SQUARE) - [0, 0, 0.3]).tolist()], "moved": [SQUARE]}  # fmt: skip
+RESTS = "new Promise((done) => { const { frames } = feel; setTimeout(() => done(frames === feel.frames), 300); })"
+"""Whether a page draws nothing for a while."""
 
 
 @pytest.fixture
@@ -71,6 +73,8 @@ def test_a_drag_moves_the_tool_and_shows_its_force(url: str) -> None:
         page.mouse.up()
         page.wait_for_function("feel.wrench[2] < -0.01", timeout=30_000)
         assert page.evaluate("feel.pose[2]") < before[2]
+        assert page.evaluate("feel.frames") > 0
+        page.wait_for_function(RESTS, timeout=30_000)
         page.keyboard.press("Home")
         page.wait_for_function("feel.pose.every((one) => one === 0)", timeout=30_000)
         assert page.locator("#name").text_content() == "plates: part"
@@ -132,7 +136,7 @@ def test_a_page_takes_over_where_the_one_before_has_left_the_handle(url: str) ->
 
 def test_a_second_page_takes_the_handle_and_the_first_does_not_come_back(url: str) -> None:
     with chromium() as browser:
-        first, second = browser.new_page(), browser.new_page()
+        first, second = (browser.new_page(viewport={"width": 400, "height": 300}) for _ in range(2))
         first.goto(url)
         first.wait_for_selector("#state.live", timeout=30_000)
         second.goto(url)
