@@ -11,6 +11,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import kind_of, open_job, plan, run
 from gudgeon.pipeline.linear.analysis import Asked
 from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.mechanism import film
 from gudgeon.pipeline.plots.mechanism.motion import moving_bodies
 from gudgeon.pipeline.plots.mechanism.shapes import Shape, Shown, shown_bodies
 from gudgeon.solver.errors import SceneError
@@ -29,6 +30,25 @@ def test_a_run_has_results_and_pictures(tmp_path: Path) -> None:
     }
     assert report.quantities["ground0.angle_end"]["value"] == pytest.approx(-0.05, rel=2e-2)
     assert any("35 rows of rank 29" in note for note in report.notes)
+
+
+def test_arrows_of_a_film_end_within_it(tmp_path: Path) -> None:
+    short = {"run.duration": 0.03, "run.samples": 100, "run.frames": 20}
+    done = run(DATA / "squeezer", set=short, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+    drawing = Drawing(modaldb.open(tmp_path / "db"), done.stages["solve"].key, "squeezer", tmp_path, tmp_path, print)
+    times = drawing.trajectory.frame_times
+    bodies = shown_bodies(drawing, np.arange(len(times)))
+    arrows = film._arrows(drawing, times, bodies)
+    view = film._view(bodies, moving_bodies(drawing), arrows)
+    room = film.FINER * np.array([film.BOX[2] - film.BOX[0], film.BOX[3] - film.BOX[1]])
+    longest = 0.0
+    for arrow in arrows:
+        along = film.FINER * film.LONGEST * (film.BOX[2] - film.BOX[0]) * (arrow.forces @ view.axes[:2].T) * [1, -1]
+        tips = view.seen(arrow.places)[:, :2] + along
+        longest = max(longest, float(np.linalg.norm(along, axis=1).max()))
+        assert (tips > 0).all()
+        assert (tips < room).all()
+    assert longest > 0.1 * room[0]
 
 
 def test_the_plan_says_how_it_runs(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import pyvista as pv
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -12,6 +13,7 @@ from gudgeon.pipeline.plots.base.hardest import hardest
 from gudgeon.pipeline.plots.base.run import SOLIDS, BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, Thread, skin_of, thread_of
 from gudgeon.pipeline.plots.contact.force_axes import shown_force
+from gudgeon.pipeline.plots.deformation.landing import Landing, landing
 from gudgeon.pipeline.plots.deformation.obstacle import FACE, WALL, faces, opposite
 from gudgeon.pipeline.plots.deformation.solid import Moment, elevation, moment_of
 from gudgeon.solver.obstacles.plane import Plane
@@ -58,6 +60,8 @@ class Script:
     """Whether rigid motion and the obstacle are shown, magnified like the deformation."""
     carries: bool
     """Whether rigid motion is shown as it is, with the planes of the scene, since drives carry bodies far."""
+    landing: Landing | None
+    """How rigid motion is shown where it is magnified otherwise than the deformation, with the planes that press."""
     limit: float
     """Largest elastic displacement [m]."""
     contact: str
@@ -125,8 +129,11 @@ def _script(drawing: Drawing, struck: list[str]) -> Script:
     actor = next(actor for actor in actors if actor.body.name == lead)
     assert isinstance(actor.drawn, Skin)
     moment = moment_of(drawing, drawing.body(lead), actor.body, actor.drawn)
+    falls = None
+    if not travels and not carries:
+        falls = landing(drawing, [(one.body, one.position) for one in actors], frames, moment.frame)
     return Script(
-        actors, moment, frames, scale, travels, carries, limit=max(limits), contact=most.contact,
+        actors, moment, frames, scale, travels, carries, landing=falls, limit=max(limits), contact=most.contact,
         meets=view.obstacle_at(drawing, most.contact) is None,
         force=np.linalg.norm(force, axis=1), window=window, planes=_planes(drawing),
     )  # fmt: skip
@@ -164,15 +171,28 @@ def _set_up(stage: film.Stage, script: Script, wall: Skin | None) -> None:
             for face in faces(script.planes.get(actor.body.name, []), swept):
                 plotter.add_mesh(face, color=FACE, opacity=0.35, ambient=0.4, show_edges=True, edge_color=style.FAINT)
                 seen.append(np.asarray(face.points))
+    if script.landing is not None:
+        _add_planes(plotter, script, script.landing, seen)
     if wall is not None:
         plotter.add_mesh(wall.surface, color=WALL, culling="front", ambient=0.5, smooth_shading=True)
         view.add_edges(plotter, wall.edges, style.FAINT, 2.4)
         seen.append(wall.points)
     magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
-    stacked = script.meets and abs(moment.outward @ moment.up) > view.STEEP
+    stacked = (script.meets or script.landing is not None) and abs(moment.outward @ moment.up) > view.STEEP
     angle = LEVEL if stacked else STEEP
     angle = angle if elevation(moment.body.nodes, moment.up, magnitude) > 0 or stacked else -angle
     view.aim(plotter, view.looking(moment.outward, moment.up, -75.0, angle), np.concatenate(seen))
+
+
+def _add_planes(plotter: pv.Plotter, script: Script, falls: Landing, seen: list[np.ndarray]) -> None:
+    """Add the planes that press, around the bodies in all frames, and what is seen of both to `seen`."""
+    passed = script.frames[:: max(1, len(script.frames) // PASSED)]
+    for actor in script.actors:
+        swept = [falls.places(actor.body, actor.position, frame, script.scale) for frame in passed]
+        seen.append(np.concatenate(swept))
+        for face in faces(falls.planes.get(actor.body.name, []), seen[-1]):
+            plotter.add_mesh(face, color=FACE, opacity=0.35, ambient=0.4, show_edges=True, edge_color=style.FAINT)
+            seen.append(np.asarray(face.points))
 
 
 def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
@@ -184,6 +204,10 @@ def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
     def turn_to(frame: int) -> film.Shot:
         for actor in script.actors:
             elastic = actor.body.elastic(frame)
+            if script.landing is not None:
+                actor.drawn.move(script.landing.places(actor.body, actor.position, frame, script.scale))
+                actor.drawn.colour(np.linalg.norm(elastic, axis=1))
+                continue
             moved = script.scale * (actor.body.total(frame) if script.travels else elastic)
             moved = moved + actor.body.rigid(frame) if script.carries else moved
             actor.drawn.move(actor.body.nodes + actor.position + moved)
@@ -203,7 +227,9 @@ def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
     what += "bodies " * (len(script.actors) > 1) + ", ".join(_caption(actor) for actor in script.actors)
     if script.travels and view.obstacle_at(drawing, script.contact) is not None:
         what += "; grey: obstacle"
-    if not script.travels:
+    if script.landing is not None:
+        what += f"; rigid motion and gaps × {script.landing.scale:g}; grey: obstacle"
+    elif not script.travels:
         what += "; rigid motion as it is" if script.carries else "; rigid motion not shown"
     figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     axes = figure.add_axes((0.075, 0.085, 0.9, 0.14))

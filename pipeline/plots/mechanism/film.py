@@ -29,6 +29,12 @@ SLANT = np.array([[0.86, -0.5, 0.0], [0.29, 0.5, 0.82], [-0.41, -0.71, 0.58]])
 """Directions to the right, upwards and towards the eye of motions in space; of unit length to 1 %."""
 LONGEST = 0.16
 """Longest arrow over the width of the bodies' part."""
+LENGTH = LONGEST * (BOX[2] - BOX[0])
+"""Arrow of the largest force [px]."""
+MARGIN = 16.0
+"""Between what is drawn and the border, for heads of arrows, lines and points with a width [px]."""
+HALVINGS = 40
+"""Of the interval of the scale."""
 SHORTEST = 6.0
 """Arrow below which none is drawn [px]."""
 FINER = 2
@@ -41,18 +47,18 @@ class View:
 
     axes: np.ndarray
     """Directions to the right, upwards and towards the eye, (3, 3)."""
-    low: np.ndarray
-    """Lower left corner of what is seen, along the first two [m], (2,)."""
+    middle: np.ndarray
+    """Place along the first two [m], (2,)."""
     scale: float
     """[px/m]"""
     corner: tuple[float, float]
-    """Where it is [px]."""
+    """Where it is seen [px]."""
 
     def seen(self, places: np.ndarray) -> np.ndarray:
         """Return the pixels of places [m], (..., 3), and their depth, (..., 3)."""
         found = places @ self.axes.T
-        x = self.corner[0] + (found[..., 0] - self.low[0]) * self.scale
-        y = self.corner[1] - (found[..., 1] - self.low[1]) * self.scale
+        x = self.corner[0] + (found[..., 0] - self.middle[0]) * self.scale
+        y = self.corner[1] - (found[..., 1] - self.middle[1]) * self.scale
         return FINER * np.stack([x, y, found[..., 2]], -1)
 
 
@@ -65,8 +71,8 @@ def draw_film(drawing: Drawing) -> None:
     bodies = shown_bodies(drawing, frames)
     largest = max((float(one.bent.max(initial=0.0)) for one in bodies), default=0.0)
     moving = moving_bodies(drawing)
-    view = _view(bodies, moving)
     arrows = _arrows(drawing, times[frames], bodies)
+    view = _view(bodies, moving, arrows)
     with style.styled(), drawing.file("mechanism.mp4") as path:
         figure, axes = _ground(drawing, largest, bool(arrows))
         style.fit(figure)
@@ -91,22 +97,6 @@ def draw_film(drawing: Drawing) -> None:
                 writer.append_data(np.asarray(shot))
 
 
-def _view(bodies: Sequence[Shown], moving: Sequence[Moving]) -> View:
-    """Return a projection that shows all bodies at all frames: onto their plane, or aslant."""
-    cloud = np.concatenate([one.places.reshape(-1, 3) for one in bodies])
-    shown = plane_of([one.places(slice(None)) for one in moving])
-    axes = SLANT
-    if len(shown) == 2:
-        axes = np.eye(3)[[*shown, 3 - int(shown.sum())]]
-    flat = cloud @ axes[:2].T
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    room = np.array([BOX[2] - BOX[0], BOX[3] - BOX[1]], float)
-    margin = LONGEST * room[0] * np.array([0.5, 0.5])
-    scale = float(((room - 2 * margin) / np.maximum(high - low, 1e-9 * np.ptp(cloud))).min())
-    middle = 0.5 * (low + high)
-    return View(axes, middle, scale, (room[0] / 2, room[1] / 2))
-
-
 @dataclass(frozen=True)
 class Arrow:
     """Force of a joint on its body."""
@@ -115,6 +105,32 @@ class Arrow:
     """Where it acts [m], (f, 3)."""
     forces: np.ndarray
     """Over the largest of all, (f, 3)."""
+
+
+def _view(bodies: Sequence[Shown], moving: Sequence[Moving], arrows: Sequence[Arrow]) -> View:
+    """Return a projection that shows all bodies and arrows at all frames: onto their plane, or aslant."""
+    cloud = np.concatenate([one.places.reshape(-1, 3) for one in bodies])
+    shown = plane_of([one.places(slice(None)) for one in moving])
+    axes = SLANT
+    if len(shown) == 2:
+        axes = np.eye(3)[[*shown, 3 - int(shown.sum())]]
+    room = np.array([BOX[2] - BOX[0], BOX[3] - BOX[1]], float)
+    # What is seen lies at places [m], of which only the scale decides, and beside them by pixels.
+    places = np.concatenate([cloud, *(one.places for one in arrows)]) @ axes[:2].T
+    beside = np.concatenate([np.zeros_like(cloud), *(LENGTH * one.forces for one in arrows)]) @ axes[:2].T
+
+    def reach(scale: float) -> tuple[np.ndarray, np.ndarray]:
+        seen = scale * places + beside
+        return np.minimum(seen, scale * places).min(axis=0), np.maximum(seen, scale * places).max(axis=0)
+
+    widest = np.maximum(np.ptp(places, axis=0), 1e-9 * np.ptp(cloud))
+    least, most = 0.0, float((room / widest).min())
+    for _ in range(HALVINGS):
+        scale = 0.5 * (least + most)
+        low, high = reach(scale)
+        least, most = (scale, most) if (high - low <= room - 2 * MARGIN).all() else (least, scale)
+    low, high = reach(least)
+    return View(axes, 0.5 * (low + high) / least, least, (room[0] / 2, room[1] / 2))
 
 
 def _arrows(drawing: Drawing, times: np.ndarray, bodies: Sequence[Shown]) -> list[Arrow]:
@@ -183,9 +199,9 @@ def _faces(body: Shown, number: int, view: View, largest: float) -> list[Face]:
 
 
 def _draw_arrow(pen: ImageDraw.ImageDraw, view: View, place: np.ndarray, force: np.ndarray) -> None:
-    """Draw an arrow from a place along a force, as far as it lies in the picture."""
+    """Draw an arrow from a place along a force."""
     tail = view.seen(place)[:2]
-    along = FINER * LONGEST * (BOX[2] - BOX[0]) * (view.axes[:2] @ force) * [1.0, -1.0]
+    along = FINER * LENGTH * (view.axes[:2] @ force) * [1.0, -1.0]
     length = float(np.linalg.norm(along))
     if length < FINER * SHORTEST:
         return

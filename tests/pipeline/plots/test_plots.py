@@ -32,6 +32,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from gudgeon.pipeline.plots.base import style  # noqa: E402
 from gudgeon.pipeline.plots.base.surface import SHARP, Cut, make_skin  # noqa: E402
 from gudgeon.pipeline.plots.contact.curves import draw_energy, draw_force  # noqa: E402
+from gudgeon.pipeline.plots.deformation import movie  # noqa: E402
 from gudgeon.pipeline.plots.deformation.modes import lowest  # noqa: E402
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ ROUND_OFF = 1e-12
 LEAST_DEVIATION = 10.0
 """Standard deviation of the grey values of a picture that is not blank."""
 
+MOVIE = {"flat": {}, "rendered": {"movie": plots.PLOTS["rendered"]["movie"]}}
 SLIVER = 1e-3
 """Of the mean area of triangles: smaller ones are not looked at."""
 
@@ -116,6 +118,54 @@ def test_pictures_of_a_rod(rod: tuple[Path, str], tmp_path: Path) -> None:
     assert [path.name for path in drawn] == ["force.png", "energy.png", "deformation.png", "modes.png"]
     for path in drawn:
         assert_picture(path)
+
+
+DROP = """
+[component.block]
+geometry = { kind = "box", lx = 0.06, ly = 0.04, lz = 0.02 }
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+mesh = { size = 0.02 }
+interface.foot = { surface = "bottom" }
+modes = { normal_count = 6 }
+
+[body.block]
+position = [0.0, 0.0, 1e-4]
+velocity = [0.0, 0.0, -0.5]
+
+[contact.floor]
+body = "block"
+interface = "foot"
+against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
+surface_stiffness = 1e12
+
+[run]
+duration = 1e-3
+samples = 400
+frames = 40
+"""
+
+
+def test_a_block_falls_onto_its_floor_in_the_movie(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(DROP)
+    job = open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out")
+    key = run_job(job, "solve").stages["solve"].key
+    drawing = Drawing(modaldb.open(tmp_path / "db"), key, "drop", tmp_path, tmp_path, lambda name: None)
+    script = movie._script(drawing, ["block"])
+    assert script.landing is not None
+    body, position = script.actors[0].body, script.actors[0].position
+    pressed = drawing.trajectory.contacts["floor"].multipliers.sum(axis=1) > 0
+    assert pressed[script.frames].any()
+    assert not pressed[script.frames].all()
+    for frame in script.frames:
+        lowest = script.landing.places(body, position, frame, script.scale)[:, 2].min()
+        own = max((body.nodes + position + body.total(frame))[:, 2].min(), 0.0)
+        assert lowest == pytest.approx(script.landing.scale * own, abs=ROUND_OFF)
+        assert own < 1e-6 or not pressed[frame]
+    drawn, notes = plots.render(tmp_path / "db", key, tmp_path / "pictures", "drop", pictures=MOVIE)
+    if any("rendering crashed" in note for note in notes):
+        pytest.skip(notes[0])
+    grey = np.abs(imageio.imread(drawn[-1]).astype(float)[:, 80:548, 8:776] - [218, 223, 228]).max(axis=3) < 8
+    assert (grey.mean(axis=(1, 2)) > 0.02).all()
 
 
 def test_long_texts_are_not_cut_off() -> None:
