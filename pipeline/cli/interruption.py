@@ -3,20 +3,28 @@
 Python raises an interrupt between any two instructions of its own. Where these are called by compiled code, the
 exception may be dropped, as in destructors and callbacks, or become an error of another kind, as in ctypes and while
 an extension module is imported. So it is raised again a moment later, unless it is being handled then; and an error
-that ends a command after a signal counts as the interrupt.
+that ends a command after a signal counts as the interrupt. Within functions that are `undisturbed` none is raised.
 """
 
 import contextlib
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from types import CodeType, FrameType
 from typing import Any
 
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM")
 """Signals that end a command; the last one repeats the others."""
 MOMENT = 0.1
 """Seconds after which an interrupt is repeated."""
+_UNDISTURBED: set[CodeType] = set()
+
+
+def undisturbed(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Let no interrupt be raised in a function that CPython calls where it prints an error, as audit hooks."""
+    _UNDISTURBED.add(function.__code__)
+    return function
 
 
 class Interruption:
@@ -42,13 +50,13 @@ def interruptible() -> Iterator[Interruption]:
     repeats = hasattr(signal, "SIGALRM") and signal.SIGALRM in before
     hook, running = sys.unraisablehook, [True]
 
-    def interrupt(number: int, frame: Any) -> None:
+    def interrupt(number: int, frame: FrameType | None) -> None:
         if not running:
             return
         found.asked = True
         if repeats:
             signal.setitimer(signal.ITIMER_REAL, MOMENT)
-            if number == signal.SIGALRM and _is_handled():
+            if _is_within(frame) or (number == signal.SIGALRM and _is_handled()):
                 return
         raise KeyboardInterrupt
 
@@ -72,6 +80,13 @@ def interruptible() -> Iterator[Interruption]:
         for name, handler in before.items():
             signal.signal(name, handler)
         sys.unraisablehook = hook
+
+
+def _is_within(frame: FrameType | None) -> bool:
+    """Return whether a frame is one of an undisturbed function, or of what that calls."""
+    while frame is not None and frame.f_code not in _UNDISTURBED:
+        frame = frame.f_back
+    return frame is not None
 
 
 def _is_handled() -> bool:

@@ -2,6 +2,7 @@
 
 import contextlib
 import platform
+import signal
 import threading
 import time
 import uuid
@@ -39,9 +40,23 @@ def shared(job: Any, command: str, progress: Progress) -> Iterator[Progress]:
                 job.store.tell(name, None)
 
     thread = threading.Thread(target=say, daemon=True)
-    thread.start()
+    with _blocked_signals():
+        thread.start()
     try:
         yield told
     finally:
         ended.set()
         thread.join(END)
+
+
+@contextlib.contextmanager
+def _blocked_signals() -> Iterator[None]:
+    """Let threads that are started in the block get no signals, so that they wait where the main thread blocks them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -16,6 +16,7 @@ from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.geometry.cad.units import KINDS
 from gudgeon.pipeline.geometry.cells import EDGES, FACES, GMSH_ORDER, MIRRORED_TETRA, compacted, side_counts
 from gudgeon.pipeline.geometry.decks.abaqus import read_abaqus
 from gudgeon.pipeline.geometry.decks.ansys import read_ansys
@@ -81,6 +82,8 @@ class MeshFile(Strict):
         Raises:
             InputError: the file is missing or no mesh, not one solid of tetrahedra, or not on its declared surfaces.
         """
+        if what := KINDS.get(Path(self.path).suffix.lower()):
+            raise InputError(f'{self.path}: {what} is a shape without a mesh; kind = "cad" meshes it')
         mesh = read_mesh(self.path)
         points = scaled_points(mesh, self.unit, self.path)
         nodes, cells, number = compacted(points, _ordered(points, _tetrahedra(mesh, self.path), self.path))

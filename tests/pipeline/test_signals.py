@@ -1,5 +1,6 @@
 """Signals that end a command: one line, exit code 1, whatever libraries do with them."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import pytest
 
 from gudgeon.pipeline.cli import main
 from tests.fuzz.out_folders import SCENE
+from tests.pipeline.small import write_scene
 
 
 @pytest.fixture
@@ -176,3 +178,65 @@ def test_a_signal_within_a_destructor_is_not_lost(ball: Path) -> None:
     assert child.returncode == 1
     assert child.stderr.startswith("gudgeon: interrupted; ")
     assert len(child.stderr.splitlines()) == 1
+
+
+HOOKED = """
+import os, signal, sys, time
+from gudgeon.pipeline import kinds
+from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.cli.unchanged import reads
+class Dropping:
+    def __del__(self):
+        raise KeyboardInterrupt
+class Unseen:
+    def __contains__(self, event):
+        if event == "sys.unraisablehook":
+            os.kill(os.getpid(), signal.SIGTERM)
+            sum(range(1000))
+        return False
+reads.UNSEEN = Unseen()
+def opened(*arguments, **options):
+    Dropping()
+    time.sleep(60)
+kinds.open_job = opened
+with reads.watched():
+    sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_a_signal_within_the_audit_hook_is_not_printed(ball: Path) -> None:
+    """CPython prints an error of an audit hook where it reports an error that is dropped."""
+    child = subprocess.run(
+        [sys.executable, "-c", HOOKED, "status", str(ball)], capture_output=True, text=True, timeout=60
+    )
+    assert child.returncode == 1
+    assert child.stderr.startswith("gudgeon: interrupted; ")
+    assert len(child.stderr.splitlines()) == 1
+
+
+INITIALISED = """
+import os, signal, sys, time
+import gmsh
+from gudgeon.pipeline.cli import main
+real = gmsh.initialize
+def initialize(*arguments, **options):
+    real(*arguments, **options)
+    os.kill(os.getpid(), signal.SIGHUP)
+    time.sleep(0.2)
+gmsh.initialize = initialize
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_a_signal_while_gmsh_is_initialised_ends_the_command(tmp_path: Path) -> None:
+    """The thread that tells progress must not get it: gmsh lets the signal end the process then."""
+    write_scene(tmp_path / "scene")
+    command = [sys.executable, "-c", INITIALISED, "mesh", str(tmp_path / "scene")]
+    command += ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    one = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
+    child = subprocess.run(command, capture_output=True, text=True, timeout=120, env=os.environ | one)
+    assert child.returncode == 1
+    assert child.stderr.splitlines()[1:] == [
+        "gudgeon: interrupted in stage mesh; finished stages are in the database: run the same command again to "
+        "continue"
+    ]

@@ -18,6 +18,7 @@ from gudgeon.modaldb.blocks import USERBLOCK
 from gudgeon.modaldb.errors import RecordDamaged
 from gudgeon.modaldb.keys import open_file
 from gudgeon.modaldb.seal import MAGIC, verify_open
+from gudgeon.pipeline.cli.interruption import undisturbed
 from gudgeon.pipeline.files import ABSENT
 
 UNSEEN = ("os.exec", "os.fork", "os.posix_spawn", "os.system", "socket.connect", "sqlite3.connect", "subprocess.Popen")
@@ -56,6 +57,7 @@ class _Hook:
         self._within = threading.local()
         sys.addaudithook(self._heard)
 
+    @undisturbed
     def _heard(self, event: str, arguments: tuple[Any, ...]) -> None:
         if self.reads is None or getattr(self._within, "digest", False):
             return

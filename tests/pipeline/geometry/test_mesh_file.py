@@ -348,6 +348,12 @@ def test_what_is_no_mesh_is_refused_in_silence(
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize(("name", "what"), [("part.STEP", "STEP"), ("part.igs", "IGES"), ("part.geo", "gmsh script")])
+def test_a_shape_without_a_mesh_is_refused_with_what_meshes_it(name: str, what: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text("ISO-10303-21;\n")
+    assert refusal(part(tmp_path / name)).endswith(f'{name}: {what} is a shape without a mesh; kind = "cad" meshes it')
+
+
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.8, 0.97])
 @pytest.mark.parametrize("kind", [k for k, (name, _) in WRITERS.items() if not name.endswith(".inp")])
 def test_a_cut_off_file_is_refused(
