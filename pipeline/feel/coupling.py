@@ -34,6 +34,8 @@ SHARP = 10.0
 
 SHORT, ROUND_OFF = 1e-3, 1e-7
 """Least part of a line over the whole; misfit that is none."""
+UNSEEN = 2.0
+"""Stiffness that is assumed beside a line over the largest that was found."""
 
 
 class Scales(NamedTuple):
@@ -174,7 +176,8 @@ class Coupling:
             size = float(np.sqrt((step * WEIGHTS) @ step))
         if size == 0.0:
             step, size = np.eye(6)[2], 1.0
-        step = step * (max(size, self._reach) / size)
+        pushed = 0.5 * float(np.sqrt((force / WEIGHTS) @ force)) / self.device.mass * self._ahead**2
+        step = step * (max(size + pushed, self._reach) / size)
         found = [self._probe(pose, step, -1.0), Point(0.0, energy, force, self.at), self._probe(pose, step, 1.0)]
         missing = [_misfit(found, step, i) for i in range(2)]
         while len(found) < POINTS and max(missing) > 0.0:
@@ -184,10 +187,24 @@ class Coupling:
         found = self._without_jumps(found, missing, pose, step)
         marks = np.array([one.mark for one in found])
         forces = np.array([one.force for one in found])
-        bends = -np.diff(forces @ step) / np.diff(marks) / float((step * WEIGHTS) @ step)
-        stiffness = min(self.stiffness, max(0.0, float(bends.max())))
         energies = np.array([one.energy for one in found]) - self._begin
+        bends = -np.diff(forces @ step) / np.diff(marks) / float((step * WEIGHTS) @ step)
+        found_bend = max(0.0, float(bends.max()), self._across(pose, force, step))
+        stiffness = min(self.stiffness, UNSEEN * found_bend)
         return Model(pose, step, marks, energies, forces, stiffness=stiffness, share=share)
+
+    def _across(self, pose: np.ndarray, force: np.ndarray, step: np.ndarray) -> float:
+        """Return the restoring stiffness across the line [N/m], in the direction in which the force pushes off it."""
+        square = float((step * WEIGHTS) @ step)
+        push = force / WEIGHTS
+        size = float(push @ force)
+        across = push - float(force @ step) / square * step
+        if float((across * WEIGHTS) @ across) <= ROUND_OFF * size:
+            return 0.0
+        across *= np.sqrt(square / float((across * WEIGHTS) @ across))
+        sides = [float(self._probe(pose, across, one).force @ across) for one in (-1.0, 1.0)]
+        here = float(force @ across)
+        return max(sides[0] - here, here - sides[1]) / square
 
     def _probe(self, pose: np.ndarray, step: np.ndarray, mark: float, tool: np.ndarray | None = None) -> Point:
         """Return what S is on the line, for a tool that comes from where it stands now, or from elsewhere."""

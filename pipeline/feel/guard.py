@@ -16,8 +16,8 @@ it, from what steps have changed by of late. Forces are reduced
   model may miss;
 - above the start (V > 0), where E is below V since the handle was moved before forces had risen: by a friction, a
   spring of limited force that relaxes, so that a handle that falls is given E over V of the force and has E = 0 where
-  V = 0; it feels the whole force where it rests or is pushed on. No wrench may cost more than E in a step with its
-  deviation.
+  V = 0; and by a damping in quick falls, in which the friction is not there before the reserve is spent. It feels the
+  whole force where it rests or is pushed on. No wrench may cost more than E in a step with its deviation.
 
 `page/guard.js` is the same in the page.
 """
@@ -37,6 +37,8 @@ LOST, MOST_LOST = 0.02, 0.3
 """Share of what S falls that is lost in a moving handle; where the reserve is small."""
 SPENT = 0.2
 """Share of what the reserve has beyond the need of a step that the step may take."""
+FALLEN = 0.1
+"""Share of the reserve, at least, that a step of a fall above the start may take before the friction has grown."""
 DAMPS = 0.3
 """Damping at most over mass and rate."""
 STIFFEST, STIFF, RELAXED = 0.25, 300.0, 0.1
@@ -62,7 +64,7 @@ class Model(NamedTuple):
     forces: np.ndarray
     """−∂S/∂x there [N, N m], (n, 6)."""
     stiffness: float
-    """Largest restoring stiffness along the line [N/m]; beside it the same is assumed."""
+    """Restoring stiffness that is assumed beside the line and beyond its ends, at most that of the coupling [N/m]."""
     share: float = 1.0
     """What of the force is rendered, less than 1 after the loop has had no pose for some time."""
 
@@ -116,6 +118,8 @@ class Guard:
     _deviation: float = 0.0
     _friction: float = 0.0
     _held: float = 1.0
+    _given: float = 1.0
+    """What is rendered of the force, less than 1 above the start."""
 
     def sample(self, pose: np.ndarray) -> np.ndarray:
         """Return the wrench that is held from now until the next sample [N, N m], (6,); none for a pose of NaN."""
@@ -143,9 +147,14 @@ class Guard:
         if here > 0.0 and reserve < here:
             force = self._rubbed(force, here)
         else:
+            # What was missing comes back a little at a time: a force that jumps moves the handle as no step foretells.
             self._friction, self._held = 0.0, 1.0
+            self._given = min(1.0, self._given + 1.0 / (self.rate * RISE))
+            force = self._given * force
         falls = max(0.0, -there) - max(0.0, -here)
         allowed = max(0.0, reserve + falls)
+        if 0.0 < there < here and reserve < here:
+            allowed *= max(FALLEN, 1.0 - there / here)
         if there <= 0.0:
             lost = LOST if reserve > need else MOST_LOST
             allowed = falls - lost * abs(falls) + SPENT * max(0.0, reserve - need) + min(0.0, reserve)
@@ -182,8 +191,8 @@ class Guard:
             self._friction * max(0.0, 1.0 - 1.0 / (self.rate * RELAXED)) + stiffness * float(force @ self._step) / size
         )
         self._friction = min(max(slid, 0.0), (1.0 - reserve / above) * size)
-        force = force * (1.0 - self._friction / size)
-        size -= self._friction
+        self._given = left = 1.0 - self._friction / size
+        force, size = left * force, left * size
         if size <= 0.0:
             return force
         # A share a costs a (cost + size² (a − before) / mass): a handle that is pushed more than before moves more.
@@ -195,6 +204,7 @@ class Guard:
         if share < before:
             share = before if cost <= 0.0 else min(before, reserve / cost)
         self._held = min(1.0, share, np.inf if cost < 0.0 else self._held + 1.0 / (self.rate * RISE))
+        self._given = left * self._held
         return self._held * force
 
     def _cost(self, force: np.ndarray) -> float:

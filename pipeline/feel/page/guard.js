@@ -3,7 +3,7 @@
 
 const ROOM = 0.1; // Reach by which torques become forces [m].
 const WEIGHTS = [1, 1, 1, ROOM ** 2, ROOM ** 2, ROOM ** 2];
-const RISE = 0.3, LOST = 0.02, MOST_LOST = 0.3, SPENT = 0.2, DAMPS = 0.3;
+const RISE = 0.3, LOST = 0.02, MOST_LOST = 0.3, SPENT = 0.2, FALLEN = 0.1, DAMPS = 0.3;
 const STIFFEST = 0.25, STIFF = 300, QUICK = 4, RELAXED = 0.1, MEMORY = 0.2, SAFE = 2;
 
 const dot = (a, b) => a.reduce((sum, one, i) => sum + one * b[i], 0);
@@ -45,6 +45,7 @@ export class Guard {
     this.deviation = 0;
     this.friction = 0;
     this.held = 1;
+    this.given = 1;
   }
 
   // The wrench that is held from now until the next sample [N, N m].
@@ -66,9 +67,14 @@ export class Guard {
     let force = (dot(halfway, step) < dot(now.force, step) ? halfway : now.force).map((one) => this.share * one);
     const reserve = this.reserve = Math.max(0, -here) - this.work;
     if (here > 0 && reserve < here) force = this.rubbed(force, here);
-    else [this.friction, this.held] = [0, 1];
+    else {
+      [this.friction, this.held] = [0, 1];
+      this.given = Math.min(1, this.given + 1 / (this.rate * RISE));
+      force = force.map((one) => this.given * one);
+    }
     const falls = Math.max(0, -there) - Math.max(0, -here);
     let allowed = Math.max(0, reserve + falls);
+    if (there > 0 && there < here && reserve < here) allowed *= Math.max(FALLEN, 1 - there / here);
     if (there <= 0) {
       const lost = reserve > need ? LOST : MOST_LOST;
       allowed = falls - lost * Math.abs(falls) + SPENT * Math.max(0, reserve - need) + Math.min(0, reserve);
@@ -99,8 +105,9 @@ export class Guard {
     const stiffness = Math.min(reserve > 0 ? Math.max(STIFF, QUICK * size ** 2 / reserve) : Infinity, STIFFEST * mass);
     const slid = this.friction * Math.max(0, 1 - 1 / (this.rate * RELAXED)) + stiffness * dot(whole, this.step) / size;
     this.friction = Math.min(Math.max(slid, 0), (1 - reserve / above) * size);
-    const force = whole.map((one) => one * (1 - this.friction / size));
-    size -= this.friction;
+    const left = this.given = 1 - this.friction / size;
+    const force = whole.map((one) => left * one);
+    size *= left;
     if (size <= 0) return force;
     const cost = this.cost(force);
     const before = Math.max(0, dot(this.wrench.map((one, i) => one / WEIGHTS[i]), force)) / size ** 2;
@@ -108,6 +115,7 @@ export class Guard {
     let share = (Math.sqrt(bent * bent + 4 * moved * reserve) - bent) / (2 * moved);
     if (share < before) share = cost <= 0 ? before : Math.min(before, reserve / cost);
     this.held = Math.min(1, share, cost < 0 ? Infinity : this.held + 1 / (this.rate * RISE));
+    this.given = left * this.held;
     return force.map((one) => this.held * one);
   }
 
