@@ -9,6 +9,7 @@ from gudgeon.pipeline.cli import commands, drafts, studies
 from gudgeon.pipeline.cli.database_parser import DB, add_database
 from gudgeon.pipeline.cli.help.completion import SHELLS, script
 from gudgeon.pipeline.cli.help.examples import examples_of
+from gudgeon.pipeline.cli.help.usage import Parser
 from gudgeon.pipeline.cli.systems import feeling, wearing
 from gudgeon.pipeline.cli.systems.sensing import add_sensing
 
@@ -83,7 +84,7 @@ scene.schema.json` as the first line of scene.toml.
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of all commands."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         "gudgeon",
         description="Contact dynamics of flexible machine parts from a modal database.",
         epilog=EXAMPLES,

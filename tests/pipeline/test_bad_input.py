@@ -371,12 +371,12 @@ def test_missing_scene(name: str, cold: Case, capsys: Capture) -> None:
     ("arguments", "complaint"),
     [
         ([], "the following arguments are required: COMMAND"),
-        (["mash", "scene"], "invalid choice: 'mash'"),
+        (["mash", "scene"], "COMMAND: invalid choice: 'mash' (did you mean 'mesh'?); see 'gudgeon --help'"),
         (["run"], "the following arguments are required: SCENE"),
-        (["run", "scene", "--sett", "a=1"], "unrecognized arguments: --sett"),
+        (["run", "scene", "--sett", "a=1"], "unrecognized arguments: --sett a=1 (did you mean '--set'?)"),
         (["run", "scene", "--db"], "argument --db: expected one argument"),
         (["report", "scene", "--repeat", "0"], "argument --repeat: 0 given; expected a whole number, 1 or more"),
-        (["export", "scene", "one", "--format", "step"], "invalid choice: 'step'"),
+        (["export", "scene", "one", "--format", "step"], "--format: invalid choice: 'step'; allowed: "),
     ],
 )
 def test_mistake_on_the_command_line(arguments: list[str], complaint: str, capsys: Capture) -> None:
@@ -384,8 +384,9 @@ def test_mistake_on_the_command_line(arguments: list[str], complaint: str, capsy
         main(arguments)
     output = capsys.readouterr()
     assert end.value.code == 2
-    assert complaint in output.err.splitlines()[-1]
-    assert output.err.splitlines()[-1].startswith("gudgeon")
+    (line,) = output.err.splitlines()
+    assert complaint in line
+    assert line.startswith("gudgeon")
     assert output.out == ""
 
 
