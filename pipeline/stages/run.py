@@ -149,11 +149,27 @@ def _solve(job: Job, tell: Progress, compilation: Compilation) -> Trajectory:
         compilation.wait()
     from gudgeon.solver.simulate import simulate
 
-    with stoppable(lambda share: tell("solve", share)) as progress:
+    with stoppable(_numbered(tell)) as progress:
         found = simulate(system_of(job), progress)
     if found.result == Result.STOPPED.name:
         raise _Stopped(found)
     return found
+
+
+def _numbered(tell: Progress) -> Callable[[float], None]:
+    """Return the progress of the solver's runs, of which there are several where it chooses the step or estimates errors.
+
+    Each begins at zero; from the second on its number is told.
+    """
+    last, number = 0.0, 1
+
+    def told(share: float) -> None:
+        nonlocal last, number
+        number += share < last
+        last = share
+        tell("solve" if number == 1 else f"solve (run {number})", share)
+
+    return told
 
 
 class _Stopped(Exception):

@@ -181,3 +181,16 @@ def test_a_reason_is_told_once(made: tuple[Path, RunReport]) -> None:
     job = open_job(made[0] / "scene", set={"component.skirt.mesh.size": 0.02}, db=made[0] / "db", out=made[0] / "out")
     why = status(job)[0][3]
     assert len(why) == len(set(why)) == 1
+
+
+def test_progress_tells_each_run_of_the_solver_and_does_not_decrease_within_it(tmp_path: Path) -> None:
+    """The solver runs again for the step and the estimates of errors."""
+    write_scene(tmp_path / "scene")
+    shares: dict[str, list[float]] = {}
+    run(
+        tmp_path / "scene", db=tmp_path / "db", out=tmp_path / "out", until="solve",
+        progress=lambda stage, share: shares.setdefault(stage, []).append(share),
+    )  # fmt: skip
+    assert {"solve", "solve (run 2)"} <= set(shares)
+    for stage in shares:
+        assert shares[stage] == sorted(shares[stage]), stage
