@@ -22,6 +22,8 @@ SMALL_MIXING = 1e-5
 MIXING_LIMIT = 1e-2
 """eps·max(K_ii/M_ii) over the first eigenvalue: above it, round-off mixes rigid and elastic modes (tets of aspect
 1000), although every residual is still 1e-16."""
+CAUSES = "Possible causes: slivers, extreme contrast of stiffness, ν close to 0.5, parts connected along an edge only"
+"""Of a stiffness whose round-off is as large as its lowest eigenvalues."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +64,11 @@ def normal_modes(model: FEModel, count: int, flexibility: Flexibility | None = N
         raise StageError(
             f"modes: {'rigid and elastic modes' if problem.rigid.shape[1] else 'the lowest modes and round-off'} cannot"
             f" be separated: the round-off of eigenvalues is {floor:.2g} rad²/s², the first eigenvalue"
-            f" {values[0]:.2g} rad²/s². Possible causes: slivers, extreme contrast of stiffness, ν close to 0.5, parts"
-            " connected along an edge only"
+            f" {values[0]:.2g} rad²/s². {CAUSES}"
         )
     inertia = _inertia(model, problem, pairs, count)
     if missed := inertia["inertia_found"] - inertia["inertia_expected"]:
-        raise StageError(f"modes: the inertia count finds {missed:+d} modes beside the {count} extracted")
+        raise StageError(f"modes: the inertia count finds {missed:+d} modes beside the {count} extracted. {CAUSES}")
     vectors = vectors * np.where(vectors[np.abs(vectors).argmax(0), range(count)] < 0, -1, 1)
     Phi = np.zeros((len(model.held), count))
     Phi[model.free] = vectors
