@@ -1,4 +1,4 @@
-"""Stopping a long run by Ctrl-C so that what it has done is kept."""
+"""Progress of the runs of a solve, and stopping one by Ctrl-C so that what it has done is kept."""
 
 import contextlib
 import signal
@@ -40,3 +40,19 @@ def stoppable(tell: Callable[[float], None]) -> Iterator[Callable[[float], None]
     finally:
         if before:
             signal.signal(signal.SIGINT, before[0])
+
+
+def numbered(tell: Callable[[str, float], None]) -> Callable[[float], None]:
+    """Return the progress of the runs of a solve, of which there are several where the step or errors are found.
+
+    Each begins at zero; from the second on its number is told.
+    """
+    last, number = 0.0, 1
+
+    def told(share: float) -> None:
+        nonlocal last, number
+        number += share < last
+        last = share
+        tell("solve" if number == 1 else f"solve (run {number})", share)
+
+    return told

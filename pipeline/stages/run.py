@@ -16,7 +16,7 @@ from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.trajectory import BASIS_REASON, EDGE_NOTES, FRICTION_NOTES, LINKAGE_NOTES, Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, whole_file, write_text
-from gudgeon.pipeline.measuring.stopping import stoppable
+from gudgeon.pipeline.measuring.stopping import numbered, stoppable
 from gudgeon.pipeline.reduction.estimate_notes import estimate_notes
 from gudgeon.pipeline.reduction.impact_notes import impact_notes
 from gudgeon.pipeline.scenes.checks import gravity_notes, law_notes, unit_notes
@@ -149,27 +149,11 @@ def _solve(job: Job, tell: Progress, compilation: Compilation) -> Trajectory:
         compilation.wait()
     from gudgeon.solver.simulate import simulate
 
-    with stoppable(_numbered(tell)) as progress:
+    with stoppable(numbered(tell)) as progress:
         found = simulate(system_of(job), progress)
     if found.result == Result.STOPPED.name:
         raise _Stopped(found)
     return found
-
-
-def _numbered(tell: Progress) -> Callable[[float], None]:
-    """Return the progress of the solver's runs, of which there are several where it chooses the step or estimates errors.
-
-    Each begins at zero; from the second on its number is told.
-    """
-    last, number = 0.0, 1
-
-    def told(share: float) -> None:
-        nonlocal last, number
-        number += share < last
-        last = share
-        tell("solve" if number == 1 else f"solve (run {number})", share)
-
-    return told
 
 
 class _Stopped(Exception):

@@ -156,8 +156,8 @@ def _turns(system: System) -> np.ndarray:
 def _turned_too_far(name: str, angle: float, time: float, limit: float) -> str:
     return (
         f"body '{name}' turned by {angle:.3g} rad at {time:.6g} s, beyond run.limits.angle = {limit:g} rad: rotations"
-        " are linear and gyroscopic terms are missing; shorten run.duration, or raise run.limits.angle where rotation"
-        " changes neither the contact geometry nor the inertia"
+        " are linear and gyroscopic terms are missing; shorten run.duration, set run.integrator to 'mechanism' for free"
+        " bodies, or raise run.limits.angle where rotation changes neither the contact geometry nor the inertia"
     )
 
 

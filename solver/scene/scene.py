@@ -131,8 +131,9 @@ class Scene(Strict):
 
     @property
     def turns_by_choice(self) -> bool:
-        """Whether its bodies turn by any angle: they have joints of two markers, or their integrator is named."""
-        return bool(self.hinges()) or self.run.integrator == "mechanism"
+        """Whether its bodies turn by any angle: they have joints of two markers, their integrator is named, or a free
+        one turns far and that integrator carries the scene."""
+        return bool(self.hinges()) or self.run.integrator == "mechanism" or self._turns_freely
 
     def fields(self) -> dict[str, Electrostatic | ParallelPlates | Adhesion]:
         """Return the electrostatic fields and adhesions of the scene by name."""
@@ -234,7 +235,7 @@ class Scene(Strict):
             stepping = [name for name in able if self.run.step is None or math.isfinite(INTEGRATORS[name].order)]
             if able and not stepping:
                 _refuse_step(" and ".join(map(repr, able)))
-            if "mechanism" in able and self._turns_far and not self.contact:
+            if self._turns_freely:
                 return "mechanism"
             if able:
                 return stepping[0]
@@ -254,10 +255,16 @@ class Scene(Strict):
         return named
 
     @property
-    def _turns_far(self) -> bool:
-        """Whether a body that keeps its angular velocity would turn beyond run.limits.angle."""
+    def _turns_freely(self) -> bool:
+        """Whether `auto` selects bodies that turn by any angle: none touches anything, and one that keeps its angular
+        velocity would turn beyond run.limits.angle."""
+        if self.run.integrator != "auto" or self.contact:
+            return False
         spins = [math.hypot(*body.angular_velocity) for body in self.body.values()]
-        return max(spins) * self.run.duration > self.run.limits.angle
+        if max(spins) * self.run.duration <= self.run.limits.angle:
+            return False
+        named = self.model_copy(update={"run": self.run.model_copy(update={"integrator": "mechanism"})})
+        return not _lacking(dict(_demands(named)), "mechanism")
 
     @property
     def capabilities(self) -> type[Integrator]:

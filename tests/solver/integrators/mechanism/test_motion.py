@@ -125,6 +125,23 @@ def test_a_free_body_that_turns_far_is_taken(spin: float, far: bool) -> None:
     assert (Scene.model_validate(scene).integrator == "mechanism") is far
 
 
+@pytest.mark.parametrize(
+    "force",
+    [
+        {"kind": "force", "at": [0, 0, 0.1], "direction": [0, 0, 1], "expression": "1"},
+        {"kind": "wrench", "interface": "tip", "force": [0, 0, 1], "moment": [0, 0, 0], "expression": "1"},
+        {"kind": "spring", "stiffness": 1.0},
+    ],
+    ids=lambda one: one["kind"],
+)
+def test_a_free_body_under_a_load_that_turns_far_is_taken(force: dict[str, Any]) -> None:
+    scene = {
+        "body": {"part": {"angular_velocity": [0, 2.0, 0]}}, "force": {"one": force | {"body": "part"}},
+        "run": {"duration": 1.0},
+    }  # fmt: skip
+    assert Scene.model_validate(scene).integrator == "mechanism"
+
+
 def test_contact_on_a_mechanism_is_refused() -> None:
     plane = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
     scene = {
