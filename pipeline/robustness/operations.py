@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.interfaces.traction_space import MOST_FUNCTIONS, traction_space
 from gudgeon.pipeline.robustness import settings
 from gudgeon.pipeline.robustness.friction import friction
 from gudgeon.pipeline.robustness.slivers import with_slivers
@@ -329,6 +330,13 @@ def collinear(subject: Subject, operation: Any) -> Trial:
         touched = {k: i for k, i in component.interface.items() if i.kind in ("points", "patch", "traction")}
         if component.modes.reduction not in STATIC or not touched:
             continue
+        total = sum(
+            traction_space(subject.meshes[name], interface, key).size
+            for key, interface in touched.items()
+            if interface.kind == "traction"
+        )
+        if 2 * total > MOST_FUNCTIONS:
+            raise DoesNotApply(f"twice its {total} traction functions are more than {MOST_FUNCTIONS}")
         modes = {"modes": {"static_count": ALL}}
         twins = {f"{k}-twin": i.model_dump(exclude_unset=True) for k, i in touched.items()}
         once[name], twice[name] = modes, modes | {"interface": twins}
