@@ -69,7 +69,8 @@ class PoseGridRecord:
     moved: Json
     """`names` of the conductors that move, and the `pivot` about which they rotate [m]."""
     axes: dict[str, Array] = field(metadata=rule("a'", unit="m or rad", name="places of an axis"))
-    """Values of each axis of the grid, ascending, by name of `x`, `y`, `z` [m], `rx`, `ry`, `rz` [rad], (n,)."""
+    """Values of each axis of the grid, ascending, by name of `x`, `y`, `z` [m], `rx`, `ry`, `rz` [rad] in this order,
+    (n,)."""
     capacitance: Array = field(metadata=rule("p k k", unit="F", name="capacitance matrices"))
     """Maxwell's capacitance matrix [F] at the points of the grid, the last axis running fastest, (p, k, k)."""
     panel_error: Array = field(metadata=rule("p k k", unit="F", name="their errors by panels"))
@@ -83,3 +84,7 @@ class PoseGridRecord:
     """Given charges of floating conductors [C], (k,)."""
     counts: Json
     """Poses, iterations in all, CPU seconds."""
+
+    def __post_init__(self) -> None:
+        """Order the axes as a pose's components, in which the points run: a file has them by name."""
+        object.__setattr__(self, "axes", {name: self.axes[name] for name in POSE_AXES if name in self.axes})

@@ -48,9 +48,8 @@ class PoseField:
     @classmethod
     def of(cls, record: PoseGridRecord) -> "PoseField":
         """Return the field of a record."""
-        axes = {name: record.axes[name] for name in POSE_AXES if name in record.axes}
-        shape = tuple(map(len, axes.values()))
-        return cls(axes, record.capacitance.reshape(*shape, *record.capacitance.shape[1:]))
+        shape = tuple(map(len, record.axes.values()))
+        return cls(record.axes, record.capacitance.reshape(*shape, *record.capacitance.shape[1:]))
 
     @cached_property
     def splines(self) -> tuple[list[np.ndarray], np.ndarray]:

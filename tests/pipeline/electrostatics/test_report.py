@@ -64,6 +64,25 @@ def test_a_grid_has_runs_of_panels_points_and_splines(folder: Path) -> None:
     assert "gudgeon run" in (folder / "grid" / "report.html").read_text() or found["choice"]["run"] is None
 
 
+TURNED = """
+[poses]
+moved = ["right"]
+pivot = [0.0, 0.0, 0.0]
+x = { ends = [0.0, 1.2e-3], points = 6 }
+rz = { ends = [-3.0, 3.0], points = 4 }
+"""
+
+
+def test_a_grid_of_places_and_angles_is_read_in_the_order_in_which_its_poses_run(folder: Path) -> None:
+    """A file has the axes by name, rz before x: forces were those of other poses, wrong by factors of up to 1e14."""
+    found = document_of(folder, "turned", SPHERES + TURNED)
+    cubic = [run["errors"] for run in found["runs"] if run["scheme"] == "cubic splines" and "6×4" in run["name"]]
+    assert cubic
+    for errors in cubic:
+        assert errors["co_energy"] < 0.05
+        assert errors["force"] < 0.1
+
+
 def test_conductors_in_their_places_are_compared_with_the_finest_mesh(folder: Path) -> None:
     found = document_of(folder, "places", SPHERES)
     runs = found["runs"]

@@ -18,10 +18,10 @@ Y = np.linspace(0.0, 1.0, 5)
 
 def grid() -> PoseGridRecord:
     """Return C = exp(z) (1 + y) of two conductors, 1 % too small."""
-    values = np.exp(Z)[:, None] * (1 + Y)
+    values = (1 + Y)[:, None] * np.exp(Z)
     C = values.reshape(-1, 1, 1) * np.array([[1.0, -0.5], [-0.5, 1.0]])
     return PoseGridRecord(
-        field_key="f", moved={"names": ["a"], "pivot": [0.0, 0.0, 0.0]}, axes={"z": Z, "y": Y}, capacitance=0.99 * C,
+        field_key="f", moved={"names": ["a"], "pivot": [0.0, 0.0, 0.0]}, axes={"y": Y, "z": Z}, capacitance=0.99 * C,
         panel_error=0.01 * np.abs(C), cell_errors=np.zeros(32), potentials=np.array([1.0, 0.0]), charges=np.zeros(2),
         counts={},
     )  # fmt: skip
@@ -38,10 +38,20 @@ def test_every_second_point_of_long_axes_is_left() -> None:
     assert found is not None
     np.testing.assert_array_equal(found.axes["z"], Z[::2])
     np.testing.assert_array_equal(found.axes["y"], Y)
-    C = grid().capacitance.reshape(9, 5, 2, 2)[::2]
+    C = grid().capacitance.reshape(5, 9, 2, 2)[:, ::2]
     np.testing.assert_array_equal(found.capacitance, C.reshape(-1, 2, 2))
     assert found.cell_errors.shape == (4 * 4,)
-    assert by_points(replace(grid(), axes={"z": Z[:5], "y": Y}, capacitance=grid().capacitance[:25])) is None
+    assert by_points(replace(grid(), axes={"y": Y, "z": Z[:5]}, capacitance=grid().capacitance[:25])) is None
+
+
+def test_points_of_a_file_are_left_as_they_run() -> None:
+    """A file has the axes by name, rz before z; the points run over z first."""
+    turned = replace(grid(), axes={"rz": Z, "z": Y})
+    found = by_points(turned)
+    assert found is not None
+    assert list(found.axes) == ["z", "rz"]
+    C = turned.capacitance.reshape(5, 9, 2, 2)[:, ::2]
+    np.testing.assert_array_equal(found.capacitance, C.reshape(-1, 2, 2))
 
 
 def test_the_database_gets_the_grids_of_a_scene(tmp_path: Path) -> None:
