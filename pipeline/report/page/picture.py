@@ -66,8 +66,8 @@ WIDTH, NOTE, FOOT = 125, 3, 0.024
 """Of the notes at the foot: characters of a line, largest number of lines, and their distance."""
 SCHEMES, RUNS = 12, 22
 """Largest numbers of schemes and runs in the legend of the PNG; of more runs, those on the front are named."""
-LINE = 0.0215
-"""Distance of the lines of the legend, relative to the height of the figure."""
+LINE, TOLERANCE_TEXT = 0.0215, 60.0
+"""Distance of the lines of the legend over the height of the figure; width of the text of the tolerance [pt]."""
 SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
 
 
@@ -228,7 +228,8 @@ def _draw_runs(axes: Axes, document: Document, quantity: str = "", ticks: int = 
             color=FAINT,
         )  # fmt: skip
     low, high = axes.get_ylim()
-    if document.choice is not None and low < (tolerance := document.choice.tolerance) < high:
+    tolerance = None if document.choice is None else document.choice.tolerance
+    if tolerance is not None and low < tolerance < high:
         axes.axhline(tolerance, color=RED, linewidth=0.9, linestyle=(0, (5, 4)), zorder=1)
         axes.annotate(
             f"tolerance {tick_text(tolerance)}", (1.0, tolerance), xycoords=("axes fraction", "data"), xytext=(-2, 3),
@@ -246,18 +247,20 @@ def _draw_runs(axes: Axes, document: Document, quantity: str = "", ticks: int = 
             *place, s=32, marker=mark, facecolor="white" if error < LEAST else colour, edgecolor=colour, zorder=4,
             clip_on=False, gid=f"run-{number}",
         )  # fmt: skip
-    _numbers(axes, at, spots, front, ringed, labels(document))
+    _numbers(axes, at, spots, front, ringed, named=labels(document), tolerance=tolerance)
     axes.set_xlabel("CPU time of a run")
     axes.set_ylabel(f"error: {quantity}" if quantity else ERROR, parse_math=False)
 
 
 def _numbers(
-    axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int], ringed: int | None, named: Mapping[str, str]
-) -> None:
+    axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int], ringed: int | None, *,
+    named: Mapping[str, str], tolerance: float | None,
+) -> None:  # fmt: skip
     """Write the number of each run beside its point, or its ring, if there is room; on the front always.
 
     Args:
         named: What runs are, by name; these have error and CPU time beside their number.
+        tolerance: Error at which a line is, with its text at the right end above it.
     """
     figure = axes.get_figure()
     assert figure is not None
@@ -272,6 +275,9 @@ def _numbers(
     radii = [RING if spot.number == ringed else POINT for spot in spots]
     best = sorted(point for point, spot in zip(points, spots, strict=True) if spot.number in front)
     line = [(*start, *end) for start, end in pairwise(best)]
+    if tolerance is not None:
+        level = axes.transData.transform((at[0, 0], tolerance))[1] * 72 / figure.dpi
+        line += [(left, level, right, level), (right - TOLERANCE_TEXT, level + 6, right, level + 6)]
     shifts = places(points, texts, weights, radii, (left, bottom, right, top), line)
     for place, spot, text, weight, shift in zip(at, spots, texts, weights, shifts, strict=True):
         if shift is not None:

@@ -141,6 +141,23 @@ def test_a_label_crosses_no_line_where_there_is_room() -> None:
     assert places([(0.0, 0.0)], ["1"], [0], line=[(0.0, 0.0, 100.0, 1.0)]) == places([(0.0, 0.0)], ["1"], [0])
 
 
+def test_a_label_keeps_off_the_line_of_the_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The choice just below it has its label below its point, where it would else stand on the line."""
+    shifts: dict[str, tuple[float, float] | None] = {}
+
+    def kept(points, texts, *rest):  # type: ignore[no-untyped-def]
+        shifts.update(zip(texts, found := places(points, texts, *rest), strict=True))
+        return found
+
+    monkeypatch.setattr("gudgeon.pipeline.report.page.picture.places", kept)
+    runs = [documents.run("a", 0.5, 0.01), documents.run("b", 0.0065, 0.1), documents.run("c", 1e-5, 9.0)]
+    choice = Choice(0.01, "b", {}, 0.0065, "impulse", 0.1, "the cheapest")
+    error_chart(documents.document(runs, [documents.quantity("impulse")], choice=choice))
+    (shift,) = [shift for text, shift in shifts.items() if "gudgeon" in text]
+    assert shift is not None
+    assert shift[1] < 0
+
+
 def test_without_full_fe_and_rival_the_fastest_run_on_the_front_has_a_label() -> None:
     """And of runs without a tolerance, the fastest within 1 %."""
     runs = with_front([documents.run("a", 0.5, 0.01), documents.run("b", 0.005, 0.1), documents.run("c", 1e-5, 9.0)])
