@@ -1,12 +1,14 @@
-"""`python -m tests.pipeline.feel.motions [FIRST LAST]`: random motions of a handle, and what each gains.
+"""`python -m tests.pipeline.feel.motions [grips] [FIRST LAST]`: random motions of a handle, and what each gains.
 
 Sines to 15 Hz, shakes, moves with stops and swings, given or in the grip of a hand, through four fields at scales 1 to
 1e9, 100 to 2000 poses a second and delays to 10 ms each way. The motion ends after 1.1 s; what is felt 0.6 s later is
 held. Prints a line for each motion that gains more than 1e-6 of what it exchanges, or that feels less than 90 % of the
-force of S (docs/feel.md) in the end.
+force of S (docs/feel.md) in the end. With `grips` a hand of random stiffness and speed leads the handle along the two
+paths of the tests, and across them.
 """
 
 import sys
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -71,6 +73,43 @@ def _script(rng: np.random.Generator) -> tuple[str, Script]:
     )
 
 
+def swing(time: float) -> np.ndarray:
+    """A motion through the field and back, across 24 mm of the handle."""
+    z = 0.012 * np.sin(2 * np.pi * 1.3 * time) * (1 - np.exp(-time))
+    return np.array([0.001 * np.sin(5 * time), 0.0, z, 0.0, 0.0, 0.0])
+
+
+def wander(time: float) -> np.ndarray:
+    """A motion of four frequencies up to 6 Hz that no observer foresees."""
+    rates, sizes = np.array([0.7, 1.9, 3.7, 6.0]), np.array([4e-3, 2e-3, 1e-3, 6e-4])
+    z = sizes @ (np.sin(2 * np.pi * rates * time + np.arange(4)) - np.sin(np.arange(4)))
+    return np.array([0.001 * np.sin(5 * time), 0.0, z * (1 - np.exp(-time / 0.05)), 0.0, 0.0, 0.0])
+
+
+def led(path: Script, speed: float, size: float, across: bool) -> Script:
+    """A path at another speed and size; where it leads across, z follows x and x follows z."""
+
+    def script(time: float) -> np.ndarray:
+        pose = size * path(speed * time)
+        if across:
+            pose[0], pose[2] = pose[0] + pose[2], pose[0] + pose[2]
+        return pose
+
+    return script
+
+
+def grip(seed: int) -> Motion:
+    """Return the motion of a seed along a path of the tests, in the grip of a hand."""
+    rng = np.random.default_rng(seed)
+    kind, scale = KINDS[rng.integers(4)], 10 ** rng.uniform(0, 9)
+    rate, delay = float(rng.choice(RATES)), float(rng.choice(DELAYS))
+    path, across = (swing, wander)[rng.integers(2)], bool(rng.integers(2))
+    script = led(path, rng.uniform(0.7, 1.3), rng.uniform(0.8, 1.2), across)
+    stiffness = float(np.exp(rng.uniform(np.log(100), np.log(1000))))
+    name = f"{path.__name__}{' across' if across else ''}"
+    return Motion(kind, scale, rate, delay, name, (stiffness, 0.17 * float(np.sqrt(stiffness))), script)
+
+
 def motion(seed: int) -> Motion:
     """Return the motion of a seed."""
     rng = np.random.default_rng(seed)
@@ -104,11 +143,11 @@ def measured(one: Motion) -> Measured:
     return Measured(gain(one.kind, coupling, device)[0], held, taken > found[-1].reserve)
 
 
-def main(first: int = 0, last: int = 240) -> None:
+def main(first: int = 0, last: int = 240, make: Callable[[int], Motion] = motion) -> None:
     """Print what fails, and how many."""
     gained = held = yields = 0
     for seed in range(first, last):
-        one = motion(seed)
+        one = make(seed)
         found = measured(one)
         less = found.held < HELD
         gained, held, yields = gained + (found.gained > GAINED), held + less, yields + (less and found.yields)
@@ -122,4 +161,6 @@ def main(first: int = 0, last: int = 240) -> None:
 
 
 if __name__ == "__main__":
-    main(*(int(one) for one in sys.argv[1:3]))
+    words = sys.argv[1:]
+    grips = words[:1] == ["grips"]
+    main(*(int(one) for one in words[grips:][:2]), make=grip if grips else motion)

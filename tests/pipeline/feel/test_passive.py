@@ -8,25 +8,11 @@ from gudgeon.pipeline.feel.device import Scripted
 from gudgeon.pipeline.feel.kernel import settled
 from gudgeon.pipeline.feel.loop import run_loop
 from tests.pipeline.feel.motions import HELD as SHARE_HELD
-from tests.pipeline.feel.motions import measured, motion
+from tests.pipeline.feel.motions import led, measured, motion, swing, wander
 from tests.pipeline.feel.tools import coupling_of, felt, gain, tool
 
 MOST = 1e-6
 """Energy gained over that exchanged: ½ k δ² of the coupling, δ the way from rest that no pose has told yet."""
-
-
-def swing(time: float) -> np.ndarray:
-    """A motion through the field and back, across 24 mm of the handle."""
-    z = 0.012 * np.sin(2 * np.pi * 1.3 * time) * (1 - np.exp(-time))
-    return np.array([0.001 * np.sin(5 * time), 0.0, z, 0.0, 0.0, 0.0])
-
-
-def wander(time: float) -> np.ndarray:
-    """A motion of four frequencies up to 6 Hz that no observer foresees."""
-    rates, sizes = np.array([0.7, 1.9, 3.7, 6.0]), np.array([4e-3, 2e-3, 1e-3, 6e-4])
-    z = sizes @ (np.sin(2 * np.pi * rates * time + np.arange(4)) - np.sin(np.arange(4)))
-    return np.array([0.001 * np.sin(5 * time), 0.0, z * (1 - np.exp(-time / 0.05)), 0.0, 0.0, 0.0])
-
 
 GRIP = (300.0, 3.0)
 
@@ -87,11 +73,8 @@ def test_a_handle_that_a_field_slings_off_the_line_of_its_model_gains_no_energy(
 ) -> None:
     """Along x as its model was made, it is drawn along z, where S bends more than along the line."""
     size, speed = by
-    device = Scripted(
-        lambda time: np.array([0.0, 0.0, size, 0.0, 0.0, 0.0]) * swing(speed * time)
-        + np.array([size, 0.0, 0.0, 0.0, 0.0, 0.0]) * swing(speed * time),
-        rate=rate, delay=delay, grip=(grip, 0.17 * np.sqrt(grip)),
-    )  # fmt: skip
+    script = led(swing, speed, size, across=False)
+    device = Scripted(script, rate=rate, delay=delay, grip=(grip, 0.17 * np.sqrt(grip)))
     coupling, _ = felt(kind, device, scale, 1.3)
     assert gain(kind, coupling, device)[0] <= MOST
 
