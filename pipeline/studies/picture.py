@@ -15,6 +15,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.studies.table import stated_error
 from gudgeon.pipeline.studies.task import Row
+from gudgeon.solver.registry import WINDOW, definition
 from gudgeon.solver.result import Result
 
 MOST_ROWS, MOST_COLUMNS, MOST_LINES = 5, 4, 7
@@ -243,4 +244,17 @@ def _label(axes: Axes, quantity: str, rows: Mapping[int, Row]) -> None:
     axes.yaxis.set_major_formatter(lambda value, position: f"{value * factor:g}".replace("-", "−"))
     axes.yaxis.set_major_locator(MaxNLocator(5))
     owner, _, last = quantity.rpartition(".")
-    axes.set_ylabel(f"{owner}\n{last}" + (f" [{name}]" if name else ""))
+    window = _window(quantity, rows) if unit == "N" else ""
+    axes.set_ylabel(f"{owner}\n{last}" + (f" [{name}]" if name else "") + (f"\n{window}" if window else ""))
+
+
+def _window(quantity: str, rows: Mapping[int, Row]) -> str:
+    """Return over which times a force is a mean; empty where it is none."""
+    contact, _, name = quantity.partition(".")
+    known, key = definition(name, ("contact",)), f"{contact}.force_window"
+    times = [row.quantities[key]["value"] for row in rows.values() if key in row.quantities]
+    if known is None or known.bandwidth != WINDOW or not times or max(times) == 0.0:
+        return ""
+    factor, unit = style.prefixed(max(times), "s")
+    ends = dict.fromkeys(f"{time * factor:.3g}" for time in (min(times), max(times)))
+    return f"mean over {' to '.join(ends)} {unit}"

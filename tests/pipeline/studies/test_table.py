@@ -89,6 +89,18 @@ def test_pictures_of_odd_studies(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("windows", "text"),
+    [((5.6e-5, 5.6e-5), "mean over 56 µs"), ((5e-5, 6e-5), "mean over 50 to 60 µs"), ((0.0, 0.0), ""), ((), "")],
+)
+def test_a_force_that_is_a_mean_says_over_which_time(windows: tuple[float, ...], text: str) -> None:
+    found = {number: row(number, {"a.impact2.force_peak": 1.0, "a.force_peak_raw": 2.0}) for number in (1, 2)}
+    for number, window in enumerate(windows, 1):
+        found[number].quantities["a.force_window"] = {"value": window, "unit": "s"}
+    assert picture._window("a.impact2.force_peak", found) == text
+    assert picture._window("a.force_peak_raw", found) == ""
+
+
+@pytest.mark.parametrize(
     ("values", "scale"),
     [([1e-4, 1e-4 * 10**0.5, 1e-3], "log"), ([1.0, 2.0, 4.0, 8.0, 16.0], "log"), ([1.0, 2.0, 3.0], "linear"),
      ([1.0, 2.0], "linear"), ([-1.0, 1.0, 2.0], "linear"), ([1.0, 2.0, 3.9], "linear")],
