@@ -244,17 +244,18 @@ def _label(axes: Axes, quantity: str, rows: Mapping[int, Row]) -> None:
     axes.yaxis.set_major_formatter(lambda value, position: f"{value * factor:g}".replace("-", "−"))
     axes.yaxis.set_major_locator(MaxNLocator(5))
     owner, _, last = quantity.rpartition(".")
-    window = _window(quantity, rows) if unit == "N" else ""
+    window = _window(quantity, rows)
     axes.set_ylabel(f"{owner}\n{last}" + (f" [{name}]" if name else "") + (f"\n{window}" if window else ""))
 
 
 def _window(quantity: str, rows: Mapping[int, Row]) -> str:
-    """Return over which times a force is a mean; empty where it is none."""
+    """Return over which times drawn forces are means of means, as pictures of a run say; empty where they are not."""
     contact, _, name = quantity.partition(".")
     known, key = definition(name, ("contact",)), f"{contact}.force_window"
-    times = [row.quantities[key]["value"] for row in rows.values() if key in row.quantities]
-    if known is None or known.bandwidth != WINDOW or not times or max(times) == 0.0:
+    done = [row.quantities for row in rows.values() if row.result == Result.FINISHED.name]
+    times = [found[key]["value"] for found in done if quantity in found and key in found]
+    if known is None or (known.unit, known.bandwidth) != ("N", WINDOW) or max(times, default=0.0) == 0.0:
         return ""
     factor, unit = style.prefixed(max(times), "s")
     ends = dict.fromkeys(f"{time * factor:.3g}" for time in (min(times), max(times)))
-    return f"mean over {' to '.join(ends)} {unit}"
+    return f"mean over {' to '.join(ends)} {unit}, twice"

@@ -4,7 +4,7 @@ Sines to 15 Hz, shakes, moves with stops and swings, given or in the grip of a h
 1e9, 100 to 2000 poses a second and delays to 10 ms each way. The motion ends after 1.1 s; what is felt 0.6 s later is
 held. Prints a line for each motion that gains more than 1e-6 of what it exchanges, or that feels less than 90 % of the
 force of S (docs/feel.md) in the end. With `grips` a hand of random stiffness and speed leads the handle along the two
-paths of the tests, and across them.
+paths of the tests, or half of the time as far along x as along z.
 """
 
 import sys
@@ -87,7 +87,7 @@ def wander(time: float) -> np.ndarray:
 
 
 def led(path: Script, speed: float, size: float, across: bool) -> Script:
-    """A path at another speed and size; where it leads across, z follows x and x follows z."""
+    """A path at another speed and size; `across`, both x and z are its sum of x and z."""
 
     def script(time: float) -> np.ndarray:
         pose = size * path(speed * time)

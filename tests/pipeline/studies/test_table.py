@@ -1,6 +1,7 @@
 """The table of a study: heads, what is missing, stated errors, and both of its files."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -90,14 +91,18 @@ def test_pictures_of_odd_studies(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("windows", "text"),
-    [((5.6e-5, 5.6e-5), "mean over 56 µs"), ((5e-5, 6e-5), "mean over 50 to 60 µs"), ((0.0, 0.0), ""), ((), "")],
-)
+    [((5.6e-5, 5.6e-5), "mean over 56 µs, twice"), ((5e-5, 6e-5), "mean over 50 to 60 µs, twice"), ((0.0, 0.0), ""),
+     ((), "")],
+)  # fmt: skip
 def test_a_force_that_is_a_mean_says_over_which_time(windows: tuple[float, ...], text: str) -> None:
-    found = {number: row(number, {"a.impact2.force_peak": 1.0, "a.force_peak_raw": 2.0}) for number in (1, 2)}
+    """As the pictures of a run; of designs without result nothing counts, since they are not drawn."""
+    values = {"a.impact2.force_peak": 1.0, "a.force_peak_raw": 2.0, "a.peak_time": 1e-3}
+    found = {number: row(number, values) for number in (1, 2)}
     for number, window in enumerate(windows, 1):
         found[number].quantities["a.force_window"] = {"value": window, "unit": "s"}
+    found[3] = replace(row(3, values | {"a.force_window": 1.0}), result="ENERGY")
     assert picture._window("a.impact2.force_peak", found) == text
-    assert picture._window("a.force_peak_raw", found) == ""
+    assert picture._window("a.force_peak_raw", found) == picture._window("a.peak_time", found) == ""
 
 
 @pytest.mark.parametrize(
