@@ -1,8 +1,9 @@
 """Rod on rod against Exudyn: error against the exact pulse, and CPU seconds per simulated millisecond.
 
 Both run in a process of their own with one thread each (`python -m tests.benchmarks.test_exudyn FOLDER` is that
-process; `--full-fe` after it runs full FE on the same mesh alone); reduction and compilation are not counted on either
-side. Errors are rms over the middle 90 % of d'Alembert's plateau, relative to it. Restitution is 2 J / (m v) − 1, so
+process; `--full-fe` after it runs full FE on the same mesh alone). The time loops are counted on either side; two rows
+have what a run does beside, such as its quantities, one of them with the runs that choose its step and estimate its
+errors. Errors are rms over the middle 90 % of d'Alembert's plateau, relative to it. Restitution is 2 J / (m v) − 1, so
 that an impulse lost shows on both sides alike.
 """
 
@@ -19,13 +20,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
 from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.integrators.steps import Plan, plan_run
+from gudgeon.solver.results.trajectory import Histories
 from gudgeon.solver.simulate import simulate
+from gudgeon.solver.simulate import start as begin
 from gudgeon.solver.system.compile import compile_system
+from gudgeon.solver.system.system import System
 from tests.benchmarks.exudyn_rods import Setup, reduced, rod_of, strike
 
 ROOT = Path(__file__).parents[2]
@@ -41,7 +47,7 @@ STEPS = (2e-6, 5e-6, 1e-5)
 """Longer steps [s], which are told beside: Exudyn's errors hardly grow with them, its cost falls."""
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 REPEATS = 50
-"""Of our run, which takes about a millisecond."""
+"""Of our time loop, which takes about a millisecond."""
 
 LARGEST_ERROR = 0.08
 LEAST_RATIO = 500
@@ -68,6 +74,7 @@ def rows(folder: Path) -> list[Row]:
     """Run both programs; needs Exudyn."""
     job = prepared(folder)
     found = [ours(job, "Gudgeon, R and dashpot")]
+    found += [whole(folder, f"Gudgeon, {what}", what == "estimates too") for what in ("whole run", "estimates too")]
     found.append(ours(prepared(folder, **{"run.integrator": "event", "run.samples": 600}), "Gudgeon, event"))
     found += full_fe(folder)
     rod, duration = rod_of(job, "rod", back="back", front="front"), job.scene.run.duration
@@ -93,7 +100,8 @@ def rows(folder: Path) -> list[Row]:
 def prepared(folder: Path, **changes: Any) -> Job:
     """Bring the scene up to the solver. Frames are not wanted here, Exudyn stores none."""
     modes = {"component.rod.modes.normal_count": COORDINATES, "component.rod.modes.ritz_count": RITZ_VECTORS}
-    job = open_job(SCENE, set={"run.frames": 2} | modes | changes, db=folder / "db", out=folder / "out")
+    run = {"run.frames": 2, "run.checks": False}
+    job = open_job(SCENE, set=run | modes | changes, db=folder / "db", out=folder / "out")
     run_job(job, "morph")
     return job
 
@@ -120,19 +128,43 @@ def with_spring(folder: Path, stiffness: float | None) -> Job:
 
 
 def ours(job: Job, label: str, stiffness: float | None = None) -> Row:
-    """Run Gudgeon's solver."""
-    system = compile_system(job.store, job.scene, {name: s["morph"].key for name, s in job.components().items()})
-    trajectory = simulate(system)
-    seconds = []
-    for _ in range(REPEATS if trajectory.counts["integrator"] == "explicit" else 1):
-        start = time.process_time()
-        simulate(system)
-        seconds.append(time.process_time() - start)
+    """Run Gudgeon's solver; the time is that of the time loop alone, as of Exudyn after `Assemble`."""
+    system, plan, trajectory = solved(job)
+    seconds = [integration_seconds(system, plan) for _ in range(REPEATS if plan.name == "explicit" else 1)]
     force = np.abs(trajectory.contacts["pair"].force[:, 2])
     interval = trajectory.times[1] - trajectory.times[0]
     errors = judged(trajectory.times - interval / 2, force, float(force.sum() * interval))
-    step = 0.0 if trajectory.counts["integrator"] == "event" else trajectory.counts["step"]
+    step = 0.0 if plan.name == "event" else trajectory.counts["step"]
     return Row(label, stiffness, step, min(seconds) / (1e3 * job.scene.run.duration), *errors)
+
+
+def solved(job: Job) -> tuple[System, Plan, Trajectory]:
+    """Return the system, its its plan and its run."""
+    system = compile_system(job.store, job.scene, {name: s["morph"].key for name, s in job.components().items()})
+    return system, plan_run(system), simulate(system)
+
+
+def integration_seconds(system: System, plan: Plan) -> float:
+    """Return the CPU seconds of the time loop alone."""
+    schedule, integrator = plan.schedule, begin(system, plan)
+    samples = Histories.empty(system, schedule).samples
+    first = time.process_time()
+    for frame in range(schedule.frames):
+        here = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
+        assert integrator.advance(here.start * schedule.stride, schedule.stride, samples.part(here))
+    return time.process_time() - first
+
+
+def whole(folder: Path, label: str, checks: bool) -> Row:
+    """Run all that follows compilation; with `checks` also the runs that choose the step and estimate errors."""
+    job = prepared(folder, **{"run.checks": checks})
+    one = ours(job, label)
+    system, seconds = solved(job)[0], []
+    for _ in range(REPEATS):
+        first = time.process_time()
+        simulate(system)
+        seconds.append(time.process_time() - first)
+    return replace(one, cpu_per_ms=min(seconds) / (1e3 * job.scene.run.duration))
 
 
 def judged(times: np.ndarray, force: np.ndarray, impulse: float) -> tuple[float, float]:
