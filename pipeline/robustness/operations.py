@@ -287,7 +287,8 @@ def spin(subject: Subject, operation: Any) -> Trial:
 
 def poisson(subject: Subject, operation: Any) -> Trial:
     """Set Poisson's ratio of every elastic component."""
-    names = [name for name in subject.elastic() if _has_shear(subject.scene.component[name].geometry)]
+    own = subject.scene.component
+    names = [name for name in subject.elastic() if _has_shear(own[name].geometry) and own[name].material.simple]
     if not names:
         raise DoesNotApply("Poisson's ratio affects none of its bodies")
     changes = {name: {"material": {"nu": operation.nu}} for name in names}
@@ -300,16 +301,18 @@ def _has_shear(geometry: Any) -> bool:
 
 
 def material(subject: Subject, operation: Any) -> Trial:
-    """Scale modulus and density of every elastic component; with contacts or joints, of the scene by its units."""
-    names = subject.elastic()
+    """Scale modulus and density of every elastic component; of the scene by its units where it has contacts or joints,
+    parts of several materials, or masses that are not meshed."""
+    names, component = subject.elastic(), subject.scene.component
     faster: float = (operation.modulus / operation.density) ** 0.5
     if not names:
         raise DoesNotApply(ALL_RIGID)
-    if subject.contacts or subject.turns:
+    plain = all(component[name].material.simple and not component[name].point_mass for name in names)
+    if subject.contacts or subject.turns or not plain:
         return _in_units(subject, Units(mass=operation.density, time=1 / faster))
     changed = {}
     for name in names:
-        own = subject.scene.component[name].material
+        own = component[name].material
         changed[name] = {"material": {"E": own.E * operation.modulus, "rho": own.rho * operation.density}}
     return Trial(_job_with(subject, {"component": changed}), stretch=dict.fromkeys(names, faster))
 

@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -37,6 +38,12 @@ def parsed(text: str) -> ast.expr:
     return tree
 
 
+@lru_cache(maxsize=1000)
+def kept(text: str) -> ast.expr:
+    """Return the tree of `parsed`, made once; it must not be changed."""
+    return parsed(text)
+
+
 def _check(node: ast.expr, text: str, level: int = 0) -> None:
     """Raise a ValueError for a node that is not allowed."""
     below: list[ast.expr] = []
@@ -69,7 +76,7 @@ def values_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
         SceneError: a value is not finite; it names the key `where`, the part of the expression and the first time.
     """
     with np.errstate(all="ignore"):
-        return _value(parsed(text), np.asarray(times, float), text.strip(), where)
+        return _value(kept(text), np.asarray(times, float), text.strip(), where)
 
 
 def _value(node: ast.expr, t: np.ndarray, text: str, where: str) -> np.ndarray:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.forces.expression import FUNCTIONS, parsed, shown
+from gudgeon.solver.forces.expression import FUNCTIONS, kept, shown
 
 Jet = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Values, rates and second rates."""
@@ -19,13 +19,13 @@ def second_rates_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
         SceneError: a value or rate is not finite; it names the key `where`, the part of the expression and the time.
     """
     with np.errstate(all="ignore"):
-        return _jet(parsed(text), np.asarray(times, float), text.strip(), where)[2]
+        return _jet(kept(text), np.asarray(times, float), text.strip(), where)[2]
 
 
 def motions_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
     """Return values, rates and second rates of an expression at times [s], (t, 3); errors as of `second_rates_of`."""
     with np.errstate(all="ignore"):
-        return np.column_stack(_jet(parsed(text), np.asarray(times, float), text.strip(), where))
+        return np.column_stack(_jet(kept(text), np.asarray(times, float), text.strip(), where))
 
 
 def _jet(node: ast.expr, t: np.ndarray, text: str, where: str) -> Jet:

@@ -1,6 +1,7 @@
 """Joints on other joints: two that turn together, and one whose motion is given over time."""
 
-from typing import Literal
+from functools import lru_cache
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -74,10 +75,8 @@ class Driven(Amount):
         """
         if self.expression is not None:
             return motions_of(self.expression, times, f"{where}.expression")
-        from scipy.interpolate import CubicSpline
-
-        knots, values = np.array(self.values, float).T
-        spline, inside = CubicSpline(knots, values), np.clip(times, knots[0], knots[-1])
+        spline = _spline(tuple(self.values))
+        inside = np.clip(times, spline.x[0], spline.x[-1])
         return np.column_stack([spline(inside, order) for order in range(3)])
 
     def jump(self, duration: float, where: str) -> tuple[str, float] | None:
@@ -90,3 +89,11 @@ class Driven(Amount):
             if time is not None:
                 return what, time
         return None
+
+
+@lru_cache(maxsize=100)
+def _spline(values: tuple[tuple[float, float], ...]) -> Any:
+    """Return the cubic spline of a table of time and motion, made once for the steps of a run."""
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(*np.array(values, float).T)

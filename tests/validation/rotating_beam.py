@@ -8,6 +8,7 @@ import numpy as np
 from gudgeon import modaldb
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, WIDTH
+from gudgeon.solver.integrators.mechanism.energy import inertia_factor
 from gudgeon.solver.integrators.mechanism.flexible.frame import point_of
 from gudgeon.solver.integrators.mechanism.integrator import Mechanism
 from gudgeon.solver.integrators.mechanism.step import begin, observe
@@ -67,8 +68,8 @@ def _accelerations(found: Mechanism, omega: np.ndarray, q: np.ndarray, rates: np
     observe(model, work, state)
     clamp = next(p for p, owner in enumerate(model.point_owner) if owner == 1)
     rows, arm = work.point_rows[clamp, :3, :m].copy(), work.arm[clamp].copy()
-    X = np.tril(work.inertia[1, : 3 + m, : 3 + m])
-    momenta = X @ (X.T @ np.concatenate([omega, rates]))
+    L = inertia_factor(model, work, 1)
+    momenta = np.roll(L @ (L.T @ np.concatenate([rates, omega])), 3)
     state[beam + PLACE : beam + PLACE + 3] = -arm
     state[beam + SPEED : beam + SPEED + 3] = -np.cross(omega, arm) - rows @ rates
     state[beam + SPIN : beam + SPIN + 3], state[momentum : momentum + m] = momenta[:3], momenta[3:]

@@ -35,6 +35,10 @@ JOURNAL, PLANE, SURFACE = range(3)
 of another body. The latter have no pair of markers, and stand last."""
 ALONG, SQUARE, DISTANCE, ANGLE = range(4)
 """Kinds of a term: d = p_b − p_a along an axis of a; scalar product of two axes; |d|; rotation about a's third axis."""
+MOMENTS = ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))
+"""Components of a matrix B of which its parts are made: three of its diagonal, the sums B_ij + B_ji of the last three,
+and, from `CURL` on, the differences B_ij − B_ji of the last three: nine numbers."""
+CURL = len(MOMENTS)
 NONE = -1
 """Of a body: the ground. Of a row: no second term, no drive."""
 STAGES = 16
@@ -65,16 +69,20 @@ class Model(NamedTuple):
     """Displacement and rotation per elastic coordinate, (P, 6, E)."""
     point_bend: np.ndarray
     """Their second order, see `flexible.frame`, (P, 6, E, E)."""
+    bends: np.ndarray
+    """Whether a point has any, (P,)."""
     elastic: np.ndarray
     """Number of elastic coordinates of each body, where they begin in the state, and where their momenta do, (n, 3)."""
     second: np.ndarray
-    """Of `flexible.frame`, (n, 3, 3)."""
+    """Of `flexible.frame`, by the parts of `MOMENTS`, its symmetric ones alone, (n, CURL)."""
     lever: np.ndarray
-    """(n, E, 3, 3)"""
+    """By all nine parts, (n, 9, E)."""
     pair: np.ndarray
-    """(n, E, E, 3, 3)"""
-    modal_mass: np.ndarray
-    """(n, E, E)"""
+    """Parts of k for each l, (n, E, 9, E)."""
+    modal_root: np.ndarray
+    """L, lower, of the mass L Lᵀ over elastic coordinates, (n, E, E)."""
+    orthogonal: np.ndarray
+    """Whether L is a diagonal, (n,)."""
     modal_stiffness: np.ndarray
     """(n, E)"""
     modal_damping: np.ndarray
@@ -170,14 +178,20 @@ class Work(NamedTuple):
     """Velocity and angular velocity along the scene's axes per modal rate, (P, 6, E)."""
     local: np.ndarray
     """Displacement and rotation of a point in its body, their rates and second rates, (P, 3, 6)."""
+    curved: np.ndarray
+    """(E,)"""
+    moving: np.ndarray
+    """(E,)"""
     moment: np.ndarray
-    """B of each body, (n, E, 3, 3)."""
+    """B of each body by its nine parts, (n, 9, E)."""
     moment_rate: np.ndarray
-    """(n, E, 3, 3)"""
-    spare_moment: np.ndarray
-    """(3, 3)"""
-    inertia: np.ndarray
-    """Factor of the inertia over rotation and elastic coordinates, (n, 3 + E, 3 + E)."""
+    """Vectors of Ḃ, (n, 3, E)."""
+    second: np.ndarray
+    """J by its symmetric parts, (n, CURL)."""
+    coupling: np.ndarray
+    """W of `flexible.inertia`, (n, 3, E)."""
+    root: np.ndarray
+    """R, lower, (n, 3, 3)."""
     modal: np.ndarray
     """Angular velocity and modal rates, (n, 3 + E)."""
     inner_force: np.ndarray

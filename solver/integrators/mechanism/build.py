@@ -16,6 +16,7 @@ from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.integrators.mechanism.arrays import (
     ALONG,
     ANGLE,
+    CURL,
     DISTANCE,
     NONE,
     PUSHES,
@@ -27,7 +28,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Work,
 )
 from gudgeon.solver.integrators.mechanism.constraints.pattern import coupled, envelope, is_thin
-from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, point_of
+from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, moments, point_of
 from gudgeon.solver.integrators.mechanism.parts import Point, Row
 from gudgeon.solver.integrators.mechanism.touching.kernel import COLUMNS
 from gudgeon.solver.integrators.mechanism.touching.meeting import Meeting, meetings, sections_of, surfaces_of
@@ -317,20 +318,26 @@ def _flexible(found: Linkage, points: list[Point]) -> dict[str, np.ndarray]:
     n, most, total = len(counts), max(counts), sum(counts)
     first = WIDTH * n + np.cumsum([0, *counts[:-1]])
     shapes = {
-        "second": (n, 3, 3), "lever": (n, most, 3, 3), "pair": (n, most, most, 3, 3), "modal_mass": (n, most, most),
-        "modal_stiffness": (n, most), "modal_damping": (n, most), "point_rows": (len(points), 6, most),
-        "point_bend": (len(points), 6, most, most),
+        "second": (n, CURL), "lever": (n, CURL + 3, most), "pair": (n, most, CURL + 3, most),
+        "modal_root": (n, most, most), "modal_stiffness": (n, most), "modal_damping": (n, most),
+        "point_rows": (len(points), 6, most), "point_bend": (len(points), 6, most, most),
     }  # fmt: skip
     arrays = {name: np.zeros(shape) for name, shape in shapes.items()}
     for b, (frame, m) in enumerate(zip(found.frames, counts, strict=True)):
-        arrays["second"][b] = frame.second
-        arrays["lever"][b, :m], arrays["pair"][b, :m, :m] = frame.lever, frame.pair
-        arrays["modal_mass"][b, :m, :m], arrays["modal_stiffness"][b, :m] = frame.mass, frame.stiffness
+        arrays["second"][b] = moments(frame.second)[:CURL]
+        arrays["lever"][b, :, :m] = moments(frame.lever).T
+        arrays["pair"][b, :m, :, :m] = moments(frame.pair).transpose(0, 2, 1)
+        arrays["modal_root"][b, :m, :m], arrays["modal_stiffness"][b, :m] = frame.root, frame.stiffness
         arrays["modal_damping"][b, :m] = frame.damping
     for p, point in enumerate(points):
         m = point.rows.shape[1]
         arrays["point_rows"][p, :, :m], arrays["point_bend"][p, :, :m, :m] = point.rows, point.bend
-    return arrays | {"elastic": np.column_stack([counts, first, first + total]).astype(np.int64)}
+    below = np.tril(arrays["modal_root"], -1)
+    return arrays | {
+        "elastic": np.column_stack([counts, first, first + total]).astype(np.int64),
+        "orthogonal": (~below.any(axis=(1, 2))).astype(np.int64),
+        "bends": arrays["point_bend"].any(axis=(1, 2, 3)).astype(np.int64),
+    }
 
 
 def _law(found: Linkage, ends: tuple[Point, Point], spring) -> tuple[float, float, float]:  # type: ignore[no-untyped-def]
@@ -370,8 +377,9 @@ def work_of(model: Model) -> Work:
         "end": (m,), "within": (1,), "left": (m,), "rank": (1,), "least": (1,), "right": (m,), "multiplier": (m,),
         "small": (m, m), "spare": (2, m), "slopes": (STAGES, size), "stage": (size,), "lost": (SUMS,),
         "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3), "spin_drift": (p, 3),
-        "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "moment": (n, e, 3, 3),
-        "moment_rate": (n, e, 3, 3), "spare_moment": (3, 3), "inertia": (n, 3 + e, 3 + e), "modal": (n, 3 + e),
+        "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "curved": (e,), "moving": (e,),
+        "moment": (n, CURL + 3, e), "moment_rate": (n, 3, e), "second": (n, CURL), "coupling": (n, 3, e),
+        "root": (n, 3, 3), "modal": (n, 3 + e),
         "inner_force": (n, e), "across": (n, e), "light_error": (3 + e,), "touching": (c,), "slipping": (c,),
         "deflection": (c, 2), "approach": (c,), "shift": (c,), "touch": (c, COLUMNS), "bush": (u, 12),
         "bush_push": (u, 6),

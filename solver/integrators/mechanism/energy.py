@@ -32,6 +32,16 @@ def modal_parts(model: Model, state: np.ndarray, b: int) -> tuple[np.ndarray, np
     return state[..., at : at + m], state[..., momentum : momentum + m]
 
 
+def inertia_factor(model: Model, work: Work, b: int) -> np.ndarray:
+    """Return the lower factor of a body's inertia over elastic coordinates and rotation along its own axes, of the
+    pose that `work` has, (m + 3, m + 3)."""
+    m = int(model.elastic[b, 0])
+    found = np.zeros((m + 3, m + 3))
+    found[:m, :m] = model.modal_root[b, :m, :m]
+    found[m:, :m], found[m:, m:] = work.coupling[b, :, :m], np.tril(work.root[b])
+    return found
+
+
 class Motion(NamedTuple):
     """What is found of one state."""
 

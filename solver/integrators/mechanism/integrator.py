@@ -20,7 +20,7 @@ from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, rea
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.forces.bushings import WIDEST
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
-from gudgeon.solver.integrators.mechanism.rotation import rotation_vector
+from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.start import start_of
 from gudgeon.solver.integrators.mechanism.step import MAIN, Course, begin, interpolation, keep_angles, tableau
 from gudgeon.solver.integrators.mechanism.stepping import Stepping, Tried
@@ -71,6 +71,7 @@ class Mechanism(Capabilities):
         self._old, self._end, self._until = self._state, self._state, 0.0
         self._dense = np.zeros((7, len(self._state)))
         self._stepping = Stepping(self.model, self.work, self._tolerance, self._duration, fixed=fixed_step)
+        self._parts, self._target = self._shares(), 0.0
         self._vectors = np.zeros((n, 3))
         self._vectors = self._turned(self._state)
         self._fastest, self._widest = np.zeros(2), 0.0
@@ -102,8 +103,7 @@ class Mechanism(Capabilities):
 
     def _turned(self, state: np.ndarray) -> np.ndarray:
         """Return the rotation vectors of a state that continue those of the last step [rad], (n, 3)."""
-        turns = bodies_of(self.model, state)[:, TURN : TURN + 4]
-        return np.array([rotation_vector(e, before) for e, before in zip(turns, self._vectors, strict=True)])
+        return rotation_vectors(bodies_of(self.model, state)[:, TURN : TURN + 4], self._vectors)
 
     def _given(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return drives (t, d, 3) and loads (t, l) at times [s], (t,)."""
@@ -126,6 +126,7 @@ class Mechanism(Capabilities):
         vectors = np.zeros((count, len(self.model.mass), 3))
         for number in range(count):
             time = min(self._interval * (first + (number + 1) * stride), self._duration)
+            self._target = time
             while self._time < time * (1 - 1e-14):
                 if not self._advance():
                     return False
@@ -229,7 +230,11 @@ class Mechanism(Capabilities):
             self.reason = left_text(self._system.fields.names[i], self.model.fields, i, pose, self._time)
 
     def _span(self, one: Tried) -> None:
-        """Set the interpolation of a step from the present state."""
+        """Set the interpolation of a step from the present state, if a sample or an event may be within it."""
+        self._old, self._before, self._end = self._state, self._time, one.state
+        self._until = self._duration if self._time + one.h >= self._duration else self._time + one.h
+        if not self.touching and self._target > self._until:
+            return
         h, K = one.h, self.work.slopes
         interpolation(self.model, self.work, one.course, self._state, h)
         change = one.state - self._state
@@ -237,46 +242,53 @@ class Mechanism(Capabilities):
         self._dense[1] = h * K[0] - change
         self._dense[2] = 2 * change - h * (K[MAIN] + K[0])
         self._dense[3:] = h * (self._table.dense @ K)
-        self._old, self._before = self._state, self._time
-        self._end = one.state
-        self._until = self._duration if self._time + h >= self._duration else self._time + h
 
     def _accept(self, one: Tried) -> None:
         """Go on to the end of a step."""
         if self.touching.rubbed:
             self.touching.rub(self._interpolated, self._before, self._until)
         self._state, self._time = one.state, self._until
-        self._note_speeds()
         self._vectors = self._turned(one.state)
         keep_angles(self.model, self.work, one.state)
+        self._note_speeds()
         self.work.slopes[0] = self.work.slopes[MAIN]
 
     def _note_speeds(self) -> None:
-        """Keep the largest speed and angular velocity of the run, by which errors are measured."""
-        bodies = bodies_of(self.model, self._state)
-        motion = motion_of(self.model, self.work, self._state)
-        spin = float(np.linalg.norm(motion.omega, axis=1).max())
-        self._widest = float(np.linalg.norm(motion.bushings[:, 3:6], axis=1).max(initial=0.0))
-        speed = float(np.linalg.norm(bodies[:, SPEED : SPEED + 3], axis=1).max())
-        self._fastest = np.maximum(self._fastest, [speed, spin])
+        """Keep the largest speed and angular velocity of the run, by which errors are measured; poses are set. What
+        touches is left in `work` as it is now."""
+        speeds = bodies_of(self.model, self._state)[:, SPEED : SPEED + 3]
+        if self.touching or len(self.model.bush_rest):
+            bushings = motion_of(self.model, self.work, self._state).bushings
+            self._widest = float(np.linalg.norm(bushings[:, 3:6], axis=1).max(initial=0.0))
+        squares = [float(np.einsum("bi,bi->b", one, one).max()) for one in (speeds, self.work.omega)]
+        self._fastest = np.maximum(self._fastest, np.sqrt(squares))
+
+    def _shares(self) -> np.ndarray:
+        """Return what makes up `_weights`: shares that are constant, and over the largest speed, its square and the
+        largest angular velocity, (4, 13 n + SUMS)."""
+        found = np.zeros((4, len(self._state)))
+        constant, speed, square, spin = found
+        at = bodies_of(self.model, constant)
+        at[:, PLACE : PLACE + 3], at[:, TURN : TURN + 4] = 1 / self._size, 1.0
+        bodies_of(self.model, speed)[:, SPEED : SPEED + 3] = 1.0
+        bodies_of(self.model, spin)[:, SPIN : SPIN + 3] = 1.0
+        for b, mass in enumerate(self.model.mass):
+            # A coordinate of unit modal mass moves the body by about 1/√mass.
+            modal_parts(self.model, constant, b)[0][:] = 1 / (np.sqrt(mass) * self._size)
+            modal_parts(self.model, speed, b)[1][:] = 1 / np.sqrt(mass)
+        sections, mass = len(self.model.touch_pair), float(self.model.mass.sum())
+        pushes = pushes_of(speed, sections)
+        pushes[:] = 1 / mass
+        pushes[:, 1], pushes[:, DEFLECTION:] = 0.0, 0.0
+        pushes_of(square, sections)[:, 1] = 1 / mass
+        pushes_of(constant, sections)[:, DEFLECTION:] = 1 / self._size
+        return found
 
     def _weights(self) -> np.ndarray:
         """Return what the error of each number is multiplied by, (13 n + SUMS,)."""
-        weights = np.zeros_like(self._state)
         rate = 1.0 / self._duration
         speed, spin = max(self._fastest[0], rate * self._size), max(self._fastest[1], rate)
-        bodies = bodies_of(self.model, weights)
-        bodies[:, PLACE : PLACE + 3] = 1 / self._size
-        bodies[:, TURN : TURN + 4] = 1.0
-        bodies[:, SPEED : SPEED + 3] = 1 / speed
-        bodies[:, SPIN : SPIN + 3] = 1 / spin
-        for b, mass in enumerate(self.model.mass):
-            # A coordinate of unit modal mass moves the body by about 1/√mass.
-            q, momentum = modal_parts(self.model, weights, b)
-            q[:], momentum[:] = 1 / (np.sqrt(mass) * self._size), 1 / (np.sqrt(mass) * speed)
-        pushes, whole = pushes_of(weights, len(self.model.touch_pair)), float(self.model.mass.sum()) * speed
-        pushes[:], pushes[:, 1], pushes[:, DEFLECTION:] = 1 / whole, 1 / (whole * speed), 1 / self._size
-        return weights
+        return np.array([1.0, 1 / speed, 1 / speed**2, 1 / spin]) @ self._parts
 
     def _interpolated(self, time: float) -> np.ndarray:
         """Return the state at a time within the last step [s]."""

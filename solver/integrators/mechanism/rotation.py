@@ -68,19 +68,15 @@ def matrices(e: np.ndarray) -> np.ndarray:
     return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
-def rotation_vector(e: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """Return the rotation vector of a unit quaternion (4,) that is nearest to an earlier one [rad], (3,).
+def rotation_vectors(e: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Return the rotation vectors of unit quaternions (..., 4) that are nearest to earlier ones [rad], (..., 3).
 
     Angles continue beyond π: a rotation vector and the ones longer or shorter by full turns mean the same rotation.
     """
-    length = float(np.linalg.norm(e[1:]))
-    angle = 2 * np.arctan2(length, e[0])
-    size = float(np.linalg.norm(before))
-    if length > 1e-12:
-        axis = e[1:] / length
-    elif size > 0:
-        axis = before / size
-    else:
-        return 2 * e[1:]
-    turns = np.round((float(axis @ before) - angle) / (2 * np.pi))
-    return (angle + 2 * np.pi * turns) * axis
+    w, v = e[..., :1], e[..., 1:]
+    length = np.sqrt((v * v).sum(axis=-1, keepdims=True))
+    size = np.sqrt((before * before).sum(axis=-1, keepdims=True))
+    angle, turned = 2 * np.arctan2(length, w), length > 1e-12
+    axis = np.where(turned, v / np.where(turned, length, 1.0), before / np.where(size > 0, size, 1.0))
+    turns = np.round(((axis * before).sum(axis=-1, keepdims=True) - angle) / (2 * np.pi))
+    return np.where(turned | (size > 0), (angle + 2 * np.pi * turns) * axis, 2 * v)

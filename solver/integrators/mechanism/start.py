@@ -9,8 +9,8 @@ from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.arrays import NONE, PLACE, SPEED, SPIN, TURN, WIDTH, Model, Work
 from gudgeon.solver.integrators.mechanism.build import Linkage, reach_of, size_of
-from gudgeon.solver.integrators.mechanism.energy import modal_parts, motion_of
-from gudgeon.solver.integrators.mechanism.rotation import rotation_vector
+from gudgeon.solver.integrators.mechanism.energy import inertia_factor, modal_parts, motion_of
+from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.step import close, keep_angles, match, observe
 
 ASSEMBLED = 1e-12
@@ -102,16 +102,17 @@ def _placed(found: Linkage, model: Model, work: Work) -> np.ndarray:
 
 def _stiff(model: Model) -> Model:
     """Return a model whose elastic coordinates hardly move: their mass is larger."""
-    return model._replace(modal_mass=model.modal_mass * HEAVY)
+    return model._replace(modal_root=model.modal_root * np.sqrt(HEAVY))
 
 
 def _heavier(model: Model, factors: np.ndarray) -> Model:
     """Return a model with the inertia of bodies times factors, (n,)."""
     whole = {
         name: getattr(model, name) * factors.reshape(-1, *(1,) * (getattr(model, name).ndim - 1))
-        for name in ("mass", "inertia", "second", "lever", "pair", "modal_mass")
+        for name in ("mass", "inertia", "second", "lever", "pair")
     }
-    return model._replace(**whole, inverse=model.inverse / factors[:, None, None])
+    root = model.modal_root * np.sqrt(factors)[:, None, None]
+    return model._replace(**whole, modal_root=root, inverse=model.inverse / factors[:, None, None])
 
 
 def _scale_momenta(model: Model, state: np.ndarray, factors: np.ndarray) -> None:
@@ -125,12 +126,11 @@ def _without_rates(model: Model, work: Work, state: np.ndarray) -> None:
     for b in map(int, np.flatnonzero(model.elastic[:, 0])):
         observe(model, work, state)
         m, spin = int(model.elastic[b, 0]), slice(WIDTH * b + SPIN, WIDTH * b + SPIN + 3)
-        X = np.tril(work.inertia[b, : 3 + m, : 3 + m])
-        turn = work.turn[b]
-        omega = np.linalg.solve((X @ X.T)[:3, :3], turn.T @ state[spin])
-        momenta = X @ (X.T @ np.concatenate([omega, np.zeros(m)]))
-        state[spin] = turn @ momenta[:3]
-        modal_parts(model, state, b)[1][:] = momenta[3:]
+        turn, L = work.turn[b], inertia_factor(model, work, b)
+        omega = np.linalg.solve((L @ L.T)[m:, m:], turn.T @ state[spin])
+        momenta = L @ (L.T @ np.concatenate([np.zeros(m), omega]))
+        state[spin] = turn @ momenta[m:]
+        modal_parts(model, state, b)[1][:] = momenta[:m]
 
 
 def _speed_given(found: Linkage, name: str) -> bool:
@@ -159,7 +159,7 @@ def _moved(found: Linkage, placed: np.ndarray, state: np.ndarray, size: float) -
     n = len(found.names)
     one, other = (y[: WIDTH * n].reshape(n, WIDTH) for y in (placed, state))
     moves = np.linalg.norm(other[:, :3] - one[:, :3], axis=1)
-    turns = np.array([np.linalg.norm(rotation_vector(e, np.zeros(3))) for e in other[:, TURN : TURN + 4]])
+    turns = np.linalg.norm(rotation_vectors(other[:, TURN : TURN + 4], np.zeros((n, 3))), axis=1)
     if moves.max() <= SAID * size and turns.max() <= SAID:
         return []
     far = int(np.maximum(moves / size, turns).argmax())
@@ -195,8 +195,8 @@ def _roots(model: Model, work: Work, b: int) -> np.ndarray:
     root = np.zeros((6 + m, 6 + m))
     root[:3, :3] = np.eye(3) / np.sqrt(model.mass[b])
     if m:
-        root[3:, 3:] = np.linalg.inv(np.tril(work.inertia[b, : 3 + m, : 3 + m])).T
-        root[3:6] = work.turn[b] @ root[3:6]
+        inverse = np.linalg.inv(inertia_factor(model, work, b)).T
+        root[3:6, 3:], root[6:, 3:] = work.turn[b] @ inverse[m:], inverse[:m]
         return root
     values, vectors = np.linalg.eigh(work.back[b])
     root[3:, 3:] = (vectors * np.sqrt(values)) @ vectors.T

@@ -81,10 +81,12 @@ def _set_slope(model, work, course, y, h, s):  # type: ignore[no-untyped-def]
     a smooth function of the state, with the same values on the constraints, so that the order stays."""
     K, stage = work.slopes, work.stage
     for i in range(len(y)):
-        total = 0.0
-        for k in range(s):
-            total += course.table.inner[s, k] * K[k, i]
-        stage[i] = y[i] + h * total
+        stage[i] = y[i]
+    for k in range(s):
+        weight = h * course.table.inner[s, k]
+        if weight != 0.0:
+            for i in range(len(y)):
+                stage[i] += weight * K[k, i]
     if course.project[0] and len(model.row_terms):
         project_places(model, work, stage, course.given[s])
         project_speeds(model, work, stage, course.given[s])

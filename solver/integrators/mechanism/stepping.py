@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gudgeon.solver.compiled import machine_code
 from gudgeon.solver.forces.fields.co_energy import LEFT as LEFT_GRID
 from gudgeon.solver.integrators.mechanism.arrays import Model, Work
 from gudgeon.solver.integrators.mechanism.step import ORDER, Course, step
@@ -21,6 +22,11 @@ SAFETY, LEAST, MOST = 0.9, 0.2, 5.0
 """Of the next step over what the error asks for; least and largest ratio of two steps."""
 NEAR = 1e-2
 """Pivot, the square of the sine of an angle between rows, below which stages are projected, too."""
+SMOOTH = 0.4 / ORDER
+"""Power of the last step's error in the size of the next one (Hairer, Nørsett, Wanner, Solving ODE I, II.4): where
+frequencies bound steps, errors grow fast beyond the bound, and without it every other step is refused."""
+LEAST_ERROR = 1e-4
+"""Of the last step, in that power."""
 MARGIN = 0.1
 """Error of a step without projected stages up to which it is taken below this pivot, over what is asked for elsewhere:
 the estimate may be too small by two orders."""
@@ -69,6 +75,8 @@ class Stepping:
         self._duration, self._fixed = duration, fixed
         self._next = FIRST * duration if fixed is None else fixed
         self._regular = self._next
+        self._former = LEAST_ERROR
+        self._step: Callable[..., tuple[float, float]] | None = None
         self.taken, self.rejected, self.singular = 0, 0, 0
         """Steps that were taken, refused, and of the former those near a singular position."""
 
@@ -79,7 +87,7 @@ class Stepping:
             time: [s]
             course: Returns what a step of a size is taken with.
         """
-        rest, leapt = self._duration - time, False
+        rest, leapt, refused = self._duration - time, False, False
         while True:
             one = self._tried(state, self._fitted(self._next, rest), course)
             if self._fixed is not None:
@@ -90,12 +98,12 @@ class Stepping:
                 one = self._leapt(state, rest, course) or one
             if one.good or (leapt and one.sound and one.error <= ROOM):
                 break
-            self.rejected += 1
+            self.rejected, refused = self.rejected + 1, True
             shrink = SAFETY * one.error ** (-1 / ORDER) if one.sound else LEAST
             self._next = one.h * max(LEAST, min(shrink, SAFETY))
             if self._next < self._shortest:
                 return None
-        self._next = one.h * (MOST if one.error == 0 else min(MOST, SAFETY * one.error ** (-1 / ORDER)))
+        self._next = one.h * min(1.0 if refused else MOST, self._growth(one.error))
         if one.least < SINGULAR and self._next < self._shortest:
             return None  # Ever shorter steps towards a position that it cannot pass.
         if not one.least < SINGULAR:
@@ -103,6 +111,14 @@ class Stepping:
         self._count(one)
         self._work.slopes[:] = one.slopes
         return one
+
+    def _growth(self, error: float) -> float:
+        """Return the ratio of the next step to one that is taken, by its error and that of the last one before."""
+        if error == 0:
+            return MOST
+        found = SAFETY * error ** (-(1 / ORDER - 0.2 * SMOOTH)) * self._former**SMOOTH
+        self._former = max(error, LEAST_ERROR)
+        return min(MOST, found)
 
     def _count(self, one: Tried) -> None:
         """Count a step that is taken."""
@@ -158,7 +174,9 @@ class Stepping:
         out = np.empty_like(state)
         self._work.least[0] = 1.0
         self._work.field[:, LEFT_GRID] = 0.0
-        error, left = step(self._model, self._work, course, state, h, out)
+        if self._step is None:
+            self._step = machine_code(step, self._model, self._work, course, state, h, out)
+        error, left = self._step(self._model, self._work, course, state, h, out)
         sound = bool(np.isfinite(out).all() and np.isfinite(error) and left <= LEFT)
         return Tried(
             h,

@@ -17,8 +17,11 @@ import numpy as np
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.integrators.mechanism.arrays import MOMENTS
 from gudgeon.solver.scene.body import Body
 
+ORTHOGONAL = 1e-10
+"""Deviation of a mass from 1 that is round-off of modes."""
 LEVI = np.zeros((3, 3, 3))
 for _a, _b, _c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     LEVI[_a, _b, _c], LEVI[_a, _c, _b] = 1.0, -1.0
@@ -33,8 +36,8 @@ class Frame(NamedTuple):
     """S_k [kg^½ m], (m, 3, 3)."""
     pair: np.ndarray
     """G_kl − ½ K_kl [1], (m, m, 3, 3)."""
-    mass: np.ndarray
-    """∫ ρ φ_k · φ_l [1], (m, m)."""
+    root: np.ndarray
+    """L, lower, of the mass L Lᵀ, ∫ ρ φ_k · φ_l [1], (m, m)."""
     stiffness: np.ndarray
     """ω² [rad²/s²], (m,)."""
     damping: np.ndarray
@@ -91,10 +94,30 @@ def frame_of(body: FlexibleBody, settings: Body) -> Frame:
     if stressed and K is not None:
         G = G - 0.5 * _relative(K, theta)
     return Frame(
-        J, lever.transpose(2, 0, 1), G.transpose(2, 3, 0, 1), 0.5 * (mass + mass.T),
+        J, lever.transpose(2, 0, 1), G.transpose(2, 3, 0, 1), _root(0.5 * (mass + mass.T), body.name),
         stiffness=modal.angular_frequencies**2, damping=body.damping_rates[body.rigid_count :], turn=theta,
         shift=shift, stressed=stressed,
     )  # fmt: skip
+
+
+def moments(B: np.ndarray) -> np.ndarray:
+    """Return the nine parts of matrices (…, 3, 3) that `arrays.MOMENTS` names, (…, 9)."""
+    i, j = np.array(MOMENTS).T
+    sums = B[..., i, j] + B[..., j, i]
+    differences = (B[..., i, j] - B[..., j, i])[..., 3:]
+    return np.concatenate([0.5 * sums[..., :3], sums[..., 3:], differences], axis=-1)
+
+
+def _root(mass: np.ndarray, body: str) -> np.ndarray:
+    """Return the lower root of a mass over elastic coordinates, (m, m); exactly 1 where the mass is to round-off."""
+    if np.allclose(mass, np.eye(len(mass)), rtol=0.0, atol=ORTHOGONAL):
+        return np.eye(len(mass))
+    try:
+        return np.linalg.cholesky(mass)
+    except np.linalg.LinAlgError:
+        raise SceneError(
+            f"body.{body}.attachment: 'fixed' leaves an elastic coordinate without inertia; take 'mean-axis'"
+        ) from None
 
 
 def _relative(K: np.ndarray, theta: np.ndarray) -> np.ndarray:

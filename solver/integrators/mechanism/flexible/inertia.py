@@ -4,78 +4,119 @@ Along the axes of the body, ℓ = I ω + H q̇ and η = Hᵀ ω + M q̇, with I 
 
   ℓ̇ = moment of all forces,  η̇_k = ∂T/∂q_k − ω_k² q_k − d_k q̇_k + modal forces,
   ∂T/∂q_k = |ω|² tr B_k − ωᵀ B_k ω − ω · vector of Ḃ_k,  Ḃ_k = Σ_l q̇_l (G_lk − ½ K_lk).
+
+Of B_k the symmetric part and the vector are used, nine numbers in the order of `arrays.MOMENTS`. M does not change, and
+is 1 of shapes that have no momenta at rest. With M = L Lᵀ and W = H L⁻ᵀ the inertia is factored as
+
+  M = L Lᵀ,  I − W Wᵀ = R Rᵀ, (3, 3),
+
+so that it takes a number of products that grows with m, or with its square where L is no diagonal.
 """
 
 import numpy as np
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.mechanism.arrays import SPIN, WIDTH
+from gudgeon.solver.integrators.mechanism.arrays import CURL, SPIN, WIDTH
 
 
 @inner
 def _set_moments(model, work, y, b):  # type: ignore[no-untyped-def]
     """Set B and the factor of the inertia of a body over its rotation and elastic coordinates, along its own axes."""
     m, at = model.elastic[b, 0], model.elastic[b, 1]
-    B, X, J = work.moment[b], work.inertia[b], work.spare_moment
-    for i in range(3):
-        for j in range(3):
-            J[i, j] = model.second[b, i, j]
-    for k in range(m):
-        for i in range(3):
-            for j in range(3):
-                B[k, i, j] = model.lever[b, k, i, j]
+    B, S = work.moment[b], model.lever[b]
+    for c in range(CURL + 3):
+        for k in range(m):
+            B[c, k] = S[c, k]
     for l in range(m):
-        q = y[at + l]
-        if q != 0.0:
+        q, pair = y[at + l], model.pair[b, l]
+        for c in range(CURL + 3):
             for k in range(m):
-                for i in range(3):
-                    for j in range(3):
-                        B[k, i, j] += q * model.pair[b, l, k, i, j]
-    for k in range(m):
-        q = y[at + k]
-        for i in range(3):
-            for j in range(3):
-                J[i, j] += q * (model.lever[b, k, j, i] + B[k, i, j])
-        X[3 + k, 0] = B[k, 1, 2] - B[k, 2, 1]
-        X[3 + k, 1] = B[k, 2, 0] - B[k, 0, 2]
-        X[3 + k, 2] = B[k, 0, 1] - B[k, 1, 0]
-        for l in range(k + 1):
-            X[3 + k, 3 + l] = model.modal_mass[b, k, l]
-    trace = J[0, 0] + J[1, 1] + J[2, 2]
+                B[c, k] += q * pair[c, k]
+    J = work.second[b]
+    for c in range(CURL):
+        total = model.second[b, c]
+        for k in range(m):
+            total += y[at + k] * (S[c, k] + B[c, k])
+        J[c] = total
+    W = work.coupling[b]
+    for c in range(3):
+        for k in range(m):
+            W[c, k] = B[CURL + c, k]
+        _lower(model, b, W[c], 0)
+    _factor(work, b, m)
+
+
+@inner
+def _factor(work, b, m):  # type: ignore[no-untyped-def]
+    """Set R, the root of I − W Wᵀ."""
+    J, W, R = work.second[b], work.coupling[b], work.root[b]
+    R[0, 0], R[1, 1], R[2, 2] = J[1] + J[2], J[2] + J[0], J[0] + J[1]
+    R[2, 1], R[2, 0], R[1, 0] = -0.5 * J[3], -0.5 * J[4], -0.5 * J[5]
     for i in range(3):
         for j in range(i + 1):
-            X[i, j] = -0.5 * (J[i, j] + J[j, i])
-        X[i, i] += trace
-    for i in range(3 + m):
-        for j in range(i + 1):
-            total = X[i, j]
+            total = R[i, j]
+            for k in range(m):
+                total -= W[i, k] * W[j, k]
             for k in range(j):
-                total -= X[i, k] * X[j, k]
+                total -= R[i, k] * R[j, k]
             # The root of a negative number is NaN, which ends the step.
-            X[i, j] = total / X[j, j] if i > j else np.sqrt(total)
+            R[i, j] = total / R[j, j] if i > j else np.sqrt(total)
+
+
+@inner
+def _lower(model, b, values, first):  # type: ignore[no-untyped-def]
+    """Replace modal forces, from the place `first` on, by L⁻¹ times them."""
+    L, m = model.modal_root[b], model.elastic[b, 0]
+    if model.orthogonal[b]:
+        for k in range(m):
+            values[first + k] /= L[k, k]
+        return
+    for i in range(m):
+        total = values[first + i]
+        for k in range(i):
+            total -= L[i, k] * values[first + k]
+        values[first + i] = total / L[i, i]
+
+
+@inner
+def _upper(model, b, values, first):  # type: ignore[no-untyped-def]
+    """Replace numbers, from the place `first` on, by L⁻ᵀ times them."""
+    L, m = model.modal_root[b], model.elastic[b, 0]
+    if model.orthogonal[b]:
+        for k in range(m):
+            values[first + k] /= L[k, k]
+        return
+    for step in range(m):
+        i = m - 1 - step
+        values[first + i] /= L[i, i]
+        for k in range(i):
+            values[first + k] -= L[i, k] * values[first + i]
 
 
 @inner
 def solve_inertia(model, work, b, values):  # type: ignore[no-untyped-def]
     """Replace a moment along the scene's axes and modal forces by angular acceleration and modal ones, (3 + m,)."""
-    Q, X, m = work.turn[b], work.inertia[b], model.elastic[b, 0]
+    Q, R, W, m = work.turn[b], work.root[b], work.coupling[b], model.elastic[b, 0]
+    _lower(model, b, values, 3)
     x, y, z = values[0], values[1], values[2]
+    u = Q[0, 0] * x + Q[1, 0] * y + Q[2, 0] * z
+    v = Q[0, 1] * x + Q[1, 1] * y + Q[2, 1] * z
+    w = Q[0, 2] * x + Q[1, 2] * y + Q[2, 2] * z
+    for k in range(m):
+        u -= W[0, k] * values[3 + k]
+        v -= W[1, k] * values[3 + k]
+        w -= W[2, k] * values[3 + k]
+    u /= R[0, 0]
+    v = (v - R[1, 0] * u) / R[1, 1]
+    w = (w - R[2, 0] * u - R[2, 1] * v) / R[2, 2]
+    w /= R[2, 2]
+    v = (v - R[2, 1] * w) / R[1, 1]
+    u = (u - R[2, 0] * w - R[1, 0] * v) / R[0, 0]
+    for k in range(m):
+        values[3 + k] -= W[0, k] * u + W[1, k] * v + W[2, k] * w
+    _upper(model, b, values, 3)
     for i in range(3):
-        values[i] = Q[0, i] * x + Q[1, i] * y + Q[2, i] * z
-    for i in range(3 + m):
-        total = values[i]
-        for k in range(i):
-            total -= X[i, k] * values[k]
-        values[i] = total / X[i, i]
-    for step in range(3 + m):
-        i = 2 + m - step
-        total = values[i]
-        for k in range(i + 1, 3 + m):
-            total -= X[k, i] * values[k]
-        values[i] = total / X[i, i]
-    x, y, z = values[0], values[1], values[2]
-    for i in range(3):
-        values[i] = Q[i, 0] * x + Q[i, 1] * y + Q[i, 2] * z
+        values[i] = Q[i, 0] * u + Q[i, 1] * v + Q[i, 2] * w
 
 
 @inner
@@ -91,54 +132,51 @@ def set_flexible(model, work, y, b):  # type: ignore[no-untyped-def]
     solve_inertia(model, work, b, rates)
     for i in range(3):
         work.omega[b, i] = rates[i]
-    Q, D = work.turn[b], work.moment_rate[b]
+    Q, D, B = work.turn[b], work.moment_rate[b], work.moment[b]
     w0 = Q[0, 0] * rates[0] + Q[1, 0] * rates[1] + Q[2, 0] * rates[2]
     w1 = Q[0, 1] * rates[0] + Q[1, 1] * rates[1] + Q[2, 1] * rates[2]
     w2 = Q[0, 2] * rates[0] + Q[1, 2] * rates[1] + Q[2, 2] * rates[2]
-    for k in range(m):
-        for i in range(3):
-            for j in range(3):
-                D[k, i, j] = 0.0
+    for c in range(3):
+        for k in range(m):
+            D[c, k] = 0.0
     for l in range(m):
-        rate = rates[3 + l]
-        if rate != 0.0:
+        rate, pair = rates[3 + l], model.pair[b, l]
+        for c in range(3):
             for k in range(m):
-                for i in range(3):
-                    for j in range(3):
-                        D[k, i, j] += rate * model.pair[b, l, k, i, j]
-    square = w0 * w0 + w1 * w1 + w2 * w2
+                D[c, k] += rate * pair[CURL + c, k]
     for k in range(m):
-        B, own = work.moment[b, k], D[k]
-        trace = B[0, 0] + B[1, 1] + B[2, 2]
-        bent = w0 * (B[0, 0] * w0 + B[0, 1] * w1 + B[0, 2] * w2)
-        bent += w1 * (B[1, 0] * w0 + B[1, 1] * w1 + B[1, 2] * w2)
-        bent += w2 * (B[2, 0] * w0 + B[2, 1] * w1 + B[2, 2] * w2)
-        across = w0 * (own[1, 2] - own[2, 1]) + w1 * (own[2, 0] - own[0, 2]) + w2 * (own[0, 1] - own[1, 0])
+        bent = (w1 * w1 + w2 * w2) * B[0, k] + (w2 * w2 + w0 * w0) * B[1, k] + (w0 * w0 + w1 * w1) * B[2, k]
+        bent -= w1 * w2 * B[3, k] + w2 * w0 * B[4, k] + w0 * w1 * B[5, k]
+        across = w0 * D[0, k] + w1 * D[1, k] + w2 * D[2, k]
         work.across[b, k] = across
         elastic = model.modal_stiffness[b, k] * y[at + k] + model.modal_damping[b, k] * rates[3 + k]
-        work.inner_force[b, k] = square * trace - bent - across - elastic
+        work.inner_force[b, k] = bent - across - elastic
+
+
+@inner
+def _along(rates, values, m):  # type: ignore[no-untyped-def]
+    """Return Σ q̇_k times values, (m,)."""
+    total = 0.0
+    for k in range(m):
+        total += rates[3 + k] * values[k]
+    return total
 
 
 @inner
 def set_flexible_rates(model, work, y, b):  # type: ignore[no-untyped-def]
     """Set angular and modal accelerations of a body under what presses on it, in `rate`."""
     m, Q, out = model.elastic[b, 0], work.turn[b], work.rate[b]
-    w = work.omega[b]
+    B, D, w = work.moment[b], work.moment_rate[b], work.omega[b]
     rates, s = work.modal[b], WIDTH * b + SPIN
     w0 = Q[0, 0] * w[0] + Q[1, 0] * w[1] + Q[2, 0] * w[2]
     w1 = Q[0, 1] * w[0] + Q[1, 1] * w[1] + Q[2, 1] * w[2]
     w2 = Q[0, 2] * w[0] + Q[1, 2] * w[1] + Q[2, 2] * w[2]
     # What the inertia's own change takes, along the axes of the body: I̊ ω + H̊ q̇.
-    t0, t1, t2 = 0.0, 0.0, 0.0
-    for k in range(m):
-        B, D, rate = work.moment[b, k], work.moment_rate[b, k], rates[3 + k]
-        trace = 2.0 * (B[0, 0] + B[1, 1] + B[2, 2])
-        t0 += rate * (trace * w0 - 2 * B[0, 0] * w0 - (B[0, 1] + B[1, 0]) * w1 - (B[0, 2] + B[2, 0]) * w2)
-        t1 += rate * (trace * w1 - (B[1, 0] + B[0, 1]) * w0 - 2 * B[1, 1] * w1 - (B[1, 2] + B[2, 1]) * w2)
-        t2 += rate * (trace * w2 - (B[2, 0] + B[0, 2]) * w0 - (B[2, 1] + B[1, 2]) * w1 - 2 * B[2, 2] * w2)
-        t0 += rate * (D[1, 2] - D[2, 1])
-        t1 += rate * (D[2, 0] - D[0, 2])
-        t2 += rate * (D[0, 1] - D[1, 0])
+    xx, yy, zz = _along(rates, B[0], m), _along(rates, B[1], m), _along(rates, B[2], m)
+    yz, zx, xy = _along(rates, B[3], m), _along(rates, B[4], m), _along(rates, B[5], m)
+    t0 = 2 * (yy + zz) * w0 - xy * w1 - zx * w2 + _along(rates, D[0], m)
+    t1 = 2 * (zz + xx) * w1 - xy * w0 - yz * w2 + _along(rates, D[1], m)
+    t2 = 2 * (xx + yy) * w2 - zx * w0 - yz * w1 + _along(rates, D[2], m)
     lx = w[1] * y[s + 2] - w[2] * y[s + 1]
     ly = w[2] * y[s] - w[0] * y[s + 2]
     lz = w[0] * y[s + 1] - w[1] * y[s]

@@ -34,19 +34,23 @@ def _put(target, first):  # type: ignore[no-untyped-def]
 def _deformed(model, work, y, p, b):  # type: ignore[no-untyped-def]
     """Set displacement, rotation and their first and second rates of a point in its body, (3, 6), and its rows."""
     m, at, rates = model.elastic[b, 0], model.elastic[b, 1], work.modal[b]
-    local, rows = work.local[p], work.point_rows[p]
+    local, rows, curved, moving = work.local[p], work.point_rows[p], work.curved, work.moving
     for i in range(6):
+        for k in range(m):
+            curved[k], moving[k] = 0.0, 0.0
+        if model.bends[p]:
+            for l in range(m):
+                q, rate, bend = y[at + l], rates[3 + l], model.point_bend[p, i, l]
+                for k in range(m):
+                    curved[k] += q * bend[k]
+                    moving[k] += rate * bend[k]
         value, speed, second = 0.0, 0.0, 0.0
         for k in range(m):
-            curved, moving = 0.0, 0.0
-            for l in range(m):
-                curved += model.point_bend[p, i, k, l] * y[at + l]
-                moving += model.point_bend[p, i, k, l] * rates[3 + l]
-            row = model.point_rows[p, i, k]
-            rows[i, k] = row - curved
-            value += (row - 0.5 * curved) * y[at + k]
-            speed += (row - curved) * rates[3 + k]
-            second -= moving * rates[3 + k]
+            row, rate = model.point_rows[p, i, k], rates[3 + k]
+            rows[i, k] = row - curved[k]
+            value += (row - 0.5 * curved[k]) * y[at + k]
+            speed += (row - curved[k]) * rate
+            second -= moving[k] * rate
         local[0, i], local[1, i], local[2, i] = value, speed, second
 
 

@@ -231,15 +231,18 @@ class Touching:
         turns = approaching[:-1] & ~approaching[1:] & free[:-1] & free[1:]
         events = []
         for k, i in np.argwhere(turns & (self._work.touching == 0)):
-            span = times[k : k + 2]
-
-            def rate(time: float, section: int = int(i)) -> float:
-                return float(self._looked(at(time))[section, RATE])
-
-            deepest = float(brentq(rate, *span, xtol=1e-15 * max(abs(float(span[1])), 1e-300), rtol=8.9e-16))
+            deepest = self._deepest(at, int(i), times[k : k + 2])
             if self._looked(at(deepest))[i, DEPTH] > 0:
-                events.append(Event(self._located(at, int(i), np.array([span[0], deepest])), int(i)))
+                events.append(Event(self._located(at, int(i), np.array([times[k], deepest])), int(i)))
         return events
+
+    def _deepest(self, at: At, section: int, span: np.ndarray) -> float:
+        """Return when a section is deepest, between two times at which it approaches and leaves [s]."""
+
+        def rate(time: float) -> float:
+            return float(self._looked(at(time))[section, RATE])
+
+        return float(brentq(rate, *span, xtol=1e-15 * max(abs(float(span[1])), 1e-300), rtol=8.9e-16))
 
     def _note_tracks(self, times: np.ndarray, found: np.ndarray, states: np.ndarray, until: float) -> None:
         """Keep forces and impulses of contacts that press, up to a time, and the deepest indentation of all."""
@@ -271,7 +274,12 @@ class Touching:
 
         ends = [depth(float(time)) for time in span]
         if ends[0] * ends[1] >= 0:  # Within round-off of its touching at the beginning of the step.
-            return float(span[0])
+            rates = [float(self._looked(at(float(time)))[section, RATE]) for time in span]
+            dips = self._work.touching[section] and rates[0] > 0 > rates[1]
+            deepest = self._deepest(at, section, span) if dips else float(span[0])
+            if not (dips and depth(deepest) > 0):
+                return float(span[0])
+            span = np.array([deepest, span[1]])  # In and out again before the first look.
         return float(brentq(depth, *span, xtol=1e-15 * max(abs(float(span[1])), 1e-300), rtol=8.9e-16))
 
     def _note_peaks(self, times: np.ndarray, found: np.ndarray, until: float) -> None:
