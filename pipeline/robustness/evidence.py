@@ -47,6 +47,11 @@ class Evidence:
     """ω of the normal modes of each component's whole mesh [rad/s]."""
     shear: dict[str, float] = field(default_factory=dict)
     """Shear modulus of each elastic component [Pa]."""
+    contrast: float = 1.0
+    """Largest ratio of two moduli within a part: round-off of the stiffer one is so many times larger in the other."""
+    passing: float = 0.0
+    """`run.accuracy` of a mechanism that passed positions at which its joints depend on each other, by steps whose size
+    round-off decides; 0 of others."""
     estimated: float | None = None
     """Largest estimated relative error of the frequency of a kept mode."""
     orthogonality: float | None = None

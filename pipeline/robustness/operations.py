@@ -43,13 +43,14 @@ ALL_RIGID = "all bodies are rigid"
 
 
 def _in_units(subject: Subject, units: Units) -> Trial:
-    """Return the trial of the scene in other units, on the same meshes; elastic bodies that turn have equal steps.
+    """Return the trial of the scene in other units, on the same meshes; bodies that turn have equal steps.
 
-    Round-off would choose others of their thousands of steps, and results differ by `run.accuracy` then.
+    Round-off would choose others of their thousands of steps, and results differ by `run.accuracy` then. Positions at
+    which joints depend on each other are passed by steps of other sizes.
     """
     scene, like = subject.scene, None
     loose = any(isinstance(one, Clearance) for one in scene.joint.values())
-    if subject.turns and subject.elastic() and not loose and scene.run.step is None:
+    if subject.turns and not loose and not subject.base.passing and scene.run.step is None:
         step = scene.run.duration / max(subject.base.steps, 1)
         subject = replace(subject, job=subject.changed({"run": {"step": step, "checks": False}}))
         like = Trial(subject.job)

@@ -95,7 +95,9 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
         return None
     turns = found.integrator in INTEGRATORS and INTEGRATORS[found.integrator].turns
     # Errors of components along the axes choose its steps.
-    same = INTEGRATORS[found.integrator].promised_drift if compared.turned and turns else compared.alike
+    chosen = compared.turned and turns
+    same = INTEGRATORS[found.integrator].promised_drift if chosen else compared.alike * found.contrast
+    same = max(same, found.passing)
     places = 0.0 if compared.measured else ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
     pairs: list[tuple[float, float]] = []
     """Relative differences and their bounds."""
@@ -140,9 +142,9 @@ def frequencies(found: Evidence, compared: Compared) -> Finding | None:
         stretch = compared.stretch[name.partition(",")[0]]  # Harmonics of a wheel follow their sector.
         after = found.frequencies.get(name, np.empty(0)) / stretch
         if len(after) != len(before):
-            return Finding("frequencies", np.inf, SAME, "as many frequencies as before")
+            return Finding("frequencies", np.inf, SAME * found.contrast, "as many frequencies as before")
         worst = max(worst, float(np.abs(after / before - 1).max()))
-    return Finding("frequencies", worst, SAME, "frequencies change by a known factor")
+    return Finding("frequencies", worst, SAME * found.contrast, "frequencies change by a known factor")
 
 
 def collision(found: Evidence, compared: Compared) -> Finding | None:
@@ -169,7 +171,8 @@ def loss(found: Evidence, compared: Compared) -> Finding | None:
 
 
 def agreement(found: Evidence, compared: Compared) -> Finding | None:
-    """The impulse of the first contact, or without contact the displacements, agree with those of another run."""
+    """The impulse of the first contact, or without contact the displacements, agree with those of another run; of
+    joints with clearance, whose contacts multiply differences, the first impacts."""
     if compared.agreement is None:
         return None
     base = compared.base
@@ -178,6 +181,10 @@ def agreement(found: Evidence, compared: Compared) -> Finding | None:
             return Finding("agreement", np.inf, compared.agreement, "first contact (there is none)")
         value = abs(found.contact.impulse / base.contact.impulse - 1)
         return Finding("agreement", value, compared.agreement, "impulse of the first contact")
+    first = [(n, v) for n, (v, _) in base.readings.items() if n.endswith(FIRST_IMPACT) and v]
+    if first:
+        value = max(abs(found.readings[n][0] / v - 1) if n in found.readings else np.inf for n, v in first)
+        return Finding("agreement", value, compared.agreement, "first impacts in joints")
     pairs = [(found.readings[n][0], v) for n, (v, u) in base.readings.items() if u == "m" and n in found.readings]
     size = max((abs(b) for _, b in pairs), default=0.0)
     if size == 0:
@@ -219,7 +226,7 @@ def nested(found: Evidence, compared: Compared) -> Finding | None:
     if falls > SETTLED:
         return Finding("nested", falls, SETTLED, "split elements change frequencies by little")
     rises = max(float((after / before - 1).max()) for before, after in pairs.values())
-    return Finding("nested", rises, SAME, "split elements lower frequencies (Rayleigh)")
+    return Finding("nested", rises, SAME * found.contrast, "split elements lower frequencies (Rayleigh)")
 
 
 def shear(found: Evidence, compared: Compared) -> Finding | None:

@@ -19,6 +19,7 @@ from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, ENDS, IMPULSE, W
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts, Refusal, readings_of
 from gudgeon.pipeline.robustness.rules import Compared
+from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.stages.change import change_estimates, change_notes, largest_changes
 from gudgeon.pipeline.stages.job import Job, grids_of
 from gudgeon.pipeline.stages.make import keep
@@ -26,6 +27,7 @@ from gudgeon.pipeline.stages.products import Product, component_products
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.integrators.mechanism.integrator import ACCURACY
 from gudgeon.solver.obstacles import Bore
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.run import LEAST_WINDOW
@@ -206,6 +208,12 @@ def turns_freely(job: Job, name: str) -> bool:
     return system_of(job).bodies[name].rigid_count == 6
 
 
+def _contrast(material: Material | None) -> float:
+    """Return the largest ratio of two moduli of a part."""
+    moduli = [] if material is None else [material.E, *(one.E for one in material.volumes.values())]
+    return max(moduli, default=1.0) / min(moduli, default=1.0)
+
+
 def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, ModalRecord]) -> Evidence:
     """Return the evidence of a run."""
     eps = float(np.finfo(float).eps)
@@ -235,6 +243,8 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     return Evidence(
         frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.reduction in WHOLE},
         shear={n: part.lame[1] for n in elastic if (part := job.scene.component[n].material) is not None},
+        contrast=max((_contrast(job.scene.component[n].material) for n in elastic), default=1.0),
+        passing=(system.scene.run.accuracy or ACCURACY) if found.counts.get("singular_steps") else 0.0,
         estimated=max(estimates, default=None),
         orthogonality=max(checks, default=None),
         contact=contact,
@@ -309,9 +319,10 @@ def _blur(system: System) -> float:
 
 
 def _penetration(system: System, found: Trajectory) -> tuple[float | None, float | None]:
-    """Return the deepest overlap at frames and its bound [m]; None if points slide over another body."""
+    """Return the deepest overlap at frames and its bound [m]; None if points slide over another body, or bodies turn by
+    any angle, of whose contacts the rows of small motions say nothing."""
     plain = [contact for contact in system.contacts if contact.master is None]
-    if not plain or not len(found.frames):
+    if not plain or not len(found.frames) or INTEGRATORS[found.counts["integrator"]].turns:
         return None, None
     paths = found.frames @ system.rows.T
     pressed = _multipliers(system, found)

@@ -8,6 +8,7 @@ from pydantic import BaseModel
 from scipy.spatial.transform import Rotation
 
 from gudgeon.pipeline.robustness.units import with_values
+from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.scene.body import ALL_FREE, Body
 from gudgeon.solver.scene.orientation import Orientation, quaternion_of
@@ -17,6 +18,8 @@ VECTORS = (
     "lateral", "gravity", "force", "moment", "against_axis",
 )  # fmt: skip
 """Keys of vectors in the axes of the scene."""
+MATRICES = ("stiffness", "rotational_stiffness", "coupling", "damping", "rotational_damping", "coupling_damping")
+"""Keys of matrices in the axes of the scene, of bushings."""
 PARTS = ("body", "contact", "joint", "force", "motion", "run")
 """Parts of a scene with vectors; those of components are in their own axes."""
 ANY = Orientation(axis=(0.3, -0.5, 0.8), angle=137.0)
@@ -53,12 +56,25 @@ def _turned(value: Any, Q: np.ndarray) -> Any:
             changes[key] = tuple(_turned(part, Q) for part in one)
     if isinstance(value, Electrostatic):
         changes["turn"] = tuple(np.degrees(Rotation.from_matrix(Q @ value.axes()).as_rotvec()).tolist())
+    if isinstance(value, Bushing):
+        changes |= {key: _turned_matrix(getattr(value, key), Q) for key in MATRICES}
     if isinstance(value, Body):
         own = np.eye(3) if value.orientation is None else value.orientation.matrix()
         changes["orientation"] = Orientation(quaternion=_without_round_off(np.array(quaternion_of(Q @ own))))
         if tuple(value.freedom) != ALL_FREE:
             changes["freedom"] = tuple(one[:-1] + "yzx"["xyz".index(one[-1])] for one in value.freedom)
     return with_values(value, changes)
+
+
+def _turned_matrix(given: Any, Q: np.ndarray) -> Any:
+    """Return the 3 × 3 matrix of a bushing, or its diagonal, along turned axes; what is equal along all stays."""
+    if given is None or (np.ndim(given) == 1 and len(set(given)) == 1):
+        return given
+    whole = np.diag(given) if np.ndim(given) == 1 else np.array(given, float)
+    found = Q @ whole @ Q.T
+    if np.array_equal(whole, whole.T):
+        found = 0.5 * (found + found.T)
+    return tuple(map(tuple, found.tolist()))
 
 
 def _without_round_off(vector: np.ndarray) -> tuple[Any, ...]:

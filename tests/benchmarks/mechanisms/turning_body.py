@@ -1,8 +1,8 @@
 """A body of 66 elastic coordinates under a force, that turns and that is at rest.
 
-`python -m tests.benchmarks.mechanisms.turning_body` prints the CPU time of whole runs after the system is compiled, by the
-integrator that each is given, at equal `run.accuracy`: a body at rest runs by small motions, exact in its modes, one that
-turns in a floating frame.
+`python -m tests.benchmarks.mechanisms.turning_body` prints the CPU time of whole runs after the system is compiled, by
+the integrator that each is given, at equal `run.accuracy`: a body at rest runs by small motions, exact in its modes,
+one that turns in a floating frame.
 """
 
 import tempfile
