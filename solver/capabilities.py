@@ -56,6 +56,8 @@ class Integrator:
     """Convergence order of its error in the step; infinite if its motion is exact, without a step."""
     promised_drift: ClassVar[float]
     """Largest energy drift at the default step, in addition to round-off of the scene's numbers."""
+    accuracy: ClassVar[float] = math.nan
+    """Default of `run.accuracy` where it is that of the motion, which chooses the steps."""
     own_steps: ClassVar[bool] = False
     """Whether it chooses its steps between samples."""
     step_factor: ClassVar[float] = 0.2
@@ -164,6 +166,7 @@ class Mechanism(Integrator):
         }
     )  # fmt: skip
     order = 8
+    accuracy = 1e-8
     promised_drift = 1e-6
     own_steps = True
     turns = True

@@ -1,10 +1,13 @@
 """The numbers of a run that the rules read, the same for every kind of scene."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.scenes.material import Material
+from gudgeon.solver.capabilities import INTEGRATORS
 
 
 @dataclass(frozen=True)
@@ -125,3 +128,18 @@ def readings_of(found: Trajectory) -> dict[str, tuple[float, str]]:
         for name, entry in found.quantities.items()
         if not name.endswith("_time") and not (unbounded and entry["unit"] in ("N", "N m"))
     }
+
+
+def contrast_of(materials: Iterable[Material | None]) -> float:
+    """Return the largest ratio of two moduli of one of the materials."""
+    return max((one.contrast for one in materials if one is not None), default=1.0)
+
+
+def passing_of(accuracy: float | None, found: Trajectory) -> float:
+    """Return the accuracy of a mechanism that passed positions at which its joints depend on each other, or 0.
+
+    Args:
+        accuracy: `run.accuracy`.
+    """
+    own = accuracy or INTEGRATORS[found.counts["integrator"]].accuracy
+    return own if found.counts.get("singular_steps") else 0.0

@@ -45,8 +45,7 @@ ALL_RIGID = "all bodies are rigid"
 def _in_units(subject: Subject, units: Units) -> Trial:
     """Return the trial of the scene in other units, on the same meshes; bodies that turn have equal steps.
 
-    Round-off would choose others of their thousands of steps, and results differ by `run.accuracy` then. Positions at
-    which joints depend on each other are passed by steps of other sizes.
+    Round-off would choose others of their thousands of steps, and results differ by `run.accuracy` then.
     """
     scene, like = subject.scene, None
     loose = any(isinstance(one, Clearance) for one in scene.joint.values())
@@ -311,10 +310,10 @@ def material(subject: Subject, operation: Any) -> Trial:
     plain = all(component[name].material.simple and not component[name].point_mass for name in names)
     if subject.contacts or subject.turns or not plain:
         return _in_units(subject, Units(mass=operation.density, time=1 / faster))
-    changed = {}
-    for name in names:
-        own = component[name].material
-        changed[name] = {"material": {"E": own.E * operation.modulus, "rho": own.rho * operation.density}}
+    own = {name: component[name].material for name in names}
+    changed = {
+        n: {"material": {"E": m.E * operation.modulus, "rho": m.rho * operation.density}} for n, m in own.items()
+    }
     return Trial(_job_with(subject, {"component": changed}), stretch=dict.fromkeys(names, faster))
 
 

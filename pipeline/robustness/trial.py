@@ -17,9 +17,16 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, ENDS, IMPULSE, WINDOWED, Trajectory
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
-from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts, Refusal, readings_of
+from gudgeon.pipeline.robustness.evidence import (
+    Evidence,
+    FirstContact,
+    Impacts,
+    Refusal,
+    contrast_of,
+    passing_of,
+    readings_of,
+)
 from gudgeon.pipeline.robustness.rules import Compared
-from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.stages.change import change_estimates, change_notes, largest_changes
 from gudgeon.pipeline.stages.job import Job, grids_of
 from gudgeon.pipeline.stages.make import keep
@@ -27,7 +34,6 @@ from gudgeon.pipeline.stages.products import Product, component_products
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
-from gudgeon.solver.integrators.mechanism.integrator import ACCURACY
 from gudgeon.solver.obstacles import Bore
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.run import LEAST_WINDOW
@@ -208,12 +214,6 @@ def turns_freely(job: Job, name: str) -> bool:
     return system_of(job).bodies[name].rigid_count == 6
 
 
-def _contrast(material: Material | None) -> float:
-    """Return the largest ratio of two moduli of a part."""
-    moduli = [] if material is None else [material.E, *(one.E for one in material.volumes.values())]
-    return max(moduli, default=1.0) / min(moduli, default=1.0)
-
-
 def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, ModalRecord]) -> Evidence:
     """Return the evidence of a run."""
     eps = float(np.finfo(float).eps)
@@ -223,8 +223,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     for impacts in found.impacts.values():  # Samples do not resolve short impacts.
         exchanged = max(exchanged, 0.25 * float((impacts[:, IMPULSE] * np.abs(impacts[:, CLOSING])).max(initial=0.0)))
     lowest = np.minimum.accumulate(mechanical) if len(mechanical) else mechanical
-    # A surface with a dashpot recovers with a delay: its stored energy and its depth are not in these figures.
-    lagging = bool(system.dashpot.any())
+    lagging = bool(system.dashpot.any())  # It recovers with a delay: its energy and depth are not in these figures.
     depth, allowed = (None, None) if lagging else _penetration(system, found)
     moved = any(body.rigid_count for body in system.bodies.values())
     pushed = any(history.force.any() for history in found.contacts.values()) or bool(found.joints)
@@ -243,8 +242,8 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     return Evidence(
         frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.reduction in WHOLE},
         shear={n: part.lame[1] for n in elastic if (part := job.scene.component[n].material) is not None},
-        contrast=max((_contrast(job.scene.component[n].material) for n in elastic), default=1.0),
-        passing=(system.scene.run.accuracy or ACCURACY) if found.counts.get("singular_steps") else 0.0,
+        contrast=contrast_of(job.scene.component[n].material for n in elastic),
+        passing=passing_of(system.scene.run.accuracy, found),
         estimated=max(estimates, default=None),
         orthogonality=max(checks, default=None),
         contact=contact,
@@ -319,8 +318,7 @@ def _blur(system: System) -> float:
 
 
 def _penetration(system: System, found: Trajectory) -> tuple[float | None, float | None]:
-    """Return the deepest overlap at frames and its bound [m]; None if points slide over another body, or bodies turn by
-    any angle, of whose contacts the rows of small motions say nothing."""
+    """Return the deepest overlap at frames and its bound [m]; None if points slide over a body, or bodies turn far."""
     plain = [contact for contact in system.contacts if contact.master is None]
     if not plain or not len(found.frames) or INTEGRATORS[found.counts["integrator"]].turns:
         return None, None

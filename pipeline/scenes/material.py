@@ -138,6 +138,12 @@ class Material(Strict):
         return self.orthotropic is None and not self.volumes
 
     @property
+    def contrast(self) -> float:
+        """The largest ratio of two of its moduli."""
+        moduli = [self.E, *(one.E for one in self.volumes.values())]
+        return max(moduli) / min(moduli)
+
+    @property
     def lame(self) -> tuple[float, float]:
         """Lamé's constants λ and μ [Pa]."""
         return self.E * self.nu / (1 + self.nu) / (1 - 2 * self.nu), self.E / 2 / (1 + self.nu)

@@ -90,14 +90,19 @@ def _divides(system: System, rigid: np.ndarray, damped: bool) -> bool:
 
 
 def part_of(constants: Constants) -> Constants:
-    """Return constants for a part of a step, which `impacts.retime` sets."""
+    """Return constants for a part of a step, which `impacts.retime` sets; of steps that are not divided they are read
+    by nothing, and are the same."""
+    if not constants.divides:
+        return constants
     names = ("dt", "motion", "push", "inertia", "columns")
     return constants._replace(**{name: getattr(constants, name).copy() for name in names})
 
 
 def impact_of(constants: Constants, ports: Ports) -> Constants:
-    """Return constants for an impact of rigid contact, to which nothing that yields responds."""
-    here = np.flatnonzero((constants.level == VELOCITY) & constants.divides)
+    """Return constants for an impact of rigid contact, to which nothing that yields responds; as `part_of`."""
+    if not constants.divides:
+        return constants
+    here = np.flatnonzero(constants.level == VELOCITY)
     columns, rows = np.zeros_like(constants.columns), ports.rows[here]
     columns[np.ix_(here, here)] = rows @ rows.T
     return constants._replace(dt=np.ones(1), columns=columns)

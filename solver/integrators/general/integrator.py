@@ -1,5 +1,6 @@
 """The implicit integrator for every feature: runs the loop over ports."""
 
+import os
 from collections.abc import Callable
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from gudgeon.modaldb.records.trajectory import EDGE_NOTES
 from gudgeon.solver.compiled import machine_code
 from gudgeon.solver.contact.rows import touching_depth
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.fields.co_energy import LEFT, left_text
 from gudgeon.solver.integrators.general.arrays import (
     STABILISED,
@@ -23,8 +25,25 @@ from gudgeon.solver.ports.members import contact_ports, function_ports, gauge_po
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
+MATRICES = 12
+"""Arrays of the loop that have a number for each two ports."""
+SHARE = 0.8
+"""Of the memory of the machine that they may take."""
 AHEAD = 256
 """Steps for which forces, drives and cranks are evaluated together: one at a time takes longer than the step."""
+
+
+def _refuse_large(ports: int, system: System) -> None:
+    """Raise a SceneError where the arrays of a run would not find room on this machine."""
+    needed, memory = 8.0 * MATRICES * ports**2, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed <= SHARE * memory:
+        return
+    points = sum(contact.rows.stop - contact.rows.start for contact in system.contacts)
+    raise SceneError(
+        f"contact: {len(system.contacts)} contacts have {points} points, for which the solver needs about"
+        f" {needed / 2**30:.3g} GB, and this machine has {memory / 2**30:.3g} GB; give them fewer by a larger"
+        " component.*.mesh.size, or interfaces of kind 'patch'"
+    )
 
 
 class General:
@@ -36,6 +55,7 @@ class General:
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._dt = system, dt
         self.ports = ports_of(system)
+        _refuse_large(len(self.ports.offset), system)
         constants = constants_of(system, self.ports, dt)
         state = state_of(system, self.ports, constants)
         normals = [contact_ports(self.ports, contact) for contact in system.contacts]

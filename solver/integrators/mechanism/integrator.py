@@ -32,8 +32,6 @@ from gudgeon.solver.result import Result
 from gudgeon.solver.scene.contact import MasterSurface
 from gudgeon.solver.system.system import System
 
-ACCURACY = 1e-8
-"""Default of run.accuracy."""
 SHARE = 1e-3
 """Error of a step over run.accuracy: errors of hundreds of steps add up."""
 FINEST = 2e-13
@@ -65,7 +63,7 @@ class Mechanism(Capabilities):
         self._drives = [(f"joint.{name}", drive) for name, drive in self.linkage.drives.items()]
         self.start = start_of(self.linkage, self.model, self.work, self._given(np.zeros(1))[0][0])
         self._duration = system.scene.run.duration
-        self._tolerance = max(FINEST, SHARE * (system.scene.run.accuracy or ACCURACY))
+        self._tolerance = max(FINEST, SHARE * (system.scene.run.accuracy or self.accuracy))
         self._size, n = reach_of(self.linkage), len(self.model.mass)
         self._before, self._time, self._state = 0.0, 0.0, self.start.state.copy()
         self._old, self._end, self._until = self._state, self._state, 0.0

@@ -174,9 +174,10 @@ class Stepping:
         out = np.empty_like(state)
         self._work.least[0] = 1.0
         self._work.field[:, LEFT_GRID] = 0.0
+        given = self._model, self._work, course, state, h, out
         if self._step is None:
-            self._step = machine_code(step, self._model, self._work, course, state, h, out)
-        error, left = self._step(self._model, self._work, course, state, h, out)
+            self._step = machine_code(step, *given)
+        error, left = self._step(*given)
         sound = bool(np.isfinite(out).all() and np.isfinite(error) and left <= LEFT)
         return Tried(
             h,
