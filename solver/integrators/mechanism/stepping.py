@@ -31,7 +31,10 @@ MARGIN = 0.1
 """Error of a step without projected stages up to which it is taken below this pivot, over what is asked for elsewhere:
 the estimate may be too small by two orders."""
 SINGULAR = 1e-3
-"""Pivot at a stage below which a step that is refused is first tried with other sizes."""
+"""Pivot at a stage, over the largest one of earlier steps, below which a step that is refused is first tried with other
+sizes. A light body between heavy ones has small pivots everywhere, and no singular position."""
+PATIENCE = 8
+"""Refused steps before this while a section presses: a contact that begins is more often the reason."""
 ROOM = 300.0
 """Error over what is asked for of a step that passes a singular position, where none is good: 0.3 of run.accuracy."""
 LEAPS = (1.0, 0.8, 1.25, 0.63, 1.6, 0.5, 0.37, 2.0, 0.27)
@@ -75,7 +78,7 @@ class Stepping:
         self._duration, self._fixed = duration, fixed
         self._next = FIRST * duration if fixed is None else fixed
         self._regular = self._next
-        self._former = LEAST_ERROR
+        self._former, self._usual = LEAST_ERROR, 0.0
         self._step: Callable[..., tuple[float, float]] | None = None
         self.taken, self.rejected, self.singular = 0, 0, 0
         """Steps that were taken, refused, and of the former those near a singular position."""
@@ -87,30 +90,36 @@ class Stepping:
             time: [s]
             course: Returns what a step of a size is taken with.
         """
-        rest, leapt, refused = self._duration - time, False, False
+        rest, leapt, tries = self._duration - time, False, 0
         while True:
             one = self._tried(state, self._fitted(self._next, rest), course)
             if self._fixed is not None:
                 self._count(one)
                 return one if one.sound else None
-            if not one.good and one.least < SINGULAR and not leapt:
+            stuck = tries >= (PATIENCE if self._work.touching.any() else 0)
+            if not one.good and self._singular(one) and stuck and not leapt:
                 leapt = True
                 one = self._leapt(state, rest, course) or one
             if one.good or (leapt and one.sound and one.error <= ROOM):
                 break
-            self.rejected, refused = self.rejected + 1, True
+            self.rejected, tries = self.rejected + 1, tries + 1
             shrink = SAFETY * one.error ** (-1 / ORDER) if one.sound else LEAST
             self._next = one.h * max(LEAST, min(shrink, SAFETY))
             if self._next < self._shortest:
                 return None
-        self._next = one.h * min(1.0 if refused else MOST, self._growth(one.error))
-        if one.least < SINGULAR and self._next < self._shortest:
+        self._next = one.h * min(1.0 if tries else MOST, self._growth(one.error))
+        if self._singular(one) and self._next < self._shortest:
             return None  # Ever shorter steps towards a position that it cannot pass.
-        if not one.least < SINGULAR:
+        if not self._singular(one):
             self._regular = one.h if not one.least < NEAR else max(self._regular, one.h)
         self._count(one)
+        self._usual = max(self._usual, one.least)
         self._work.slopes[:] = one.slopes
         return one
+
+    def _singular(self, one: Tried) -> bool:
+        """Return whether a step is near a position in which joints depend on each other more than elsewhere."""
+        return one.least < SINGULAR * self._usual
 
     def _growth(self, error: float) -> float:
         """Return the ratio of the next step to one that is taken, by its error and that of the last one before."""
@@ -123,7 +132,7 @@ class Stepping:
     def _count(self, one: Tried) -> None:
         """Count a step that is taken."""
         self.taken += 1
-        self.singular += one.least < SINGULAR
+        self.singular += self._singular(one)
 
     @property
     def _shortest(self) -> float:
@@ -161,7 +170,7 @@ class Stepping:
         plain = self._computed(state, h, course(h))
         if not plain.least < NEAR:
             return plain
-        if not plain.least < SINGULAR:
+        if not self._singular(plain):
             plain = plain._replace(error=plain.error / MARGIN)
         projecting = course(h)
         projecting.project[0] = True
