@@ -167,9 +167,9 @@ def step(subject: Subject, operation: Any) -> Trial:
         subject.known["step"] = _stepped(subject)
     name, suggested = subject.known["step"]
     changes = {"integrator": name, "step": suggested * operation.factor, "accuracy": "unset"}
-    if not subject.contacts:  # Nothing else than its estimate says that a step is too long.
-        changes["checks"] = True
-    return Trial(subject.changed({"run": changes}), agreement=settings.AGREES, given_step=True)
+    changes |= {} if subject.contacts else {"checks": True}  # Its estimate alone says that a step is too long.
+    job, length = subject.changed({"run": changes}), _length(subject)
+    return Trial(job, agreement=settings.AGREES, given_step=True, length=length)
 
 
 def _stepped(subject: Subject) -> tuple[str, float]:
@@ -380,7 +380,7 @@ def repeated_joint(subject: Subject, operation: Any) -> Trial:
         raise DoesNotApply("the scene has no joint of two markers")
     name, joint = next(iter(held.items()))
     twin = joint.model_dump(exclude_unset=True)
-    return Trial(subject.changed({"joint": {f"{name}-twin": twin}}), agreement=SAME_SPACE)
+    return Trial(subject.changed({"joint": {f"{name}-twin": twin}}), agreement=SAME_SPACE, length=_length(subject))
 
 
 OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {

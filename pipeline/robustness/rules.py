@@ -39,6 +39,8 @@ NOTHING = 1e-9
 """Share of the largest reading of a unit below which another is round-off, as motions across and those of a cycle."""
 FIRST_IMPACT = (".impact1.start", ".impact1.end", ".impact1.impulse")
 """Last parts of the names of readings of the first impact in a joint with clearance."""
+RETURNED = 1e-3
+"""Displacement over the size of a mechanism below which it is back where it began: differences are over this."""
 ALONG = ("_x", "_y", "_z")
 """Last parts of the names of readings along axes of the scene."""
 SAID = 1e-3
@@ -187,6 +189,7 @@ def agreement(found: Evidence, compared: Compared) -> Finding | None:
         return Finding("agreement", value, compared.agreement, "first impacts in joints")
     pairs = [(found.readings[n][0], v) for n, (v, u) in base.readings.items() if u == "m" and n in found.readings]
     size = max((abs(b) for _, b in pairs), default=0.0)
+    size = max(size, RETURNED * compared.length) if pairs else size  # A mechanism may end where it began.
     if size == 0:
         still = not any(value for value, unit in found.readings.values() if unit == "m")
         return Finding("agreement", 0.0, compared.agreement, "nothing moves in either run") if still else None

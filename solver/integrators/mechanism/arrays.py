@@ -101,6 +101,8 @@ class Model(NamedTuple):
     """Pair of markers whose joint a row belongs to; `NONE` of gears and drives, (m,)."""
     reach: np.ndarray
     """Size by which the violation of a row is measured: a length of the scene, or 1, (m,)."""
+    group: np.ndarray
+    """First of the rows of the same joint along axes at right angles, and how many they are, (m, 2)."""
     pairs: np.ndarray
     """Rows i ≥ j and blocks of theirs that belong to one body, (P, 4)."""
     envelope: np.ndarray
@@ -213,11 +215,11 @@ class Work(NamedTuple):
     light: np.ndarray
     """The same times the inverse of the inertia, (m, 4, 6 + E)."""
     matrix: np.ndarray
-    """S = G M⁻¹ Gᵀ, scaled to a diagonal of ones, (m, m)."""
+    """S = G M⁻¹ Gᵀ, once factored by pivots scaled, (m, m)."""
     lower: np.ndarray
     """Its factor, rows in the order of the pivots, (m, m)."""
     scale: np.ndarray
-    """Square roots of the diagonal of S, (m,)."""
+    """Square roots of the diagonal of S, of the mean over a group where it is factored by pivots, (m,)."""
     order: np.ndarray
     """Rows in the order of the pivots, (m,)."""
     begin: np.ndarray

@@ -27,7 +27,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Model,
     Work,
 )
-from gudgeon.solver.integrators.mechanism.constraints.pattern import coupled, envelope, is_thin
+from gudgeon.solver.integrators.mechanism.constraints.pattern import coupled, envelope, groups, is_thin
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, moments, point_of
 from gudgeon.solver.integrators.mechanism.parts import Point, Row
 from gudgeon.solver.integrators.mechanism.touching.kernel import COLUMNS
@@ -258,7 +258,7 @@ def model_of(found: Linkage) -> Model:
         drive_of=np.array([row.drive for row in rows], np.int64),
         row_pair=np.array([found.pairs.get(row.joint, NONE) for row in rows], np.int64),
         reach=np.array([size if row.length else 1.0 for row in rows], float),
-        pairs=pairs, envelope=envelope(pairs, len(rows)),
+        group=groups([(row.joint, row.length) for row in rows]), pairs=pairs, envelope=envelope(pairs, len(rows)),
         spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
         load=np.array([_wrench(one) for one in loads.values()], float).reshape(-1, 6),
         **_flexible(found, points), **section_arrays(found.sections), **_bushings(found, bushings),

@@ -1,5 +1,7 @@
 """Which rows of a mechanism are coupled through a body, and the order in which S has a small envelope."""
 
+from collections import Counter
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
@@ -61,3 +63,15 @@ def is_thin(found: np.ndarray) -> bool:
     m = len(found)
     width = np.arange(m) - found[:, 1]
     return bool(m**3 / 6 > GAIN * (width.astype(float) ** 2).sum() / 2)
+
+
+def groups(keys: list[tuple[str, bool]]) -> np.ndarray:
+    """Return the first of the rows with the same key and how many they are, of each row, (m, 2).
+
+    Args:
+        keys: Joint of each row, and whether it is of a length.
+    """
+    first, count = {}, Counter(keys)
+    for i, key in enumerate(keys):
+        first.setdefault(key, i)
+    return np.array([(first[key], count[key]) for key in keys], np.int64).reshape(-1, 2)

@@ -12,13 +12,13 @@ APART = 1e-6
 
 @inner
 def factor(model, work):  # type: ignore[no-untyped-def]
-    """Scale S to a diagonal of ones and factor it, S = L Lᵀ; sets scale, order, begin and rank.
+    """Scale S to a diagonal of about one and factor it, S = L Lᵀ; sets scale, order, begin and rank.
 
     Within the envelope of S where this is cheaper and no row is near to depend on others, or else by pivots on the
     diagonal.
     """
     if work.within[0] == 0 or not _factor_within(model, work):
-        _factor_by_pivots(work)
+        _factor_by_pivots(model, work)
 
 
 @inner
@@ -49,23 +49,29 @@ def _factor_within(model, work):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _factor_by_pivots(work):  # type: ignore[no-untyped-def]
+def _factor_by_pivots(model, work):  # type: ignore[no-untyped-def]
     """Factor S by pivots on the diagonal.
 
-    A row that the others imply leaves a pivot of round-off; it and those after it are left out. The least pivot that
-    is kept, the square of the sine of an angle between rows, lowers `least`.
+    Rows of one joint along axes at right angles are scaled alike, so that least norms do not depend on these axes. One
+    that the others imply leaves a pivot of round-off; it and those after it are left out. The least pivot that is kept,
+    the square of the sine of an angle between rows, lowers `least`.
     """
     S, L, order, left, scale = work.matrix, work.lower, work.order, work.left, work.scale
-    m = len(order)
+    m, sums = len(order), work.spare[1]
     for i in range(m):
-        scale[i] = np.sqrt(S[i, i]) if S[i, i] > 0 else 1.0
+        sums[i] = 0.0
+    for i in range(m):
+        sums[model.group[i, 0]] += S[i, i] / model.group[i, 1]
+    for i in range(m):
+        mean = sums[model.group[i, 0]]
+        scale[i] = np.sqrt(mean) if mean > 0 else 1.0
         order[i], left[i] = i, 1.0 if S[i, i] > 0 else 0.0
         work.begin[i], work.end[i] = 0, m
     for i in range(m):
         for j in range(i):
             S[i, j] /= scale[i] * scale[j]
             S[j, i] = S[i, j]
-        S[i, i] = left[i]
+        S[i, i] /= scale[i] * scale[i]
     rank = 0
     for k in range(m):
         best = k
@@ -82,14 +88,15 @@ def _factor_by_pivots(work):  # type: ignore[no-untyped-def]
             left[k], left[best] = left[best], left[k]
             for l in range(k):
                 L[k, l], L[best, l] = L[best, l], L[k, l]
-        pivot = np.sqrt(left[k])
+        pivot = np.sqrt(left[k] * S[order[k], order[k]])
         L[k, k] = pivot
         for i in range(k + 1, m):
             total = S[order[i], order[k]]
             for l in range(k):
                 total -= L[i, l] * L[k, l]
             L[i, k] = total / pivot
-            left[i] -= L[i, k] * L[i, k]
+            if left[i] > 0.0:
+                left[i] -= L[i, k] * L[i, k] / S[order[i], order[i]]
     work.rank[0] = rank
 
 
@@ -119,7 +126,8 @@ def solve(work):  # type: ignore[no-untyped-def]
 def solve_least(work):  # type: ignore[no-untyped-def]
     """Set the multipliers of least norm that satisfy S λ = right: λ = L (LᵀL)⁻² Lᵀ right, rows scaled as by `factor`.
 
-    The norm is that of λ_i √S_ii, whose unit is the same for forces and moments. Of independent rows λ is unique.
+    The norm is that of λ_i times the scale of its row, a root of S, whose unit is the same for forces and moments. Of
+    independent rows λ is unique.
     """
     if work.rank[0] == len(work.order):
         solve(work)
