@@ -95,13 +95,14 @@ def contact_quantities(
 
     Args:
         motions: Of the centres of its body and of the other, see `NodalBody.centre_motion`; None of a rigid obstacle.
+            A body that meets itself does not rebound.
         window: As in `window_of` [s].
     """
     impulse = float(history.times[1] - history.times[0]) * (history.forces @ contact.directions).sum(axis=0)
     size = float(np.linalg.norm(impulse))
     values: dict[str, Quantity] = {"impulse": (size, "N s")}
     values |= impact_quantities(located(history, contact.directions, window, rigid=contact.law is None), window)
-    if size == 0:
+    if size == 0 or contact.other == contact.body:
         return values
     own, other = (None if motion is None else motion[0, :3] for motion in motions)
     assert own is not None

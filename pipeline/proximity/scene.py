@@ -78,7 +78,10 @@ def _sides(
             raise InputError(f"contact.{name}{where}.interface: no interface '{interface}', the component has {have}")
         sides.append((body, None if interface == AUTO else interface))
     if sides[0][0] == sides[1][0]:
-        raise InputError(f"contact.{name}.against.body: a contact needs two different bodies")
+        raise InputError(
+            f"contact.{name}.interface: 'auto' finds surfaces of two different bodies; name both interfaces of a body that"
+            " meets itself"
+        )
     return sides[0], sides[1]
 
 

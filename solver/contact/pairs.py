@@ -62,6 +62,8 @@ def faced(
     )
     own, points = body.modal.interfaces[contact.interface], master.morph.points[against.interface]
     there = points + np.asarray(scene.body[master.name].position)
+    if master is body:
+        _refuse_neighbours(name, contact.interface, against.interface, (placed, own.normals), (there, interface.normals))
     at = np.asarray(scene.body[body.name].position)
     reach = max(_reach(body, placed - at), _reach(master, points))
     facets = [one.facets is not None and len(one.facets) > 0 for one in (own, interface)]
@@ -76,6 +78,19 @@ def faced(
     if not all(facets):
         raise SceneError(_unpaired(scene, name, (own, interface), (len(placed), len(there))))
     return _on_facets(scene, name, (own, interface), master, (placed, reach))
+
+
+def _refuse_neighbours(name: str, one: str, other: str, *surfaces: tuple[np.ndarray, np.ndarray]) -> None:
+    """Raise a SceneError where two surfaces of a body, points and normals, (c, 3) each, share points: are one skin."""
+    (placed, normals), (there, facing) = surfaces
+    near = _nearest(there, placed)
+    same = np.linalg.norm(there[near] - placed, axis=1) <= MATCHING * float(np.ptp(placed, axis=0).max())
+    shared_points = same & (np.einsum("ci,ci->c", facing[near], normals) > -OPPOSITE)
+    if shared_points.any():
+        raise SceneError(
+            f"contact.{name}.against.interface: '{other}' shares {int(shared_points.sum())} points with '{one}', so that"
+            " they are one skin of the body; a body meets itself where two surfaces face each other"
+        )
 
 
 def _nearest(points: np.ndarray, places: np.ndarray) -> np.ndarray:

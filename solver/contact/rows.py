@@ -11,7 +11,7 @@ from gudgeon.modaldb.traction import along_direction, chart_coordinates, cubic_w
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.missing_compliance import Side, check_compliance
 from gudgeon.solver.contact.pairs import OtherBlock, faced
-from gudgeon.solver.contact.shares import identity, shared_twice
+from gudgeon.solver.contact.shares import identity, shared_columns, shared_twice
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles import Plane, basic_surface
@@ -162,6 +162,9 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     if other is not None and master is not None:
         there = _residual(contact, name, master, other.interface)
         residual = residual + shared_twice(other.share, there, other.share)
+        if master is body and METHODS[contact.method].flexible:
+            between = shared_columns(other.share, body.residual(contact.interface, other.interface))
+            residual = residual + between + between.T
         if contact.friction is not None:
             other = replace(other, tangents=-_tangents(contact, name, master, other.interface, other.points))
     layer = np.zeros(len(gap))

@@ -94,7 +94,7 @@ class Ports:
     rows: np.ndarray
     """W, (p, m)."""
     sides: np.ndarray
-    """Number of each port's bodies among those of the system, −1 where it has one only, (p, 2)."""
+    """Number of each port's bodies among those of the system, −1 where it has one only, or one twice, (p, 2)."""
     residual: np.ndarray
     """Displacement by a force on either side of a port [m/N], (2, p, p): [s, i, j] of port i by side s of port j."""
     weights: dict[str, np.ndarray] = field(repr=False)
@@ -143,7 +143,8 @@ def gathered(blocks: Sequence[PortBlock], bodies: Sequence[FlexibleBody], size: 
         for number, side in enumerate(block.sides):
             rows[here, side.body.rigid] += side.rigid
             rows[here, side.body.elastic] += side.elastic()
-            sides[here, number] = numbers[side.body.name]
+            if number == 0 or side.body is not block.sides[0].body:
+                sides[here, number] = numbers[side.body.name]
     weights = {body.name: found for body in bodies if (found := _weights(blocks, places, body)) is not None}
     residual = np.zeros((2, count, count))
     for number, body in enumerate(bodies):

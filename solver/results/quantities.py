@@ -127,8 +127,10 @@ def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, Quantity]:
 def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarray) -> dict[str, Quantity]:
     """Return the rebound velocities of the contact's bodies, and the restitution where nothing else acts on them.
 
-    Without a restitution where the contact still pushes at the end.
+    Without a restitution where the contact still pushes at the end, and without any where a body meets itself.
     """
+    if contact.other is not None and contact.other.body == contact.body:
+        return {}
     sides = [contact.body] if contact.other is None else [contact.body, contact.other.body]
     bodies = [system.bodies[side] for side in sides]
     speeds = [body.centre_motion(end.v[body.rigid])[:3] if body.rigid_count else None for body in bodies]

@@ -89,8 +89,17 @@ class Scene(Strict):
                         f"joint.{name}.{key}: no joint '{held}' of two markers, {hint}the scene has {have}"
                     )
         for name, other in self.others().items():
-            if other.body == self.contact[name].body:
-                raise ValueError(f"contact.{name}.against.body: a contact needs two different bodies")
+            own = self.contact[name]
+            if (other.body, other.interface) == (own.body, own.interface):
+                raise ValueError(
+                    f"contact.{name}.against.interface: '{own.interface}' of '{own.body}' on both sides; a body meets"
+                    " itself by two interfaces"
+                )
+            if other.body == own.body and isinstance(other, MasterSurface):
+                raise ValueError(
+                    f"contact.{name}.against.body: points do not slide over a traction space of their own body; a body"
+                    " meets itself by interfaces of kind 'points' and shape 'body'"
+                )
         _ = self.integrator
         return self
 

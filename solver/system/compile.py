@@ -194,8 +194,8 @@ def _contacts(
         here, there = slice(*ends[number : number + 2].tolist()), slice(*ends_f[number : number + 2].tolist())
         for side in (block, block.other):
             if side is not None:
-                rows[here, bodies[side.body].coordinates] = side.rows
-                tangents[here, bodies[side.body].coordinates] = side.tangents
+                rows[here, bodies[side.body].coordinates] += side.rows
+                tangents[here, bodies[side.body].coordinates] += side.tangents
         residual[here, here] = block.residual
         if slide is not None:
             functions[there, bodies[slide.body].coordinates] = slide.rows

@@ -69,15 +69,16 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
             surfaces = [surface_of(parts[own], contact.interface), surface_of(parts[other], contact.against.interface)]
         solids = len(surfaces) > 0 and all(one.facets.shape[1] == 6 for one in surfaces)
         if solids and (not equal or beside > MATCHING * float(np.ptp(placed))):
-            rows[other], gap = faced_rows((parts[own], points, surfaces[0]), (parts[other], surfaces[1]))
+            met, gap = faced_rows((parts[own], points, surfaces[0]), (parts[other], surfaces[1]))
             gap = np.where(np.isfinite(gap), gap, MISSES * float(np.ptp(placed)))
         elif equal:
-            rows[other] = -there[order]
+            met = -there[order]
         else:
             raise InputError(
                 f"{job.path}: {where}: has {len(far.points)} points, the one opposite {len(placed)}; needed: as many,"
                 " each facing another, or surfaces with facets on both sides"
             )
+        rows[other] = met if other != own else rows[own] + met
         directions = -normals
     else:
         other, obstacle = None, obstacle_of(contact.against.model_dump())

@@ -127,7 +127,7 @@ PLANE = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
         ({"body__hammer__position": [0.0, 0.0, 0.03]}, FAR),
         ({"contact__faces__against": PLANE}, "against.shape must be 'body'"),
         ({"contact__faces__against__body": "anvl"}, "against.body: no body 'anvl', the scene has hammer, anvil"),
-        ({"contact__faces__against__body": "hammer"}, "against.body: a contact needs two different bodies"),
+        ({"contact__faces__against__body": "hammer"}, "'auto' finds surfaces of two different bodies"),
         (
             {"contact__faces__interface": "sole", "contact__faces__within": 1e-3},
             "contact.faces.interface: no interface 'sole', the component has none",

@@ -242,7 +242,7 @@ PARTS = "thrust, anti, pin, crown"
         ),
         (
             "contact.thrust.against.body=piston",
-            "contact.thrust.against.body: a contact needs two different bodies",
+            "contact.thrust.against.interface: 'thrust' of 'piston' on both sides; a body meets itself by two interfaces",
         ),
         (
             "joint.rod.interface=crown",

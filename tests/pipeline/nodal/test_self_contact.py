@@ -1,0 +1,96 @@
+"""A body that meets itself: the tines of a fork that falls on a floor, against full FE of the same mesh."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.nodal.scene.problem import nodal_problem
+from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.errors import SceneError
+
+FORK = """SetFactory("OpenCASCADE");
+Box(1) = {0, 0, 0, 0.06, 0.01, 0.006};
+Box(2) = {0, 0, 0.0062, 0.06, 0.01, 0.006};
+Box(3) = {-0.006, 0, 0, 0.006, 0.01, 0.0122};
+BooleanUnion(4) = { Volume{1}; Delete; }{ Volume{2,3}; Delete; };
+"""
+SCENE = """
+[component.fork]
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+mesh.size = 0.006
+interface.low = { surface = "low", kind = "points" }
+interface.high = { surface = "high", kind = "points" }
+interface.side = { surface = "side", kind = "points" }
+interface.foot = { surface = "bottom", kind = "points" }
+modes = { normal_count = 60 }
+geometry.kind = "cad"
+geometry.path = "fork.geo"
+geometry.unit = 1.0
+geometry.surfaces.low = { at = [0.03, 0.005, 0.006] }
+geometry.surfaces.high = { at = [0.03, 0.005, 0.0062] }
+geometry.surfaces.side = { at = [0.03, 0.0, 0.003] }
+geometry.surfaces.bottom = { at = [0.03, 0.005, 0.0] }
+
+[body.fork]
+position = [0.0, 0.0, 1e-5]
+velocity = [0.0, 0.0, -2.0]
+
+[contact.floor]
+body = "fork"
+interface = "foot"
+against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
+surface_stiffness = 1e11
+
+[contact.tines]
+body = "fork"
+interface = "low"
+against = { shape = "body", body = "fork", interface = "high" }
+surface_stiffness = 1e11
+
+[run]
+duration = 0.0006
+checks = false
+"""
+COMPARED = {"floor.impulse": 1e-4, "tines.start": 1e-4, "tines.impulse": 1e-4, "fork.velocity_z": 1e-4}
+
+
+def job_of(folder: Path, **settings: Any) -> Job:
+    (folder / "fork.geo").write_text(FORK, encoding="utf-8")
+    (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
+    given = {key.replace("__", "."): value for key, value in settings.items()}
+    return open_job(folder / "scene.toml", set=given, db=folder / "db", out=folder / "out")
+
+
+def test_the_tines_have_the_impulse_of_full_fe(tmp_path: Path) -> None:
+    job = job_of(tmp_path)
+    run_job(job, "solve")
+    found = job.store.get(job.trajectory().key, "trajectory", only=["quantities"]).quantities
+    run = simulate_nodal(nodal_problem(job), 4e-7)
+    for name, allowed in COMPARED.items():
+        assert found[name]["value"] == pytest.approx(run.quantities[name]["value"], rel=allowed), name
+    # What the tines exchange moves the body not at all: the floor alone does.
+    mass = found["floor.impulse"]["value"] / (found["fork.velocity_z"]["value"] + 2.0)
+    assert mass == pytest.approx(7850 * 0.01 * (2 * 0.06 * 0.006 + 0.006 * 0.0122), rel=1e-6)
+    assert not [name for name in (*found, *run.quantities) if name.startswith("tines.rebound")]
+
+
+@pytest.mark.parametrize(
+    ("settings", "line"),
+    [
+        ({"contact__tines__against__interface": "low"}, "'low' of 'fork' on both sides"),
+        ({"contact__tines__against__interface": "side"}, "'side' shares 10 points with 'low'"),
+        ({"contact__tines__interface": "auto"}, "'auto' finds surfaces of two different bodies"),
+        ({"run__integrator": "mechanism"}, "'mechanism' does not support"),
+    ],
+)
+def test_what_is_no_contact_of_a_body_with_itself_is_one_line(
+    tmp_path: Path, settings: dict[str, Any], line: str
+) -> None:
+    with pytest.raises((InputError, SceneError), match=re.escape(line)):
+        run_job(job_of(tmp_path, **settings), "solve")
