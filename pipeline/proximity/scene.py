@@ -79,8 +79,8 @@ def _sides(
         sides.append((body, None if interface == AUTO else interface))
     if sides[0][0] == sides[1][0]:
         raise InputError(
-            f"contact.{name}.interface: 'auto' finds surfaces of two different bodies; name both interfaces of a body that"
-            " meets itself"
+            f"contact.{name}.interface: 'auto' finds surfaces of two different bodies; name both interfaces"
+            " of a body that meets itself"
         )
     return sides[0], sides[1]
 

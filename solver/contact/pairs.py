@@ -63,7 +63,8 @@ def faced(
     own, points = body.modal.interfaces[contact.interface], master.morph.points[against.interface]
     there = points + np.asarray(scene.body[master.name].position)
     if master is body:
-        _refuse_neighbours(name, contact.interface, against.interface, (placed, own.normals), (there, interface.normals))
+        both = (placed, own.normals), (there, interface.normals)
+        _refuse_neighbours(name, contact.interface, against.interface, *both)
     at = np.asarray(scene.body[body.name].position)
     reach = max(_reach(body, placed - at), _reach(master, points))
     facets = [one.facets is not None and len(one.facets) > 0 for one in (own, interface)]
@@ -88,8 +89,8 @@ def _refuse_neighbours(name: str, one: str, other: str, *surfaces: tuple[np.ndar
     shared_points = same & (np.einsum("ci,ci->c", facing[near], normals) > -OPPOSITE)
     if shared_points.any():
         raise SceneError(
-            f"contact.{name}.against.interface: '{other}' shares {int(shared_points.sum())} points with '{one}', so that"
-            " they are one skin of the body; a body meets itself where two surfaces face each other"
+            f"contact.{name}.against.interface: '{other}' shares {int(shared_points.sum())} points with '{one}', so"
+            " that they are one skin of the body; a body meets itself where two surfaces face each other"
         )
 
 

@@ -242,7 +242,8 @@ PARTS = "thrust, anti, pin, crown"
         ),
         (
             "contact.thrust.against.body=piston",
-            "contact.thrust.against.interface: 'thrust' of 'piston' on both sides; a body meets itself by two interfaces",
+            "contact.thrust.against.interface: 'thrust' of 'piston' on both sides; a body meets itself by two"
+            " interfaces",
         ),
         (
             "joint.rod.interface=crown",
