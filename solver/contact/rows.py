@@ -160,11 +160,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
     residual = _residual(contact, name, body, contact.interface)
     if other is not None and master is not None:
-        there = _residual(contact, name, master, other.interface)
-        residual = residual + shared_twice(other.share, there, other.share)
-        if master is body and METHODS[contact.method].flexible:
-            between = shared_columns(other.share, body.residual(contact.interface, other.interface))
-            residual = residual + between + between.T
+        residual = residual + _beyond(contact, name, (body, master), other)
         if contact.friction is not None:
             other = replace(other, tangents=-_tangents(contact, name, master, other.interface, other.points))
     layer = np.zeros(len(gap))
@@ -355,6 +351,17 @@ def _residual(contact: Contact, name: str, body: FlexibleBody, interface: str) -
                 raise SceneError(f"contact.{name}.surface_stiffness: is missing; contact of a rigid body needs it")
         return body.residual(interface, interface)
     return np.zeros((len(body.morph.points[interface]),) * 2)
+
+
+def _beyond(contact: Contact, name: str, bodies: tuple[FlexibleBody, FlexibleBody], other: OtherBlock) -> np.ndarray:
+    """Return R of the other side of a contact [m/N], (c, c); of one body on both sides with what couples them."""
+    body, master = bodies
+    there = _residual(contact, name, master, other.interface)
+    found = shared_twice(other.share, there, other.share)
+    if master is body and METHODS[contact.method].flexible:
+        between = shared_columns(other.share, body.residual(contact.interface, other.interface))
+        found = found + between + between.T
+    return found
 
 
 def _dashpot(
