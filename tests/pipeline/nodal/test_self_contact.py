@@ -86,6 +86,18 @@ def test_the_tines_have_the_impulse_of_full_fe(tmp_path: Path) -> None:
         ({"contact__tines__against__interface": "low"}, "'low' of 'fork' on both sides"),
         ({"contact__tines__against__interface": "side"}, "'side' shares 10 points with 'low'"),
         ({"contact__tines__interface": "auto"}, "'auto' finds surfaces of two different bodies"),
+        (
+            {
+                "contact__tines__against": {"shape": "surface", "body": "fork", "interface": "high"},
+                "component__fork__interface__high": {
+                    "surface": "high",
+                    "kind": "traction",
+                    "along": [1.0, 0.0, 0.0],
+                    "spacing": [0.01, 0.005],
+                },
+            },
+            "traction space of their own body",
+        ),
         ({"run__integrator": "mechanism"}, "'mechanism' does not support"),
     ],
 )
