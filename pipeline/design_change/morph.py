@@ -15,7 +15,8 @@ from scipy.spatial import KDTree
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.fem.elements.solid import mass_properties, nodal_jacobians, solid_twists
+from gudgeon.pipeline.fem.elements.reference import nodal_jacobians
+from gudgeon.pipeline.fem.elements.solid import mass_properties, solid_twists
 from gudgeon.pipeline.geometry.profile import ProfileTable
 from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, radial_directions
 
@@ -116,8 +117,10 @@ def reuse(
         rho: Density, or that of each element (e,) [kg/m^3].
 
     Raises:
-        InputError: supports leave some rigid motions but not all, or the profile does not fit the mesh.
+        InputError: the part is plane, supports leave some rigid motions but not all, or the profile does not fit.
     """
+    if mesh.cell_type != "tetra10":
+        raise InputError(f"{movement.source}: modes of a plane part are not reused, use update 'recompute'")
     if 0 < len(modal.rigid_twists) < 6:
         raise InputError(
             f"{movement.source}: the supports leave some of the rigid motions free, use update 'recompute'"
@@ -153,11 +156,11 @@ def _radial_shift(points: np.ndarray, surface: Surface, movement: Movement) -> n
 
 
 def _refuse_inverted(mesh: MeshRecord, movement: Movement) -> None:
-    # At the ten nodes the determinant is a sharper test of inversion than at quadrature points.
+    # At the nodes the determinant is a sharper test of inversion than at quadrature points.
     lowest = nodal_jacobians(mesh).min(axis=1)
     if lowest.min() <= 0:
         worst = int(np.argmin(lowest))
-        where = mesh.nodes[mesh.cells[worst, :4]].mean(axis=0)
+        where = mesh.nodes[mesh.cells[worst]].mean(axis=0)
         raise InputError(
             f"{movement.source}: the profile inverts {int((lowest <= 0).sum())} elements, the worst is element"
             f" {worst} near ({where[0]:.4g}, {where[1]:.4g}, {where[2]:.4g}) m; allowed: deviations well below the wall"

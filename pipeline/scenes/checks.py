@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.fit import misfits
+from gudgeon.pipeline.scenes.fit import misfits, wrong_bearings
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
 from gudgeon.pipeline.scenes.tables import check_closed, read_cycle, read_knots, read_pairs
 from gudgeon.solver.joints.clearance import Clearance
@@ -113,7 +113,7 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         elif (got := component.interface[interface].kind) not in kinds:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
-    lines += _wrong_sensors(scene) + _wrong_bearings(scene)
+    lines += _wrong_sensors(scene) + wrong_bearings(scene)
     return lines + _without_statics(scene) + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
 
 
@@ -225,23 +225,6 @@ def _unknown_quantities(scene: "SceneFile") -> list[str]:
             hint = f"; did you mean '{owner}.{near[0]}'?" if near else ";"
             kinds = " and ".join(owners[owner])
             lines.append(f"report.quantities: no {kinds} has '{rest}'{hint} allowed are {', '.join(able)}")
-    return lines
-
-
-def _wrong_bearings(scene: "SceneFile") -> list[str]:
-    """Return what is wrong with the components of elastic bearings."""
-    lines = []
-    for name, owner in scene.bearings().items():
-        where, bearing = f"joint.{name}.bearing", scene.hinges()[name].bearing  # type: ignore[attr-defined]
-        if (component := scene.component.get(owner)) is None:
-            lines.append(f"{where}.component: no component '{owner}'; the scene has {', '.join(scene.component)}")
-        elif (found := component.interface.get(bearing.interface)) is None:
-            have = ", ".join(component.interface) or "none"
-            lines.append(f"{where}.interface: no interface '{bearing.interface}', the component has {have}")
-        elif found.kind != "points":
-            lines.append(f"{where}.interface: '{bearing.interface}' is of kind '{found.kind}', kind 'points' is needed")
-        elif not component.supports:
-            lines.append(f"{where}.component: '{owner}' has no supports; name where the bearing is held on its body")
     return lines
 
 

@@ -1,4 +1,4 @@
-"""Geometric checks of a scene before any stage runs: clearances, travel, and the length of connecting rods."""
+"""Checks of a scene before any stage runs: clearances, travel, the length of connecting rods, and elastic bearings."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,6 +8,7 @@ import numpy as np
 from gudgeon.pipeline.geometry.profile import ProfileTable
 from gudgeon.pipeline.scenes.change import deviation_of
 from gudgeon.pipeline.scenes.interface import Interface
+from gudgeon.solver.joints.clearance import Clearance
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.bodies import SceneFile
@@ -127,3 +128,29 @@ def _travel(scene: "SceneFile", name: str, slave: Shaped, master: Shaped) -> lis
         f" reaches from {span[0]:.4g} to {span[1]:.4g} m: {beyond * 1e3:.3g} mm too short; move joint.{rod}.centre, or"
         f" give a longer component.{scene.component_of(over.body)}.geometry"
     ]
+
+
+def wrong_bearings(scene: "SceneFile") -> list[str]:
+    """Return what is wrong with the components of elastic bearings, a line each."""
+    lines = []
+    for name, owner in scene.bearings().items():
+        joint, where = scene.hinges()[name], f"joint.{name}.bearing"
+        assert isinstance(joint, Clearance)
+        bearing = joint.bearing
+        assert bearing is not None
+        assert bearing.interface is not None
+        if (component := scene.component.get(owner)) is None:
+            lines.append(f"{where}.component: no component '{owner}'; the scene has {', '.join(scene.component)}")
+        elif (found := component.interface.get(bearing.interface)) is None:
+            have = ", ".join(component.interface) or "none"
+            lines.append(f"{where}.interface: no interface '{bearing.interface}', the component has {have}")
+        elif found.kind != "points":
+            lines.append(f"{where}.interface: '{bearing.interface}' is of kind '{found.kind}', kind 'points' is needed")
+        elif not component.supports:
+            lines.append(f"{where}.component: '{owner}' has no supports; name where the bearing is held on its body")
+        elif component.change.profile.table is not None and (joint.wear is None or not joint.wear.bearing_depth):
+            lines.append(
+                f"component.{owner}.change.profile.table: given, but the gap of joint '{name}' is round without its"
+                f" depths in joint.{name}.wear.bearing_depth; give both, or none"
+            )
+    return lines

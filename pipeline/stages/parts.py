@@ -72,7 +72,7 @@ def element_quality(mesh: MeshRecord) -> dict[str, float]:
     The mean ratio is 12 (3 V)^(2/3) / Σ l² of the corners (Liu and Joe, BIT 34 (1994) 268); the Jacobian is the least
     over the largest one at an element's nodes, which says how much it is curved.
     """
-    from gudgeon.pipeline.fem.elements.solid import nodal_jacobians
+    from gudgeon.pipeline.fem.elements.reference import nodal_jacobians
 
     corners = mesh.nodes[mesh.cells[:, :4]]
     sides = np.diff(corners[:, EDGES[3]], axis=2)

@@ -1,21 +1,28 @@
-"""What wear of an elastic bearing does to its compliance, which stays that of the unworn bush: an estimate.
+"""What wear of an elastic bearing does to its compliance: an estimate, and the profile of the worn bush.
 
-Worn depths h(θ) move the nodes of the bore outwards along their radii, and those of the elements beside it the less
-the further away they are. With Y = K⁻¹ F the answers to pressures cos nθ and sin nθ about the bore, whose nodal forces
-stay, their compliance C = Fᵀ Y changes by δC = −Yᵀ δK Y, to first order in the movement. The largest |δC| over C of
-all combinations is what the kept compliance neglects.
+The compliance stays that of the unworn bush while the estimate is within the component's `change.tolerance`; above it,
+the modes are computed again on the mesh whose bore is moved by the worn depths. Worn depths h(θ) move the nodes of the
+bore outwards along their radii, and those of the elements beside it the less the further away they are. With Y = K⁻¹ F
+the answers to pressures cos nθ and sin nθ about the bore, whose nodal forces stay, their compliance C = Fᵀ Y changes by
+δC = −Yᵀ δK Y, to first order in the movement. The largest |δC| over C of all combinations is what the kept compliance
+neglects.
 """
 
+import hashlib
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy import linalg
+from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.files import csv_text, write_text
+from gudgeon.pipeline.geometry.surfaces import cylindrical
 from gudgeon.pipeline.interfaces.point_mass import component_model
 from gudgeon.pipeline.modes.flexibility import Flexibility
+from gudgeon.pipeline.stages.folder import held
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.vectors import frame_along
 
@@ -25,8 +32,12 @@ LAYERS = 4
 """Elements beside the bore over which the movement decays."""
 STEP = 1e-3
 """Largest movement of the difference that stands for the derivative, over the size of an element."""
-ON_NODE = 1e-6
-"""Largest distance of a place of the bore from its node, over the radius."""
+ON_NODE = 0.25
+"""Largest distance of a place of the bore from its node, over the spacing of places: a profile may have moved it."""
+FOLDER = "worn"
+"""Of the profiles, within the folder of results."""
+FLAT = 1e-3
+"""Half the height of the table of a plane bore [m]."""
 
 
 def compliance_change(job: Any, name: str, joint: Clearance, depths: np.ndarray) -> float:
@@ -42,7 +53,7 @@ def compliance_change(job: Any, name: str, joint: Clearance, depths: np.ndarray)
     face = job.record(bearing.component).interfaces[bearing.interface]
     across, radius = frame_along(joint.axes[1])[:, :2], joint.radius + joint.clearance
     off, nodes = cKDTree(mesh.nodes).query(face.points)
-    if off.max() > ON_NODE * radius:
+    if off.max() > ON_NODE * 2 * np.pi * radius / len(face.points):
         raise StageError(f"{job.path}: {where}.interface: a place of the bore is {off.max():.2g} m from its node")
     model = component_model(mesh, component, f"component.{bearing.component}")
     out = face.points @ across
@@ -58,6 +69,51 @@ def compliance_change(job: Any, name: str, joint: Clearance, depths: np.ndarray)
             for side in (1, -1)]  # fmt: skip
     change = -shapes.T @ ((ends[0] - ends[1]) @ shapes) / (2 * scale)
     return float(np.abs(linalg.eigvalsh(0.5 * (change + change.T), forces.T @ shapes)).max())
+
+
+def worn_profile(job: Any, name: str, joint: Clearance, depths: np.ndarray) -> dict[str, Any]:
+    """Write the profile of a worn bush into the folder of results, and return the component's `change` that has it.
+
+    The mesh of the bush is in the database.
+
+    Args:
+        depths: Of evenly spaced cells about the joint's axis [m], (cells,).
+
+    Raises:
+        StageError: the bore is no cylinder, or has a table of its own.
+    """
+    bearing = joint.bearing
+    assert bearing is not None
+    assert bearing.component is not None
+    part, mesh = job.scene.component[bearing.component], job.record(bearing.component, "mesh")
+    where, own = f"{job.path}: component.{bearing.component}", part.interface[bearing.interface].surface
+    surface = mesh.surfaces[own]
+    if surface.shape.get("kind") != "cylinder":
+        raise StageError(f"{where}: wear moves its surface '{own}', which is no cylinder; declare it in geometry")
+    if part.change.profile.table is not None:
+        raise StageError(f"{where}.change.profile.table: given, but wear moves the bore too; leave the table out")
+    nodes = mesh.nodes[np.unique(surface.facets)]
+    _, around, heights = cylindrical(nodes, surface.shape)
+    across = nodes @ frame_along(joint.axes[1])[:, :2]
+    angles = np.arctan2(across[:, 1], across[:, 0])
+    # Both count from axes of their own, perhaps in opposite directions: θ = ± φ + constant.
+    turns = {sign: np.exp(1j * (angles - sign * around)).mean() for sign in (1.0, -1.0)}
+    sign = max(turns, key=lambda one: abs(turns[one]))
+    at = 2 * np.pi / len(depths) * np.arange(len(depths) + 1)
+    shape = CubicSpline(at, np.append(depths, depths[0]), bc_type="periodic")
+    columns = np.linspace(-np.pi, np.pi, len(nodes) + 1)
+    row = np.maximum(shape((sign * columns + np.angle(turns[sign])) % (2 * np.pi)), 0.0)
+    row[-1] = row[0]
+    text = csv_text([
+        ["height [m]", *(f"{one:.12g}" for one in np.degrees(columns))],
+        *([f"{end:.12g}", *(f"{one:.15g}" for one in row)] for end in (heights.min() - FLAT, heights.max() + FLAT)),
+    ])  # fmt: skip
+    digest = hashlib.sha256(text.encode()).hexdigest()[:12]
+    with held(job.out):
+        (job.out / FOLDER).mkdir(parents=True, exist_ok=True)
+        path = job.out / FOLDER / f"{bearing.component}-{digest}.csv"
+        write_text(path, text)
+    return {"update": "recompute", "profile": {"surface": own, "table": str(path.resolve()), "scale": 1.0}}
 
 
 def moved_nodes(places: np.ndarray, radius: float, count: int, depths: np.ndarray) -> np.ndarray:

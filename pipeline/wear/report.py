@@ -98,8 +98,15 @@ def _told(scene: Wearing | Surfaces) -> Told:
         "joints", lambda shapes: {name: _sizes(scene, name, shapes) for name in scene.joints},
         lambda marks: _rows(scene, marks), lambda history: _pictures(scene, history),
         max(scene.wear(name).after for name in scene.joints),
-        lambda: {"bushes": dict(scene.estimates)} if scene.estimates else {},
+        lambda: _bushes(scene),
     )  # fmt: skip
+
+
+def _bushes(scene: Wearing) -> dict[str, Any]:
+    """Return how often the compliance of each bush was kept or computed again, by joint."""
+    names = sorted(scene.estimates | scene.recomputed)
+    found = {n: {"estimate": scene.estimates.get(n, 0.0), "recomputed": scene.recomputed.get(n, 0)} for n in names}
+    return {"bushes": found} if found else {}
 
 
 def _write(scene: Wearing | Surfaces, told: Told, asked: Asked, history: History) -> tuple[dict[str, Any], list[str]]:
@@ -213,9 +220,10 @@ def wear_text(report: WearReport) -> str:
             f" of frequencies or compliance up to {one['estimate']:.2%}; the moved surface has the worn depths to"
             f" {one['mismatch']:.2%} of the largest"
         )
-    for name, change in document.get("bushes", {}).items():
+    for name, one in document.get("bushes", {}).items():
         lines.append(
-            f"joint {name}: the compliance of its bush is kept; wear is estimated to change it by up to {change:.2%}"
+            f"joint {name}: modes of its bush computed again for {one['recomputed']} runs; else they are kept, wear is"
+            f" estimated to change its compliance by up to {one['estimate']:.2%}"
         )
     if document["coarse"]:
         lines.append(

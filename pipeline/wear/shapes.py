@@ -9,9 +9,10 @@ import numpy as np
 from gudgeon.modaldb.records.trajectory import WEAR
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.kinds import job_at, kind_of
+from gudgeon.pipeline.scenes.reading import merged
 from gudgeon.pipeline.stages.base import Place
 from gudgeon.pipeline.stages.run_report import Progress
-from gudgeon.pipeline.wear.bush import compliance_change
+from gudgeon.pipeline.wear.bush import compliance_change, worn_profile
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.wear import JournalWear
 from gudgeon.solver.laws.archard import DEEPEST
@@ -38,7 +39,9 @@ class Wearing:
     period: float
     """Of a cycle [s]."""
     estimates: dict[str, float] = field(default_factory=dict)
-    """Largest estimated relative change by wear of the compliance of each bush, which stays, by joint."""
+    """Largest estimated relative change by wear of the compliance of each bush where it was kept, by joint."""
+    recomputed: dict[str, int] = field(default_factory=dict)
+    """Runs for which the compliance of a bush was computed again, by joint."""
 
     def wear(self, name: str) -> JournalWear:
         """Return the table `wear` of a joint."""
@@ -66,30 +69,36 @@ class Wearing:
         """Run the scene with worn shapes, unless the database has this run, and return what a cycle wears off.
 
         Raises:
-            Ended: the run failed, or a bush has worn too much for its compliance to stay.
+            Ended: the run failed.
         """
-        self.estimate(shapes, tell)
-        return _cycle(self, shapes, soft, tell)
+        return _cycle(self, shapes, soft, tell, self.worn_bushes(shapes, tell))
 
-    def estimate(self, shapes: Shapes, tell: Progress) -> None:
-        """Estimate what worn shapes change of the compliance of bushes.
+    def worn_bushes(self, shapes: Shapes, tell: Progress) -> dict[str, Any]:
+        """Return the `change` of components whose compliance worn shapes change by more than its tolerance allows.
+
+        What is within the tolerance is kept, and its estimate.
 
         Raises:
-            Ended: that is above the component's change.tolerance.
+            Ended: such a component is the bearing of several joints.
         """
+        found = {}
         for name, joint in self.joints.items():
             part = None if joint.bearing is None else joint.bearing.component
             if part is None or not shapes[name][0, 0].any():
                 continue
             kind_of(self.job).solve(self.job, "morph", tell)
-            found = compliance_change(self.job, name, joint, shapes[name][0, 0])
-            allowed = self.job.scene.component[part].change.tolerance
-            if found > allowed:
-                raise Ended(
-                    f"wear changes the compliance of component '{part}', which stays that of the unworn bush, by an"
-                    f" estimated {found:.2%}; allowed: component.{part}.change.tolerance = {allowed:.2%}"
-                )
-            self.estimates[name] = max(self.estimates.get(name, 0.0), found)
+            change = compliance_change(self.job, name, joint, shapes[name][0, 0])
+            if change > self.job.scene.component[part].change.tolerance:
+                if [*self.job.scene.bearings().values()].count(part) > 1:
+                    raise Ended(
+                        f"wear changes the compliance of component '{part}' by an estimated {change:.2%}, and it is the"
+                        " bearing of several joints; give each joint a component of its own"
+                    )
+                found[part] = worn_profile(self.job, name, joint, shapes[name][0, 0])
+                self.recomputed[name] = self.recomputed.get(name, 0) + 1
+            else:
+                self.estimates[name] = max(self.estimates.get(name, 0.0), change)
+        return found
 
     def deepest(self, name: str) -> tuple[float, str]:
         """Return the depth at which wear ends, and why."""
@@ -179,8 +188,8 @@ def asked_period(job: Any, worn: Mapping[str, Any], period: float | None) -> flo
     return duration - latest if period is None else period
 
 
-def _cycle(scene: Wearing, shapes: Shapes, soft: Soft, tell: Progress) -> Cycle:
-    job = worn_job(scene, shapes, soft)
+def _cycle(scene: Wearing, shapes: Shapes, soft: Soft, tell: Progress, bushes: dict[str, Any]) -> Cycle:
+    job = worn_job(scene, shapes, soft, bushes)
     report = kind_of(job).solve(job, "solve", tell)
     if report.reason is not None:
         raise Ended(report.reason)
@@ -203,8 +212,12 @@ def _cycle(scene: Wearing, shapes: Shapes, soft: Soft, tell: Progress) -> Cycle:
     return Cycle(rates, softs, numbers, key)
 
 
-def worn_job(scene: Wearing, shapes: Shapes, soft: Soft) -> Any:
-    """Return the job of a scene with worn shapes."""
+def worn_job(scene: Wearing, shapes: Shapes, soft: Soft, bushes: Mapping[str, Any]) -> Any:
+    """Return the job of a scene with worn shapes.
+
+    Args:
+        bushes: The `change` of components whose modes are computed again.
+    """
     place = Place(**{name: getattr(scene.job, name) for name in Place.__dataclass_fields__})
     joints = dict(place.tables["joint"])
     for name, shape in shapes.items():
@@ -217,7 +230,8 @@ def worn_job(scene: Wearing, shapes: Shapes, soft: Soft) -> Any:
         if name in soft and shape.any():
             worn["indentation"] = soft[name]
         joints[name] = joints[name] | {"wear": worn}
+    tables = merged(place.tables, {"component": {part: {"change": one} for part, one in bushes.items()}})
     try:
-        return job_at(replace(place, tables=place.tables | {"joint": joints}))
+        return job_at(replace(place, tables=tables | {"joint": joints}))
     except InputError as error:  # The scene itself is sound: a shape has left the model.
         raise StageError(str(error)) from error

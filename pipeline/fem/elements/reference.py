@@ -78,6 +78,12 @@ def determinants(J: np.ndarray) -> np.ndarray:
     return a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
 
 
+def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
+    """Return det(∂x/∂ξ) of every solid or triangle at its nodes, (e, a); positive in a valid element."""
+    _, dN = shape_functions(mesh.cell_type, _element(mesh.cell_type).doflocs.T)
+    return adjugates(jacobians(mesh.nodes[mesh.cells][:, :, : DIMENSIONS[mesh.cell_type]], dN))[1]
+
+
 def extrapolation(cell_type: str, order: int) -> np.ndarray:
     """Return E (a, q): values at the nodes of the linear field nearest to values at the points of a quadrature."""
     X, _ = rule(cell_type, order)

@@ -20,7 +20,6 @@ from gudgeon.pipeline.fem.elements.reference import (
     jacobians,
     quadrature,
     reference,
-    shape_functions,
 )
 from gudgeon.pipeline.fem.model import FEModel, MassProperties, point_masses
 from gudgeon.pipeline.geometry.cells import EDGES
@@ -108,14 +107,6 @@ def _by_quadrature(
     refuse_degenerate(x, det, cells)
     masses = material.rho * np.matmul(N * (det * W)[:, None], N.T)
     return stiffness_of(G, material), masses[:, pairs.first, pairs.second]
-
-
-def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
-    """Return det(∂x/∂ξ) of every tet10 at its ten nodes, (e, 10); positive in a valid element."""
-    from skfem import ElementTetP2
-
-    _, dN = shape_functions("tetra10", ElementTetP2().doflocs.T)
-    return determinants(jacobians(mesh.nodes[mesh.cells], dN))
 
 
 def mass_properties(mesh: MeshRecord, rho: float | np.ndarray) -> MassProperties:

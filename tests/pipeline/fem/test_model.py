@@ -10,8 +10,14 @@ from skfem.helpers import ddot, dot, sym_grad, trace
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
-from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, STIFFNESS_ORDER, adjugates, determinants
-from gudgeon.pipeline.fem.elements.solid import mass_properties, nodal_jacobians, straight_elements
+from gudgeon.pipeline.fem.elements.reference import (
+    MASS_ORDER,
+    STIFFNESS_ORDER,
+    adjugates,
+    determinants,
+    nodal_jacobians,
+)
+from gudgeon.pipeline.fem.elements.solid import mass_properties, straight_elements
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.scenes.material import Material

@@ -12,7 +12,8 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.fem.elements.solid import mass_properties, nodal_jacobians
+from gudgeon.pipeline.fem.elements.reference import nodal_jacobians
+from gudgeon.pipeline.fem.elements.solid import mass_properties
 from gudgeon.pipeline.geometry import Box, Geometry, Liner, Piston, Plate, Sphere
 from gudgeon.pipeline.geometry.surfaces import cylindrical
 from gudgeon.pipeline.interfaces.points import contact_points
