@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.interfaces.traction_space import MOST_FUNCTIONS, traction_space
 from gudgeon.pipeline.robustness import settings
 from gudgeon.pipeline.robustness.friction import friction
 from gudgeon.pipeline.robustness.slivers import with_slivers
@@ -30,14 +29,6 @@ from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.markers import Marked
 from gudgeon.solver.scene.run import LEAST_WINDOW
-
-SAME_SPACE = 1e-6
-"""Allowed relative difference of an impulse with duplicate static shapes, and of a motion with a repeated joint."""
-ALL = 100_000
-"""Number of static shapes that includes one for each point of any interface."""
-STATIC = ("macneal", "normal+static")
-"""Reductions with static correction modes in addition to normal modes."""
-
 
 ALL_RIGID = "all bodies are rigid"
 
@@ -325,37 +316,6 @@ def slivers(subject: Subject, operation: Any) -> Trial:
     return Trial(subject.job, {**subject.meshes, **own})
 
 
-def collinear(subject: Subject, operation: Any) -> Trial:
-    """Use all static shapes of every interface, and those of an identical second interface."""
-    scene, once, twice = subject.scene, {}, {}
-    for name in subject.elastic():
-        component = scene.component[name]
-        touched = {k: i for k, i in component.interface.items() if i.kind in ("points", "patch", "traction")}
-        if component.modes.reduction not in STATIC or not touched:
-            continue
-        total = sum(
-            traction_space(subject.meshes[name], interface, key).size
-            for key, interface in touched.items()
-            if interface.kind == "traction"
-        )
-        if 2 * total > MOST_FUNCTIONS:
-            raise DoesNotApply(f"twice its {total} traction functions are more than {MOST_FUNCTIONS}")
-        modes = {"modes": {"static_count": ALL}}
-        twins = {f"{k}-twin": i.model_dump(exclude_unset=True) for k, i in touched.items()}
-        once[name], twice[name] = modes, modes | {"interface": twins}
-    if not once:
-        raise DoesNotApply("no body has a reduction with static shapes of an interface")
-    # With all shapes R = 0, so a contact without a layer needs a constraint.
-    bare = {
-        name: {"method": "constraint", "dashpot": "unset"}
-        for name, contact in subject.contacts.items()
-        if contact.method == "residual" and contact.law is None and contact.surface_stiffness is None
-    }
-    rest = {"contact": bare} | ({"run": {"integrator": "auto", "step": "unset"}} if bare else {})
-    like = Trial(subject.changed({"component": once} | rest))
-    return Trial(subject.changed({"component": twice} | rest), like=like, agreement=SAME_SPACE)
-
-
 def whole_turn(subject: Subject, operation: Any) -> Trial:
     """Turn the whole scene: the result is the same."""
     if not subject.turns:
@@ -380,14 +340,16 @@ def repeated_joint(subject: Subject, operation: Any) -> Trial:
         raise DoesNotApply("the scene has no joint of two markers")
     name, joint = next(iter(held.items()))
     twin = joint.model_dump(exclude_unset=True)
-    return Trial(subject.changed({"joint": {f"{name}-twin": twin}}), agreement=SAME_SPACE, length=_length(subject))
+    return Trial(
+        subject.changed({"joint": {f"{name}-twin": twin}}), agreement=settings.SAME_SPACE, length=_length(subject)
+    )
 
 
 OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "contact-stiffness": contact_stiffness, "mass": mass, "step": step, "restitution": restitution,
     "grazing": grazing, "penetration": penetration, "spin": spin, "poisson": poisson, "slivers": slivers,
-    "collinear": collinear, "samples": settings.samples, "duration": settings.duration, "gravity": settings.gravity,
-    "modes": settings.modes, "mesh": settings.mesh, "change": settings.change,
+    "collinear": settings.collinear, "samples": settings.samples, "duration": settings.duration,
+    "gravity": settings.gravity, "modes": settings.modes, "mesh": settings.mesh, "change": settings.change,
     "units": lambda subject, to: _in_units(subject, Units(to.mass, to.length, to.time)),
     "size": lambda subject, to: _in_units(subject, Units(to.factor**3, to.factor, to.factor)),
     "material": material,

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.interfaces.traction_space import MOST_FUNCTIONS, traction_space
 from gudgeon.pipeline.robustness.evidence import FirstContact
 from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import Trial, approach
@@ -22,6 +23,14 @@ COMPARABLE = 0.1
 """Share of added speed from which an impact is another one."""
 LEAST_MODES = 8
 """Least number of modes that is halved."""
+SAME_SPACE = 1e-6
+"""Allowed relative difference of an impulse with duplicate static shapes, and of a motion with a repeated joint."""
+ALL = 100_000
+"""Number of static shapes that includes one for each point of any interface."""
+STATIC = ("macneal", "normal+static")
+"""Reductions with static correction modes in addition to normal modes."""
+
+
 LINES = ("bar", "beam", "frame")
 HALVED = ("macneal", "normal+static", "rubin", "fixed-reference")
 """Reductions to normal modes, whose number determines the error of the basis."""
@@ -122,9 +131,43 @@ def mesh(subject: Subject, operation: Any) -> Trial:
     return Trial(subject.changed(checks | {"component": sizes}), like=like)
 
 
+def collinear(subject: Subject, operation: Any) -> Trial:
+    """Use all static shapes of every interface, and those of an identical second interface."""
+    scene, once, twice = subject.scene, {}, {}
+    for name in subject.elastic():
+        component = scene.component[name]
+        touched = {k: i for k, i in component.interface.items() if i.kind in ("points", "patch", "traction")}
+        if component.modes.reduction not in STATIC or not touched:
+            continue
+        total = sum(
+            traction_space(subject.meshes[name], interface, key).size
+            for key, interface in touched.items()
+            if interface.kind == "traction"
+        )
+        if 2 * total > MOST_FUNCTIONS:
+            raise DoesNotApply(f"twice its {total} traction functions are more than {MOST_FUNCTIONS}")
+        modes = {"modes": {"static_count": ALL}}
+        twins = {f"{k}-twin": i.model_dump(exclude_unset=True) for k, i in touched.items()}
+        once[name], twice[name] = modes, modes | {"interface": twins}
+    if not once:
+        raise DoesNotApply("no body has a reduction with static shapes of an interface")
+    # With all shapes R = 0, so a contact without a layer needs a constraint.
+    if edged := [n for n, c in subject.contacts.items() if getattr(c.against, "edges", ()) and c.method == "residual"]:
+        raise DoesNotApply(f"contact.{edged[0]}: a face with edges is met over residual flexibility or a law alone")
+    bare = {
+        name: {"method": "constraint", "dashpot": "unset"}
+        for name, contact in subject.contacts.items()
+        if contact.method == "residual" and contact.law is None and contact.surface_stiffness is None
+    }
+    rest = {"contact": bare} | ({"run": {"integrator": "auto", "step": "unset"}} if bare else {})
+    like = Trial(subject.changed({"component": once} | rest))
+    return Trial(subject.changed({"component": twice} | rest), like=like, agreement=SAME_SPACE)
+
+
 def change(subject: Subject, operation: Any) -> Trial:
     """Move a cylindrical surface inwards by a share of its radius, with the modes of the design before."""
-    for name in subject.elastic():
+    solids = [name for name in subject.elastic() if subject.meshes[name].cell_type == "tetra10"]
+    for name in solids:
         component = subject.scene.component[name]
         for key, interface in component.interface.items():
             shape = subject.meshes[name].surfaces[interface.surface].shape
@@ -137,7 +180,7 @@ def change(subject: Subject, operation: Any) -> Trial:
             if moved_surface(job.scene.component[name], job.folder, name) is not None:
                 return Trial(job)
             raise DoesNotApply(f"interface {key} of {name} cannot be moved")
-    raise DoesNotApply("no contact is on a cylindrical surface of an elastic body")
+    raise DoesNotApply("no contact is on a cylindrical surface of an elastic solid")
 
 
 def voltage(subject: Subject, operation: Any) -> Trial:

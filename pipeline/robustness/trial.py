@@ -325,9 +325,8 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     paths = found.frames @ system.rows.T
     pressed = _multipliers(system, found)
     depth = -(system.gap + paths + pressed @ system.residual)
-    for contact in plain:
-        if system.edged(contact):
-            depth[:, contact.rows] -= system.beyond(contact, found.frames)
+    for contact in filter(system.edged, plain):  # A point that is nearer to an edge is none of this face.
+        depth[:, contact.rows][system.beyond(contact, found.frames) > 0] = -np.inf
     start = 0.5 * float(system.velocity @ system.velocity + system.stiffness @ system.position**2)
     start += system.start_contact_energy
     energy = max(start, float((start + found.energies[:, 4]).max(initial=0.0)))

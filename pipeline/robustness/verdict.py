@@ -43,6 +43,8 @@ def judge(case: Case, found: Evidence | Refusal, compared: Compared) -> Verdict:
             return Verdict("refused", found.reason)
         return Verdict("wrong", f"refused, which this case does not allow: {found.reason}")
     if compared.base.contact is not None and found.contact is None:
+        if case.operation.kind == "friction":
+            return Verdict("does not apply", "surfaces that move along each other part before they touch")
         return Verdict("wrong", "no contact occurs, but the unchanged scene has contact")
     findings = [one for name in case.rules if (one := RULES[name](found, compared)) is not None]
     if not findings:

@@ -5,7 +5,7 @@ import numpy as np
 from gudgeon.solver import capabilities
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.event import basis
-from gudgeon.solver.integrators.event.jumps import RESTING, collide, force_scale, settle, settle_slip, struck
+from gudgeon.solver.integrators.event.jumps import HOP, RESTING, collide, force_scale, settle, settle_slip, struck
 from gudgeon.solver.integrators.event.motion import Motion
 from gudgeon.solver.integrators.event.record import Record
 from gudgeon.solver.integrators.event.regimes import Equations, Regime, Status, Watch, acceleration, at_start
@@ -45,6 +45,7 @@ class Event(capabilities.Event):
         self._patient: set[tuple[Watch, int]] = set()
         self._reclosed = False
         self._struck: set[int] = set()
+        self._hopped: set[int] = set()
         self._gained = False
         self._events = self._stall = self._regimes = 0
         self._record = Record(system)
@@ -93,6 +94,8 @@ class Event(capabilities.Event):
             self.failure = Result.CHATTER
             return False
         try:
+            if segment.end - segment.start > HOP * self._system.shortest_period:
+                self._hopped.clear()
             self._react(kind, row, segment.end)
             self._segment = self._begin(segment.end, (kind, row))
         except np.linalg.LinAlgError as error:
@@ -111,7 +114,8 @@ class Event(capabilities.Event):
                 record.touches(int(one), time, -float(system.rows[one] @ self._v))
             self._reclosed = False
             kinetic = 0.5 * float(self._v @ self._v)
-            impact = collide(self._equations, now, rows, self._v, self._fastest)
+            impact = collide(self._equations, now, rows, self._v, self._fastest, self._hopped)
+            self._hopped.update(map(int, rows))
             settle(self._equations, now, self._p, self._v)
             record.impact(impact, time, self._v, now)
             least = GAIN * (abs(impact.lost) + impact.compressed) + ROUND_OFF * kinetic

@@ -1,5 +1,6 @@
 """Velocity jumps of rigid contact at an event, and which contacts are closed after it."""
 
+from collections.abc import Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,11 @@ from gudgeon.solver.integrators.event.regimes import Conditions, Equations, Stat
 
 ACCUMULATED = 1e-9
 """Separation speed over the largest approach speed so far, below which a sequence of impacts counts as over."""
+UNRESOLVED = 1e-5
+"""The same of rows that part and return within `HOP` of the shortest period: without restitution, many points would
+close and part each other without end."""
+HOP = 1e-4
+"""Time between events over the shortest period of the modes, below which they are of one sequence."""
 TOGETHER = 1e-12
 """Gap, relative to the sum of its terms, at which a row counts as closing at the same time."""
 RESTING = 1e-13
@@ -42,7 +48,10 @@ def struck(equations: Equations, now: Conditions, hit: int, p: np.ndarray, v: np
     return np.union1d(np.flatnonzero(together | touching), [hit])
 
 
-def collide(equations: Equations, now: Conditions, touching: np.ndarray, v: np.ndarray, fastest: np.ndarray) -> Impact:
+def collide(
+    equations: Equations, now: Conditions, touching: np.ndarray, v: np.ndarray, fastest: np.ndarray,
+    hopped: Set[int] = frozenset(),
+) -> Impact:  # fmt: skip
     """Change velocities where rigid rows close, by Newton's restitution of all touching rows together.
 
     Args:
@@ -50,6 +59,8 @@ def collide(equations: Equations, now: Conditions, touching: np.ndarray, v: np.n
         touching: Rows of the impact.
         v: Velocities, changed in place, (n,).
         fastest: Largest approach speed of each row so far, changed in place, (c,).
+        hopped: Rows that parted and returned within a time that the modes do not resolve; at small speeds they stay
+            closed.
     """
     system = equations.system
     rows = system.rows[touching]
@@ -74,7 +85,8 @@ def collide(equations: Equations, now: Conditions, touching: np.ndarray, v: np.n
     impact.compressed = 0.5 * float(impulses @ np.maximum(-before, 0.0))
     for number, row in enumerate(touching):
         size = abs(before[number]) + float(np.abs(system.rows[row]) @ np.abs(v))
-        stays = after[number] <= max(ACCUMULATED * fastest[row], RESTING * size)
+        slow = UNRESOLVED if int(row) in hopped else ACCUMULATED
+        stays = after[number] <= max(slow * fastest[row], RESTING * size)
         now.status[row] = Status.CLOSED if stays else Status.OPEN
     _hold(equations, now, v, impact)
     return impact

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.contact.facets import Facets, paired
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.simulate import adjusted_notes
+from gudgeon.solver.simulate import adjusted_notes, simulate
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 
@@ -140,3 +140,19 @@ def test_flexibility_does_not_ripple_across_facets(tmp_path: Path) -> None:
         found.append(load @ residual @ load)
     smooth = np.polyval(np.polyfit(places, found, 2), places)
     assert np.array(found) == pytest.approx(smooth, rel=3e-3)
+
+
+def test_impacts_without_restitution_at_many_points_come_to_an_end(tmp_path: Path) -> None:
+    """More points than coordinates: each impact closes one and parts another, at speeds that shrink with each."""
+    blocks = Path(__file__).resolve().parents[3] / "data/two-blocks/non-matching.toml"
+    changes = {
+        "contact.faces.surface_stiffness": "unset", "contact.faces.method": "impact", "contact.faces.restitution": 0.0,
+        "component.hammer.mesh.size": 0.012, "component.anvil.mesh.size": 0.015, "run.duration": 1.058e-4,
+    }  # fmt: skip
+    few = {f"component.{name}.modes.normal_count": 6 for name in ("hammer", "anvil")}
+    job = open_job(blocks, set=changes | few, db=tmp_path / "db", out=tmp_path / "out")
+    run_job(job, "morph")
+    found = simulate(system_of(job))
+    assert found.result == "FINISHED"
+    assert found.energy_drift < 1e-9
+    assert found.momentum_residual < 1e-12

@@ -159,3 +159,46 @@ def test_a_turn_moves_the_nearest_point_to_contact(tmp_path: Path) -> None:
     """The rod's tip is beside its centre: turned the other way, within 1 µs it would leave the floor."""
     scene = Path(__file__).parents[3] / "data" / "rigid" / "rod-end.toml"
     assert verdicts(scene, "rotation 0.02 rad", tmp_path)["rotation 0.02 rad"]["verdict"] == "right"
+
+
+HEAVY = """
+[component.block]
+geometry = { kind = "box", lx = 0.01, ly = 0.01, lz = 0.03 }
+material = { E = 1e9, nu = 0.2, rho = 1200.0 }
+mesh = { size = 0.01 }
+interface.side = { surface = "left" }
+interface.foot = { surface = "bottom" }
+modes = { normal_count = 4 }
+
+[body.block]
+
+[contact.floor]
+body = "block"
+interface = "foot"
+against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
+
+[contact.step.against]
+shape = "plane"
+point = [0.02, 0.0, 0.0]
+normal = [1.0, 0.0, 0.0]
+edges = [{ point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }]
+
+[contact.step]
+body = "block"
+interface = "side"
+
+[run]
+duration = 2e-4
+gravity = [0.0, 0.0, -9810.0]
+checks = false
+"""
+
+
+def test_a_side_above_an_edge_does_not_overlap_by_what_the_foot_yields(tmp_path: Path) -> None:
+    """The step's face ends at the floor's height, on which a heavy block stands: its side is beside no face."""
+    path = tmp_path / "heavy.toml"
+    path.write_text(HEAVY)
+    rows = verdicts(path, "mass,collinear", tmp_path)
+    assert {row["verdict"] for name, row in rows.items() if row["group"] == "mass"} == {"right"}
+    assert rows["collinear static shapes"]["verdict"] == "does not apply"
+    assert "contact.step: a face with edges" in rows["collinear static shapes"]["reason"]
