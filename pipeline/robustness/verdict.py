@@ -6,6 +6,7 @@ from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.rules import COVERS, RULES, STEPPED, Compared, Finding
 from gudgeon.pipeline.scenes.robustness import Case
 from gudgeon.pipeline.stages.run import DRIFT
+from gudgeon.solver.capabilities import INTEGRATORS
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,8 @@ def judge(case: Case, found: Evidence | Refusal, compared: Compared) -> Verdict:
     if compared.base.contact is not None and found.contact is None:
         if case.operation.kind == "friction":
             return Verdict("does not apply", "surfaces that move along each other part before they touch")
+        if case.operation.kind == "mass" and INTEGRATORS[compared.base.integrator].turns:
+            return Verdict("does not apply", "with this mass, the mechanism moves elsewhere before its first contact")
         return Verdict("wrong", "no contact occurs, but the unchanged scene has contact")
     findings = [one for name in case.rules if (one := RULES[name](found, compared)) is not None]
     if not findings:

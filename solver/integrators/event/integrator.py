@@ -182,7 +182,7 @@ class Event(capabilities.Event):
 
     def _zero(self, after: tuple[Watch, int] | None) -> tuple[frozenset[int], frozenset[tuple[Watch, int]]]:
         """Return what is exactly zero after an event, but for round-off: gaps by row, and watched functions."""
-        gaps, functions = set(self._record.at_zero) | self._struck, set[tuple[Watch, int]]()
+        gaps, functions = set(self._record.at_zero) | self._struck | self._parting(), set[tuple[Watch, int]]()
         self._struck = set()
         if after is not None:
             kind, row = after
@@ -198,6 +198,14 @@ class Event(capabilities.Event):
                 functions.add((Watch.STICKS, row))
         functions |= {(Watch.CLOSES, row) for row in gaps}
         return frozenset(gaps), frozenset(functions)
+
+    def _parting(self) -> set[int]:
+        """Return the open rigid rows that part from a gap of round-off, which may be below zero."""
+        system = self._system
+        gaps = system.gap + system.rows @ self._p
+        size = np.abs(system.rows) @ np.abs(self._p) + np.abs(system.gap)
+        touching = system.rigid_contact & (self._now.status == Status.OPEN) & (np.abs(gaps) <= ROUND_OFF * size)
+        return {int(row) for row in np.flatnonzero(touching) if float(system.rows[row] @ self._v) > 0}
 
     def _touch_at_start(self) -> None:
         """Close the rigid rows that touch at the start and approach or press."""
