@@ -10,6 +10,7 @@ from gudgeon.pipeline.robustness.evidence import FirstContact
 from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import Trial, approach
 from gudgeon.pipeline.scenes.change import moved_surface
+from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 
@@ -107,9 +108,12 @@ def modes(subject: Subject, operation: Any) -> Trial:
             counts[name] = {"modes": {"normal_count": int(operation.factor * own.normal_count)}}
     if not counts:
         raise DoesNotApply(f"no body has {LEAST_MODES} normal modes")
-    checked = {"run": {"checks": True}}
-    like = Trial(subject.changed({"run": {"checks": subject.scene.run.step is None}}))
-    return Trial(subject.changed(checked | {"component": counts}), like=like)
+    # Impacts closer than the window are one, and a smaller basis has a longer one: both are read with that.
+    fewer = subject.changed({"component": counts})
+    run_job(fewer, "morph")
+    window = {"window": system_of(fewer).window}
+    like = Trial(subject.changed({"run": window | {"checks": subject.scene.run.step is None}}))
+    return Trial(subject.changed({"run": window | {"checks": True}, "component": counts}), like=like)
 
 
 def mesh(subject: Subject, operation: Any) -> Trial:

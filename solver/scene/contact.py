@@ -29,7 +29,7 @@ class MasterSurface(Strict):
 
 
 class OtherBody(Strict):
-    """An interface of another body: its points where the meshes match, else its facets."""
+    """An interface of another body, or another one of the same: its points where the meshes match, else its facets."""
 
     clearance: ClassVar[str] = "move body.{body}.position"
     """What makes room for points that start inside."""

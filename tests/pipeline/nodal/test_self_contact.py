@@ -106,3 +106,31 @@ def test_what_is_no_contact_of_a_body_with_itself_is_one_line(
 ) -> None:
     with pytest.raises((InputError, SceneError), match=re.escape(line)):
         run_job(job_of(tmp_path, **settings), "solve")
+
+
+@pytest.mark.parametrize(
+    ("settings", "allowed"),
+    [
+        ({"run__integrator": "implicit", "run__step": 5e-7}, 1e-4),
+        ({"body__fork__orientation": {"axis": [0.0, 0.0, 1.0], "angle": 37.0}}, 1e-9),
+        ({"run__integrator": "implicit", "run__step": 5e-7, "contact__tines__friction": {"static": 0.2}}, 2e-2),
+    ],
+    ids=["implicit", "turned", "friction"],
+)
+def test_tines_strike_alike_by_other_integrators_and_turned(
+    tmp_path: Path, settings: dict[str, Any], allowed: float
+) -> None:
+    """Friction of surfaces that strike straight on changes little; energy and momentum are kept by all."""
+    (tmp_path / "one").mkdir()
+    (tmp_path / "other").mkdir()
+    runs = []
+    for folder, given in (("one", {}), ("other", settings)):
+        job = job_of(tmp_path / folder, **given)
+        run_job(job, "solve")
+        runs.append(
+            job.store.get(job.trajectory().key, "trajectory", only=["quantities", "energy_drift", "momentum_residual"])
+        )
+    for name in COMPARED:
+        assert runs[1].quantities[name]["value"] == pytest.approx(runs[0].quantities[name]["value"], rel=allowed), name
+    assert runs[1].momentum_residual < 1e-12
+    assert runs[1].energy_drift < 1e-3
