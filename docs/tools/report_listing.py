@@ -84,7 +84,8 @@ def scenes_text(scenes: Scenes) -> str:
 
 def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
     """Return the list as Markdown: one line per scene, then the comparison with published systems."""
-    total = sum(sum(scene.get("seconds", {}).values()) for scene in scenes.values())
+    timed = [sum(scene["seconds"].values()) for scene in scenes.values() if scene.get("seconds")]
+    total, which = sum(timed), "" if len(timed) == len(scenes) else f" for {len(timed)} of {len(scenes)} scenes"
     machine = next((scene["machine"] for scene in scenes.values() if "machine" in scene), None)
     cases = [scene["robustness"] for scene in scenes.values() if "robustness" in scene]
     counts = {verdict: sum(one[verdict] for one in cases) for verdict in VERDICTS}
@@ -93,7 +94,7 @@ def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
         "# Reports",
         "",
         "Error against run time and robustness cases of every scene, written by `make reports`"
-        + (f", which took {total / 60:.0f} min on {where}." if total else "."),
+        + (f", which took {total / 60:.0f} min{which} on {where}." if total else "."),
         "`gudgeon report SCENE` makes the page, the picture and the tables of one scene, `gudgeon robustness SCENE` its"
         " robustness cases; [report.json](report.json) has the main figures of all of them.",
         "",

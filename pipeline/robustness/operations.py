@@ -33,17 +33,23 @@ from gudgeon.solver.scene.run import LEAST_WINDOW
 ALL_RIGID = "all bodies are rigid"
 
 
-def _in_units(subject: Subject, units: Units) -> Trial:
-    """Return the trial of the scene in other units, on the same meshes; bodies that turn have equal steps.
+def _in_equal_steps(subject: Subject) -> tuple[Subject, Trial | None]:
+    """Return a scene whose bodies turn with equal steps, and what it is compared with; others as they are, and None.
 
     Round-off would choose others of their thousands of steps, and results differ by `run.accuracy` then.
     """
-    scene, like = subject.scene, None
+    scene = subject.scene
     loose = any(isinstance(one, Clearance) for one in scene.joint.values())
-    if subject.turns and not loose and not subject.base.passing and scene.run.step is None:
-        step = scene.run.duration / max(subject.base.steps, 1)
-        subject = replace(subject, job=subject.changed({"run": {"step": step, "checks": False}}))
-        like = Trial(subject.job)
+    if not subject.turns or loose or subject.base.passing or scene.run.step is not None:
+        return subject, None
+    step = scene.run.duration / max(subject.base.steps, 1)
+    subject = replace(subject, job=subject.changed({"run": {"step": step, "checks": False}}))
+    return subject, Trial(subject.job)
+
+
+def _in_units(subject: Subject, units: Units) -> Trial:
+    """Return the trial of the scene in other units, on the same meshes."""
+    subject, like = _in_equal_steps(subject)
     tables = {}
     for name in subject.meshes:
         moved = moved_surface(subject.scene.component[name], subject.job.path.parent, name)
@@ -320,7 +326,9 @@ def whole_turn(subject: Subject, operation: Any) -> Trial:
     """Turn the whole scene: the result is the same."""
     if not subject.turns:
         subject.contact()
-    return Trial(replace(subject.job, scene=turned(subject.scene)), units=Units(), turned=True, length=_length(subject))
+    subject, like = _in_equal_steps(subject)
+    job = replace(subject.job, scene=turned(subject.scene))
+    return Trial(job, units=Units(), turned=True, length=_length(subject), like=like)
 
 
 def gap(subject: Subject, operation: Any) -> Trial:
