@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import BEGINS, ENDS, IMPULSE, WINDOWED, Trajectory
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.solver.capabilities import INTEGRATORS
 
@@ -143,3 +143,13 @@ def passing_of(accuracy: float | None, found: Trajectory) -> float:
     """
     own = accuracy or INTEGRATORS[found.counts["integrator"]].accuracy
     return own if found.counts.get("singular_steps") else 0.0
+
+
+def first_contact(trajectory: Trajectory) -> FirstContact | None:
+    """Return a run's first impact, with its windowed force, if any."""
+    found = []
+    for impacts in trajectory.impacts.values():
+        for impact in impacts[:1]:
+            start, end, impulse, force = impact[[BEGINS, ENDS, IMPULSE, WINDOWED]].tolist()
+            found.append(FirstContact(start, impulse, end - start, force))
+    return min(found, key=lambda one: one.start, default=None)

@@ -24,6 +24,7 @@ from gudgeon.pipeline.robustness.turning import turned
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_grid, rescaled_mesh, rescaled_profile
 from gudgeon.pipeline.scenes.change import moved_surface
 from gudgeon.pipeline.stages.job import grids_of
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.joints.clearance import Clearance
@@ -149,6 +150,8 @@ def mass(subject: Subject, operation: Any) -> Trial:
         changed = {"material": {"rho": factor * component.material.rho}}
     own = name if len(shared) == 1 else f"{name} of {body}"
     changes = {"component": {own: _updated(component, changed)}, "body": {body: {"component": own}}}
+    if scene.run.step is not None:  # Another mass needs another step than the one given: it is controlled.
+        changes["run"] = {"step": None, "checks": True}
     stretch = dict.fromkeys(subject.meshes, 1.0)
     if own == name:
         stretch[name] = factor**-0.5
@@ -164,7 +167,8 @@ def step(subject: Subject, operation: Any) -> Trial:
         subject.known["step"] = _stepped(subject)
     name, suggested = subject.known["step"]
     changes = {"integrator": name, "step": suggested * operation.factor, "accuracy": "unset"}
-    changes |= {} if subject.contacts else {"checks": True}  # Its estimate alone says that a step is too long.
+    if not subject.contacts or scene.run.step is not None:  # Its estimate alone says that a step is too long.
+        changes["checks"] = True
     job, length = subject.changed({"run": changes}), _length(subject)
     return Trial(job, agreement=settings.AGREES, given_step=True, length=length)
 
@@ -209,6 +213,14 @@ def restitution(subject: Subject, operation: Any) -> Trial:
     return Trial(subject.changed({"contact": changes, "run": run}))
 
 
+def _overlaps(job: Any) -> bool:
+    """Whether points of a scene start inside what they meet."""
+    try:
+        return approach(job)[1] <= 0
+    except SceneError:
+        return True
+
+
 def grazing(subject: Subject, operation: Any) -> Trial:
     """Scale the speed of approach, and the distance so that the first contact occurs; see docs/robustness.md."""
     first, scene, factor = subject.contact(), subject.scene, operation.factor
@@ -238,6 +250,8 @@ def grazing(subject: Subject, operation: Any) -> Trial:
         left = approach(subject.changed(changes))[1] / gap if gap > 0 else factor ** (2 if falls else 1)
         factor = left**0.5 if falls and left > 0 else left
         units = Units(length=left, time=factor if falls else 1.0)
+    elif falls and scene.run.step is not None and _overlaps(subject.changed(changes)):
+        raise DoesNotApply("the time of the first contact, by a given step, is not as exact as this gap is small")
     if not factor > 0:
         raise InputError(f"grazing: bodies moved to their first contact overlap ({factor:g} of the gap remains)")
     for name, body in scene.body.items():

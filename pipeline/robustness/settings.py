@@ -163,7 +163,7 @@ def collinear(subject: Subject, operation: Any) -> Trial:
         for name, contact in subject.contacts.items()
         if contact.method == "residual" and contact.law is None and contact.surface_stiffness is None
     }
-    rest = {"contact": bare} | ({"run": {"integrator": "auto", "step": "unset"}} if bare else {})
+    rest = {"contact": bare} | ({"run": {"integrator": "auto", "step": "unset", "checks": True}} if bare else {})
     like = Trial(subject.changed({"component": once} | rest))
     return Trial(subject.changed({"component": twice} | rest), like=like, agreement=SAME_SPACE)
 

@@ -15,7 +15,7 @@ from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.field import PoseGridRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, ENDS, IMPULSE, WINDOWED, Trajectory
+from gudgeon.modaldb.records.trajectory import CLOSING, IMPULSE, Trajectory
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 from gudgeon.pipeline.robustness.evidence import (
     Evidence,
@@ -23,6 +23,7 @@ from gudgeon.pipeline.robustness.evidence import (
     Impacts,
     Refusal,
     contrast_of,
+    first_contact,
     passing_of,
     readings_of,
 )
@@ -40,9 +41,9 @@ from gudgeon.solver.scene.run import LEAST_WINDOW
 from gudgeon.solver.simulate import simulate, suggested
 from gudgeon.solver.system.system import System
 
+REFUSALS = (PipelineError, SceneError, SolverError, modaldb.ModalDBError)
 ROUND_OFF = 1e-9
 """Overlap relative to the displacement of the contact's points that counts as none."""
-REFUSALS = (PipelineError, SceneError, SolverError, modaldb.ModalDBError)
 WHOLE = ("macneal", "normal+static", "rubin")
 """Reductions whose first coordinates are normal modes of the whole mesh."""
 FINER = 4.0
@@ -132,16 +133,6 @@ def found_step(job: Job) -> float:
     if Result[found.result].ok and (step := float(found.counts["step"])) > 0:
         return step / int(found.counts["substeps"])
     return suggested(system) / FINER
-
-
-def first_contact(trajectory: Trajectory) -> FirstContact | None:
-    """Return a run's first impact, with its windowed force, if any."""
-    found = []
-    for impacts in trajectory.impacts.values():
-        for impact in impacts[:1]:
-            start, end, impulse, force = impact[[BEGINS, ENDS, IMPULSE, WINDOWED]].tolist()
-            found.append(FirstContact(start, impulse, end - start, force))
-    return min(found, key=lambda one: one.start, default=None)
 
 
 def stepped(job: Job) -> list[str]:
@@ -302,14 +293,6 @@ def _ringing(system: System, found: Trajectory, contact: FirstContact | None) ->
     return phase * worst
 
 
-def _multipliers(system: System, found: Trajectory) -> np.ndarray:
-    """Return the contact force of every row at each frame [N], (f, c)."""
-    forces = np.zeros((len(found.frames), len(system.gap)))
-    for contact in system.contacts:
-        forces[:, contact.rows] = found.contacts[contact.name].multipliers
-    return forces
-
-
 def _blur(system: System) -> float:
     """Return the round-off of the points' positions over the least gap; 0 if points touch at the start."""
     places = [float(np.abs(c.points + system.scene.body[c.body].position).max()) for c in system.contacts]
@@ -342,6 +325,7 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     slack += ROUND_OFF * float(found.counts["step"]) ** 2 * pulled
     # The explicit integrator ends a frame half a step after its contact forces.
     slack += 0.5 * found.counts["step"] * speed if INTEGRATORS[found.counts["integrator"]].staggered else 0.0
+    slack += _late(system, found, pressed @ system.residual)
     rows = np.concatenate([np.arange(contact.rows.start, contact.rows.stop) for contact in plain])
     stiffness, exponent = system.law[rows, 0], system.law[rows, 1]
     yields = np.sqrt(2 * energy * system.layer[rows])
@@ -351,6 +335,23 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     over = depth[:, rows].max(axis=0)
     worst = int(np.argmax(over - yields))
     return max(float(over[worst]), 0.0), float(yields[worst] + slack)
+
+
+def _late(system: System, found: Trajectory, yielding: np.ndarray) -> float:
+    """Return by how much damped bodies are still pressed in by R after their forces, (f, c) of frames, fall [m]."""
+    beta = max((body.stiffness_factor for body in system.bodies.values()), default=0.0)
+    apart = np.diff(found.frame_times)
+    later = apart > 0  # Frames of peaks may stand twice.
+    rate = np.abs(np.diff(yielding, axis=0)[later]) / apart[later, None]
+    return min(beta * float(rate.max(initial=0.0)), float(np.abs(yielding).max(initial=0.0)))
+
+
+def _multipliers(system: System, found: Trajectory) -> np.ndarray:
+    """Return the contact force of every row at each frame [N], (f, c)."""
+    forces = np.zeros((len(found.frames), len(system.gap)))
+    for contact in system.contacts:
+        forces[:, contact.rows] = found.contacts[contact.name].multipliers
+    return forces
 
 
 def _turned(system: System, found: Trajectory) -> float | None:
