@@ -340,6 +340,8 @@ def whole_turn(subject: Subject, operation: Any) -> Trial:
     """Turn the whole scene: the result is the same."""
     if not subject.turns:
         subject.contact()
+    elif names := [*subject.scene.bearings()]:
+        raise DoesNotApply(f"the bush of joint '{names[0]}' stands along the axes of the scene")
     subject, like = _in_equal_steps(subject)
     job = replace(subject.job, scene=turned(subject.scene))
     return Trial(job, units=Units(), turned=True, length=_length(subject), like=like)
