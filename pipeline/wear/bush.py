@@ -8,7 +8,6 @@ the answers to pressures cos nθ and sin nθ about the bore, whose nodal forces 
 neglects.
 """
 
-import hashlib
 from dataclasses import replace
 from typing import Any
 
@@ -18,11 +17,11 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from gudgeon.pipeline.errors import StageError
-from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.geometry.surfaces import cylindrical
 from gudgeon.pipeline.interfaces.point_mass import component_model
 from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.stages.folder import held
+from gudgeon.pipeline.wear.profile import write_table
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.vectors import frame_along
 
@@ -32,10 +31,8 @@ LAYERS = 4
 """Elements beside the bore over which the movement decays."""
 STEP = 1e-3
 """Largest movement of the difference that stands for the derivative, over the size of an element."""
-ON_NODE = 0.25
-"""Largest distance of a place of the bore from its node, over the spacing of places: a profile may have moved it."""
-FOLDER = "worn"
-"""Of the profiles, within the folder of results."""
+ON_NODE = 1e-6
+"""Largest distance of a place of the bore from its node, over the radius."""
 FLAT = 1e-3
 """Half the height of the table of a plane bore [m]."""
 
@@ -53,7 +50,7 @@ def compliance_change(job: Any, name: str, joint: Clearance, depths: np.ndarray)
     face = job.record(bearing.component).interfaces[bearing.interface]
     across, radius = frame_along(joint.axes[1])[:, :2], joint.radius + joint.clearance
     off, nodes = cKDTree(mesh.nodes).query(face.points)
-    if off.max() > ON_NODE * 2 * np.pi * radius / len(face.points):
+    if off.max() > ON_NODE * radius:
         raise StageError(f"{job.path}: {where}.interface: a place of the bore is {off.max():.2g} m from its node")
     model = component_model(mesh, component, f"component.{bearing.component}")
     out = face.points @ across
@@ -74,13 +71,13 @@ def compliance_change(job: Any, name: str, joint: Clearance, depths: np.ndarray)
 def worn_profile(job: Any, name: str, joint: Clearance, depths: np.ndarray) -> dict[str, Any]:
     """Write the profile of a worn bush into the folder of results, and return the component's `change` that has it.
 
-    The mesh of the bush is in the database.
+    The mesh of the bush is in the database. A table that the scene has is replaced: its depths are among `depths`.
 
     Args:
         depths: Of evenly spaced cells about the joint's axis [m], (cells,).
 
     Raises:
-        StageError: the bore is no cylinder, or has a table of its own.
+        StageError: the bore is no cylinder.
     """
     bearing = joint.bearing
     assert bearing is not None
@@ -90,8 +87,6 @@ def worn_profile(job: Any, name: str, joint: Clearance, depths: np.ndarray) -> d
     surface = mesh.surfaces[own]
     if surface.shape.get("kind") != "cylinder":
         raise StageError(f"{where}: wear moves its surface '{own}', which is no cylinder; declare it in geometry")
-    if part.change.profile.table is not None:
-        raise StageError(f"{where}.change.profile.table: given, but wear moves the bore too; leave the table out")
     nodes = mesh.nodes[np.unique(surface.facets)]
     _, around, heights = cylindrical(nodes, surface.shape)
     across = nodes @ frame_along(joint.axes[1])[:, :2]
@@ -104,15 +99,11 @@ def worn_profile(job: Any, name: str, joint: Clearance, depths: np.ndarray) -> d
     columns = np.linspace(-np.pi, np.pi, len(nodes) + 1)
     row = np.maximum(shape((sign * columns + np.angle(turns[sign])) % (2 * np.pi)), 0.0)
     row[-1] = row[0]
-    text = csv_text([
-        ["height [m]", *(f"{one:.12g}" for one in np.degrees(columns))],
-        *([f"{end:.12g}", *(f"{one:.15g}" for one in row)] for end in (heights.min() - FLAT, heights.max() + FLAT)),
-    ])  # fmt: skip
-    digest = hashlib.sha256(text.encode()).hexdigest()[:12]
+    head = ["height [m]", *(f"{one:.12g}" for one in np.degrees(columns))]
+    ends = (heights.min() - FLAT, heights.max() + FLAT)
+    rows = [[f"{end:.12g}", *(f"{one:.15g}" for one in row)] for end in ends]
     with held(job.out):
-        (job.out / FOLDER).mkdir(parents=True, exist_ok=True)
-        path = job.out / FOLDER / f"{bearing.component}-{digest}.csv"
-        write_text(path, text)
+        path = write_table(job.out, bearing.component, [head, *rows])
     return {"update": "recompute", "profile": {"surface": own, "table": str(path.resolve()), "scale": 1.0}}
 
 

@@ -66,11 +66,7 @@ class WornProfile:
         deviations = self._unworn - worn
         deviations[:, -1] = deviations[:, 0]
         rows = [[f"{z:.12g}", *(f"{x:.15g}" for x in row)] for z, row in zip(self._heights, deviations, strict=True)]
-        text = csv_text([head, *rows])
-        name = name or f"{self.component}-{hashlib.sha256(text.encode()).hexdigest()[:12]}.csv"
-        (out / FOLDER).mkdir(parents=True, exist_ok=True)
-        write_text(path := out / FOLDER / name, text)
-        return path
+        return write_table(out, self.component, [head, *rows], name)
 
     def worn(self, depths: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the worn depth on the grid [m], (h, a), whose spline has `depths` at the contact points."""
@@ -113,3 +109,12 @@ def _lines(even: np.ndarray, own: np.ndarray | None, span: tuple[float, float]) 
     kept = ordered[apart]
     kept[0], kept[-1] = low, high
     return kept
+
+
+def write_table(out: Path, component: str, rows: list[list[str]], name: str | None = None) -> Path:
+    """Write a profile table into a folder of results, by default under a name of its content, and return its path."""
+    text = csv_text(rows)
+    name = name or f"{component}-{hashlib.sha256(text.encode()).hexdigest()[:12]}.csv"
+    (out / FOLDER).mkdir(parents=True, exist_ok=True)
+    write_text(path := out / FOLDER / name, text)
+    return path

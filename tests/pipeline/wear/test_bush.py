@@ -56,12 +56,15 @@ def test_the_bush_that_is_computed_again_is_lames_ring(tmp_path: Path) -> None:
     run(written(tmp_path), until="morph", db=tmp_path / "db", out=tmp_path / "out")
     depth = 2e-5
     changed = job_of_worn(job, np.full(AROUND, depth))
+    kind_of(changed).solve(changed, "morph", lambda stage, share: None)
+    further = job_of_worn(changed, np.full(AROUND, 2 * depth))  # The scene's own table is replaced.
     yields = []
-    for one in (job, changed):
+    for one in (job, changed, further):
         kind_of(one).solve(one, "morph", lambda stage, share: None)
         bore = system_of(one).bores["pin"]
         yields.append(bore.areas @ bore.compliance @ bore.areas / bore.areas.sum() ** 2)
     assert yields[1] - yields[0] == pytest.approx(ring(BORE + depth) - ring(BORE), rel=0.01)
+    assert yields[2] - yields[0] == pytest.approx(ring(BORE + 2 * depth) - ring(BORE), rel=0.01)
 
 
 @pytest.mark.parametrize("axis", [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
