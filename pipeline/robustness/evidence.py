@@ -53,8 +53,8 @@ class Evidence:
     contrast: float = 1.0
     """Largest ratio of two moduli within a part: round-off of the stiffer one is so many times larger in the other."""
     passing: float = 0.0
-    """`run.accuracy` of a mechanism that passed positions at which its joints depend on each other, or the impacts of a
-    journal, by steps whose size round-off decides; 0 of others."""
+    """`run.accuracy` of a mechanism that passed positions at which its joints depend on each other, by steps whose size
+    round-off decides; 0 of others."""
     estimated: float | None = None
     """Largest estimated relative error of the frequency of a kept mode."""
     orthogonality: float | None = None
@@ -136,14 +136,13 @@ def contrast_of(materials: Iterable[Material | None]) -> float:
 
 
 def passing_of(accuracy: float | None, found: Trajectory) -> float:
-    """Return the accuracy of a mechanism whose joints depended on each other or whose journals struck, or 0.
+    """Return the accuracy of a mechanism that passed positions at which its joints depend on each other, or 0.
 
     Args:
         accuracy: `run.accuracy`.
     """
     own = accuracy or INTEGRATORS[found.counts["integrator"]].accuracy
-    struck = any(name.endswith(".orbit") for name in found.probes)
-    return own if struck or found.counts.get("singular_steps") else 0.0
+    return own if found.counts.get("singular_steps") else 0.0
 
 
 def first_contact(trajectory: Trajectory) -> FirstContact | None:

@@ -220,12 +220,15 @@ def test_what_a_run_says_of_its_step_is_a_refusal() -> None:
     assert judge(case("energy", refusal=True), replace(SOUND, energy_drift=5e-4), LIKE).verdict == "wrong"
 
 
-def test_surfaces_that_friction_moves_apart_are_no_case() -> None:
-    """Only where the case moves them: of any other operation, a contact that does not occur is wrong."""
+def test_surfaces_that_friction_moves_apart_are_judged_without_a_contact() -> None:
+    """By the other rules, and by an overlap, where no contact was seen; of any other operation that is wrong."""
     moved = Case.model_validate(
         {"operation": {"kind": "friction", "coefficient": 0.3}, "rules": ["energy"], "refusal": False}
     )
     assert LIKE.base.contact is not None
     apart = replace(SOUND, contact=None)
-    assert judge(moved, apart, LIKE).verdict == "does not apply"
+    assert judge(moved, apart, LIKE).verdict == "right"
+    assert judge(moved, replace(apart, **WRONG["energy"]), LIKE).verdict == "wrong"
+    assert judge(moved, replace(apart, **WRONG["penetration"]), LIKE).deciding is not None
+    assert judge(moved, replace(apart, **WRONG["penetration"]), LIKE).verdict == "wrong"
     assert judge(case("energy"), apart, LIKE).verdict == "wrong"
