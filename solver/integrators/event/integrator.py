@@ -5,7 +5,16 @@ import numpy as np
 from gudgeon.solver import capabilities
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.event import basis
-from gudgeon.solver.integrators.event.jumps import HOP, RESTING, collide, force_scale, settle, settle_slip, struck
+from gudgeon.solver.integrators.event.jumps import (
+    HOP,
+    RESTING,
+    collide,
+    force_scale,
+    gaps_of,
+    settle,
+    settle_slip,
+    struck,
+)
 from gudgeon.solver.integrators.event.motion import Motion
 from gudgeon.solver.integrators.event.record import Record
 from gudgeon.solver.integrators.event.regimes import Equations, Regime, Status, Watch, acceleration, at_start
@@ -202,16 +211,14 @@ class Event(capabilities.Event):
     def _parting(self) -> set[int]:
         """Return the open rigid rows that part from a gap of round-off, which may be below zero."""
         system = self._system
-        gaps = system.gap + system.rows @ self._p
-        size = np.abs(system.rows) @ np.abs(self._p) + np.abs(system.gap)
+        gaps, size = gaps_of(system, self._p)
         touching = system.rigid_contact & (self._now.status == Status.OPEN) & (np.abs(gaps) <= ROUND_OFF * size)
         return {int(row) for row in np.flatnonzero(touching) if float(system.rows[row] @ self._v) > 0}
 
     def _touch_at_start(self) -> None:
         """Close the rigid rows that touch at the start and approach or press."""
         system, now = self._system, self._now
-        gaps = system.gap + system.rows @ self._p
-        size = np.abs(system.rows) @ np.abs(self._p) + np.abs(system.gap)
+        gaps, size = gaps_of(system, self._p)
         pressed = system.start_forces > 0
         touching = np.flatnonzero(system.rigid_contact & (pressed | (np.abs(gaps) <= 1e-14 * size)))
         speeds = system.rows @ self._v

@@ -8,6 +8,7 @@ from scipy import optimize
 
 from gudgeon.solver.integrators.event.motion import Probe
 from gudgeon.solver.integrators.event.regimes import Conditions, Equations, Status, acceleration
+from gudgeon.solver.system.system import System
 
 ACCUMULATED = 1e-9
 """Separation speed over the largest approach speed so far, below which a sequence of impacts counts as over."""
@@ -38,11 +39,16 @@ class Impact:
     """Energy of compression, before restitution [J]."""
 
 
+def gaps_of(system: System, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the gaps of all rows without yielding, and the sums of their absolute terms [m], (c,) each."""
+    return system.gap + system.rows @ p, np.abs(system.rows) @ np.abs(p) + np.abs(system.gap)
+
+
 def struck(equations: Equations, now: Conditions, hit: int, p: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return the rigid rows of an impact: those that are closed, and those that close together with row `hit`."""
     system = equations.system
     rigid = system.rigid_contact
-    gaps, size = system.gap + system.rows @ p, np.abs(system.rows) @ np.abs(p) + np.abs(system.gap)
+    gaps, size = gaps_of(system, p)
     together = rigid & (np.abs(gaps) <= TOGETHER * size) & (system.rows @ v < 0)
     touching = rigid & ((now.status == Status.CLOSED) | (now.status == Status.IMPLIED))
     return np.union1d(np.flatnonzero(together | touching), [hit])
@@ -50,7 +56,7 @@ def struck(equations: Equations, now: Conditions, hit: int, p: np.ndarray, v: np
 
 def collide(
     equations: Equations, now: Conditions, touching: np.ndarray, v: np.ndarray, fastest: np.ndarray,
-    hopped: Set[int] = frozenset(),
+    hopped: Set[int],
 ) -> Impact:  # fmt: skip
     """Change velocities where rigid rows close, by Newton's restitution of all touching rows together.
 

@@ -180,6 +180,35 @@ def test_asymmetry_is_seen_in_rows_of_small_units(
         residual_shapes(tiny, sparse.csr_matrix(scaled[:2]), modes, np.empty((2, 0)))
 
 
+@pytest.mark.parametrize(("stiff", "refused"), [(True, False), (False, True)])
+def test_an_unbalanced_load_is_refused_where_it_displaces(
+    tiny: FEModel, dense: tuple[np.ndarray, np.ndarray], monkeypatch: pytest.MonkeyPatch, stiff: bool, refused: bool
+) -> None:
+    """A tenth of the load is left by an error along the stiffest mode, which is none of the displacement, or along the
+    softest, which is a tenth of it."""
+    whole = flexibility.Flexibility(tiny)
+    K = tiny.K[whole.dofs][:, whole.dofs].toarray()
+    values, vectors = np.linalg.eigh(K)
+    load, mode = vectors[:, :1], -1 if stiff else 0
+    off = 0.1 * vectors[:, mode] / values[mode]
+    solve, calls = whole.factor.solve, []
+
+    def wrong(loads: np.ndarray) -> np.ndarray:
+        answer = solve(loads)
+        if not calls:
+            answer[whole._places] += off[:, None]
+        calls.append(loads)
+        return answer
+
+    monkeypatch.setattr(whole.factor, "solve", wrong)
+    monkeypatch.setattr(flexibility, "SOLVED", 1e-2)
+    if refused:
+        with pytest.raises(StageError, match="unbalanced"):
+            whole.grounded(load)
+    else:
+        np.testing.assert_allclose(whole.grounded(load)[:, 0], load[:, 0] / values[0], atol=1e-2 / values[0])
+
+
 @pytest.mark.skipif(not MKL_HAS_A_WHEEL, reason="MKL has no wheel for this processor")
 def test_eliminated_rows_have_the_residual_of_solves(
     tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix, monkeypatch: pytest.MonkeyPatch
