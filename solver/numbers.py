@@ -131,6 +131,17 @@ Name = Annotated[str, AfterValidator(_name)]
 """Of a body, contact, component and the like: it becomes part of the names of files and of fields of records."""
 
 
+def _each_once(values: tuple[str, ...] | None) -> tuple[str, ...] | None:
+    twice = sorted({one for one in values if values.count(one) > 1}) if values else []
+    if twice:
+        raise ValueError(f"{', '.join(twice)} stands there more than once; give each once")
+    return values
+
+
+EachOnce = AfterValidator(_each_once)
+"""Of a list of names that may not repeat."""
+
+
 class Strict(BaseModel):
     """A table of a scene file; unknown keys are refused.
 

@@ -1,12 +1,12 @@
 """The `gauge` tables of a component, and the `sensor` tables of a scene, whose bridges they are wired to."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from gudgeon.pipeline.geometry.numbers import NonZero, Point
 from gudgeon.pipeline.scenes.modes import optional
-from gudgeon.solver.numbers import MOST, Length, Name, PositiveRatio, Ratio, Strict
+from gudgeon.solver.numbers import MOST, EachOnce, Length, Name, PositiveRatio, Ratio, Strict
 
 SECTION_UNITS = {"bending-moment": "N m", "shear-force": "N"}
 """Units of the forces of a beam's section."""
@@ -104,7 +104,7 @@ class Sensor(Strict):
     force: str | None = Field(
         default=None, description="Force of kind 'wrench' that is measured; default: the only one of the scene"
     )
-    components: tuple[Literal["Fx", "Fy", "Fz", "Mx", "My", "Mz"], ...] = Field(
+    components: Annotated[tuple[Literal["Fx", "Fy", "Fz", "Mx", "My", "Mz"], ...], EachOnce] = Field(
         default=WRENCH, min_length=1, description="Components that are measured; others are taken not to act"
     )
     channel: dict[Name, Channel] = Field(

@@ -1,10 +1,10 @@
 """The `modes` table of a component: its reduction and the number of coordinates."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from gudgeon.solver.numbers import MOST, Strict
+from gudgeon.solver.numbers import MOST, EachOnce, Strict
 
 Reduction = Literal[
     "macneal", "normal+static", "craig-bampton", "row-craig-bampton", "fixed-reference", "ritz", "rubin", "attachment",
@@ -61,12 +61,12 @@ class ModesSettings(Strict):
         description="Fixed-interface modes of each substructure; for reductions 'craig-bampton', 'row-craig-bampton',"
         " which has one, 'interface' and 'partial-interface'",
     )
-    boundary: tuple[str, ...] = optional(
+    boundary: Annotated[tuple[str, ...], EachOnce] = optional(
         "Surfaces with boundary dofs, in addition to those of interfaces and cuts; for reductions 'craig-bampton',"
         " 'interface' and 'partial-interface'",
         default=(),
     )
-    kept: tuple[str, ...] = optional(
+    kept: Annotated[tuple[str, ...], EachOnce] = optional(
         "Surfaces and interfaces whose boundary dofs are kept; for reduction 'partial-interface'", default=()
     )
     interface_count: int | None = optional(

@@ -1,10 +1,10 @@
 """Bodies of a scene."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import Strict
+from gudgeon.solver.numbers import EachOnce, Strict
 from gudgeon.solver.scene.damping import Damping
 from gudgeon.solver.scene.orientation import Orientation
 from gudgeon.solver.vectors import Place, Spin, Velocity
@@ -38,7 +38,7 @@ class Body(Strict):
         default=(0.0, 0.0, 0.0),
         description="Angular velocity at the start [rad/s]",
     )
-    freedom: tuple[Freedom, ...] = Field(
+    freedom: Annotated[tuple[Freedom, ...], EachOnce] = Field(
         default=ALL_FREE, description="Free rigid motions along and about the axes of the scene; default: all"
     )
     damping: Damping | None = Field(default=None, description="Damping of the elastic motion; none by default")
@@ -59,7 +59,9 @@ class Body(Strict):
         description="Whether the stress by rotation, reactions and loads stiffens or softens a body that deforms and"
         " turns by any angle; false: its linear floating frame",
     )
-    gauges: tuple[str, ...] = Field(default=(), description="Gauges of its component to record over time")
+    gauges: Annotated[tuple[str, ...], EachOnce] = Field(
+        default=(), description="Gauges of its component to record over time"
+    )
 
     @model_validator(mode="after")
     def _attached(self) -> "Body":

@@ -7,26 +7,29 @@ the bearing keeps energy. It is tabulated as the indentation δ of a linear law 
 
     H(e) = |e| − c − δ(ρ, θ),   ρ = |e| − e₀(θ)
 
-with e₀ the offset at which the bore is first touched. δ and e₀ are tensor cubic splines, so that the force is
-continuous with its gradient; the law's loss acts on the way along the normal.
+with e₀ the offset at which the bore is first touched. δ and e₀ are tensor quintic splines, whose force has three
+continuous derivatives, so that steps of high order pass from cell to cell. The law's loss acts on the way along the
+normal.
 """
 
+from math import factorial
 from typing import NamedTuple
 
 import numpy as np
 from scipy import linalg
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.optimize import nnls
 
-from gudgeon.solver.compiled import entry, inner
+from gudgeon.solver.compiled import inner
 from gudgeon.solver.contact.bores import ElasticBore
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.laws.base import Coefficients
 from gudgeon.solver.laws.restitution import loss_of_restitution
 
-BELOW, ABOVE, AROUND = 6, 48, 120
+BELOW, ABOVE, AROUND = 12, 48, 120
 """Values along ρ before and after the first touch, and around."""
+DEGREE = 5
 EXCHANGES = 60
 """Of the active set, before the least-squares solution takes over."""
 CLOSED = 1e-12
@@ -91,9 +94,9 @@ class Table(NamedTuple):
     reach: np.ndarray
     """ρ, ascending [m], (BELOW + ABOVE,)."""
     touch: np.ndarray
-    """e₀ [m] and de₀/dθ at the angles, (AROUND, 2)."""
+    """Coefficients of e₀ in each cell [m], of falling powers of the way from its lower angle, (AROUND, DEGREE + 1)."""
     depth: np.ndarray
-    """δ, ∂δ/∂ρ, ∂δ/∂θ, ∂²δ/∂ρ∂θ, (BELOW + ABOVE, AROUND, 4)."""
+    """Of δ, of falling powers along ρ and θ, (BELOW + ABOVE − 1, AROUND, DEGREE + 1, DEGREE + 1)."""
     stiffness: float
     """K [N/m]."""
 
@@ -142,12 +145,8 @@ def table_of(pressed: Pressed, radius: float, load: float, where: str) -> Table:
             f"{where}.load: {load:g} N given, which presses the journal by more than {DEEPEST:g} of its radius into its"
             " bearing, beyond the model; give a stiffer bearing, or a smaller load"
         )
-    reach = np.concatenate(
-        [
-            -min(0.25 * top, 0.5 * onset.min()) * np.arange(BELOW, 0, -1) / BELOW,
-            top * (np.arange(ABOVE) / (ABOVE - 1)) ** 2,
-        ]
-    )
+    graded = (np.arange(-BELOW, ABOVE) / (ABOVE - 1)) ** 2
+    reach = np.where(np.arange(-BELOW, ABOVE) < 0, -graded * min(1.0, 0.5 * onset.min() / top), graded) * top
     energy = np.array([[pressed.potential((first + at) * turn)[0] for turn, first in zip(turns, onset, strict=True)]
                        for at in reach])  # fmt: skip
     stiffness = float(2 * energy[-1].mean() / top**2)
@@ -157,12 +156,16 @@ def table_of(pressed: Pressed, radius: float, load: float, where: str) -> Table:
         free = reach <= 0
         gaps = pressed.gap - (first + reach[free])[:, None] * (pressed.turns @ turn)
         depth[free, k] = -gaps.min(axis=1) / np.sqrt(stiffness * single[k])
-    touch = CubicSpline(angles, np.append(onset, onset[0]), bc_type="periodic")
-    around = CubicSpline(angles, np.column_stack([depth, depth[:, :1]]), axis=1, bc_type="periodic")
-    along = CubicSpline(reach, depth, axis=0)(reach, 1)
-    both = CubicSpline(angles, np.column_stack([along, along[:, :1]]), axis=1, bc_type="periodic")
-    parts = [depth, along, around(angles[:-1], 1), both(angles[:-1], 1)]
-    return Table(reach, np.column_stack([onset, touch(angles[:-1], 1)]), np.stack(parts, axis=-1), stiffness)
+    touch = _coefficients(angles, np.append(onset, onset[0]), "periodic")
+    around = _coefficients(angles, np.column_stack([depth, depth[:, :1]]).T, "periodic")
+    both = _coefficients(reach, np.moveaxis(around, -1, 0), None)
+    return Table(reach, touch.T.copy(), both.transpose(1, 3, 0, 2).copy(), stiffness)
+
+
+def _coefficients(at: np.ndarray, values: np.ndarray, ends: str | None) -> np.ndarray:
+    """Return coefficients of the spline through values (n, …), of falling powers, (DEGREE + 1, n − 1, …)."""
+    spline = make_interp_spline(at, values, DEGREE, bc_type=ends)
+    return np.stack([spline(at[:-1], power) / factorial(power) for power in range(DEGREE, -1, -1)])
 
 
 def _reach(pressed: Pressed, turn: np.ndarray, first: float, load: float, most: float) -> float:
@@ -187,52 +190,33 @@ def yielding_arrays(every: list[Table | None]) -> dict[str, np.ndarray]:
     return {
         "yielding": np.where(has, np.cumsum(has) - 1, -1).astype(np.int64),
         "yielding_reach": np.array([one.reach for one in tables]).reshape(-1, BELOW + ABOVE),
-        "yielding_touch": np.array([one.touch for one in tables]).reshape(-1, AROUND, 2),
-        "yielding_depth": np.array([one.depth for one in tables]).reshape(-1, BELOW + ABOVE, AROUND, 4),
+        "yielding_touch": np.array([one.touch for one in tables]).reshape(-1, AROUND, DEGREE + 1),
+        "yielding_depth": np.array([one.depth for one in tables]).reshape(
+            -1, BELOW + ABOVE - 1, AROUND, DEGREE + 1, DEGREE + 1
+        ),
     }
-
-
-@entry
-def _hermite(q, width):  # type: ignore[no-untyped-def]
-    """Return the weights of values and slopes at both ends of an interval, and their derivatives, at a share q of it.
-
-    The derivatives of the values' weights are −dv and dv.
-    """
-    r = 1 - q
-    return (
-        (1 + 2 * q) * r * r, q * q * (3 - 2 * q), q * r * r * width, -q * q * r * width, 6 * q * r / width,
-        r * (1 - 3 * q), q * (3 * q - 2),
-    )  # fmt: skip
 
 
 @inner
 def yielding_depth(model, i, x, y):  # type: ignore[no-untyped-def]
     """Return H of a section's elastic bearing at an offset (x, y) along the bearing's frame, and ∇H."""
-    k, clearance = model.yielding[i], model.touch_size[i, 0]
+    k, clearance, around = model.yielding[i], model.touch_size[i, 0], model.yielding_touch.shape[1]
     size = np.sqrt(x * x + y * y)
     over = 1.0 / size if size > 0.0 else 0.0
     c, s = x * over, y * over
-    step = 2.0 * np.pi / model.yielding_touch.shape[1]
-    turn = np.arctan2(y, x) / step
-    if turn < 0.0:
-        turn += model.yielding_touch.shape[1]
-    b = int(turn)
-    if b >= model.yielding_touch.shape[1]:
-        b = 0
-        turn = 0.0
-    q = turn - b
-    after = b + 1 if b + 1 < model.yielding_touch.shape[1] else 0
-    v0, v1, w0, w1, dv, dw0, dw1 = _hermite(q, step)
-    t = model.yielding_touch
-    first = v0 * t[k, b, 0] + v1 * t[k, after, 0] + w0 * t[k, b, 1] + w1 * t[k, after, 1]
-    first_turn = dv * (t[k, after, 0] - t[k, b, 0]) + dw0 * t[k, b, 1] + dw1 * t[k, after, 1]
+    step = 2.0 * np.pi / around
+    angle = np.arctan2(y, x)
+    if angle < 0.0:
+        angle += 2.0 * np.pi
+    b = min(int(angle / step), around - 1)
+    q = angle - b * step
+    first, first_turn = 0.0, 0.0
+    for n in range(DEGREE + 1):
+        first_turn = first_turn * q + first
+        first = first * q + model.yielding_touch[k, b, n]
     along = size - first
     r, last = model.yielding_reach, model.yielding_reach.shape[1] - 1
-    inside = along
-    if inside < r[k, 0]:
-        inside = r[k, 0]
-    if inside > r[k, last]:
-        inside = r[k, last]
+    inside = min(max(along, r[k, 0]), r[k, last])
     low, high = 0, last
     while high - low > 1:
         middle = (low + high) // 2
@@ -240,23 +224,17 @@ def yielding_depth(model, i, x, y):  # type: ignore[no-untyped-def]
             high = middle
         else:
             low = middle
-    width = r[k, low + 1] - r[k, low]
-    a0, a1, g0, g1, da, dg0, dg1 = _hermite((inside - r[k, low]) / width, width)
+    way = inside - r[k, low]
     depth, by_reach, by_turn, mixed = 0.0, 0.0, 0.0, 0.0
-    for m in range(2):
-        j = low + m
-        a, g = (a1, g1) if m else (a0, g0)
-        da_m, dg_m = (da, dg1) if m else (-da, dg0)
-        for n in range(2):
-            o = after if n else b
-            v, w = (v1, w1) if n else (v0, w0)
-            dv_n, dw_n = (dv, dw1) if n else (-dv, dw0)
-            f0, f1 = model.yielding_depth[k, j, o, 0], model.yielding_depth[k, j, o, 1]
-            f2, f3 = model.yielding_depth[k, j, o, 2], model.yielding_depth[k, j, o, 3]
-            depth += a * (v * f0 + w * f2) + g * (v * f1 + w * f3)
-            by_reach += da_m * (v * f0 + w * f2) + dg_m * (v * f1 + w * f3)
-            by_turn += a * (dv_n * f0 + dw_n * f2) + g * (dv_n * f1 + dw_n * f3)
-            mixed += da_m * (dv_n * f0 + dw_n * f2) + dg_m * (dv_n * f1 + dw_n * f3)
+    for m in range(DEGREE + 1):
+        value, slope = 0.0, 0.0
+        for n in range(DEGREE + 1):
+            slope = slope * q + value
+            value = value * q + model.yielding_depth[k, low, b, m, n]
+        by_reach = by_reach * way + depth
+        depth = depth * way + value
+        mixed = mixed * way + by_turn
+        by_turn = by_turn * way + slope
     # Beyond the table δ goes on along its slope.
     depth += by_reach * (along - inside)
     by_turn += mixed * (along - inside) - by_reach * first_turn

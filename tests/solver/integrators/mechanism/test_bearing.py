@@ -1,5 +1,6 @@
 """Elastic bearings of joints with clearance: complementarity, potential and table, impacts, rest, what is refused."""
 
+from math import comb
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,6 +14,7 @@ from gudgeon.modaldb.records.trajectory import WEAR, Trajectory
 from gudgeon.solver.contact.bores import ElasticBore, foundation
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.touching.yielding import (
+    DEGREE,
     Pressed,
     Table,
     table_of,
@@ -27,7 +29,7 @@ GAP, RADIUS, LENGTH, STIFF, LOAD = 1e-3, 0.02, 0.01, 1e11, 5e3
 BED = {"foundation": STIFF, "length": LENGTH, "load": LOAD, "places": 360}
 WEARS = {"coefficient": 1e-3, "hardness": 2e9, "cells": 180}
 SMOOTH = 3e-3
-"""Error of a table's force over the largest one at places between its own: that of cubic splines of 1.25 powers."""
+"""Error of a table's force over the largest one at places between its own: that of splines of 1.25 powers."""
 
 
 def knee(**more: Any) -> dict[str, Any]:
@@ -113,6 +115,20 @@ def test_the_table_is_the_bearing_and_has_a_potential(worn: np.ndarray | None) -
         assert read(table, at(0.9 * touch, angle))[0] < 0
         assert read(table, at(0.2 * touch, angle))[0] < read(table, at(0.9 * touch, angle))[0]
     assert read(table, np.array([1e-30, 0.0]))[0] < 0
+
+
+@pytest.mark.parametrize("way", [0, 1])
+def test_cells_of_the_table_meet_with_four_derivatives(way: int) -> None:
+    """A kink at a border makes steps of high order try again and again there; 0: along the offset, 1: around."""
+    table = table_of(Pressed(foundation(joint()), GAP), RADIUS, LOAD, "joint.knee.bearing")
+    cells = np.moveaxis(table.depth, way, 0)
+    widths = np.diff(table.reach) if way == 0 else np.full(len(cells), 2 * np.pi / len(cells))
+    powers = np.moveaxis(cells, 2 + way, 0)[::-1]
+    for order in range(DEGREE):
+        above = range(order, DEGREE + 1)
+        here = sum(comb(power, order) * powers[power][:-1].T * widths[:-1] ** power for power in above)
+        there = powers[order][1:].T * widths[:-1] ** order
+        np.testing.assert_allclose(here, there, atol=1e-9 * np.abs(powers[0]).max())
 
 
 def thrown(folder: Path, **more: Any) -> Trajectory:
