@@ -21,7 +21,7 @@ examples:
   gudgeon status data/skirt                   list which stages are fresh or stale, with the reason
   gudgeon plan data/rod-wall                  list the data that the solver reads and the terms that it omits
   gudgeon report data/skirt                   compare the error and the run time of every model of the scene
-  gudgeon study data/rod-wall --vary body.rod.velocity.0=-0.1:-1:10
+  gudgeon study data/rod-wall --vary body.rod.velocity.0=0.1:1:10
                                               run many designs: one table of quantities, and a picture
   gudgeon faces bracket.step                  list and draw the numbered faces of a CAD part
   gudgeon new bracket.step                    write a scene of a CAD part that is thrown at a plane

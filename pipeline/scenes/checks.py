@@ -208,9 +208,12 @@ def _wrong_turning(scene: "SceneFile") -> list[str]:
 
 def _unknown_quantities(scene: "SceneFile") -> list[str]:
     """List the names in `report.quantities` that no run of the scene can have, each with the names that are allowed,
-    and the probes of forces whose quantity a contact or joint has too."""
+    and the contacts, joints, moving forces and probes of forces that have the same quantities."""
     owners = _owners(scene)
     lines = [
+        f"contact.{name}: a {other} '{name}' has quantities of the same names; give the contact another name"
+        for name in scene.contact for other in ("joint", "force") if other in owners[name]
+    ] + [
         f"probe.{name}: a contact or joint has '{name}.force_peak' too; give the probe another name"
         for name, probe in scene.probe.items() if probe.kind == "force" and {*owners[name]} & {"contact", "joint"}
     ]  # fmt: skip

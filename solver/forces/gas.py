@@ -17,7 +17,9 @@ class GasPressure(Strict):
     interface: str = Field(description="Interface of kind 'pressure'")
     joint: str = Field(description="Joint that defines the crank angle")
     table: str | None = Field(
-        default=None, description="CSV: crank angle [deg], absolute pressure [Pa]; periodic over its span"
+        default=None,
+        description="CSV: crank angle [deg], absolute pressure [Pa]; periodic over its span, smooth, and nowhere outside"
+        " its rows",
     )
     values: tuple[tuple[Angle, Pressure], ...] = Field(
         default=(),
@@ -33,14 +35,18 @@ class GasPressure(Strict):
         return self
 
     def over_angle(self) -> Callable[[np.ndarray], np.ndarray]:
-        """Return the pressure above ambient [Pa] over the crank angle [rad], a periodic cubic spline between values."""
-        from scipy.interpolate import CubicSpline
+        """Return the pressure above ambient [Pa] over the crank angle [rad], smooth and between the rows' pressures.
+
+        Source: Fritsch, Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300: a spline would leave them, in tables of few
+        rows below zero.
+        """
+        from scipy.interpolate import PchipInterpolator
 
         degrees, absolute = np.array(self.values, float).T
         span = degrees[-1] - degrees[0]
-        absolute = np.append(absolute[:-1], absolute[0])
-        spline = CubicSpline(degrees, absolute, bc_type="periodic")
-        return lambda angle: spline(degrees[0] + np.mod(np.degrees(angle) - degrees[0], span)) - self.ambient
+        around = np.concatenate([degrees[:-1] - span, degrees[:-1], degrees[:-1] + span, [degrees[-1] + span]])
+        curve = PchipInterpolator(around, np.append(np.tile(absolute[:-1], 3), absolute[0]))
+        return lambda angle: curve(degrees[0] + np.mod(np.degrees(angle) - degrees[0], span)) - self.ambient
 
     def pressure(self, angle: np.ndarray) -> np.ndarray:
         """Return the pressure above ambient [Pa] at crank angles [rad]."""

@@ -254,7 +254,7 @@ class Scene(Strict):
                 f"run.integrator: no integrator supports {least[0]} together with {others}; remove one of them"
             )
         if lacking := _lacking(demands, named):
-            able = self.carriers()
+            able = self._left_to_choose().carriers()  # Naming an integrator may have made a mechanism of the scene.
             advice = (
                 f"use {' or '.join(map(repr, ('auto', *able)))}" if able else "no integrator supports the whole scene"
             )
@@ -262,6 +262,9 @@ class Scene(Strict):
         if math.isinf(INTEGRATORS[named].order) and self.run.step is not None:
             _refuse_step(repr(named))
         return named
+
+    def _left_to_choose(self) -> "Scene":
+        return self.model_copy(update={"run": self.run.model_copy(update={"integrator": "auto"})})
 
     @property
     def _turns_freely(self) -> bool:
@@ -289,7 +292,8 @@ def _listed(names: list[str]) -> str:
     """Return all names, up to four, so that what is refused for several reasons is refused once."""
     if len(names) > NAMED:
         names = [*names[: NAMED - 1], f"{len(names) - NAMED + 1} more elements"]
-    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+    text = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+    return text.replace(",,", ",").removesuffix(",")
 
 
 def _refuse_step(name: str) -> None:

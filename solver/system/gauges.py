@@ -20,7 +20,7 @@ def compile_gauges(bodies: dict[str, FlexibleBody], contacts: list[ContactRows],
             over[:, body.elastic] = gauge.rows
             for contact in contacts:
                 for owner, interface, share, *_ in contact.sides:
-                    if owner == name and gauge.residual.shape[1]:
+                    if owner == name and gauge.residual.size:  # A mechanism reads none.
                         begin, end = body.modal.interface_rows[interface]
                         # A contact force acts against the outward normal, R's rows along it.
                         pressed[:, contact.rows] -= shared_columns(share, gauge.residual[:, begin:end])

@@ -77,6 +77,12 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
                            "against": {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}}},
         r"no integrator supports .* together with",
     ),
+    "name": (
+        {"contact.pivot": {"body": "top", "interface": "foot", "method": "penalty",
+                           "law": {"kind": "linear", "stiffness": 1e6},
+                           "against": {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}}},
+        r"contact\.pivot: a joint 'pivot' has quantities of the same names; give the contact another name",
+    ),
     "freedom": ({"body.top.freedom": ["x", "y", "z"]}, r"body\.top\.freedom: the body turns by any angle"),
     "interface": ({"joint.pivot.interface": "bore"}, r"joint\.pivot: give one of: at, interface"),
     "ratio": ({"joint.mesh": {"kind": "gear", "joint": "pivot", "other": "pivot", "ratio": -1.0}}, "greater than 0"),

@@ -22,12 +22,12 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("gudgeon report data/beam-sphere", "report.html: error against run time"),
         ("gudgeon report data/beam-sphere --tolerance 0.1%", "the cheapest setting below 0.1 %"),
     ),
-    "study": (("gudgeon study data/rod-wall --vary body.rod.velocity.0=-0.1:-1:10", "ten speeds, one table"),),
+    "study": (("gudgeon study data/rod-wall --vary body.rod.velocity.0=0.1:1:10", "ten speeds, one table"),),
     "wear": (
         ("gudgeon wear data/clearance-joint/wear.toml --period 0.012", "worn depth over the angle, and a picture"),
         ("gudgeon wear data/piston/wear.toml --cycles 1e6", "worn depth of the skirt and of the liner"),
     ),
-    "robustness": (("gudgeon robustness data/two-mass --only units,turning", "two groups of cases"),),
+    "robustness": (("gudgeon robustness data/two-mass --only units,turned", "two groups of cases"),),
     "linear": (
         (
             "gudgeon linear data/held-beam --force contact.stop --frequencies 10 5000",

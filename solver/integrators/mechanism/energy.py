@@ -104,19 +104,26 @@ def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndar
     return found
 
 
-def momentum_error(model: Model, states: np.ndarray) -> float:
-    """Return the largest error of the balances of momentum and of angular momentum about the origin, over the sum of
-    the bodies' own momenta, of states (s, numbers) of which the first is the start."""
+def momentum_error(model: Model, states: np.ndarray, motions: list[Motion], duration: float) -> float:
+    """Return the largest error of the balances of momentum and of angular momentum about the origin, of states
+    (s, numbers) of which the first is the start, over momenta and impulses as large as acted.
+
+    Parts of a body have momenta where they cancel in the body: its mass times its root mean square speed counts, and
+    the impulse of weights that joints hold.
+    """
     bodies, sums = bodies_of(model, states), states[:, -SUMS:]
     speeds, spins = bodies[..., SPEED : SPEED + 3], bodies[..., SPIN : SPIN + 3]
     linear = speeds * model.mass[:, None]
     orbital = np.cross(bodies[..., :3], linear)
-    worst = 0.0
-    for total, parts, at in (
-        (linear.sum(axis=1), np.linalg.norm(linear, axis=-1), IMPULSE),
-        ((orbital + spins).sum(axis=1), np.linalg.norm(orbital, axis=-1) + np.linalg.norm(spins, axis=-1), IMPULSE + 3),
-    ):
+    turning = (np.array([one.omega for one in motions]) * spins).sum(axis=-1)
+    parts = np.sqrt((linear**2).sum(axis=-1) + model.mass * np.maximum(turning, 0.0))
+    weights = float(model.mass.sum() * np.linalg.norm(model.gravity)) * duration
+    moments = np.linalg.norm(orbital, axis=-1) + np.linalg.norm(spins, axis=-1)
+    far = float(np.linalg.norm(bodies[..., :3], axis=-1).max())
+    worst, least = 0.0, weights
+    for total, own, at in ((linear.sum(axis=1), parts, IMPULSE), ((orbital + spins).sum(axis=1), moments, IMPULSE + 3)):
         lost = np.linalg.norm(total - total[0] - sums[:, at : at + 3], axis=1)
-        largest = max(float(parts.sum(axis=1).max()), float(np.linalg.norm(sums[:, at : at + 3], axis=1).max()))
-        worst = max(worst, float(lost.max()) / largest if largest > 0 else 0.0)
+        impulses = np.linalg.norm(sums[:, at : at + 3], axis=1)
+        largest = max(float(own.sum(axis=1).max()), float(impulses.max()), least)
+        worst, least = max(worst, float(lost.max()) / largest if largest > 0 else 0.0), far * largest
     return worst

@@ -97,7 +97,7 @@ class Recorder:
         times = interval * np.arange(1, len(kept))
         return LinkageHistories(
             joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]) | self._pushes(end[0]),
-            momentum_error(self._model, states), notes,
+            momentum_error(self._model, states, read_all.motions, interval * (len(kept) - 1)), notes,
             impacts={name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
             wear={name: worn_cells(self._rubbed(name)) for name in self._wearing()},
         )  # fmt: skip

@@ -150,3 +150,25 @@ def test_contact_on_a_mechanism_is_refused() -> None:
     }  # fmt: skip
     with pytest.raises(ValueError, match=r"no integrator supports .* together with"):
         Scene.model_validate(scene)
+
+
+def test_a_named_integrator_that_makes_a_mechanism_is_not_said_to_be_the_only_way() -> None:
+    """A spring along a direction and a bushing: others carry both."""
+    scene = {
+        "body": {"part": {}}, "run": {"duration": 1.0, "integrator": "mechanism"},
+        "force": {
+            "line": {"kind": "spring", "body": "part", "direction": [0, 0, 1], "stiffness": 5.0},
+            "bush": {"kind": "bushing", "body": "part", "stiffness": [1.0, 1.0, 3.0]},
+        },
+    }  # fmt: skip
+    with pytest.raises(ValueError, match=r"force\.line, which may be left out; use 'auto' or 'event'"):
+        Scene.model_validate(scene).integrator  # noqa: B018
+
+
+@pytest.mark.parametrize("spin", [0.0, 3.0])
+def test_momentum_is_judged_where_it_cancels(spin: float, tmp_path: Path) -> None:
+    """A body that hangs at rest, and one that turns about its centre: joints push back what gravity pushes."""
+    body = {"position": [0.0, 0.0, -0.2 if spin == 0.0 else 0.0], "angular_velocity": [0.0, 0.0, spin]}
+    pin = hinge("spherical" if spin == 0.0 else "revolute", at=[0.0, 0.0, 0.2 if spin == 0.0 else 0.0])
+    found = solved(tmp_path, {"part": body}, {"pin": pin}, run={"duration": 0.3, "gravity": DOWN})
+    assert 0.0 <= found.momentum_residual < 1e-13
