@@ -18,8 +18,8 @@ class GasPressure(Strict):
     joint: str = Field(description="Joint that defines the crank angle")
     table: str | None = Field(
         default=None,
-        description="CSV: crank angle [deg], absolute pressure [Pa]; periodic over its span, smooth, and nowhere outside"
-        " its rows",
+        description="CSV: crank angle [deg], absolute pressure [Pa]; periodic over its span, smooth, and nowhere"
+        " outside its rows",
     )
     values: tuple[tuple[Angle, Pressure], ...] = Field(
         default=(),

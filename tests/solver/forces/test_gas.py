@@ -1,5 +1,7 @@
 """Gas pressure over the crank angle."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ def test_pressure_is_that_of_the_rows_and_between_them(begin: float) -> None:
     rows = np.add(ROWS, [begin, 0.0])
     over = GasPressure.model_validate(FORCE | {"values": rows.tolist()}).over_angle()
     np.testing.assert_allclose(over(np.radians(rows[:, 0])) + 1e5, rows[:, 1], rtol=1e-12)
-    for (first, low), (last, high) in zip(rows[:-1], rows[1:], strict=True):
+    for (first, low), (last, high) in pairwise(rows):
         found = over(np.radians(np.linspace(first, last, 50))) + 1e5
         assert found.min() >= min(low, high) * (1 - 1e-12)
         assert found.max() <= max(low, high) * (1 + 1e-12)
