@@ -154,11 +154,11 @@ class Steps:
 
     def _displaced(self, name: str) -> np.ndarray:
         """Return the displacement of ports by their own rows [m], (n,)."""
-        table, state, residual = self._run.ports, self._state, self._run.arrays.constants.residual
+        table, state, residual = self._run.ports, self._state, self._run.arrays.constants.residual.values
         here = table.of(name)
         moved = table.offset[here] + table.rows[here] @ state.q
-        for side in range(len(residual)):
-            moved = moved + residual[side, here] @ state.held[side]
+        for one, force in zip(residual, state.held, strict=True):
+            moved = moved + table.pairs.times(one, force)[here]
         return moved
 
     def contact(self, name: str) -> PortState:

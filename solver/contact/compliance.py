@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.contact.pattern import Pattern, whole
 
 ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 
@@ -16,8 +17,10 @@ ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 class Compliance(NamedTuple):
     """Shapes: c rows, k contacts, F functions of all traction spaces."""
 
+    pattern: Pattern
+    """Which rows couple; all where contacts slide."""
     values: np.ndarray
-    """[m/N], (c, c); row i is valid where stamp[i] is the era."""
+    """A table over them [m/N]; row i is valid where stamp[i] is the era."""
     base: np.ndarray
     """Constant part [m/N], (c, c)."""
     stamp: np.ndarray
@@ -60,9 +63,15 @@ class Listed(NamedTuple):
 
 def fixed(matrix: np.ndarray) -> Compliance:
     """Return a constant compliance matrix [m/N], (c, c), of one contact."""
-    c = len(matrix)
+    return coupled(whole(len(matrix)), np.ascontiguousarray(matrix).ravel())
+
+
+def coupled(pattern: Pattern, values: np.ndarray) -> Compliance:
+    """Return a constant compliance matrix of one contact, a table [m/N]."""
+    c = len(pattern.at)
     return Compliance(
-        values=matrix, base=matrix, stamp=np.zeros(c, np.int64), era=np.zeros(1, np.int64), master=np.zeros((0, 0)),
+        pattern=pattern, values=values, base=np.zeros((0, 0)), stamp=np.zeros(c, np.int64), era=np.zeros(1, np.int64),
+        master=np.zeros((0, 0)),
         block=np.array([[0, c]]), candidate=np.ones(1, np.bool_), space=np.zeros((1, 3), np.int64),
         corner=np.full(c, -1), across=np.zeros((c, 4)), along=np.zeros((4, c)), known=np.ones(1, np.bool_),
         window=np.zeros((1, 2), np.int64), scratch=np.zeros(0), touched=np.zeros(16, np.int64), weights=np.zeros(16),
@@ -134,8 +143,8 @@ def know(matrix, k, rows, count):  # type: ignore[no-untyped-def]
 def _prepare_part(matrix, i, k):  # type: ignore[no-untyped-def]
     """Compute row i of the matrix in the columns of contact k."""
     space, corner, along, across = matrix.space, matrix.corner, matrix.along, matrix.across
-    first, last = matrix.block[k, 0], matrix.block[k, 1]
-    copy(matrix.base[i, first:last], matrix.values[i, first:last])
+    first, last, at = matrix.block[k, 0], matrix.block[k, 1], matrix.pattern.at[i]
+    copy(matrix.base[i, first:last], matrix.values[at + first : at + last])
     if corner[i] < 0:
         return
     response, numbers, weights, own = matrix.scratch, matrix.touched, matrix.weights, 0
@@ -148,7 +157,7 @@ def _prepare_part(matrix, i, k):  # type: ignore[no-untyped-def]
     first, last = window(matrix, k)
     response[first:last] = 0.0
     combine(matrix.master, Listed(numbers, weights, 16), 1.0, first, last, response)
-    gather(matrix, k, corner, along, response, matrix.values[i])
+    gather(matrix, k, corner, along, response, matrix.values[at : at + len(corner)])
 
 
 @inner

@@ -42,8 +42,8 @@ def with_surfaces(system: System, ports: Ports, position: np.ndarray) -> Ports:
     own, other = ports.residual
     other = other + own @ (weight - np.eye(len(weight))).T
     return replace(
-        ports, rows=weight @ ports.rows, residual=np.stack([weight @ own, weight @ other]),
-        weights={name: found @ weight.T for name, found in ports.weights.items()},
+        ports, rows=weight @ ports.rows, flexibility=ports.pairs.held(np.stack([weight @ own, weight @ other])),
+        weights={name: sparse.csc_array(found @ weight.T) for name, found in ports.weights.items()},
     )  # fmt: skip
 
 

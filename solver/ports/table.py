@@ -14,9 +14,11 @@ from enum import IntEnum
 from itertools import pairwise
 
 import numpy as np
+from scipy import sparse
 
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
 from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.ports.pairs import Pairs, coupled_ports
 
 
 class Kind(IntEnum):
@@ -95,10 +97,17 @@ class Ports:
     """W, (p, m)."""
     sides: np.ndarray
     """Number of each port's bodies among those of the system, −1 where it has one only, or one twice, (p, 2)."""
-    residual: np.ndarray
-    """Displacement by a force on either side of a port [m/N], (2, p, p): [s, i, j] of port i by side s of port j."""
-    weights: dict[str, np.ndarray] = field(repr=False)
+    pairs: Pairs
+    """Which ports share a body."""
+    flexibility: np.ndarray
+    """Tables of the displacement of port i, by rows, by a force on either side of port j [m/N], (2, n)."""
+    weights: dict[str, sparse.csc_array] = field(repr=False)
     """V of each body whose residual flexibility takes part, (C, p)."""
+
+    @property
+    def residual(self) -> np.ndarray:
+        """The same as a matrix [m/N], (2, p, p): [s, i, j] of port i by side s of port j; of many ports it is large."""
+        return self.pairs.dense(self.flexibility)
 
     def of(self, name: str) -> slice:
         """Return the ports of a member."""
@@ -146,31 +155,52 @@ def gathered(blocks: Sequence[PortBlock], bodies: Sequence[FlexibleBody], size: 
             if number == 0 or side.body is not block.sides[0].body:
                 sides[here, number] = numbers[side.body.name]
     weights = {body.name: found for body in bodies if (found := _weights(blocks, places, body)) is not None}
-    residual = np.zeros((2, count, count))
-    for number, body in enumerate(bodies):
-        if (held := body.modal.residual_flexibility) is not None and body.name in weights:
-            shared = weights[body.name]
-            near = np.flatnonzero(np.any(shared, axis=0))
-            matrix = shared[:, near].T @ (held @ shared[:, near])
-            matrix = 0.5 * (matrix + matrix.T)
-            for side in range(2):
-                own = sides[near, side] == number
-                residual[side][np.ix_(near, near[own])] += matrix[:, own]
+    pairs = coupled_ports(sides, all_couple=any(block.kind == Kind.SURFACE for block in blocks))
     return Ports(
-        blocks=list(blocks), places=places, rows=rows, sides=sides, residual=residual, weights=weights,
+        blocks=list(blocks), places=places, rows=rows, sides=sides, pairs=pairs, weights=weights,
+        flexibility=_flexibility(bodies, weights, sides, pairs),
         kind=np.repeat([int(block.kind) for block in blocks], np.diff(ends)).astype(np.int64),
         offset=np.concatenate([np.empty(0), *(block.offset for block in blocks)]),
     )  # fmt: skip
 
 
-def _weights(blocks: Sequence[PortBlock], places: Sequence[slice], body: FlexibleBody) -> np.ndarray | None:
+def _flexibility(
+    bodies: Sequence[FlexibleBody], weights: dict[str, sparse.csc_array], sides: np.ndarray, pairs: Pairs
+) -> np.ndarray:
+    """Return R of all bodies by sides of ports as tables, (2, n)."""
+    tables, near, shared = np.zeros((2, pairs.size)), dict[int, np.ndarray](), dict[int, np.ndarray]()
+    for number, body in enumerate(bodies):
+        held = body.modal.residual_flexibility
+        if held is not None and body.name in weights:
+            found = weights[body.name]
+            near[number] = np.flatnonzero(np.diff(found.indptr))
+            own = found[:, near[number]].toarray()
+            matrix = own.T @ (held @ own)
+            shared[number] = 0.5 * (matrix + matrix.T)
+    for ports, columns, values in pairs.blocks(tables):
+        for number in {int(one) for one in sides[ports.start] if one in near}:
+            rows, (_, places, at) = (
+                np.searchsorted(near[number], ports), np.intersect1d(columns, near[number], True, True)
+            )  # fmt: skip
+            known = np.isin(ports, near[number])
+            block = shared[number][np.ix_(rows[known], at)]
+            for side in range(2):
+                own = sides[columns[places], side] == number
+                values[side][np.ix_(np.flatnonzero(known), places[own])] += block[:, own]
+    return tables
+
+
+def _weights(blocks: Sequence[PortBlock], places: Sequence[slice], body: FlexibleBody) -> sparse.csc_array | None:
     """Return V of a body, (C, p); None where no residual flexibility takes part."""
     if body.modal.residual_flexibility is None:
         return None
-    found = np.zeros((len(body.modal.residual_flexibility), places[-1].stop if places else 0))
+    rows, columns, values = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty(0)]
     for block, here in zip(blocks, places, strict=True):
         for side in block.sides:
             if side.body is body and side.flexible:
-                for column in range(side.index.shape[1]):
-                    np.add.at(found, (side.index[:, column], np.arange(here.start, here.stop)), side.weight[:, column])
-    return found
+                rows.append(side.index.ravel())
+                columns.append(np.repeat(np.arange(here.start, here.stop), side.index.shape[1]))
+                values.append(side.weight.ravel())
+    shape = len(body.modal.residual_flexibility), places[-1].stop if places else 0
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    return sparse.csc_array(entries, shape=shape)

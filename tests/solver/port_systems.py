@@ -142,7 +142,8 @@ def rubbing_ports(system: System) -> Ports:
     one = np.einsum("nab,nbmc,mdc->namd", turn, one, turn).reshape(3 * count, 3 * count)
     # Of equal flexibility, what normal forces do along tangents would be the same on both.
     residual = np.stack([one, STIFFER * one * np.outer(np.tile(sense, count), np.tile(sense, count))])
-    return replace(ports, rows=rows, residual=0.5 * (residual + residual.transpose(0, 2, 1)))
+    residual = 0.5 * (residual + residual.transpose(0, 2, 1))
+    return replace(ports, rows=rows, flexibility=ports.pairs.held(residual))
 
 
 def bar(modes: int) -> tuple[ModalRecord, MorphRecord]:
@@ -172,12 +173,26 @@ def bar(modes: int) -> tuple[ModalRecord, MorphRecord]:
     return modal, MorphRecord("mesh", "modes", "none", points, BARS_MASS, centre, inertia, twist, None, {})
 
 
-def chain(folder: Path, bars: int, modes: int = 40, *, integrator: str = "implicit") -> System:
-    """Return bars in a row that touch; each is slower than the one behind it, so that all contacts close."""
+def chain(
+    folder: Path,
+    bars: int,
+    modes: int = 40,
+    *,
+    integrator: str = "implicit",
+    damping: float = 0.0,
+    apart: float = 0.0,
+) -> System:
+    """Return bars in a row that touch; each is slower than the one behind it, so that all contacts close.
+
+    Args:
+        apart: By how much each gap is larger than the one before it [m].
+    """
     names = [f"bar{number}" for number in range(bars)]
+    places = [LENGTH * i + 0.5 * apart * i**2 for i in range(bars)]
+    damped = {"damping": {"ratio": damping, "frequency": 1e4}} if damping else {}
     scene = {
         "body": {
-            name: {"component": "bar", "position": [LENGTH * i, 0, 0], "velocity": [1.0 - i / bars, 0, 0]}
+            name: {"component": "bar", "position": [places[i], 0, 0], "velocity": [1.0 - i / bars, 0, 0]} | damped
             for i, name in enumerate(names)
         },
         "contact": {

@@ -150,7 +150,8 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
             else:
                 if clear < 0:
                     multipliers[:] = 0.0
-                    state.counts[ACTIVE] = state.active.size[0] = 0
+                    state.counts[ACTIVE] = 0
+                    state.active.size[:2] = 0
                     state.energy[CONTACT] = 0.0
                     clear = clear_steps(constants, state, lowest)
                 if log.counts[GOING] > 0:

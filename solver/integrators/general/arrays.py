@@ -1,4 +1,5 @@
-"""The arrays of the time loop over ports. Shapes: p ports, m coordinates, k contacts, s sides, n candidates.
+"""The arrays of the time loop over ports. Shapes: p ports, m coordinates, k contacts, s sides, n candidates, t values
+of a table over the ports that share a body, as `contact.pattern` says.
 
 A port's measure y is its displacement at the end of a step; of rigid contact the distance dt (u̇⁺ + e u̇⁻) that its
 velocities after and before the step give; of joints and drives u⁺ + ½ dt u̇⁺, of drives less what they give.
@@ -10,8 +11,10 @@ import numpy as np
 
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import ActiveSet
+from gudgeon.solver.contact.pattern import Pattern
 from gudgeon.solver.forces.fields.co_energy import CoEnergies
 from gudgeon.solver.integrators.general.edges.table import Edges
+from gudgeon.solver.integrators.general.slides import Slides
 from gudgeon.solver.integrators.impact_log import ImpactLog
 
 SLIPS = 65_536
@@ -31,8 +34,15 @@ class Rows(NamedTuple):
     at: np.ndarray
     """Its place among the values, (p, 2)."""
     values: np.ndarray
-    alike: np.ndarray
-    """Whether a port and the three after it have the same ranges, (p,)."""
+
+
+class Residual(NamedTuple):
+    """R of ports."""
+
+    pattern: Pattern
+    """That of all tables."""
+    values: np.ndarray
+    """Displacement of port i, in its row, by sides of ports [m/N], (s, t)."""
 
 
 class Constants(NamedTuple):
@@ -47,16 +57,19 @@ class Constants(NamedTuple):
     stiffness: np.ndarray
     gravity: np.ndarray
     rows: Rows
-    norm: np.ndarray
-    """‖W‖ of each port, (p,)."""
     parts: np.ndarray
     """Ranges of the rigid and of the elastic coordinates of each body, (P, 2)."""
     near: np.ndarray
     """Parts that each port moves with, (p, 4)."""
     norms: np.ndarray
-    """‖W‖ over these parts, (p, 4)."""
+    """‖W‖ over these parts, (4, p)."""
+    met: np.ndarray
+    """First and last + 1 port of contacts on the same bodies, (c, 2)."""
+    groups: np.ndarray
+    """The same of all ports, (g, 2)."""
     reach: np.ndarray
-    """Largest |R| of each port [m/N], (p,)."""
+    """Largest |R| of each port by forces on either of its bodies, without its own where that is not damped [m/N],
+    (2, p)."""
     offset: np.ndarray
     kind: np.ndarray
     size: np.ndarray
@@ -64,14 +77,15 @@ class Constants(NamedTuple):
     level: np.ndarray
     share: np.ndarray
     """κ: mean force of a step over the unknown: ½ where it is the force at the end, else 1, (p,)."""
+    pattern: Pattern
+    """Which ports couple, in the tables that follow; all where points slide over traction spaces."""
     inertia: np.ndarray
-    """Measure of port i by the mean force of port j, at [j, i], (p, p)."""
+    """Measure of port i by the mean force of port j, in row j, (t,)."""
     columns: np.ndarray
-    """Measure of port i by the unknown of port j, at [j, i], (p, p)."""
+    """Measure of port i by the unknown of port j, in row j, (t,)."""
     yields: np.ndarray
-    """The part of `columns` that does not depend on the step: R and layers, at [j, i], (p, p)."""
-    residual: np.ndarray
-    """R of ports by sides of ports [m/N], (s, p, p)."""
+    """The part of `columns` that does not depend on the step: R and layers, in row j, (t,)."""
+    residual: Residual
     memory: np.ndarray
     """Factors in r⁺ of r, f at the start and f at the end, (s, 3, p)."""
     layer: np.ndarray
@@ -141,53 +155,6 @@ class Constants(NamedTuple):
     """Whether all ports that respond are unilateral over a symmetric compliance."""
 
 
-class Slides(NamedTuple):
-    """Points that slide over traction spaces, whose functions have ports. Shapes: g sliding contacts.
-
-    The measure of such a point is its own and a weighted sum of those of 4 × 4 functions of cubic splines; its force
-    acts on them with the same weights, which change from step to step.
-    """
-
-    ports: np.ndarray
-    """First and last + 1 port of the points of each contact, (g, 2)."""
-    surface: np.ndarray
-    """First port of its functions, their number across, and lines of them along, (g, 3)."""
-    functions: np.ndarray
-    """Ports of the functions of all surfaces, (F,)."""
-    window: np.ndarray
-    """First and last + 1 port of the functions below its points, (g, 2)."""
-    row: np.ndarray
-    """∂σ/∂q of the distance slid, (g, m)."""
-    chart: np.ndarray
-    """Start and spacing along of each traction space [m], (g, 2)."""
-    sigma: np.ndarray
-    """Distance slid at the end of the step and a step ago [m], (2, g)."""
-    drag: np.ndarray
-    """Force along the line of sliding on the slope of the deformed surface [N], (g,)."""
-    drag_impulse: np.ndarray
-    """[N s], (g,)."""
-    over: np.ndarray
-    """Whether a port is one of a point that slides, (p,)."""
-    width: np.ndarray
-    """Functions across of its surface, (p,)."""
-    height: np.ndarray
-    """Coordinate along of each point at σ = 0 [m], (p,)."""
-    start: np.ndarray
-    """Port of the first function across that it touches in the first line along; −1 beside the surface, (p,)."""
-    across: np.ndarray
-    """Its weights across, (p, 4)."""
-    corner: np.ndarray
-    """Port of the first function that it touches at the end of the step and a step ago; −1 beside, (2, p)."""
-    along: np.ndarray
-    """Its weights along at these times, (2, 4, p)."""
-    free: np.ndarray
-    """Gap of a point without the forces of the step's end [m], (p,)."""
-    inward: np.ndarray
-    """Displacement of functions without these forces, and by them [m], (2, p)."""
-    left: np.ndarray
-    """How many points have left their surface with a force, (1,)."""
-
-
 class State(NamedTuple):
     """What changes from step to step."""
 
@@ -229,6 +196,10 @@ class State(NamedTuple):
     """Generalised force by half of the unknowns of share ½: of contacts and of other ports, (2, m)."""
     rest: np.ndarray
     """The same by the rest of the means at the step's end, (2, m)."""
+    forced: np.ndarray
+    """Ports with a force in the step or a part of it, after how many, (p + 1,)."""
+    way: np.ndarray
+    """Bound of what each port of contacts can have moved [m], (p,)."""
     listed: np.ndarray
     listed_known: np.ndarray
     """Ports whose r is not zero, after how many, (p + 1,)."""
@@ -270,11 +241,12 @@ class State(NamedTuple):
     margin: np.ndarray
     """Sum of a gap and the bounds on its change that were used up when it was found [m], (p,)."""
     travel: np.ndarray
-    """Path length of the coordinates of each part [m kg^½], and of r, Σ|Δr| [N], up to the last step, (P + 1,)."""
+    """Path length of the coordinates of each part [m kg^½], and of r on each body, Σ|Δr| [N], up to the last step,
+    (P + B,)."""
     ahead: np.ndarray
-    """The same up to the forces found, (P + 1,)."""
+    """The same up to the forces found, (P + B,)."""
     lead: np.ndarray
-    """What forces at a step's end add to the paths [m kg^½, N]: in the last one, and allowed for in this one, (4,)."""
+    """What forces at a step's end add to the paths: in the last one, and allowed for in this one, (2, P + B)."""
     impulses: np.ndarray
     """Of each port [N s], (p,)."""
     struck: np.ndarray

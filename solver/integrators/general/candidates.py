@@ -1,8 +1,6 @@
 """Which ports may respond in a step, and their measures without the forces of the step's end."""
 
-import numpy as np
-
-from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.compiled import copy, embedded, inner
 from gudgeon.solver.integrators.general.arrays import (
     DRIVEN,
     LAW,
@@ -15,7 +13,7 @@ from gudgeon.solver.integrators.general.arrays import (
 from gudgeon.solver.integrators.general.edges.kernel import clear, find_beside
 from gudgeon.solver.integrators.general.impacts import speed_bound
 from gudgeon.solver.integrators.general.rebounds import rebound
-from gudgeon.solver.integrators.general.rows import displaced, four_in_a_row, moved, moved_four
+from gudgeon.solver.integrators.general.rows import bound_ways, displaced, four_alike, look_ahead, moved, moved_four
 from gudgeon.solver.integrators.general.slides import (
     BEFORE,
     displaced_over,
@@ -33,76 +31,102 @@ FORESIGHT = 2.0
 """What the forces of a step are expected to add to the paths, over what those of the last step did."""
 
 
-@inner
-def _used(near, norms, reach, path, i):  # type: ignore[no-untyped-def]
-    """Return a bound of what a port can have moved over a path of its parts and of r [m]."""
-    used = reach[i] * path[len(path) - 1]
-    for n in range(4):
-        used += norms[i, n] * path[near[i, n]]
-    return used
+@embedded
+def _add_forces(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Set what the forces found add to the paths: of the step's end to coordinates, and Σ|Δr| of the step.
+
+    Returns:
+        Whether that is as much as was allowed for.
+    """
+    lead, near, norms, share, parts = state.lead[0], constants.near, constants.norms, constants.share, constants.parts
+    unknown, last, extra, sides = state.unknown, state.last, state.extra, constants.sides
+    lead[:] = 0.0
+    for i in problem.ports[: problem.size[0]]:
+        if unknown[i] != 0.0 or extra[i] != 0.0:
+            amount = constants.farthest * abs(share[i] * unknown[i] + extra[i])
+            for n in range(4):
+                lead[near[i, n]] += amount * norms[n, i]
+    for s in range(len(state.held)):
+        memory, held = constants.memory[s], state.held[s]
+        for group in range(len(constants.groups)):
+            first, end = constants.groups[group, 0], constants.groups[group, 1]
+            kept, by_last, by_now = memory[0, first:end], memory[1, first:end], memory[2, first:end]
+            own, then, now, total = held[first:end], last[first:end], unknown[first:end], 0.0
+            for k in range(len(own)):
+                total += abs((kept[k] - 1.0) * own[k] + by_last[k] * then[k] + by_now[k] * now[k])
+            for side in range(2):
+                if sides[first, side] >= 0 and (side == s or len(state.held) == 1):
+                    lead[len(parts) + sides[first, side]] += total
+    enough = True
+    for part in range(len(lead)):
+        enough = enough and lead[part] <= state.lead[1, part]
+    return enough
 
 
-@inner
-def _look_ahead(constants, state, further, change):  # type: ignore[no-untyped-def]
-    """Set the paths up to the state, with those that forces still add to coordinates [m kg^½] and to r [N]."""
-    q, before, ranges, ahead = state.q, state.before[0], constants.parts, state.ahead
-    for part in range(len(ranges)):
-        length, now, then = 0.0, q[ranges[part, 0] : ranges[part, 1]], before[ranges[part, 0] : ranges[part, 1]]
-        for k in range(len(now)):
-            length += (now[k] - then[k]) ** 2
-        ahead[part] = state.travel[part] + np.sqrt(length) + further
-    ahead[len(ranges)] = state.travel[len(ranges)] + change
-
-
-@inner
-def _changed(constants, state):  # type: ignore[no-untyped-def]
-    """Return Σ|Δr| of the step with the forces found [N]."""
-    total, held, last, unknown = 0.0, state.held, state.last, state.unknown
-    for s in range(len(held)):
-        memory, own = constants.memory[s], held[s]
-        kept, begin, end = memory[0], memory[1], memory[2]
-        for i in range(len(own)):
-            total += abs((kept[i] - 1.0) * own[i] + begin[i] * last[i] + end[i] * unknown[i])
-    return total
-
-
-@inner
+@embedded
 def travelled(constants, state):  # type: ignore[no-untyped-def]
-    """Set the paths up to the end of the step, before r is brought there."""
-    state.lead[1] = _changed(constants, state)
-    _look_ahead(constants, state, 0.0, state.lead[1])
+    """Set the paths up to the end of the step; what r changes in it was found with its forces."""
+    # That of the coordinates by forces is in them.
+    allowed, parts = state.lead[1], len(constants.parts)
+    for part in range(len(allowed)):
+        allowed[part] = state.lead[0, part] if part >= parts else 0.0
+    look_ahead(constants.parts, (state.q, state.before[0]), state.travel, allowed, state.ahead)
     copy(state.ahead, state.travel)
 
 
-@inner
+@embedded
 def find_candidates(constants, state, problem):  # type: ignore[no-untyped-def]
-    """List the ports that may respond in the step."""
+    """Set which ports of contacts may respond in the step."""
     # What the forces add is foreseen, so that few points are woken after a solution.
-    state.lead[2], state.lead[3] = FORESIGHT * state.lead[0], FORESIGHT * state.lead[1]
-    _look_ahead(constants, state, state.lead[2], state.lead[3])
+    for part in range(len(state.travel)):
+        state.lead[1, part] = FORESIGHT * state.lead[0, part]
+    look_ahead(constants.parts, (state.q, state.before[0]), state.travel, state.lead[1], state.ahead)
     if constants.slides and slide(constants, state):
         problem.size[1] = -1
     if constants.edged:
         find_beside(constants, state)
-    near, norms, reach, ahead, margin = constants.near, constants.norms, constants.reach, state.ahead, state.margin
+    bounds = (constants.near, constants.sides, constants.norms, constants.reach)
+    bound_ways(constants.met, bounds, state.ahead, state.way)
+    if constants.plain:
+        _wake(constants.met, (state.margin, state.way, state.last, state.beside), problem.awake)
+        return
+    margin, way, last, awake = state.margin, state.way, state.last, problem.awake
     for n in range(len(constants.touching)):
         i = constants.touching[n]
-        problem.awake[1, i] = problem.awake[0, i]
+        before = awake[0, i]
+        awake[1, i] = before
         if state.slides.over[i]:
             beside = state.slides.corner[0, i] < 0
-            state.slides.left[0] += beside and state.last[i] != 0.0
-            problem.awake[0, i] = not beside and (state.last[i] != 0.0 or state.slides.free[i] <= 0.0)
-            if not problem.awake[0, i]:
+            state.slides.left[0] += beside and last[i] != 0.0
+            now = not beside and (last[i] != 0.0 or state.slides.free[i] <= 0.0)
+            if not now:
                 state.unknown[i] = 0.0
         else:
-            sleeps = margin[i] * (1.0 - SCRATCH) > _used(near, norms, reach, ahead, i)
-            problem.awake[0, i] = state.last[i] != 0.0 or not (sleeps or state.beside[i])
-        if problem.awake[0, i] and not problem.awake[1, i] and not placed_late(constants, i):
+            sleeps = margin[i] * (1.0 - SCRATCH) > way[i]
+            now = last[i] != 0.0 or not (sleeps or state.beside[i])
+        awake[0, i] = now
+        if now and not before and not placed_late(constants, i):
             place(constants, state, i)
-    _list(constants, state, problem)
 
 
 @inner
+def _wake(met, ports, awake):  # type: ignore[no-untyped-def]
+    """Set which points of contacts may respond in the step, where all need their places late.
+
+    Args:
+        ports: Margins, bounds of ways, forces a step ago, and whether they are beside faces, of all ports.
+    """
+    margin, way, last, beside = ports
+    for group in range(len(met)):
+        first, end = met[group, 0], met[group, 1]
+        a, b, c, d = margin[first:end], way[first:end], last[first:end], beside[first:end]
+        now, before = awake[0, first:end], awake[1, first:end]
+        for k in range(len(now)):
+            before[k] = now[k]
+            now[k] = (c[k] != 0.0) | ((a[k] * (1.0 - SCRATCH) <= b[k]) & (not d[k]))
+
+
+@embedded
 def placed_late(constants, i):  # type: ignore[no-untyped-def]
     """Whether a block needs its place at the start of a step only once it has a force."""
     return constants.kind[i] == UNILATERAL and constants.level[i] == POSITION
@@ -122,16 +146,16 @@ def place(constants, state, i):  # type: ignore[no-untyped-def]
         state.anchor[b] = state.displacement[1, b]
 
 
-@inner
-def _list(constants, state, problem):  # type: ignore[no-untyped-def]
+@embedded
+def list_candidates(constants, state, problem):  # type: ignore[no-untyped-def]
     """List the candidates; rigid contact is one where its gap closes without it."""
-    count, same = 0, True
+    count, same, ports, awake = 0, True, problem.ports, problem.awake[0]
     for n in range(len(constants.touching) + len(constants.always)):
         touching = n < len(constants.touching)
         i = constants.touching[n] if touching else constants.always[n - len(constants.touching)]
-        if touching and not problem.awake[0, i]:
+        if touching and not awake[i]:
             continue
-        if touching and constants.level[i] == VELOCITY:
+        if constants.bounces and touching and constants.level[i] == VELOCITY:
             state.closing[i] = -1.0
             if constants.divides:
                 opened = not state.closed[i]
@@ -142,14 +166,14 @@ def _list(constants, state, problem):  # type: ignore[no-untyped-def]
                     state.unknown[b] = 0.0
                 continue
         for b in range(i, i + constants.size[i]):
-            same = same and count < problem.size[0] and problem.ports[count] == b
-            problem.ports[count] = b
+            same = same and ports[count] == b
+            ports[count] = b
             count += 1
     if not same or count != problem.size[0]:
         problem.size[0], problem.size[1] = count, -1
 
 
-@inner
+@embedded
 def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-def]
     """Set the measures of the candidates without their forces of the step's end, and the approach of laws."""
     dt, n, ports, gap = constants.dt[0], problem.size[0], problem.ports, state.gap
@@ -157,20 +181,18 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
     listed, a = ports[:n], 0
     while a < n:
         i = ports[a]
-        if four_in_a_row(rows, listed, a):
-            gap[i], gap[i + 1], gap[i + 2], gap[i + 3] = moved_four(rows, i, q)
+        if four_alike(constants.pattern.group, listed, a):
+            j, k, m = ports[a + 1], ports[a + 2], ports[a + 3]
+            one, two, three, four = moved_four(rows, (i, j, k, m), q)
+            gap[i], gap[j] = offset[i] + one, offset[j] + two
+            gap[k], gap[m] = offset[k] + three, offset[m] + four
             a += 4
         else:
-            gap[i] = moved(rows, i, q)
+            gap[i] = offset[i] + moved(rows, i, q)
             a += 1
-    for a in range(n):
-        gap[ports[a]] += offset[ports[a]]
-        state.shift[ports[a]] = 0.0
     if state.listed_known[0] > 0:
-        residual, known, listed = constants.residual, state.known, state.listed_known
         for a in range(n):
-            i = ports[a]
-            gap[i] += displaced(residual, i, known, listed)
+            gap[ports[a]] += displaced(constants.residual, ports[a], state.known, state.listed_known)
     _set_free(constants, state, ports[:n])
     for j in range(len(constants.joints)):
         for axis in range(2):
@@ -186,6 +208,7 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
     if constants.bounces:
         for a in range(n):
             i = ports[a]
+            state.shift[i] = 0.0
             first = constants.block[i]
             if constants.level[first] == VELOCITY:
                 rate = moved(rows, i, v)
@@ -198,7 +221,7 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
                 gap[i] = dt * (rate - wanted)
                 if constants.divides and abs(rate - wanted) <= VANISHING * state.swift[first]:
                     gap[i] = 0.0
-    for a in range(n):
+    for a in range(0 if constants.plain else n):
         i = ports[a]
         if size[i] == 3 and constants.level[i] == POSITION and kinds[i] != DRIVEN:
             _touch((constants.belt, dt), (state.displacement[1], gap, state.anchor), state.last[i] == 0.0, i)
@@ -209,14 +232,15 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
                 state.approach[i] = max(rate, constants.floor * state.fastest[0])
 
 
-@inner
+@embedded
 def _set_free(constants, state, ports):  # type: ignore[no-untyped-def]
     """Set the gaps of points that slide over surfaces, and of those beside their faces."""
     if constants.slides:
         for i in ports:
             if state.slides.over[i]:
                 state.gap[i] = state.slides.free[i]
-    clear(constants, state, ports)
+    if constants.edged:
+        clear(constants, state, ports)
 
 
 @inner
@@ -238,51 +262,59 @@ def _touch(obstacle, places, was_open, i):  # type: ignore[no-untyped-def]
         gap[b] -= anchor[b] + belt[b] * dt
 
 
-@inner
+@embedded
 def overlooked(constants, state, problem):  # type: ignore[no-untyped-def]
     """Wake the points that the forces found may have closed; whether there are any."""
-    found, further = False, 0.0
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        amount = constants.share[i] * state.unknown[i] + state.extra[i]
-        further += abs(amount) * constants.norm[i] * constants.farthest
-    change = _changed(constants, state)
-    state.lead[0] = further
-    if further <= state.lead[2] and change <= state.lead[3] and not constants.slides:
-        return False
-    _look_ahead(constants, state, further, change)
-    if constants.slides:
-        reach_surfaces(constants, state, problem)
-    near, norms, reach, ahead, margin = constants.near, constants.norms, constants.reach, state.ahead, state.margin
-    for n in range(len(constants.touching)):
-        i = constants.touching[n]
-        if problem.awake[0, i]:
-            continue
-        if state.slides.over[i]:
-            stays = state.slides.corner[0, i] < 0 or found_gap(constants, state, problem, i) > 0.0
-        elif state.beside[i]:
-            stays = True
-        else:
-            stays = margin[i] * (1.0 - SCRATCH) > _used(near, norms, reach, ahead, i)
-        if not stays:
-            problem.awake[0, i] = found = True
-            if not placed_late(constants, i):
-                place(constants, state, i)
-    if found:
-        _list(constants, state, problem)
+    found, enough = False, _add_forces(constants, state, problem)
+    if constants.slides or not enough:
+        look_ahead(constants.parts, (state.q, state.before[0]), state.travel, state.lead[0], state.ahead)
+        if constants.slides:
+            reach_surfaces(constants, state, problem)
+        bounds = (constants.near, constants.sides, constants.norms, constants.reach)
+        bound_ways(constants.met, bounds, state.ahead, state.way)
+        for n in range(len(constants.touching)):
+            i = constants.touching[n]
+            if problem.awake[0, i]:
+                continue
+            if state.slides.over[i]:
+                stays = state.slides.corner[0, i] < 0 or found_gap(constants, state, problem, i) > 0.0
+            elif state.beside[i]:
+                stays = True
+            else:
+                stays = state.margin[i] * (1.0 - SCRATCH) > state.way[i]
+            if not stays:
+                problem.awake[0, i] = found = True
+                if not placed_late(constants, i):
+                    place(constants, state, i)
     return found
 
 
-@inner
+@embedded
 def used_margins(constants, state, problem):  # type: ignore[no-untyped-def]
     """Set the margin of open points, which they use up by the path of the coordinates and by forces."""
-    near, norms, reach, travel = constants.near, constants.norms, constants.reach, state.travel
+    bounds = (constants.near, constants.sides, constants.norms, constants.reach)
+    bound_ways(constants.met, bounds, state.travel, state.way)
+    if constants.plain:
+        _keep_margins(constants.met, (state.displacement[0], state.way, state.unknown, problem.awake[0]), state.margin)
+        return
     for n in range(len(constants.touching)):
         i = constants.touching[n]
-        if not problem.awake[0, i]:
-            continue
-        gap = state.displacement[0, i]
-        if state.unknown[i] == 0.0 and gap > 0.0:
-            state.margin[i] = gap + _used(near, norms, reach, travel, i)
-        else:
-            state.margin[i] = 0.0
+        if problem.awake[0, i]:
+            gap = state.displacement[0, i]
+            state.margin[i] = gap + state.way[i] if state.unknown[i] == 0.0 and gap > 0.0 else 0.0
+
+
+@inner
+def _keep_margins(met, ports, margin):  # type: ignore[no-untyped-def]
+    """Set the margin of points that are awake, where each has one port.
+
+    Args:
+        ports: Gaps, bounds of ways, forces, and whether they are awake, of all ports.
+    """
+    gaps, way, unknown, awake = ports
+    for group in range(len(met)):
+        first, end = met[group, 0], met[group, 1]
+        a, b, c, d, out = gaps[first:end], way[first:end], unknown[first:end], awake[first:end], margin[first:end]
+        for k in range(len(out)):
+            new = a[k] + b[k] if (c[k] == 0.0) & (a[k] > 0.0) else 0.0
+            out[k] = new if d[k] else out[k]

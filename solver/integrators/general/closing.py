@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import embedded
+from gudgeon.solver.contact.pattern import between
 from gudgeon.solver.integrators.general.arrays import CONE, POSITION, UNILATERAL
 from gudgeon.solver.integrators.general.candidates import place, placed_late
 from gudgeon.solver.integrators.general.rows import displaced
@@ -13,7 +14,7 @@ SETTLED = 1e-6
 """Change of these means, relative to the largest force, at which they are found."""
 
 
-@inner
+@embedded
 def set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
     """Set by how much means differ from the trapezoidal rule where contact opens or closes; whether that changed.
 
@@ -21,16 +22,18 @@ def set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
     """
     largest, change = 0.0, 0.0
     for a in range(problem.size[0]):
-        largest = max(largest, abs(state.unknown[problem.ports[a]]))
-    for a in range(problem.size[0]):
         i = problem.ports[a]
+        largest = max(largest, abs(state.unknown[i]))
+        acts, acted = state.unknown[i] != 0.0, state.last[i] != 0.0
+        if acts == acted and state.extra[i] == 0.0 and constants.size[i] < 3:
+            continue
         kind = constants.kind[i]
         if constants.size[i] == 0 or constants.level[i] != POSITION or kind not in (UNILATERAL, CONE):
             continue
         part = constants.share[i]
         share, given = 1.0, part * state.unknown[i] + (1.0 - part) * state.last[i]
-        if (state.last[i] == 0.0) != (state.unknown[i] == 0.0):
-            if state.unknown[i] != 0.0 and not problem.awake[1, i] and placed_late(constants, i):
+        if acts != acted:
+            if acts and not problem.awake[1, i] and placed_late(constants, i):
                 place(constants, state, i)
             share, given = _closed_share(constants, state, problem, i)
         for b in range(constants.size[i]):
@@ -47,16 +50,21 @@ def set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
     return change > SETTLED * largest
 
 
-@inner
+@embedded
 def _closed_share(constants, state, problem, i):  # type: ignore[no-untyped-def]
     """Return the share of the step in which a port that closes or opens is closed, and its mean force without it [N].
 
     They solve share · force · (way of the coordinates) = −force · (way of the compliance), so that the port does the
     work that its compliance takes, with the forces of other ports as they are.
     """
-    inertia, extra, part = coupling(constants.inertia, state.slides, i, i), state.extra[i], constants.share[i]
-    way, now, last = _yields(constants, state, problem, i), state.unknown[i], state.last[i]
-    own = coupling(constants.columns, state.slides, i, i) - part * inertia
+    extra, part, now, last = state.extra[i], constants.share[i], state.unknown[i], state.last[i]
+    if constants.slides:
+        inertia = coupling(constants.pattern, constants.inertia, state.slides, i, i)
+        own = coupling(constants.pattern, constants.columns, state.slides, i, i) - part * inertia
+    else:
+        inertia = between(constants.pattern, constants.inertia, i, i)
+        own = between(constants.pattern, constants.yields, i, i)
+    way = _yields(constants, state, problem, i)
     if now > 0.0:
         begin, force = max(0.0, state.displacement[1, i]), part * now
         if begin == 0.0 or own <= 0.0:
@@ -76,7 +84,7 @@ def _closed_share(constants, state, problem, i):  # type: ignore[no-untyped-def]
     return way / (way - end), force
 
 
-@inner
+@embedded
 def _yields(constants, state, problem, i):  # type: ignore[no-untyped-def]
     """Return by how much the compliance of a port gives way in the step under all forces found [m]."""
     slides, last = state.slides, constants.layer[i] * state.last[i]
@@ -87,13 +95,12 @@ def _yields(constants, state, problem, i):  # type: ignore[no-untyped-def]
             j = problem.ports[a]
             amount = state.unknown[j]
             if amount != 0.0:
-                total += (constants.columns[j, i] - constants.share[j] * constants.inertia[j, i]) * amount
+                total += between(constants.pattern, constants.yields, j, i) * amount
         return total - last
     total = displaced_over(constants, slides, i, NOW, (state.known, state.listed_known))
     # Of a port without a force, `state.response` is not kept from step to step.
     total -= displaced_over(constants, slides, i, BEFORE, (state.held, state.listed))
     for a in range(problem.size[0]):
         j = problem.ports[a]
-        inertia = coupling(constants.inertia, slides, j, i)
-        total += (coupling(constants.columns, slides, j, i) - constants.share[j] * inertia) * state.unknown[j]
+        total += coupling(constants.pattern, constants.yields, slides, j, i) * state.unknown[j]
     return total - last

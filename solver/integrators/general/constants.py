@@ -10,11 +10,13 @@ from gudgeon.solver.integrators.general.arrays import (
     STABILISED,
     VELOCITY,
     Constants,
+    Residual,
     Rows,
 )
 from gudgeon.solver.integrators.general.edges.table import edges_of
 from gudgeon.solver.integrators.uncoupled import SLOWEST
 from gudgeon.solver.ports.members import contact_ports
+from gudgeon.solver.ports.pairs import Pairs
 from gudgeon.solver.ports.table import BLOCK, Kind, Ports, block_size
 from gudgeon.solver.system.fields.reading import field_loads, start_pose
 from gudgeon.solver.system.system import System
@@ -31,54 +33,51 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     jumps = _jumps(ports, beta, per_port["layer"], dt)
     for name in moving:
         jumps[ports.of(f"surface.{name}")] = jumps[ports.of(f"contact.{name}")].any()
+    pairs = ports.pairs
     residual, memory = _residual(ports, beta, jumps, dt)
-    flexible = np.einsum("sij,sj->ij", residual, memory[:, 2]) if len(residual) else np.zeros((p, p))
+    flexible = _flexible(pairs, residual, memory[:, 2])
+    softness = pairs.diagonal(flexible)
     for number, held in enumerate(system.driving.joints):
         here = ports.of(f"joint.{held.name}")
         joints[here.start], lengths[here.start] = number, held.joint.rod_length
-        if not (flexible.diagonal()[here] > 0).all():
+        if not (softness[here] > 0).all():
             level[here] = STABILISED
     moved = [f"motion.{drive.name}" for drive in system.driving.drives]
     for here in map(ports.of, moved):
-        if not (flexible.diagonal()[here] > 0).all():
+        if not (softness[here] > 0).all():
             level[here] = STABILISED
-    block, size = np.zeros((2, p), np.int64)
-    for item, here in zip(ports.blocks, ports.places, strict=True):
-        each = block_size(item)
-        first = np.arange(here.start, here.stop, each)
-        size[first] = each
-        block[here] = np.repeat(first, each)
+    block, size = _blocks(ports)
     rigid = level == VELOCITY
-    inertia, faster = (_by_bodies(system, ports, factor) for factor in (step.push[0], dt * step.push[1]))
-    inertia[level == STABILISED] += 0.5 * faster[level == STABILISED]
-    inertia[rigid] = faster[rigid]
-    flexible[rigid] = 0.0
-    share = np.where(jumps, 1.0, _share(ports, level, per_port["layer"], flexible))
-    norm, reach = _bounds(ports, residual, moving)
+    inertia = _by_bodies(system, ports, (step.push[0], dt * step.push[1]), level)
+    share = np.where(jumps, 1.0, _share(ports, level, per_port["layer"], np.where(rigid, 0.0, softness)))
     parts, near, norms = _parts(system, ports)
-    matrix = inertia * share + flexible + np.diag(per_port["layer"])
+    damped = bool(np.any(memory[:, :2]))
+    layer, touching = per_port["layer"], (size > 0) & (per_port["contact"] >= 0)
+    yields, columns = _measures(pairs, (flexible, inertia), layer, share, rigid)
     responds = (ports.kind != Kind.GIVEN) & (ports.kind != Kind.SURFACE)
-    scale, among = np.sqrt(np.abs(matrix.diagonal()[responds])), matrix[np.ix_(responds, responds)]
-    symmetric = bool((np.abs(among - among.T) <= 1e-12 * np.outer(scale, scale)).all())
     return Constants(
         dt=np.array([dt]), motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
-        gravity=system.driving.gravity, rows=_rows(system, ports), norm=norm, parts=parts,
-        near=near, norms=norms, reach=reach, offset=ports.offset,
-        kind=ports.kind, size=size, block=block, level=level, share=share, inertia=inertia.T.copy(),
-        columns=matrix.T.copy(), yields=(flexible + np.diag(per_port["layer"])).T.copy(), residual=residual,
-        memory=memory, layer=per_port["layer"],
+        gravity=system.driving.gravity, rows=_rows(system, ports), parts=parts, near=near,
+        norms=norms, reach=_reach(ports, block, damped=damped), offset=ports.offset,
+        kind=ports.kind, size=size, block=block, level=level, share=share, met=_met(pairs, touching),
+        groups=_met(pairs, np.ones(p, np.bool_)),
+        pattern=pairs.pattern, inertia=inertia, columns=columns, yields=yields,
+        residual=Residual(pairs.pattern, residual), memory=memory, layer=layer,
         law=per_port["law"], knots=np.vstack([np.empty((0, 2)), *system.springs.knots.values()]),
         table=per_port["table"].astype(np.int64), friction=per_port["friction"], belt=per_port["belt"],
         restitution=per_port["restitution"], lengths=lengths, contact=per_port["contact"],
-        direction=per_port["direction"], joint=joints, inverse=_inverses(ports, moved, matrix),
+        direction=per_port["direction"], joint=joints, inverse=_inverses(ports, moved, columns),
         drives=ports.numbers(moved), given=np.flatnonzero(ports.kind == Kind.GIVEN),
-        touching=np.flatnonzero((size > 0) & (per_port["contact"] >= 0)),
+        touching=np.flatnonzero(touching),
         always=np.flatnonzero((size > 0) & (per_port["contact"] < 0) & responds), joints=np.flatnonzero(joints >= 0),
         **_fields(system), loaded=_loaded(system, ports), sides=ports.sides, bounces=bool(rigid.any()),
-        farthest=float(step.push[0].max(initial=0.0)), damped=bool(np.any(memory[:, :2])),
-        rigid=system.rigid, floor=SLOWEST, divides=_divides(system, rigid, bool(np.any(memory[:, :2]))),
+        farthest=float(step.push[0].max(initial=0.0)), damped=damped,
+        rigid=system.rigid, floor=SLOWEST, divides=_divides(system, rigid, damped),
         edges=(edges := edges_of(system, ports)), edged=bool(len(edges.ports)), slides=bool(moving),
-        plain=bool(not moving and symmetric and (ports.kind[responds] == Kind.UNILATERAL).all() and not rigid.any()),
+        plain=bool(
+            not moving and pairs.mutual(columns, responds) and (ports.kind[responds] == Kind.UNILATERAL).all()
+            and not rigid.any()
+        ),
     )  # fmt: skip
 
 
@@ -98,24 +97,88 @@ def part_of(constants: Constants) -> Constants:
     return constants._replace(**{name: getattr(constants, name).copy() for name in names})
 
 
-def impact_of(constants: Constants, ports: Ports) -> Constants:
+def impact_of(constants: Constants, system: System, ports: Ports) -> Constants:
     """Return constants for an impact of rigid contact, to which nothing that yields responds; as `part_of`."""
     if not constants.divides:
         return constants
-    here = np.flatnonzero(constants.level == VELOCITY)
-    columns, rows = np.zeros_like(constants.columns), ports.rows[here]
-    columns[np.ix_(here, here)] = rows @ rows.T
+    rigid, moves = constants.level == VELOCITY, np.ones(ports.rows.shape[1])
+    columns = _by_bodies(system, ports, (moves, moves), constants.level)
+    for own, to, values in ports.pairs.blocks(columns):
+        values *= rigid[own.start : own.stop, None] & rigid[to]
     return constants._replace(dt=np.ones(1), columns=columns)
 
 
-def _by_bodies(system: System, ports: Ports, factor: np.ndarray) -> np.ndarray:
-    """Return W diag(factor) Wᵀ, (p, p): ports that share no body do not act on each other through coordinates."""
-    found = np.zeros((len(ports.offset),) * 2)
-    for number, body in enumerate(system.bodies.values()):
-        near, here = np.flatnonzero((ports.sides == number).any(axis=1)), body.coordinates
-        rows = ports.rows[near, here]
-        found[np.ix_(near, near)] += (rows * factor[here]) @ rows.T
+def _by_bodies(system: System, ports: Ports, factors: tuple[np.ndarray, np.ndarray], level: np.ndarray) -> np.ndarray:
+    """Return the table of W diag(factor) Wᵀ: by how much forces move ports through coordinates, by the port's level.
+
+    Args:
+        factors: For displacements and for velocities, half of which add to what is stabilised, (m,) each.
+        level: Of each port, (p,).
+    """
+    bodies = list(system.bodies.values())
+
+    def block(own: range, to: np.ndarray) -> np.ndarray:
+        found, here = np.zeros((len(own), len(to))), slice(own.start, own.stop)
+        for number in {int(one) for one in ports.sides[own.start] if one >= 0}:
+            at = bodies[number].coordinates
+            near = np.flatnonzero((ports.sides[to] == number).any(axis=1))
+            rows, placed, faster = ports.rows[here, at], level[to[near]], factors[1][at]
+            pushes = np.where((placed == VELOCITY)[:, None], faster, factors[0][at])
+            pushes = pushes + np.where((placed == STABILISED)[:, None], 0.5 * faster, 0.0)
+            found[:, near] += rows @ (ports.rows[to[near], at] * pushes).T
+        return found
+
+    return ports.pairs.made(block)
+
+
+def _flexible(pairs: Pairs, residual: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return the table of the displacement of ports by forces that begin in a step [m/N], by rows of what acts.
+
+    Args:
+        residual: By rows of what is moved, by sides, (s, t).
+        end: Share of a force at the end of a step that its flexibility has by then, (s, p).
+    """
+    found = np.zeros(pairs.size)
+    for side, share in zip(residual, end, strict=True):
+        for own, _, values in pairs.blocks(turned := pairs.turned(side)):
+            values *= share[own.start : own.stop, None]
+        found += turned
     return found
+
+
+def _blocks(ports: Ports) -> tuple[np.ndarray, np.ndarray]:
+    """Return `block` and `size` of `Constants`."""
+    block, size = np.zeros((2, len(ports.offset)), np.int64)
+    for item, here in zip(ports.blocks, ports.places, strict=True):
+        each = block_size(item)
+        first = np.arange(here.start, here.stop, each)
+        size[first] = each
+        block[here] = np.repeat(first, each)
+    return block, size
+
+
+def _measures(
+    pairs: Pairs, tables: tuple[np.ndarray, np.ndarray], layer: np.ndarray, share: np.ndarray, rigid: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the tables `yields` and `columns` of `Constants`.
+
+    Args:
+        tables: By the residual flexibility, and by coordinates, (t,) each.
+        rigid: Ports of rigid contact, (p,).
+    """
+    yields, columns = np.zeros(pairs.size), np.zeros(pairs.size)
+    blocks = (pairs.blocks(one) for one in (*tables, yields, columns))
+    for (own, to, given), (*_, pushed), (*_, out), (*_, whole) in zip(*blocks, strict=True):
+        here = slice(own.start, own.stop)
+        out[:] = np.where(rigid[to], 0.0, given) + layer[here, None] * (to == np.arange(own.start, own.stop)[:, None])
+        whole[:] = share[here, None] * pushed + out
+    return yields, columns
+
+
+def _met(pairs: Pairs, touching: np.ndarray) -> np.ndarray:
+    """Return first and last + 1 port of the groups with contacts, (c, 2)."""
+    found = [[own.start, own.stop] for own in pairs.groups if touching[own.start : own.stop].any()]
+    return np.array(found, np.int64).reshape(-1, 2)
 
 
 def _per_port(system: System, ports: Ports) -> dict[str, np.ndarray]:
@@ -137,7 +200,7 @@ def _per_port(system: System, ports: Ports) -> dict[str, np.ndarray]:
             found["law"][normals] = system.law[item.rows]
         else:
             found["layer"][normals] = system.layer[item.rows]
-            compliance = system.compliance.diagonal()[item.rows]
+            compliance = system.residual.diagonal()[item.rows] + system.layer[item.rows]
             found["delay"][normals] = system.dashpot[item.rows] * compliance
         if each > 1:
             settings = system.scene.contact[item.name]
@@ -178,7 +241,7 @@ def _jumps(ports: Ports, beta: np.ndarray, layer: np.ndarray, dt: float) -> np.n
 
     It does not where one of two bodies yields without a dashpot.
     """
-    found, yields = np.zeros(len(layer), np.bool_), np.einsum("sii->si", ports.residual) > 0
+    found, yields = np.zeros(len(layer), np.bool_), ports.pairs.diagonal(ports.flexibility) > 0
     for item, here in zip(ports.blocks, ports.places, strict=True):
         if item.kind == Kind.SURFACE:
             yields[1, ports.of(f"contact.{item.name.partition('.')[2]}")] |= yields[0, here].any()
@@ -193,22 +256,22 @@ def _jumps(ports: Ports, beta: np.ndarray, layer: np.ndarray, dt: float) -> np.n
 
 
 def _residual(ports: Ports, beta: np.ndarray, jumps: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return R by sides of ports [m/N], (s, p, p), and the memory of r on them, (s, 3, p); one side if both are alike.
+    """Return tables of R by sides of ports [m/N], (s, t), and the memory of r there, (s, 3, p); one side if both agree.
 
     Args:
         beta: [s], (2, p).
         jumps: Ports whose force is constant in a step, (p,).
     """
     p = len(ports.offset)
-    if not ports.residual.any():
-        return np.zeros((0, p, p)), np.zeros((0, 3, p))
+    if not ports.flexibility.any():
+        return np.zeros((0, ports.pairs.size)), np.zeros((0, 3, p))
     memory = np.stack([_memory(own, dt) for own in beta])
     for i in np.flatnonzero(jumps):
         memory[:, 2, i] += memory[:, 1, i]
         memory[:, 1, i] = 0.0
     if np.array_equal(beta[0], beta[1]):
-        return ports.residual.sum(axis=0)[None], memory[:1]
-    return ports.residual, memory
+        return ports.flexibility.sum(axis=0)[None], memory[:1]
+    return ports.flexibility, memory
 
 
 def _memory(beta: np.ndarray, dt: float) -> np.ndarray:
@@ -220,10 +283,10 @@ def _memory(beta: np.ndarray, dt: float) -> np.ndarray:
     return np.array([kept, gone - kept, 1 - gone])
 
 
-def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, flexible: np.ndarray) -> np.ndarray:
+def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, softness: np.ndarray) -> np.ndarray:
     """Return κ of each port: ½ where the trapezoidal rule holds, which needs a compliance of its own, (p,)."""
     share = np.ones(len(level))
-    own = flexible.diagonal() + layer > 0
+    own = softness + layer > 0
     for item, here in zip(ports.blocks, ports.places, strict=True):
         if item.kind == Kind.GIVEN:
             share[here] = 0.5
@@ -239,15 +302,22 @@ def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, flexible: np.ndar
     return share
 
 
-def _bounds(ports: Ports, residual: np.ndarray, moving: list[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Return ‖W‖ and the largest |R| [m/N] of each port, of points that slide with their surfaces, (p,) each."""
-    norm, reach = np.linalg.norm(ports.rows, axis=1), np.abs(residual).max(axis=(0, 2), initial=0.0)
-    for name in moving:
-        # The weights of functions are positive, with a sum of one.
-        points, functions = ports.of(f"contact.{name}"), ports.of(f"surface.{name}")
-        norm[points] += norm[functions].max()
-        reach[points] += reach[functions].max()
-    return norm, reach
+def _reach(ports: Ports, block: np.ndarray, *, damped: bool) -> np.ndarray:
+    """Return the largest |R| of each port by forces on either of its bodies [m/N], (2, p).
+
+    An open port has no force itself, nor the others of its block; where r is damped, one of an earlier step.
+
+    Args:
+        block: First port of each port's block, (p,).
+    """
+    found = np.zeros((2, len(ports.offset)))
+    for own, to, values in ports.pairs.blocks(ports.flexibility):
+        here = slice(own.start, own.stop)
+        others = np.abs(values) if damped else np.abs(values) * (block[here, None] != block[to])
+        for side, body in enumerate(ports.sides[own.start]):
+            if body >= 0:
+                found[side, here] = (others * (body == ports.sides[to].T)[:, None]).max(axis=(0, 2), initial=0.0)
+    return found
 
 
 def _parts(system: System, ports: Ports) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -262,16 +332,27 @@ def _parts(system: System, ports: Ports) -> tuple[np.ndarray, np.ndarray, np.nda
         for n in range(2):
             near[:, 2 * side + n] = 2 * np.maximum(ports.sides[:, side], 0) + n
     acts = np.repeat((ports.sides >= 0) & (np.diff(ports.sides, axis=1, prepend=-1) != 0), 2, axis=1)
-    norms = np.where(acts, sizes[near, np.arange(len(near))[:, None]], 0.0)
+    norms = np.where(acts, sizes[near, np.arange(len(near))[:, None]], 0.0).T.copy()
+    for contact in system.contacts:
+        if contact.master is not None:
+            # The weights of functions are positive, with a sum of one.
+            points, functions = ports.of(f"contact.{contact.name}"), ports.of(f"surface.{contact.name}")
+            first = 2 if ports.sides[points.start, 1] >= 0 else 0
+            norms[first : first + 2, points] += norms[:2, functions].max(axis=1, keepdims=True)
     return np.array([[here.start, here.stop] for here in parts]).reshape(-1, 2), near, norms
 
 
-def _inverses(ports: Ports, moved: list[str], matrix: np.ndarray) -> np.ndarray:
-    """Return the inverse of each drive's block of the measures per unknown, in the rows of its ports, (p, n)."""
+def _inverses(ports: Ports, moved: list[str], columns: np.ndarray) -> np.ndarray:
+    """Return the inverse of each drive's block of the measures per unknown, in the rows of its ports, (p, n).
+
+    Args:
+        columns: Measures by unknowns, a table by rows of what acts.
+    """
     places = [ports.of(name) for name in moved]
-    found = np.zeros((len(matrix), max((here.stop - here.start for here in places), default=0)))
+    found = np.zeros((len(ports.offset), max((here.stop - here.start for here in places), default=0)))
     for here in places:
-        found[here, : here.stop - here.start] = np.linalg.inv(matrix[here, here])
+        own = ports.pairs.among(columns, range(here.start, here.stop))
+        found[here, : here.stop - here.start] = np.linalg.inv(own.T)
     return found
 
 
@@ -287,10 +368,7 @@ def _rows(system: System, ports: Ports) -> Rows:
                 first[i, side], last[i, side], at[i, side] = here.start, here.stop, used
                 values.append(ports.rows[i, here])
                 used += here.stop - here.start
-    ranges = np.hstack([first, last])
-    alike = np.zeros(p, np.bool_)
-    alike[: max(0, p - 3)] = [(ranges[i : i + 4] == ranges[i]).all() for i in range(p - 3)]
-    return Rows(first, last, at, np.concatenate(values), alike)
+    return Rows(first, last, at, np.concatenate(values))
 
 
 def _fields(system: System) -> dict[str, Any]:

@@ -2,28 +2,33 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import embedded, inner
+from gudgeon.solver.contact.pattern import between
 from gudgeon.solver.integrators.general.arrays import BILATERAL, DRIVEN, LAW, POSITION, RUBBING_LAW, SURFACE, VELOCITY
-from gudgeon.solver.integrators.general.rows import displaced, four_in_a_row, moved, push, push_four, respond
+from gudgeon.solver.integrators.general.rows import displace_listed, displaced, four_alike, moved, push, push_four
 from gudgeon.solver.integrators.general.slides import NOW, displaced_over, moved_over
 from gudgeon.solver.integrators.general.solution.responses import rubbed
 
 
-@inner
-def push_ends(constants, state, ports):  # type: ignore[no-untyped-def]
-    """Add the generalised forces of some ports by what acts at the step's end."""
-    rows, unknown, extra, size, a = constants.rows, state.unknown, state.extra, len(ports), 0
-    while a < size:
+@embedded
+def push_ends(constants, state):  # type: ignore[no-untyped-def]
+    """Set the generalised forces by what acts at the step's end on ports that respond, and on surfaces."""
+    rows, unknown, extra, a = constants.rows, state.unknown, state.extra, 0
+    ports = state.forced[1 : state.forced[0] + 1]
+    while a < len(ports):
         i = ports[a]
         a += 1
         if unknown[i] == 0.0 and extra[i] == 0.0:
             continue
         group = 0 if constants.contact[i] >= 0 or constants.kind[i] == SURFACE else 1
-        if _push_alike((constants.contact, constants.share, unknown, extra), i) and four_in_a_row(rows, ports, a - 1):
-            amounts = (0.5 * unknown[i], 0.5 * unknown[i + 1], 0.5 * unknown[i + 2], 0.5 * unknown[i + 3])
-            push_four(rows, i, amounts, state.half[group])
-            a += 3
-        elif constants.share[i] < 1.0:
+        if four_alike(constants.pattern.group, ports, a - 1):
+            four = (i, ports[a], ports[a + 1], ports[a + 2])
+            if _pushed_alike((constants.contact, constants.share, extra), four):
+                amounts = (0.5 * unknown[i], 0.5 * unknown[four[1]], 0.5 * unknown[four[2]], 0.5 * unknown[four[3]])
+                push_four(rows, four, amounts, state.half[group])
+                a += 3
+                continue
+        if constants.share[i] < 1.0:
             push(rows, i, 0.5 * unknown[i], state.half[group])
             if extra[i] != 0.0:
                 push(rows, i, extra[i], state.rest[group])
@@ -32,23 +37,20 @@ def push_ends(constants, state, ports):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _push_alike(ports, i):  # type: ignore[no-untyped-def]
-    """Whether four ports from i on are of the same contact and have forces without an extra one.
+def _pushed_alike(ports, four):  # type: ignore[no-untyped-def]
+    """Whether four ports are of contacts and have no extra mean force.
 
     Args:
-        ports: Contacts, shares, unknowns and extra means of all.
+        ports: Contacts, shares and extra means of all.
     """
-    contact, share, unknown, extra = ports
-    if i + 4 > len(unknown) or contact[i] < 0:
-        return False
-    alike = True
-    for j in range(i, i + 4):
-        alike = alike and contact[j] == contact[i] and share[j] < 1.0
-        alike = alike and unknown[j] != 0.0 and extra[j] == 0.0
+    (contact, share, extra), alike = ports, True
+    for n in range(4):
+        i = four[n]
+        alike = alike and contact[i] >= 0 and share[i] < 1.0 and extra[i] == 0.0
     return alike
 
 
-@inner
+@embedded
 def displace(constants, state, problem):  # type: ignore[no-untyped-def]
     """Set the displacement of the ports that respond or are loaded, at the end of the step [m].
 
@@ -60,6 +62,11 @@ def displace(constants, state, problem):  # type: ignore[no-untyped-def]
     residual, held, listed = constants.residual, state.held, state.listed
     for a in range(problem.size[0]):
         i = problem.ports[a]
+        if constants.plain and solved and not state.beside[i]:
+            displacement[i] = problem.free[i] - layer[i] * unknown[i]
+            if constants.damped:
+                response[i] = displaced(residual, i, held, listed)
+            continue
         first = constants.block[i]
         measured = solved and not state.beside[i]
         if measured and constants.level[first] == POSITION and constants.kind[i] not in (BILATERAL, DRIVEN):
@@ -80,8 +87,8 @@ def displace(constants, state, problem):  # type: ignore[no-untyped-def]
             if constants.level[i] == VELOCITY and problem.awake[0, i]:
                 for b in range(i, i + constants.size[i]):
                     _displace_fully(constants, state, b)
-    if len(state.held) == 1:
-        respond(residual[0], listed, held[0], response)
+    if len(held) == 1:
+        displace_listed(residual, held, listed, response)
 
 
 @inner
@@ -96,7 +103,7 @@ def _displace_fully(constants, state, i):  # type: ignore[no-untyped-def]
     state.displacement[0, i] = constants.offset[i] + place
 
 
-@inner
+@embedded
 def follow(constants, state, problem, time):  # type: ignore[no-untyped-def]
     """Let the anchors of tangents that slip or are open follow them, and end the approach of laws that are open."""
     for a in range(problem.size[0]):
@@ -110,7 +117,10 @@ def follow(constants, state, problem, time):  # type: ignore[no-untyped-def]
             continue
         slips = True
         if state.unknown[i] > 0.0:
-            reach = max(constants.columns[i + 1, i + 1], constants.columns[i + 2, i + 2])
+            reach = max(
+                between(constants.pattern, constants.columns, i + 1, i + 1),
+                between(constants.pattern, constants.columns, i + 2, i + 2),
+            )
             limit = (constants.friction[i, 0] * state.unknown[i], constants.friction[i, 1] * state.unknown[i])
             weight = 1.0 / reach if reach > 0.0 else 0.0
             first = state.unknown[i + 1] - weight * state.measure[i + 1]

@@ -1,6 +1,7 @@
 """The energy balance of the loop over ports."""
 
 from gudgeon.solver.compiled import embedded, inner
+from gudgeon.solver.contact.pattern import between
 from gudgeon.solver.integrators.balance import note_exchange
 from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
 from gudgeon.solver.integrators.general.arrays import (
@@ -24,7 +25,7 @@ from gudgeon.solver.laws.force import law_energy
 KINETIC, STRAIN, CONTACT, DISSIPATED, WORK = range(5)
 
 
-@inner
+@embedded
 def balance(constants, state, problem):  # type: ignore[no-untyped-def]
     """Set the energies [J] at the end of the step, and update the largest error of their balance."""
     q, v, q0, v0, force, loss = state.q, state.v, state.before[0], state.before[1], state.force, constants.loss
@@ -62,14 +63,15 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
     _exchange(constants, state)
 
 
-@inner
+@embedded
 def _ports_energy(constants, state, problem):  # type: ignore[no-untyped-def]
     """Add what all ports store, lose and are given in the step [J]; returns what springs store."""
     parts, extreme = state.parts, state.extreme
     springs = 0.0
     mean, unknown, layer = state.mean, state.unknown, constants.layer
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
+    # Of unilateral contact alone, ports without a force store and lose nothing.
+    listed = state.forced[1 : state.forced[0] + 1] if constants.plain else problem.ports[: problem.size[0]]
+    for i in listed:
         kind = constants.kind[i]
         if constants.edged and state.beside[i]:
             parts[DISSIPATED] += lost_beside(constants, state, i)
@@ -162,25 +164,26 @@ def knots_of(constants, i):  # type: ignore[no-untyped-def]
     return constants.knots[constants.table[i, 0] : constants.table[i, 1]]
 
 
-@inner
+@embedded
 def residual_energy(constants, state):  # type: ignore[no-untyped-def]
     """Return what the residual flexibility stores [J]."""
-    total, held, residual, sides, listed = 0.0, state.held, constants.residual, constants.sides, state.listed
+    total, held, sides, listed = 0.0, state.held, constants.sides, state.listed
     if len(held) == 1:
         for n in range(1, listed[0] + 1):
             total += 0.5 * held[0, listed[n]] * state.response[0, listed[n]]
         return total
+    pattern, residual = constants.pattern, constants.residual.values
     for s in range(len(held)):
         for n in range(1, listed[0] + 1):
             j = listed[n]
             for b in range(1, listed[0] + 1):
                 i = listed[b]
                 other = 0 if sides[i, 0] == sides[j, s] else 1
-                total += 0.5 * held[other, i] * residual[s, i, j] * held[s, j]
+                total += 0.5 * held[other, i] * between(pattern, residual[s], i, j) * held[s, j]
     return total
 
 
-@inner
+@embedded
 def _exchange(constants, state):  # type: ignore[no-untyped-def]
     """Add the contacts' work [J] in the step on each rigid coordinate and on all, and update the largest exchange."""
     work, count = state.work, len(constants.rigid)

@@ -8,6 +8,7 @@ rebounds again within `COLLAPSE` of a step stays closed.
 import numpy as np
 
 from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.contact.pattern import between
 from gudgeon.solver.integrators.balance import note_exchange
 from gudgeon.solver.integrators.general.arrays import POSITION, VELOCITY
 from gudgeon.solver.integrators.general.energy import CONTACT, DISSIPATED, KINETIC, WORK
@@ -50,17 +51,20 @@ def _couple(whole, part, state):  # type: ignore[no-untyped-def]
     """Set what forces of a part of a step do to the measures of ports."""
     by_q, by_v, step = part.push[0], part.push[1], part.dt[0]
     rows, level, share = whole.rows, whole.level, whole.share
-    place, rate = state.ends[0], state.ends[1]
+    place, rate, pattern = state.ends[0], state.ends[1], whole.pattern
     for j in range(len(level)):
         place[:] = 0.0
         push(rows, j, 1.0, place)
         for k in range(len(place)):
             rate[k] = step * by_v[k] * place[k]
             place[k] *= by_q[k]
-        for i in range(len(level)):
-            reach = moved(rows, i, rate) if level[i] == VELOCITY else moved(rows, i, place)
-            part.inertia[j, i] = reach
-            part.columns[j, i] = share[j] * reach + (whole.yields[j, i] if level[i] == POSITION else 0.0)
+        own = pattern.group[j]
+        for r in range(pattern.span[own, 0], pattern.span[own, 1]):
+            for i in range(pattern.runs[r, 0], pattern.runs[r, 1]):
+                at = pattern.at[j] + pattern.runs[r, 2] + i
+                reach = moved(rows, i, rate) if level[i] == VELOCITY else moved(rows, i, place)
+                part.inertia[at] = reach
+                part.columns[at] = share[j] * reach + (whole.yields[at] if level[i] == POSITION else 0.0)
 
 
 @inner
@@ -84,11 +88,11 @@ def speed_bound(constants, i, values):  # type: ignore[no-untyped-def]
     """Return a bound of W times values of the coordinates of one port, of the size of their round-off."""
     total = 0.0
     for n in range(4):
-        if constants.norms[i, n] != 0.0:
+        if constants.norms[n, i] != 0.0:
             square, part = 0.0, constants.parts[constants.near[i, n]]
             for k in range(part[0], part[1]):
                 square += values[k] * values[k]
-            total += constants.norms[i, n] * np.sqrt(square)
+            total += constants.norms[n, i] * np.sqrt(square)
     return total
 
 
@@ -158,8 +162,9 @@ def first_turning(constants, arrays):  # type: ignore[no-untyped-def]
         end += second * (moved(constants.rows, i + 2, state.ends[1]) - constants.belt[i + 2])
         brake, limit = -first * state.unknown[i + 1] - second * state.unknown[i + 2], constants.friction[i, 1]
         limit *= state.unknown[i]
-        reach = first * first * mobility[i + 1, i + 1] + second * second * mobility[i + 2, i + 2]
-        reach += 2.0 * first * second * mobility[i + 1, i + 2]
+        reach = first * first * between(constants.pattern, mobility, i + 1, i + 1)
+        reach += second * second * between(constants.pattern, mobility, i + 2, i + 2)
+        reach += 2.0 * first * second * between(constants.pattern, mobility, i + 1, i + 2)
         left = reach * (limit - brake) + (begin - end) / step
         if brake < limit * (1.0 - SLIPS) and left > 0.0 and begin / left < when * (1.0 - SLIPS):
             state.turning[0], when = i, begin / left

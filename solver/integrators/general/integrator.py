@@ -22,20 +22,23 @@ from gudgeon.solver.integrators.general.start import problem_of, state_of
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.ports.members import contact_ports, function_ports, gauge_ports, ports_of, probe_ports
+from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
-MATRICES = 12
-"""Arrays of the loop that have a number for each two ports."""
+TABLES, MATRICES = 10, 2.5
+"""Arrays of a run with a number for each two ports that share a body, and work arrays for each two that respond."""
 SHARE = 0.8
 """Of the memory of the machine that they may take."""
 AHEAD = 256
 """Steps for which forces, drives and cranks are evaluated together: one at a time takes longer than the step."""
 
 
-def _refuse_large(ports: int, system: System) -> None:
+def _refuse_large(ports: Ports, system: System) -> None:
     """Raise a SceneError where the arrays of a run would not find room on this machine."""
-    needed, memory = 8.0 * MATRICES * ports**2, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    respond = np.count_nonzero((ports.kind != Kind.GIVEN) & (ports.kind != Kind.SURFACE))
+    needed = 8.0 * (TABLES * ports.pairs.size + MATRICES * respond**2)
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if needed <= SHARE * memory:
         return
     points = sum(contact.rows.stop - contact.rows.start for contact in system.contacts)
@@ -55,7 +58,7 @@ class General:
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._dt = system, dt
         self.ports = ports_of(system)
-        _refuse_large(len(self.ports.offset), system)
+        _refuse_large(self.ports, system)
         constants = constants_of(system, self.ports, dt)
         state = state_of(system, self.ports, constants)
         normals = [contact_ports(self.ports, contact) for contact in system.contacts]
@@ -68,7 +71,7 @@ class General:
         self._functions = np.concatenate([np.empty(0, np.int64), *(own[0] for own in functions.values())])
         self._rubbed = {number: own[1:] for number, own in functions.items() if len(own) > 1}
         log = impact_log([int(rows[0]) for rows in normals], dt, system.window)
-        part, impact = part_of(constants), impact_of(constants, self.ports)
+        part, impact = part_of(constants), impact_of(constants, system, self.ports)
         self.arrays = Arrays(constants, state, problem_of(constants), log, part, impact)
         self._located = Located(log)
         loaded, contacts = len(constants.loaded), max(1, len(system.contacts))
@@ -221,7 +224,8 @@ class General:
             drags[rubbed] += state.impulses[at, None] * self.arrays.constants.direction[at]
         functions, slid = self._functions, [contact.master is not None for contact in system.contacts]
         inward = ports.rows[functions] @ state.q
-        inward += np.einsum("sij,sj->i", self.arrays.constants.residual[:, functions], state.held)
+        for one, force in zip(self.arrays.constants.residual.values, state.held, strict=True):
+            inward += ports.pairs.times(one, force)[functions]
         drag_impulse = np.zeros(len(slid))
         drag_impulse[slid] = state.slides.drag_impulse
         wrenches = np.zeros((len(slid), 6))

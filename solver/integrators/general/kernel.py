@@ -9,13 +9,15 @@ that the path of the coordinates cannot have closed are left out.
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.compiled import copy, embedded, entry, inner
 from gudgeon.solver.integrators.general.arrays import (
+    GIVEN,
     STABILISED,
 )
 from gudgeon.solver.integrators.general.candidates import (
     find_candidates,
     free_measures,
+    list_candidates,
     overlooked,
     travelled,
     used_margins,
@@ -71,10 +73,9 @@ def march(arrays, given, first, stride, out):  # type: ignore[no-untyped-def]
                 _finish(constants, state, problem, (first + step + 1) * constants.dt[0])
                 for j in range(len(state.pin)):
                     copy(crank[step, j], state.pin[j])
-                balance(constants, state, problem)
-                log_forces(constants, state, problem, log, first + step)
-                for a in range(problem.size[0]):
-                    i = problem.ports[a]
+                log_forces(constants, state, log, first + step)
+                for n in range(1, state.forced[0] + 1):
+                    i = state.forced[n]
                     k = constants.contact[i]
                     if k >= 0 and state.mean[i] != 0.0:
                         for axis in range(3):
@@ -97,7 +98,6 @@ def _advance(constants, state, problem, loads, crank):  # type: ignore[no-untype
     _aim(constants, state, crank)
     _fly(constants, state, loads)
     find_candidates(constants, state, problem)
-    free_measures(constants, state, problem, crank)
     return _respond(constants, state, problem, crank)
 
 
@@ -136,7 +136,6 @@ def _divided(arrays, loads, number):  # type: ignore[no-untyped-def]
         _finish(constants, state, problem, start + done + length)
         if state.turning[0] >= 0:
             state.sliding[state.turning[0]] = False
-        balance(constants, state, problem)
         note_part(arrays, (start + done, length), number)
         done += length
         for i in range(len(state.mean)):
@@ -220,7 +219,7 @@ def _share_loads(constants, state, given, dt):  # type: ignore[no-untyped-def]
         state.loads[1, n] = begin + (slope + bend * e) * e
 
 
-@inner
+@embedded
 def _aim(constants, state, crank):  # type: ignore[no-untyped-def]
     """Set the direction of each joint's force in the middle of the step, and the length of its measure [m]."""
     dt = constants.dt[0]
@@ -244,7 +243,7 @@ def _aim(constants, state, crank):  # type: ignore[no-untyped-def]
             state.rod[j, 2] += dt * dt * across / (8.0 * constants.lengths[i])
 
 
-@inner
+@embedded
 def _fly(constants, state, loads):  # type: ignore[no-untyped-def]
     """Set q and q̇ to the end of the step under the loads and the first half of the forces that are not zero."""
     q, v, force, last, motion = state.q, state.v, state.force, state.last, constants.motion
@@ -294,13 +293,18 @@ def _place_given(constants, state, i):  # type: ignore[no-untyped-def]
     state.displacement[1, i] = constants.offset[i] + moved(constants.rows, i, state.before[0]) + response
 
 
-@inner
+@embedded
 def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
     """Find the forces of all candidates; False where the sweeps do not converge."""
     foresees = constants.bounces and not constants.divides
-    fresh = foresees
-    for _trial in range(PASSES):
-        if fresh and keep_open(constants, state, problem):
+    missed = True
+    for turn in range(PASSES + 1):
+        if missed:
+            list_candidates(constants, state, problem)
+            free_measures(constants, state, problem, crank)
+        if turn == PASSES:
+            break
+        if foresees and missed and keep_open(constants, state, problem):
             if not solve(constants, state, problem):
                 return False
             foresee(constants, state, problem)
@@ -313,30 +317,38 @@ def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
             press_surfaces(constants, state)
         missed = overlooked(constants, state, problem)
         problem.size[2] = not missed
-        if missed:
-            free_measures(constants, state, problem, crank)
         if not (missed or unsettled):
-            return True
-        fresh = missed and foresees
+            break
         state.counts[4] += 1
     return True
 
 
+@embedded
+def _list_forced(constants, state):  # type: ignore[no-untyped-def]
+    """Set the mean forces and impulses of the step, and list the ports with forces that respond or are surfaces."""
+    count, unknown, last, extra, forced = 0, state.unknown, state.last, state.extra, state.forced
+    for i in range(len(unknown)):
+        if unknown[i] == 0.0 and last[i] == 0.0 and extra[i] == 0.0:
+            state.mean[i] = 0.0
+            continue
+        share = constants.share[i]
+        state.mean[i] = share * unknown[i] + (1.0 - share) * last[i] + extra[i]
+        state.impulses[i] += constants.dt[0] * state.mean[i]
+        if constants.kind[i] != GIVEN:
+            count += 1
+            forced[count] = i
+    forced[0] = count
+
+
 @inner
 def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
-    """Bring all ports and coordinates to the end of the step."""
-    p = len(state.unknown)
-    for i in range(p):
-        now, last = state.unknown[i], state.last[i]
-        share = constants.share[i]
-        state.mean[i] = share * now + (1.0 - share) * last + state.extra[i]
-        state.impulses[i] += constants.dt[0] * state.mean[i]
+    """Bring all ports and coordinates to the end of the step, and its energies."""
+    _list_forced(constants, state)
     q, v, force, half, rest, pressed = state.q, state.v, state.force, state.half, state.rest, state.pressed
     copy(half[0], pressed)
     half[:, :] = 0.0
     rest[:, :] = 0.0
-    push_ends(constants, state, problem.ports[: problem.size[0]])
-    push_ends(constants, state, state.slides.functions)
+    push_ends(constants, state)
     by_q, by_v = constants.push[0], constants.push[1]
     for k in range(len(q)):
         contacts = half[0, k] + rest[0, k]
@@ -350,13 +362,16 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
     travelled(constants, state)
     held = state.held
     for s in range(len(held)):
-        memory = constants.memory[s]
-        for i in range(p):
-            held[s, i] = memory[0, i] * held[s, i] + memory[1, i] * state.last[i] + memory[2, i] * state.unknown[i]
+        memory, own = constants.memory[s], held[s]
+        kept, begin, end, last, now = memory[0], memory[1], memory[2], state.last, state.unknown
+        for i in range(len(own)):
+            own[i] = kept[i] * own[i] + begin[i] * last[i] + end[i] * now[i]
     list_forces(held, state.listed)
     displace(constants, state, problem)
     if constants.slides:
         place_surfaces(constants, state)
         drag_along(constants, state)
-    follow(constants, state, problem, time)
+    if not constants.plain:
+        follow(constants, state, problem, time)
     used_margins(constants, state, problem)
+    balance(constants, state, problem)

@@ -71,7 +71,8 @@ def foresee(constants, state, problem):  # type: ignore[no-untyped-def]
         own = state.rate[i]
         for b in range(problem.size[0]):
             j = problem.ports[b]
-            state.rate[i] += coupling(constants.columns, state.slides, j, i) * state.unknown[j] / constants.dt[0]
+            moves = coupling(constants.pattern, constants.columns, state.slides, j, i)
+            state.rate[i] += moves * state.unknown[j] / constants.dt[0]
         wanted = constants.belt[i] if i > first else rebound(constants, state, i, state.rate[i])
         state.gap[i] = constants.dt[0] * (own - wanted)
 
@@ -91,7 +92,7 @@ def shifts_change(constants, state, problem):  # type: ignore[no-untyped-def]
             j = problem.ports[b]
             amount = _sudden(constants, state, j, average)
             if amount != 0.0:
-                shift += amount * coupling(constants.inertia, state.slides, j, i)
+                shift += amount * coupling(constants.pattern, constants.inertia, state.slides, j, i)
         changed = max(changed, abs(shift - state.shift[i]))
         state.gap[i] += shift - state.shift[i]
         state.shift[i] = shift

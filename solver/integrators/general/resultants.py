@@ -1,7 +1,7 @@
 """Resultants of contacts, and the log of their impacts."""
 
 from gudgeon.modaldb.records.trajectory import PEAK, PEAK_TIME
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import embedded, inner
 from gudgeon.solver.integrators.general.arrays import VELOCITY
 from gudgeon.solver.integrators.general.impacts import still
 from gudgeon.solver.integrators.general.rows import moved
@@ -11,8 +11,8 @@ from gudgeon.solver.integrators.impact_log import FIRST, GOING, ROW, changes, lo
 from gudgeon.solver.integrators.outcome import ACTIVE, CONTACT_STEPS
 
 
-@inner
-def log_forces(constants, state, problem, log, number):  # type: ignore[no-untyped-def]
+@embedded
+def log_forces(constants, state, log, number):  # type: ignore[no-untyped-def]
     """Add the normal forces of a step to the log of impacts, and note what begins to touch and what parts.
 
     The force over a step in which rigid contact strikes is an impulse over it, and no force that could be the largest.
@@ -22,8 +22,8 @@ def log_forces(constants, state, problem, log, number):  # type: ignore[no-untyp
         state.acting[k] = 0.0
         state.struck[k] = False
     active = 0
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
+    for n in range(1, state.forced[0] + 1):
+        i = state.forced[n]
         k = constants.contact[i]
         if k < 0 or constants.block[i] != i:
             continue

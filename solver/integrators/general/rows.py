@@ -1,9 +1,12 @@
-"""Products with the rows of ports, by bodies."""
+"""Products with the rows of ports, by bodies, and bounds of them."""
+
+import numpy as np
 
 from gudgeon.solver.compiled import inner
+from gudgeon.solver.contact.pattern import first_from
 
-SPARSE = 8
-"""Ports between the first and the last with a force over those with one, above which only the latter are looked at."""
+SPARSE = 4
+"""Ports from the first to the last with a force over those with one, above which only the latter are looked at."""
 
 
 @inner
@@ -19,43 +22,39 @@ def moved(rows, i, q):  # type: ignore[no-untyped-def]
 
 
 @inner
-def four_in_a_row(rows, ports, a):  # type: ignore[no-untyped-def]
-    """Whether the four ports from entry a of a list on follow each other and have the same ranges."""
-    i = ports[a]
-    follow = a + 4 <= len(ports) and ports[a + 1] == i + 1 and ports[a + 2] == i + 2 and ports[a + 3] == i + 3
-    return follow and rows.alike[i]
+def four_alike(group, ports, a):  # type: ignore[no-untyped-def]
+    """Whether the four ports from entry a of an ascending list on are of one group."""
+    return a + 4 <= len(ports) and group[ports[a]] == group[ports[a + 3]]
 
 
 @inner
-def moved_four(rows, i, q):  # type: ignore[no-untyped-def]
-    """Return W q of four ports from i on that have the same ranges."""
-    values, one, two, three, four = rows.values, 0.0, 0.0, 0.0, 0.0
+def moved_four(rows, four, q):  # type: ignore[no-untyped-def]
+    """Return W q of four ports of one group."""
+    values, (i, j, m, n), one, two, three, last = rows.values, four, 0.0, 0.0, 0.0, 0.0
     for side in range(2):
         first, size = rows.first[i, side], rows.last[i, side] - rows.first[i, side]
-        part = q[first : first + size]
-        at, stride = rows.at[i, side], rows.at[i + 1, side] - rows.at[i, side]
-        b, c = values[at : at + size], values[at + stride : at + stride + size]
-        d, e = values[at + 2 * stride : at + 2 * stride + size], values[at + 3 * stride : at + 3 * stride + size]
+        part, at = q[first : first + size], rows.at[:, side]
+        b, c = values[at[i] : at[i] + size], values[at[j] : at[j] + size]
+        d, e = values[at[m] : at[m] + size], values[at[n] : at[n] + size]
         for k in range(len(part)):
             one += b[k] * part[k]
             two += c[k] * part[k]
             three += d[k] * part[k]
-            four += e[k] * part[k]
-    return one, two, three, four
+            last += e[k] * part[k]
+    return one, two, three, last
 
 
 @inner
-def push_four(rows, i, amounts, force):  # type: ignore[no-untyped-def]
-    """Add Wᵀ of amounts on four ports from i on that have the same ranges to a generalised force."""
-    values, (one, two, three, four) = rows.values, amounts
+def push_four(rows, four, amounts, force):  # type: ignore[no-untyped-def]
+    """Add Wᵀ of amounts on four ports of one group to a generalised force."""
+    values, (i, j, m, n), (one, two, three, last) = rows.values, four, amounts
     for side in range(2):
         first, size = rows.first[i, side], rows.last[i, side] - rows.first[i, side]
-        part = force[first : first + size]
-        at, stride = rows.at[i, side], rows.at[i + 1, side] - rows.at[i, side]
-        b, c = values[at : at + size], values[at + stride : at + stride + size]
-        d, e = values[at + 2 * stride : at + 2 * stride + size], values[at + 3 * stride : at + 3 * stride + size]
+        part, at = force[first : first + size], rows.at[:, side]
+        b, c = values[at[i] : at[i] + size], values[at[j] : at[j] + size]
+        d, e = values[at[m] : at[m] + size], values[at[n] : at[n] + size]
         for k in range(len(part)):
-            part[k] += (one * b[k] + two * c[k]) + (three * d[k] + four * e[k])
+            part[k] += (one * b[k] + two * c[k]) + (three * d[k] + last * e[k])
 
 
 @inner
@@ -83,47 +82,100 @@ def list_forces(forces, listed):  # type: ignore[no-untyped-def]
 
 
 @inner
-def respond(residual, listed, forces, out):  # type: ignore[no-untyped-def]
-    """Set the displacement [m] of the listed ports by their forces in the residual flexibility of one side, (p, p).
-
-    R is symmetric: its rows are added up. What others between the first and the last of them are moved is set too,
-    unless they are many.
-    """
-    count = listed[0]
-    if count == 0:
-        return
-    first, last = listed[1], listed[count] + 1
-    if last - first > SPARSE * count:
-        for n in range(1, count + 1):
-            row, total = residual[listed[n]], 0.0
-            for b in range(1, count + 1):
-                total += row[listed[b]] * forces[listed[b]]
-            out[listed[n]] = total
-        return
-    target = out[first:last]
-    target[:] = 0.0
-    n = 1
-    while n + 4 <= count + 1:
-        a, b, c, d = listed[n], listed[n + 1], listed[n + 2], listed[n + 3]
-        one, two, three, four = forces[a], forces[b], forces[c], forces[d]
-        row_a, row_b = residual[a, first:last], residual[b, first:last]
-        row_c, row_d = residual[c, first:last], residual[d, first:last]
-        for i in range(len(target)):
-            target[i] += (one * row_a[i] + two * row_b[i]) + (three * row_c[i] + four * row_d[i])
-        n += 4
-    while n <= count:
-        row_a, one = residual[listed[n], first:last], forces[listed[n]]
-        for i in range(len(target)):
-            target[i] += one * row_a[i]
-        n += 1
+def displaced(residual, i, forces, listed):  # type: ignore[no-untyped-def]
+    """Return the displacement [m] of one port by listed forces in the residual flexibility, (s, p)."""
+    pattern, values, total = residual.pattern, residual.values, 0.0
+    own, count = pattern.group[i], listed[0]
+    for r in range(pattern.span[own, 0], pattern.span[own, 1]):
+        first, last, at = pattern.runs[r, 0], pattern.runs[r, 1], pattern.at[i] + pattern.runs[r, 2]
+        begin = 1 + first_from(listed[1:], count, first) if count > 0 and listed[1] < first else 1
+        end = 1 + first_from(listed[1:], count, last) if count > 0 and listed[count] >= last else count + 1
+        if begin >= end:
+            continue
+        low, high = listed[begin], listed[end - 1] + 1
+        for s in range(len(forces)):
+            if high - low <= SPARSE * (end - begin):
+                row, amounts = values[s, at + low : at + high], forces[s, low:high]
+                for k in range(len(amounts)):
+                    total += row[k] * amounts[k]
+            else:
+                for n in range(begin, end):
+                    total += values[s, at + listed[n]] * forces[s, listed[n]]
+    return total
 
 
 @inner
-def displaced(residual, i, forces, listed):  # type: ignore[no-untyped-def]
-    """Return the displacement [m] of one port by listed forces in the residual flexibility, (s, p)."""
-    total = 0.0
-    for s in range(len(forces)):
-        row, amounts = residual[s, i], forces[s]
-        for n in range(1, listed[0] + 1):
-            total += row[listed[n]] * amounts[listed[n]]
-    return total
+def displace_listed(residual, forces, listed, out):  # type: ignore[no-untyped-def]
+    """Set the displacement [m] of the listed ports by their forces in the residual flexibility, (s, p)."""
+    pattern, values, count, n = residual.pattern, residual.values, listed[0], 1
+    group, at, alone = pattern.group, pattern.at, len(forces) != 1
+    alone = alone or (count > 0 and listed[count] + 1 - listed[1] > SPARSE * count)
+    while n <= count:
+        own = group[listed[n]]
+        if alone or n + 3 > count or group[listed[n + 3]] != own:
+            out[listed[n]] = displaced(residual, listed[n], forces, listed)
+            n += 1
+            continue
+        one, two, three, four = 0.0, 0.0, 0.0, 0.0
+        for r in range(pattern.span[own, 0], pattern.span[own, 1]):
+            low, high, shift = max(listed[1], pattern.runs[r, 0]), pattern.runs[r, 1], pattern.runs[r, 2]
+            high = min(listed[count] + 1, high)
+            amounts = forces[0, low : max(low, high)]
+            size = len(amounts)
+            a, b = at[listed[n]] + shift + low, at[listed[n + 1]] + shift + low
+            c, d = at[listed[n + 2]] + shift + low, at[listed[n + 3]] + shift + low
+            e, f, g, h = (
+                values[0, a : a + size],
+                values[0, b : b + size],
+                values[0, c : c + size],
+                values[0, d : d + size],
+            )
+            for k in range(len(amounts)):
+                one += e[k] * amounts[k]
+                two += f[k] * amounts[k]
+                three += g[k] * amounts[k]
+                four += h[k] * amounts[k]
+        out[listed[n]], out[listed[n + 1]], out[listed[n + 2]], out[listed[n + 3]] = one, two, three, four
+        n += 4
+
+
+@inner
+def bound_ways(met, bounds, path, way):  # type: ignore[no-untyped-def]
+    """Set a bound of what each port of contacts can have moved over the paths of its bodies [m].
+
+    Args:
+        met: First and last + 1 port of contacts on the same bodies.
+        bounds: Parts and bodies that each port moves with, ‖W‖ over the former, and the largest |R| by the latter.
+        path: Of the coordinates of parts [m kg^½], then of r on bodies [N].
+    """
+    near, sides, norms, reach = bounds
+    parts = 2 * (len(path) // 3)
+    for group in range(len(met)):
+        first, last = met[group, 0], met[group, 1]
+        a, b, c, d = path[near[first, 0]], path[near[first, 1]], path[near[first, 2]], path[near[first, 3]]
+        one = path[parts + sides[first, 0]]
+        other = path[parts + sides[first, 1]] if sides[first, 1] >= 0 else 0.0
+        out, u, v = way[first:last], reach[0, first:last], reach[1, first:last]
+        e, f, g, h = norms[0, first:last], norms[1, first:last], norms[2, first:last], norms[3, first:last]
+        for k in range(len(out)):
+            out[k] = (one * u[k] + other * v[k]) + (a * e[k] + b * f[k]) + (c * g[k] + d * h[k])
+
+
+@inner
+def look_ahead(ranges, moves, travel, adds, ahead):  # type: ignore[no-untyped-def]
+    """Set the paths up to the state.
+
+    Args:
+        ranges: Coordinates of each part, (P, 2).
+        moves: q, and at the start of the step.
+        travel: Paths up to the last step, (P + B,).
+        adds: What forces still add to them.
+    """
+    q, before = moves
+    for part in range(len(travel)):
+        ahead[part] = travel[part] + adds[part]
+    for part in range(len(ranges)):
+        length, now, then = 0.0, q[ranges[part, 0] : ranges[part, 1]], before[ranges[part, 0] : ranges[part, 1]]
+        for k in range(len(now)):
+            length += (now[k] - then[k]) ** 2
+        ahead[part] += np.sqrt(length)

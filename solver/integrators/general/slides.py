@@ -6,7 +6,12 @@ its end: these move points across the line of sliding. N changes the displacemen
 along the line of sliding gives back in the next one.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
 from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.contact.pattern import between
 from gudgeon.solver.contact.weights import weigh
 from gudgeon.solver.integrators.general.rows import displaced, moved
 
@@ -14,6 +19,53 @@ NOW, BEFORE = range(2)
 """Weights of the end of a step and of its start."""
 OPEN = 1e30
 """Gap of a point beside its surface [m]; not infinity, whose product with zero is not a number."""
+
+
+class Slides(NamedTuple):
+    """Points that slide over traction spaces, whose functions have ports. Shapes: g sliding contacts.
+
+    The measure of such a point is its own and a weighted sum of those of 4 × 4 functions of cubic splines; its force
+    acts on them with the same weights, which change from step to step.
+    """
+
+    ports: np.ndarray
+    """First and last + 1 port of the points of each contact, (g, 2)."""
+    surface: np.ndarray
+    """First port of its functions, their number across, and lines of them along, (g, 3)."""
+    functions: np.ndarray
+    """Ports of the functions of all surfaces, (F,)."""
+    window: np.ndarray
+    """First and last + 1 port of the functions below its points, (g, 2)."""
+    row: np.ndarray
+    """∂σ/∂q of the distance slid, (g, m)."""
+    chart: np.ndarray
+    """Start and spacing along of each traction space [m], (g, 2)."""
+    sigma: np.ndarray
+    """Distance slid at the end of the step and a step ago [m], (2, g)."""
+    drag: np.ndarray
+    """Force along the line of sliding on the slope of the deformed surface [N], (g,)."""
+    drag_impulse: np.ndarray
+    """[N s], (g,)."""
+    over: np.ndarray
+    """Whether a port is one of a point that slides, (p,)."""
+    width: np.ndarray
+    """Functions across of its surface, (p,)."""
+    height: np.ndarray
+    """Coordinate along of each point at σ = 0 [m], (p,)."""
+    start: np.ndarray
+    """Port of the first function across that it touches in the first line along; −1 beside the surface, (p,)."""
+    across: np.ndarray
+    """Its weights across, (p, 4)."""
+    corner: np.ndarray
+    """Port of the first function that it touches at the end of the step and a step ago; −1 beside, (2, p)."""
+    along: np.ndarray
+    """Its weights along at these times, (2, 4, p)."""
+    free: np.ndarray
+    """Gap of a point without the forces of the step's end [m], (p,)."""
+    inward: np.ndarray
+    """Displacement of functions without these forces, and by them [m], (2, p)."""
+    left: np.ndarray
+    """How many points have left their surface with a force, (1,)."""
 
 
 @inner
@@ -72,14 +124,19 @@ def displaced_over(constants, slides, i, moment, held):  # type: ignore[no-untyp
 
 
 @inner
-def coupling(table, slides, j, i):  # type: ignore[no-untyped-def]
-    """Return the measure of port i by a force on port j, both with their surfaces, of a table of ports, [j, i]."""
-    total, corner, width = table[j, i] + over(slides, i, NOW, table[j]), slides.corner[NOW, j], slides.width[j]
+def coupling(pattern, table, slides, j, i):  # type: ignore[no-untyped-def]
+    """Return the measure of port i by a force on port j, both with their surfaces, of a table of ports.
+
+    Where there are surfaces, each row of the table has all ports.
+    """
+    total, corner, width = between(pattern, table, j, i), slides.corner[NOW, j], slides.width[j]
+    if slides.corner[NOW, i] >= 0:
+        total += over(slides, i, NOW, table[pattern.at[j] : pattern.at[j] + len(pattern.at)])
     if corner >= 0:
         for b in range(4):
             for a in range(4):
-                weight, f = slides.along[NOW, b, j] * slides.across[j, a], corner + b * width + a
-                total += weight * (table[f, i] + over(slides, i, NOW, table[f]))
+                weight, at = slides.along[NOW, b, j] * slides.across[j, a], pattern.at[corner + b * width + a]
+                total += weight * (table[at + i] + over(slides, i, NOW, table[at : at + len(pattern.at)]))
     return total
 
 
@@ -139,13 +196,14 @@ def gather_sliding(constants, slides, problem, a):  # type: ignore[no-untyped-de
     column[:n] = 0.0
     for g in range(len(slides.window)):
         values[slides.window[g, 0] : slides.window[g, 1]] = 0.0
-    _add_source(constants.columns[j], slides, problem, 1.0, column)
+    at, p = constants.pattern.at, len(constants.pattern.at)
+    _add_source(constants.columns[at[j] : at[j] + p], slides, problem, 1.0, column)
     corner, width = slides.corner[NOW, j], slides.width[j]
     if corner >= 0:
         for b in range(4):
             for e in range(4):
-                weight = slides.along[NOW, b, j] * slides.across[j, e]
-                _add_source(constants.columns[corner + b * width + e], slides, problem, weight, column)
+                weight, place = slides.along[NOW, b, j] * slides.across[j, e], at[corner + b * width + e]
+                _add_source(constants.columns[place : place + p], slides, problem, weight, column)
     for c in range(n):
         column[c] += over(slides, ports[c], NOW, values)
 
@@ -191,13 +249,13 @@ def reach_surfaces(constants, state, problem):  # type: ignore[no-untyped-def]
 @inner
 def _given_way(constants, state, problem, i):  # type: ignore[no-untyped-def]
     """Return the displacement of a port, without its surface, by the forces found [m]."""
-    total, slides = 0.0, state.slides
+    total, slides, columns, inertia, at = 0.0, state.slides, constants.columns, constants.inertia, constants.pattern.at
     for a in range(problem.size[0]):
         j = problem.ports[a]
-        total += constants.columns[j, i] * state.unknown[j] + constants.inertia[j, i] * state.extra[j]
+        total += columns[at[j] + i] * state.unknown[j] + inertia[at[j] + i] * state.extra[j]
     for g in range(len(slides.window)):
         for f in range(slides.window[g, 0], slides.window[g, 1]):
-            total += constants.columns[f, i] * state.unknown[f] + constants.inertia[f, i] * state.extra[f]
+            total += columns[at[f] + i] * state.unknown[f] + inertia[at[f] + i] * state.extra[f]
     return total
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gudgeon.solver.contact.compliance import fixed
+from gudgeon.solver.contact.compliance import coupled
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.contact.weights import weigh
 from gudgeon.solver.forces.fields.co_energy import basis_shape
@@ -10,9 +10,9 @@ from gudgeon.solver.integrators.general.arrays import (
     SLIPS,
     Constants,
     Problem,
-    Slides,
     State,
 )
+from gudgeon.solver.integrators.general.slides import Slides
 from gudgeon.solver.integrators.general.solution.solve import WINDOW
 from gudgeon.solver.ports.members import contact_ports, function_ports, start_unknowns
 from gudgeon.solver.ports.table import Kind, Ports
@@ -22,10 +22,11 @@ from gudgeon.solver.system.system import System
 
 def state_of(system: System, ports: Ports, constants: Constants) -> State:
     p, m, contacts, joints = len(ports.offset), len(system.velocity), len(system.contacts), len(system.driving.joints)
-    sides = len(constants.residual)
+    paths = len(constants.parts) + len(system.bodies)
+    sides, R = len(constants.residual.values), constants.residual.values
     unknown = start_unknowns(system, ports)
     held = np.tile(unknown, (sides, 1)) if sides else np.zeros((0, p))
-    response = np.einsum("sij,sj->i", constants.residual, held) if sides else np.zeros(p)
+    response = sum((ports.pairs.times(one, force) for one, force in zip(R, held, strict=True)), np.zeros(p))
     displacement = ports.offset + ports.rows @ system.position + response
     anchor = displacement.copy()
     for item in system.contacts:
@@ -56,15 +57,15 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         field=field, field_pose=poses, field_basis=np.zeros(basis_shape(system.fields.energies)),
         field_energy=np.array([-float(field[:, 0].sum()), 0.0]),
         pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), half=half, rest=np.zeros((2, m)),
-        listed=listed,
+        listed=listed, forced=np.zeros(p + 1, np.int64),
         listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
         response=np.stack([response, response]), anchor=anchor, sliding=np.zeros(p, np.bool_),
         closed=np.zeros(p, np.bool_), turning=np.full(1, -1), since=np.full(p, -np.inf),
         sudden_impulses=np.zeros((2, p)), kept=np.zeros(p + 1),
         ends=np.zeros((2, m)), loads=np.zeros((2, len(constants.given))),
         fastest=np.zeros(1), average=np.zeros(1), wanted=np.zeros(len(constants.drives)),
-        rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(len(constants.parts) + 1),
-        ahead=np.zeros(len(constants.parts) + 1), lead=np.zeros(4),
+        rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(paths),
+        ahead=np.zeros(paths), lead=np.zeros((2, paths)),
         acting=np.zeros(contacts), struck=np.zeros(contacts, np.bool_), peak=np.zeros((contacts, 2)),
         slips=np.zeros((SLIPS + 1 if contacts else 1, 3)), closing=np.full(p, -1.0),
         stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=parts,
@@ -91,7 +92,7 @@ def _fields(system: System, constants: Constants, displacement: np.ndarray) -> t
 
 _ZERO_AT_START = (
     "last", "mean", "extra", "gap", "measure", "approach", "margin", "sudden", "rate", "shift", "foreseen", "impulses",
-    "total", "begun", "swift",
+    "total", "begun", "swift", "way",
 )  # fmt: skip
 
 
@@ -100,7 +101,8 @@ def problem_of(constants: Constants) -> Problem:
     return Problem(
         awake=np.full((2, p), constants.divides), ports=np.zeros(p, np.int64), size=np.zeros(5, np.int64),
         columns=np.zeros((many, many)), active=empty_set(p if constants.plain else 0), runs=np.zeros((p, 2), np.int64),
-        matrix=fixed(constants.columns)._replace(candidate=np.ones(p, np.bool_)), free=np.zeros(p), x=np.zeros(p),
+        matrix=coupled(constants.pattern, constants.columns)._replace(candidate=np.ones(p, np.bool_)),
+        free=np.zeros(p), x=np.zeros(p),
         y=np.zeros(p), start=np.zeros(p),
         weight=np.zeros(p), slipped=np.zeros(p, np.bool_),
         derivative=np.zeros((many, many)), correction=np.zeros(p),

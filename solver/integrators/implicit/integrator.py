@@ -9,6 +9,7 @@ from gudgeon.solver import capabilities
 from gudgeon.solver.compiled import machine_code
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import empty_set
+from gudgeon.solver.contact.pattern import whole
 from gudgeon.solver.integrators.flight import flight
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.implicit.arrays import Arrays, Drive, Energy, Loads, Masters, Modes, Points
@@ -225,7 +226,8 @@ def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> C
             space[number] = item.functions.start, *over.counts
             across[item.rows] = over.across
     return Compliance(
-        values=np.zeros((c, c)) if count else base, base=base, stamp=np.full(c, -1 if count else 0),
+        pattern=whole(c), values=np.zeros(c * c) if count else base.ravel(), base=base,
+        stamp=np.full(c, -1 if count else 0),
         era=np.zeros(1, np.int64), master=master,
         block=np.array([[one.rows.start, one.rows.stop] for one in system.contacts], np.int64).reshape(k, 2),
         candidate=np.ones(k, np.bool_), space=space, corner=np.full(c, -1), across=across, along=np.zeros((4, c)),

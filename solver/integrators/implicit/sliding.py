@@ -84,7 +84,7 @@ def rebuild_matrix(masters, matrix, active):  # type: ignore[no-untyped-def]
         copy(masters.along[0, b], matrix.along[b])
     copy(masters.sigma[0], masters.sigma[2])
     size = active.size[0]
-    active.size[0] = 0
+    active.size[:2] = 0
     for a in range(size):
         append(matrix, active, active.rows[a])
 

@@ -6,6 +6,7 @@ import pytest
 from gudgeon.modaldb.traction import cubic_weights
 from gudgeon.solver.contact.compliance import Compliance, fixed
 from gudgeon.solver.contact.lcp import empty_set, solve_lcp
+from gudgeon.solver.contact.pattern import whole
 
 ROUND_OFF = 1e-12
 SIZES = np.array([[6, 9], [5, 12], [0, 0]])
@@ -27,8 +28,8 @@ class Moving:
         ends = np.cumsum(POINTS)
         block = np.column_stack([ends - POINTS, ends])
         self.matrix = Compliance(
-            np.full((c, c), np.nan), base, np.full(c, -1), np.zeros(1, np.int64), master, block, np.ones(3, np.bool_),
-            self.space, np.full(c, -1), np.zeros((c, 4)), np.zeros((4, c)), np.ones(3, np.bool_),
+            whole(c), np.full(c * c, np.nan), base, np.full(c, -1), np.zeros(1, np.int64), master, block,
+            np.ones(3, np.bool_), self.space, np.full(c, -1), np.zeros((c, 4)), np.zeros((4, c)), np.ones(3, np.bool_),
             np.zeros((3, 2), np.int64), np.zeros(F), np.zeros(16, np.int64), np.zeros(16),
         )  # fmt: skip
         self.move()
@@ -72,11 +73,12 @@ def solve(matrix: Compliance, g: np.ndarray) -> tuple[np.ndarray, np.ndarray, in
 @pytest.mark.parametrize("seed", range(5))
 def test_rows_are_those_of_the_dense_matrix(seed: int) -> None:
     moving = Moving(seed)
+    c = len(moving.contact)
     assert np.abs(moving.dense() - moving.matrix.base).max() > 0.01
     everything = -moving.dense() @ np.ones(len(moving.contact))  # presses every point, so that every row is made
     multipliers, _, _ = solve(moving.matrix, everything)
     np.testing.assert_allclose(multipliers, 1.0, rtol=1e-9)
-    np.testing.assert_allclose(moving.matrix.values, moving.dense(), rtol=0, atol=ROUND_OFF)
+    np.testing.assert_allclose(moving.matrix.values.reshape(c, c), moving.dense(), rtol=0, atol=ROUND_OFF)
     assert (moving.matrix.stamp == moving.matrix.era).all()
 
 
@@ -95,16 +97,17 @@ def test_contact_is_that_of_the_dense_matrix(seed: int) -> None:
 
 def test_rows_are_made_anew_in_a_new_era_and_only_then() -> None:
     moving = Moving(0)
-    everything = -moving.dense() @ np.ones(len(moving.contact))
+    c = len(moving.contact)
+    everything = -moving.dense() @ np.ones(c)
     solve(moving.matrix, everything)
     before = moving.matrix.values.copy()
     moving.matrix.along[:] = moving.matrix.along[::-1]  # nobody told
     solve(moving.matrix, everything)
     np.testing.assert_array_equal(moving.matrix.values, before)
     moving.matrix.era[0] += 1
-    solve(moving.matrix, -moving.dense() @ np.ones(len(before)))
+    solve(moving.matrix, -moving.dense() @ np.ones(c))
     assert np.abs(moving.matrix.values - before).max() > 0.01
-    np.testing.assert_allclose(moving.matrix.values, moving.dense(), rtol=0, atol=ROUND_OFF)
+    np.testing.assert_allclose(moving.matrix.values.reshape(c, c), moving.dense(), rtol=0, atol=ROUND_OFF)
 
 
 def test_only_rows_of_pressed_points_are_made() -> None:
@@ -115,4 +118,4 @@ def test_only_rows_of_pressed_points_are_made() -> None:
     made = moving.matrix.stamp == moving.matrix.era
     assert made[multipliers > 0].all()
     assert made.sum() < len(g)
-    assert np.isnan(moving.matrix.values[~made]).all()
+    assert np.isnan(moving.matrix.values.reshape(len(g), -1)[~made]).all()

@@ -5,8 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from gudgeon.solver.contact.compliance import fixed
-from gudgeon.solver.contact.lcp import empty_set, solve_lcp
+from gudgeon.solver.contact.compliance import coupled, fixed
+from gudgeon.solver.contact.lcp import ActiveSet, empty_set, solve_lcp
+from gudgeon.solver.ports.pairs import Pairs, coupled_ports
 
 CONDITION = 1e-10
 """Violation allowed relative to the largest gap: the solver is asked for 1e-12, Cholesky adds its condition number."""
@@ -83,3 +84,47 @@ def test_dependent_rows_are_reported() -> None:
     C = np.ones((2, 2))
     solver = Solver(C)
     assert solver(np.array([-1.0, -2.0])) == -1
+
+
+def chained(rng: np.random.Generator, groups: int, each: int) -> tuple[Pairs, np.ndarray]:
+    """Return contacts of a row of bodies, each of which couples with the one before and after it."""
+    sides = np.repeat(np.column_stack([np.arange(groups), np.arange(1, groups + 1)]), each, axis=0)
+    roots = rng.standard_normal((groups + 1, 2 * each, 2 * each))
+    C = 0.05 * np.eye(groups * each)
+    for body, root in enumerate(roots[1:-1]):
+        here = slice(body * each, (body + 2) * each)
+        C[here, here] += root @ root.T / each
+    return coupled_ports(sides), C
+
+
+def test_contacts_of_many_bodies_are_solved_as_one_matrix() -> None:
+    """Along a sequence in which points open and close anywhere, and the factor stays short."""
+    rng = np.random.default_rng(8)
+    pairs, C = chained(rng, 60, 5)
+    c = len(C)
+    one, other, g = Solver(C), Solver(C), -rng.uniform(0.0, 1.0, c)
+    other.C = coupled(pairs.pattern, pairs.held(C))
+    largest = 0
+    for _ in range(60):
+        g = np.where(rng.random(c) < 0.1, rng.standard_normal(c), g)
+        assert one(g) > 0
+        assert other(g) > 0
+        np.testing.assert_allclose(other.multipliers, one.multipliers, rtol=0, atol=1e-9 * one.multipliers.max())
+        np.testing.assert_allclose(other.gaps, one.gaps, rtol=0, atol=1e-9 * np.abs(one.gaps).max())
+        largest = max(largest, int(other.active.size[1]))
+        check_factor(other.active, C)
+    count = other.active.size[0]
+    assert count > 100
+    assert largest < 0.5 * count * (count + 1) / 2
+
+
+def check_factor(active: ActiveSet, C: np.ndarray) -> None:
+    """Check that the factor's rows begin where they say, and that L Lᵀ is the matrix of the closed rows."""
+    count = int(active.size[0])
+    L = np.zeros((count, count))
+    for a in range(count):
+        at, begin = a * (a + 1) // 2, active.begin[a]
+        L[a, begin : a + 1] = active.factor[at + begin : at + a + 1]
+    rows = active.rows[:count]
+    np.testing.assert_allclose(L @ L.T, C[np.ix_(rows, rows)], rtol=0, atol=1e-12 * np.abs(C).max())
+    assert active.size[1] == (np.arange(count) + 1 - active.begin[:count]).sum()

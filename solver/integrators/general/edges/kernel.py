@@ -1,6 +1,7 @@
 """Which points are beside the face that they may meet, and what a point loses that leaves its face."""
 
 from gudgeon.solver.compiled import inner
+from gudgeon.solver.contact.pattern import between
 from gudgeon.solver.integrators.general.arrays import LAW, RUBBING_LAW
 from gudgeon.solver.integrators.general.rows import displaced, moved
 from gudgeon.solver.laws.force import law_energy
@@ -51,7 +52,7 @@ def clear(constants, state, ports):  # type: ignore[no-untyped-def]
     for i in ports:
         if not state.beside[i]:
             continue
-        far = max(state.gap[i], FAR * constants.columns[i, i] * total)
+        far = max(state.gap[i], FAR * between(constants.pattern, constants.columns, i, i) * total)
         if (constants.kind[i] == LAW or constants.kind[i] == RUBBING_LAW) and state.displacement[1, i] < 0.0:
             state.inside[1] += law_energy(constants.law[i], -state.displacement[1, i])
             state.displacement[1, i] = far

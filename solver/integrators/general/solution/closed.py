@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import embedded, inner
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import remove, solve_lcp
 
@@ -12,7 +12,7 @@ GAP_TOLERANCE = 1e-12
 """Violation of a gap that is accepted, relative to the largest gap."""
 
 
-@inner
+@embedded
 def close(problem):  # type: ignore[no-untyped-def]
     """Set x and y of the candidates, by the numbers of their ports; returns the number of ports opened and closed.
 
@@ -20,18 +20,20 @@ def close(problem):  # type: ignore[no-untyped-def]
     """
     if problem.size[1] != problem.size[0]:
         _list_runs(problem)
-    active, whole, scale = problem.active, problem.matrix, 0.0
-    for a in range(problem.size[0]):
-        scale = max(scale, abs(problem.free[problem.ports[a]]))
+    active, whole, free, scale = problem.active, problem.matrix, problem.free, 0.0
+    for i in problem.ports[: problem.size[0]]:
+        scale = max(scale, abs(free[i]))
     matrix = Compliance(
-        values=whole.values, base=whole.base, stamp=whole.stamp, era=whole.era, master=whole.master,
-        block=problem.runs[: problem.size[3]], candidate=whole.candidate[: problem.size[3]], space=whole.space,
+        pattern=whole.pattern, values=whole.values, base=whole.base, stamp=whole.stamp, era=whole.era,
+        master=whole.master, block=problem.runs[: problem.size[3]], candidate=whole.candidate[: problem.size[3]],
+        space=whole.space,
         corner=whole.corner, across=whole.across, along=whole.along, known=whole.known,
         window=whole.window, scratch=whole.scratch, touched=whole.touched, weights=whole.weights,
     )  # fmt: skip
     pivots = solve_lcp(matrix, problem.free, active, problem.x, problem.y, GAP_TOLERANCE * scale)
     if pivots < 0:
-        active.size[0], problem.size[1] = 0, -1
+        active.size[:2] = 0
+        problem.size[1] = -1
     return pivots
 
 

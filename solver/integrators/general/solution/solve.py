@@ -7,7 +7,8 @@ A sweep lets every block of ports respond to the measures y = y₀ + M x as they
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.compiled import copy, embedded, entry, inner
+from gudgeon.solver.contact.pattern import first_from
 from gudgeon.solver.integrators.general.arrays import (
     BILATERAL,
     CONE,
@@ -45,22 +46,20 @@ STEADY = 1e-13
 @entry
 def solve(constants, state, problem):  # type: ignore[no-untyped-def]
     """Find the unknowns and measures of all candidates from the unknowns that they have; False where none are found."""
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        problem.free[i] = state.gap[i]
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
+    ports, free, gap = problem.ports[: problem.size[0]], problem.free, state.gap
+    for i in ports:
+        free[i] = gap[i]
+    for i in ports:
         if state.extra[i] != 0.0:
             add_means(constants, state, problem, i, state.extra[i])
     if constants.plain:
         pivots = close(problem)
         state.counts[PIVOTS] += max(0, pivots)
         if pivots >= 0:
-            for a in range(problem.size[0]):
-                i = problem.ports[a]
+            for i in ports:
                 # A force within the tolerance below zero is none.
-                state.unknown[i], state.measure[i] = max(0.0, problem.x[i]), problem.y[i]
-                problem.free[i] = problem.y[i]
+                state.unknown[i], free[i] = max(0.0, problem.x[i]), problem.y[i]
+                state.measure[i] = free[i]
             return True
     if not _balanced(constants, state, problem):
         return False
@@ -71,31 +70,45 @@ def solve(constants, state, problem):  # type: ignore[no-untyped-def]
     return True
 
 
-@inner
+@embedded
 def add_means(constants, state, problem, j, amount):  # type: ignore[no-untyped-def]
     """Add what a mean force of port j [N] does to the measures of the candidates."""
-    row = constants.inertia[j]
     if constants.slides:
         for a in range(problem.size[0]):
             i = problem.ports[a]
-            problem.free[i] += amount * coupling(constants.inertia, state.slides, j, i)
-        return
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        problem.free[i] += amount * row[i]
+            problem.free[i] += amount * coupling(constants.pattern, constants.inertia, state.slides, j, i)
+    else:
+        _add_row(constants.pattern, constants.inertia, (j, amount), problem.ports[: problem.size[0]], problem.free)
+
+
+@inner
+def _add_row(pattern, values, acting, ports, out):  # type: ignore[no-untyped-def]
+    """Add the row of a table to some ports, ascending; acting: the port of the row, and the factor."""
+    j, amount = acting
+    own = pattern.group[j]
+    for r in range(pattern.span[own, 0], pattern.span[own, 1]):
+        first, last = pattern.runs[r, 0], pattern.runs[r, 1]
+        begin, end = first_from(ports, len(ports), first), first_from(ports, len(ports), last)
+        row = values[pattern.at[j] + pattern.runs[r, 2] + first :]
+        for i in ports[begin:end]:
+            out[i] += amount * row[i - first]
 
 
 @inner
 def _gather(constants, state, problem):  # type: ignore[no-untyped-def]
     """Gather the columns of the candidates."""
-    n = problem.size[0]
+    n, pattern, ports = problem.size[0], constants.pattern, problem.ports
     for a in range(n):
-        column, source = problem.columns[a], constants.columns[problem.ports[a]]
+        column, own = problem.columns[a], pattern.group[ports[a]]
         if constants.slides:
             gather_sliding(constants, state.slides, problem, a)
         else:
-            for c in range(n):
-                column[c] = source[problem.ports[c]]
+            column[:n] = 0.0
+            for r in range(pattern.span[own, 0], pattern.span[own, 1]):
+                first, last = pattern.runs[r, 0], pattern.runs[r, 1]
+                source = constants.columns[pattern.at[ports[a]] + pattern.runs[r, 2] + first :]
+                for c in range(first_from(ports, n, first), first_from(ports, n, last)):
+                    column[c] = source[ports[c] - first]
         problem.weight[a] = np.sqrt(column[a])
     problem.size[1] = n
 

@@ -54,7 +54,7 @@ def arrays(folder: Path, problem: Problem, start: np.ndarray | None = None) -> A
     count = len(problem.friction)
     made = General(pair(folder, count, 5, friction=0.3), 1e-7).arrays
     constants = made.constants._replace(
-        columns=problem.matrix.T.copy(), inertia=np.zeros_like(problem.matrix), plain=False
+        columns=problem.matrix.T.ravel(), inertia=np.zeros(problem.matrix.size), plain=False
     )
     constants.friction[::3] = problem.friction[:, None]
     made.problem.ports[:] = np.arange(3 * count)

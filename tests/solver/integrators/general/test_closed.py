@@ -17,7 +17,8 @@ POINTS = 200
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.9])
 def test_ports_between_candidates_stay_open_and_have_no_effect(share: float, tmp_path: Path) -> None:
     """Also where they would close, were they candidates: what is asleep has been proved open otherwise."""
-    arrays = General(build(tmp_path, block_records(POINTS), block_scene()), 1e-7).arrays
+    run = General(build(tmp_path, block_records(POINTS), block_scene()), 1e-7)
+    arrays = run.arrays
     problem, rng = arrays.problem, np.random.default_rng(int(100 * share))
     assert arrays.constants.plain
     awake = rng.random(POINTS) < share
@@ -33,7 +34,7 @@ def test_ports_between_candidates_stay_open_and_have_no_effect(share: float, tmp
     assert (np.diff(candidates)[np.isin(candidates[1:], runs[:, 0])] > BETWEEN + 1).all()
     matrix = problem.matrix._replace(block=runs, candidate=problem.matrix.candidate[: len(runs)])
     assert solve_lcp(matrix, problem.free, problem.active, problem.x, problem.y, 1e-18) > 0
-    C = arrays.constants.columns[np.ix_(candidates, candidates)]
+    C = run.ports.pairs.among(arrays.constants.columns, candidates)
     scale = 1 / np.sqrt(C.diagonal())
     lower = linalg.cholesky(C * np.outer(scale, scale), lower=True)
     wanted = linalg.solve_triangular(lower, -scale * problem.free[candidates], lower=True)

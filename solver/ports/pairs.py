@@ -1,0 +1,153 @@
+"""Tables over ports that share a body, from Python: what ports do to those of other bodies is not held."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from gudgeon.solver.contact.pattern import Pattern
+
+ROUND_OFF = 1e-12
+"""Difference of what two ports do to each other, over what they do to themselves, that is none."""
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Which of p ports couple. The rows of a group stand in one block of a table, (ports of the group, columns)."""
+
+    groups: list[range]
+    """Ports that follow each other and are on the same bodies."""
+    near: list[list[int]]
+    """Groups that share a body with each, in their order, itself too."""
+
+    @cached_property
+    def columns(self) -> list[np.ndarray]:
+        """Numbers of the ports to which each group couples."""
+        return [np.concatenate([np.arange(own.start, own.stop) for own in self._of(number)])
+                for number in range(len(self.groups))]  # fmt: skip
+
+    @cached_property
+    def pattern(self) -> Pattern:
+        """The same for compiled loops."""
+        at, group = np.zeros((2, self.groups[-1].stop if self.groups else 0), np.int64)
+        runs, span, used = list[list[int]](), list[list[int]](), 0
+        for number, own in enumerate(self.groups):
+            width, begin, place = len(self.columns[number]), len(runs), 0
+            at[own.start : own.stop] = used + width * np.arange(len(own))
+            group[own.start : own.stop] = number
+            for other in self._of(number):
+                if len(runs) > begin and runs[-1][1] == other.start:
+                    runs[-1][1] = other.stop
+                else:
+                    runs.append([other.start, other.stop, place - other.start])
+                place += len(other)
+            span.append([begin, len(runs)])
+            used += width * len(own)
+        return Pattern(at, group, *(np.array(one, np.int64).reshape(-1, k) for one, k in ((runs, 3), (span, 2))))
+
+    @property
+    def size(self) -> int:
+        """Number of values of a table."""
+        return sum(len(own) * len(self.columns[number]) for number, own in enumerate(self.groups))
+
+    def _of(self, number: int) -> list[range]:
+        return [self.groups[other] for other in self.near[number]]
+
+    def blocks(self, table: np.ndarray) -> Iterator[tuple[range, np.ndarray, np.ndarray]]:
+        """Yield ports, columns and values of each group, (…, n, columns); values are those of the table."""
+        used = 0
+        for own, columns in zip(self.groups, self.columns, strict=True):
+            end = used + len(own) * len(columns)
+            yield own, columns, table[..., used:end].reshape(*table.shape[:-1], len(own), len(columns))
+            used = end
+
+    def made(self, block: Callable[[range, np.ndarray], np.ndarray]) -> np.ndarray:
+        """Return the table whose blocks a function gives for ports and columns."""
+        table = np.zeros(self.size)
+        for own, columns, values in self.blocks(table):
+            values[:] = block(own, columns)
+        return table
+
+    def held(self, matrix: np.ndarray) -> np.ndarray:
+        """Return the table of a matrix, (…, p, p)."""
+        parts = [matrix[..., own.start : own.stop, columns].reshape(*matrix.shape[:-2], -1)
+                 for own, columns in zip(self.groups, self.columns, strict=True)]  # fmt: skip
+        return np.ascontiguousarray(np.concatenate([np.zeros((*matrix.shape[:-2], 0)), *parts], axis=-1))
+
+    def dense(self, table: np.ndarray) -> np.ndarray:
+        """Return the matrix of a table, (…, p, p)."""
+        p = self.groups[-1].stop if self.groups else 0
+        matrix = np.zeros((*table.shape[:-1], p, p))
+        for own, columns, values in self.blocks(table):
+            matrix[..., own.start : own.stop, columns] = values
+        return matrix
+
+    def diagonal(self, table: np.ndarray) -> np.ndarray:
+        """Return what each port does to itself, (…, p)."""
+        parts = [values[..., np.arange(len(own)), np.searchsorted(columns, own)]
+                 for own, columns, values in self.blocks(table)]  # fmt: skip
+        return np.concatenate([np.zeros((*table.shape[:-1], 0)), *parts], axis=-1)
+
+    def times(self, table: np.ndarray, vector: np.ndarray) -> np.ndarray:
+        """Return the product of the matrix with a vector, (p,)."""
+        parts = [values @ vector[columns] for _, columns, values in self.blocks(table)]
+        return np.concatenate([np.zeros(0), *parts])
+
+    def turned(self, table: np.ndarray) -> np.ndarray:
+        """Return the transposed table."""
+        found, values = np.zeros(self.size), [one for *_, one in self.blocks(table)]
+        for number, (_, columns, out) in enumerate(self.blocks(found)):
+            for other in self.near[number]:
+                there, here = self.groups[other], self.groups[number]
+                low, back = np.searchsorted(columns, there.start), np.searchsorted(self.columns[other], here.start)
+                out[:, low : low + len(there)] = values[other][:, back : back + len(here)].T
+        return found
+
+    def mutual(self, table: np.ndarray, some: np.ndarray) -> bool:
+        """Return whether what some ports, (p,) of bool, do to each other is the same both ways, to round-off."""
+        scale = np.sqrt(np.abs(self.diagonal(table)))
+        for (own, columns, values), (*_, other) in zip(
+            self.blocks(table), self.blocks(self.turned(table)), strict=True
+        ):
+            here = slice(own.start, own.stop)
+            same = np.abs(values - other) <= ROUND_OFF * np.outer(scale[here], scale[columns])
+            if not same[np.ix_(some[here], some[columns])].all():
+                return False
+        return True
+
+    def among(self, table: np.ndarray, ports: Sequence[int] | np.ndarray) -> np.ndarray:
+        """Return the matrix among some ports, (n, n)."""
+        wanted = np.asarray(ports, np.int64)
+        found = np.zeros((len(wanted),) * 2)
+        for own, columns, values in self.blocks(table):
+            rows = np.flatnonzero((wanted >= own.start) & (wanted < own.stop))
+            if len(rows):
+                place = np.minimum(np.searchsorted(columns, wanted), len(columns) - 1)
+                known = columns[place] == wanted
+                found[np.ix_(rows, known)] = values[np.ix_(wanted[rows] - own.start, place[known])]
+        return found
+
+
+def coupled_ports(sides: np.ndarray, *, all_couple: bool = False) -> Pairs:
+    """Return which ports share a body.
+
+    Args:
+        sides: Numbers of each port's bodies, −1 where there is one only, (p, 2).
+        all_couple: Whether all ports are held as if they did.
+    """
+    p = len(sides)
+    if not p:
+        return Pairs([], [])
+    begins = [0, *(np.flatnonzero((sides[1:] != sides[:-1]).any(axis=1)) + 1).tolist(), p]
+    groups = [range(first, last) for first, last in pairwise(begins)]
+    if all_couple:
+        return Pairs(groups, [list(range(len(groups)))] * len(groups))
+    bodies = [{int(one) for one in sides[own.start] if one >= 0} for own in groups]
+    on = dict[int, set[int]]()
+    for number, own in enumerate(bodies):
+        for body in own:
+            on.setdefault(body, set()).add(number)
+    return Pairs(groups, [sorted(set().union({number}, *(on[body] for body in own))) for number, own in
+                          enumerate(bodies)])  # fmt: skip
