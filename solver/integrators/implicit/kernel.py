@@ -355,7 +355,7 @@ def _note_changes(arrays, time):  # type: ignore[no-untyped-def]
             rate = _rate(points, masters, arrays.matrix, i, modes.before[1])
             gap = points.gaps[i]
             for n in range(points.counts[1]):
-                gap -= arrays.matrix.values[i, points.pressed[1, n]] * points.amounts[1, n]
+                gap -= arrays.matrix.values[arrays.matrix.pattern.at[i] + points.pressed[1, n]] * points.amounts[1, n]
             note_change(log, k, True, time, gap, rate)
         else:
             rate = _rate(points, masters, arrays.matrix, i, modes.v)
