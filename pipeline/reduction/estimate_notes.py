@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from gudgeon.modaldb.records.trajectory import ONE_COORDINATE
+from gudgeon.modaldb.records.trajectory import NO_MODE, ONE_COORDINATE
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.solver.methods import METHODS
 
@@ -20,6 +20,10 @@ COUNTED = {
     "partial-interface": "fixed_count",
 }  # fmt: skip
 """Key of `modes` that adds elastic coordinates, by reduction."""
+STATIC = ("attachment",)
+"""Reductions whose shapes are static: no key adds a mode."""
+FIRST = 30
+"""Number of modes where there is none."""
 
 
 def estimate_notes(
@@ -29,7 +33,7 @@ def estimate_notes(
 
     Args:
         estimates: Estimated relative errors of a run, see `Trajectory.estimates`.
-        reason: Why the run that estimates those of the basis failed, or `ONE_COORDINATE`.
+        reason: Why the run that estimates those of the basis failed, or `ONE_COORDINATE`, `NO_MODE`.
         window: Of the windowed forces [s].
     """
     return _step_notes(scene, estimates) + basis_notes(scene, estimates, reason, window) + mesh_notes(scene, estimates)
@@ -71,7 +75,7 @@ def basis_notes(scene: SceneFile, estimates: Mapping[str, float], reason: str = 
         return []
     if reason:
         why = reason
-        if reason != ONE_COORDINATE:
+        if reason not in (ONE_COORDINATE, NO_MODE):
             why = f"the run with half of the elastic coordinates failed ({reason})"
         said = f"the error of the modal basis is unknown: {why}"
         return [f"{said}; set {', '.join(_counts(scene))}" if _counts(scene) else said]
@@ -136,5 +140,7 @@ def _counts(scene: SceneFile) -> list[str]:
     for name in dict.fromkeys(part for contact in scene.contact for part in _touching(scene, contact)):
         modes = scene.component[name].modes
         if (key := COUNTED.get(modes.reduction)) is not None:
-            ways.append(f"component.{name}.modes.{key} = {2 * getattr(modes, key)}")
+            ways.append(f"component.{name}.modes.{key} = {2 * getattr(modes, key) or FIRST}")
+        elif modes.reduction in STATIC:
+            ways.append(f"component.{name}.modes.reduction = 'macneal' with normal_count = {FIRST}")
     return ways
