@@ -28,7 +28,11 @@ FIRST = 30
 
 
 def estimate_notes(
-    scene: SceneFile, estimates: Mapping[str, float], reason: str = "", window: float = 0.0, *,
+    scene: SceneFile,
+    estimates: Mapping[str, float],
+    reason: str = "",
+    window: float = 0.0,
+    *,
     patches: Mapping[str, int] = MappingProxyType({}),
 ) -> list[str]:
     """Return a note where the estimated error of basis or mesh is above `NOTICED`; it names the keys that reduce it.
@@ -82,7 +86,7 @@ def patch_notes(scene: SceneFile, estimates: Mapping[str, float], patches: Mappi
     """
     notes = []
     for name, count in patches.items():
-        ways = _finer(scene, name) + [f"contact.{name}.law.kind = 'hertz' with method 'penalty'"]
+        ways = [*_finer(scene, name), f"contact.{name}.law.kind = 'hertz' with method 'penalty'"]
         points = "a single point" if count == 1 else f"{count} points"
         notes.append(
             f"contact.{name}: its largest force acts on {points} of a curved surface, and runs with other modes or"

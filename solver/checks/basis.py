@@ -1,10 +1,10 @@
 """What the modal basis of a run lacks, estimated from runs with a half and a quarter of each body's modes.
 
 Modes carry the dynamics: static shapes and Ritz vectors that are close to no mode are left out of these runs, see
-`nested`. All runs take the same steps and start from the same state. The error of n modes is taken to be `MARGIN` times the
-difference of n from n/2, or half of that of n/2 from n/4 if it is larger. An error that decreases as 1/n gives the same
-by both; the first alone is too small where the upper half of the modes takes no part in an impact, as bending
-modes in an axial one.
+`nested`. All runs take the same steps and start from the same state. The error of n modes is taken to be `MARGIN`
+times the difference of n from n/2, or half of that of n/2 from n/4 if it is larger. An error that decreases as 1/n
+gives the same by both; the first alone is too small where the upper half of the modes takes no part in an impact, as
+bending modes in an axial one.
 
 - Forces are compared over two windows: as many periods of the highest frequency of the run with fewer coordinates as
   run.window has of the run's own, so that the share of the ringing is equal, and half as long again.

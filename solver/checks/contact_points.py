@@ -1,8 +1,8 @@
 """What the points of a curved surface lack of a contact patch, at the moment of its largest force.
 
 A patch of radius a over points h apart is known to half a spacing at its rim. The stiffness of the contact is
-proportional to a (Hertz), so that its error is h/2a, and that of the force of an impact, proportional to the root of the
-stiffness, is half of that. A flat face that presses as a whole has no such rim.
+proportional to a (Hertz), so that its error is h/2a, and that of the force of an impact, proportional to the root of
+the stiffness, is half of that. A flat face that presses as a whole has no such rim.
 """
 
 from collections.abc import Iterator

@@ -21,7 +21,10 @@ contact.floor = { body = "ball", interface = "shell", against = { shape = "plane
 run = { duration = 2e-4, window = 1e-5 }
 """  # noqa: E501
 BLOCK = (
-    SPHERE.replace('{ kind = "cad", path = "cap.step", surfaces = { cap = { face = 3 } }, sizes = { cap = 1e-3 } }', '{ kind = "box", lx = 0.02, ly = 0.02, lz = 0.02 }')
+    SPHERE.replace(
+        '{ kind = "cad", path = "cap.step", surfaces = { cap = { face = 3 } }, sizes = { cap = 1e-3 } }',
+        '{ kind = "box", lx = 0.02, ly = 0.02, lz = 0.02 }',
+    )
     .replace('"cap"', '"bottom"')
     .replace("0.010001", "1e-6")
 )
@@ -55,7 +58,9 @@ def test_few_points_of_a_sphere_are_named(tmp_path: Path) -> None:
     found = solved(tmp_path, SPHERE)
     (note,) = [note for note in found.notes if "of a curved surface" in note]
     assert note.startswith("contact.floor: its largest force acts on ")
-    assert "component.ball.geometry.sizes.cap = 0.0005 or contact.floor.law.kind = 'hertz' with method 'penalty'" in note
+    assert (
+        "component.ball.geometry.sizes.cap = 0.0005 or contact.floor.law.kind = 'hertz' with method 'penalty'" in note
+    )
     assert found.estimates["mesh.force"] > 0.1
 
 
@@ -68,7 +73,8 @@ def test_a_flat_face_is_not(tmp_path: Path) -> None:
 def patch(radius: float, *, sag: float = 50.0, law: bool = False, line: bool = False) -> dict[str, tuple[int, float]]:
     """Points 1 m apart on a paraboloid, of which those within a radius act."""
     x = np.arange(-20.0, 21.0)
-    at = np.column_stack([one.ravel() for one in np.meshgrid(x, [0.0] if line else x)] + [np.zeros(len(x) ** (2 - line))])
+    grid = [one.ravel() for one in np.meshgrid(x, [0.0] if line else x)]
+    at = np.column_stack([*grid, np.zeros(len(grid[0]))])
     size = np.hypot(at[:, 0], at[:, 1])
     at[:, 2] = size**2 / sag if np.isfinite(sag) else 0.1 * at[:, 0]
     contact = SimpleNamespace(
