@@ -216,6 +216,13 @@ class InertiaCouplings:
     about x, y, z through the centre, (3, 3, m + 3, m + 3)."""
 
 
+SHAPE_ERRORS = "shape_errors"
+"""Entry of `ModalRecord.quality`: (ω − ω')/ω of the last coordinates, those that are no proven normal modes, with ω'
+of one inverse iteration. It is small where a Ritz vector is a mode, and large for static shapes."""
+MODE = 0.02
+"""Largest of these of a coordinate that is a mode of the body."""
+
+
 @dataclass(frozen=True)
 class ModalRecord(Labelled):
     """Elastic coordinates of one component: Φᵀ M Φ = I, Φᵀ K Φ = diag(ω²)."""
@@ -300,6 +307,14 @@ class ModalRecord(Labelled):
         found = self.frequencies
         title = f"frequencies of {len(found)} normal modes" + (f", up to {found[-1]:.4g} Hz" if len(found) else "")
         return title, np.arange(1.0, len(found) + 1), found
+
+    @property
+    def are_modes(self) -> np.ndarray:
+        """Whether each coordinate is a mode of the body: a normal mode, or a Ritz vector that is close to one, (m,)."""
+        found = np.arange(len(self.angular_frequencies)) < self.normal_count
+        if errors := self.quality.get(SHAPE_ERRORS):
+            found[len(found) - len(errors) :] = np.array(errors) <= MODE
+        return found
 
     @property
     def row_count(self) -> int:

@@ -1,8 +1,9 @@
 """Notes on the estimated errors of a given step, modal basis and mesh in a run, each with the key that reduces it."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
-from gudgeon.modaldb.records.trajectory import ONE_COORDINATE
+from gudgeon.modaldb.records.trajectory import NO_MODE, ONE_COORDINATE
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.solver.methods import METHODS
 
@@ -20,19 +21,30 @@ COUNTED = {
     "partial-interface": "fixed_count",
 }  # fmt: skip
 """Key of `modes` that adds elastic coordinates, by reduction."""
+STATIC = ("attachment",)
+"""Reductions whose shapes are static: no key adds a mode."""
+FIRST = 30
+"""Number of modes where there is none."""
 
 
 def estimate_notes(
-    scene: SceneFile, estimates: Mapping[str, float], reason: str = "", window: float = 0.0
+    scene: SceneFile,
+    estimates: Mapping[str, float],
+    reason: str = "",
+    window: float = 0.0,
+    *,
+    patches: Mapping[str, int] = MappingProxyType({}),
 ) -> list[str]:
     """Return a note where the estimated error of basis or mesh is above `NOTICED`; it names the keys that reduce it.
 
     Args:
         estimates: Estimated relative errors of a run, see `Trajectory.estimates`.
-        reason: Why the run that estimates those of the basis failed, or `ONE_COORDINATE`.
+        reason: Why the run that estimates those of the basis failed, or `ONE_COORDINATE`, `NO_MODE`.
         window: Of the windowed forces [s].
+        patches: Contacts with few points, whose error of the force is that of `patch_notes`.
     """
-    return _step_notes(scene, estimates) + basis_notes(scene, estimates, reason, window) + mesh_notes(scene, estimates)
+    others = {name: error for name, error in estimates.items() if not (patches and name == "mesh.force")}
+    return _step_notes(scene, estimates) + basis_notes(scene, estimates, reason, window) + mesh_notes(scene, others)
 
 
 def _noticed(estimates: Mapping[str, float], source: str) -> dict[str, float]:
@@ -65,13 +77,49 @@ def mesh_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
     return [f"{said}; {', '.join(ways)}" if ways else said]
 
 
+def patch_notes(scene: SceneFile, estimates: Mapping[str, float], patches: Mapping[str, int]) -> list[str]:
+    """Return a note on each contact of a curved surface that few points carry, with the keys that refine it.
+
+    Args:
+        estimates: Estimated relative errors of a run, with `mesh.force`.
+        patches: Number of points that carry its largest force, by contact.
+    """
+    notes = []
+    for name, count in patches.items():
+        ways = [*_finer(scene, name), f"contact.{name}.law.kind = 'hertz' with method 'penalty'"]
+        points = "a single point" if count == 1 else f"{count} points"
+        notes.append(
+            f"contact.{name}: its largest force acts on {points} of a curved surface, and runs with other modes or"
+            f" frequencies do not show what they lack; by the rim of the patch about {estimates['mesh.force']:.0%} of"
+            f" the force; set {' or '.join(ways)}"
+        )
+    return notes
+
+
+def _finer(scene: SceneFile, contact: str) -> list[str]:
+    """Return half the size of the elements of the surfaces of a contact, by the keys that have it."""
+    other, own = scene.others().get(contact), scene.contact[contact]
+    ways = []
+    for body, interface in [(own.body, own.interface), *([(other.body, other.interface)] if other is not None else [])]:
+        name = scene.component_of(body)
+        component, surface = scene.component[name], scene.component[name].interface[interface].surface
+        sizes = getattr(component.geometry, "sizes", None) or {}
+        if component.from_file:
+            ways.append(f"refine the mesh of component.{name}.geometry.path")
+        elif surface in sizes:
+            ways.append(f"component.{name}.geometry.sizes.{surface} = {sizes[surface] / 2:.3g}")
+        elif component.mesh.size is not None:
+            ways.append(f"component.{name}.mesh.size = {component.mesh.size / 2:.3g}")
+    return list(dict.fromkeys(ways))
+
+
 def basis_notes(scene: SceneFile, estimates: Mapping[str, float], reason: str = "", window: float = 0.0) -> list[str]:
     """Return a note where the estimated error of the basis is above `NOTICED`, see `estimate_notes`."""
     if not (errors := _noticed(estimates, "basis")):
         return []
     if reason:
         why = reason
-        if reason != ONE_COORDINATE:
+        if reason not in (ONE_COORDINATE, NO_MODE):
             why = f"the run with half of the elastic coordinates failed ({reason})"
         said = f"the error of the modal basis is unknown: {why}"
         return [f"{said}; set {', '.join(_counts(scene))}" if _counts(scene) else said]
@@ -136,5 +184,7 @@ def _counts(scene: SceneFile) -> list[str]:
     for name in dict.fromkeys(part for contact in scene.contact for part in _touching(scene, contact)):
         modes = scene.component[name].modes
         if (key := COUNTED.get(modes.reduction)) is not None:
-            ways.append(f"component.{name}.modes.{key} = {2 * getattr(modes, key)}")
+            ways.append(f"component.{name}.modes.{key} = {2 * getattr(modes, key) or FIRST}")
+        elif modes.reduction in STATIC:
+            ways.append(f"component.{name}.modes.reduction = 'macneal' with normal_count = {FIRST}")
     return ways

@@ -13,11 +13,18 @@ import numpy as np
 
 from gudgeon.modaldb.hdf5 import record_bytes
 from gudgeon.modaldb.keys import content_key
-from gudgeon.modaldb.records.trajectory import BASIS_REASON, EDGE_NOTES, FRICTION_NOTES, LINKAGE_NOTES, Trajectory
+from gudgeon.modaldb.records.trajectory import (
+    BASIS_REASON,
+    EDGE_NOTES,
+    FRICTION_NOTES,
+    LINKAGE_NOTES,
+    PATCH_POINTS,
+    Trajectory,
+)
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, whole_file, write_text
 from gudgeon.pipeline.measuring.stopping import numbered, stoppable
-from gudgeon.pipeline.reduction.estimate_notes import estimate_notes
+from gudgeon.pipeline.reduction.estimate_notes import estimate_notes, patch_notes
 from gudgeon.pipeline.reduction.impact_notes import impact_notes
 from gudgeon.pipeline.scenes.checks import gravity_notes, law_notes, unit_notes
 from gudgeon.pipeline.scenes.reading import named
@@ -237,7 +244,9 @@ def _report(job: Job, summary: dict[str, Any], stages: dict[str, StageReport]) -
         own += impact_notes(job.scene, summary, partial(_last_force, job))
     windows = (entry["value"] for name, entry in summary["quantities"].items() if name.endswith(".force_window"))
     reason, estimates = summary["counts"].get(BASIS_REASON, ""), summary["estimates"]
-    own += estimate_notes(job.scene, estimates, reason, max(windows, default=0.0))
+    patches = summary["counts"].get(PATCH_POINTS, {})
+    own += patch_notes(job.scene, estimates, patches)
+    own += estimate_notes(job.scene, estimates, reason, max(windows, default=0.0), patches=patches)
     own += [note for note in [uncached_note()] if note is not None]
     outcome = Result[summary["result"]]
     return RunReport(

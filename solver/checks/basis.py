@@ -1,18 +1,21 @@
-"""What the modal basis of a run lacks, estimated from runs with a half and a quarter of each body's coordinates.
+"""What the modal basis of a run lacks, estimated from runs with a half and a quarter of each body's modes.
 
-All runs take the same steps and start from the same state. The error of n coordinates is taken to be `MARGIN` times the
-difference of n from n/2, or half of that of n/2 from n/4 if it is larger. An error that decreases as 1/n gives the same
-by both; the first alone is too small where the upper half of the coordinates takes no part in an impact, as bending
-modes in an axial one.
+Modes carry the dynamics: static shapes and Ritz vectors that are close to no mode are left out of these runs, see
+`nested`. All runs take the same steps and start from the same state. The error of n modes is taken to be `MARGIN`
+times the difference of n from n/2, or half of that of n/2 from n/4 if it is larger. An error that decreases as 1/n
+gives the same by both; the first alone is too small where the upper half of the modes takes no part in an impact, as
+bending modes in an axial one.
 
 - Forces are compared over two windows: as many periods of the highest frequency of the run with fewer coordinates as
   run.window has of the run's own, so that the share of the ringing is equal, and half as long again.
 - Contact by a penalty has no residual flexibility: the missing compliance makes it too stiff, and its error is
   irregular in n. `STIFFENED` is the least estimate, over the share of the missing compliance. What n coordinates lack
   is taken to be what the upper half of them adds, as in a series of 1/n^2.
-- An impact that is shorter than the shortest kept period sees R, which has no mass, in place of waves, or with rigid
-  methods nothing: all runs lack the same. `UNRESOLVED` is the least estimate, over R's share of the compliance, and
-  `RIGID` that of rigid methods; both for a longer impact over the share of that period in its duration.
+- An impact that is shorter than the shortest kept period sees R, which has no mass, or shapes with a mass of their own,
+  in place of waves, or with rigid methods nothing: all runs lack the same. `UNRESOLVED` is the least estimate, over
+  their share of the compliance, and `RIGID` that of rigid methods; both for a longer impact over the share of that
+  period in its duration. Only modes that the contact's force excites count, see `_cutoff`. Within a window that is
+  shorter than that period nothing is known of the force but this share: it is the least estimate by itself.
 
 docs/basis.md has the estimates beside true errors.
 """
@@ -22,7 +25,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import BASIS_REASON, BEGINS, ENDS, IMPULSE, ONE_COORDINATE, Trajectory
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, BEGINS, ENDS, IMPULSE, NO_MODE, ONE_COORDINATE, Trajectory
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.curves import windowed
 from gudgeon.solver.methods import METHODS
@@ -44,6 +47,8 @@ STIFFENED = {"basis.force": 0.11, "basis.impulse": 0.11, "basis.rebound": 0.11}
 """Least relative errors over the share of the compliance that a contact by a penalty lacks."""
 UNRESOLVED = {"basis.force": 0.2, "basis.impulse": 0.2, "basis.rebound": 0.3}
 """Least relative errors over the share of the compliance that is without mass in an impact shorter than is resolved."""
+EXCITED = 1e-3
+"""Share of the compliance of a contact that is left to the modes beyond the last one that counts."""
 RIGID = 0.06
 """Least relative error of an impact by a rigid method that is shorter than is resolved."""
 Run = Callable[[System, float], Trajectory]
@@ -62,13 +67,13 @@ def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Traject
         Its `estimates` with `basis.impulse`: the largest error of a contact's impulse, over its largest impulse up to
         any time; `basis.force`: of its largest windowed force, over that force; `basis.rebound`: of a rebound velocity,
         over the largest speed of a body at the start, where the contact has a restitution. Where a run with fewer
-        coordinates cannot start, or fails, or where a body that touches has a single one, the first two are 1 and
-        `counts` has the reason. Unchanged where nothing touches or no body has elastic coordinates.
+        modes cannot start, or fails, or where a body that touches has a single coordinate or none that is a mode, the
+        first two are 1 and `counts` has the reason. Unchanged where nothing touches or no body has elastic coordinates.
     """
     if not any(np.any(contact.force) for contact in found.contacts.values()):
         return found
-    if _has_one_coordinate(system, found):
-        return _unknown(found, ONE_COORDINATE)
+    if reason := _too_few(system, found):
+        return _unknown(found, reason)
     try:
         systems = [fewer for share in SHARES if (fewer := nested(system, share)) is not None]
         if not systems:
@@ -105,15 +110,19 @@ def _windows(system: System, systems: list[System]) -> list[float]:
 
 def _least(system: System, fewer: System, found: Trajectory) -> dict[str, float]:
     """Return the least estimates of a run, see the module."""
-    stiff, (massless, rigid) = _lacking(system, fewer), _unresolved(system, found)
-    return {name: max(STIFFENED[name] * stiff, UNRESOLVED[name] * massless, RIGID * rigid) for name in STIFFENED}
+    stiff, (massless, hidden, rigid) = _lacking(system, fewer), _unresolved(system, found)
+    least = {name: max(STIFFENED[name] * stiff, UNRESOLVED[name] * massless, RIGID * rigid) for name in STIFFENED}
+    return least | {"basis.force": max(least["basis.force"], hidden)}
 
 
-def _has_one_coordinate(system: System, found: Trajectory) -> bool:
-    """Return whether a body that touched has a single elastic coordinate."""
+def _too_few(system: System, found: Trajectory) -> str:
+    """Return why no coordinate of a body that touched can be left out, or nothing: it has one, or none is a mode."""
     touching = [contact for contact in system.contacts if np.any(found.contacts[contact.name].force)]
     sides = [side for one in touching for side in (one, one.other, one.master) if side is not None]
-    return any(len(system.bodies[side.body].modal.angular_frequencies) == 1 for side in sides)
+    modes = [system.bodies[side.body].modal.are_modes for side in sides]
+    if any(len(one) == 1 for one in modes):
+        return ONE_COORDINATE
+    return NO_MODE if any(len(one) and not one.any() for one in modes) else ""
 
 
 def _unknown(found: Trajectory, reason: str) -> Trajectory:
@@ -134,13 +143,17 @@ def _lacking(system: System, fewer: System) -> float:
     return most
 
 
-def _unresolved(system: System, found: Trajectory) -> tuple[float, float]:
-    """Return the largest unresolved share of a contact's main impact: times R's share of its compliance, and by itself.
+def _unresolved(system: System, found: Trajectory) -> tuple[float, float, float]:
+    """Return the largest unresolved share of a contact's main impact: of compliance, of force, and by itself.
 
-    The compliance is that to the contact's own distribution of force, and the unresolved share the shortest kept period
-    over the impact's duration, at most 1. The second value is that of rigid methods.
+    The unresolved share is the period of the cut-off over the impact's duration, at most 1. The first value is times
+    the share of the compliance, to the contact's own distribution of force, that is not in modes; the second is times
+    the part of that period beyond the window of forces, too; the third is that of rigid methods.
     """
-    elastic, most, rigid = system.stiffness > 0, 0.0, 0.0
+    modes = np.zeros(len(system.stiffness), bool)
+    for body in system.bodies.values():
+        modes[body.elastic] = body.modal.are_modes
+    elastic, most, hidden, rigid = system.stiffness > 0, 0.0, 0.0, 0.0
     for contact in system.contacts:
         impacts, history = found.impacts[contact.name], found.contacts[contact.name]
         assert history.peak_multipliers is not None
@@ -150,15 +163,33 @@ def _unresolved(system: System, found: Trajectory) -> tuple[float, float]:
         main = impacts[impacts[:, IMPULSE].argmax()]
         if (duration := float(main[ENDS] - main[BEGINS])) <= 0:
             continue
-        share = min(1.0, system.resolution / duration)
+        modal = np.zeros(len(modes))
+        modal[elastic] = (forces @ system.rows[contact.rows][:, elastic]) ** 2 / system.stiffness[elastic]
+        massless = float(forces @ system.residual[contact.rows, contact.rows] @ forces) + float(modal[~modes].sum())
+        whole = massless + float(modal[modes].sum())
+        whole += float(forces**2 @ (system.layer + system.yielding())[contact.rows])
+        if whole <= 0:
+            continue
+        period = _cutoff(system.stiffness[modes], modal[modes] / whole)
+        share = min(1.0, period / duration)
         if METHODS[system.scene.contact[contact.name].method].rigid:
             rigid = max(rigid, share)
-        massless = float(forces @ system.residual[contact.rows, contact.rows] @ forces)
-        modal = float(((forces @ system.rows[contact.rows][:, elastic]) ** 2 / system.stiffness[elastic]).sum())
-        whole = massless + modal + float(forces**2 @ (system.layer + system.yielding())[contact.rows])
-        if whole > 0:
-            most = max(most, massless / whole * share)
-    return most, rigid
+        most = max(most, massless / whole * share)
+        hidden = max(hidden, massless / whole * share * max(0.0, 1 - system.window / period))
+    return most, hidden, rigid
+
+
+def _cutoff(stiffness: np.ndarray, shares: np.ndarray) -> float:
+    """Return the period of the last mode that counts [s]: those beyond it have `EXCITED` of the compliance; ∞ if none.
+
+    Args:
+        stiffness: ω² of each mode [rad²/s²], (k,).
+        shares: Of each mode in the compliance of the contact, (k,).
+    """
+    order = np.argsort(stiffness)[::-1]
+    beyond = np.cumsum(shares[order])
+    last = int(np.searchsorted(beyond, EXCITED))
+    return 2 * np.pi / float(np.sqrt(stiffness[order[last]])) if last < len(order) else np.inf
 
 
 def _flexibility(system: System) -> np.ndarray:

@@ -3,7 +3,8 @@
 A mesh is too stiff: each of its frequencies is too high by an error that the modes' record estimates from recovered
 stress. A run whose modes have the lower frequencies, with the same steps, differs by what these errors leave in the
 result: phases that drift over an impact, waves that return too early. `MARGIN` covers what is not in the frequencies,
-the shapes of the modes and the residual flexibility, whose own error is that of the static compliance.
+the shapes of the modes and the residual flexibility, whose own error is that of the static compliance. What the points
+of a contact patch lack is an error of the force by itself, see `contact_points`.
 """
 
 from collections.abc import Callable
@@ -12,8 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import PATCH_POINTS, Trajectory
 from gudgeon.solver.checks.basis import differences, fastest_body
+from gudgeon.solver.checks.contact_points import patch_errors
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.compile import assembled
@@ -21,6 +23,8 @@ from gudgeon.solver.system.system import System
 
 MARGIN = 1.5
 """Factor on differences."""
+COARSE = 0.05
+"""Error of a force by the points of a patch from which they are counted: a radius of five spacings."""
 LARGEST = 0.5
 """Largest relative error of a frequency that is taken off: estimates above it are of modes that are none."""
 Run = Callable[[System, float], Trajectory]
@@ -28,7 +32,7 @@ Run = Callable[[System, float], Trajectory]
 
 
 def with_mesh_estimates(system: System, found: Trajectory, run: Run) -> Trajectory:
-    """Return a finished run with its estimated relative errors due to the frequencies of the bodies' meshes.
+    """Return a finished run with its estimated relative errors due to the bodies' meshes.
 
     Args:
         system: The one that was run.
@@ -37,8 +41,25 @@ def with_mesh_estimates(system: System, found: Trajectory, run: Run) -> Trajecto
 
     Returns:
         Its `estimates` with `mesh.impulse`, `mesh.force` and `mesh.rebound`, relative to what those of the basis are.
-        Unchanged where nothing touches, no record has estimates of its frequencies, or the other run is impossible.
+        Where the points of a patch resolve it poorly, `mesh.force` is at least their error, and `counts` has their
+        number. Unchanged where nothing touches, or else no record has estimates of its frequencies, or the other run is
+        impossible.
     """
+    return _with_patches(system, _with_frequencies(system, found, run))
+
+
+def _with_patches(system: System, found: Trajectory) -> Trajectory:
+    """Return a run with the error of the force by the points of patches."""
+    coarse = {name: one for name, one in patch_errors(system, found).items() if one[1] > COARSE}
+    if not coarse:
+        return found
+    force = max(found.estimates.get("mesh.force", 0.0), *(error for _, error in coarse.values()))
+    counted = {PATCH_POINTS: {name: count for name, (count, _) in coarse.items()}}
+    return replace(found, estimates=found.estimates | {"mesh.force": force}, counts=found.counts | counted)
+
+
+def _with_frequencies(system: System, found: Trajectory, run: Run) -> Trajectory:
+    """Return a run with its errors due to the frequencies of the bodies' meshes."""
     continuum = _continuum(system)
     if continuum is None or not any(np.any(contact.force) for contact in found.contacts.values()):
         return found

@@ -19,6 +19,7 @@ from typing import TypeVar
 import numpy as np
 
 from gudgeon.modaldb.records.modes import (
+    SHAPE_ERRORS,
     GaugeModes,
     InterfaceModes,
     LoadModes,
@@ -35,7 +36,10 @@ HALF = 0.5
 
 
 def nested(system: System, share: float = HALF) -> System | None:
-    """Return a system with the lower part of each body's elastic coordinates, by frequency; one at least.
+    """Return a system with the lower part of each body's modes, by frequency; one at least.
+
+    Static shapes and Ritz vectors that are no modes are left out too, unless a body has nothing else: a basis that
+    kept them would lack the same modes.
 
     Returns:
         None where no body has a coordinate to leave out.
@@ -54,28 +58,31 @@ def _sag(system: System, share: float) -> np.ndarray:
     without, position = system.position.copy(), system.position
     if system.scene.run.start == "rest":
         for body in system.bodies.values():
-            dropped = body.elastic.start + _parted(body.modal.angular_frequencies, share)[1]
+            dropped = body.elastic.start + _parted(body.modal, share)[1]
             without[dropped] -= system.driving.gravity[dropped] / system.stiffness[dropped]
     gaps = [system.moved_gaps(one) for one in (position, without)]
     return np.subtract(*gaps, out=np.zeros_like(gaps[0]), where=np.isfinite(gaps[0]))
 
 
-def _parted(omega: np.ndarray, share: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of the coordinates of lower frequency, in order, and those of the others."""
-    order = np.argsort(omega, kind="stable")
-    count = int(np.ceil(share * len(omega)))
+def _parted(modal: ModalRecord, share: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of the modes of lower frequency, in order, and those of the other coordinates."""
+    modes = modal.are_modes
+    if not modes.any():
+        modes = ~modes
+    order = np.lexsort((modal.angular_frequencies, ~modes))
+    count = int(np.ceil(share * modes.sum()))
     return np.sort(order[:count]), order[count:]
 
 
 def truncated(modal: ModalRecord, share: float) -> ModalRecord:
-    """Return a modal record with the lower part of its elastic coordinates; R answers for the others.
+    """Return a modal record with the lower part of its modes; R answers for the other coordinates.
 
     Args:
         modal: With the fields that a scene reads.
-        share: Of the number of coordinates; the number is rounded up.
+        share: Of the number of modes; the number is rounded up.
     """
     omega = modal.angular_frequencies
-    kept, dropped = _parted(omega, share)
+    kept, dropped = _parted(modal, share)
     places = {**modal.interfaces, **modal.tractions, **modal.loads}
     flexible = _shapes(places, modal, dropped) / omega[dropped]
     residual, gauges = modal.residual_flexibility, _fewer(modal.gauges, kept)
@@ -87,7 +94,8 @@ def truncated(modal: ModalRecord, share: float) -> ModalRecord:
             gauges[name] = replace(gauges[name], residual=static)
     return replace(
         modal,
-        normal_count=min(modal.normal_count, len(kept)),
+        normal_count=len(kept),
+        quality={name: value for name, value in modal.quality.items() if name != SHAPE_ERRORS},
         angular_frequencies=omega[kept],
         interfaces=_fewer(modal.interfaces, kept),
         tractions=_fewer(modal.tractions, kept),

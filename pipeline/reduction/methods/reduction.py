@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from gudgeon.modaldb.records.modes import SHAPE_ERRORS
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.bounds import round_off
 from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import NormalModes
 from gudgeon.pipeline.modes.problem import ORTHOGONALITY_TOLERANCE
-from gudgeon.pipeline.modes.static import Residual, residual_shapes, ritz_pairs, static_shapes
+from gudgeon.pipeline.modes.static import BLOCK, Residual, residual_shapes, ritz_pairs, static_shapes
 
 DEFINITENESS_TOLERANCE = 1e-9
 """Negative eigenvalues that round-off may leave in R, each row scaled by the root of its total flexibility."""
@@ -119,6 +120,7 @@ def completed(
     if "ritz_dropped" in kept.quality and static.Phi.shape[1]:
         together = ritz_modes(model, Phi)
         Phi, frequencies = together.Phi, together.angular_frequencies
+    proven = 0 if "ritz_dropped" in kept.quality else len(kept.angular_frequencies)
     orthogonality = float(np.abs(Phi.T @ (model.M @ Phi) - np.eye(Phi.shape[1])).max()) if Phi.size else 0.0
     if orthogonality > ORTHOGONALITY_TOLERANCE:
         raise StageError(
@@ -127,10 +129,29 @@ def completed(
     R, least = _definite(static.residual_flexibility, residual.scale, _noise(model, frequencies))
     quality = kept.quality | {
         "basis_orthogonality": orthogonality,
+        SHAPE_ERRORS: _shape_errors(model, frequencies[proven:], Phi[:, proven:], flexibility),
         "static_dropped": rows.pressures.shape[1] + sagging.shape[1] - static.Phi.shape[1],
         "residual_lowest_eigenvalue": least,
     }
     return Reduction(frequencies, Phi, len(kept.angular_frequencies), R, quality, responses)
+
+
+def _shape_errors(
+    model: FEModel, frequencies: np.ndarray, shapes: np.ndarray, flexibility: Flexibility | None
+) -> list[float]:
+    """Return (ω − ω')/ω of shapes (dofs, k), ω' from Rayleigh's quotient of x = G M φ, one inverse iteration, (k,).
+
+    It is zero for a normal mode, and the error of the frequency where the shape is close to one. K x = M φ, so that
+    ω'² = φᵀ M x / xᵀ M x.
+    """
+    if not shapes.shape[1]:
+        return []
+    own, loads = flexibility or Flexibility(model), model.M @ shapes
+    iterated = np.column_stack([own.solve(loads[:, at : at + BLOCK]) for at in range(0, loads.shape[1], BLOCK)])
+    if flexibility is None:
+        own.free()
+    work, mass = (np.einsum("dk,dk->k", one, iterated) for one in (loads, model.M @ iterated))
+    return np.clip(1 - np.sqrt(work / mass) / frequencies, 0.0, 1.0).tolist()
 
 
 def _sagging(model: FEModel, rows: ContactRows, kept: NormalModes, flexibility: Flexibility | None) -> np.ndarray:
