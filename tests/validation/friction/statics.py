@@ -19,7 +19,7 @@ LARGEST = GIVEN["oscillation_amplitude_over_muP"] * MU * LOAD
 """Of the shear in a cycle [N]."""
 STEPS = 12
 """Of a quarter of a cycle."""
-CLOSE, SWEEPS = 1e-9, 20_000
+CLOSE, SWEEPS = 1e-7, 20_000
 """Change of a sweep over the largest limit at which sweeps end, and how many there are at most."""
 
 
@@ -130,7 +130,7 @@ def lost_in_a_cycle(found: Statics) -> tuple[float, float]:
         return -float(force[:, 0].sum()) - LARGEST
 
     ease = 3 * (2 - NU) * (1 + NU) / MODULUS / 2 / A * LARGEST
-    largest = float(optimize.brentq(virgin, 0.05 * ease, 1.5 * ease, rtol=1e-5))
+    largest = float(optimize.brentq(virgin, 0.05 * ease, 1.5 * ease, rtol=1e-4))
     virgin(0.0)
     for k in range(STEPS):
         go(largest * np.sin(0.5 * np.pi * (k + 1) / STEPS))
