@@ -93,8 +93,8 @@ def statics_of(pair: Pair) -> Statics:
     found, gap = compliance(pair.steps), pair.steps._run.ports.offset.reshape(-1, 3)[: len(pair.areas), 0]
     normal = normal_forces(found[:, 0, :, 0], gap)
     closed = np.flatnonzero(normal > 0)
-    across = np.ascontiguousarray(found[np.ix_(closed, [1, 2], closed, [1, 2])])
-    along = found[np.ix_(closed, [0], closed, [0])][:, 0, :, 0]
+    found = found[closed][:, :, closed]
+    across, along = np.ascontiguousarray(found[:, 1:, :, 1:]), found[:, 0, :, 0]
     return Statics(across, along, MU * normal[closed], 2 * pair.areas[closed])
 
 
