@@ -95,10 +95,10 @@ class Scene(Strict):
                     f"contact.{name}.against.interface: '{own.interface}' of '{own.body}' on both sides; a body meets"
                     " itself by two interfaces"
                 )
-            if other.body == own.body and isinstance(other, MasterSurface):
+            if other.body == own.body and isinstance(other, MasterSurface) and self.integrator != "mechanism":
                 raise ValueError(
-                    f"contact.{name}.against.body: points do not slide over a traction space of their own body; a body"
-                    " meets itself by interfaces of kind 'points' and shape 'body'"
+                    f"contact.{name}.against.body: points do not slide over a traction space of their own body where it"
+                    " does not turn; it meets itself by interfaces of kind 'points' and shape 'body'"
                 )
         _ = self.integrator
         return self

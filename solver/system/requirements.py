@@ -114,9 +114,15 @@ def _contacts(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
         if other.body == body and name not in masters:
             path = f"modes:interfaces/{other.interface}"
             fields = (f"{path}/rows", f"{path}/normals", f"{path}/facets", f"morph:points/{other.interface}")
-            yield Term(f"contact {name}", body, True, "faces another body", fields)
-            if scene.contact[name].friction is not None:
-                yield _friction(name, scene.contact[name], (body, other.interface), elastic=stock.elastic)
+            contact = scene.contact[name]
+            friction = _friction(name, contact, (body, other.interface), elastic=stock.elastic)
+            if contact.body == body:
+                across = friction.fields if contact.friction is not None else ()
+                yield Term(f"other side of {name}", body, True, "the body meets itself", fields + across)
+            else:
+                yield Term(f"contact {name}", body, True, "faces another body", fields)
+                if contact.friction is not None:
+                    yield friction
 
 
 def _friction(name: str, contact: Contact, side: tuple[str, str], *, elastic: bool) -> Term:

@@ -63,6 +63,7 @@ COMPARED = {"floor.impulse": 1e-4, "tines.start": 1e-4, "tines.impulse": 1e-4, "
 
 
 def job_of(folder: Path, **settings: Any) -> Job:
+    folder.mkdir(exist_ok=True)
     (folder / "fork.geo").write_text(FORK, encoding="utf-8")
     (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
     given = {key.replace("__", "."): value for key, value in settings.items()}
@@ -145,3 +146,22 @@ def test_friction_between_tines_moves_the_fork_not_at_all(tmp_path: Path) -> Non
     assert mass == pytest.approx(7850 * 0.01 * (2 * 0.06 * 0.006 + 0.006 * 0.0122), rel=1e-6)
     assert found.quantities["fork.velocity_x"]["value"] == pytest.approx(0.5, rel=1e-9)
     assert found.energies[-1, 3] > 0  # It rubs.
+
+
+SPRINGS = {
+    "contact__floor__method": "penalty", "contact__floor__law": {"kind": "linear", "stiffness": 2e6},
+    "contact__floor__surface_stiffness": "unset", "contact__tines__surface_stiffness": "unset",
+    "component__fork__mesh__size": 0.005, "component__fork__modes__normal_count": 20, "run__duration": 3e-4,
+}  # fmt: skip
+"""Of a floor that both small motion and mechanisms have."""
+
+
+def test_a_fork_that_may_turn_meets_itself_as_one_of_small_motion(tmp_path: Path) -> None:
+    """Points on splines of 5 by 2.5 mm in a mechanism, points on facets in small motion: to 2 %."""
+    space = {"surface": "high", "kind": "traction", "along": [1.0, 0.0, 0.0], "spacing": [0.005, 0.0025]}
+    splines = {"shape": "surface", "body": "fork", "interface": "high"}
+    found = solved(job_of(tmp_path / "small", **SPRINGS))
+    turns = {"component__fork__interface__high": space, "contact__tines__against": splines}
+    turning = solved(job_of(tmp_path / "turning", **SPRINGS, **turns, run__integrator="mechanism"))
+    for name in STRUCK:
+        assert turning[name] == pytest.approx(found[name], rel=2e-2), name

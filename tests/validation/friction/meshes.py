@@ -1,4 +1,5 @@
-"""Meshes of two equal caps, mirrored at z = 0 (3-D) or y = 0 (plane), so that their contact points face each other.
+"""Meshes of two equal caps, mirrored at z = 0 (3-D) or y = 0 (plane), so that their contact points face each other, or
+not: the lower one may have elements of another size, and be turned about the normal.
 
 Two spheres of radius 2 R of one material touch as a sphere of radius R touches a flat of it; so do cylinders. Caps are
 fine about the point of contact. Run as a program: `python -m tests.validation.friction.meshes FOLDER [SIZE/a]`.
@@ -31,19 +32,48 @@ class Cap:
     """Expected half-width a of the contact [m]."""
     zone: float = 1.3
     """Half-width of the interface over a."""
+    fine: float = 1.2
+    """Radius of the zone of small elements over the half-width of the interface."""
+    growth: float = 0.25
+    """Growth of elements beyond it, per distance."""
+    half: bool = False
+    """Whether a solid is that half of the cap whose y is above zero, with `middle` as its plane of symmetry."""
 
 
+@dataclass(frozen=True)
+class Lower:
+    """How the mesh of the lower cap differs from the mirrored one."""
+
+    ratio: float = 1.0
+    """Of its elements' size to those of the upper cap."""
+    turn: float = 0.0
+    """About the normal [rad]."""
+
+
+MIRRORED = Lower()
 MINDLIN = Cap(radius=0.04, half_width=5e-3, height=6e-3, contact=3.7325e-4)
 CATTANEO = Cap(radius=0.1, half_width=10e-3, height=10e-3, contact=4.9308e-4)
 
 
-def write_pair(folder: Path, name: str, cap: Cap, size: float, *, solid: bool) -> None:
-    """Write `name-upper.vtu`, with its round face down, and its mirror image `name-lower.vtu`.
+def write_pair(folder: Path, name: str, cap: Cap, size: float, *, solid: bool, lower: Lower = MIRRORED) -> None:
+    """Write `name-upper.vtu`, with its round face down, and `name-lower.vtu`, its mirror image by default.
 
     Args:
         size: Edge length of elements at the contact [m].
         solid: Whether the caps are solids of revolution about z, or plane in x and y.
     """
+    for side, sign, one in (("upper", 1.0, MIRRORED), ("lower", -1.0, lower)):
+        mesh = _cap_mesh(cap, one.ratio * size, solid=solid)
+        axis = 2 if solid else 1
+        mesh.points[:, axis] *= sign
+        if one.turn:
+            c, s = np.cos(one.turn), np.sin(one.turn)
+            mesh.points[:, :2] = mesh.points[:, :2] @ np.array([[c, s], [-s, c]])
+        mesh.write(folder / f"{name}-{side}.vtu")
+
+
+def _cap_mesh(cap: Cap, size: float, *, solid: bool) -> meshio.Mesh:
+    """Return the mesh of the upper cap."""
     points, cells = _solid(cap, size) if solid else _plane(cap, size)
     axis = 2 if solid else 1
     round_face = np.abs(np.linalg.norm(points - cap.radius * np.eye(3)[axis], axis=1) - cap.radius) < 1e-7 * cap.radius
@@ -51,12 +81,9 @@ def write_pair(folder: Path, name: str, cap: Cap, size: float, *, solid: bool) -
     flags = {
         "contact": (round_face & (across < cap.zone * cap.contact)).astype(int),
         "back": (np.abs(points[:, axis] - cap.height) < 1e-7 * cap.height).astype(int),
+        "middle": (np.abs(points[:, 1]) < 1e-7 * cap.height).astype(int),
     }
-    for side, sign in (("upper", 1.0), ("lower", -1.0)):
-        places = points.copy()
-        places[:, axis] *= sign
-        mesh = meshio.Mesh(places, [("tetra10" if solid else "triangle6", cells)], point_data=flags)
-        mesh.write(folder / f"{name}-{side}.vtu")
+    return meshio.Mesh(points, [("tetra10" if solid else "triangle6", cells)], point_data=flags)
 
 
 def _solid(cap: Cap, size: float) -> tuple[np.ndarray, np.ndarray]:
@@ -64,7 +91,10 @@ def _solid(cap: Cap, size: float) -> tuple[np.ndarray, np.ndarray]:
         occ = gmsh.model.occ
         ball = occ.addSphere(0, 0, cap.radius, cap.radius)
         block = occ.addCylinder(0, 0, -cap.height, 0, 0, 2 * cap.height, cap.half_width)
-        occ.intersect([(3, ball)], [(3, block)])
+        (cut,), _ = occ.intersect([(3, ball)], [(3, block)])
+        if cap.half:
+            w, h = 2 * cap.half_width, 2 * cap.height
+            occ.intersect([cut], [(3, occ.addBox(-w, 0, -h, 2 * w, w, 2 * h))])
         occ.synchronize()
         return _meshed(gmsh, 3, GMSH_TET10)
 
@@ -93,12 +123,11 @@ def _meshing(cap: Cap, size: float) -> Iterator[Any]:
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
         gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
         gmsh.model.add("cap")
-        reach, coarse = 1.2 * cap.zone * cap.contact, cap.half_width / 4
+        reach, coarse = cap.fine * cap.zone * cap.contact, cap.half_width / 4
         field = gmsh.model.mesh.field
         field.add("MathEval", 1)
         away = "sqrt(x*x + y*y + z*z)"
-        # Elements grow by a quarter of the distance beyond the zone.
-        field.setString(1, "F", f"Min({coarse}, {size} + 0.25 * (Max({away}, {reach}) - {reach}))")
+        field.setString(1, "F", f"Min({coarse}, {size} + {cap.growth} * (Max({away}, {reach}) - {reach}))")
         field.setAsBackgroundMesh(1)
         yield gmsh
     finally:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gudgeon.pipeline.kinds import open_job, simulation
 from gudgeon.solver.simulation import Steps
-from tests.validation.friction.meshes import Cap, write_pair
+from tests.validation.friction.meshes import MIRRORED, Cap, Lower, write_pair
 
 HERE = Path(__file__).parent
 SLIPS = 1e-6
@@ -59,9 +59,11 @@ def touch(steps: Steps, contact: str, mu: float) -> Touch:
     )  # fmt: skip
 
 
-def made_pair(folder: Path, name: str, cap: Cap, share: float, *, solid: bool, **sets: Any) -> Pair:
+def made_pair(
+    folder: Path, name: str, cap: Cap, share: float, *, solid: bool, lower: Lower = MIRRORED, **sets: Any
+) -> Pair:
     """Make the records of two caps on elements of a share of a, and start their scene."""
-    write_pair(folder, name, cap, share * cap.contact, solid=solid)
+    write_pair(folder, name, cap, share * cap.contact, solid=solid, lower=lower)
     (folder / f"{name}.toml").write_text((HERE / f"{name}.toml").read_text())
     changed = {key.replace("__", "."): value for key, value in sets.items()}
     job = open_job(folder / f"{name}.toml", set=changed, db=folder / "db", out=folder / "out")

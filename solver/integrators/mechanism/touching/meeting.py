@@ -42,7 +42,7 @@ def meetings(system: System, frames: list[Frame]) -> list[Meeting]:
     """Return the contacts between two bodies of a scene whose bodies turn.
 
     Raises:
-        SceneError: a surface is round, a law is not what points press by, or a body has points and surfaces.
+        SceneError: a surface is round, or a law is not what points press by.
     """
     found, names = [], list(system.bodies)
     for contact in system.contacts:
@@ -73,21 +73,7 @@ def meetings(system: System, frames: list[Frame]) -> list[Meeting]:
                 space=space, by_law=not flexible and settings.law is not None,
             )
         )  # fmt: skip
-    _refuse_both(found)
     return found
-
-
-def _refuse_both(found: list[Meeting]) -> None:
-    """Raise a SceneError where a body has points in one contact and a surface in another: R couples them."""
-    flexible = [one for one in found if not one.by_law]
-    points = {one.contact.body: one.contact.name for one in flexible}
-    for one in flexible:
-        if (name := one.against.body) in points and one.bodies[1].modal.residual_flexibility is not None:
-            raise SceneError(
-                f"contact.{one.contact.name}.against.body: '{name}' has a surface here and points in"
-                f" contact.{points[name]}, whose residual flexibility is coupled, which is not supported; exchange"
-                " the sides of one of them"
-            )
 
 
 def sections_of(found: list[Meeting], system: System) -> list[Section]:
@@ -118,7 +104,8 @@ def surfaces_of(found: list[Meeting], system: System, elastic: int) -> Surfaces:
         joined[name] = np.column_stack([ends[:-1], ends[1:]])
     for column, each in ((2, "heights"), (3, "cover")):
         joined["cells"][:, column] = np.cumsum([0, *(len(part[each]) for part in parts)])[:-1]
-    residual, compliance = (np.zeros((len(joined[key]),) * 2) for key in ("arm", "outward"))
+    p, f = len(joined["arm"]), len(joined["outward"])
+    residual, compliance, mixed = np.zeros((p, p)), np.zeros((f, f)), np.zeros((p, f))
     for a, one in enumerate(found):
         for b, other in enumerate(found):
             if one.by_law or other.by_law:
@@ -130,7 +117,10 @@ def surfaces_of(found: list[Meeting], system: System, elastic: int) -> Surfaces:
             if flexible and one.numbers[1] == other.numbers[1]:
                 block = one.bodies[1].residual(one.against.interface, other.against.interface)
                 compliance[slice(*joined["functions"][a]), slice(*joined["functions"][b])] = block
-    joined |= {"residual": residual, "compliance": compliance}
+            if flexible and one.numbers[0] == other.numbers[1]:
+                block = one.bodies[0].residual(one.contact.interface, other.against.interface)
+                mixed[slice(*joined["points"][a]), slice(*joined["functions"][b])] = block
+    joined |= {"residual": residual, "compliance": compliance, "mixed": mixed if mixed.any() else mixed[:0]}
     return Surfaces(**{
         name: np.ascontiguousarray(joined[name], np.int64 if name in WHOLE else float) for name in Surfaces._fields
     })  # fmt: skip

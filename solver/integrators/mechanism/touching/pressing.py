@@ -17,12 +17,11 @@ from gudgeon.solver.integrators.mechanism.touching.kernel import (
     SLIDING,
     TWIST,
 )
+from gudgeon.solver.integrators.mechanism.touching.splines import cubic, cubic_rates, height_at, interval
 from gudgeon.solver.laws.force import law_force
 
 FACING = -0.3
 """Largest cosine between the outward normals of a point and of the surface that it can meet."""
-BORDER = 0.05
-"""Cells by which a point may be beyond the end of a surface, which elastic motion moves: its splines go on there."""
 
 
 @inner
@@ -102,49 +101,6 @@ def _from_frame(model, work, s, v):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _cubic(t):  # type: ignore[no-untyped-def]
-    """Return the four cubic splines at a share t of an interval."""
-    s = 1.0 - t
-    return s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (3 * s * s * s - 6 * s * s + 4) / 6, t * t * t / 6
-
-
-@inner
-def _first_rates(t):  # type: ignore[no-untyped-def]
-    s = 1.0 - t
-    return -0.5 * s * s, 1.5 * t * t - 2 * t, -1.5 * s * s + 2 * s, 0.5 * t * t
-
-
-@inner
-def _second_rates(t):  # type: ignore[no-untyped-def]
-    return 1.0 - t, 3 * t - 2, 1 - 3 * t, t
-
-
-@inner
-def _cell(x, cells):  # type: ignore[no-untyped-def]
-    """Return the interval of a coordinate counted in intervals, −1 beyond their end."""
-    if not -BORDER <= x <= cells + BORDER:
-        return -1
-    return min(max(int(np.floor(x)), 0), cells - 1)
-
-
-@inner
-def _height(f, s, cell, x):  # type: ignore[no-untyped-def]
-    """Return H and its derivatives, ss, st and tt last, at a place counted in intervals."""
-    a, b = _cubic(x[0] - cell[0]), _cubic(x[1] - cell[1])
-    da, db = _first_rates(x[0] - cell[0]), _first_rates(x[1] - cell[1])
-    dda, ddb = _second_rates(x[0] - cell[0]), _second_rates(x[1] - cell[1])
-    h0, hs, ht, hss, hst, htt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(4):
-        row = f.cells[s, 2] + (cell[0] + i) * (f.cells[s, 1] + 3) + cell[1]
-        for j in range(4):
-            h = f.heights[row + j]
-            h0, hs, ht = h0 + a[i] * b[j] * h, hs + da[i] * b[j] * h, ht + a[i] * db[j] * h
-            hss, hst, htt = hss + dda[i] * b[j] * h, hst + da[i] * db[j] * h, htt + a[i] * ddb[j] * h
-    u, v = 1 / f.step[s, 0], 1 / f.step[s, 1]
-    return h0, hs * u, ht * v, hss * u * u, hst * u * v, htt * v * v
-
-
-@inner
 def _place(model, work, y, s, p):  # type: ignore[no-untyped-def]
     """Set the gap of a point and its slope, without forces, and whether it may press."""
     f, found, b = model.surfaces, work.pressing, model.surfaces.owner[s, 1]
@@ -155,10 +111,10 @@ def _place(model, work, y, s, p):  # type: ignore[no-untyped-def]
     away -= C[1, 0] * o[0] + C[1, 1] * o[1] + C[1, 2] * o[2]
     h -= C[2, 0] * o[0] + C[2, 1] * o[1] + C[2, 2] * o[2]
     x = ((at - f.low[s, 0]) / f.step[s, 0], (away - f.low[s, 1]) / f.step[s, 1])
-    cell = (_cell(x[0], f.cells[s, 0]), _cell(x[1], f.cells[s, 1]))
+    cell = (interval(x[0], f.cells[s, 0]), interval(x[1], f.cells[s, 1]))
     if cell[0] < 0 or cell[1] < 0 or not f.cover[f.cells[s, 3] + cell[0] * f.cells[s, 1] + cell[1]]:
         return
-    H, Hs, Ht, Hss, Hst, Htt = _height(f, s, cell, x)
+    H, Hs, Ht, Hss, Hst, Htt = height_at(f, s, cell, x)
     c = 1.0 / np.sqrt(1.0 + Hs * Hs + Ht * Ht)
     lift = h - H
     own = _in_frame(model, work, s, rotated(work.turn[f.owner[s, 0]], f.normal[p]))
@@ -192,7 +148,7 @@ def _outward(model, work, y, of, at, away):  # type: ignore[no-untyped-def]
     i = min(max(int(np.floor(u)), 0), f.counts[s, 0] - 4)
     j = min(max(int(np.floor(v)), 0), f.counts[s, 1] - 4)
     first = f.functions[s, 0] + i * f.counts[s, 1] + j
-    A, B, dA, dB = _cubic(u - i), _cubic(v - j), _first_rates(u - i), _first_rates(v - j)
+    A, B, dA, dB = cubic(u - i), cubic(v - j), cubic_rates(u - i), cubic_rates(v - j)
     found.first[p] = first
     m, q = model.elastic[b, 0], model.elastic[b, 1]
     e, es, et, rate = 0.0, 0.0, 0.0, 0.0
@@ -241,6 +197,8 @@ def _press_by_flexibility(model, work, first):  # type: ignore[no-untyped-def]
                 A[a, b] = f.residual[p, active[b]] + _over(work, p, 0, f.counts[s, 1], found.moved[active[b]])
             A[a, a] += f.layer[p]
             a += 1
+    if len(f.mixed) > 0:
+        _couple(model, work, count)
     for a in range(count):
         for b in range(a + 1):
             total = A[a, b]
@@ -263,6 +221,33 @@ def _press_by_flexibility(model, work, first):  # type: ignore[no-untyped-def]
 
 
 @inner
+def _couple(model, work, count):  # type: ignore[no-untyped-def]
+    """Add to the compliance how points move by what presses on functions of their own body."""
+    f, found, b = model.surfaces, work.pressing, 0
+    for s in range(len(f.owner)):
+        for p in range(f.points[s, 0], f.points[s, 1]):
+            if b < count and found.active[b] == p:
+                for a in range(b, count):
+                    found.matrix[a, b] += _over(work, p, 0, f.counts[s, 1], f.mixed[found.active[a]])
+                b += 1
+
+
+@inner
+def _load(model, work, count):  # type: ignore[no-untyped-def]
+    """Set the forces on functions."""
+    f, found, b = model.surfaces, work.pressing, 0
+    found.loaded[:] = 0.0
+    for s in range(len(f.owner)):
+        for p in range(f.points[s, 0], f.points[s, 1]):
+            if b < count and found.active[b] == p:
+                for k in range(4):
+                    for l in range(4):
+                        at = found.first[p] + k * f.counts[s, 1] + l
+                        found.loaded[at] += found.force[p] * found.weights[p, 0, 4 * k + l]
+                b += 1
+
+
+@inner
 def _move(model, work, s, p):  # type: ignore[no-untyped-def]
     """Set the inward displacement of the functions of the surfaces that may be met by a unit force of a point."""
     f, found = model.surfaces, work.pressing
@@ -272,6 +257,8 @@ def _move(model, work, s, p):  # type: ignore[no-untyped-def]
         same = f.owner[other, 1] == f.owner[s, 1]
         for b in range(f.functions[other, 0], f.functions[other, 1]):
             found.moved[p, b] = _over(work, p, 0, f.counts[s, 1], f.compliance[b]) if same else 0.0
+            if len(f.mixed) > 0:
+                found.moved[p, b] += f.mixed[p, b]
 
 
 @inner
@@ -286,6 +273,8 @@ def _settle(model, work, first, count):  # type: ignore[no-untyped-def]
             for a in range(count):
                 total += found.force[found.active[a]] * found.moved[found.active[a], b]
             found.inward[b] = total
+    if len(f.mixed) > 0:
+        _load(model, work, count)
     a = 0
     for s in range(len(f.owner)):
         if not found.live[s]:
@@ -309,6 +298,8 @@ def _settle(model, work, first, count):  # type: ignore[no-untyped-def]
                 total = _over(work, p, 0, f.counts[s, 1], found.inward)
                 for k in range(count):
                     total += f.residual[p, found.active[k]] * found.force[found.active[k]]
+                for b in range(len(found.loaded) if len(f.mixed) > 0 else 0):
+                    total += f.mixed[p, b] * found.loaded[b]
                 own[DEPTH] = -found.gap[p] - total
             if found.force[p] != 0.0:
                 _direct(model, work, s, p, i)

@@ -8,7 +8,9 @@ its gap is
 to second order its distance; e are the outward displacements of the functions of the traction space and N their values
 at (s, t). The force on the point is λ ∇g, on the other body its opposite at the same place, on the modes of both
 λ ∂g/∂q, so that momenta and energy are kept whatever the shapes; the slope of N·e is in it. C is the layer, R of the
-points, and N R Nᵀ of the functions; points that press have g = 0, which is linear in their forces.
+points, N R Nᵀ of the functions, and where points and functions are on one body what R couples of them,
+Nᵢ·Rⱼ + Nⱼ·Rᵢ; points that press have g = 0, which is linear in their forces. A body meets itself in the same way: the
+surface and the points then turn together.
 """
 
 from typing import NamedTuple
@@ -61,6 +63,8 @@ class Surfaces(NamedTuple):
     """Outward displacement of functions per elastic coordinate, (F, E)."""
     compliance: np.ndarray
     """R of the functions [m/N], (F, F)."""
+    mixed: np.ndarray
+    """R between points and functions on one body [m/N], (P, F); (0, F) where no body has both."""
     balls: np.ndarray
     """Centre in the body and radius of the points, then of the surface [m], (S, 2, 4)."""
     deep: np.ndarray
@@ -98,6 +102,8 @@ class Pressing(NamedTuple):
     """C of them and its factor, (P, P)."""
     inward: np.ndarray
     """Of functions by the forces [m], (F,)."""
+    loaded: np.ndarray
+    """Forces on functions [N], (F,)."""
     stored: np.ndarray
     """Energy of the flexibilities [J], (1,)."""
 
@@ -106,7 +112,7 @@ SURFACES = {
     "owner": (0, 2), "points": (0, 2), "functions": (0, 2), "arm": (0, 3), "rows": (0, 3, 0), "normal": (0, 3),
     "layer": (0,), "residual": (0, 0), "by_law": (0,), "origin": (0, 3), "axes": (0, 3, 3), "low": (0, 2),
     "step": (0, 2), "cells": (0, 4), "heights": (0,), "cover": (0,), "start": (0, 2), "spacing": (0, 2),
-    "counts": (0, 2), "outward": (0, 0), "compliance": (0, 0), "balls": (0, 2, 4), "deep": (0,),
+    "counts": (0, 2), "outward": (0, 0), "compliance": (0, 0), "mixed": (0, 0), "balls": (0, 2, 4), "deep": (0,),
 }  # fmt: skip
 WHOLE = ("owner", "points", "functions", "by_law", "cells", "cover", "counts")
 """Arrays of whole numbers."""
@@ -129,5 +135,5 @@ def pressing_of(surfaces: Surfaces) -> Pressing:
         live=np.zeros(s, np.int64), near=np.zeros(p, np.int64), arm=np.zeros((p, 2, 3)), gap=np.zeros(p),
         slope=np.zeros((p, 3)), first=np.zeros(p, np.int64), weights=np.zeros((p, 3, 16)), direction=np.zeros((p, 3)),
         force=np.zeros(p), drag=np.zeros((p, 3)), active=np.zeros(p, np.int64), moved=np.zeros((p, f)),
-        matrix=np.zeros((p, p)), inward=np.zeros(f), stored=np.zeros(1),
+        matrix=np.zeros((p, p)), inward=np.zeros(f), loaded=np.zeros(f), stored=np.zeros(1),
     )  # fmt: skip

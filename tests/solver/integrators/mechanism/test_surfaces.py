@@ -200,3 +200,43 @@ def test_flexibility_of_both_bodies_keeps_momenta_and_energy(method: dict[str, A
     assert found.quantities["touch.impulse"]["value"] > 0.1
     assert found.energy_drift < 1e-8
     assert found.momentum_residual < 1e-10
+
+
+def coupled(records: tuple[ModalRecord, MorphRecord], seed: int) -> tuple[ModalRecord, MorphRecord]:
+    """Couple the points and the surface of a body in R, which stays positive semidefinite."""
+    modal, morph = records
+    spans = modal.interface_rows
+    foot, top = slice(*spans["foot"]), slice(*spans["top"])
+    assert modal.residual_flexibility is not None
+    R = modal.residual_flexibility.copy()
+    values, vectors = np.linalg.eigh(R[top, top])
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    turn = np.linalg.qr(np.random.default_rng(seed).standard_normal((len(root), foot.stop - foot.start)))[0]
+    R[top, foot] = 0.6 * root @ turn @ np.linalg.cholesky(R[foot, foot]).T
+    R[foot, top] = R[top, foot].T
+    assert np.abs(R[foot, top]).max() > 0.05 * np.abs(R[foot, foot]).max()
+    return replace(modal, residual_flexibility=R), morph
+
+
+def test_a_body_that_meets_itself_keeps_momenta_and_energy(tmp_path: Path) -> None:
+    """Struck by another on the surface that its own points meet, all coupled by R, while both tumble."""
+    chart, below = bowl(0.5), [[0.0, 0.0, -0.1], [0.03, 0.01, -0.11], [-0.02, 0.03, -0.1]]
+    above = [[x, y, 0.25 * (x * x + y * y) + 2e-5] for x, y in ((0.06, 0.0), (0.09, 0.03), (0.05, -0.04))]
+    records = {
+        "part": elastic([300.0, 700.0], below, chart, 1),
+        "fork": coupled(elastic([250.0, 900.0, 1100.0], above, chart, 2), 3),
+    }
+    bodies = {
+        "part": {"position": [0.05, 0.02, 0.112], "velocity": [3.0, 0.5, -1.0], "angular_velocity": [1.0, 2.0, 0.5]},
+        "fork": {"angular_velocity": [0.3, -0.4, 0.2]},
+    }
+    surface = {"shape": "surface", "body": "fork", "interface": "top"}
+    contacts = {name: {"body": body, "interface": "foot", "against": surface, "method": "residual"}
+                for name, body in (("strike", "part"), ("own", "fork"))}  # fmt: skip
+    run = {"integrator": "mechanism", "samples": 20, "frames": 2, "duration": 0.02}
+    found = simulate(build_all(tmp_path, records, {"body": bodies, "contact": contacts, "run": run}))
+    assert found.result == "FINISHED", found.energy_drift
+    assert found.quantities["strike.impulse"]["value"] > 0.1
+    assert found.quantities["own.impulse"]["value"] > 0.1
+    assert found.energy_drift < 1e-8
+    assert found.momentum_residual < 1e-10
