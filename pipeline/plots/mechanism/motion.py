@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.scene.body import Body
 
 DRAWN = 4
@@ -70,7 +69,8 @@ def _touching(drawing: Drawing, body: str) -> list[np.ndarray]:
 
 def _placed(drawing: Drawing, body: str, at: tuple[float, float, float] | None, interface: str | None) -> np.ndarray:
     """Return where the scene places a point of a body, its origin by default, or an interface [m], (3,)."""
-    settings, place = Body.model_validate(drawing.scene["body"][body]), at or (0.0, 0.0, 0.0)
+    position = np.asarray(drawing.scene["body"][body]["position"], float)
     if interface is not None:
-        place = tuple(map(float, drawing.modes(body, ["loads"]).loads[interface].point))
-    return turned_vectors(settings, place) + np.asarray(settings.position)
+        return position + drawing.modes(body, ["loads"]).loads[interface].point
+    Q, place = drawing.rotation(body), np.asarray(at or (0.0, 0.0, 0.0), float)
+    return position + (place if Q is None else Q @ place)
