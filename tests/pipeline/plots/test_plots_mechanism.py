@@ -25,16 +25,17 @@ mesh.size = 0.05
 modes = { reduction = "row-craig-bampton", normal_count = 0, fixed_count = 0 }
 interface.a = { surface = "left", kind = "tie", tie = "rbe2" }
 interface.b = { surface = "right", kind = "tie", tie = "rbe2" }
-gauge.root = { station = "left", fibre = "top" }
+gauge.near = { station = "near", fibre = "top" }
 [component.link.geometry]
 kind = "beam"
 length = 0.2
 motion = "space"
 section = { kind = "rectangle", width = 0.01, height = 0.01 }
-stations = { left = 0.0 }
+stations = { near = 0.05 }
 [component.bob]
 geometry = { kind = "rigid", mass = 1.0, inertia = [1e-4, 1e-4, 1e-4] }
 [body.link]
+gauges = ["near"]
 orientation = { axis = [0.0, 1.0, 0.0], angle = -45.0 }
 [body.bob]
 position = [0.1414213562373095, 0.0, 0.1414213562373095]
