@@ -225,16 +225,7 @@ def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
 def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
     """Return the static figure and its axes of the force."""
     trajectory = drawing.trajectory
-    what = f"gaps and deformation × {script.scale:g}" if script.travels else f"elastic deformation × {script.scale:g}"
-    what += f", {style.CAPPED}  ·  "
-    what += "bodies " * (len(script.actors) > 1) + ", ".join(_caption(actor) for actor in script.actors)
-    if script.wall is not None:
-        what += "; grey: obstacle"
-    if script.landing is not None:
-        what += f"; rigid motion and gaps × {script.landing.scale:g}" + "; grey: obstacle" * bool(script.landing.planes)
-    elif not script.travels:
-        what += "; rigid motion as it is" if script.carries else "; rigid motion not shown"
-    figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
+    figure = style.new_figure(drawing.scene_name, _subtitle(script), width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     axes = figure.add_axes((0.075, 0.085, 0.9, 0.14))
     style.magnitude_bar(figure, script.limit, "elastic displacement", "m", (0.85, 0.31, 0.016, 0.5))
     scale, name = style.prefixed(float(script.force.max()), "N")
@@ -247,6 +238,20 @@ def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
     label = f"contact {script.contact}, {script.window}"
     axes.text(0.995, 0.95, label, transform=axes.transAxes, ha="right", va="top", color=style.FAINT)
     return figure, axes
+
+
+def _subtitle(script: Script) -> str:
+    """Return how the bodies and what they meet are drawn."""
+    factor, falls = style.magnified(script.scale), script.landing
+    what = f"gaps and deformation × {factor}" if script.travels else f"elastic deformation × {factor}"
+    what += f", {style.CAPPED}  ·  "
+    what += "bodies " * (len(script.actors) > 1) + ", ".join(_caption(actor) for actor in script.actors)
+    if falls is not None:
+        what += f"; rigid motion and gaps × {style.magnified(falls.scale)}"
+    elif not script.travels:
+        what += "; rigid motion as it is" if script.carries else "; rigid motion not shown"
+    grey = script.wall is not None or (falls is not None and falls.planes) or (script.carries and script.planes)
+    return what + "; grey: obstacle" * bool(grey)
 
 
 def _caption(actor: Actor) -> str:

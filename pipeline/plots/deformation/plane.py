@@ -55,7 +55,7 @@ def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: equiv
     subtitle = equivalent.hardest_text(drawing, body.name, lacks)
     reach = np.ptp(place, axis=0) + 2 * ARROW * size
     height = int(np.clip(0.8 * style.WIDTH * reach[1] / reach[0] + 300, 700, style.HEIGHT))
-    figure = style.new_figure(f"{title} × {scale:g}", subtitle, height=height)
+    figure = style.new_figure(f"{title} × {style.magnified(scale)}", subtitle, height=height)
     axes = figure.add_axes((0.04, 120 / height, 0.8, 1 - 270 / height))
     top = float(np.nanmax(values))
     _colour(axes, body, place, values, top or 1.0)

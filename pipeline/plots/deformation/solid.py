@@ -121,7 +121,7 @@ def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: equival
     seen = _camera(moment, elastic)
     image = _render(moment, scale * elastic, values / (largest or 1.0), seen, wall)
     subtitle = equivalent.hardest_text(drawing, moment.body.name, lacks)
-    figure = style.new_figure(f"{title} × {scale:g}", subtitle)
+    figure = style.new_figure(f"{title} × {style.magnified(scale)}", subtitle)
     style.show_image(figure, image, (0.02, 0.06))
     style.magnitude_bar(figure, largest, name, unit, style.BAR)
     view.draw_triad(figure, seen)

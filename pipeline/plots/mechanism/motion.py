@@ -53,18 +53,17 @@ def moving_bodies(drawing: Drawing) -> list[Moving]:
                 given = one.get("against_at"), one.get("against_interface")
                 default = one["body"], one.get("at"), one.get("interface")
                 places.append(_placed(drawing, *(default if given == (None, None) else (name, *given))))
-        places += _touching(drawing, name)
+        for points in touching(drawing, name).values():
+            places += list(points if len(points) <= DRAWN else points.mean(axis=0, keepdims=True))
         points = np.array([*places, centre]) - centre
         found.append(Moving(name, points, centre, drawing.trajectory.motion[name]))
     return found
 
 
-def _touching(drawing: Drawing, body: str) -> list[np.ndarray]:
-    """Return where the scene places the contact points of a body [m], (3,) each; of many their mean."""
-    own = [one.points for one in drawing.trajectory.contacts.values() if one.body == body]
+def touching(drawing: Drawing, body: str) -> dict[str, np.ndarray]:
+    """Return where the scene places the contact points of a body, by contact [m], (k, 3) each."""
     position = np.asarray(drawing.scene["body"][body]["position"], float)
-    few = [points if len(points) <= DRAWN else points.mean(axis=0, keepdims=True) for points in own]
-    return [position + point for points in few for point in points]
+    return {name: position + one.points for name, one in drawing.trajectory.contacts.items() if one.body == body}
 
 
 def _placed(drawing: Drawing, body: str, at: tuple[float, float, float] | None, interface: str | None) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gudgeon import modaldb
+from gudgeon.pipeline import plots
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.stages.run import run_job
@@ -13,6 +14,7 @@ from gudgeon.pipeline.stages.run import run_job
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
 
+from gudgeon.pipeline.plots.mechanism import film, picture
 from gudgeon.pipeline.plots.mechanism.motion import moving_bodies
 from gudgeon.pipeline.plots.mechanism.shapes import shown_bodies
 
@@ -60,6 +62,9 @@ checks = false
 """
 
 
+STOP = {"body": "bob", "against": {"shape": "plane", "point": [0.0, 0.0, -0.05], "normal": [0.0, 0.0, 1.0]}}
+
+
 @pytest.fixture(scope="module")
 def turned(tmp_path_factory: pytest.TempPathFactory) -> Drawing:
     """A link held by a pin, turned by its scene, with a mass at its end."""
@@ -79,3 +84,31 @@ def test_joints_at_interfaces_of_a_turned_body_are_drawn_where_they_are(turned: 
     for name, end in zip(("pin", "end"), ends, strict=True):
         np.testing.assert_allclose(shown.joints[name][0], end, rtol=0, atol=1e-5)
         assert np.linalg.norm(shown.places[0] - shown.joints[name][0], axis=1).min() < 1e-7
+
+
+def test_a_film_shows_the_planes_that_bodies_meet_and_its_colours(turned: Drawing) -> None:
+    """A stop below the bodies is in view beside them, and the colour bar beside what is drawn."""
+    bodies = shown_bodies(turned, np.array([0, 3]))
+    assert film._walls(turned, bodies) == []
+    turned.scene["contact"]["stop"] = STOP
+    (wall,) = film._walls(turned, bodies)
+    np.testing.assert_allclose(wall[:, 2], -0.05, rtol=0, atol=1e-12)
+    view = film._view(bodies, moving_bodies(turned), [], [wall])
+    seen, room = view.seen(wall)[:, :2], film.FINER * np.array([film.BOX[2] - film.BOX[0], film.BOX[3] - film.BOX[1]])
+    assert (seen >= 0).all()
+    assert (seen <= room).all()
+    figure, _ = film._ground(turned, 1e-3, arrows=True, walls=True)
+    subtitle = figure.texts[1].get_text()
+    assert "grey: paths of joints, obstacles" in subtitle
+    assert "forces of joints on their bodies" in subtitle
+    bar = figure.axes[1].get_position()
+    assert bar.x0 * film.SIZE[0] > film.BOX[2]
+    del turned.scene["contact"]["stop"]
+
+
+def test_pictures_name_gauges_and_how_bodies_are_drawn(turned: Drawing, tmp_path: Path) -> None:
+    flat = {"flat": plots.TURNING["flat"], "rendered": {}}
+    drawn, notes = plots.render(turned.out / "db", turned.key, tmp_path, "turned", pictures=flat)
+    assert notes == []
+    assert {"mechanism.png", "gauges.png"} <= {path.name for path in drawn}
+    assert picture.LINES in picture._figure(turned).texts[1].get_text()

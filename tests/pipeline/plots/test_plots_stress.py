@@ -9,10 +9,10 @@ from gudgeon import modaldb
 from gudgeon.pipeline import plots
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
+from gudgeon.pipeline.exporters.export import _records
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.plots.base.row_forces import READ, row_forces
 from gudgeon.pipeline.plots.base.stress import equivalent_stress, left_out, nodal_stress
 from gudgeon.pipeline.stages.run import run_job
@@ -21,6 +21,7 @@ pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
 
 from gudgeon.pipeline.plots.base.surface import make_skin
+from gudgeon.pipeline.plots.deformation import movie
 from gudgeon.pipeline.plots.deformation.solid import values_where_known
 from tests.pipeline.plots.test_plots import assert_picture
 
@@ -140,6 +141,10 @@ def test_forces_that_are_not_known_at_frames_are_refused(scene: tuple[str, Path,
     drawing.scene["run"]["integrator"] = "auto"
     with pytest.raises(StageError, match="the trajectory does not hold force.press on body part at frames"):
         row_forces(drawing, drawing.body("part"), gauged(drawing, "part"))
+    notes: list[str] = []
+    assert _records(drawing, "part", 0, notes.append).stress is None
+    (note,) = notes
+    assert note.startswith("stress of body part was not written: the trajectory does not hold force.press on body part")
 
 
 TWO = """
@@ -215,3 +220,7 @@ def test_stress_of_both_bodies_has_the_forces_of_their_contact_and_loads(meets: 
         np.testing.assert_allclose(shown, recorded, rtol=0, atol=1e-6 * np.abs(recorded).max())
         assert np.isfinite(nodal_stress(drawing, drawing.body(name))(frame)).any()
         assert left_out(drawing, drawing.body(name)) == ""
+    script = movie._script(drawing, ["anvil", "upper"])
+    assert script.meets
+    assert script.wall is None
+    assert "obstacle" not in movie._subtitle(script)
