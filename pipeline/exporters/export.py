@@ -15,7 +15,6 @@ from gudgeon.pipeline.stages.job import Job, refuse_turning
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.bodies.placing import turned_tensors
 
-
 Note = Callable[[str], object]
 """Receives what is to be said of the files."""
 

@@ -187,7 +187,9 @@ def _write_ticks(axis: Axis, factor: float) -> None:
         ticks = factor * np.asarray(axis.get_majorticklocs())
         step = float(np.diff(ticks).min(initial=np.inf))
         rough = SEEN * step if np.isfinite(step) and step > 0 else np.inf
-        digits = next((one for one in DIGITS if (np.abs([float(f"{x:.{one}g}") - x for x in ticks]) <= rough).all()), 17)
+        digits = next(
+            (one for one in DIGITS if (np.abs([float(f"{x:.{one}g}") - x for x in ticks]) <= rough).all()), 17
+        )
         return f"{value * factor:.{digits}g}".replace("-", "−").replace("e+", "e")
 
     axis.set_major_formatter(written)

@@ -112,7 +112,7 @@ def _on_tractions(drawing: Drawing, scene: Scene, name: str, modal: ModalRecord)
     along, found = along_direction(space.chart), []
     for frame, pressed in enumerate(contact.multipliers):
         slid = float(along @ (own.twist(frame) - other.twist(frame))[:3])
-        places, closed = placed + [0.0, slid], pressed != 0
+        places, closed = placed + np.array([0.0, slid]), pressed != 0
         closed &= inside(space, np.column_stack([places[:, 0], np.full(len(places), space.start[1])]))
         found.append(spread(space, places[closed], pressed[closed]).sum(axis=0))
     return np.array(found)

@@ -271,7 +271,7 @@ def nice_scale(shown: float, largest: float) -> float:
 
 def magnified(scale: float) -> str:
     """Return a factor of `nice_scale` as text, with a power of ten from a million on."""
-    mantissa, _, exponent = f"{style.magnified(scale)}".partition("e")
+    mantissa, _, exponent = f"{scale:g}".partition("e")
     if not exponent:
         return mantissa
     return f"{mantissa}×" * (mantissa != "1") + "10" + superscript(int(exponent))

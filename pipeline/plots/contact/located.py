@@ -194,10 +194,7 @@ def normal_courses(drawing: Drawing, touch: Touch) -> list[Course]:
     path, times = touch.contact.path, touch.trajectory.times
     if path is not None:
         sides = [(touch.side, touch.gap)] + ([(touch.other, 0.0)] if touch.other else [])
-        return [
-            _course(drawing, side, times, place, start)
-            for (side, start), place in zip(sides, path.T, strict=True)
-        ]
+        return [_course(drawing, side, times, place, start) for (side, start), place in zip(sides, path.T, strict=True)]
     own = course(drawing, touch.side, touch.direction, pressed, start=touch.gap)
     if touch.other is None:
         return [own]

@@ -95,7 +95,9 @@ def draw_film(drawing: Drawing) -> None:
                 shot, time = ground.copy(), float(times[frame]) * scale
                 shot.paste(picture, BOX[:2])
                 pen = ImageDraw.Draw(shot)
-                pen.text((SIZE[0] - 24, film.UPPER), f"{style.digits(time)} {unit}", font=font, fill=style.INK, anchor="rm")
+                pen.text(
+                    (SIZE[0] - 24, film.UPPER), f"{style.digits(time)} {unit}", font=font, fill=style.INK, anchor="rm"
+                )
                 x, box = axes.transData.transform((time, 0))[0], axes.get_window_extent()
                 pen.line([(x, SIZE[1] - box.y0), (x, SIZE[1] - box.y1)], fill=style.RED, width=2)
                 writer.append_data(np.asarray(shot))
