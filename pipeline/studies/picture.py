@@ -183,7 +183,7 @@ def _abscissa(axes: Axes, values: Sequence[Any], ticks: int) -> None:
 def _write_ticks(axis: Axis, factor: float) -> None:
     """Write the ticks of an axis times a factor, with as many digits as tell their distances."""
 
-    def written(value: float, position: int | None) -> str:
+    def written(value: float, position: float | None) -> str:
         ticks = factor * np.asarray(axis.get_majorticklocs())
         step = float(np.diff(ticks).min(initial=np.inf))
         rough = SEEN * step if np.isfinite(step) and step > 0 else np.inf

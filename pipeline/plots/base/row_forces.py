@@ -97,7 +97,9 @@ def _on_points(drawing: Drawing, scene: Scene, name: str, modal: ModalRecord) ->
 def _points_of(drawing: Drawing, name: str) -> FlexibleBody:
     """Return a body of contact points, without motions."""
     modal, none = drawing.modes(name, ["interfaces"]), np.zeros((0, 6))
-    return FlexibleBody(name, drawing.trajectory.bodies[name], drawing.design(name), modal, none, None, 0)
+    return FlexibleBody(
+        name, drawing.trajectory.bodies[name], drawing.design(name), modal, twists=none, damping=None, first=0
+    )
 
 
 def _on_tractions(drawing: Drawing, scene: Scene, name: str, modal: ModalRecord) -> np.ndarray:

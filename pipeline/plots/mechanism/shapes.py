@@ -59,7 +59,8 @@ def shown_bodies(drawing: Drawing, frames: np.ndarray) -> list[Shown]:
         }
         arms, elastic, cells, shape = _drawn(drawing, body, moving.points, frames)
         places = centres[:, None] + np.einsum("fij,fpj->fpi", turns, arms + elastic)
-        found.append(Shown(moving.name, shape, places, np.linalg.norm(elastic, axis=2), cells, joints, contacts))
+        bent = np.linalg.norm(elastic, axis=2)
+        found.append(Shown(moving.name, shape, places, bent, cells, joints=joints, contacts=contacts))
     return found
 
 
