@@ -53,7 +53,7 @@ class Kind:
     robustness: Callable[[Any, Path | None, tuple[str, ...], Progress], tuple[dict[str, Any], str]]
     """Runs the robustness cases, those of a file included, or only those of the named cases and groups. Returns the
     document of docs/robustness.md, and its table as text."""
-    export: Callable[[Any, str, int], list[Path]]
+    export: Callable[..., list[Path]]
     """Writes .vtu files and returns their paths."""
     export_part: Callable[[Any, str, str], list[Path]]
     """Writes a reduced body, by its name, in a format and returns the files."""
@@ -92,7 +92,7 @@ def _after_fields(home: str) -> Callable[..., Any]:
     return called
 
 
-def _no_export(job: SceneJob, what: str, every: int) -> list[Path]:
+def _no_export(job: SceneJob, what: str, *arguments: Any) -> list[Path]:
     raise InputError(f"{job.path}: export: {what} of a wheel cannot be exported; its records hold shapes and response")
 
 

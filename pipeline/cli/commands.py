@@ -176,7 +176,7 @@ def export_command(options: argparse.Namespace) -> int:
         files = kind.export_part(job, options.what, options.format)
         print(json.dumps([str(f) for f in files]) if options.json else "\n".join(str(f) for f in files))
         return 0
-    files = kind.export(job, options.what, options.every)
+    files = kind.export(job, options.what, options.every, lambda text: print(f"gudgeon: {text}", file=sys.stderr))
     if options.json:
         print(json.dumps([str(f) for f in files]))
     elif options.what == "modes":

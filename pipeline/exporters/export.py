@@ -1,30 +1,37 @@
 """`gudgeon export`: a scene's mode shapes or results as .vtu files."""
 
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.exporters import EXPORTERS
 from gudgeon.pipeline.exporters.vtu import BodyRecords
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.base.stress import nodal_stress, stress_gauges
+from gudgeon.pipeline.plots.base.stress import left_out, nodal_stress, stress_gauges
 from gudgeon.pipeline.stages.folder import EXPORTS, held
 from gudgeon.pipeline.stages.job import Job, refuse_turning
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.bodies.placing import turned_tensors
 
+Note = Callable[[str], object]
+"""Receives what is to be said of the files."""
 
-def export(job: Job, what: str, every: int) -> list[Path]:
-    """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files into the job's `vtu` folder."""
+
+def export(job: Job, what: str, every: int, note: Note = lambda text: None) -> list[Path]:
+    """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files into the job's `vtu` folder.
+
+    A body whose forces are not known at frames has no stress in its files, which is noted.
+    """
     if what != "modes":
         refuse_turning(job, "export")
     run_job(job, "modes" if what == "modes" else "solve")
     with held(job.out):
-        return _written(job, what, every)
+        return _written(job, what, every, note)
 
 
-def _written(job: Job, what: str, every: int) -> list[Path]:
+def _written(job: Job, what: str, every: int, note: Note) -> list[Path]:
     exporter, folder = EXPORTERS["vtu"], job.out / EXPORTS
     if what == "modes":
         files = []
@@ -34,16 +41,24 @@ def _written(job: Job, what: str, every: int) -> list[Path]:
             exporter.write_modes(files[-1], *(job.store.get(steps[kind].key, kind) for kind in ("mesh", "modes")))
         return files
     drawing = Drawing(job.store, job.trajectory().key, job.name, job.out, job.out, lambda name: None)
-    bodies = {name: _records(drawing, name, number) for number, name in enumerate(job.scene.body)}
+    bodies = {name: _records(drawing, name, number, note) for number, name in enumerate(job.scene.body)}
     return exporter.write_results(folder, bodies, drawing.trajectory, every)
 
 
-def _records(drawing: Drawing, name: str, number: int) -> BodyRecords:
+def _records(drawing: Drawing, name: str, number: int, note: Note) -> BodyRecords:
     body = drawing.body(name)
-    stress = partial(_stress, drawing, body) if stress_gauges(drawing, body) else None
+    stress = _stress(drawing, body, note) if stress_gauges(drawing, body) else None
     return BodyRecords(body.mesh, body.modal, body.morph, drawing.position(name), number, stress)
 
 
-def _stress(drawing: Drawing, body: BodyMotion, frame: int) -> np.ndarray:
-    """Return the stress at the nodes in a frame in the axes of the scene [Pa], (n, 6)."""
-    return turned_tensors(nodal_stress(drawing, body, frame), drawing.rotation(body.name))
+def _stress(drawing: Drawing, body: BodyMotion, note: Note) -> Callable[[int], np.ndarray] | None:
+    """Return a function of the frame: the stress at the nodes in the axes of the scene [Pa], (n, 6); None where it is
+    not known."""
+    try:
+        found = nodal_stress(drawing, body)
+    except StageError as error:
+        note(f"stress of body {body.name} was not written: {error}")
+        return None
+    if lacks := left_out(drawing, body):
+        note(f"stress of body {body.name} is written {lacks}")
+    return lambda frame: turned_tensors(found(frame), drawing.rotation(body.name))

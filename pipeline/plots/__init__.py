@@ -61,7 +61,7 @@ TURNING: Pictures = {
     "flat": {
         "mechanism": "gudgeon.pipeline.plots.mechanism.picture:draw_mechanism",
         "journals": "gudgeon.pipeline.plots.mechanism.journals:draw_journals",
-        **{name: PLOTS["flat"][name] for name in ("energy", "probes")},
+        **{name: PLOTS["flat"][name] for name in ("energy", "gauges", "probes")},
     },
     "rendered": {"movie": "gudgeon.pipeline.plots.mechanism.film:draw_film"},
 }

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
@@ -32,6 +33,9 @@ LOG_RANGE = 30.0
 """Ratio of the ends of a logarithmic axis, at least."""
 LABEL = 64
 """Characters of the labels of all columns in one line."""
+DIGITS = range(6, 17)
+SEEN = 0.01
+"""Round-off of a written tick, of the distance of two, that is not seen."""
 EQUAL = 1e-4
 """Relative spread of equal ratios; drawn values have six digits."""
 CONSTANT = 1e-9
@@ -173,7 +177,22 @@ def _abscissa(axes: Axes, values: Sequence[Any], ticks: int) -> None:
     else:
         axes.xaxis.set_major_locator(MaxNLocator(ticks))
     if axes.get_xscale() == "linear":
-        axes.xaxis.set_major_formatter(lambda value, position: f"{value:.6g}".replace("-", "−").replace("e+", "e"))
+        _write_ticks(axes.xaxis, 1.0)
+
+
+def _write_ticks(axis: Axis, factor: float) -> None:
+    """Write the ticks of an axis times a factor, with as many digits as tell their distances."""
+
+    def written(value: float, position: float | None) -> str:
+        ticks = factor * np.asarray(axis.get_majorticklocs())
+        step = float(np.diff(ticks).min(initial=np.inf))
+        rough = SEEN * step if np.isfinite(step) and step > 0 else np.inf
+        digits = next(
+            (one for one in DIGITS if (np.abs([float(f"{x:.{one}g}") - x for x in ticks]) <= rough).all()), 17
+        )
+        return f"{value * factor:.{digits}g}".replace("-", "−").replace("e+", "e")
+
+    axis.set_major_formatter(written)
 
 
 def _has_equal_ratios(places: Sequence[float]) -> bool:
@@ -241,7 +260,7 @@ def _label(axes: Axes, quantity: str, rows: Mapping[int, Row]) -> None:
     unit = have[0]["unit"]
     largest = max(abs(one["value"]) for one in have)
     factor, name = (1.0, "") if unit == "1" else style.prefixed(largest, unit)
-    axes.yaxis.set_major_formatter(lambda value, position: f"{value * factor:g}".replace("-", "−"))
+    _write_ticks(axes.yaxis, factor)
     axes.yaxis.set_major_locator(MaxNLocator(5))
     owner, _, last = quantity.rpartition(".")
     window = _window(quantity, rows)

@@ -222,7 +222,7 @@ def gauge_ports(system: System, ports: Ports) -> np.ndarray:
     parts = [np.zeros((0, len(ports.offset)))]
     for name, body in system.bodies.items():
         for gauge in body.modal.gauges.values():
-            known = name in ports.weights and gauge.residual.shape[1]
+            known = name in ports.weights and gauge.residual.size > 0  # Not read of modes that contain the rows.
             parts.append(
                 gauge.residual @ ports.weights[name] if known else np.zeros((len(gauge.rows), len(parts[0].T)))
             )

@@ -269,6 +269,19 @@ def nice_scale(shown: float, largest: float) -> float:
     return float(power * STEPS[shown / largest / power * (1 + 1e-9) >= STEPS].max())
 
 
+def magnified(scale: float) -> str:
+    """Return a factor of `nice_scale` as text, with a power of ten from a million on."""
+    mantissa, _, exponent = f"{scale:g}".partition("e")
+    if not exponent:
+        return mantissa
+    return f"{mantissa}×" * (mantissa != "1") + "10" + superscript(int(exponent))
+
+
+def superscript(number: int) -> str:
+    """Return a whole number as an exponent."""
+    return str(number).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
 def time_unit(span: float) -> tuple[float, str]:
     """Return factor and unit for a time span [s]: µs below 2 ms, ms below 2 s."""
     return (1e6, "µs") if span < 2e-3 else (1e3, "ms") if span < 2 else (1.0, "s")

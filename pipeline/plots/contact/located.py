@@ -159,6 +159,18 @@ def course(
         if pressed is not None:
             outward = outward + pressed @ _residual(drawing, body, side, interface)
         times, place = trajectory.frame_times, rigid + outward * (interface.normals[side.point] @ direction)
+    return _course(drawing, side, times, place, start)
+
+
+def _course(drawing: Drawing, side: Side, times: np.ndarray, place: np.ndarray, start: float) -> Course:
+    """Return a course from the displacement of a point [m] at times [s], (t,) each, and its position undeformed [m].
+
+    It begins at the start of the run unless loads deform the body there, which the record does not have.
+    """
+    run, elastic = drawing.scene["run"], len(drawing.modes(side.body, ["angular_frequencies"]).angular_frequencies)
+    loaded = any(run["gravity"]) or drawing.scene["force"] or drawing.scene["motion"]
+    if elastic and run["start"] == "rest" and loaded:
+        return Course(side.label, times, place + start)
     return Course(side.label, np.append(0.0, times), np.append(0.0, place) + start)
 
 
@@ -179,13 +191,10 @@ def normal_courses(drawing: Drawing, touch: Touch) -> list[Course]:
     """Return the motion of both points along the contact's direction, relative to the start of the other point."""
     flexible = drawing.scene["contact"][touch.name].get("method") == "residual"
     pressed = -touch.contact.multipliers if flexible else None
-    path, times = touch.contact.path, np.append(0.0, touch.trajectory.times)
+    path, times = touch.contact.path, touch.trajectory.times
     if path is not None:
         sides = [(touch.side, touch.gap)] + ([(touch.other, 0.0)] if touch.other else [])
-        return [
-            Course(side.label, times, np.append(0.0, place) + start)
-            for (side, start), place in zip(sides, path.T, strict=True)
-        ]
+        return [_course(drawing, side, times, place, start) for (side, start), place in zip(sides, path.T, strict=True)]
     own = course(drawing, touch.side, touch.direction, pressed, start=touch.gap)
     if touch.other is None:
         return [own]

@@ -31,6 +31,8 @@ PASSED = 24
 """Frames whose places the camera sees, of bodies that are carried."""
 STEEP, LEVEL = 64.0, 20.0
 """Elevation of the camera [deg] on the side of a contact, and where bodies meet one above the other."""
+HEADROOM = 1.35
+"""Height of the axes of the force over its largest value: the text stands above the curve."""
 LEAST_ELASTIC = 0.05
 """Rigid motion is omitted where it limits the scale to less than this share of the elastic part's own."""
 
@@ -57,7 +59,7 @@ class Script:
     """Numbers of the frames."""
     scale: float
     travels: bool
-    """Whether rigid motion and the obstacle are shown, magnified like the deformation."""
+    """Whether rigid motion is shown, magnified like the deformation, with an obstacle of another shape than a plane."""
     carries: bool
     """Whether rigid motion is shown as it is, with the planes of the scene, since drives carry bodies far."""
     landing: Landing | None
@@ -74,6 +76,8 @@ class Script:
     """Over which it is a mean."""
     planes: dict[str, list[Plane]]
     """Those of all contacts, by the body that meets them."""
+    wall: Skin | None
+    """The obstacle opposite the contact surface, where rigid motion is magnified like the deformation."""
 
 
 def draw_movie(drawing: Drawing) -> None:
@@ -85,7 +89,7 @@ def draw_movie(drawing: Drawing) -> None:
     with style.styled(), drawing.file("impact.mp4") as path:
         figure, axes = _ground(drawing, script)
         stage = film.Stage(BOX, [axes])
-        _set_up(stage, script, opposite(drawing, script.contact, TRIANGLES, script.scale) if script.travels else None)
+        _set_up(stage, script)
         film.shoot(path, figure, stage, script.frames, _mover(drawing, script))
 
 
@@ -121,21 +125,20 @@ def _script(drawing: Drawing, struck: list[str]) -> Script:
     sizes = [style.SHOWN * actor.body.size for actor in solid]
     alone = min(style.nice_scale(size, limit) for size, limit in zip(sizes, limits, strict=True) if limit > 0)
     together = style.nice_scale(max(sizes), travel)
-    travels = together >= LEAST_ELASTIC * alone
     carries = bool(drawing.scene.get("motion")) and travel > CARRIED * min(actor.body.size for actor in solid)
-    travels = travels and not carries
-    scale = min(together, alone) if travels else alone
-    force, window = shown_force(trajectory, most.contact)
     actor = next(actor for actor in actors if actor.body.name == lead)
     assert isinstance(actor.drawn, Skin)
     moment = moment_of(drawing, drawing.body(lead), actor.body, actor.drawn)
-    falls = None
-    if not travels and not carries:
-        falls = landing(drawing, [(one.body, one.position) for one in actors], frames, moment.frame)
+    places = [(one.body, one.position) for one in actors]
+    falls = None if carries else landing(drawing, places, frames, moment.frame)
+    travels = together >= LEAST_ELASTIC * alone and not carries and falls is None
+    scale = min(together, alone) if travels else alone
+    meets = drawing.scene["contact"][most.contact]["against"]["shape"] in ("body", "surface")
+    wall = opposite(drawing, most.contact, TRIANGLES, scale) if travels and not meets else None
+    force, window = shown_force(trajectory, most.contact)
     return Script(
         actors, moment, frames, scale, travels, carries, landing=falls, limit=max(limits), contact=most.contact,
-        meets=view.obstacle_at(drawing, most.contact) is None,
-        force=np.linalg.norm(force, axis=1), window=window, planes=_planes(drawing),
+        meets=meets, force=np.linalg.norm(force, axis=1), window=window, planes=_planes(drawing), wall=wall,
     )  # fmt: skip
 
 
@@ -152,7 +155,7 @@ def _longest(displacement: np.ndarray) -> float:
     return float(np.linalg.norm(displacement, axis=1).max())
 
 
-def _set_up(stage: film.Stage, script: Script, wall: Skin | None) -> None:
+def _set_up(stage: film.Stage, script: Script) -> None:
     """Add bodies and obstacle to the scene and aim the camera."""
     moment, plotter, seen = script.moment, stage.plotter, []
     for actor in script.actors:
@@ -173,7 +176,7 @@ def _set_up(stage: film.Stage, script: Script, wall: Skin | None) -> None:
                 seen.append(np.asarray(face.points))
     if script.landing is not None:
         _add_planes(plotter, script, script.landing, seen)
-    if wall is not None:
+    if (wall := script.wall) is not None:
         plotter.add_mesh(wall.surface, color=WALL, culling="front", ambient=0.5, smooth_shading=True)
         view.add_edges(plotter, wall.edges, style.FAINT, 2.4)
         seen.append(wall.points)
@@ -214,7 +217,7 @@ def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
             actor.drawn.colour(np.linalg.norm(elastic, axis=1))
         time = float(trajectory.frame_times[frame])
         force = float(np.interp(time, trajectory.times, script.force)) * newtons
-        return film.Shot(time * shown, f"{time * shown:.0f} {time_name}     {force:.2f} {force_unit}")
+        return film.Shot(time * shown, f"{style.digits(time * shown)} {time_name}     {force:.2f} {force_unit}")
 
     return turn_to
 
@@ -222,16 +225,7 @@ def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
 def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
     """Return the static figure and its axes of the force."""
     trajectory = drawing.trajectory
-    what = f"gaps and deformation × {script.scale:g}" if script.travels else f"elastic deformation × {script.scale:g}"
-    what += f", {style.CAPPED}  ·  "
-    what += "bodies " * (len(script.actors) > 1) + ", ".join(_caption(actor) for actor in script.actors)
-    if script.travels and view.obstacle_at(drawing, script.contact) is not None:
-        what += "; grey: obstacle"
-    if script.landing is not None:
-        what += f"; rigid motion and gaps × {script.landing.scale:g}; grey: obstacle"
-    elif not script.travels:
-        what += "; rigid motion as it is" if script.carries else "; rigid motion not shown"
-    figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
+    figure = style.new_figure(drawing.scene_name, _subtitle(script), width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     axes = figure.add_axes((0.075, 0.085, 0.9, 0.14))
     style.magnitude_bar(figure, script.limit, "elastic displacement", "m", (0.85, 0.31, 0.016, 0.5))
     scale, name = style.prefixed(float(script.force.max()), "N")
@@ -240,10 +234,24 @@ def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
     axes.plot(trajectory.times * shown, script.force * scale, color=style.BLUE, lw=1.8)
     ends = trajectory.frame_times[script.frames[[0, -1]]] * shown
     axes.set(xlim=ends, xlabel=f"time [{time_name}]", ylabel=f"force [{name}]")
-    axes.set_ylim(0.0, 1.1 * float(script.force.max()) * scale or 1.0)
+    axes.set_ylim(0.0, HEADROOM * float(script.force.max()) * scale or 1.0)
     label = f"contact {script.contact}, {script.window}"
     axes.text(0.995, 0.95, label, transform=axes.transAxes, ha="right", va="top", color=style.FAINT)
     return figure, axes
+
+
+def _subtitle(script: Script) -> str:
+    """Return how the bodies and what they meet are drawn."""
+    factor, falls = style.magnified(script.scale), script.landing
+    what = f"gaps and deformation × {factor}" if script.travels else f"elastic deformation × {factor}"
+    what += f", {style.CAPPED}  ·  "
+    what += "bodies " * (len(script.actors) > 1) + ", ".join(_caption(actor) for actor in script.actors)
+    if falls is not None:
+        what += f"; rigid motion and gaps × {style.magnified(falls.scale)}"
+    elif not script.travels:
+        what += "; rigid motion as it is" if script.carries else "; rigid motion not shown"
+    grey = script.wall is not None or (falls is not None and falls.planes) or (script.carries and script.planes)
+    return what + "; grey: obstacle" * bool(grey)
 
 
 def _caption(actor: Actor) -> str:

@@ -33,7 +33,7 @@ def draw_sheets(drawing: Drawing) -> None:
         if stress_gauges(drawing, body):
             stress = equivalent_stress(drawing, body, frame)
             file = drawing.file("stress.png", body.name, len(names))
-            style.draw(file, _picture, drawing, body, stress, equivalent.STRESS)
+            style.draw(file, _picture, drawing, body, stress, equivalent.stress_text(drawing, body))
 
 
 def _in_its_plane(drawing: Drawing, body: BodyMotion) -> BodyMotion:
@@ -46,16 +46,16 @@ def _in_its_plane(drawing: Drawing, body: BodyMotion) -> BodyMotion:
     )  # fmt: skip
 
 
-def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
-    """Return a part coloured by values (n,), with texts such as `STRESS`."""
-    (title, name, unit), frame = text, drawing.hardest(body.name).frame
+def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: equivalent.Text) -> Figure:
+    """Return a part coloured by values (n,), with texts such as `DISPLACEMENT`."""
+    (title, name, unit, lacks), frame = text, drawing.hardest(body.name).frame
     elastic, size = body.elastic(frame)[:, :2], body.size
     scale = style.nice_scale(style.SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
     place = body.nodes[:, :2] + scale * elastic
-    subtitle = equivalent.hardest_text(drawing, body.name)
+    subtitle = equivalent.hardest_text(drawing, body.name, lacks)
     reach = np.ptp(place, axis=0) + 2 * ARROW * size
     height = int(np.clip(0.8 * style.WIDTH * reach[1] / reach[0] + 300, 700, style.HEIGHT))
-    figure = style.new_figure(f"{title} × {scale:g}", subtitle, height=height)
+    figure = style.new_figure(f"{title} × {style.magnified(scale)}", subtitle, height=height)
     axes = figure.add_axes((0.04, 120 / height, 0.8, 1 - 270 / height))
     top = float(np.nanmax(values))
     _colour(axes, body, place, values, top or 1.0)

@@ -69,9 +69,8 @@ def draw_stress(drawing: Drawing) -> None:
         fields = {"stress": np.nan_to_num(stress), "known": np.isfinite(stress).astype(float)}
         moment = strongest_moment(drawing, body, TRIANGLES, fields)
         values = values_where_known(moment.skin)
-        style.draw(
-            drawing.file("stress.png", body.name, len(found)), _picture, drawing, moment, values, equivalent.STRESS
-        )
+        file, text = drawing.file("stress.png", body.name, len(found)), equivalent.stress_text(drawing, body)
+        style.draw(file, _picture, drawing, moment, values, text)
 
 
 def values_where_known(skin: Skin) -> np.ndarray:
@@ -106,14 +105,14 @@ def moment_of(drawing: Drawing, body: BodyMotion, skinned: BodyMotion, skin: Ski
     return Moment(skinned, skin, frame, force, middle, outward=outward, up=up, contact=most.contact)
 
 
-def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
+def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: equivalent.Text) -> Figure:
     """Return the body with magnified deformation and the force on it.
 
     Args:
         values: Of the colours, not negative, NaN where unknown, at the points of the moment's body, (p,).
-        text: Such as `STRESS`.
+        text: Such as `DISPLACEMENT`.
     """
-    (title, name, unit), largest = text, float(np.nanmax(values))
+    (title, name, unit, lacks), largest = text, float(np.nanmax(values))
     size, elastic = moment.body.size, moment.body.elastic(moment.frame)
     scale = style.nice_scale(style.SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
     nearest = int(np.linalg.norm(moment.body.nodes - moment.middle, axis=1).argmin())
@@ -121,8 +120,8 @@ def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: tuple[s
     wall = touching(drawing, moment.contact, moment.body.nodes, moment.middle, shift, TRIANGLES)
     seen = _camera(moment, elastic)
     image = _render(moment, scale * elastic, values / (largest or 1.0), seen, wall)
-    subtitle = equivalent.hardest_text(drawing, moment.body.name)
-    figure = style.new_figure(f"{title} × {scale:g}", subtitle)
+    subtitle = equivalent.hardest_text(drawing, moment.body.name, lacks)
+    figure = style.new_figure(f"{title} × {style.magnified(scale)}", subtitle)
     style.show_image(figure, image, (0.02, 0.06))
     style.magnitude_bar(figure, largest, name, unit, style.BAR)
     view.draw_triad(figure, seen)

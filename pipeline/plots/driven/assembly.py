@@ -165,7 +165,7 @@ def _picture(drawing: Drawing, assembly: Assembly, most: Hardest) -> Figure:
         f" {shown_angle(degrees, 1)}°"
         f"  ·  {drive.body}: tilt {style.signed(tilt * 1e3, 2)} mrad, shift {style.signed(shift * 1e6, 0)} µm"
     )
-    title = f"Deformation, lateral motion, tilt and gaps × {assembly.scale:g}"
+    title = f"Deformation, lateral motion, tilt and gaps × {style.magnified(assembly.scale)}"
     figure = style.new_figure(title, subtitle)
     tops = {name: float(part.moved(frame, drive.along, 0.0)[1].max()) for name, part in assembly.parts.items()}
     figure.text(0.02, 0.012, style.CAPPED, fontsize=9.5, color=style.FAINT)

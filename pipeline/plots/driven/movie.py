@@ -77,7 +77,7 @@ def _mover(drawing: Drawing, assembly: Assembly, run: Cycle) -> Callable[[int], 
 
 def _ground(drawing: Drawing, assembly: Assembly, run: Cycle, tops: dict[str, float]) -> tuple[Figure, list[Axes]]:
     """Return the static figure and its axes of the curves."""
-    what = f"gaps, tilt, lateral motion and deformation × {assembly.scale:g}"
+    what = f"gaps, tilt, lateral motion and deformation × {style.magnified(assembly.scale)}"
     figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     for number, (name, top) in enumerate(tops.items()):
         box, colours = (0.03 + 0.26 * number, 0.072, 0.22, 0.018), assembly.parts[name].colours

@@ -1,4 +1,5 @@
-"""`mechanism.mp4`: bodies in motion as they deform, paths of their joints, and forces of joints as arrows."""
+"""`mechanism.mp4`: bodies in motion as they deform, paths of their joints, the planes that they meet, and forces of
+joints and contacts as arrows."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,13 +15,15 @@ from PIL import Image, ImageDraw, ImageFont
 
 from gudgeon.pipeline.plots.base import film, style
 from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.deformation.obstacle import WALL, faces
 from gudgeon.pipeline.plots.mechanism.motion import Moving, moving_bodies
 from gudgeon.pipeline.plots.mechanism.picture import draw_reactions, plane_of
 from gudgeon.pipeline.plots.mechanism.shapes import Shape, Shown, shown_bodies
+from gudgeon.solver.obstacles.plane import Plane
 
 SIZE = (960, 720)
 """Of the film [px]."""
-BOX = (24, 84, 936, 492)
+BOX = (24, 84, 836, 492)
 """Left, upper, right, lower border of the bodies [px]."""
 FRAMES = 120
 LEAST = 3
@@ -72,9 +75,10 @@ def draw_film(drawing: Drawing) -> None:
     largest = max((float(one.bent.max(initial=0.0)) for one in bodies), default=0.0)
     moving = moving_bodies(drawing)
     arrows = _arrows(drawing, times[frames], bodies)
-    view = _view(bodies, moving, arrows)
+    walls = _walls(drawing, bodies)
+    view = _view(bodies, moving, arrows, walls)
     with style.styled(), drawing.file("mechanism.mp4") as path:
-        figure, axes = _ground(drawing, largest, bool(arrows))
+        figure, axes = _ground(drawing, largest, bool(arrows), bool(walls))
         style.fit(figure)
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
@@ -87,11 +91,13 @@ def draw_film(drawing: Drawing) -> None:
         )  # fmt: skip
         with writer:
             for number, frame in enumerate(frames):
-                picture = _bodies_at(number, bodies, arrows, view, largest)
+                picture = _bodies_at(number, bodies, arrows, view, largest, walls)
                 shot, time = ground.copy(), float(times[frame]) * scale
                 shot.paste(picture, BOX[:2])
                 pen = ImageDraw.Draw(shot)
-                pen.text((SIZE[0] - 24, film.UPPER), f"{time:.4g} {unit}", font=font, fill=style.INK, anchor="rm")
+                pen.text(
+                    (SIZE[0] - 24, film.UPPER), f"{style.digits(time)} {unit}", font=font, fill=style.INK, anchor="rm"
+                )
                 x, box = axes.transData.transform((time, 0))[0], axes.get_window_extent()
                 pen.line([(x, SIZE[1] - box.y0), (x, SIZE[1] - box.y1)], fill=style.RED, width=2)
                 writer.append_data(np.asarray(shot))
@@ -99,7 +105,7 @@ def draw_film(drawing: Drawing) -> None:
 
 @dataclass(frozen=True)
 class Arrow:
-    """Force of a joint on its body."""
+    """Force of a joint or a contact on its body."""
 
     places: np.ndarray
     """Where it acts [m], (f, 3)."""
@@ -107,9 +113,19 @@ class Arrow:
     """Over the largest of all, (f, 3)."""
 
 
-def _view(bodies: Sequence[Shown], moving: Sequence[Moving], arrows: Sequence[Arrow]) -> View:
-    """Return a projection that shows all bodies and arrows at all frames: onto their plane, or aslant."""
+def _walls(drawing: Drawing, bodies: Sequence[Shown]) -> list[np.ndarray]:
+    """Return the corners of the planes that bodies meet, around all places of these bodies [m], (k, 3) each."""
+    contacts = drawing.scene["contact"].values()
+    planes = [Plane.model_validate(one["against"]) for one in contacts if one["against"]["shape"] == "plane"]
     cloud = np.concatenate([one.places.reshape(-1, 3) for one in bodies])
+    return [np.asarray(one.points, float) for one in faces(planes, cloud)]
+
+
+def _view(
+    bodies: Sequence[Shown], moving: Sequence[Moving], arrows: Sequence[Arrow], walls: Sequence[np.ndarray] = ()
+) -> View:
+    """Return a projection that shows all bodies, arrows and planes at all frames: onto their plane, or aslant."""
+    cloud = np.concatenate([*(one.places.reshape(-1, 3) for one in bodies), *walls])
     shown = plane_of([one.places(slice(None)) for one in moving])
     axes = SLANT
     if len(shown) == 2:
@@ -134,24 +150,31 @@ def _view(bodies: Sequence[Shown], moving: Sequence[Moving], arrows: Sequence[Ar
 
 
 def _arrows(drawing: Drawing, times: np.ndarray, bodies: Sequence[Shown]) -> list[Arrow]:
-    """Return the forces of joints at frames."""
+    """Return the forces of joints and contacts at frames."""
     trajectory, found = drawing.trajectory, []
     by_name = {one.name: one for one in bodies}
-    largest = max((float(np.linalg.norm(one.force, axis=1).max()) for one in trajectory.joints.values()), default=0.0)
-    for name, one in trajectory.joints.items() if largest > 0 else ():
-        places = by_name[one.body].joints[name]
+    every = {**trajectory.joints, **trajectory.contacts}
+    largest = max((float(np.linalg.norm(one.force, axis=1).max()) for one in every.values()), default=0.0)
+    for name, one in every.items() if largest > 0 else ():
+        body = by_name[one.body]
+        places = body.joints[name] if name in trajectory.joints else body.contacts[name]
         forces = np.column_stack([np.interp(times, trajectory.times, one.force[:, i]) for i in range(3)])
         found.append(Arrow(places, forces / largest))
     return found
 
 
 def _bodies_at(
-    number: int, bodies: Sequence[Shown], arrows: Sequence[Arrow], view: View, largest: float
-) -> Image.Image:
+    number: int, bodies: Sequence[Shown], arrows: Sequence[Arrow], view: View, largest: float,
+    walls: Sequence[np.ndarray],
+) -> Image.Image:  # fmt: skip
     """Return the picture of a frame."""
     size = (FINER * (BOX[2] - BOX[0]), FINER * (BOX[3] - BOX[1]))
     picture = Image.new("RGB", size, "white")
     pen = ImageDraw.Draw(picture)
+    for corners in walls:
+        rim = [(float(x), float(y)) for x, y in view.seen(corners)[:, :2]]
+        pen.polygon(rim, fill=WALL)
+        pen.line([*rim, rim[0]], fill=style.GREY, width=2 * FINER)
     for body in bodies:
         for path in body.joints.values():
             line = view.seen(path[: number + 1])[:, :2]
@@ -213,15 +236,16 @@ def _draw_arrow(pen: ImageDraw.ImageDraw, view: View, place: np.ndarray, force: 
     pen.polygon([(float(x), float(y)) for x, y in corners], fill=style.RED)
 
 
-def _ground(drawing: Drawing, largest: float, arrows: bool) -> tuple[Figure, Axes]:
+def _ground(drawing: Drawing, largest: float, arrows: bool, walls: bool) -> tuple[Figure, Axes]:
     """Return what does not move, and the axes of the forces."""
     trajectory = drawing.trajectory
     what = "bodies in motion, deformation as it is" if largest > 0 else "bodies in motion"
-    what += "; red: forces of joints on their bodies" * arrows + "; grey: paths of joints"
+    acting = " and ".join(kind for kind in ("joints", "contacts") if getattr(trajectory, kind))
+    what += f"; red: forces of {acting} on their bodies" * arrows + "; grey: paths of joints" + ", obstacles" * walls
     figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     axes = figure.add_axes((0.085, 0.085, 0.89, 0.14))
     if largest > 0:
-        style.magnitude_bar(figure, largest, "elastic displacement", "m", (0.9, 0.38, 0.014, 0.4))
+        style.magnitude_bar(figure, largest, "elastic displacement", "m", (0.885, 0.38, 0.014, 0.4))
     scale, unit = style.time_unit(float(trajectory.times[-1]))
     draw_reactions(axes, trajectory.times * scale, drawing)
     axes.set(xlim=(0.0, float(trajectory.times[-1]) * scale), xlabel=f"time [{unit}]")

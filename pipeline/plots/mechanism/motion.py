@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.scene.body import Body
 
 DRAWN = 4
@@ -54,23 +53,23 @@ def moving_bodies(drawing: Drawing) -> list[Moving]:
                 given = one.get("against_at"), one.get("against_interface")
                 default = one["body"], one.get("at"), one.get("interface")
                 places.append(_placed(drawing, *(default if given == (None, None) else (name, *given))))
-        places += _touching(drawing, name)
+        for points in touching(drawing, name).values():
+            places += list(points if len(points) <= DRAWN else points.mean(axis=0, keepdims=True))
         points = np.array([*places, centre]) - centre
         found.append(Moving(name, points, centre, drawing.trajectory.motion[name]))
     return found
 
 
-def _touching(drawing: Drawing, body: str) -> list[np.ndarray]:
-    """Return where the scene places the contact points of a body [m], (3,) each; of many their mean."""
-    own = [one.points for one in drawing.trajectory.contacts.values() if one.body == body]
+def touching(drawing: Drawing, body: str) -> dict[str, np.ndarray]:
+    """Return where the scene places the contact points of a body, by contact [m], (k, 3) each."""
     position = np.asarray(drawing.scene["body"][body]["position"], float)
-    few = [points if len(points) <= DRAWN else points.mean(axis=0, keepdims=True) for points in own]
-    return [position + point for points in few for point in points]
+    return {name: position + one.points for name, one in drawing.trajectory.contacts.items() if one.body == body}
 
 
 def _placed(drawing: Drawing, body: str, at: tuple[float, float, float] | None, interface: str | None) -> np.ndarray:
     """Return where the scene places a point of a body, its origin by default, or an interface [m], (3,)."""
-    settings, place = Body.model_validate(drawing.scene["body"][body]), at or (0.0, 0.0, 0.0)
+    position = np.asarray(drawing.scene["body"][body]["position"], float)
     if interface is not None:
-        place = tuple(map(float, drawing.modes(body, ["loads"]).loads[interface].point))
-    return turned_vectors(settings, place) + np.asarray(settings.position)
+        return position + drawing.modes(body, ["loads"]).loads[interface].point
+    Q, place = drawing.rotation(body), np.asarray(at or (0.0, 0.0, 0.0), float)
+    return position + (place if Q is None else Q @ place)

@@ -10,6 +10,7 @@ from gudgeon.pipeline.plots.mechanism.motion import Moving, moving_bodies
 
 SHOWN, MOST = 5, 8
 """Positions that are drawn, and joints whose histories are."""
+LINES = "bodies as lines between joints, contacts and centres"
 FLAT = 1e-3
 """Extent of a mechanism across a plane over its own, below which it is drawn in the plane."""
 NAMES = ("x", "y", "z")
@@ -25,7 +26,8 @@ def _figure(drawing: Drawing) -> Figure:
     bodies, trajectory = moving_bodies(drawing), drawing.trajectory
     end = float(trajectory.times[-1])
     factor, unit = style.time_unit(end)
-    subtitle = f"{drawing.scene_name}  ·  {SHOWN} positions from the start, light, to {end * factor:.4g} {unit}, dark"
+    subtitle = f"{drawing.scene_name}  ·  {SHOWN} positions from the start, light, to {end * factor:.4g} {unit}, dark; "
+    subtitle += LINES
     figure = style.new_figure("Motion of the bodies", subtitle, height=1900)
     grid = figure.add_gridspec(3, 1, height_ratios=[2.2, 1.0, 1.0], left=0.1, right=0.965, bottom=0.06, top=0.92,
                                hspace=0.36)  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from gudgeon.pipeline.plots.base.run import LINES, SOLIDS, BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import skin_of
-from gudgeon.pipeline.plots.mechanism.motion import moving_bodies, rotations
+from gudgeon.pipeline.plots.mechanism.motion import moving_bodies, rotations, touching
 
 TRIANGLES = 3000
 """Of a solid at most, unless its mesh has more on its surface."""
@@ -35,6 +35,8 @@ class Shown:
     """Two points of each line, or three of each triangle."""
     joints: dict[str, np.ndarray]
     """Where the joints on it are [m], (f, 3) each."""
+    contacts: dict[str, np.ndarray]
+    """Where the middles of the points of its contacts are, without their elastic displacement [m], (f, 3) each."""
 
 
 def shown_bodies(drawing: Drawing, frames: np.ndarray) -> list[Shown]:
@@ -51,9 +53,14 @@ def shown_bodies(drawing: Drawing, frames: np.ndarray) -> list[Shown]:
             for number, name in enumerate(own)
             for moved in [_at_joint(drawing, body, hinges[name], frames)]
         }
+        contacts = {
+            name: centres + turns @ (points.mean(axis=0) - moving.centre)
+            for name, points in touching(drawing, moving.name).items()
+        }
         arms, elastic, cells, shape = _drawn(drawing, body, moving.points, frames)
         places = centres[:, None] + np.einsum("fij,fpj->fpi", turns, arms + elastic)
-        found.append(Shown(moving.name, shape, places, np.linalg.norm(elastic, axis=2), cells, joints))
+        bent = np.linalg.norm(elastic, axis=2)
+        found.append(Shown(moving.name, shape, places, bent, cells, joints=joints, contacts=contacts))
     return found
 
 

@@ -34,6 +34,7 @@ from gudgeon.pipeline.plots.base.surface import SHARP, Cut, make_skin  # noqa: E
 from gudgeon.pipeline.plots.contact.curves import draw_energy, draw_force  # noqa: E402
 from gudgeon.pipeline.plots.deformation import movie  # noqa: E402
 from gudgeon.pipeline.plots.deformation.modes import lowest  # noqa: E402
+from gudgeon.pipeline.studies.picture import _write_ticks  # noqa: E402
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -164,8 +165,19 @@ def test_a_block_falls_onto_its_floor_in_the_movie(tmp_path: Path) -> None:
     drawn, notes = plots.render(tmp_path / "db", key, tmp_path / "pictures", "drop", pictures=MOVIE)
     if any("rendering crashed" in note for note in notes):
         pytest.skip(notes[0])
+    assert movie._subtitle(script).endswith("grey: obstacle")
     grey = np.abs(imageio.imread(drawn[-1]).astype(float)[:, 80:548, 8:776] - [218, 223, 228]).max(axis=3) < 8
     assert (grey.mean(axis=(1, 2)) > 0.02).all()
+
+
+def test_numbers_are_written_with_the_digits_that_they_need() -> None:
+    assert [style.magnified(one) for one in (1.0, 2.5, 8e5, 1e6, 3e7)] == ["1", "2.5", "800000", "10⁶", "3×10⁷"]
+    axes = style.new_figure("", "").add_subplot()
+    axes.plot([0, 1], [0.9994788e3, 0.9994823e3])
+    _write_ticks(axes.yaxis, 1e-3)
+    ticks = axes.get_yticks()
+    texts = [axes.yaxis.get_major_formatter()(tick) for tick in ticks]
+    np.testing.assert_allclose([float(text) for text in texts], 1e-3 * ticks, rtol=0, atol=0.01e-3 * np.diff(ticks)[0])
 
 
 def test_long_texts_are_not_cut_off() -> None:

@@ -174,6 +174,22 @@ def test_paths_at_samples_pass_through_the_frames(scene: tuple[str, Path, str], 
         )
 
 
+@pytest.mark.parametrize("scene", ["beam"], indirect=True)
+def test_a_point_that_loads_deform_at_the_start_begins_at_its_first_known_place(
+    scene: tuple[str, Path, str], tmp_path: Path
+) -> None:
+    """Under gravity the beam is bent when its run starts, by what the record does not have; the rigid ball is not."""
+    drawing = drawing_of(scene, tmp_path)
+    (touch,) = touches(drawing)
+    assert [one.times[0] for one in normal_courses(drawing, touch)] == [0.0, 0.0]
+    drawing.scene["run"]["gravity"] = [0.0, 0.0, -9.81]
+    ball, beam = normal_courses(drawing, touch)
+    assert ball.times[0] == 0.0
+    assert beam.times[0] > 0.0
+    assert touch.contact.path is not None
+    assert beam.place[0] == touch.contact.path[0, 1]
+
+
 def test_a_reference_is_drawn_within_the_window_of_the_run() -> None:
     rough = 1.0 + 0.5 * (-1.0) ** np.arange(200)
     trajectory = made(np.array([[0.0, 200.0, 200.0, 1.5, 1.0, 1, 1]]), rough, 10.0)

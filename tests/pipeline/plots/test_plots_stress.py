@@ -6,18 +6,22 @@ import numpy as np
 import pytest
 
 from gudgeon import modaldb
+from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline import plots
 from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.exporters.export import _records
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
 from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.plots.base.row_forces import READ, row_forces
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.base.stress import equivalent_stress, row_forces
+from gudgeon.pipeline.plots.base.stress import equivalent_stress, left_out, nodal_stress
 from gudgeon.pipeline.stages.run import run_job
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
 
 from gudgeon.pipeline.plots.base.surface import make_skin
+from gudgeon.pipeline.plots.deformation import movie
 from gudgeon.pipeline.plots.deformation.solid import values_where_known
 from tests.pipeline.plots.test_plots import assert_picture
 
@@ -108,31 +112,115 @@ def test_a_solid_is_coloured_on_the_sides_that_are_read_alone(scene: tuple[str, 
     assert np.isnan(values[faces[~above]]).all()
 
 
+def gauged(drawing: Drawing, body: str) -> ModalRecord:
+    return drawing.modes(body, ["gauges", *READ])
+
+
+def read_and_shown(drawing: Drawing, name: str, gauge: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return what a gauge recorded at the samples of frames, and what its rows give there by `row_forces`, (f, k)."""
+    body, trajectory, modal = drawing.body(name), drawing.trajectory, gauged(drawing, name)
+    own = modal.gauges[gauge]
+    shown = body.coordinates[:, len(body.morph.rigid_twists) :] @ own.rows.T
+    shown = shown + row_forces(drawing, body, modal) @ own.residual.T
+    samples = np.abs(trajectory.times[:, None] - trajectory.frame_times).argmin(axis=0)
+    return trajectory.gauges[f"{name}.{gauge}"][samples], shown
+
+
 def test_shown_and_recorded_stress_agree(scene: tuple[str, Path, str], tmp_path: Path) -> None:
     """The recorded gauge at the middle, at the time of a frame, lies within what its own rows give there."""
     drawing = drawing_of(scene, tmp_path)
-    body, trajectory = drawing.body("part"), drawing.trajectory
-    modal = drawing.store.get(body.morph.modes_key, "modes", only=["gauges", "interface_rows"])
     frame = int(np.argmax(drawing.frame_force("part")))
-    forces = row_forces(drawing, body, modal, frame)
-    gauge = modal.gauges["middle"]
-    value = gauge.rows @ body.coordinates[frame, len(body.morph.rigid_twists) :] + gauge.residual @ forces
-    sample = int(np.abs(trajectory.times - trajectory.frame_times[frame]).argmin())
-    recorded = trajectory.gauges["part.middle"][sample]
-    np.testing.assert_allclose(value, recorded, atol=1e-6 * np.abs(recorded).max())
+    recorded, shown = (one[frame] for one in read_and_shown(drawing, "part", "middle"))
+    np.testing.assert_allclose(shown, recorded, atol=1e-6 * np.abs(recorded).max())
 
 
-def test_forces_that_are_not_known_row_by_row_are_refused(
-    scene: tuple[str, Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_forces_that_are_not_known_at_frames_are_refused(scene: tuple[str, Path, str], tmp_path: Path) -> None:
     drawing = drawing_of(scene, tmp_path)
-    body = drawing.body("part")
-    modal = drawing.store.get(body.morph.modes_key, "modes", only=["gauges", "interface_rows"])
-    drawing.scene["contact"]["wall"]["against"] |= {"body": "part", "interface": "face"}
-    object.__setattr__(drawing.trajectory.contacts["wall"], "body", "other")
-    modal.interface_rows["face"] = [1, 3]
-    with pytest.raises(StageError, match="the points of contact wall press on several rows of 'face' in another order"):
-        row_forces(drawing, body, modal, 0)
-    drawing.scene["force"] = {"press": {"kind": "moving", "body": "part"}}
-    with pytest.raises(StageError, match="the trajectory does not hold force press on body part at frames"):
-        row_forces(drawing, body, modal, 0)
+    spring = {"kind": "spring", "body": "part", "interface": "head", "stiffness": 1.0, "direction": [1, 0, 0]}
+    drawing.scene["force"] = {"press": spring}
+    drawing.scene["run"]["integrator"] = "auto"
+    with pytest.raises(StageError, match=r"does not hold force\.press on body part at frames"):
+        row_forces(drawing, drawing.body("part"), gauged(drawing, "part"))
+    notes: list[str] = []
+    assert _records(drawing, "part", 0, notes.append).stress is None
+    (note,) = notes
+    assert note.startswith("stress of body part was not written: the trajectory does not hold force.press on body part")
+
+
+TWO = """
+[component.block]
+geometry = { kind = "box", lx = 0.02, ly = 0.02, lz = 0.02 }
+material = { E = 70e9, nu = 0.33, rho = 2700.0 }
+mesh = { size = 0.02 }
+modes = { normal_count = 8 }
+interface.bottom = { surface = "bottom" }
+interface.back = { surface = "left", kind = "mean" }
+gauge.skin = { surface = "skin" }
+gauge.middle = { point = [0.0, 0.0, 0.008] }
+[component.anvil]
+geometry = { kind = "box", lx = 0.03, ly = 0.03, lz = 0.02 }
+material = { E = 70e9, nu = 0.33, rho = 2700.0 }
+mesh = { size = 0.015 }
+modes = { normal_count = 8 }
+interface.top = { surface = "top" }
+gauge.skin = { surface = "skin" }
+gauge.middle = { point = [0.003, 0.002, 0.012] }
+[body.anvil]
+gauges = ["middle"]
+[body.upper]
+component = "block"
+gauges = ["middle"]
+position = [0.0, 0.0, 0.02]
+orientation = { axis = [0.0, 0.0, 1.0], angle = 30.0 }
+velocity = [0.0, 0.0, -0.2]
+[contact.faces]
+body = "upper"
+interface = "bottom"
+against = { shape = "body", body = "anvil", interface = "top" }
+surface_stiffness = 1e12
+[force.push]
+kind = "force"
+body = "upper"
+interface = "back"
+direction = [1.0, 0.3, 0.0]
+values = [[0.0, 0.0], [1e-5, 300.0], [1.0, 300.0]]
+[run]
+duration = 3e-5
+samples = 60
+frames = 20
+checks = false
+"""
+PAIRED = {
+    "facets": {},
+    "points": {"component.anvil.geometry.lx": 0.02, "component.anvil.geometry.ly": 0.02,
+               "component.anvil.mesh.size": 0.02, "body.upper.orientation": "unset"},
+    "tractions": {
+        "component.anvil.interface.top": {"surface": "top", "kind": "traction", "along": [1.0, 0.0, 0.0],
+                                          "spacing": 0.01},
+        "contact.faces.against.shape": "surface", "component.anvil.modes.reduction": "macneal",
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("meets", PAIRED)
+def test_stress_of_both_bodies_has_the_forces_of_their_contact_and_loads(meets: str, tmp_path: Path) -> None:
+    """Points that meet facets of another mesh, points of an equal one, and functions of tractions; a load over time on
+    a body that the scene turns."""
+    (tmp_path / "scene.toml").write_text(TWO)
+    places = {"db": tmp_path / "db", "out": tmp_path / "out"}
+    done = run_job(open_job(tmp_path, set=PAIRED[meets], **places), "solve")
+    drawing = drawing_of(("two", tmp_path / "db", done.stages["solve"].key), tmp_path)
+    pressed = drawing.trajectory.contacts["faces"].multipliers
+    frame = int(pressed.sum(axis=1).argmax())
+    assert pressed[frame].sum() > 100
+    for name in ("anvil", "upper"):
+        recorded, shown = read_and_shown(drawing, name, "middle")
+        local = shown - drawing.body(name).coordinates[:, -8:] @ gauged(drawing, name).gauges["middle"].rows.T
+        assert np.abs(local).max() > 1e-3 * np.abs(recorded).max()
+        np.testing.assert_allclose(shown, recorded, rtol=0, atol=1e-6 * np.abs(recorded).max())
+        assert np.isfinite(nodal_stress(drawing, drawing.body(name))(frame)).any()
+        assert left_out(drawing, drawing.body(name)) == ""
+    script = movie._script(drawing, ["anvil", "upper"])
+    assert script.meets
+    assert script.wall is None
+    assert "obstacle" not in movie._subtitle(script)

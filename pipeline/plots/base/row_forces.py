@@ -1,0 +1,120 @@
+"""Forces on the rows of a body's residual flexibility at the frames of a run: of contacts, and of given loads."""
+
+import numpy as np
+
+from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.modaldb.traction import along_direction, chart_coordinates, inside, spread
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
+from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.pairs import faced
+from gudgeon.solver.contact.shares import shared_columns
+from gudgeon.solver.forces import OverTime
+from gudgeon.solver.forces.external import ExternalForce
+from gudgeon.solver.forces.gas import GasPressure
+from gudgeon.solver.forces.moving import MovingForce
+from gudgeon.solver.scene.contact import MasterSurface, OtherBody
+from gudgeon.solver.scene.scene import Scene
+
+READ = ("interface_rows", "tangential_spans", "loads", "tractions")
+"""Fields of the modes that forces are put on rows with, but for gauges."""
+
+
+def row_forces(drawing: Drawing, body: BodyMotion, modal: ModalRecord) -> np.ndarray:
+    """Return the force on each row of R at each frame, (f, C); a contact pushes against the outward normal.
+
+    Friction is left out, see `friction_contacts`.
+
+    Args:
+        modal: With the fields `READ`, turned as the scene places the body.
+
+    Raises:
+        StageError: a force acts on an interface of the body that neither the record nor the scene has at frames: that
+            of a spring, a joint, a motion, a field or one that a caller sets.
+    """
+    scene = Scene.model_validate(drawing.scene)
+    _refuse_unknown(scene, body.name)
+    forces = np.zeros((len(drawing.trajectory.frame_times), modal.row_count))
+    for name, force in scene.given().items():
+        if force.body == body.name and (interface := getattr(force, "interface", None)) is not None:
+            given = _given(force, drawing.trajectory.frame_times, scene, name, modal)
+            forces[:, slice(*modal.interface_rows[interface])] += given
+    for name, contact in drawing.trajectory.contacts.items():
+        against = scene.contact[name].against
+        if contact.body == body.name:
+            forces[:, slice(*modal.interface_rows[contact.interface])] -= contact.multipliers
+        if isinstance(against, OtherBody | MasterSurface) and against.body == body.name:
+            shares = _on_points if isinstance(against, OtherBody) else _on_tractions
+            forces[:, slice(*modal.interface_rows[against.interface])] -= shares(drawing, scene, name, modal)
+    return forces
+
+
+def friction_contacts(drawing: Drawing, body: BodyMotion, modal: ModalRecord) -> list[str]:
+    """Return the contacts on a body with friction forces on rows of R, which the record does not have at frames."""
+    contacts = drawing.scene.get("contact", {})
+    rough = [name for name in drawing.contacts_on(body.name) if contacts[name].get("friction") is not None]
+    return rough if modal.tangential_spans else []
+
+
+def _refuse_unknown(scene: Scene, body: str) -> None:
+    """Raise a StageError where a force acts on an interface of a body that is not known at frames."""
+    given = scene.given().keys() - scene.external().keys()
+    acting = [f"force.{name}" for name, one in scene.force.items() if name not in given and body in _ends(one)]
+    acting += [f"joint.{name}" for name, one in scene.joint.items() if body in _ends(one)]
+    acting += [f"motion.{name}" for name, one in scene.motion.items() if one.body == body and one.interface]
+    if acting:
+        raise StageError(f"the trajectory does not hold {acting[0]} on body {body} at frames")
+
+
+def _ends(one: object) -> tuple[str | None, str | None]:
+    return getattr(one, "body", None), getattr(one, "against", None)
+
+
+def _given(
+    force: GasPressure | MovingForce | ExternalForce | OverTime, times: np.ndarray, scene: Scene, name: str,
+    modal: ModalRecord,
+) -> np.ndarray:  # fmt: skip
+    """Return the forces on the rows of the interface of a load at times [s], (t, k), from its definition."""
+    if isinstance(force, GasPressure):
+        return force.over_angle()(scene.cranks()[force.joint].angle(times))[:, None]
+    if isinstance(force, MovingForce):
+        return spread(modal.tractions[force.interface], force.places(times), -force.amounts(times))
+    assert isinstance(force, OverTime)
+    return (force.amounts(times, f"force.{name}")[:, None] * force.share()) @ force.mix()
+
+
+def _on_points(drawing: Drawing, scene: Scene, name: str, modal: ModalRecord) -> np.ndarray:
+    """Return the forces of a contact on the points of its other body, in their order, (f, k), as its run shares them:
+    each point presses on the points of the facet that it meets, or on the one that it is paired with."""
+    contact, against = drawing.trajectory.contacts[name], scene.contact[name].against
+    assert isinstance(against, OtherBody)
+    sides = _points_of(drawing, contact.body), _points_of(drawing, against.body)
+    placed = contact.points + drawing.position(contact.body)
+    other, _ = faced(scene, name, sides, placed)
+    return shared_columns(other.share.T.tocsr(), contact.multipliers)
+
+
+def _points_of(drawing: Drawing, name: str) -> FlexibleBody:
+    """Return a body of contact points, without motions."""
+    modal, none = drawing.modes(name, ["interfaces"]), np.zeros((0, 6))
+    return FlexibleBody(
+        name, drawing.trajectory.bodies[name], drawing.design(name), modal, twists=none, damping=None, first=0
+    )
+
+
+def _on_tractions(drawing: Drawing, scene: Scene, name: str, modal: ModalRecord) -> np.ndarray:
+    """Return the forces of a contact on the functions of a traction space, in their order, (f, F)."""
+    contact, against = drawing.trajectory.contacts[name], scene.contact[name].against
+    assert isinstance(against, MasterSurface)
+    space = modal.tractions[against.interface]
+    own, other = drawing.body(contact.body), drawing.body(against.body)
+    placed = chart_coordinates(
+        space.chart, contact.points + drawing.position(contact.body) - drawing.position(against.body)
+    )
+    along, found = along_direction(space.chart), []
+    for frame, pressed in enumerate(contact.multipliers):
+        slid = float(along @ (own.twist(frame) - other.twist(frame))[:3])
+        places, closed = placed + np.array([0.0, slid]), pressed != 0
+        closed &= inside(space, np.column_stack([places[:, 0], np.full(len(places), space.start[1])]))
+        found.append(spread(space, places[closed], pressed[closed]).sum(axis=0))
+    return np.array(found)

@@ -1,0 +1,115 @@
+"""Pictures of bodies that turn by any angle: where their joints are drawn, and what captions name."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gudgeon import modaldb
+from gudgeon.pipeline import plots
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.stages.run import run_job
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("pyvista")
+
+from gudgeon.pipeline.plots.mechanism import film, picture
+from gudgeon.pipeline.plots.mechanism.motion import moving_bodies
+from gudgeon.pipeline.plots.mechanism.shapes import shown_bodies
+
+REACH = 0.2 / np.sqrt(2)
+"""Of the link along x and along z, which a body turned by 45 degrees about −y has [m]."""
+TURNED = """
+[component.link]
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+mesh.size = 0.05
+modes = { reduction = "row-craig-bampton", normal_count = 0, fixed_count = 0 }
+interface.a = { surface = "left", kind = "tie", tie = "rbe2" }
+interface.b = { surface = "right", kind = "tie", tie = "rbe2" }
+gauge.near = { station = "near", fibre = "top" }
+[component.link.geometry]
+kind = "beam"
+length = 0.2
+motion = "space"
+section = { kind = "rectangle", width = 0.01, height = 0.01 }
+stations = { near = 0.05 }
+[component.bob]
+geometry = { kind = "rigid", mass = 1.0, inertia = [1e-4, 1e-4, 1e-4] }
+[body.link]
+gauges = ["near"]
+orientation = { axis = [0.0, 1.0, 0.0], angle = -45.0 }
+[body.bob]
+position = [0.1414213562373095, 0.0, 0.1414213562373095]
+[joint.pin]
+kind = "revolute"
+body = "link"
+interface = "a"
+axis = [0.0, 1.0, 0.0]
+[joint.end]
+kind = "revolute"
+body = "link"
+interface = "b"
+against = "bob"
+axis = [0.0, 1.0, 0.0]
+[run]
+duration = 0.001
+gravity = [0.0, 0.0, -9.81]
+samples = 20
+frames = 4
+accuracy = 1e-4
+checks = false
+"""
+
+
+STOP = {"body": "bob", "against": {"shape": "plane", "point": [0.0, 0.0, -0.05], "normal": [0.0, 0.0, 1.0]}}
+
+
+@pytest.fixture(scope="module")
+def turned(tmp_path_factory: pytest.TempPathFactory) -> Drawing:
+    """A link held by a pin, turned by its scene, with a mass at its end."""
+    folder = tmp_path_factory.mktemp("turned")
+    (folder / "scene.toml").write_text(TURNED)
+    key = run_job(open_job(folder, db=folder / "db", out=folder / "out"), "solve").stages["solve"].key
+    return Drawing(modaldb.open(folder / "db"), key, "turned", folder, folder, lambda _: None)
+
+
+def test_joints_at_interfaces_of_a_turned_body_are_drawn_where_they_are(turned: Drawing) -> None:
+    """In the picture and in the film, on the body itself and on the one at its end."""
+    link, bob = moving_bodies(turned)
+    ends = [[0.0, 0.0, 0.0], [REACH, 0.0, REACH]]
+    # The record has joints by name.
+    np.testing.assert_allclose((link.points + link.centre)[1::-1], ends, rtol=0, atol=1e-12)
+    np.testing.assert_allclose((bob.points + bob.centre)[0], ends[1], rtol=0, atol=1e-12)
+    shown = shown_bodies(turned, np.array([0]))[0]
+    for name, end in zip(("pin", "end"), ends, strict=True):
+        np.testing.assert_allclose(shown.joints[name][0], end, rtol=0, atol=1e-5)
+        assert np.linalg.norm(shown.places[0] - shown.joints[name][0], axis=1).min() < 1e-7
+
+
+def test_a_film_shows_the_planes_that_bodies_meet_and_its_colours(turned: Drawing) -> None:
+    """A stop below the bodies is in view beside them, and the colour bar beside what is drawn."""
+    bodies = shown_bodies(turned, np.array([0, 3]))
+    assert film._walls(turned, bodies) == []
+    turned.scene["contact"]["stop"] = STOP
+    (wall,) = film._walls(turned, bodies)
+    np.testing.assert_allclose(wall[:, 2], -0.05, rtol=0, atol=1e-12)
+    view = film._view(bodies, moving_bodies(turned), [], [wall])
+    seen, room = view.seen(wall)[:, :2], film.FINER * np.array([film.BOX[2] - film.BOX[0], film.BOX[3] - film.BOX[1]])
+    assert (seen >= 0).all()
+    assert (seen <= room).all()
+    figure, _ = film._ground(turned, 1e-3, arrows=True, walls=True)
+    subtitle = figure.texts[1].get_text()
+    assert "grey: paths of joints, obstacles" in subtitle
+    assert "forces of joints on their bodies" in subtitle
+    bar = figure.axes[1].get_position()
+    assert bar.x0 * film.SIZE[0] > film.BOX[2]
+    del turned.scene["contact"]["stop"]
+
+
+def test_pictures_name_gauges_and_how_bodies_are_drawn(turned: Drawing, tmp_path: Path) -> None:
+    flat = {"flat": plots.TURNING["flat"], "rendered": {}}
+    drawn, notes = plots.render(turned.out / "db", turned.key, tmp_path, "turned", pictures=flat)
+    assert notes == []
+    assert {"mechanism.png", "gauges.png"} <= {path.name for path in drawn}
+    assert picture.LINES in picture._figure(turned).texts[1].get_text()
