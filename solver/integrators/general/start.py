@@ -14,7 +14,7 @@ from gudgeon.solver.integrators.general.arrays import (
     State,
 )
 from gudgeon.solver.integrators.general.solution.solve import WINDOW
-from gudgeon.solver.ports.members import contact_ports, function_ports, start_unknowns
+from gudgeon.solver.ports.members import contact_ports, function_ports, start_unknowns, surface_weights
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.system.fields.reading import evaluated
 from gudgeon.solver.system.system import System
@@ -23,10 +23,12 @@ from gudgeon.solver.system.system import System
 def state_of(system: System, ports: Ports, constants: Constants) -> State:
     p, m, contacts, joints = len(ports.offset), len(system.velocity), len(system.contacts), len(system.driving.joints)
     sides = len(constants.residual)
-    unknown = start_unknowns(system, ports)
+    unknown, weights = start_unknowns(system, ports), surface_weights(system, ports, system.position)
+    unknown = unknown if weights is None else weights.T @ unknown
     held = np.tile(unknown, (sides, 1)) if sides else np.zeros((0, p))
     response = np.einsum("sij,sj->i", constants.residual, held) if sides else np.zeros(p)
     displacement = ports.offset + ports.rows @ system.position + response
+    displacement = displacement if weights is None else weights @ displacement
     anchor = displacement.copy()
     for item in system.contacts:
         if system.scene.contact[item.name].friction is not None:
