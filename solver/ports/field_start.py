@@ -155,7 +155,7 @@ def _fields(system: System, settle: Settle) -> _Fields:
     places[numbers] = ports_of(system).numbers([f"force.{load.name}" for load in driving.given])
     forces = system.scene.fields() | system.scene.electrodes()
     poses = np.array([start_pose(forces[name]) for name in names])
-    return _Fields(base, held, settle, poses, motions, ends, places)
+    return _Fields(base, held, settle, poses=poses, motions=motions, ends=ends, places=places)
 
 
 def _followed(fields: _Fields) -> tuple[np.ndarray | None, float, float]:
