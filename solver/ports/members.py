@@ -25,11 +25,14 @@ def ports_of(system: System) -> Ports:
     return gathered(blocks, list(system.bodies.values()), len(system.velocity))
 
 
-def with_surfaces(system: System, ports: Ports, position: np.ndarray) -> Ports:
-    """Return the table with rows of points that slide as they are at a position, (m,): with those of functions."""
+def surface_weights(system: System, ports: Ports, position: np.ndarray) -> np.ndarray | None:
+    """Return the weights by which points that slide at a position, (m,), move with functions; None without any, (p, p).
+
+    They are those of one port in itself too: the transposed matrix spreads forces on points over the functions.
+    """
     moving = [contact for contact in system.contacts if contact.master is not None]
     if not moving:
-        return ports
+        return None
     weight = np.eye(len(ports.offset))
     for contact in moving:
         over = contact.master
@@ -39,6 +42,13 @@ def with_surfaces(system: System, ports: Ports, position: np.ndarray) -> Ports:
         for axis, functions in enumerate(function_ports(ports, contact)):
             for normal, number, value in zip(normals[~beside], numbers[~beside], values[~beside], strict=True):
                 weight[normal + axis, functions[number.ravel()]] = value.ravel()
+    return weight
+
+
+def with_surfaces(system: System, ports: Ports, position: np.ndarray) -> Ports:
+    """Return the table with rows of points that slide as they are at a position, (m,): with those of functions."""
+    if (weight := surface_weights(system, ports, position)) is None:
+        return ports
     own, other = ports.residual
     other = other + own @ (weight - np.eye(len(weight))).T
     return replace(
@@ -183,7 +193,7 @@ def _spring_side(body: FlexibleBody, end: End) -> Side:
 
 
 def start_unknowns(system: System, ports: Ports) -> np.ndarray:
-    """Return the forces of all ports at the start [N], (p,)."""
+    """Return the forces of all ports at the start [N], (p,); zero on functions, which take those of the points."""
     found, driving = np.zeros(len(ports.offset)), system.driving
     for contact in system.contacts:
         normals = contact_ports(ports, contact)

@@ -17,7 +17,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from gudgeon.solver.ports.members import contact_ports, ports_of, start_unknowns
+from gudgeon.solver.ports.field_start import in_fields
+from gudgeon.solver.ports.members import contact_ports, start_unknowns
+from gudgeon.solver.ports.surfaces import at_one_place, ports_over
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.system.equilibrium import touching_depths
 from gudgeon.solver.system.springs import Springs
@@ -29,6 +31,8 @@ PROXIMAL = (1e-10, 1e-7)
 """Shares of the proximal term that are tried, the least first: the method converges by this factor a step."""
 MOST_STEPS = 100
 MOST_HALVINGS = 16
+MOST_PLACES = 8
+"""Largest number of solutions with new places of points over the surfaces on which they settle."""
 BORDER = 1e-9
 """Share of its limit by which a force on the border of its disc is round-off from it."""
 CONTACTS = (Kind.UNILATERAL, Kind.CONE, Kind.LAW, Kind.RUBBING_LAW)
@@ -70,28 +74,46 @@ class _Statics:
 
 
 def at_rest(system: System, notes: list[str] | None = None) -> System:
-    """Return a system whose bodies at rest on contacts with friction start in equilibrium with it.
+    """Return a system that starts in equilibrium with its fields and, of bodies at rest on them, rubbing contacts.
 
     Bodies take part that have no velocity, no crank and no moving obstacle, and touch over a compliance.
 
     Args:
         notes: Receives a sentence for bodies that have no equilibrium and start as placed.
     """
-    rubs = any(one.friction is not None and one.friction.static > 0 for one in system.scene.contact.values())
-    if system.scene.run.start != "rest" or system.scene.capabilities.turns or not rubs:
+    if system.scene.run.start != "rest" or system.scene.capabilities.turns:
         return system
-    placed, system = system, system.opened()
-    opened = system
-    ports = ports_of(system)
+    return in_fields(system, _rubbing, notes) if system.fields.names else _rubbing(system, notes)
+
+
+def _rubbing(system: System, notes: list[str] | None) -> System:
+    """Return a system whose bodies at rest on contacts with friction start in equilibrium with it."""
+    if not any(one.friction is not None and one.friction.static > 0 for one in system.scene.contact.values()):
+        return system
+    placed, opened = system, system.opened()
+    system = opened
+    for _ in range(MOST_PLACES):
+        before, said = system, list[str]()
+        system = _balanced_groups(opened, ports_over(opened, before.position), said)
+        if at_one_place(system, before.position):
+            break
+    if notes is not None:
+        notes += said
+    return placed if system is opened else replace(system, gap=placed.gap)
+
+
+def _balanced_groups(opened: System, ports: Ports, notes: list[str]) -> System:
+    """Return a system with each group of bodies in its equilibrium, of ports with the surfaces below their points."""
+    system = opened
     for bodies in _groups(system, ports):
         statics = _statics(system, ports, bodies)
         found = None if statics is None else _balanced(statics, _guess(system, ports, statics))
         if statics is not None and found is not None:
             system = _placed(system, ports, bodies, statics, found)
-        elif statics is not None and notes is not None:
+        elif statics is not None:
             names = " and ".join(name for at, name in enumerate(system.bodies) if at in bodies)
             notes.append(f"{names}: no static equilibrium with friction was found; the run starts as placed")
-    return placed if system is opened else replace(system, gap=placed.gap)
+    return system
 
 
 def _groups(system: System, ports: Ports) -> Iterator[list[int]]:
@@ -112,7 +134,7 @@ def _groups(system: System, ports: Ports) -> Iterator[list[int]]:
         if touches.any():
             joined(pair)
             settings = system.scene.contact[contact.name]
-            if contact.master is not None or np.any(getattr(settings.against, "velocity", 0.0)):
+            if np.any(getattr(settings.against, "velocity", 0.0)):
                 moving |= {int(at) for at in pair}
             if settings.friction is not None:
                 rubbing.add(number[contact.body])

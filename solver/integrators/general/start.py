@@ -14,7 +14,7 @@ from gudgeon.solver.integrators.general.arrays import (
 )
 from gudgeon.solver.integrators.general.slides import Slides
 from gudgeon.solver.integrators.general.solution.solve import WINDOW
-from gudgeon.solver.ports.members import contact_ports, function_ports, start_unknowns
+from gudgeon.solver.ports.members import contact_ports, function_ports, start_unknowns, surface_weights
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.system.fields.reading import evaluated
 from gudgeon.solver.system.system import System
@@ -24,10 +24,12 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
     p, m, contacts, joints = len(ports.offset), len(system.velocity), len(system.contacts), len(system.driving.joints)
     paths = len(constants.parts) + len(system.bodies)
     sides, R = len(constants.residual.values), constants.residual.values
-    unknown = start_unknowns(system, ports)
+    unknown, weights = start_unknowns(system, ports), surface_weights(system, ports, system.position)
+    unknown = unknown if weights is None else weights.T @ unknown
     held = np.tile(unknown, (sides, 1)) if sides else np.zeros((0, p))
     response = sum((ports.pairs.times(one, force) for one, force in zip(R, held, strict=True)), np.zeros(p))
     displacement = ports.offset + ports.rows @ system.position + response
+    displacement = displacement if weights is None else weights @ displacement
     anchor = displacement.copy()
     for item in system.contacts:
         if system.scene.contact[item.name].friction is not None:
