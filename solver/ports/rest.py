@@ -91,7 +91,7 @@ def _rubbing(system: System, notes: list[str] | None) -> System:
     if not any(one.friction is not None and one.friction.static > 0 for one in system.scene.contact.values()):
         return system
     placed, opened = system, system.opened()
-    system = opened
+    system, said = opened, list[str]()
     for _ in range(MOST_PLACES):
         before, said = system, list[str]()
         system = _balanced_groups(opened, ports_over(opened, before.position), said)
