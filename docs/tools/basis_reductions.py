@@ -1,6 +1,6 @@
-"""`python -m docs.tools.basis_reductions`: the estimated error of bases of few modes and static shapes, for docs/basis.md.
+"""`python -m docs.tools.basis_reductions`: estimated errors of bases of few modes and static shapes, for docs/basis.md.
 
-A column strikes with its end; the force is that of 60 normal modes but for what a basis lacks. Prints rows of the table.
+A column strikes with its end; the force is that of 60 normal modes but for what a basis lacks. Prints the table.
 """
 
 from pathlib import Path

@@ -241,7 +241,8 @@ def _jumps(ports: Ports, beta: np.ndarray, layer: np.ndarray, dt: float) -> np.n
 
     It does not where one of two bodies yields without a dashpot.
     """
-    found, yields = np.zeros(len(layer), np.bool_), ports.pairs.diagonal(ports.flexibility) > 0
+    found = np.zeros(len(layer), np.bool_)
+    yields: np.ndarray = np.greater(ports.pairs.diagonal(ports.flexibility), 0)
     for item, here in zip(ports.blocks, ports.places, strict=True):
         if item.kind == Kind.SURFACE:
             yields[1, ports.of(f"contact.{item.name.partition('.')[2]}")] |= yields[0, here].any()
