@@ -252,7 +252,7 @@ def _jumps(ports: Ports, beta: np.ndarray, layer: np.ndarray, dt: float) -> np.n
         if item.kind in (Kind.UNILATERAL, Kind.CONE):
             each = BLOCK.get(item.kind, 1)
             first = np.arange(here.start, here.stop, each)
-            found[here] = np.repeat(alone[first] & (layer[first] == 0), each)
+            found[here] = np.repeat(np.take(alone, first) & (layer[first] == 0), each)
     return found
 
 
