@@ -131,9 +131,8 @@ Name = Annotated[str, AfterValidator(_name)]
 """Of a body, contact, component and the like: it becomes part of the names of files and of fields of records."""
 
 
-def _each_once(values: tuple[str, ...] | None) -> tuple[str, ...] | None:
-    twice = sorted({one for one in values if values.count(one) > 1}) if values else []
-    if twice:
+def _each_once(values: tuple[str, ...]) -> tuple[str, ...]:
+    if twice := sorted({one for one in values if values.count(one) > 1}):
         raise ValueError(f"{', '.join(twice)} stands there more than once; give each once")
     return values
 

@@ -4,7 +4,7 @@ import difflib
 import hashlib
 import io
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -213,9 +213,18 @@ class Steps:
         """Return a hash of everything that does not change in the run."""
         seal = hashlib.sha256()
         for name, value in self._run.arrays.constants._asdict().items():
-            for one in value if isinstance(value, tuple) else (value,):
+            for one in _flat(value):
                 seal.update(name.encode() + np.ascontiguousarray(one).tobytes())
         return seal.hexdigest()
+
+
+def _flat(value: object) -> Iterator[object]:
+    """Yield the arrays and numbers of a value and of the tuples within it."""
+    if isinstance(value, tuple):
+        for one in value:
+            yield from _flat(one)
+    else:
+        yield value
 
 
 def _known(name: str, members: Iterable[str]) -> str:

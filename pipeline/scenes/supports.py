@@ -4,14 +4,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, field_validator
 
-from gudgeon.solver.numbers import EachOnce, Strict
+from gudgeon.solver.numbers import Strict
 
 
 class Support(Strict):
     """A surface whose nodes are held."""
 
     surface: str = Field(description="Name of a surface of the mesh")
-    hold: Annotated[tuple[Literal["x", "y", "z", "rx", "ry", "rz"], ...] | None, EachOnce] = Field(
+    hold: tuple[Literal["x", "y", "z", "rx", "ry", "rz"], ...] | None = Field(
         default=None, description="Directions and rotations that are held; default: all"
     )
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.fields.co_energy import LEFT, values
 from gudgeon.solver.ports.members import ports_of, start_unknowns, with_surfaces
 from gudgeon.solver.ports.table import Kind, Ports
@@ -181,7 +182,10 @@ def _newton(fields: _Fields, forces: np.ndarray, share: float) -> tuple[np.ndarr
     """
     turns, biggest = fields.motions[:, 1] >= 3, np.zeros(len(forces))
     for _ in range(MOST_STEPS):
-        system = fields.loaded(forces)
+        try:
+            system = fields.loaded(forces)
+        except SceneError:  # Contacts that the forces press together have no equilibrium without friction.
+            return None
         poses, compliance = fields.moved(system)
         found = fields.pulled(poses)
         if found is None:

@@ -194,10 +194,6 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
             f'{SUPPORTS}=[{{surface="crown", hold=[]}}]',
             f"{SUPPORTS}.0.hold: [] given; name at least one of x, y, z, rx",
         ),
-        (
-            f'{SUPPORTS}=[{{surface="crown", hold=["x", "x"]}}]',
-            f"{SUPPORTS}.0.hold: x stands there more than once",
-        ),
         ('body.skirt.freedom=["z", "x", "z"]', "body.skirt.freedom: z stands there more than once; give each once"),
         (f'{SUPPORTS}=[{{surface="crown", hold=["q"]}}]', f"{SUPPORTS}.0.hold.0: 'q' given; input should be 'x', 'y'"),
         (f'{SUPPORTS}=[{{surface="crown", hld=["x"]}}]', f"{SUPPORTS}.0.hld: unknown key; did you mean 'hold'? "),

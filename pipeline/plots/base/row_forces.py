@@ -3,7 +3,7 @@
 import numpy as np
 
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.modaldb.traction import along_direction, chart_coordinates, inside, spread
+from gudgeon.modaldb.traction import spread
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.solver.bodies.small_motion import FlexibleBody
@@ -30,7 +30,7 @@ def row_forces(drawing: Drawing, body: BodyMotion, modal: ModalRecord) -> np.nda
 
     Raises:
         StageError: a force acts on an interface of the body that neither the record nor the scene has at frames: that
-            of a spring, a joint, a motion, a field or one that a caller sets.
+            of a spring, a joint, a motion, a field, one that a caller sets, or of a contact on its traction space.
     """
     scene = Scene.model_validate(drawing.scene)
     _refuse_unknown(scene, body.name)
@@ -43,9 +43,10 @@ def row_forces(drawing: Drawing, body: BodyMotion, modal: ModalRecord) -> np.nda
         against = scene.contact[name].against
         if contact.body == body.name:
             forces[:, slice(*modal.interface_rows[contact.interface])] -= contact.multipliers
-        if isinstance(against, OtherBody | MasterSurface) and against.body == body.name:
-            shares = _on_points if isinstance(against, OtherBody) else _on_tractions
-            forces[:, slice(*modal.interface_rows[against.interface])] -= shares(drawing, scene, name, modal)
+        if isinstance(against, MasterSurface) and against.body == body.name:
+            raise StageError(f"the trajectory does not hold the forces of contact {name} on '{against.interface}'")
+        if isinstance(against, OtherBody) and against.body == body.name:
+            forces[:, slice(*modal.interface_rows[against.interface])] -= _on_points(drawing, scene, name)
     return forces
 
 
@@ -83,7 +84,7 @@ def _given(
     return (force.amounts(times, f"force.{name}")[:, None] * force.share()) @ force.mix()
 
 
-def _on_points(drawing: Drawing, scene: Scene, name: str, modal: ModalRecord) -> np.ndarray:
+def _on_points(drawing: Drawing, scene: Scene, name: str) -> np.ndarray:
     """Return the forces of a contact on the points of its other body, in their order, (f, k), as its run shares them:
     each point presses on the points of the facet that it meets, or on the one that it is paired with."""
     contact, against = drawing.trajectory.contacts[name], scene.contact[name].against
@@ -100,21 +101,3 @@ def _points_of(drawing: Drawing, name: str) -> FlexibleBody:
     return FlexibleBody(
         name, drawing.trajectory.bodies[name], drawing.design(name), modal, twists=none, damping=None, first=0
     )
-
-
-def _on_tractions(drawing: Drawing, scene: Scene, name: str, modal: ModalRecord) -> np.ndarray:
-    """Return the forces of a contact on the functions of a traction space, in their order, (f, F)."""
-    contact, against = drawing.trajectory.contacts[name], scene.contact[name].against
-    assert isinstance(against, MasterSurface)
-    space = modal.tractions[against.interface]
-    own, other = drawing.body(contact.body), drawing.body(against.body)
-    placed = chart_coordinates(
-        space.chart, contact.points + drawing.position(contact.body) - drawing.position(against.body)
-    )
-    along, found = along_direction(space.chart), []
-    for frame, pressed in enumerate(contact.multipliers):
-        slid = float(along @ (own.twist(frame) - other.twist(frame))[:3])
-        places, closed = placed + np.array([0.0, slid]), pressed != 0
-        closed &= inside(space, np.column_stack([places[:, 0], np.full(len(places), space.start[1])]))
-        found.append(spread(space, places[closed], pressed[closed]).sum(axis=0))
-    return np.array(found)

@@ -194,18 +194,12 @@ PAIRED = {
     "facets": {},
     "points": {"component.anvil.geometry.lx": 0.02, "component.anvil.geometry.ly": 0.02,
                "component.anvil.mesh.size": 0.02, "body.upper.orientation": "unset"},
-    "tractions": {
-        "component.anvil.interface.top": {"surface": "top", "kind": "traction", "along": [1.0, 0.0, 0.0],
-                                          "spacing": 0.01},
-        "contact.faces.against.shape": "surface", "component.anvil.modes.reduction": "macneal",
-    },
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("meets", PAIRED)
 def test_stress_of_both_bodies_has_the_forces_of_their_contact_and_loads(meets: str, tmp_path: Path) -> None:
-    """Points that meet facets of another mesh, points of an equal one, and functions of tractions; a load over time on
-    a body that the scene turns."""
+    """Points that meet facets of another mesh, and points of an equal one; a load over time on a body that turns."""
     (tmp_path / "scene.toml").write_text(TWO)
     places = {"db": tmp_path / "db", "out": tmp_path / "out"}
     done = run_job(open_job(tmp_path, set=PAIRED[meets], **places), "solve")
