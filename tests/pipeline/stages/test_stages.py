@@ -64,7 +64,7 @@ def test_first_run_counts(tmp_path: Path, counts: Counter[str]) -> None:
     write_scene(tmp_path / "scene")
     report = again(tmp_path)
     assert set(states(report).values()) == {"ran"}
-    # Shifted matrix, inertia count, held matrix with the contact rows, and the flexibility that tells modes from shapes.
+    # Shifted matrix, inertia count, held matrix with contact rows, and the flexibility that tells modes from shapes.
     assert counts == {"meshes": 1, "factorisations": 4}
 
 
