@@ -218,3 +218,17 @@ def test_stress_of_both_bodies_has_the_forces_of_their_contact_and_loads(meets: 
     assert script.meets
     assert script.wall is None
     assert "obstacle" not in movie._subtitle(script)
+
+
+def test_stress_under_a_traction_space_is_refused(tmp_path: Path) -> None:
+    """The record has the forces of points, not those of functions."""
+    (tmp_path / "scene.toml").write_text(TWO)
+    changes = {
+        "component.anvil.interface.top": {"surface": "top", "kind": "traction", "along": [1.0, 0.0, 0.0],
+                                          "spacing": 0.01},
+        "contact.faces.against.shape": "surface", "component.anvil.modes.reduction": "macneal",
+    }  # fmt: skip
+    done = run_job(open_job(tmp_path, set=changes, db=tmp_path / "db", out=tmp_path / "out"), "solve")
+    drawing = drawing_of(("two", tmp_path / "db", done.stages["solve"].key), tmp_path)
+    with pytest.raises(StageError, match="does not hold the forces of contact faces on 'top'"):
+        row_forces(drawing, drawing.body("anvil"), gauged(drawing, "anvil"))

@@ -5,19 +5,9 @@ from typing import Any
 
 import pytest
 
+from docs.tools.basis_reductions import COLUMN
 from gudgeon.pipeline.kinds import run
 
-COLUMN = """
-component.part.geometry = { kind = "box", lx = 0.02, ly = 0.02, lz = 0.1 }
-component.part.mesh.size = 0.01
-component.part.material = { E = 110e9, nu = 0.34, rho = 4500 }
-component.part.interface.foot.surface = "bottom"
-component.part.modes.reduction = "macneal"
-body.part = { position = [0, 0, 1e-5], velocity = [0, 0, -0.3] }
-contact.floor = { body = "part", interface = "foot", surface_stiffness = 1e13, against = { shape = "plane", point = [0, 0, 0], normal = [0, 0, 1] } }
-run = { duration = 1e-4, window = 4e-6 }
-"""  # noqa: E501
-"""A column that strikes with its end: the force is ρ c A v over 2 L/c, which its axial modes alone carry."""
 STATIC = {"reduction": "attachment", "normal_count": 0}
 FEW = [
     {"reduction": "macneal", "normal_count": 5},
@@ -33,7 +23,7 @@ FEW = [
 def solved(folder: Path, **modes: Any) -> Any:
     folder.mkdir(exist_ok=True)
     (folder / "scene.toml").write_text(COLUMN)
-    changes = {f"component.part.modes.{key}": value for key, value in modes.items()}
+    changes = {f"component.part.modes.{key}": value for key, value in modes.items()} | {"run.duration": 1e-4}
     return run(folder / "scene.toml", set=changes, db=folder / "db", out=folder / "out", until="solve")
 
 
