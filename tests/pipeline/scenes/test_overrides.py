@@ -8,7 +8,7 @@ import pytest
 
 from gudgeon.pipeline import kinds
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.reading import override_text, parse_override
+from gudgeon.pipeline.scenes.reading import override_text, parse_override, read_tables
 
 VALUES: dict[str, tuple[Any, Any]] = {
     "table": ({"ratio": 0.01, "frequency": 2e4}, {"ratio": 0.01, "frequency": 2e4}),
@@ -44,3 +44,24 @@ def test_damping_is_set_as_a_table(tmp_path: Path) -> None:
     damping = {"ratio": 0.01, "frequency": 2e4}
     job = kinds.open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out", set={"body.rod.damping": damping})
     assert job.scene.body["rod"].damping.ratio == 0.01
+
+
+def test_a_name_with_a_dot_stands_in_quotes() -> None:
+    for quote in "\"'":
+        assert parse_override(f"body.{quote}a.b{quote}.velocity = [1, 2]") == {"body": {"a.b": {"velocity": [1, 2]}}}
+
+
+def test_only_keys_that_are_given_are_unset(tmp_path: Path) -> None:
+    (tmp_path / "below.toml").write_text("body.rod.velocity = [1, 0, 0]\nrun.duration = 1\n")
+    scene = tmp_path / "scene.toml"
+    scene.write_text('base = "below.toml"\nbody.rod.velocity = "unset"\n')
+    assert read_tables(scene, ["run.duration=unset"]) == {"body": {"rod": {}}, "run": {}}
+    with pytest.raises(
+        InputError, match=r"--set run\.duraton=unset: .* cannot be unset; did you mean 'duration'\? there:"
+    ):
+        read_tables(scene, ["run.duraton=unset"])
+    with pytest.raises(InputError, match=r"body\.rod\.velocity is not given and cannot be unset; its table is empty"):
+        read_tables(scene, ["body.rod.velocity=unset"])
+    scene.write_text('base = "below.toml"\nbody.stick.velocity = "unset"\n')
+    with pytest.raises(InputError, match=r"scene\.toml: body\.stick\.velocity is not given"):
+        read_tables(scene)
