@@ -62,7 +62,7 @@ def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     tables = _tables(path, ())
     for text in overrides:
         changes = parse_override(text)
-        _refuse_absent(tables, changes, f"--set {text}")
+        _refuse_misspelt(tables, changes, f"--set {text}")
         tables = merged(tables, changes)
     return tables
 
@@ -83,7 +83,7 @@ def _tables(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
     if len(above) >= DEEPEST:
         raise InputError(f"{path}: base: more than {DEEPEST} files are based on each other")
     below = _tables(path.parent / base, (*above, path.resolve()))
-    _refuse_absent(below, tables, str(path))
+    _refuse_misspelt(below, tables, str(path))
     return merged(below, tables)
 
 
@@ -255,16 +255,16 @@ def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, A
     return found
 
 
-def _refuse_absent(tables: Mapping[str, Any], changes: Mapping[str, Any], where: str, *above: str) -> None:
-    """Raise InputError where changes remove a key that tables do not have."""
+def _refuse_misspelt(tables: Mapping[str, Any], changes: Mapping[str, Any], where: str, *above: str) -> None:
+    """Raise InputError where changes remove a key that tables do not have, but one whose name resembles it."""
     for name, value in changes.items():
         below = tables.get(name)
-        if value == UNSET and name not in tables:
-            key = ".".join((*above, name))
-            there = f"{_hint(name, list(tables))}there: {', '.join(tables)}" if tables else "its table is empty"
-            raise InputError(f"{where}: {key} is not given and cannot be unset; {there}")
+        if value == UNSET and name not in tables and (hint := _hint(name, list(tables))):
+            raise InputError(
+                f"{where}: {'.'.join((*above, name))} is not given, so that it cannot be unset; {hint.strip()}"
+            )
         if isinstance(value, Mapping):
-            _refuse_absent(below if isinstance(below, Mapping) else {}, value, where, *above, name)
+            _refuse_misspelt(below if isinstance(below, Mapping) else {}, value, where, *above, name)
 
 
 def _with_items(name: str, items: list[Any], changes: Mapping[str, Any]) -> list[Any]:

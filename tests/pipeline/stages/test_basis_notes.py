@@ -131,7 +131,9 @@ component.part.material = { E = 2e9, nu = 0.3, rho = 1200.0 }
 component.part.mesh.size = 0.005
 component.part.interface.foot.surface = "bottom"
 body.part = { position = [0.0, 0.01502, 0.0], velocity = [0.0, -0.5, 0.0] }
-contact.floor = { body = "part", interface = "foot", against = { shape = "plane", point = [0, 0, 0], normal = [0, 1, 0] } }
+contact.floor.body = "part"
+contact.floor.interface = "foot"
+contact.floor.against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 1.0, 0.0] }
 run.duration = 2e-4
 """
 
