@@ -165,7 +165,7 @@ class System:
         if (given := self.scene.run.window) is not None:
             return given
         jumps = not all(one.smooth_law for one in self.scene.contact.values())
-        return (RINGS if jumps else 1.0) * self.resolution
+        return min((RINGS if jumps else 1.0) * self.resolution, self.scene.run.duration)
 
     def moved_gaps(self, position: np.ndarray) -> np.ndarray:
         """Return the change of the gaps by coordinates, (m,), with points over traction spaces slid by them [m], (c,).
