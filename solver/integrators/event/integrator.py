@@ -251,7 +251,7 @@ def _refuse_shared_friction(system: System) -> None:
         SceneError: there is such a point.
     """
     names = [item.name for item in system.contacts for _ in item.points]
-    moved = system.rows != 0
+    moved = system.rows.dense() != 0
     for row in np.flatnonzero(system.friction[:, 0] > 0):
         others = [other for other in range(len(names)) if other != row and np.any(moved[row] & moved[other])]
         if others:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize
 
+from gudgeon.solver.contact.blocks import Blocks
 from gudgeon.solver.integrators.event.motion import Probe
 from gudgeon.solver.integrators.event.regimes import Conditions, Equations, Status, acceleration
 from gudgeon.solver.system.system import System
@@ -43,7 +44,7 @@ class Impact:
 
 def gaps_of(system: System, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the gaps of all rows without yielding, and the sums of their absolute terms [m], (c,) each."""
-    return system.gap + system.rows @ p, np.abs(system.rows) @ np.abs(p) + np.abs(system.gap)
+    return system.gap + system.rows @ p, abs(system.rows) @ np.abs(p) + np.abs(system.gap)
 
 
 def struck(equations: Equations, now: Conditions, hit: int, p: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -212,8 +213,8 @@ def settle_slip(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndar
         now.slip[row] = -int(np.sign(drag))
 
 
-def force_scale(free: Probe, p: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def force_scale(free: Probe, p: np.ndarray, v: np.ndarray, rows: Blocks) -> np.ndarray:
     """Return the sum of the absolute terms of each row's force [N]: of its acceleration over its mobility."""
     terms = np.abs(free.constant) + np.abs(free.position) @ np.abs(p) + np.abs(free.velocity) @ np.abs(v)
-    mobility = (rows**2).sum(axis=1)
-    return (np.abs(rows) @ terms) / np.where(mobility > 0, mobility, 1.0)
+    mobility = rows.applied(np.square) @ np.ones(len(p))
+    return (abs(rows) @ terms) / np.where(mobility > 0, mobility, 1.0)

@@ -308,7 +308,7 @@ class Record:
     def _stored(self, row: int, p: np.ndarray) -> float:
         """Return the energy [J] in the spring of a row."""
         gap = self._system.gap[row] + float(self._system.rows[row] @ p)
-        return 0.5 * gap**2 / self._system.compliance[row, row]
+        return 0.5 * gap**2 / self._system.compliance.diagonal()[row]
 
     def impacts(self) -> list[np.ndarray]:
         """Return the impacts of each contact, (b, 9) each; the present ones end at the time reached."""

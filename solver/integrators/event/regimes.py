@@ -78,8 +78,7 @@ class Equations:
     @cached_property
     def alone(self) -> np.ndarray:
         """Rows whose gap does not change by other rows' forces through R, (c,) bool."""
-        R = self.system.residual
-        return ~np.any(R - np.diag(R.diagonal()), axis=1)
+        return ~self.system.residual.beside_diagonal()
 
     def regime(self, now: Conditions, p: np.ndarray, zero: Set[int] = frozenset()) -> Regime:
         """Return the equations for displacements from a state p, (n,), at which the gaps of rows `zero` are zero."""
@@ -98,7 +97,7 @@ class Equations:
         soft = np.flatnonzero(closed & ~system.rigid_contact)
         hard = np.flatnonzero(closed & system.rigid_contact)
         stuck = hard[self.frictional[hard] & (now.slip[hard] == 0)]
-        compliance = system.compliance[np.ix_(soft, soft)]
+        compliance = system.compliance.among(soft, soft)
         inverse = np.linalg.inv(compliance) if len(soft) else np.zeros((0, 0))
         both = np.zeros((len(soft) + len(springs.stiffness),) * 2)
         both[: len(soft), : len(soft)] = 0.5 * (inverse + inverse.T)
@@ -136,16 +135,17 @@ class Equations:
         self, now: Conditions, gaps: np.ndarray, forces: Probe, tangential: Probe
     ) -> tuple[Probe, list[tuple[Watch, int]]]:
         system, n = self.system, self.system.rows.shape[1]
-        gap_rows = Probe.of(gaps, system.rows, np.zeros_like(system.rows)).matrix
+        rows, compliance = system.rows.dense(), system.compliance.dense()
+        gap_rows = Probe.of(gaps, rows, np.zeros_like(rows)).matrix
         found: list[tuple[Watch, int, np.ndarray]] = []
         for row, status in enumerate(now.status):
-            gap, couple = gap_rows[row], system.compliance[row]
+            gap, couple = gap_rows[row], compliance[row]
             if status == Status.OPEN:
                 # Its gap with the forces of closed points through R.
                 found.append((Watch.CLOSES, row, gap + couple @ forces.matrix))
             elif status == Status.SLACK:
                 force = 1 / couple[row] * gap
-                force[1 + n :] = system.dashpot[row] * system.rows[row]
+                force[1 + n :] = system.dashpot[row] * rows[row]
                 found += [(Watch.CLOSES, row, force), (Watch.LEAVES, row, -gap)]
             elif status == Status.CLOSED:
                 normal, drag = forces.matrix[row], tangential.matrix[row]

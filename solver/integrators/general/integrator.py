@@ -223,9 +223,9 @@ class General:
             at = self._normals[rubbed] + b
             drags[rubbed] += state.impulses[at, None] * self.arrays.constants.direction[at]
         functions, slid = self._functions, [contact.master is not None for contact in system.contacts]
-        inward = ports.rows[functions] @ state.q
+        inward = (ports.rows @ state.q)[functions]
         for one, force in zip(self.arrays.constants.residual.values, state.held, strict=True):
-            inward += ports.pairs.times(one, force)[functions]
+            inward += (ports.pairs.matrix(one) @ force)[functions]
         drag_impulse = np.zeros(len(slid))
         drag_impulse[slid] = state.slides.drag_impulse
         wrenches = np.zeros((len(slid), 6))

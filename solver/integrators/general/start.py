@@ -27,7 +27,7 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
     unknown, weights = start_unknowns(system, ports), surface_weights(system, ports, system.position)
     unknown = unknown if weights is None else weights.T @ unknown
     held = np.tile(unknown, (sides, 1)) if sides else np.zeros((0, p))
-    response = sum((ports.pairs.times(one, force) for one, force in zip(R, held, strict=True)), np.zeros(p))
+    response = sum((ports.pairs.matrix(one) @ force for one, force in zip(R, held, strict=True)), np.zeros(p))
     displacement = ports.offset + ports.rows @ system.position + response
     displacement = displacement if weights is None else weights @ displacement
     anchor = displacement.copy()
@@ -43,7 +43,7 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         0.5 * float(system.velocity @ system.velocity),
         0.5 * float(system.stiffness @ system.position**2) + stored
         + system.springs.energy(np.concatenate([np.empty(0), *pulled])) - float(field[:, 0].sum()),
-        system.start_contact_energy - 0.5 * float(system.start_forces @ system.residual @ system.start_forces),
+        system.start_contact_energy - 0.5 * float(system.start_forces @ (system.residual @ system.start_forces)),
     )  # fmt: skip
     pin = system.driving.crank(np.zeros(1))[0]
     listed, found = np.zeros(p + 1, np.int64), np.flatnonzero(unknown) if sides else np.empty(0, np.int64)
