@@ -100,7 +100,8 @@ _ZERO_AT_START = (
 
 
 def problem_of(constants: Constants) -> Problem:
-    p, many = len(constants.offset), _candidates(constants)
+    p = len(constants.offset)
+    many = 0 if constants.plain else candidates(constants)  # Without cones, laws or joints, `active` holds the factor.
     return Problem(
         awake=np.full((2, p), constants.divides), ports=np.zeros(p, np.int64), size=np.zeros(5, np.int64),
         columns=np.zeros((many, many)), active=empty_set(p if constants.plain else 0), runs=np.zeros((p, 2), np.int64),
@@ -114,7 +115,7 @@ def problem_of(constants: Constants) -> Problem:
     )  # fmt: skip
 
 
-def _candidates(constants: Constants) -> int:
+def candidates(constants: Constants) -> int:
     """Return the largest number of ports that respond in a step."""
     firsts = np.concatenate([constants.touching, constants.always])
     return int(constants.size[firsts].sum())
