@@ -285,8 +285,7 @@ def _ringing(system: System, found: Trajectory, contact: FirstContact | None) ->
         return 0.0
     phase = float(np.finfo(float).eps) * (2 * np.pi * contact.duration / system.shortest_period) ** 2 / (2 * np.pi)
     elastic, worst = system.stiffness > 0, 0.0
-    yields = system.residual.diagonal() + system.layer
-    pressed = _multipliers(system, found)
+    yields, pressed = system.residual.diagonal() + system.layer, _multipliers(system, found)
     most = pressed.max(axis=0, initial=0.0)
     for row in np.flatnonzero((yields > 0) & (most > 0)):
         paths = np.abs(found.frames[pressed[:, row] > 0][:, elastic]) @ np.abs(system.rows[row][elastic])
@@ -367,9 +366,8 @@ def _condition(system: System) -> float | None:
     if not len(system.gap):
         elastic = system.stiffness[system.stiffness > 0]
         return float(elastic.max() / elastic.min()) if len(elastic) else None
-    matrix = system.compliance.dense()
-    if not matrix.diagonal().min() > 0:
-        matrix = (rows := system.rows.dense()) @ rows.T
+    yields, rows = system.compliance, system.rows
+    matrix = yields.dense() if yields.diagonal().min() > 0 else rows.dense() @ rows.dense().T
     size = np.sqrt(matrix.diagonal())
     values = np.linalg.eigvalsh(matrix / np.outer(size, size))
     return float(values[-1] / values[0]) if values[0] > 0 else float("inf")
