@@ -30,13 +30,13 @@ from dataclasses import replace
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import BASIS_REASON, BEGINS, ENDS, IMPULSE, NO_MODE, ONE_COORDINATE, Trajectory
+from gudgeon.solver.checks.weighed import weighed
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.curves import windowed
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.nested import nested
 from gudgeon.solver.system.system import System
-from gudgeon.solver.system.weighed import weighed
 
 REBOUND = ("rebound_velocity", "rebound_velocity_other")
 WINDOWS = (1.0, 1.5)

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon.solver.checks.weighed import ABOVE, MOST, weighed
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System
-from gudgeon.solver.system.weighed import ABOVE, MOST, weighed
 from tests.solver.system.test_nested import close, static, whole
 from tests.solver.systems import (
     block_records,
