@@ -22,10 +22,10 @@ from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, rea
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.forces.bushings import WIDEST
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
-from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
-from gudgeon.solver.integrators.mechanism.start import start_of
 from gudgeon.solver.integrators.mechanism.implicit.choice import Choice, lack_of
 from gudgeon.solver.integrators.mechanism.implicit.steps import ImplicitSteps
+from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
+from gudgeon.solver.integrators.mechanism.start import start_of
 from gudgeon.solver.integrators.mechanism.step import keep_angles
 from gudgeon.solver.integrators.mechanism.stepping import Stepping
 from gudgeon.solver.integrators.mechanism.steps import ExplicitSteps, Prepared, Steps, Tried, Within
@@ -39,8 +39,9 @@ from gudgeon.solver.system.system import System
 
 SHARE = 1e-3
 """Error of an explicit step over run.accuracy: errors of hundreds of steps add up."""
-IMPLICIT_SHARE = 0.1
-"""The same of an implicit step, whose estimate is of order 5 for a method of order 10."""
+FREE_SHARE = 0.1
+"""The same of an implicit step without joints, whose estimate is of order 5 and its motion of order 10; multipliers of
+joints are of lower order."""
 FINEST = 2e-13
 """Least error of a step that is asked for: below is round-off."""
 TOGETHER = 1e-14
@@ -119,7 +120,7 @@ class Mechanism(Capabilities):
         if asked == "explicit" or lack or (asked == "auto" and fixed):
             return [explicit]
         least = 0.5 * float(self.model.mass.sum()) * (self._size / self._duration) ** 2
-        tolerance = max(FINEST, IMPLICIT_SHARE * accuracy)
+        tolerance = max(FINEST, (SHARE if len(self.model.row_terms) else FREE_SHARE) * accuracy)
         implicit = ImplicitSteps(self.model, self.work, tolerance, *given, least=least)
         return [implicit] if asked == "implicit" else [explicit, implicit]
 

@@ -16,8 +16,9 @@ SAFETY, LEAST, MOST = 0.9, 0.2, 5.0
 NEAR = 1e-2
 """Pivot, the square of the sine of an angle between rows, below which stages are projected, too."""
 SMOOTH = 0.4
-"""Power of the last step's error, over that of the step, in the size of the next one (Hairer, Nørsett, Wanner, Solving ODE I, II.4): where
-frequencies bound steps, errors grow fast beyond the bound, and without it every other step is refused."""
+"""Power of the last step's error in the size of the next one, times that of the step in the error (Hairer, Nørsett,
+Wanner, Solving ODE I, II.4): where frequencies bound steps, errors grow fast beyond the bound, and without it every
+other step is refused."""
 LEAST_ERROR = 1e-4
 """Of the last step, in that power."""
 MARGIN = 0.1

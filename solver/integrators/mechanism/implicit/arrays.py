@@ -83,7 +83,7 @@ class Newton(NamedTuple):
     back: np.ndarray
     """1 over the modal part of M + g D + g² K, complex, (k, n, E)."""
     core: np.ndarray
-    """Inverse of what is left over rotation without the modal part, along the axes of the body, complex, (k, n, 3, 3)."""
+    """Inverse of what is left over rotation without the modal part, along the body's axes, complex, (k, n, 3, 3)."""
     light: np.ndarray
     """Blocks times the inverse of M + g D + g² K, complex, (m, 4, 6 + E)."""
     lower: np.ndarray

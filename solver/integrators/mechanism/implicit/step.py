@@ -10,6 +10,8 @@ import numpy as np
 from gudgeon.solver.compiled import copy, entry, inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import LOST, PLACE, SPEED, SPIN, SUMS, TURN, WIDTH, WORK
 from gudgeon.solver.integrators.mechanism.constraints.rows import set_blocks, set_poses
+from gudgeon.solver.integrators.mechanism.forces.bushings import set_bushings
+from gudgeon.solver.integrators.mechanism.implicit.matrix import keep_start, set_systems, solve_system
 from gudgeon.solver.integrators.mechanism.motion import (
     clear,
     project_places,
@@ -19,8 +21,6 @@ from gudgeon.solver.integrators.mechanism.motion import (
     set_rates,
     set_speed_lacks,
 )
-from gudgeon.solver.integrators.mechanism.forces.bushings import set_bushings
-from gudgeon.solver.integrators.mechanism.implicit.matrix import keep_start, set_systems, solve_system
 from gudgeon.solver.integrators.mechanism.rotation import normalise
 
 ITERATIONS = 10

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gudgeon.solver.forces.fields.co_energy import LEFT as LEFT_GRID
 from gudgeon.solver.integrators.mechanism.arrays import Model, Work
 from gudgeon.solver.integrators.mechanism.implicit.arrays import Course, newton_of
 from gudgeon.solver.integrators.mechanism.implicit.step import implicit_step
@@ -60,22 +61,21 @@ class ImplicitSteps:
         self._before: Tried | None = None
         self._step = Prepared(implicit_step)
         self._newton.rate[0] = 0.5
-        self.log = []
 
     def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
         table, newton, out = self._table, self._newton, np.empty_like(state)
         given, amounts = self._given(time + h * np.append(0.0, table.points))
         times = table.eigenvalues / h
         course = Course(
-            times, h * table.points, table.start, table.there, table.back, table.error_start, table.error / h, given, amounts, self._weights(),
-            energy=self._energy_weight(), fresh=self._before is None, tolerance=NEWTON * self._tolerance, asked=self._tolerance,
+            times, h * table.points, table.start, table.there, table.back, table.error_start, table.error / h, given,
+            amounts, self._weights(), energy=self._energy_weight(), fresh=self._before is None,
+            tolerance=NEWTON * self._tolerance, asked=self._tolerance,
         )  # fmt: skip
         self._guess(h)
         self._work.least[0] = 1.0
+        self._work.field[:, LEFT_GRID] = 0.0
         arguments = self._model, self._stiff, self._work, newton, course, state, out
-        c0=newton.counts[0]
         error, left, converged = self._step(*arguments)
-        self.log.append((time, h, error/self._tolerance, left, converged, newton.counts[0]-c0, newton.rate[0]))
         sound = bool(converged and np.isfinite(out).all() and np.isfinite(error) and left <= LEFT)
         least = float(self._work.least[0])
         stages = Stages(newton.stages.copy(), newton.multipliers.copy(), float(newton.energy[0]))
@@ -94,7 +94,7 @@ class ImplicitSteps:
         self._newton.multipliers[:] = shares(self._outer, places) @ before.slopes.multipliers
 
     def _energy_weight(self) -> float:
-        """Return what the error of the energy balance is multiplied by [1/J]: over the largest kinetic energy so far."""
+        """Return what the error of the energy balance is multiplied by: 1 over the largest kinetic energy so far."""
         return 1 / max(self._kinetic, self._least)
 
     def restart(self, state: np.ndarray, time: float) -> None:

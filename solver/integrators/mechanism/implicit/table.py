@@ -1,7 +1,7 @@
 """Coefficients of collocation at the points of Lobatto (Lobatto IIIA; Hairer, Wanner, Solving ODE II, IV.5).
 
-With the weights A of the stages behind the start, A⁻¹ = T Λ T⁻¹ parts the equations of Newton's method into one system for each
-eigenvalue, of which those of a pair of conjugates are conjugates (Hairer, Wanner, Solving ODE II, IV.8).
+With the weights A of the stages behind the start, A⁻¹ = T Λ T⁻¹ parts the equations of Newton's method into one system
+for each eigenvalue, of which those of a pair of conjugates are conjugates (IV.8 there).
 """
 
 from typing import NamedTuple
