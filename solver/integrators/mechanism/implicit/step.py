@@ -213,15 +213,16 @@ def _stiffen(model, stiff, g):  # type: ignore[no-untyped-def]
 
 
 @entry
-def implicit_step(model, stiff, work, newton, course, y, out):  # type: ignore[no-untyped-def]
+def implicit_step(models, work, newton, course, y, out):  # type: ignore[no-untyped-def]
     """Set the state after a step from y; `stages` and `multipliers` have what is guessed of them.
 
     Args:
-        stiff: The model with a modal inertia of its own, for projections of places.
+        models: The model, and it with a modal inertia of its own, for projections of places.
 
     Returns:
         Estimated error, the last motion of Newton's method at the projection, and whether that of the stages converged.
     """
+    model, stiff = models
     rates(model, work, y, course.given[0], course.amounts[0], newton.begin)
     copy(work.multiplier, newton.held)
     newton.energy[0], newton.energy[1] = _energy(model, work, y)

@@ -50,10 +50,10 @@ class ImplicitSteps:
             least: Kinetic energy by which the error of the balance is measured at least [J].
             weights: What the error of each number is multiplied by, now, (13 n + SUMS,).
         """
-        self._model, self._work, self._tolerance = model, work, tolerance
+        self._work, self._tolerance = work, tolerance
         self._given, self._weights = given, weights
         self._table, self.power = table_of(STAGES), STAGES + 1
-        self._stiff = model._replace(modal_root=model.modal_root.copy())
+        self._models = model, model._replace(modal_root=model.modal_root.copy())
         size = work.stage.shape[0]
         self._newton = newton_of(model, size, STAGES)
         self._outer = np.linalg.inv(self._table.points[:, None] ** np.arange(STAGES)).T
@@ -74,8 +74,7 @@ class ImplicitSteps:
         self._guess(h)
         self._work.least[0] = 1.0
         self._work.field[:, LEFT_GRID] = 0.0
-        arguments = self._model, self._stiff, self._work, newton, course, state, out
-        error, left, converged = self._step(*arguments)
+        error, left, converged = self._step(self._models, self._work, newton, course, state, out)
         sound = bool(converged and np.isfinite(out).all() and np.isfinite(error) and left <= LEFT)
         least = float(self._work.least[0])
         stages = Stages(newton.stages.copy(), newton.multipliers.copy(), float(newton.energy[0]))
