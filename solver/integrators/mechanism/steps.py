@@ -64,6 +64,7 @@ class Steps(Protocol):
         Args:
             project: Whether stages are projected on the joints.
         """
+        ...
 
     def restart(self, state: np.ndarray, time: float) -> None:
         """Let steps begin from a state: the first one, or one that an event changed."""
@@ -73,6 +74,7 @@ class Steps(Protocol):
 
     def within(self, one: Tried, state: np.ndarray) -> Within:
         """Return the interpolation of the step that was computed last, from a state; its end is that of the step."""
+        ...
 
 
 class ExplicitSteps:
