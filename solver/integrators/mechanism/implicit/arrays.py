@@ -124,5 +124,5 @@ def newton_of(model: Model, size: int, stages: int) -> Newton:
     }  # fmt: skip
     whole = ("rows", "first", "end", "place", "rank", "owner", "counts")
     paired = ("back", "core", "light", "lower", "right", "change", "push", "moved", "lack", "multiplier", "spare")
-    kinds = dict.fromkeys(whole, np.int64) | dict.fromkeys(paired, np.complex128)
+    kinds: dict[str, type] = {**dict.fromkeys(whole, np.int64), **dict.fromkeys(paired, np.complex128)}
     return Newton(**{name: np.zeros(shape, kinds.get(name, np.float64)) for name, shape in shapes.items()})

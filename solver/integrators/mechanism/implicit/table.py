@@ -43,8 +43,8 @@ def table_of(stages: int) -> Table:
     start = np.linalg.solve(weights, every[1:, 0])
     values, vectors = np.linalg.eig(np.linalg.inv(weights))
     rows = np.linalg.inv(vectors)
-    kept = [int(np.abs(values.imag).argmin()), *np.flatnonzero(values.imag > 1e-6)]
-    real = float(values[kept[0]].real)
+    kept = [int(np.abs(np.imag(values)).argmin()), *np.flatnonzero(np.imag(values) > 1e-6)]
+    real = float(np.real(values[kept[0]]))
     twice = np.where(np.arange(len(kept)) > 0, 2.0, 1.0)
     # The embedded method leaves out the slope at the start: what weights differ by integrates no power below s.
     apart = -first * np.linalg.solve((nodes[1:, None] ** powers[:-1]).T, np.eye(stages)[0])
