@@ -74,6 +74,12 @@ class Run(Strict):
             " joints; auto: selected from the features of the scene",
         )
     )
+    stepping: Literal["auto", "explicit", "implicit"] = Field(
+        default="auto",
+        description="Steps of integrator mechanism. explicit: of order 8, below about 6 over the highest frequency of a"
+        " body; implicit: of order 10 and any size, for bodies that deform, without contact and without attachment"
+        " 'fixed'; auto: explicit ones, and implicit ones while those are bound by frequencies and these are longer",
+    )
     gravity: Gravity = Field(default=(0.0, 0.0, 0.0), description="Acceleration of gravity [m/s^2]")
     start: Literal["rest", "undeformed"] = Field(
         default="rest",

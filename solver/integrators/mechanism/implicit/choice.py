@@ -1,0 +1,87 @@
+"""Which steps a mechanism takes: explicit ones, or implicit ones where frequencies bound the others.
+
+An explicit step cannot exceed about 6 over the highest frequency of a body, whatever moves; an implicit one takes about
+as long as `COST` explicit ones. So a run begins explicitly, goes over to implicit steps where explicit ones stay near
+their bound, and back where implicit ones turn out not to be longer by this ratio: numbers of the run alone decide, no
+times.
+"""
+
+from collections import deque
+
+import numpy as np
+
+from gudgeon.solver.integrators.mechanism.arrays import Model
+from gudgeon.solver.integrators.mechanism.steps import Steps, Tried
+
+BOUND = 3.0
+"""Size of explicit steps times the highest frequency of a body, from which on frequencies are taken to bound them."""
+LOOKS = 12
+"""Steps in a row that are looked at."""
+COST = 1.5
+"""CPU time of an implicit step over that of an explicit one."""
+WAIT = 4
+"""Times more explicit steps before implicit ones are tried again, each time that they were not longer."""
+
+
+def lack_of(model: Model) -> str | None:
+    """Return why a mechanism cannot take implicit steps; None if it can."""
+    if len(model.touch_pair):
+        return "something touches, which begins and ends with explicit steps"
+    if not model.orthogonal.all():
+        return "the modes of a body are coupled by their inertia, as they are by attachment 'fixed'"
+    return None
+
+
+class Choice:
+    """Follows the steps of a run."""
+
+    def __init__(self, model: Model, methods: list[Steps]) -> None:
+        """
+        Args:
+            methods: Explicit and implicit steps, or the only ones there are.
+        """
+        self._methods, self.steps = methods, methods[0]
+        self._highest = float(np.sqrt(model.modal_stiffness.max(initial=0.0)))
+        self._sizes: deque[float] = deque(maxlen=LOOKS)
+        self._explicit, self._patience, self._since = 0.0, LOOKS, 0
+        self.implicit_steps = 0
+        """Steps that were taken so."""
+
+    def note(self, one: Tried, singular: bool) -> bool:
+        """Note an accepted step; return whether the next one is of the other kind.
+
+        Args:
+            singular: Whether it is near a position in which joints depend on each other, where steps are explicit.
+        """
+        implicit = self.steps.implicit
+        self.implicit_steps += implicit
+        self._sizes.append(one.h)
+        self._since += 1
+        if len(self._methods) < 2 or not self._turns(singular):
+            return False
+        self.steps = self._methods[0 if implicit else 1]
+        self._sizes.clear()
+        self._since = 0
+        return True
+
+    def _turns(self, singular: bool) -> bool:
+        """Return whether to go over to the other kind of steps."""
+        if singular or len(self._sizes) < LOOKS:
+            return singular and self.steps.implicit
+        mean = float(np.mean(self._sizes))
+        if not self.steps.implicit:
+            self._explicit = mean
+            return self._since >= self._patience and min(self._sizes) * self._highest >= BOUND
+        if mean >= COST * self._explicit:
+            return False
+        self._patience *= WAIT
+        return True
+
+    def notes(self, taken: int) -> list[str]:
+        """Return what is said of the steps of a run."""
+        if not self.implicit_steps:
+            return []
+        return [
+            f"{self.implicit_steps} of {taken} steps are implicit, longer than the highest frequency of a body allows"
+            " explicit ones (run.stepping): vibrations whose motion is below run.accuracy may have another phase"
+        ]
