@@ -20,6 +20,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
 )
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
+from gudgeon.solver.integrators.mechanism.exponential.steps import ExponentialSteps, propagates
 from gudgeon.solver.integrators.mechanism.forces.bushings import WIDEST
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
 from gudgeon.solver.integrators.mechanism.implicit.choice import Choice, lack_of
@@ -53,6 +54,8 @@ UNBOUNDED = (
 )
 FOLLOWED = 1.0
 """Rotation after which those of bodies are continued: by less than half a turn they are [rad]."""
+LONGEST = 1.4
+"""Rotation of a step at most: with `FOLLOWED`, and of two bodies against each other, less than half a turn [rad]."""
 RESOLVED = 1e-9
 """Share of the work of gravity over the size of the scene below which an exchange of energy is round-off."""
 
@@ -120,9 +123,9 @@ class Mechanism(Capabilities):
         if asked == "explicit" or lack or (asked == "auto" and fixed):
             return [explicit]
         least = 0.5 * float(self.model.mass.sum()) * (self._size / self._duration) ** 2
-        tolerance = max(FINEST, (SHARE if len(self.model.row_terms) else FREE_SHARE) * accuracy)
-        implicit = ImplicitSteps(self.model, self.work, tolerance, *given, least=least)
-        return [implicit] if asked == "implicit" else [explicit, implicit]
+        kind, share = (ExponentialSteps, FREE_SHARE) if propagates(self.model) else (ImplicitSteps, SHARE)
+        longer = kind(self.model, self.work, max(FINEST, share * accuracy), *given, least=least)
+        return [longer] if asked == "implicit" else [explicit, longer]
 
     def _refuse_outside(self) -> None:
         """Raise a SceneError where a body is outside of a field as the run starts."""
@@ -270,8 +273,10 @@ class Mechanism(Capabilities):
         self._note_speeds()
         if self._fastest[1] * (self._time - self._turned_at) > FOLLOWED:
             self._vectors, self._turned_at = self._turned(one.state), self._time
+        if self._fastest[1] > 0:
+            self._stepping.longest = LONGEST / self._fastest[1]
         self._steps.accept(one)
-        if self._choice.note(one, self._stepping.near_singular(one)):
+        if self._choice.note(one, self._stepping.rejected, singular=self._stepping.near_singular(one)):
             self._steps = self._stepping.steps = self._choice.steps
             self._steps.restart(self._state, self._time)
 

@@ -50,12 +50,16 @@ class Stepping:
         self._next = FIRST * duration if fixed is None else fixed
         self._regular = self._next
         self._former, self._usual = LEAST_ERROR, 0.0
+        self.longest = np.inf
+        """Longest step that rotations can be continued over [s]; fixed ones may be longer."""
         self.taken, self.rejected, self.singular = 0, 0, 0
         """Steps that were taken, refused, and of the former those near a singular position."""
 
     def take(self, state: np.ndarray, time: float) -> Tried | None:
         """Return the next step from a state at a time [s]; None where none is short enough."""
         rest, leapt, tries = self._duration - time, False, 0
+        if self._fixed is None:
+            self._next = min(self._next, self.longest)
         while True:
             one = self._tried(state, time, self._fitted(self._next, rest))
             if self._fixed is not None:

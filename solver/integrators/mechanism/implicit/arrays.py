@@ -105,7 +105,7 @@ class Newton(NamedTuple):
     rate: np.ndarray
     """Ratio of changes of Newton's method in the last step that needed more than one, (1,)."""
     energy: np.ndarray
-    """At the start: kinetic, and what the balance keeps [J], (2,)."""
+    """Kinetic, at the start [J], (1,)."""
     counts: np.ndarray
     """Stages computed, (1,)."""
 
@@ -119,7 +119,7 @@ def newton_of(model: Model, size: int, stages: int) -> Newton:
         "first": (m,), "end": (m,), "place": (m,), "rank": (1,), "owner": (m, 4), "block": (m, 4, 6 + e),
         "turn": (n, 3, 3), "coupling": (n, 3, e), "inertia": (n, 3, 3), "back": (k, n, e), "core": (k, n, 3, 3),
         "light": (m, 4, 6 + e), "lower": (k, m, m), "right": (size,), "change": (size,), "push": (n, 6 + e),
-        "moved": (n, 6 + e), "lack": (m,), "multiplier": (m,), "spare": (m,), "rate": (1,), "energy": (2,),
+        "moved": (n, 6 + e), "lack": (m,), "multiplier": (m,), "spare": (m,), "rate": (1,), "energy": (1,),
         "counts": (1,),
     }  # fmt: skip
     whole = ("rows", "first", "end", "place", "rank", "owner", "counts")

@@ -1,9 +1,8 @@
-"""Which steps a mechanism takes: explicit ones, or implicit ones where frequencies bound the others.
+"""Which steps a mechanism takes: explicit ones, or others where frequencies bound those.
 
-An explicit step cannot exceed about 6 over the highest frequency of a body, whatever moves; an implicit one takes about
-as long as `COST` explicit ones. So a run begins explicitly, goes over to implicit steps where explicit ones stay near
-their bound, and back where implicit ones turn out not to be longer by this ratio: numbers of the run alone decide, no
-times.
+An explicit step cannot exceed about 6 over the highest frequency of a body, whatever moves. So a run begins explicitly,
+tries other steps where explicit ones come near to that, and goes back where they turn out not to be longer by what they
+cost: numbers of the run alone decide, no times.
 """
 
 from collections import deque
@@ -13,12 +12,10 @@ import numpy as np
 from gudgeon.solver.integrators.mechanism.arrays import Model
 from gudgeon.solver.integrators.mechanism.steps import Steps, Tried
 
-BOUND = 3.0
-"""Size of explicit steps times the highest frequency of a body, from which on frequencies are taken to bound them."""
+BOUND = 0.5
+"""Size of explicit steps times the highest frequency of a body, from which on other steps may be longer."""
 LOOKS = 12
-"""Steps in a row that are looked at."""
-COST = 1.5
-"""CPU time of an implicit step over that of an explicit one."""
+"""Steps that are looked at, refused ones with them."""
 WAIT = 4
 """Times more explicit steps before implicit ones are tried again, each time that they were not longer."""
 
@@ -38,41 +35,44 @@ class Choice:
     def __init__(self, model: Model, methods: list[Steps]) -> None:
         """
         Args:
-            methods: Explicit and implicit steps, or the only ones there are.
+            methods: Explicit steps and others, or the only ones there are.
         """
         self._methods, self.steps = methods, methods[0]
-        self._highest = float(np.sqrt(model.modal_stiffness.max(initial=0.0)))
+        mass = np.einsum("bkk->bk", model.modal_root) ** 2
+        own = model.modal_stiffness > 0
+        self._highest = float(np.sqrt((model.modal_stiffness[own] / mass[own]).max(initial=0.0)))
         self._sizes: deque[float] = deque(maxlen=LOOKS)
-        self._explicit, self._patience, self._since = 0.0, LOOKS, 0
+        self._explicit, self._patience, self._since, self._rejected = 0.0, LOOKS, 0, 0
         self.implicit_steps = 0
         """Steps that were taken so."""
 
-    def note(self, one: Tried, singular: bool) -> bool:
+    def note(self, one: Tried, rejected: int, *, singular: bool) -> bool:
         """Note an accepted step; return whether the next one is of the other kind.
 
         Args:
+            rejected: Steps that were refused so far.
             singular: Whether it is near a position in which joints depend on each other, where steps are explicit.
         """
-        implicit = self.steps.implicit
-        self.implicit_steps += implicit
-        self._sizes.append(one.h)
-        self._since += 1
+        self.implicit_steps += self.steps.implicit
+        self._sizes.extend([*[0.0] * (rejected - self._rejected), one.h])
+        self._since, self._rejected = self._since + 1, rejected
         if len(self._methods) < 2 or not self._turns(singular):
             return False
-        self.steps = self._methods[0 if implicit else 1]
+        self.steps = self._methods[0 if self.steps is not self._methods[0] else 1]
         self._sizes.clear()
         self._since = 0
         return True
 
     def _turns(self, singular: bool) -> bool:
         """Return whether to go over to the other kind of steps."""
+        explicit = self.steps is self._methods[0]
         if singular or len(self._sizes) < LOOKS:
-            return singular and self.steps.implicit
+            return singular and not explicit
         mean = float(np.mean(self._sizes))
-        if not self.steps.implicit:
+        if explicit:
             self._explicit = mean
-            return self._since >= self._patience and min(self._sizes) * self._highest >= BOUND
-        if mean >= COST * self._explicit:
+            return self._since >= self._patience and mean * self._highest >= BOUND
+        if mean >= self.steps.cost * self._explicit:
             return False
         self._patience *= WAIT
         return True

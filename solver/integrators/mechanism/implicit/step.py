@@ -8,19 +8,12 @@ projection takes stiff modes as they resist over the step, so that it does not l
 import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner, larger
-from gudgeon.solver.integrators.mechanism.arrays import LOST, PLACE, SPEED, SPIN, SUMS, TURN, WIDTH, WORK
-from gudgeon.solver.integrators.mechanism.constraints.rows import set_blocks, set_poses
+from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, TURN, WIDTH
+from gudgeon.solver.integrators.mechanism.constraints.rows import set_poses
 from gudgeon.solver.integrators.mechanism.forces.bushings import set_bushings
 from gudgeon.solver.integrators.mechanism.implicit.matrix import keep_start, set_systems, solve_system
-from gudgeon.solver.integrators.mechanism.motion import (
-    clear,
-    project_places,
-    project_speeds,
-    rates,
-    set_pushes,
-    set_rates,
-    set_speed_lacks,
-)
+from gudgeon.solver.integrators.mechanism.implicit.stage import balance, imbalance, set_stage
+from gudgeon.solver.integrators.mechanism.motion import project_places, project_speeds, rates
 from gudgeon.solver.integrators.mechanism.rotation import normalise
 
 ITERATIONS = 10
@@ -32,26 +25,13 @@ KNOWN = 0.8
 
 
 @inner
-def _set_stage(model, work, y, given, amounts, out):  # type: ignore[no-untyped-def]
-    """Set the rates of a state under given multipliers, and what rates of rows lack, in `right`."""
-    sums = out[len(out) - SUMS :]
-    clear(sums)
-    set_poses(model, work, y)
-    set_pushes(model, work, amounts, sums)
-    if len(model.row_terms):
-        set_blocks(model, work)
-        set_speed_lacks(model, work, y, given)
-    set_rates(model, work, y, given, out)
-
-
-@inner
 def _set_stages(model, work, newton, course, y):  # type: ignore[no-untyped-def]
     """Set rates of all stages and lacks of their rows."""
     for i in range(len(newton.stages)):
         for j in range(len(y)):
             newton.state[j] = y[j] + newton.stages[i, j]
         copy(newton.multipliers[i], work.multiplier)
-        _set_stage(model, work, newton.state, course.given[1 + i], course.amounts[1 + i], newton.slopes[i])
+        set_stage(model, work, newton.state, course.given[1 + i], course.amounts[1 + i], newton.slopes[i])
         copy(work.right, newton.lacks[i])
     newton.counts[0] += len(newton.stages)
 
@@ -165,41 +145,9 @@ def _error(model, work, newton, course, y):  # type: ignore[no-untyped-def]
         for j in range(len(y)):
             newton.state[j] = y[j] + newton.change[j].real
         copy(newton.held, work.multiplier)
-        _set_stage(model, work, newton.state, course.given[0], course.amounts[0], newton.slopes[0])
+        set_stage(model, work, newton.state, course.given[0], course.amounts[0], newton.slopes[0])
         found = _estimate(model, newton, course, y, newton.slopes[0])
     return found
-
-
-@inner
-def _energy(model, work, y):  # type: ignore[no-untyped-def]
-    """Return kinetic energy, and all of it with what was lost and less what was done on the bodies, of a state whose
-    points and bushings are set [J]."""
-    kinetic, other, sums = 0.0, 0.0, y[len(y) - SUMS :]
-    for b in range(len(model.mass)):
-        s = WIDTH * b
-        for i in range(3):
-            v = y[s + SPEED + i]
-            kinetic += 0.5 * (model.mass[b] * v * v + work.omega[b, i] * y[s + SPIN + i])
-            other -= model.mass[b] * model.gravity[i] * y[s + PLACE + i]
-        for k in range(model.elastic[b, 0]):
-            q = y[model.elastic[b, 1] + k]
-            kinetic += 0.5 * work.modal[b, 3 + k] * y[model.elastic[b, 2] + k]
-            other += 0.5 * model.modal_stiffness[b, k] * q * q
-    first = 2 * len(model.owner)
-    for k in range(len(model.spring)):
-        a, b, square = work.place[first + 2 * k], work.place[first + 2 * k + 1], 0.0
-        for i in range(3):
-            square += (b[i] - a[i]) ** 2
-        longer = np.sqrt(square) - model.spring[k, 2]
-        other += 0.5 * model.spring[k, 0] * longer * longer
-    for u in range(len(model.bush_rest)):
-        x = work.bush[u]
-        for k in range(6):
-            for l in range(6):
-                other += 0.5 * x[k] * model.bush_stiffness[u, k, l] * x[l]
-    for n in range(len(work.field)):
-        other -= work.field[n, 0]
-    return kinetic, kinetic + other + sums[LOST] - sums[WORK]
 
 
 @inner
@@ -225,7 +173,7 @@ def implicit_step(models, work, newton, course, y, out):  # type: ignore[no-unty
     model, stiff = models
     rates(model, work, y, course.given[0], course.amounts[0], newton.begin)
     copy(work.multiplier, newton.held)
-    newton.energy[0], newton.energy[1] = _energy(model, work, y)
+    newton.energy[0], before, _ = balance(model, work, y)
     keep_start(model, work, newton)
     if course.fresh:
         for i in range(len(newton.stages)):
@@ -247,5 +195,5 @@ def implicit_step(models, work, newton, course, y, out):  # type: ignore[no-unty
         project_speeds(model, work, out, course.given[last + 1])
     set_poses(model, work, out)
     set_bushings(model, work)
-    _, after = _energy(model, work, out)
-    return larger(error, abs(after - newton.energy[1]) * course.energy), left, True
+    _, after, size = balance(model, work, out)
+    return larger(error, imbalance(before, after, size) * course.energy), left, True

@@ -18,6 +18,23 @@ NEWTON = 0.03
 """Tolerance of Newton's method over that of a step."""
 
 
+class Balance:
+    """By what the error of the energy balance is measured: the largest kinetic energy so far."""
+
+    def __init__(self, least: float) -> None:
+        """Begin with a kinetic energy [J]."""
+        self._kinetic = least
+
+    @property
+    def weight(self) -> float:
+        """What the error is multiplied by [1/J]."""
+        return 1 / self._kinetic
+
+    def note(self, kinetic: float) -> None:
+        """Note the kinetic energy at the start of an accepted step [J]."""
+        self._kinetic = max(self._kinetic, kinetic)
+
+
 class Stages(NamedTuple):
     """Of a step."""
 
@@ -32,7 +49,7 @@ class Stages(NamedTuple):
 class ImplicitSteps:
     """Steps of five stages, order 10."""
 
-    implicit = True
+    implicit, cost = True, 1.5
 
     def __init__(
         self,
@@ -57,7 +74,7 @@ class ImplicitSteps:
         size = work.stage.shape[0]
         self._newton = newton_of(model, size, STAGES)
         self._outer = np.linalg.inv(self._table.points[:, None] ** np.arange(STAGES)).T
-        self._kinetic, self._least = 0.0, least
+        self._balance = Balance(least)
         self._before: Tried | None = None
         self._step = Prepared(implicit_step)
         self._newton.rate[0] = 0.5
@@ -68,7 +85,7 @@ class ImplicitSteps:
         times = table.eigenvalues / h
         course = Course(
             times, h * table.points, table.start, table.there, table.back, table.error_start, table.error / h, given,
-            amounts, self._weights(), energy=self._energy_weight(), fresh=self._before is None,
+            amounts, self._weights(), energy=self._balance.weight, fresh=self._before is None,
             tolerance=NEWTON * self._tolerance, asked=self._tolerance,
         )  # fmt: skip
         self._guess(h)
@@ -92,16 +109,12 @@ class ImplicitSteps:
         self._newton.stages[:] = found @ before.slopes.increments
         self._newton.multipliers[:] = shares(self._outer, places) @ before.slopes.multipliers
 
-    def _energy_weight(self) -> float:
-        """Return what the error of the energy balance is multiplied by: 1 over the largest kinetic energy so far."""
-        return 1 / max(self._kinetic, self._least)
-
     def restart(self, state: np.ndarray, time: float) -> None:
         self._before = None
 
     def accept(self, one: Tried) -> None:
         self._before = one
-        self._kinetic = max(self._kinetic, one.slopes.kinetic)
+        self._balance.note(one.slopes.kinetic)
 
     def within(self, one: Tried, state: np.ndarray) -> Within:
         polynomials, increments = self._table.polynomials, one.slopes.increments

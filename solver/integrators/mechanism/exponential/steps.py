@@ -1,0 +1,98 @@
+"""Steps of bodies without joints in which the vibrations of modes are exact."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from gudgeon.solver.forces.fields.co_energy import LEFT as LEFT_GRID
+from gudgeon.solver.integrators.mechanism.arrays import CURL, Model, Work
+from gudgeon.solver.integrators.mechanism.exponential.arrays import Course, nodes_of, roots_of, waves_of
+from gudgeon.solver.integrators.mechanism.exponential.step import exponential_step, state_within
+from gudgeon.solver.integrators.mechanism.implicit.steps import Balance
+from gudgeon.solver.integrators.mechanism.implicit.table import shares, table_of
+from gudgeon.solver.integrators.mechanism.steps import Given, Prepared, Tried, Within
+
+STAGES = 5
+"""Of a step, behind its start: order 10."""
+SUBSTITUTION = 0.03
+"""Tolerance of the stages over that of a step."""
+SWINGS = 0.3
+"""Frequency of a mode over that without damping, from which on it counts as one that vibrates."""
+
+
+def propagates(model: Model) -> bool:
+    """Return whether steps may take the vibrations of a mechanism's modes as exact: without joints, of bodies that
+    deform whose modes are coupled by rotation alone and are damped below their critical damping."""
+    roots, own = roots_of(model), model.modal_stiffness > 0
+    if len(model.row_terms) or not own.any() or np.abs(model.lever[:, CURL:]).max() > 1e-9 * _levers(model):
+        return False
+    return bool((roots.imag[own] > SWINGS * np.abs(roots[own])).all())
+
+
+def _levers(model: Model) -> float:
+    """Return the size of moments of modes [m kg^½]."""
+    return float(np.sqrt(model.second.max()))
+
+
+class ExponentialSteps:
+    """Steps of five stages, order 10."""
+
+    implicit, cost, power = False, 1.0, STAGES + 1
+
+    def __init__(
+        self,
+        model: Model,
+        work: Work,
+        tolerance: float,
+        given: Given,
+        weights: Callable[[], np.ndarray],
+        *,
+        least: float,
+    ) -> None:
+        """
+        Args:
+            tolerance: Error of a step.
+            least: Kinetic energy by which the error of the balance is measured at least [J].
+            weights: What the error of each number is multiplied by, now, (13 n + SUMS,).
+        """
+        self._model, self._work, self._tolerance = model, work, tolerance
+        self._given, self._weights = given, weights
+        self._table = table_of(STAGES)
+        self._nodes = nodes_of(self._table)
+        self._waves = waves_of(model, work.stage.shape[0], STAGES)
+        self._waves.rate[0] = 0.1
+        self._balance, self._h = Balance(least), 0.0
+        self._before: Tried | None = None
+        self._step, self._state_within = Prepared(exponential_step), Prepared(state_within)
+
+    def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
+        waves, out = self._waves, np.empty_like(state)
+        given, amounts = self._given(time + h * np.append(0.0, self._nodes.points))
+        course = Course(
+            self._nodes, given, amounts, self._weights(), self._balance.weight, fresh=self._before is None,
+            renew=h != self._h, tolerance=SUBSTITUTION * self._tolerance,
+        )  # fmt: skip
+        if self._before is not None:
+            places = 1 + self._nodes.points * (h / self._before.h)
+            waves.slopes[1:] = shares(self._table.polynomials, places) @ self._before.slopes
+        self._work.least[0] = 1.0
+        self._work.field[:, LEFT_GRID] = 0.0
+        error, converged = self._step(self._model, self._work, waves, course, state, h, out)
+        self._h = h
+        sound = bool(converged and np.isfinite(out).all() and np.isfinite(error))
+        return Tried(h, course, out, waves.slopes.copy(), error=error / self._tolerance, sound=sound, least=1.0)
+
+    def restart(self, state: np.ndarray, time: float) -> None:
+        self._before = None
+
+    def accept(self, one: Tried) -> None:
+        self._before = one
+        self._balance.note(float(self._waves.energy[0]))
+
+    def within(self, one: Tried, state: np.ndarray) -> Within:
+        def at(x: float) -> np.ndarray:
+            out = np.empty_like(state)
+            self._state_within(self._model, self._waves, self._nodes, state, one.h, x, out)
+            return out
+
+        return at
