@@ -96,7 +96,7 @@ class Stepping:
         smooth = SMOOTH / self.steps.power
         found = SAFETY * error ** (-(1 / self.steps.power - 0.2 * smooth)) * self._former**smooth
         self._former = max(error, LEAST_ERROR)
-        return min(MOST, found)
+        return 1.0 if 1.0 <= found < self.steps.holds else min(MOST, found)
 
     def _count(self, one: Tried) -> None:
         """Count a step that is taken."""

@@ -59,6 +59,8 @@ class Steps(Protocol):
     implicit: bool
     cost: float
     """CPU time of a step over that of an explicit one."""
+    holds: float
+    """Growth below which the next step keeps the size of the last one, where another size costs."""
 
     def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
         """Return a step from a state at a time [s], from which steps may begin.
@@ -82,7 +84,7 @@ class Steps(Protocol):
 class ExplicitSteps:
     """Steps of Dormand and Prince's method of order 8."""
 
-    power, implicit, cost = ORDER, False, 1.0
+    power, implicit, cost, holds = ORDER, False, 1.0, 1.0
 
     def __init__(
         self, model: Model, work: Work, tolerance: float, given: Given, weights: Callable[[], np.ndarray]

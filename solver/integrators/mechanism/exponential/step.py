@@ -27,29 +27,28 @@ KNOWN = 0.8
 """Power of the last step's ratio that is taken for the first change."""
 NEAR = 4.0
 """|z| below which φ are summed as series; above, they follow from each other without loss of digits."""
-TERMS = 48
-"""Of the series at most."""
+TERMS = 26
+"""Of the series, with which the last one is round-off."""
 
 
 @inner
 def _set_series(z, out):  # type: ignore[no-untyped-def]
     """Set φ_k(z) for k from 0 on."""
     last, inverse = len(out) - 1, 1.0
-    if abs(z) >= NEAR:
+    if z.real * z.real + z.imag * z.imag >= NEAR * NEAR:
+        over = 1.0 / z
         out[0] = np.exp(z)
         for k in range(last):
-            out[k + 1] = (out[k] - inverse) / z
-            inverse /= k + 1
+            out[k + 1] = (out[k] - inverse) * over
+            inverse *= 1.0 / (k + 1)
         return
     for k in range(last):
-        inverse /= k + 1
+        inverse *= 1.0 / (k + 1)
     term = inverse + 0.0 * z
     out[last] = term
     for n in range(TERMS):
-        term *= z / (last + n + 1)
+        term *= z * (1.0 / (last + n + 1))
         out[last] += term
-        if abs(term) < 1e-18 * abs(out[last]):
-            break
     for step in range(last):
         k = last - step
         inverse *= k
@@ -66,17 +65,19 @@ def _set_weights(model, waves, nodes, h):  # type: ignore[no-untyped-def]
                 t = h * nodes.points[i]
                 _set_series(waves.root[b, k] * t, series)
                 waves.kept[b, k, i] = series[0]
+                for p in range(stages + 1):
+                    series[p + 1] *= t
+                    t *= nodes.points[i]
                 for l in range(stages + 1):
-                    total, power = 0j, t
+                    total = 0j
                     for p in range(stages + 1):
-                        total += nodes.powers[l, p] * power * series[p + 1]
-                        power *= nodes.points[i]
+                        total += nodes.powers[l, p] * series[p + 1]
                     waves.weights[b, k, i, l] = total
             # The last stage is the end.
             total = 0j
             for p in range(stages + 1):
                 total += nodes.missed[p] * series[p + 1]
-            waves.missed[b, k] = h * total
+            waves.missed[b, k] = total
 
 
 @inner

@@ -14,7 +14,7 @@ from gudgeon.solver.integrators.mechanism.steps import Given, Prepared, Tried, W
 
 STAGES = 5
 """Of a step, behind its start: order 10."""
-SUBSTITUTION = 0.03
+SUBSTITUTION = 3e-3
 """Tolerance of the stages over that of a step."""
 SWINGS = 0.3
 """Frequency of a mode over that without damping, from which on it counts as one that vibrates."""
@@ -37,7 +37,7 @@ def _levers(model: Model) -> float:
 class ExponentialSteps:
     """Steps of five stages, order 10."""
 
-    implicit, cost, power = False, 1.0, STAGES + 1
+    implicit, cost, power, holds = False, 1.0, STAGES + 1, 1.2
 
     def __init__(
         self,

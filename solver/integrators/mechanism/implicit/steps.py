@@ -49,7 +49,7 @@ class Stages(NamedTuple):
 class ImplicitSteps:
     """Steps of five stages, order 10."""
 
-    implicit, cost = True, 1.5
+    implicit, cost, holds = True, 1.5, 1.0
 
     def __init__(
         self,
