@@ -23,7 +23,7 @@ from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, mod
 from gudgeon.solver.integrators.mechanism.exponential.steps import ExponentialSteps, propagates
 from gudgeon.solver.integrators.mechanism.forces.bushings import WIDEST
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
-from gudgeon.solver.integrators.mechanism.implicit.choice import Choice, lack_of
+from gudgeon.solver.integrators.mechanism.choice import Choice, lack_of
 from gudgeon.solver.integrators.mechanism.implicit.steps import ImplicitSteps
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.start import start_of
@@ -353,11 +353,12 @@ class Mechanism(Capabilities):
             "steps_taken": self._stepping.taken,
             "steps_rejected": self._stepping.rejected,
             "singular_steps": self._stepping.singular,
-            "implicit_steps": self._choice.implicit_steps,
+            "implicit_steps": self._choice.taken["implicit"],
+            "exponential_steps": self._choice.taken["exponential"],
             "rows": self.start.rows,
         }
         notes = self.start.notes + ([UNBOUNDED] if self._stepping.singular else [])
-        notes = notes + self._choice.notes(self._stepping.taken)
+        notes = notes + self._choice.notes()
         return Outcome(
             q=q, v=v, multipliers=last.pressed[own], impulses=pushed[:, 0], extreme=self._extreme, counts=np.zeros(3),
             work=counts | {"rank": self.start.rank},

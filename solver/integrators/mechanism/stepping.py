@@ -132,7 +132,7 @@ class Stepping:
         round-off of their projection grows, too, and a step without it may be the better one.
         """
         plain = self.steps.computed(state, time, h)
-        if self.steps.implicit or not plain.least < NEAR:  # Implicit stages obey the joints as they are.
+        if self.steps.kind != "explicit" or not plain.least < NEAR:  # Implicit stages obey the joints as they are.
             return plain
         if not self.near_singular(plain):
             plain = plain._replace(error=plain.error / MARGIN)

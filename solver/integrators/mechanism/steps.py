@@ -1,7 +1,7 @@
 """How steps of a mechanism are computed: by an explicit method here, by an implicit one in `implicit.steps`."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
@@ -56,9 +56,11 @@ class Steps(Protocol):
 
     power: int
     """Of the step in its estimated error."""
-    implicit: bool
+    kind: Literal["explicit", "implicit", "exponential"]
     cost: float
     """CPU time of a step over that of an explicit one."""
+    bound: float
+    """Size of explicit steps times the highest frequency of a body, from which on these are tried."""
     holds: float
     """Growth below which the next step keeps the size of the last one, where another size costs."""
 
@@ -84,7 +86,7 @@ class Steps(Protocol):
 class ExplicitSteps:
     """Steps of Dormand and Prince's method of order 8."""
 
-    power, implicit, cost, holds = ORDER, False, 1.0, 1.0
+    kind, power, cost, bound, holds = "explicit", ORDER, 1.0, 0.0, 1.0
 
     def __init__(
         self, model: Model, work: Work, tolerance: float, given: Given, weights: Callable[[], np.ndarray]

@@ -37,7 +37,7 @@ def _levers(model: Model) -> float:
 class ExponentialSteps:
     """Steps of five stages, order 10."""
 
-    implicit, cost, power, holds = False, 1.0, STAGES + 1, 1.2
+    kind, power, cost, bound, holds = "exponential", STAGES + 1, 1.0, 0.5, 1.2
 
     def __init__(
         self,

@@ -49,7 +49,7 @@ class Stages(NamedTuple):
 class ImplicitSteps:
     """Steps of five stages, order 10."""
 
-    implicit, cost, holds = True, 1.5, 1.0
+    kind, cost, bound, holds = "implicit", 1.5, 3.0, 1.0
 
     def __init__(
         self,

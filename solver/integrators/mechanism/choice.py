@@ -5,15 +5,13 @@ tries other steps where explicit ones come near to that, and goes back where the
 cost: numbers of the run alone decide, no times.
 """
 
-from collections import deque
+from collections import Counter, deque
 
 import numpy as np
 
 from gudgeon.solver.integrators.mechanism.arrays import Model
 from gudgeon.solver.integrators.mechanism.steps import Steps, Tried
 
-BOUND = 0.5
-"""Size of explicit steps times the highest frequency of a body, from which on other steps may be longer."""
 LOOKS = 12
 """Steps that are looked at, refused ones with them."""
 WAIT = 4
@@ -43,8 +41,8 @@ class Choice:
         self._highest = float(np.sqrt((model.modal_stiffness[own] / mass[own]).max(initial=0.0)))
         self._sizes: deque[float] = deque(maxlen=LOOKS)
         self._explicit, self._patience, self._since, self._rejected = 0.0, LOOKS, 0, 0
-        self.implicit_steps = 0
-        """Steps that were taken so."""
+        self.taken = Counter[str]()
+        """Steps by their kind."""
 
     def note(self, one: Tried, rejected: int, *, singular: bool) -> bool:
         """Note an accepted step; return whether the next one is of the other kind.
@@ -53,7 +51,7 @@ class Choice:
             rejected: Steps that were refused so far.
             singular: Whether it is near a position in which joints depend on each other, where steps are explicit.
         """
-        self.implicit_steps += self.steps.implicit
+        self.taken[self.steps.kind] += 1
         self._sizes.extend([*[0.0] * (rejected - self._rejected), one.h])
         self._since, self._rejected = self._since + 1, rejected
         if len(self._methods) < 2 or not self._turns(singular):
@@ -71,17 +69,17 @@ class Choice:
         mean = float(np.mean(self._sizes))
         if explicit:
             self._explicit = mean
-            return self._since >= self._patience and mean * self._highest >= BOUND
+            return self._since >= self._patience and mean * self._highest >= self._methods[1].bound
         if mean >= self.steps.cost * self._explicit:
             return False
         self._patience *= WAIT
         return True
 
-    def notes(self, taken: int) -> list[str]:
+    def notes(self) -> list[str]:
         """Return what is said of the steps of a run."""
-        if not self.implicit_steps:
+        if not self.taken["implicit"]:
             return []
         return [
-            f"{self.implicit_steps} of {taken} steps are implicit, longer than the highest frequency of a body allows"
+            f"{self.taken['implicit']} of {self.taken.total()} steps are implicit, longer than the highest frequency of a body allows"
             " explicit ones (run.stepping): vibrations whose motion is below run.accuracy may have another phase"
         ]
