@@ -80,6 +80,6 @@ class Choice:
         if not self.taken["implicit"]:
             return []
         return [
-            f"{self.taken['implicit']} of {self.taken.total()} steps are implicit, longer than the highest frequency of a body allows"
-            " explicit ones (run.stepping): vibrations whose motion is below run.accuracy may have another phase"
+            f"{self.taken['implicit']} of {self.taken.total()} steps are implicit, longer than the highest frequency of"
+            " a body allows explicit ones (run.stepping): vibrations whose motion is below run.accuracy may have another phase"
         ]

@@ -19,11 +19,11 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     pushes_of,
 )
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
+from gudgeon.solver.integrators.mechanism.choice import Choice, lack_of
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.exponential.steps import ExponentialSteps, propagates
 from gudgeon.solver.integrators.mechanism.forces.bushings import WIDEST
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
-from gudgeon.solver.integrators.mechanism.choice import Choice, lack_of
 from gudgeon.solver.integrators.mechanism.implicit.steps import ImplicitSteps
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.start import start_of

@@ -44,6 +44,8 @@ class Course(NamedTuple):
     """What a step is taken with."""
 
     nodes: Nodes
+    h: float
+    """[s]"""
     given: np.ndarray
     """Drives at the start and at the times of the stages, (1 + s, d, 3)."""
     amounts: np.ndarray
@@ -58,6 +60,16 @@ class Course(NamedTuple):
     """Whether the step has another size than the last one."""
     tolerance: float
     """Of the stages."""
+
+
+class Inside(NamedTuple):
+    """A place within a step."""
+
+    nodes: Nodes
+    h: float
+    """Of the step [s]."""
+    at: float
+    """Over the step, between 0 and 1."""
 
 
 class Waves(NamedTuple):

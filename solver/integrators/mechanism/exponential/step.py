@@ -56,13 +56,13 @@ def _set_series(z, out):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _set_weights(model, waves, nodes, h):  # type: ignore[no-untyped-def]
-    """Set the weights of modes over a step h [s]."""
-    series, stages = waves.series, len(nodes.points)
+def _set_weights(model, waves, course):  # type: ignore[no-untyped-def]
+    """Set the weights of modes over a step."""
+    nodes, series, stages = course.nodes, waves.series, len(course.nodes.points)
     for b in range(len(model.mass)):
         for k in range(model.elastic[b, 0]):
             for i in range(stages):
-                t = h * nodes.points[i]
+                t = course.h * nodes.points[i]
                 _set_series(waves.root[b, k] * t, series)
                 waves.kept[b, k, i] = series[0]
                 for p in range(stages + 1):
@@ -115,12 +115,12 @@ def _start_of(model, waves, y, b, k):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _set_state(model, waves, weights, y, h, i, out):  # type: ignore[no-untyped-def]
-    """Set the state of a stage by the slopes; weights are those of what does not vibrate, (1 + s,)."""
+def _set_state(model, waves, course, y, i, out):  # type: ignore[no-untyped-def]
+    """Set the state of a stage by the slopes."""
     slopes, first = waves.slopes, WIDTH * len(model.mass)
     copy(y, out)
     for l in range(len(slopes)):
-        weight = h * weights[l]
+        weight = course.h * course.nodes.weights[i, l]
         for j in range(first):
             out[j] += weight * slopes[l, j]
         for j in range(len(y) - SUMS, len(y)):
@@ -135,13 +135,13 @@ def _set_state(model, waves, weights, y, h, i, out):  # type: ignore[no-untyped-
 
 
 @inner
-def _improve(model, work, waves, course, y, h):  # type: ignore[no-untyped-def]
+def _improve(model, work, waves, course, y):  # type: ignore[no-untyped-def]
     """Set slopes of all stages by their states, and these anew; return the largest weighted change."""
     worst = 0.0
     for i in range(len(waves.states)):
         _set_slope(model, work, waves, course, waves.states[i], 1 + i)
     for i in range(len(waves.states)):
-        _set_state(model, waves, course.nodes.weights[i], y, h, i, waves.other)
+        _set_state(model, waves, course, y, i, waves.other)
         for j in range(len(y)):
             waves.apart[j] = waves.other[j] - waves.states[i, j]
             waves.states[i, j] = waves.other[j]
@@ -150,11 +150,11 @@ def _improve(model, work, waves, course, y, h):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _converge(model, work, waves, course, y, h):  # type: ignore[no-untyped-def]
+def _converge(model, work, waves, course, y):  # type: ignore[no-untyped-def]
     """Find the stages by substitution; False where it does not converge."""
     before, share = np.inf, waves.rate[0] ** KNOWN
     for iteration in range(ITERATIONS):
-        size = _improve(model, work, waves, course, y, h)
+        size = _improve(model, work, waves, course, y)
         if not size < np.inf:
             return False
         if iteration > 0:
@@ -171,7 +171,7 @@ def _converge(model, work, waves, course, y, h):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _error(model, work, waves, course, h):  # type: ignore[no-untyped-def]
+def _error(model, work, waves, course):  # type: ignore[no-untyped-def]
     """Return the largest weighted difference to the method without the slope at the start."""
     apart, nodes = waves.apart, course.nodes
     for j in range(len(apart)):
@@ -185,31 +185,31 @@ def _error(model, work, waves, course, h):  # type: ignore[no-untyped-def]
             z = waves.missed[b, k] * complex(apart[momentum + k], apart[q + k])
             _set_mode(model, waves, b, k, z, apart)
     for j in range(first):
-        apart[j] *= h * nodes.lost
+        apart[j] *= course.h * nodes.lost
     for j in range(last, len(apart)):
-        apart[j] *= h * nodes.lost
+        apart[j] *= course.h * nodes.lost
     return largest(model, work, apart, course.weight)
 
 
 @entry
-def exponential_step(model, work, waves, course, y, h, out):  # type: ignore[no-untyped-def]
-    """Set the state after a step h [s] from y; `slopes` of the stages have what is guessed of them.
+def exponential_step(model, work, waves, course, y, out):  # type: ignore[no-untyped-def]
+    """Set the state after a step from y; `slopes` of the stages have what is guessed of them.
 
     Returns:
         Estimated error, and whether the stages converged.
     """
     if course.renew:
-        _set_weights(model, waves, course.nodes, h)
+        _set_weights(model, waves, course)
     _set_slope(model, work, waves, course, y, 0)
     waves.energy[0], before, _ = balance(model, work, y)
     for i in range(len(waves.states)):
         if course.fresh:
             copy(waves.slopes[0], waves.slopes[1 + i])
     for i in range(len(waves.states)):
-        _set_state(model, waves, course.nodes.weights[i], y, h, i, waves.states[i])
-    if not _converge(model, work, waves, course, y, h):
+        _set_state(model, waves, course, y, i, waves.states[i])
+    if not _converge(model, work, waves, course, y):
         return np.inf, False
-    error = _error(model, work, waves, course, h)
+    error = _error(model, work, waves, course)
     copy(waves.states[len(waves.states) - 1], out)
     for b in range(len(model.mass)):
         normalise(out[WIDTH * b + TURN : WIDTH * b + TURN + 4])
@@ -220,8 +220,9 @@ def exponential_step(model, work, waves, course, y, h, out):  # type: ignore[no-
 
 
 @entry
-def state_within(model, waves, nodes, y, h, x, out):  # type: ignore[no-untyped-def]
-    """Set the state at a place x within a step h [s] from y, 0 < x < 1; `slopes` are those of the step."""
+def state_within(model, waves, inside, y, out):  # type: ignore[no-untyped-def]
+    """Set the state at a place within a step from y; `slopes` are those of the step."""
+    nodes, h, x = inside.nodes, inside.h, inside.at
     slopes, first = waves.slopes, WIDTH * len(model.mass)
     copy(y, out)
     for l in range(len(slopes)):

@@ -6,7 +6,7 @@ import numpy as np
 
 from gudgeon.solver.forces.fields.co_energy import LEFT as LEFT_GRID
 from gudgeon.solver.integrators.mechanism.arrays import CURL, Model, Work
-from gudgeon.solver.integrators.mechanism.exponential.arrays import Course, nodes_of, roots_of, waves_of
+from gudgeon.solver.integrators.mechanism.exponential.arrays import Course, Inside, nodes_of, roots_of, waves_of
 from gudgeon.solver.integrators.mechanism.exponential.step import exponential_step, state_within
 from gudgeon.solver.integrators.mechanism.implicit.steps import Balance
 from gudgeon.solver.integrators.mechanism.implicit.table import shares, table_of
@@ -69,7 +69,7 @@ class ExponentialSteps:
         waves, out = self._waves, np.empty_like(state)
         given, amounts = self._given(time + h * np.append(0.0, self._nodes.points))
         course = Course(
-            self._nodes, given, amounts, self._weights(), self._balance.weight, fresh=self._before is None,
+            self._nodes, h, given, amounts, self._weights(), self._balance.weight, fresh=self._before is None,
             renew=h != self._h, tolerance=SUBSTITUTION * self._tolerance,
         )  # fmt: skip
         if self._before is not None:
@@ -77,7 +77,7 @@ class ExponentialSteps:
             waves.slopes[1:] = shares(self._table.polynomials, places) @ self._before.slopes
         self._work.least[0] = 1.0
         self._work.field[:, LEFT_GRID] = 0.0
-        error, converged = self._step(self._model, self._work, waves, course, state, h, out)
+        error, converged = self._step(self._model, self._work, waves, course, state, out)
         self._h = h
         sound = bool(converged and np.isfinite(out).all() and np.isfinite(error))
         return Tried(h, course, out, waves.slopes.copy(), error=error / self._tolerance, sound=sound, least=1.0)
@@ -92,7 +92,7 @@ class ExponentialSteps:
     def within(self, one: Tried, state: np.ndarray) -> Within:
         def at(x: float) -> np.ndarray:
             out = np.empty_like(state)
-            self._state_within(self._model, self._waves, self._nodes, state, one.h, x, out)
+            self._state_within(self._model, self._waves, Inside(self._nodes, one.h, x), state, out)
             return out
 
         return at

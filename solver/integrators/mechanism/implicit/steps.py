@@ -84,9 +84,10 @@ class ImplicitSteps:
         given, amounts = self._given(time + h * np.append(0.0, table.points))
         times = table.eigenvalues / h
         course = Course(
-            times, h * table.points, table.start, table.there, table.back, table.error_start, table.error / h, given,
-            amounts, self._weights(), energy=self._balance.weight, fresh=self._before is None,
-            tolerance=NEWTON * self._tolerance, asked=self._tolerance,
+            times, first=h * table.points, start=table.start, there=table.there, back=table.back,
+            error_start=table.error_start, error=table.error / h, given=given, amounts=amounts, weight=self._weights(),
+            energy=self._balance.weight, fresh=self._before is None, tolerance=NEWTON * self._tolerance,
+            asked=self._tolerance,
         )  # fmt: skip
         self._guess(h)
         self._work.least[0] = 1.0

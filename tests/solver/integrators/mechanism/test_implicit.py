@@ -150,3 +150,20 @@ def test_what_cannot_have_implicit_steps(tmp_path: Path) -> None:
     loose = hinge("clearance", clearance=1e-3, radius=0.01, law=law, against_at=[0, 0, 0])
     with pytest.raises(SceneError, match=r"run\.stepping: 'implicit' given, and something touches"):
         simulate(system_of(tmp_path / "b", {"part": {}}, {"pin": loose}, run=run))
+
+
+@pytest.mark.parametrize("stepping", ["explicit", "implicit"])
+def test_long_steps_continue_rotations_beyond_half_a_turn(stepping: str, tmp_path: Path) -> None:
+    """The loosest accuracy asks for steps of more than a turn's part that could be told from its complement."""
+    spin = {"part": {"angular_velocity": [0.0, 0.0, 40.0]}}
+    found = solved(tmp_path, spin, {}, run={"duration": 1.0, "accuracy": 0.1, "stepping": stepping})
+    np.testing.assert_allclose(found.motion["part"][:, 5], 40 * found.times, atol=0.1)
+
+
+def test_what_hangs_still_for_long_is_stepped_beyond_round_off(tmp_path: Path) -> None:
+    """The energy balance is measured by kinetic energy, of which there is next to none."""
+    run = {"duration": 1e4, "gravity": GRAVITY, "stepping": "implicit"}
+    pin = hinge("spherical", at=[0.0, 0.0, 0.1], against_at=[0.0, 0.0, 0.1])
+    found = solved(tmp_path, {"part": {}}, {"pin": pin}, run=run)
+    assert found.counts["steps_taken"] < 1000
+    assert np.abs(found.motion["part"]).max() < 1e-9
