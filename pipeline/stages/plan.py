@@ -60,7 +60,8 @@ def _stepping(scene: Scene) -> str | None:
         return "explicit, since something touches"
     if any(body.attachment == "fixed" for body in scene.body.values()):
         return "explicit, by attachment 'fixed'"
-    return "explicit, and implicit while frequencies of bodies bound those"
+    other = "implicit" if scene.joint else "exponential"
+    return f"explicit, and {other} while frequencies of bodies bound those"
 
 
 def _port_count(job: Job, body: str, interface: str) -> int | None:

@@ -18,20 +18,20 @@ SUBSTITUTION = 3e-3
 """Tolerance of the stages over that of a step."""
 SWINGS = 0.3
 """Frequency of a mode over that without damping, from which on it counts as one that vibrates."""
+COUPLED = 1e-9
+"""Angular momentum of rates of modes over the root of the largest moment of mass, up to which it is none."""
 
 
 def propagates(model: Model) -> bool:
     """Return whether steps may take the vibrations of a mechanism's modes as exact: without joints, of bodies that
     deform whose modes are coupled by rotation alone and are damped below their critical damping."""
-    roots, own = roots_of(model), model.modal_stiffness > 0
-    if len(model.row_terms) or not own.any() or np.abs(model.lever[:, CURL:]).max() > 1e-9 * _levers(model):
+    roots, count = roots_of(model), model.elastic[:, 0]
+    if len(model.row_terms) or not count.any():
         return False
-    return bool((roots.imag[own] > SWINGS * np.abs(roots[own])).all())
-
-
-def _levers(model: Model) -> float:
-    """Return the size of moments of modes [m kg^½]."""
-    return float(np.sqrt(model.second.max()))
+    own = np.arange(roots.shape[1]) < count[:, None]
+    swing = roots.imag[own] > SWINGS * np.abs(roots[own])
+    apart = np.abs(model.lever[:, CURL:]).max() <= COUPLED * np.sqrt(model.second.max())
+    return bool(apart and swing.all())
 
 
 class ExponentialSteps:
