@@ -124,7 +124,7 @@ class Mechanism(Capabilities):
             return [explicit]
         least = 0.5 * float(self.model.mass.sum()) * (self._size / self._duration) ** 2
         kind, share = (ExponentialSteps, FREE_SHARE) if propagates(self.model) else (ImplicitSteps, SHARE)
-        longer = kind(self.model, self.work, max(FINEST, share * accuracy), *given, least=least)
+        longer: Steps = kind(self.model, self.work, max(FINEST, share * accuracy), *given, least=least)
         return [longer] if asked == "implicit" else [explicit, longer]
 
     def _refuse_outside(self) -> None:

@@ -14,6 +14,7 @@ LEFT = 1e-8
 """Last motion of Newton's method over the size of the scene; a step with more is repeated shorter."""
 Given = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Drives (t, d, 3) and loads (t, l) at times [s], (t,)."""
+Kind = Literal["explicit", "implicit", "exponential"]
 Within = Callable[[float], np.ndarray]
 """State at a time within a step, over the step."""
 
@@ -56,7 +57,7 @@ class Steps(Protocol):
 
     power: int
     """Of the step in its estimated error."""
-    kind: Literal["explicit", "implicit", "exponential"]
+    kind: Kind
     cost: float
     """CPU time of a step over that of an explicit one."""
     bound: float
@@ -86,7 +87,8 @@ class Steps(Protocol):
 class ExplicitSteps:
     """Steps of Dormand and Prince's method of order 8."""
 
-    kind, power, cost, bound, holds = "explicit", ORDER, 1.0, 0.0, 1.0
+    kind: Kind = "explicit"
+    power, cost, bound, holds = ORDER, 1.0, 0.0, 1.0
 
     def __init__(
         self, model: Model, work: Work, tolerance: float, given: Given, weights: Callable[[], np.ndarray]

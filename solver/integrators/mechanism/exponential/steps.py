@@ -10,7 +10,7 @@ from gudgeon.solver.integrators.mechanism.exponential.arrays import Course, Insi
 from gudgeon.solver.integrators.mechanism.exponential.step import exponential_step, state_within
 from gudgeon.solver.integrators.mechanism.implicit.steps import Balance
 from gudgeon.solver.integrators.mechanism.implicit.table import shares, table_of
-from gudgeon.solver.integrators.mechanism.steps import Given, Prepared, Tried, Within
+from gudgeon.solver.integrators.mechanism.steps import Given, Kind, Prepared, Tried, Within
 
 STAGES = 5
 """Of a step, behind its start: order 10."""
@@ -29,7 +29,7 @@ def propagates(model: Model) -> bool:
     if len(model.row_terms) or not count.any():
         return False
     own = np.arange(roots.shape[1]) < count[:, None]
-    swing = roots.imag[own] > SWINGS * np.abs(roots[own])
+    swing = np.imag(roots[own]) > SWINGS * np.abs(roots[own])
     apart = np.abs(model.lever[:, CURL:]).max() <= COUPLED * np.sqrt(model.second.max())
     return bool(apart and swing.all())
 
@@ -37,7 +37,8 @@ def propagates(model: Model) -> bool:
 class ExponentialSteps:
     """Steps of five stages, order 10."""
 
-    kind, power, cost, bound, holds = "exponential", STAGES + 1, 1.0, 0.5, 1.2
+    kind: Kind = "exponential"
+    power, cost, bound, holds = STAGES + 1, 1.0, 0.5, 1.2
 
     def __init__(
         self,

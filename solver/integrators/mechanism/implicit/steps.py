@@ -10,7 +10,7 @@ from gudgeon.solver.integrators.mechanism.arrays import Model, Work
 from gudgeon.solver.integrators.mechanism.implicit.arrays import Course, newton_of
 from gudgeon.solver.integrators.mechanism.implicit.step import implicit_step
 from gudgeon.solver.integrators.mechanism.implicit.table import shares, table_of
-from gudgeon.solver.integrators.mechanism.steps import LEFT, Given, Prepared, Tried, Within
+from gudgeon.solver.integrators.mechanism.steps import LEFT, Given, Kind, Prepared, Tried, Within
 
 STAGES = 5
 """Of a step, behind its start: order 10."""
@@ -49,7 +49,8 @@ class Stages(NamedTuple):
 class ImplicitSteps:
     """Steps of five stages, order 10."""
 
-    kind, cost, bound, holds = "implicit", 1.5, 3.0, 1.0
+    kind: Kind = "implicit"
+    cost, bound, holds = 1.5, 3.0, 1.0
 
     def __init__(
         self,
