@@ -81,6 +81,6 @@ class Choice:
             return []
         return [
             f"{self.taken['implicit']} of {self.taken.total()} steps are implicit, longer than the highest frequency of"
-            " a body allows explicit ones (run.stepping): vibrations whose motion is below run.accuracy may have another"
-            " phase"
+            " a body allows explicit ones (run.stepping): vibrations whose motion is below run.accuracy may have"
+            " another phase"
         ]
