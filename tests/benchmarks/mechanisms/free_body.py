@@ -1,7 +1,7 @@
 """A free body that deforms and tumbles over 1e5 steps: `python -m tests.benchmarks.mechanisms.free_body [STEPS]`.
 
-Prints energy and momenta over the run, of which the angular one is compared with |x| |p| and the spin; and those of a run
-at default settings, which takes about as many steps of its own.
+Prints energy and momenta over the run, of which the angular one is compared with |x| |p| and the spin; and those of a
+run at default settings, which takes about as many steps of its own.
 """
 
 import sys
