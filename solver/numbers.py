@@ -24,6 +24,8 @@ MOST = 1_000_000
 """Largest count of a scene: modes, elements through a thickness, seeds and the like."""
 LEAST_COMPLIANCE = 1e-9
 """Distance of Poisson's ratio from -1 and 0.5, where the stiffness of a solid is infinite."""
+ROUNDED = 1e-3
+"""By how much a given moment of inertia may exceed the sum of the others, of that sum: thin bodies, few digits."""
 NAME_LENGTH = 100
 """Characters of a name, which becomes part of the names of files."""
 NAME = re.compile(r"[\w.-]([\w. -]*[\w.-])?")
@@ -60,6 +62,14 @@ def sizeable(unit: str) -> AfterValidator:
     return AfterValidator(check)
 
 
+def _of_a_body(moments: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Refuse moments of inertia of which one exceeds the sum of the others; zeros stand for axes that are left out."""
+    largest = max(moments)
+    if all(moments) and largest > (sum(moments) - largest) * (1 + ROUNDED):
+        raise ValueError(f"{list(moments)} given; allowed: no moment above the sum of the other two")
+    return moments
+
+
 def _invertible(nu: float) -> float:
     if min(nu + 1, 0.5 - nu) < LEAST_COMPLIANCE:
         raise ValueError(f"{nu} given; allowed: {LEAST_COMPLIANCE:g} away from -1 and 0.5")
@@ -92,6 +102,8 @@ Mass = Annotated[float, above_zero("kg"), sizeable("kg")]
 Modulus = Annotated[float, above_zero("Pa"), sizeable("Pa")]
 Moment = Annotated[float, from_zero("kg m^2"), sizeable("kg m^2")]
 """Of inertia."""
+Moments = Annotated[tuple[Moment, Moment, Moment], AfterValidator(_of_a_body)]
+"""Of inertia about three axes."""
 Permittivity = Annotated[float, Field(ge=1, le=1e6, allow_inf_nan=False, json_schema_extra={"unit": "1"})]
 """Relative."""
 Poisson = Annotated[float, Field(gt=-1, lt=0.5, json_schema_extra={"unit": "1"}), AfterValidator(_invertible)]

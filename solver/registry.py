@@ -102,7 +102,8 @@ REGISTRY: tuple[Quantity, ...] = (
              _SIZE),
     Quantity("contact", "against_worn_volume", "m^3", "As `worn_volume`, of the traction space over which the points"
              " slide.", _SIZE),
-    Quantity("contact", "friction_work", "J", "Work that friction with `friction.speed` takes over the run.", _SIZE),
+    Quantity("contact", "friction_work", "J", "Energy that friction takes over the run: its force times the speed of"
+             " sliding, impacts included.", _SIZE),
     *(
         Quantity("body", f"{name}_{axis}", unit, definition.format(axis), f"positive: {along} {axis}")
         for name, unit, definition, along in (

@@ -61,6 +61,7 @@ TURNING: Pictures = {
     "flat": {
         "mechanism": "gudgeon.pipeline.plots.mechanism.picture:draw_mechanism",
         "journals": "gudgeon.pipeline.plots.mechanism.journals:draw_journals",
+        "line-loads": "gudgeon.pipeline.plots.mechanism.line_loads:draw_line_loads",
         **{name: PLOTS["flat"][name] for name in ("energy", "gauges", "probes")},
     },
     "rendered": {"movie": "gudgeon.pipeline.plots.mechanism.film:draw_film"},
@@ -68,8 +69,8 @@ TURNING: Pictures = {
 """Pictures of a scene whose bodies turn by any angle."""
 
 FILES = (
-    "mechanism.png", "journals.png", "force.png", "energy.png", "impacts.png", "gauges.png", "probes.png",
-    "pressure.png", "cycle.png", "deformation.png", "stress.png", "modes.png", "impact.mp4", "cycle.mp4",
+    "mechanism.png", "journals.png", "line-loads.png", "force.png", "energy.png", "impacts.png", "gauges.png",
+    "probes.png", "pressure.png", "cycle.png", "deformation.png", "stress.png", "modes.png", "impact.mp4", "cycle.mp4",
     "mechanism.mp4", "nodal-diameters.png", "blades.png", "wheel.png", "charge.png",
 )  # fmt: skip
 """Names of all pictures; one of several bodies or contacts has its name before the dot."""

@@ -83,10 +83,12 @@ class Evidence:
     """Energy dissipated [J]."""
     exchanged: float = 0.0
     """[J]"""
-    penetration: float | None = None
+    deepest: float | None = None
     """Deepest overlap at a frame beyond the deformation of the bodies [m]."""
+    penetration: float | None = None
+    """Overlap of the point that exceeds its bound most, or is nearest to it [m]."""
     penetration_bound: float | None = None
-    """Overlap that layers, laws and round-off allow for the energy of the run [m]."""
+    """Its bound: overlap that layers, laws and round-off allow for the energy of the run [m]."""
     basis: float | None = None
     """Estimated relative error of the impulse due to the modal basis; None without an estimate."""
     mesh: float | None = None

@@ -252,7 +252,7 @@ def _alike(found: Evidence, compared: Compared) -> dict[str, tuple[np.ndarray, n
 
 def monotone(found: Evidence, compared: Compared) -> Finding | None:
     """Stiffer surfaces overlap less, softer ones more."""
-    factor, before, after = compared.factor, compared.base.penetration, found.penetration
+    factor, before, after = compared.factor, compared.base.deepest, found.deepest
     if factor is None or before is None or after is None or compared.base.penetration_bound is None:
         return None
     if before < SEEN * compared.base.penetration_bound:

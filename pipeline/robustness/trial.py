@@ -215,7 +215,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         exchanged = max(exchanged, 0.25 * float((impacts[:, IMPULSE] * np.abs(impacts[:, CLOSING])).max(initial=0.0)))
     lowest = np.minimum.accumulate(mechanical) if len(mechanical) else mechanical
     lagging = bool(system.dashpot.any())  # It recovers with a delay: its energy and depth are not in these figures.
-    depth, allowed = (None, None) if lagging else _penetration(system, found)
+    deepest, depth, allowed = (None, None, None) if lagging else _penetration(system, found)
     moved = any(body.rigid_count for body in system.bodies.values())
     pushed = any(history.force.any() for history in found.contacts.values()) or bool(found.joints)
     estimates = [
@@ -251,6 +251,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         rise=float((mechanical - lowest).max()) / exchanged if exchanged > 0 and not lagging else None,
         loss=float(found.energies[-1, 3]) if len(found.energies) else 0.0,
         exchanged=exchanged,
+        deepest=deepest,
         penetration=depth,
         penetration_bound=allowed,
         basis=found.estimates.get("basis.impulse"),
@@ -300,11 +301,11 @@ def _blur(system: System) -> float:
     return float(np.finfo(float).eps) * max(places) / least if places and least > 0 else 0.0
 
 
-def _penetration(system: System, found: Trajectory) -> tuple[float | None, float | None]:
-    """Return the deepest overlap at frames and its bound [m]; None if points slide over a body, or bodies turn far."""
+def _penetration(system: System, found: Trajectory) -> tuple[float | None, float | None, float | None]:
+    """Return the deepest overlap at frames, that nearest to its bound, and this bound [m]; None if bodies move far."""
     plain = [contact for contact in system.contacts if contact.master is None]
     if not plain or not len(found.frames) or INTEGRATORS[found.counts["integrator"]].turns:
-        return None, None
+        return None, None, None
     paths = found.frames @ system.rows.T
     pressed = _multipliers(system, found)
     depth = -(system.gap + paths + pressed @ system.residual)
@@ -317,8 +318,7 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
         # All energy but that of fields, which may fall without limit, is positive: what contacts hold is at most this.
         whole = found.energies @ (1.0, 1.0, 1.0, 1.0, -1.0)
         energy = max(energy, float(whole.max() + found.energies[:, 4].max() - found.energies[:, 1].min()))
-    speeds = np.abs(np.vstack([system.velocity, found.velocities]) @ system.rows.T)
-    speed = float(speeds.max())
+    speed = float(np.abs(np.vstack([system.velocity, found.velocities]) @ system.rows.T).max())
     slack = ROUND_OFF * float(np.abs(paths).max() + system.gap.max(initial=0.0) + speed * found.times[-1])
     # What presses bodies on each other would move them by so much in a step, if contact did not prevent it.
     pulled = float(np.abs(pressed @ (system.rows @ system.rows.T)).max(initial=0.0))
@@ -334,7 +334,7 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     yields[lawful] = (power * energy / stiffness[lawful]) ** (1 / power)
     over = depth[:, rows].max(axis=0)
     worst = int(np.argmax(over - yields))
-    return max(float(over[worst]), 0.0), float(yields[worst] + slack)
+    return max(float(over.max()), 0.0), max(float(over[worst]), 0.0), float(yields[worst] + slack)
 
 
 def _late(system: System, found: Trajectory, yielding: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.modes import ModesSettings, optional
 from gudgeon.pipeline.scenes.supports import SupportEntry
-from gudgeon.solver.numbers import Coordinate, Length, Mass, Moment, Name, PositiveRatio, Ratio, Strict
+from gudgeon.solver.numbers import Coordinate, Length, Mass, Moments, Name, PositiveRatio, Ratio, Strict
 
 BAR_COUNT = 180
 """Default number of normal modes of a bar: with 160, the windowed force of a rigid striker of a tenth of its mass has
@@ -71,7 +71,7 @@ class PointMass(Strict):
     surface: str = Field(description="Name of a surface of the mesh")
     mass: Mass = Field(description="Mass")
     at: Point | None = Field(default=None, description="Its centre of mass [m]; default: the centroid of the surface")
-    inertia: tuple[Moment, Moment, Moment] | None = Field(
+    inertia: Moments | None = Field(
         default=None, description="Moments of inertia about its centre along x, y, z [kg m^2]; default: zero"
     )
 

@@ -23,6 +23,9 @@ SHOWN = 200
 DEEPEST = 40
 """Tables within each other in a scene, and files based on each other."""
 UNSET = "unset"
+DOT = re.compile(r"""\.(?=(?:[^"']|"[^"]*"|'[^']*')*$)""")
+"""Between the parts of a path: not within a quoted part."""
+IN_QUOTES = re.compile(r"""^(["'])(.*)\1$""")
 QUOTED = r"'([^']*)'"
 NEAR = 0.65
 """Least likeness of a name that is proposed for another: 'friction' is no 'orientation'."""
@@ -38,6 +41,7 @@ EXPECTED = ("missing", "too_long", "tuple_type", "float_parsing", "float_type", 
             "int_parsing", "int_from_float", "bool_type", "bool_parsing", "model_type", "dict_type",
             "model_attributes_type")  # fmt: skip
 """Types of error whose message names what the key takes."""
+COUNTED = {"too_short": "at least", "too_long": "at most"}
 CLOSED = re.compile(
     r"Cannot (?:declare|mutate immutable namespace) \((?P<table>[^)]*)\)(?: twice)? \((?P<place>at [^)]*)\)"
 )
@@ -57,7 +61,9 @@ def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """
     tables = _tables(path, ())
     for text in overrides:
-        tables = merged(tables, parse_override(text))
+        changes = parse_override(text)
+        _refuse_misspelt(tables, changes, f"--set {text}")
+        tables = merged(tables, changes)
     return tables
 
 
@@ -76,7 +82,9 @@ def _tables(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
         raise InputError(f"{path}: base: '{base}' is based on this file itself")
     if len(above) >= DEEPEST:
         raise InputError(f"{path}: base: more than {DEEPEST} files are based on each other")
-    return merged(_tables(path.parent / base, (*above, path.resolve())), tables)
+    below = _tables(path.parent / base, (*above, path.resolve()))
+    _refuse_misspelt(below, tables, str(path))
+    return merged(below, tables)
 
 
 def _parsed(text: str, where: str) -> dict[str, Any]:
@@ -157,7 +165,7 @@ def parse_override(text: str) -> dict[str, Any]:
         InputError: there is no `=`, or a part of the path is empty.
     """
     path, equals, value = text.partition("=")
-    parts = [part.strip() for part in path.split(".")]
+    parts = [IN_QUOTES.sub(r"\2", part.strip()) for part in DOT.split(path)]
     shown = text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
     if not equals or not all(parts):
         raise InputError(f"--set {shown}: expected path.to.key=value")
@@ -247,6 +255,18 @@ def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, A
     return found
 
 
+def _refuse_misspelt(tables: Mapping[str, Any], changes: Mapping[str, Any], where: str, *above: str) -> None:
+    """Raise InputError where changes remove a key that tables do not have, but one whose name resembles it."""
+    for name, value in changes.items():
+        below = tables.get(name)
+        if value == UNSET and name not in tables and (hint := _hint(name, list(tables))):
+            raise InputError(
+                f"{where}: {'.'.join((*above, name))} is not given, so that it cannot be unset; {hint.strip()}"
+            )
+        if isinstance(value, Mapping):
+            _refuse_misspelt(below if isinstance(below, Mapping) else {}, value, where, *above, name)
+
+
 def _with_items(name: str, items: list[Any], changes: Mapping[str, Any]) -> list[Any]:
     """Return a list with some items replaced; `changes` are numbers of items, as text, and their values."""
     found = list(items)
@@ -279,6 +299,9 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
         return f"{where}: is missing; give {form}" if form else f"{where}: is missing"
     message = entry["msg"].removeprefix("Value error, ")
     given = entry["input"]
+    if entry["type"] in COUNTED and "prefixItems" not in node:
+        bound = f"{COUNTED[entry['type']]} {entry['ctx'].get('min_length', entry['ctx'].get('max_length'))}"
+        return f"{where}: {entry['ctx']['actual_length']} given; allowed: {bound}"
     if isinstance(given, Mapping) or entry["type"] == "value_error":
         return f"{where}: {message}"
     shown = _shown(given)

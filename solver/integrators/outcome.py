@@ -104,6 +104,8 @@ class Outcome:
     """Impacts of each contact as in `Trajectory.impacts`, (b, 9) each, at the end of the run."""
     drags: np.ndarray = field(default_factory=lambda: np.empty(0))
     """Friction's impulse at each row on the first body [N s], (c, 3); empty where there is none."""
+    rubbed: np.ndarray = field(default_factory=lambda: np.empty(0))
+    """Energy that friction of each contact took [J], (k,)."""
     slips: list[list[tuple[float, bool]]] = field(default_factory=list)
     """Of each contact, times [s] at which a point begins to slip, True, or sticks, False."""
     springs: np.ndarray = field(default_factory=lambda: np.empty(0))

@@ -38,6 +38,8 @@ def quantities(system: System, end: Outcome, states: tuple[np.ndarray, np.ndarra
         values |= impact_quantities(end.impacts[number], system.window)
         if size > 0 and not system.scene.capabilities.turns:
             values |= _rebound(system, end, contact, impulse / size)
+        if system.scene.contact[contact.name].friction is not None and len(end.rubbed):
+            values["friction_work"] = (float(end.rubbed[number]), "J")
         if number < len(end.slips):
             values |= _of_slips(end.slips[number])
         if contact.areas is not None and multipliers.any():

@@ -84,7 +84,7 @@ def truncated(modal: ModalRecord, share: float) -> ModalRecord:
     omega = modal.angular_frequencies
     kept, dropped = _parted(modal, share)
     places = {**modal.interfaces, **modal.tractions, **modal.loads}
-    flexible = _shapes(places, modal, dropped) / omega[dropped]
+    flexible = responses(places, modal, dropped)
     residual, gauges = modal.residual_flexibility, _fewer(modal.gauges, kept)
     if residual is not None:
         residual = residual + flexible @ flexible.T
@@ -118,12 +118,12 @@ def _fewer(places: Mapping[str, Rows], kept: np.ndarray) -> dict[str, Rows]:
     return found
 
 
-def _shapes(places: Mapping[str, Rows], modal: ModalRecord, columns: np.ndarray) -> np.ndarray:
-    """Return B φ of some coordinates over all rows of R, (C, k); zero at places that the scene does not read."""
+def responses(places: Mapping[str, Rows], modal: ModalRecord, columns: np.ndarray) -> np.ndarray:
+    """Return B φ/ω of some coordinates over all rows of R, (C, k); zero at places that the scene does not read."""
     rows = np.zeros((modal.row_count, len(columns)))
     for name, place in places.items():
         rows[slice(*modal.interface_rows[name])] = place.rows[:, columns]
         if isinstance(place, InterfaceModes | TractionModes) and place.tangential_rows is not None:
             across = place.tangential_rows[:, :, columns]
             rows[slice(*modal.tangential_spans[name])] = across.reshape(-1, len(columns))
-    return rows
+    return rows / modal.angular_frequencies[columns]

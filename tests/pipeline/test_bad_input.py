@@ -213,6 +213,7 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
             "body.skirt.damping.rate=1",
             "body.skirt.damping.rate: unknown key; did you mean 'ratio'? allowed here: ratio,",
         ),
+        ("report.full_fe.steps=[]", "report.full_fe.steps: 0 given; allowed: at least 2"),
         ("report.full_fe.step=1", "report.full_fe.step: unknown key; did you mean 'steps'? allowed here: steps,"),
         ("contact.bore.law.stiffness=1", "contact.bore.law.kind: is missing; allowed: 'exact', 'flores', 'gonthier'"),
         ("body.skirt.velocity=[0, 1, nan]", "body.skirt.velocity"),

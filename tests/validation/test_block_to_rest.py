@@ -45,3 +45,4 @@ def test_it_stops_where_its_energy_is_spent(job: Job) -> None:
     assert np.ptp(moved) < 1e-4 * way
     # All of its energy is gone but what the weight stores.
     assert found.energies[-1, 3] - found.energies[-1, 4] == pytest.approx(begun, rel=1e-3)
+    assert report.quantities["sole.friction_work"]["value"] == pytest.approx(begun, rel=2e-3)

@@ -67,6 +67,8 @@ def test_block_sticks_on_an_incline(folder: Path) -> None:
     assert solved["block.shift_x"] == pytest.approx(exact["stop_distance"]["value"], rel=1e-10)
     slows = times < 0.4
     np.testing.assert_allclose(3.0 - motion[slows, 6], exact["deceleration"]["value"] * times[slows], rtol=1e-9)
+    lost = solved.history.energies[-1, 3]
+    assert solved["incline.friction_work"] == pytest.approx(lost, rel=1e-12)
     stays = times > exact["stop_time"]["value"]
     assert np.ptp(motion[stays, 0]) == 0.0
     assert np.abs(motion[stays, 6]).max() == 0.0
@@ -117,6 +119,7 @@ def test_sphere_slides_then_rolls(rolling: Solved) -> None:
     assert at == pytest.approx(exact["distance"]["value"], rel=1e-6)
     kinetic = rolling.history.energies[-1, 0]
     assert 0.5 * 2.0**2 - kinetic == pytest.approx(exact["energy_loss"]["value"], rel=1e-9)
+    assert rolling["floor.friction_work"] == pytest.approx(exact["energy_loss"]["value"], rel=1e-10)
     rolls = times > exact["time_to_rolling"]["value"]
     np.testing.assert_allclose(motion[rolls, 6], exact["velocity_rolling"]["value"], rtol=1e-10)
 

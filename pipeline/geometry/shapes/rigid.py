@@ -8,7 +8,7 @@ from pydantic import Field
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.geometry.numbers import NonZero, Point
 from gudgeon.pipeline.geometry.surfaces import point_surface
-from gudgeon.solver.numbers import Area, Mass, Moment, Name, Strict
+from gudgeon.solver.numbers import Area, Mass, Moments, Name, Strict
 
 
 class RigidPoint(Strict):
@@ -27,7 +27,7 @@ class Rigid(Strict):
 
     kind: Literal["rigid"]
     mass: Mass = Field(description="Mass")
-    inertia: tuple[Moment, Moment, Moment] = Field(
+    inertia: Moments = Field(
         default=(0.0, 0.0, 0.0),
         description="Principal inertia about x, y, z [kg m^2]; the body does not rotate about an axis with 0",
     )

@@ -35,6 +35,8 @@ class Impact:
     """Energy lost [J]."""
     driven: float
     """Work of moving obstacles by friction [J]."""
+    rubbed: np.ndarray
+    """Energy that friction takes [J], (c,)."""
     compressed: float
     """Energy of compression, before restitution [J]."""
 
@@ -86,8 +88,10 @@ def collide(
     mean = 0.5 * (mean + v)
     after = rows @ v
     driven = float(drag @ system.belt[touching[: len(drag)]])
-    impact = Impact(np.zeros(len(system.gap)), np.zeros(len(system.gap)), driven - float(push @ mean), driven, 0.0)
-    impact.impulses[touching], impact.tangential[touching[: len(drag)]] = impulses, drag
+    zero, rubbing = np.zeros(len(system.gap)), touching[: len(drag)]
+    impact = Impact(zero, zero.copy(), driven - float(push @ mean), driven, zero.copy(), 0.0)
+    impact.impulses[touching], impact.tangential[rubbing] = impulses, drag
+    impact.rubbed[rubbing] = drag * (system.belt[rubbing] - system.tangents[rubbing] @ mean)
     impact.compressed = 0.5 * float(impulses @ np.maximum(-before, 0.0))
     for number, row in enumerate(touching):
         size = abs(before[number]) + float(np.abs(system.rows[row]) @ np.abs(v))

@@ -41,6 +41,7 @@ class Record:
         self.lost = 0.0
         """Energy lost so far [J]."""
         self._driven = 0.0  # Work of moving obstacles by friction so far [J].
+        self._rubbed = np.zeros(c)  # Energy that friction of each row took [J].
         self._start = (system.position.copy(), system.velocity.copy())
         energy = float(self._energies(*(part[None] for part in self._start))[0, :3].sum()) + system.start_contact_energy
         self._extreme = np.array([energy, 0.0, 0.0, 0.0])
@@ -165,7 +166,9 @@ class Record:
             u, v = segment.motion.displacements(time)
             power = ((v @ regime.linear.rows.T) ** 2) @ regime.linear.dampers
             if sliding:
-                power = power - (regime.tangential(u, v) * (v @ system.tangents.T - system.belt)).sum(axis=1)
+                rubbed = -regime.tangential(u, v) * (v @ system.tangents.T - system.belt)
+                power = power + rubbed.sum(axis=1)
+                self._rubbed += (0.5 * width[here, None] * WEIGHTS).ravel() @ rubbed
             np.add.at(lost, owner[here], 0.5 * width[here] * (power.reshape(-1, len(NODES)) @ WEIGHTS))
         return lost
 
@@ -273,6 +276,7 @@ class Record:
         self._drags += impact.tangential
         self.lost += impact.lost
         self._driven += impact.driven
+        self._rubbed += impact.rubbed
         self._extreme[EXCHANGED] = max(self._extreme[EXCHANGED], impact.compressed)
         share = impact.impulses[:, None] * self._directions + impact.tangential[:, None] * self._lines
         if time > 0:
@@ -316,6 +320,7 @@ class Record:
             q=p, v=v, multipliers=multipliers, impulses=self._impulses.copy(), extreme=self._extreme.copy(),
             counts=counts, drags=self._drags[:, None] * self._lines, springs=self._pulls.copy(),
             slips=[list(entries) for entries in self._slips],
+            rubbed=np.array([self._rubbed[item.rows].sum() for item in self._system.contacts]),
         )  # fmt: skip
 
 

@@ -282,6 +282,8 @@ class State(NamedTuple):
     """Energy of the residual flexibility a step ago [J], (1,)."""
     work: np.ndarray
     """Of contacts on each rigid coordinate, then on all [J], (r + 1,)."""
+    rubbed: np.ndarray
+    """Energy that friction of each contact took [J], (k,)."""
     parts: np.ndarray
     """Energies as in `Trajectory` [J], (5,)."""
     extreme: np.ndarray

@@ -78,11 +78,12 @@ def _ports_energy(constants, state, problem):  # type: ignore[no-untyped-def]
         elif (kind in (UNILATERAL, CONE)) and not constants.bounces:
             if constants.block[i] != i:
                 belt = constants.belt[i] * constants.dt[0]
-                parts[DISSIPATED] -= mean[i] * (state.displacement[0, i] - state.displacement[1, i] - belt)
+                rubbed = -mean[i] * (state.displacement[0, i] - state.displacement[1, i] - belt)
                 if state.extra[i] != 0.0:
                     if unknown[i] == 0.0:
                         state.response[0, i] = displaced(constants.residual, i, state.held, state.listed)
-                    parts[DISSIPATED] += state.extra[i] * (state.response[0, i] - state.response[1, i])
+                    rubbed += state.extra[i] * (state.response[0, i] - state.response[1, i])
+                _rub(constants, state, i, rubbed)
                 parts[WORK] += mean[i] * belt
             else:
                 parts[CONTACT] += 0.5 * layer[i] * unknown[i] * unknown[i]
@@ -126,7 +127,8 @@ def _port_energy(constants, state, i):  # type: ignore[no-untyped-def]
         _struck(constants, state, i)
     elif first != i:
         belt = constants.belt[i] * constants.dt[0]
-        parts[DISSIPATED] -= mean * (step - belt) - state.extra[i] * (state.response[0, i] - state.response[1, i])
+        extra = state.extra[i] * (state.response[0, i] - state.response[1, i])
+        _rub(constants, state, i, extra - mean * (step - belt))
         parts[WORK] += mean * belt
     elif constants.level[i] == VELOCITY:
         if constants.restitution[i] < 1.0 and mean * step < 0.0:
@@ -145,6 +147,13 @@ def _port_energy(constants, state, i):  # type: ignore[no-untyped-def]
 
 
 @inner
+def _rub(constants, state, i, energy):  # type: ignore[no-untyped-def]
+    """Add the energy [J] that friction takes at a tangential port."""
+    state.parts[DISSIPATED] += energy
+    state.rubbed[constants.contact[i]] += energy
+
+
+@inner
 def _struck(constants, state, i):  # type: ignore[no-untyped-def]
     """Add what an impact of rigid contact loses, p ½ (u̇⁻ + u̇⁺) when it closes, and what a moving obstacle gives [J]."""
     first, mean = constants.block[i], state.mean[i]
@@ -153,7 +162,9 @@ def _struck(constants, state, i):  # type: ignore[no-untyped-def]
     hit, sudden = before + share * free, state.sudden[first]
     left = hit + sudden * (after - state.rate[i])
     middle = sudden * 0.5 * (hit + left) + (1.0 - sudden) * 0.5 * (left + after) - constants.belt[i]
-    if first != i or constants.restitution[i] < 1.0:
+    if first != i:
+        _rub(constants, state, i, -mean * constants.dt[0] * middle)
+    elif constants.restitution[i] < 1.0:
         state.parts[DISSIPATED] -= mean * constants.dt[0] * middle
     state.parts[WORK] += mean * constants.dt[0] * constants.belt[i]
 

@@ -238,7 +238,7 @@ class General:
         return Outcome(
             q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],
             extreme=state.extreme, counts=state.counts, drags=drags if drags.any() else np.empty(0),
-            springs=np.concatenate([np.empty(0), *springs]), slips=self._slips,
+            springs=np.concatenate([np.empty(0), *springs]), slips=self._slips, rubbed=state.rubbed,
             left=int(state.slides.left[0]), work=self._edge_notes(),
             masters=-inward, master_impulses=state.impulses[self._functions], drag_impulse=drag_impulse,
             master_drags=wrenches,

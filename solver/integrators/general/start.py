@@ -71,6 +71,7 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         acting=np.zeros(contacts), struck=np.zeros(contacts, np.bool_), peak=np.zeros((contacts, 2)),
         slips=np.zeros((SLIPS + 1 if contacts else 1, 3)), closing=np.full(p, -1.0),
         stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=parts,
+        rubbed=np.zeros(contacts),
         extreme=np.array([parts.sum(), 0.0, 0.0, 0.0]), counts=np.zeros(6, np.int64), **zeros,
     )  # fmt: skip
 

@@ -47,7 +47,9 @@ def test_record_of_a_rigid_body() -> None:
     assert record.shapes.shape == (3, 3, 0)
 
 
-@pytest.mark.parametrize(("inertia", "count"), [([0.0, 0.0, 0.0], 3), ([0.0, 0.2, 0.0], 4), ([0.1, 0.2, 0.0], 5)])
+@pytest.mark.parametrize(
+    ("inertia", "count"), [([0.0, 0.0, 0.0], 3), ([0.0, 0.2, 0.0], 4), ([0.1, 0.2, 0.0], 5), ([1.0, 2.0, 3.002], 6)]
+)
 def test_it_turns_only_where_it_has_inertia(inertia: list[float], count: int) -> None:
     item = component(TABLE | {"inertia": inertia})
     record = reduce_component(build_mesh(item, Path(), "ball"), "ab" * 32, item, "ball")
@@ -71,6 +73,7 @@ def test_held_point_is_a_pivot() -> None:
         (TABLE, {"material": {"E": 1.0, "nu": 0.3, "rho": 1.0}}, "given, but geometry 'rigid' states its own mass"),
         (TABLE | {"mass": 0.0}, {}, "greater than 0"),
         (TABLE | {"inertia": [0.1, -0.2, 0.3]}, {}, "greater than or equal to 0"),
+        (TABLE | {"inertia": [1.0, 1.0, 5.0]}, {}, "[1.0, 1.0, 5.0] given; allowed: no moment above the sum of"),
         (TABLE | {"points": {"tip": POINTS["tip"] | {"normal": [0, 0, 0]}}}, {}, "a length above zero is needed"),
         ({"kind": "bar", "length": 1.0, "area": 1.0}, {}, "is missing; geometry 'bar' needs E, nu and rho"),
     ],

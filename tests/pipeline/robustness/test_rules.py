@@ -17,8 +17,8 @@ IMPACTS = Impacts(restitution=0.5, mass=2.0, closing=np.array([1.0]), approach=1
 SOUND = Evidence(
     frequencies={"rod": np.array([100.0, 200.0])}, shear={"rod": 8e10}, estimated=1e-3,
     orthogonality=1e-15, contact=replace(CONTACT, impulse=3.0), impacts=IMPACTS, integrator="event", energy_drift=1e-12,
-    momentum_residual=1e-12, rise=1e-14, loss=0.75, exchanged=1.0, penetration=1e-6, penetration_bound=2e-6, turned=0.1,
-    basis=1e-3, mesh=1e-3, changed=0.5, steps=100,
+    momentum_residual=1e-12, rise=1e-14, loss=0.75, exchanged=1.0, deepest=1e-6, penetration=1e-6,
+    penetration_bound=2e-6, turned=0.1, basis=1e-3, mesh=1e-3, changed=0.5, steps=100,
 )  # fmt: skip
 """(1 + e) m v = 3, ½ m v² (1 − e²) = 0.75."""
 LIKE = Compared(
@@ -37,7 +37,7 @@ WRONG: dict[str, dict[str, Any]] = {
     "energy": {"energy_drift": 2e-9},
     "creation": {"rise": 2e-9},
     "penetration": {"penetration": 2.1e-6},
-    "monotone": {"penetration": 1.1e-6},
+    "monotone": {"deepest": 1.1e-6},
     "orthogonality": {"orthogonality": 2e-9},
     "rotation": {"turned": 1.1},
     "impact": {"contact": replace(CONTACT, impulse=3.0, force=3e4 * 1.011)},

@@ -8,7 +8,7 @@ import pytest
 
 from gudgeon.pipeline import kinds
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.reading import override_text, parse_override
+from gudgeon.pipeline.scenes.reading import override_text, parse_override, read_tables
 
 VALUES: dict[str, tuple[Any, Any]] = {
     "table": ({"ratio": 0.01, "frequency": 2e4}, {"ratio": 0.01, "frequency": 2e4}),
@@ -44,3 +44,23 @@ def test_damping_is_set_as_a_table(tmp_path: Path) -> None:
     damping = {"ratio": 0.01, "frequency": 2e4}
     job = kinds.open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out", set={"body.rod.damping": damping})
     assert job.scene.body["rod"].damping.ratio == 0.01
+
+
+def test_a_name_with_a_dot_stands_in_quotes() -> None:
+    for quote in "\"'":
+        assert parse_override(f"body.{quote}a.b{quote}.velocity = [1, 2]") == {"body": {"a.b": {"velocity": [1, 2]}}}
+
+
+def test_a_misspelt_key_cannot_be_unset(tmp_path: Path) -> None:
+    (tmp_path / "below.toml").write_text("body.rod.velocity = [1, 0, 0]\nrun.duration = 1\n")
+    scene = tmp_path / "scene.toml"
+    scene.write_text('base = "below.toml"\nbody.rod.velocity = "unset"\n')
+    # What is not there is unset already.
+    assert read_tables(scene, ["run.duration=unset", "run.step=unset"]) == {"body": {"rod": {}}, "run": {}}
+    with pytest.raises(
+        InputError, match=r"--set run\.duraton=unset: run\.duraton is not given.*did you mean 'duration'\?"
+    ):
+        read_tables(scene, ["run.duraton=unset"])
+    scene.write_text('base = "below.toml"\nbody.rod.velocty = "unset"\n')
+    with pytest.raises(InputError, match=r"scene\.toml: body\.rod\.velocty is not given.*did you mean 'velocity'\?"):
+        read_tables(scene)
