@@ -156,9 +156,9 @@ class Steps:
         """Return the displacement of ports by their own rows [m], (n,)."""
         table, state, residual = self._run.ports, self._state, self._run.arrays.constants.residual.values
         here = table.of(name)
-        moved = table.offset[here] + table.rows[here] @ state.q
+        moved = table.offset[here] + (table.rows @ state.q)[here]
         for one, force in zip(residual, state.held, strict=True):
-            moved = moved + table.pairs.times(one, force)[here]
+            moved = moved + (table.pairs.matrix(one) @ force)[here]
         return moved
 
     def contact(self, name: str) -> PortState:

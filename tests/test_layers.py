@@ -39,7 +39,7 @@ ROOT_CAP = 7
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("modaldb", "solver.source_state"),
     ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.capabilities",
-     "solver.kernel_cache"),
+     "solver.kernel_cache", "solver.machine"),
     ("pipeline.files", "pipeline.measuring", "pipeline.comparison", "solver.compiled", "solver.vectors"),
     ("pipeline.sources", "pipeline.geometry", "pipeline.linalg", "solver.forces",
      "solver.laws", "solver.methods", "solver.obstacles", "solver.registry"),

@@ -6,7 +6,7 @@ import os
 from typing import NamedTuple
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.measuring.memory import total_memory
+from gudgeon.solver.machine.memory import total_memory
 
 log = logging.getLogger(__name__)
 GIB = 2**30

@@ -1,7 +1,6 @@
-"""Memory of the machine, and the largest that this process has during a piece of work."""
+"""The largest memory that this process has during a piece of work."""
 
 import contextlib
-import os
 import re
 import resource
 from collections.abc import Iterator
@@ -10,17 +9,6 @@ from types import SimpleNamespace
 
 STATUS = Path("/proc/self/status")
 RESET = Path("/proc/self/clear_refs")
-LIMITS = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"))
-"""Memory that a container allows [bytes]."""
-
-
-def total_memory() -> int:
-    """Return the memory of this machine, or of the container that this process is in [bytes]."""
-    found = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    for limit in LIMITS:
-        with contextlib.suppress(OSError, ValueError):
-            found = min(found, int(limit.read_text()))
-    return found
 
 
 @contextlib.contextmanager

@@ -285,11 +285,10 @@ def _ringing(system: System, found: Trajectory, contact: FirstContact | None) ->
         return 0.0
     phase = float(np.finfo(float).eps) * (2 * np.pi * contact.duration / system.shortest_period) ** 2 / (2 * np.pi)
     elastic, worst = system.stiffness > 0, 0.0
-    yields = np.diag(system.residual) + system.layer
-    pressed = _multipliers(system, found)
+    yields, pressed = system.residual.diagonal() + system.layer, _multipliers(system, found)
     most = pressed.max(axis=0, initial=0.0)
     for row in np.flatnonzero((yields > 0) & (most > 0)):
-        paths = np.abs(found.frames[pressed[:, row] > 0][:, elastic]) @ np.abs(system.rows[row, elastic])
+        paths = np.abs(found.frames[pressed[:, row] > 0][:, elastic]) @ np.abs(system.rows[row][elastic])
         worst = max(worst, float(paths.max()) / float(yields[row] * most[row]))
     return phase * worst
 
@@ -321,7 +320,7 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     speed = float(np.abs(np.vstack([system.velocity, found.velocities]) @ system.rows.T).max())
     slack = ROUND_OFF * float(np.abs(paths).max() + system.gap.max(initial=0.0) + speed * found.times[-1])
     # What presses bodies on each other would move them by so much in a step, if contact did not prevent it.
-    pulled = float(np.abs(pressed @ (system.rows @ system.rows.T)).max(initial=0.0))
+    pulled = float(np.abs((pressed @ system.rows) @ system.rows.T).max(initial=0.0))
     slack += ROUND_OFF * float(found.counts["step"]) ** 2 * pulled
     # The explicit integrator ends a frame half a step after its contact forces.
     slack += 0.5 * found.counts["step"] * speed if INTEGRATORS[found.counts["integrator"]].staggered else 0.0
@@ -367,7 +366,8 @@ def _condition(system: System) -> float | None:
     if not len(system.gap):
         elastic = system.stiffness[system.stiffness > 0]
         return float(elastic.max() / elastic.min()) if len(elastic) else None
-    matrix = system.compliance if system.compliance.diagonal().min() > 0 else system.rows @ system.rows.T
+    yields, rows = system.compliance, system.rows
+    matrix = yields.dense() if yields.diagonal().min() > 0 else rows.dense() @ rows.dense().T
     size = np.sqrt(matrix.diagonal())
     values = np.linalg.eigvalsh(matrix / np.outer(size, size))
     return float(values[-1] / values[0]) if values[0] > 0 else float("inf")

@@ -191,8 +191,9 @@ def _unresolved(system: System, found: Trajectory) -> tuple[float, float, float]
         if (duration := float(main[ENDS] - main[BEGINS])) <= 0:
             continue
         modal = np.zeros(len(modes))
-        modal[elastic] = (forces @ system.rows[contact.rows][:, elastic]) ** 2 / system.stiffness[elastic]
-        massless = float(forces @ system.residual[contact.rows, contact.rows] @ forces) + float(modal[~modes].sum())
+        modal[elastic] = (forces @ system.rows[contact.rows])[elastic] ** 2 / system.stiffness[elastic]
+        own = np.arange(contact.rows.start, contact.rows.stop)
+        massless = float(forces @ system.residual.among(own, own) @ forces) + float(modal[~modes].sum())
         whole = massless + float(modal[modes].sum())
         whole += float(forces**2 @ (system.layer + system.yielding())[contact.rows])
         if whole <= 0:
@@ -221,8 +222,7 @@ def _cutoff(stiffness: np.ndarray, shares: np.ndarray) -> float:
 
 def _flexibility(system: System) -> np.ndarray:
     """Return the static displacement of each contact row per unit force on it, by elastic coordinates [m/N], (c,)."""
-    elastic = system.stiffness > 0
-    return (system.rows[:, elastic] ** 2 / system.stiffness[elastic]).sum(axis=1)
+    return system.rows.applied(np.square) @ system.flexibility
 
 
 def differences(

@@ -74,7 +74,7 @@ def linearised(system: System, closed: Collection[str] = ()) -> Linearised:
         own = _closed(system, ports, contact, every=f"contact.{contact.name}" in closed)
         points[contact.name] = len({port for port, *_ in own} & set(contact_ports(ports, contact).tolist()))
         found += own
-    rows, residual = ports.rows.copy(), ports.residual.copy()
+    rows, residual = ports.rows.dense(), np.stack([one.dense() for one in ports.by_sides])
     for held, pin in zip(system.driving.joints, system.driving.crank(np.zeros(1))[0], strict=True):
         here = ports.of(f"joint.{held.name}").start
         line = held.anchor + rows[here : here + 2] @ system.position - pin[:2]
@@ -138,7 +138,7 @@ def _elongations(system: System, ports: Ports) -> np.ndarray:
     """Return the elongations of all springs at the start [m], (b,)."""
     forces = start_unknowns(system, ports)
     springs = ports.numbers([f"force.{name}" for name in system.scene.springs()])
-    return (ports.offset + ports.rows @ system.position + ports.residual.sum(axis=0) @ forces)[springs]
+    return (ports.offset + ports.rows @ system.position + ports.residual @ forces)[springs]
 
 
 @dataclass(frozen=True)

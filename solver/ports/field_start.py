@@ -72,14 +72,14 @@ class _Fields:
     def moved(self, system: System) -> tuple[np.ndarray, np.ndarray]:
         """Return the poses in a state, (f, 6), and C there [m/N], (n, n)."""
         ports = with_surfaces(system, ports_of(system), system.position)
-        unknown, R = start_unknowns(system, ports), ports.residual.sum(axis=0)
+        unknown, R = start_unknowns(system, ports), ports.residual.dense()
         at = np.zeros((len(self.motions), len(ports.offset)))
         at[:, self.places[self.places >= 0]] = self.ends[:, self.places >= 0]
         displacement = ports.offset + ports.rows @ system.position + R @ unknown
         poses = self.poses.copy()
         poses[tuple(self.motions.T)] += at @ displacement
         elastic = system.stiffness > 0
-        W = ports.rows[:, elastic]
+        W = ports.rows.dense()[:, elastic]
         C, resists = (W / system.stiffness[elastic]) @ W.T + R, _resisting(system, ports, unknown)
         numbers = np.flatnonzero(np.isfinite(resists))
         across = C[numbers] @ at.T
@@ -216,7 +216,7 @@ def _resisting(system: System, ports: Ports, unknown: np.ndarray) -> np.ndarray:
     found[ports.kind == Kind.DRIVEN] = 0.0
     for name in system.scene.springs():
         here, own = ports.of(f"force.{name}"), system.springs.of(name)
-        displacement = ports.offset + ports.rows @ system.position + ports.residual.sum(axis=0) @ unknown
+        displacement = ports.offset + ports.rows @ system.position + ports.residual @ unknown
         elongation = np.zeros(len(system.springs.stiffness))
         elongation[own] = displacement[here]
         slope = system.springs.tension(elongation)[1][own]

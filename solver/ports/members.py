@@ -7,6 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.blocks import full
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.contact.shares import padded
 from gudgeon.solver.methods import METHODS
@@ -49,11 +50,11 @@ def with_surfaces(system: System, ports: Ports, position: np.ndarray) -> Ports:
     """Return the table with rows of points that slide as they are at a position, (m,): with those of functions."""
     if (weight := surface_weights(system, ports, position)) is None:
         return ports
-    own, other = ports.residual
+    own, other = (one.dense() for one in ports.by_sides)
     other = other + own @ (weight - np.eye(len(weight))).T
     return replace(
-        ports, rows=weight @ ports.rows, flexibility=ports.pairs.held(np.stack([weight @ own, weight @ other])),
-        weights={name: sparse.csc_array(found @ weight.T) for name, found in ports.weights.items()},
+        ports, rows=full(weight @ ports.rows), flexibility=ports.pairs.held(np.stack([weight @ own, weight @ other])),
+        weights={name: sparse.csr_array(found @ weight.T) for name, found in ports.weights.items()},
     )  # fmt: skip
 
 
@@ -214,12 +215,12 @@ def probe_ports(system: System, ports: Ports) -> np.ndarray:
         of = getattr(system.scene.probe[name], "of", "")
         if of.startswith("force.") and of.partition(".")[2] in system.springs.names:
             own = ports.of(of)
-            found[here.start : here.start + own.stop - own.start] = ports.residual.sum(axis=0)[own]
+            found[here.start : here.start + own.stop - own.start] = ports.residual[own]
         if of.startswith("body."):
             for number, row in enumerate(spring_rows(of.partition(".")[2], system.springs)):
                 port = ports.of(f"force.{system.springs.names[row]}").start
                 port += row - system.springs.of(system.springs.names[row]).start
-                found[here.start + MOMENTUM + number] = ports.residual.sum(axis=0)[port]
+                found[here.start + MOMENTUM + number] = ports.residual[port]
         for sign, _, one in parts:
             residual = system.bodies[one.body].modal.residual_flexibility
             if residual is not None and one.body in ports.weights:

@@ -1,12 +1,13 @@
 """Tables over ports that share a body, from Python: what ports do to those of other bodies is not held."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
+from gudgeon.solver.contact.blocks import Blocks
 from gudgeon.solver.contact.pattern import Pattern
 
 ROUND_OFF = 1e-12
@@ -76,24 +77,11 @@ class Pairs:
                  for own, columns in zip(self.groups, self.columns, strict=True)]  # fmt: skip
         return np.ascontiguousarray(np.concatenate([np.zeros((*matrix.shape[:-2], 0)), *parts], axis=-1))
 
-    def dense(self, table: np.ndarray) -> np.ndarray:
-        """Return the matrix of a table, (…, p, p)."""
+    def matrix(self, table: np.ndarray) -> Blocks:
+        """Return the matrix of a table, (p, p), over its values."""
         p = self.groups[-1].stop if self.groups else 0
-        matrix = np.zeros((*table.shape[:-1], p, p))
-        for own, columns, values in self.blocks(table):
-            matrix[..., own.start : own.stop, columns] = values
-        return matrix
-
-    def diagonal(self, table: np.ndarray) -> np.ndarray:
-        """Return what each port does to itself, (…, p)."""
-        parts = [values[..., np.arange(len(own)), np.searchsorted(columns, own)]
-                 for own, columns, values in self.blocks(table)]  # fmt: skip
-        return np.concatenate([np.zeros((*table.shape[:-1], 0)), *parts], axis=-1)
-
-    def times(self, table: np.ndarray, vector: np.ndarray) -> np.ndarray:
-        """Return the product of the matrix with a vector, (p,)."""
-        parts = [values @ vector[columns] for _, columns, values in self.blocks(table)]
-        return np.concatenate([np.zeros(0), *parts])
+        return Blocks((p, p), [(slice(own.start, own.stop), columns, values)
+                               for own, columns, values in self.blocks(table)])  # fmt: skip
 
     def turned(self, table: np.ndarray) -> np.ndarray:
         """Return the transposed table."""
@@ -107,7 +95,7 @@ class Pairs:
 
     def mutual(self, table: np.ndarray, some: np.ndarray) -> bool:
         """Return whether what some ports, (p,) of bool, do to each other is the same both ways, to round-off."""
-        scale = np.sqrt(np.abs(self.diagonal(table)))
+        scale = np.sqrt(np.abs(self.matrix(table).diagonal()))
         for (own, columns, values), (*_, other) in zip(
             self.blocks(table), self.blocks(self.turned(table)), strict=True
         ):
@@ -116,18 +104,6 @@ class Pairs:
             if not same[np.ix_(some[here], some[columns])].all():
                 return False
         return True
-
-    def among(self, table: np.ndarray, ports: Sequence[int] | np.ndarray) -> np.ndarray:
-        """Return the matrix among some ports, (n, n)."""
-        wanted = np.asarray(ports, np.int64)
-        found = np.zeros((len(wanted),) * 2)
-        for own, columns, values in self.blocks(table):
-            rows = np.flatnonzero((wanted >= own.start) & (wanted < own.stop))
-            if len(rows):
-                place = np.minimum(np.searchsorted(columns, wanted), len(columns) - 1)
-                known = columns[place] == wanted
-                found[np.ix_(rows, known)] = values[np.ix_(wanted[rows] - own.start, place[known])]
-        return found
 
 
 def coupled_ports(sides: np.ndarray, *, all_couple: bool = False) -> Pairs:

@@ -161,7 +161,7 @@ def _moving(system: System) -> set[int]:
 
 def _displacement(system: System, ports: Ports, unknown: np.ndarray) -> np.ndarray:
     """Return the displacement of all ports at the start under their forces [m], (p,)."""
-    return ports.offset + ports.rows @ system.position + ports.residual.sum(axis=0) @ unknown
+    return ports.offset + ports.rows @ system.position + ports.residual @ unknown
 
 
 def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None:
@@ -175,8 +175,8 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     rigid = np.concatenate([np.arange(part.rigid.start, part.rigid.stop) for part in parts])
     fixed = start_unknowns(system, ports)
     fixed[here] = 0.0
-    force = system.driving.gravity + ports.rows.T @ fixed
-    W, R, K = ports.rows[np.ix_(here, elastic)], ports.residual.sum(axis=0), system.stiffness[elastic]
+    force = system.driving.gravity + fixed @ ports.rows
+    W, R, K = ports.rows.among(here, elastic), ports.residual, system.stiffness[elastic]
     layer, law, laws, stuck = np.zeros(len(here)), [np.zeros((0, 2))], list[int](), np.zeros(len(here), np.bool_)
     normals, cones, friction = list[int](), list[int](), [np.zeros((0, 2))]
     for contact in system.contacts:
@@ -194,13 +194,13 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
             cones += at.tolist()
             friction.append(system.friction[contact.rows])
             stuck[at + 1], stuck[at + 2] = True, True
-    C = (W / K) @ W.T + R[np.ix_(here, here)] + np.diag(layer)
-    turned = ports.offset[here] + ports.rows[np.ix_(here, rigid)] @ system.position[rigid]
-    free = turned + (W / K) @ force[elastic] + R[here] @ fixed - np.where(stuck, turned, 0.0)
+    C = (W / K) @ W.T + R.among(here, here) + np.diag(layer)
+    turned = ports.offset[here] + ports.rows.among(here, rigid) @ system.position[rigid]
+    free = turned + (W / K) @ force[elastic] + (R @ fixed)[here] - np.where(stuck, turned, 0.0)
     drives = place[ports.numbers([f"motion.{one.name}" for one in system.driving.drives])]
     free[drives[drives >= 0]] -= system.driving.driven(np.zeros(1))[0, drives >= 0, 0]
     springs = place[ports.numbers([f"force.{name}" for name in system.scene.springs()])]
-    rows, pull, own = ports.rows[np.ix_(here, rigid)], force[rigid], C.diagonal()
+    rows, pull, own = ports.rows.among(here, rigid), force[rigid], C.diagonal()
     resisted = np.any(rows, axis=0)
     if not (own[normals] > 0).all() or np.any(pull[~resisted]):
         return None
@@ -363,12 +363,12 @@ def _placed(
     unknown[statics.ports] = forces
     position, place = system.position.copy(), np.full(len(ports.offset), -1)
     place[statics.ports] = np.arange(len(forces))
-    acting = system.driving.gravity + ports.rows.T @ unknown
+    acting = system.driving.gravity + unknown @ ports.rows
     parts = [list(system.bodies.values())[at] for at in bodies]
     rigid = np.concatenate([np.arange(part.rigid.start, part.rigid.stop) for part in parts])
     for part in parts:
         position[part.elastic] = acting[part.elastic] / system.stiffness[part.elastic]
-    position[rigid[np.any(ports.rows[np.ix_(statics.ports, rigid)], axis=0)]] += motion
+    position[rigid[np.any(ports.rows.among(statics.ports, rigid), axis=0)]] += motion
     held = statics.free + statics.compliance @ forces + statics.rows @ motion
     pressed, pulls, loads = system.start_forces.copy(), system.start_pulls.copy(), system.loads.copy()
     rubbed, stretch = system.start_friction.copy(), system.start_stretch.copy()

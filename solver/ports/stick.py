@@ -31,7 +31,7 @@ def stick_frequency(system: System) -> float:
     if not sticks(system):
         return 0.0
     ports = with_surfaces(system, ports_of(system), system.position)
-    matrix, rows = ports.residual.sum(axis=0), ports.rows.copy()
+    matrix, rows = ports.residual.dense(), ports.rows.dense()
     for number, item in enumerate(system.contacts):
         here = ports.places[number]
         each = (here.stop - here.start) // len(item.points)

@@ -18,6 +18,7 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
 from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.blocks import Blocks, summed
 from gudgeon.solver.ports.pairs import Pairs, coupled_ports
 
 
@@ -93,7 +94,7 @@ class Ports:
     """`Kind` of each port, (p,)."""
     offset: np.ndarray
     """[m], (p,)."""
-    rows: np.ndarray
+    rows: Blocks
     """W, (p, m)."""
     sides: np.ndarray
     """Number of each port's bodies among those of the system, −1 where it has one only, or one twice, (p, 2)."""
@@ -101,13 +102,19 @@ class Ports:
     """Which ports share a body."""
     flexibility: np.ndarray
     """Tables of the displacement of port i, by rows, by a force on either side of port j [m/N], (2, n)."""
-    weights: dict[str, sparse.csc_array] = field(repr=False)
+    weights: dict[str, sparse.csr_array] = field(repr=False)
     """V of each body whose residual flexibility takes part, (C, p)."""
 
     @property
-    def residual(self) -> np.ndarray:
-        """The same as a matrix [m/N], (2, p, p): [s, i, j] of port i by side s of port j; of many ports it is large."""
-        return self.pairs.dense(self.flexibility)
+    def by_sides(self) -> tuple[Blocks, Blocks]:
+        """Displacement of port i, in its row, by a force on the first and on the second side of port j [m/N]."""
+        first, second = (self.pairs.matrix(one) for one in self.flexibility)
+        return first, second
+
+    @property
+    def residual(self) -> Blocks:
+        """R: the displacement of port i by a force of port j [m/N], (p, p)."""
+        return self.pairs.matrix(self.flexibility.sum(axis=0))
 
     def of(self, name: str) -> slice:
         """Return the ports of a member."""
@@ -147,17 +154,16 @@ def gathered(blocks: Sequence[PortBlock], bodies: Sequence[FlexibleBody], size: 
     ends = np.cumsum([0, *(len(block.offset) for block in blocks)])
     places = [slice(int(first), int(last)) for first, last in pairwise(ends)]
     count, numbers = int(ends[-1]), {body.name: number for number, body in enumerate(bodies)}
-    rows, sides = np.zeros((count, size)), np.full((count, 2), -1)
+    rows, sides = list[tuple[slice, slice, np.ndarray]](), np.full((count, 2), -1)
     for block, here in zip(blocks, places, strict=True):
         for number, side in enumerate(block.sides):
-            rows[here, side.body.rigid] += side.rigid
-            rows[here, side.body.elastic] += side.elastic()
+            rows.append((here, side.body.coordinates, np.hstack([side.rigid, side.elastic()])))
             if number == 0 or side.body is not block.sides[0].body:
                 sides[here, number] = numbers[side.body.name]
     weights = {body.name: found for body in bodies if (found := _weights(blocks, places, body)) is not None}
     pairs = coupled_ports(sides, all_couple=any(block.kind == Kind.SURFACE for block in blocks))
     return Ports(
-        blocks=list(blocks), places=places, rows=rows, sides=sides, pairs=pairs, weights=weights,
+        blocks=list(blocks), places=places, rows=summed((count, size), rows), sides=sides, pairs=pairs, weights=weights,
         flexibility=_flexibility(bodies, weights, sides, pairs),
         kind=np.repeat([int(block.kind) for block in blocks], np.diff(ends)).astype(np.int64),
         offset=np.concatenate([np.empty(0), *(block.offset for block in blocks)]),
@@ -165,7 +171,7 @@ def gathered(blocks: Sequence[PortBlock], bodies: Sequence[FlexibleBody], size: 
 
 
 def _flexibility(
-    bodies: Sequence[FlexibleBody], weights: dict[str, sparse.csc_array], sides: np.ndarray, pairs: Pairs
+    bodies: Sequence[FlexibleBody], weights: dict[str, sparse.csr_array], sides: np.ndarray, pairs: Pairs
 ) -> np.ndarray:
     """Return R of all bodies by sides of ports as tables, (2, n)."""
     tables, near, shared = np.zeros((2, pairs.size)), dict[int, np.ndarray](), dict[int, np.ndarray]()
@@ -173,7 +179,7 @@ def _flexibility(
         held = body.modal.residual_flexibility
         if held is not None and body.name in weights:
             found = weights[body.name]
-            near[number] = np.flatnonzero(np.diff(found.indptr))
+            near[number] = np.unique(found.indices)
             own = found[:, near[number]].toarray()
             matrix = own.T @ (held @ own)
             shared[number] = 0.5 * (matrix + matrix.T)
@@ -190,7 +196,7 @@ def _flexibility(
     return tables
 
 
-def _weights(blocks: Sequence[PortBlock], places: Sequence[slice], body: FlexibleBody) -> sparse.csc_array | None:
+def _weights(blocks: Sequence[PortBlock], places: Sequence[slice], body: FlexibleBody) -> sparse.csr_array | None:
     """Return V of a body, (C, p); None where no residual flexibility takes part."""
     if body.modal.residual_flexibility is None:
         return None
@@ -203,4 +209,4 @@ def _weights(blocks: Sequence[PortBlock], places: Sequence[slice], body: Flexibl
                 values.append(side.weight.ravel())
     shape = len(body.modal.residual_flexibility), places[-1].stop if places else 0
     entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return sparse.csc_array(entries, shape=shape)
+    return sparse.csr_array(entries, shape=shape)

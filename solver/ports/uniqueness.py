@@ -54,19 +54,20 @@ def friction_limits(system: System) -> Iterator[FrictionLimit]:
     if not sticks(system):
         return
     ports = with_surfaces(system, ports_of(system), system.position)
-    whole = ports.residual.sum(axis=0)
+    whole = ports.residual
     for number, item in enumerate(system.contacts):
         here, friction = ports.places[number], system.scene.contact[item.name].friction
         if ports.kind[here.start] != Kind.CONE or friction is None:
             continue
-        matrix = whole[here, here].reshape(len(item.points), 3, len(item.points), 3)
+        own = np.arange(here.start, here.stop)
+        matrix = whole.among(own, own).reshape(len(item.points), 3, len(item.points), 3)
         normal = matrix[:, 0, :, 0] + np.diag(system.layer[item.rows])
         across = [matrix[:, 0, :, axis] for axis in (1, 2)]
-        own, other = normal.diagonal(), np.hypot(across[0].diagonal(), across[1].diagonal())
-        if not (own > 0).all():
+        alone, other = normal.diagonal(), np.hypot(across[0].diagonal(), across[1].diagonal())
+        if not (alone > 0).all():
             continue
-        worst = int((other / own).argmax())
-        single = float(own[worst] / other[worst]) if other[worst] > 0 else np.inf
+        worst = int((other / alone).argmax())
+        single = float(alone[worst] / other[worst]) if other[worst] > 0 else np.inf
         yield FrictionLimit(item.name, friction.static, _definite(normal, across), single, item.points[worst])
 
 

@@ -46,7 +46,7 @@ def _row(
     """Return displacement along the force on the first body per coordinate, (m,), and per contact force [m/N], (c,)."""
     row, residual, one = np.zeros(len(system.velocity)), np.zeros(len(system.gap)), system.bodies[body]
     own = slice(one.first, one.elastic.stop)
-    row[own] = sign * system.rows[contact.rows.start, own]
+    row[own] = sign * system.rows[contact.rows.start][own]
     methods = {name: item.method for name, item in system.scene.contact.items()}
     if methods[contact.name] == "residual" and one.modal.residual_flexibility is not None:
         for other in system.contacts:

@@ -62,7 +62,8 @@ class Run(Strict):
         default=None,
         description="Window of peak forces [s]: the mean over it of the mean force over it is reported, and impacts"
         " that are separated by less than it are one. Default: the longest of the shortest kept periods of the elastic"
-        " bodies in contact, times 2.5 unless all contacts have nonlinear laws; no window for rigid bodies",
+        " bodies in contact, times 2.5 unless all contacts have nonlinear laws, at most the duration; no"
+        " window for rigid bodies",
     )
     integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit", "mechanism"] = (
         Field(

@@ -1,21 +1,25 @@
 """Compile a scene: read records, build the arrays of the time loop."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from itertools import permutations
+from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from gudgeon.modaldb.errors import RecordMismatch
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.solver.bodies.placing import rotation, turned_design, turned_modes, turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
+from gudgeon.solver.contact.blocks import summed
 from gudgeon.solver.contact.bores import ElasticBore, read_bores
 from gudgeon.solver.contact.rows import PER_ROW, ContactPoints, ContactRows, contact_block, sliding_block
 from gudgeon.solver.contact.shares import shared_twice
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.fields.co_energy import joined
+from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.drives import begin_velocities
 from gudgeon.solver.system.equilibrium import settled
@@ -105,7 +109,7 @@ def assembled(
         # Its joints, forces and probes turn with the bodies: the integrator builds them.
         scene = scene.model_copy(update={"joint": {}, "force": {}, "probe": {}})
     contacts, arrays = _contacts(whole, bodies, size)
-    sag = np.zeros_like(arrays["gap"]) if sag is None else sag
+    sag = np.zeros(len(arrays["gap"])) if sag is None else sag
     arrays["gap"] = arrays["gap"] + sag
     driving = compile_driving(scene, bodies, contacts, size)
     position, velocity = np.zeros(size), _start(scene, bodies, size)
@@ -172,9 +176,7 @@ def _start(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> np.ndarr
     return velocity
 
 
-def _contacts(
-    scene: Scene, bodies: dict[str, FlexibleBody], size: int
-) -> tuple[list[ContactRows], dict[str, np.ndarray]]:
+def _contacts(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> tuple[list[ContactRows], dict[str, Any]]:
     """Return the contacts, and their rows and residuals as arrays of the system."""
     others = scene.others()
     masters = {} if scene.capabilities.turns else scene.masters()
@@ -187,48 +189,53 @@ def _contacts(
     ]
     ends = np.cumsum([0, *(len(block.rows) for block in blocks)])
     ends_f = np.cumsum([0, *(len(slide.rows) if slide else 0 for slide in slides)])
-    rows, tangents, functions = (np.zeros((count, size)) for count in (ends[-1], ends[-1], ends_f[-1]))
-    residual, function_residual = (np.zeros((count, count)) for count in (ends[-1], ends_f[-1]))
-    contacts = []
+    rows, tangents, functions, contacts = list[Part](), list[Part](), list[Part](), list[ContactRows]()
     for number, (block, slide) in enumerate(zip(blocks, slides, strict=True)):
         here, there = slice(*ends[number : number + 2].tolist()), slice(*ends_f[number : number + 2].tolist())
         for side in (block, block.other):
             if side is not None:
-                rows[here, bodies[side.body].coordinates] += side.rows
-                tangents[here, bodies[side.body].coordinates] += side.tangents
-        residual[here, here] = block.residual
+                rows.append((here, bodies[side.body].coordinates, side.rows))
+                tangents.append((here, bodies[side.body].coordinates, side.tangents))
         if slide is not None:
-            functions[there, bodies[slide.body].coordinates] = slide.rows
-            function_residual[there, there] = slide.residual
+            functions.append((there, bodies[slide.body].coordinates, slide.rows))
         shared = {entry.name: getattr(block, entry.name) for entry in fields(ContactPoints)}
         contacts.append(ContactRows(**shared, rows=here, master=slide, functions=there))
-    _couple(scene, bodies, contacts, residual, function_residual)
+    c, f = int(ends[-1]), int(ends_f[-1])
+    own = [(one.rows, one.rows, block.residual) for one, block in zip(contacts, blocks, strict=True)]
     return contacts, {
         name: np.concatenate([np.empty((0, *shape)), *(block.per_row[name] for block in blocks)])
         for name, shape in PER_ROW.items()
     } | {
-        "rows": rows, "residual": residual, "functions": functions, "function_residual": function_residual,
-        "tangents": tangents,
+        "rows": summed((c, size), rows), "functions": summed((f, size), functions),
+        "tangents": summed((c, size), (one for one in tangents if one[2].any())),
+        "residual": summed((c, c), [*own, *_between_contacts(scene, bodies, contacts)]),
+        "function_residual": summed((f, f), _between_functions(scene, bodies, contacts)),
     }  # fmt: skip
 
 
-def _couple(
-    scene: Scene,
-    bodies: dict[str, FlexibleBody],
-    contacts: list[ContactRows],
-    residual: np.ndarray,
-    function_residual: np.ndarray,
-) -> None:
-    """Add R between different interfaces of one body."""
-    for one, other in permutations(contacts, 2):
-        if {scene.contact[one.name].method, scene.contact[other.name].method} != {"residual"}:
-            continue
-        for body, interface, share, *_ in one.sides:
-            for same, at, there, *_ in other.sides:
-                if body == same:
-                    block = bodies[body].residual(interface, at)
-                    residual[one.rows, other.rows] += shared_twice(share, block, there)
-        if one.master is not None and other.master is not None and one.master.body == other.master.body:
-            block = bodies[one.master.body].residual(one.master.interface, other.master.interface)
-            ordered = block[np.ix_(one.master.order, other.master.order)]
-            function_residual[one.functions, other.functions] = ordered
+Part = tuple[slice, slice, np.ndarray]
+"""Rows, columns and values of a block that is added."""
+
+
+def _between_contacts(scene: Scene, bodies: dict[str, FlexibleBody], contacts: list[ContactRows]) -> Iterator[Part]:
+    """Yield R between the points of different contacts on one body."""
+    on = dict[str, list[tuple[ContactRows, str, sparse.csr_matrix]]]()
+    for one in contacts:
+        if METHODS[scene.contact[one.name].method].flexible:
+            for body, interface, share, *_ in one.sides:
+                on.setdefault(body, []).append((one, interface, share))
+    for body, sides in on.items():
+        for (one, interface, share), (other, at, there) in permutations(sides, 2):
+            if one is not other:
+                yield one.rows, other.rows, shared_twice(share, bodies[body].residual(interface, at), there)
+
+
+def _between_functions(scene: Scene, bodies: dict[str, FlexibleBody], contacts: list[ContactRows]) -> Iterator[Part]:
+    """Yield R of the traction spaces: of each contact's own, and between those of different ones on one body."""
+    slides = [(one, one.master) for one in contacts if one.master is not None]
+    yield from ((one.functions, one.functions, master.residual) for one, master in slides)
+    flexible = [(one, master) for one, master in slides if METHODS[scene.contact[one.name].method].flexible]
+    for (one, own), (other, master) in permutations(flexible, 2):
+        if own.body == master.body:
+            block = bodies[own.body].residual(own.interface, master.interface)
+            yield one.functions, other.functions, block[np.ix_(own.order, master.order)]

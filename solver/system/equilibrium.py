@@ -98,7 +98,7 @@ def _with_springs(loaded: System, held: Held, forces: np.ndarray) -> System:
     free, compliance = _free_springs(loaded, held, forces)
     pulled = spring_forces(loaded.springs, free, compliance)
     position, elastic, loads = loaded.position.copy(), loaded.stiffness > 0, loaded.loads
-    acting = loaded.rows.T @ forces + loaded.springs.rows.T @ pulled
+    acting = forces @ loaded.rows + loaded.springs.rows.T @ pulled
     if loaded.scene.run.start == "rest":
         position[elastic] += acting[elastic] / loaded.stiffness[elastic]
     if held.any and acting.any():
@@ -131,9 +131,7 @@ def _free_springs(loaded: System, held: Held, forces: np.ndarray) -> tuple[np.nd
 
 def _to_contacts(loaded: System, held: Held) -> np.ndarray:
     """Return the gaps' change per force on a spring's row by coordinates and R [m/N], (c, b)."""
-    elastic = loaded.stiffness > 0
-    rows = loaded.rows[:, elastic] / loaded.stiffness[elastic]
-    found = loaded.springs.to_gap + rows @ loaded.springs.rows[:, elastic].T
+    found = loaded.springs.to_gap + loaded.rows @ (loaded.flexibility * loaded.springs.rows).T
     return found + held.change(*_couplings(loaded, held)) if held.any else found
 
 
@@ -166,9 +164,9 @@ def _moves(system: System, held: Held, inside: np.ndarray) -> np.ndarray:
     Args:
         inside: Points inside their obstacles, (c,).
     """
-    sizes, free = np.abs(system.rows), system.rows[:, system.rigid]
+    sizes, free = system.rows.largest(), system.rows.among(np.arange(len(system.gap)), system.rigid)
     free = free - free @ held.projector if held.any else free
-    moves = np.abs(free).max(axis=1, initial=0.0) > MOVES * sizes.max(axis=1)
+    moves = np.abs(free).max(axis=1, initial=0.0) > MOVES * sizes
     pushed = np.flatnonzero(moves & inside)
     # Forces that sum up to one, of these points alone, without resultant on any free motion.
     each = free[pushed]
@@ -204,9 +202,8 @@ def _refuse_overlap(system: System, gaps: np.ndarray, refused: np.ndarray, allow
 
 def _static_compliance(system: System, held: Held) -> np.ndarray:
     """Return C = W Λ⁻¹ Wᵀ + R + layer over the elastic coordinates, less what drives take [m/N], (c, c)."""
-    elastic = system.stiffness > 0
-    rows = system.rows[:, elastic]
-    found = (rows / system.stiffness[elastic]) @ rows.T + system.compliance
+    rows = system.rows.dense()
+    found = (rows * system.flexibility) @ rows.T + system.compliance.dense()
     if held.any:
         own = _couplings(system, held)[0]
         found += held.change(own, own)

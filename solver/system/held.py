@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gudgeon.solver.contact.blocks import Blocks
 from gudgeon.solver.system.loads import Driving
 
 
@@ -37,14 +38,16 @@ class Held:
         """Whether there are drives."""
         return len(self.rows) > 0
 
-    def coupling(self, rows: np.ndarray, through: np.ndarray) -> np.ndarray:
+    def coupling(self, rows: np.ndarray | Blocks, through: np.ndarray) -> np.ndarray:
         """Return what unit forces do to drives and rigid motions, (D + r, n).
 
         Args:
             rows: Of the forces over all coordinates, (n, m).
             through: Displacement of the drives by them through R [m/N], (D, n).
         """
-        return np.vstack([(self.rows * self.flexibility) @ rows.T + through, self.projector @ rows[:, self.rigid].T])
+        free = np.zeros((len(self.projector), len(self.flexibility)))
+        free[:, self.rigid] = self.projector
+        return np.vstack([(self.rows * self.flexibility) @ rows.T + through, free @ rows.T])
 
     def change(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Return what drives take from the compliance of forces with these couplings [m/N], (n, k), negative."""

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import linalg
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.blocks import Blocks
 from gudgeon.solver.contact.bores import ElasticBore
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SolverError
@@ -45,27 +46,27 @@ class System:
     """c of q̈ + c q̇ + ω² q = f [1/s], (m,)."""
     rigid: np.ndarray
     """Numbers of the rigid coordinates."""
-    rows: np.ndarray
+    rows: Blocks
     """∂g/∂q [kg^-½], (c, m)."""
     gap: np.ndarray
     """Gaps at q = 0 [m], (c,)."""
     sag: np.ndarray
     """Share of the gaps due to gravity on coordinates that a nested system leaves out [m], (c,)."""
-    residual: np.ndarray
+    residual: Blocks
     """R [m/N], (c, c)."""
     layer: np.ndarray
     """Compliance of the surface layer [m/N], (c,)."""
     dashpot: np.ndarray
     """[N s/m], (c,)."""
-    functions: np.ndarray
+    functions: Blocks
     """Inward displacement of traction spaces, ∂e/∂q, (F, m)."""
-    function_residual: np.ndarray
+    function_residual: Blocks
     """R of the traction spaces [m/N], (F, F)."""
     restitution: np.ndarray
     """Of rigid contact; −1 where contact is compliant, (c,)."""
     law: np.ndarray
     """K, n, χ, c of the law at each row, (c, 4)."""
-    tangents: np.ndarray
+    tangents: Blocks
     """Displacement along the line of friction, (c, m)."""
     friction: np.ndarray
     """Static and kinetic coefficient, (c, 2)."""
@@ -104,9 +105,16 @@ class System:
         """Energy in R, surface layers and laws at the start [J]."""
         forces, smooth = self.start_forces, (self.law[:, 0] > 0) & (self.layer == 0)
         (K, n), pressed = self.law[smooth, :2].T, forces[smooth]
-        return 0.5 * float(forces @ self.compliance @ forces) + float(
+        return 0.5 * float(forces @ (self.compliance @ forces)) + float(
             (pressed * (pressed / K) ** (1 / n) / (n + 1)).sum()
         )
+
+    @property
+    def flexibility(self) -> np.ndarray:
+        """Λ⁻¹ of the elastic coordinates, zero of the rigid ones [s²/rad²], (m,)."""
+        elastic, found = self.stiffness > 0, np.zeros(len(self.stiffness))
+        found[elastic] = 1 / self.stiffness[elastic]
+        return found
 
     @property
     def offsets(self) -> dict[str, int]:
@@ -165,7 +173,7 @@ class System:
         if (given := self.scene.run.window) is not None:
             return given
         jumps = not all(one.smooth_law for one in self.scene.contact.values())
-        return (RINGS if jumps else 1.0) * self.resolution
+        return min((RINGS if jumps else 1.0) * self.resolution, self.scene.run.duration)
 
     def moved_gaps(self, position: np.ndarray) -> np.ndarray:
         """Return the change of the gaps by coordinates, (m,), with points over traction spaces slid by them [m], (c,).
@@ -248,14 +256,14 @@ class System:
         return self.restitution >= 0
 
     @property
-    def compliance(self) -> np.ndarray:
+    def compliance(self) -> Blocks:
         """R + surface layer [m/N], (c, c)."""
-        return self.residual + np.diag(self.layer)
+        return self.residual.with_diagonal(self.layer)
 
     @property
     def coupled(self) -> bool:
         """Whether R couples the gap of one point with the contact force of another."""
-        return bool(np.any(self.residual - np.diag(self.residual.diagonal())))
+        return bool(self.residual.beside_diagonal().any())
 
     def yielding(self) -> np.ndarray:
         """Return the compliance of each nonlinear law at the largest indentation that the start can cause [m/N], (c,).
@@ -265,10 +273,10 @@ class System:
         """
         found = np.zeros(len(self.gap))
         for row in np.flatnonzero((self.law[:, 0] > 0) & (self.layer == 0)):
-            stiffness, exponent = self.law[row, :2]
-            square = float(self.rows[row] @ self.rows[row])
+            (stiffness, exponent), own = self.law[row, :2], self.rows[row]
+            square = float(own @ own)
             speed = float(np.linalg.norm(self.velocity)) * np.sqrt(square)
-            fall = 2 * float(np.abs(self.rows[row]) @ np.abs(self.driving.gravity)) * max(float(self.gap[row]), 0.0)
+            fall = 2 * float(np.abs(own) @ np.abs(self.driving.gravity)) * max(float(self.gap[row]), 0.0)
             energy = 0.5 * (speed**2 + fall) / square
             deepest = ((exponent + 1) * energy / stiffness) ** (1 / (exponent + 1))
             found[row] = 1 / (exponent * stiffness * deepest ** (exponent - 1)) if deepest > 0 else np.inf
@@ -282,13 +290,13 @@ class System:
         """
         springs = self.springs
         if len(self.gap) == 1 and not len(springs.stiffness) and not self.rigid_contact[0]:
-            return _single(self.stiffness, self.rows[0], self.compliance[0, 0] + self.yielding()[0])
+            return _single(self.stiffness, self.rows[0], self.compliance[0][0] + self.yielding()[0])
         matrix = np.diag(self.stiffness) + springs.rows.T @ springs.softened() @ springs.rows
         yielding = self.yielding()
         soft = np.flatnonzero(~self.rigid_contact & np.isfinite(yielding) & self.distinct)
         if len(soft):
             rows = self.rows[soft]
-            compliance = self.compliance[np.ix_(soft, soft)] + np.diag(yielding[soft])
+            compliance = self.compliance.among(soft, soft) + np.diag(yielding[soft])
             if self.coupled:
                 try:
                     matrix = matrix + rows.T @ linalg.cho_solve((_factored(compliance), True), rows)

@@ -6,6 +6,7 @@ printed; points of the others are candidates without. Steps are given, and the f
 left out.
 """
 
+import resource
 import sys
 import tempfile
 from pathlib import Path
@@ -16,6 +17,7 @@ from matplotlib.figure import Figure
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.stages.run import run_job, system_of
 from tests.benchmarks.test_ports import readings
+from tests.solver.held_bytes import held_bytes
 
 HEIGHT, APART = 0.03, 0.01
 """Of a block, and between blocks that do not touch [m]."""
@@ -63,6 +65,7 @@ def step_time(folder: Path, blocks: int, touching: int) -> tuple[float, int]:
     job = open_job(stack(folder, blocks, touching), db=folder / "db", out=folder / f"out-{blocks}-{touching}")
     run_job(job, "morph")
     system = system_of(job)
+    print(f"{blocks} blocks: {held_bytes(system, set()) / 1e6:.1f} MB of arrays in the compiled system", flush=True)
     seconds, acting = readings(system, STEP, FRAMES)
     points = max((contact.rows.stop - contact.rows.start for contact in system.contacts), default=1)
     return float(np.median(seconds[2:])), round(float(acting[-1]) / points)
@@ -79,6 +82,7 @@ def main(picture: str) -> None:
         }
     figure = Figure(figsize=(5, 3.2), layout="constrained")
     axes = figure.subplots()
+    print(f"largest memory of the process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GB")
     for label, rows in found.items():
         for number, seconds, pressed in rows:
             print(f"{label}: {number} pairs placed, {pressed} pressed, {1e6 * seconds:.0f} µs a step")

@@ -55,8 +55,8 @@ def near(seconds: np.ndarray, acting: np.ndarray, count: int) -> float:
 
 def products(system: System, acting: int) -> float:
     """Return the seconds of a step's bare products: W q, Wᵀ f and R f."""
-    rows, q, force = np.ascontiguousarray(system.rows), np.ones(system.rows.shape[1]), np.ones(acting)
-    part, residual = rows[:acting].T.copy(), system.residual[:, :acting].copy()
+    rows, q, force = system.rows.dense(), np.ones(system.rows.shape[1]), np.ones(acting)
+    part, residual = rows[:acting].T.copy(), system.residual.dense()[:, :acting].copy()
     found = []
     for _ in range(RUNS):
         begin = time.process_time()

@@ -66,8 +66,8 @@ def test_piston_cycle(benchmark: object, tmp_path: Path) -> None:
     simulate(system)
     trajectory = benchmark.pedantic(simulate, (system,), rounds=3)  # type: ignore[attr-defined]
     steps, seconds = trajectory.counts["steps"], benchmark.stats["min"]  # type: ignore[attr-defined]
-    piston = system.rows[:, np.abs(system.rows).max(axis=0) > 0].copy()
-    liner = system.functions[:, np.abs(system.functions).max(axis=0) > 0].copy()
+    piston, liner = system.rows.dense(), system.functions.dense()
+    piston, liner = (one[:, np.abs(one).max(axis=0) > 0].copy() for one in (piston, liner))
     q, p = np.ones(piston.shape[1]), np.ones(liner.shape[1])
     start = time.perf_counter()
     for _ in range(1000):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphRecord
+from gudgeon.solver.contact.blocks import summed
 from gudgeon.solver.ports.members import ports_of
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.system.system import System
@@ -125,7 +126,7 @@ def rubbing_ports(system: System) -> Ports:
     ports, (a, b) = ports_of(system), system.bodies.values()
     assert set(ports.kind) == {Kind.CONE}
     places = a.morph.points["face"][:, 1:]
-    rows, count = ports.rows.copy(), len(places)
+    rows, count = ports.rows.dense(), len(places)
     sense = np.array([1.0, -1.0, -1.0])
     directions = ports.blocks[0].directions
     assert directions is not None
@@ -143,7 +144,8 @@ def rubbing_ports(system: System) -> Ports:
     # Of equal flexibility, what normal forces do along tangents would be the same on both.
     residual = np.stack([one, STIFFER * one * np.outer(np.tile(sense, count), np.tile(sense, count))])
     residual = 0.5 * (residual + residual.transpose(0, 2, 1))
-    return replace(ports, rows=rows, flexibility=ports.pairs.held(residual))
+    by_body = [(slice(0, len(rows)), body.coordinates, rows[:, body.coordinates]) for body in (a, b)]
+    return replace(ports, rows=summed(rows.shape, by_body), flexibility=ports.pairs.held(residual))
 
 
 def bar(modes: int) -> tuple[ModalRecord, MorphRecord]:

@@ -116,6 +116,14 @@ def test_the_runs_with_fewer_modes_and_with_one_more_take_the_same_steps(
     assert "basis.impulse" in found.estimates
 
 
+def test_the_window_is_at_most_the_duration(tmp_path: Path) -> None:
+    """Modes of a period that is longer than the run do not ask for more steps than it has."""
+    scene = rod_scene()
+    scene["run"] |= {"duration": 1e-6}
+    system = build(tmp_path, rod_records(2), scene)
+    assert system.resolution > system.window == 1e-6
+
+
 def test_a_run_without_checks_is_taken_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     runs, march = [], solver._march
     monkeypatch.setattr(solver, "_march", lambda *all_of_it: runs.append(all_of_it) or march(*all_of_it))

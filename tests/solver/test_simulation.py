@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.contact.blocks import full
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.steps import plan_steps
 from gudgeon.solver.result import Result
@@ -164,7 +165,7 @@ def test_implicit_integrators_divide_a_step_that_steps_over_impacts(name: str, t
 
 
 def test_dependent_contact_rows_are_refused_with_a_reason(tmp_path: Path) -> None:
-    system = replace(build(tmp_path, block_records(4), block_scene()), residual=1e-9 * np.ones((4, 4)))
+    system = replace(build(tmp_path, block_records(4), block_scene()), residual=full(1e-9 * np.ones((4, 4))))
     with pytest.raises(SolverError, match="contact forces are not unique"):
         simulate(system)
 
@@ -172,7 +173,7 @@ def test_dependent_contact_rows_are_refused_with_a_reason(tmp_path: Path) -> Non
 def test_rows_that_become_dependent_end_the_run_and_keep_what_was_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    system = replace(build(tmp_path, block_records(4), block_scene()), residual=1e-9 * np.ones((4, 4)))
+    system = replace(build(tmp_path, block_records(4), block_scene()), residual=full(1e-9 * np.ones((4, 4))))
     monkeypatch.setattr(System, "critical_frequency", lambda self: 1e6)
     run = simulate(system)
     assert run.result == Result.DEPENDENT_ROWS.name

@@ -84,8 +84,8 @@ def sized(gmsh: Any, point: int, sizes: tuple[float, float], distances: tuple[fl
 def pressed(system: System, approach: float) -> tuple[np.ndarray, np.ndarray]:
     """Return which points may touch when bodies approach [m] without acceleration, and their forces [N]."""
     elastic, near = system.stiffness > 0, np.flatnonzero(system.gap < approach)
-    rows = system.rows[np.ix_(near, np.flatnonzero(elastic))]
-    compliance = rows / system.stiffness[elastic] @ rows.T + system.residual[np.ix_(near, near)]
+    rows = system.rows.among(near, np.flatnonzero(elastic))
+    compliance = rows / system.stiffness[elastic] @ rows.T + system.residual.among(near, near)
     factor = linalg.cholesky(compliance, lower=True)
     lacking = linalg.solve_triangular(factor, approach - system.gap[near], lower=True)
     return near, optimize.nnls(factor.T, lacking)[0]

@@ -91,8 +91,8 @@ def weights(system: System, way: float) -> np.ndarray:
 
 def test_effective_flexibility_does_not_ripple(system: System) -> None:
     """Uniform pressure and single points: what the pair gives way along 100 mm of sliding, away from the ends."""
-    own = flexibility(system.rows, system.residual, system.stiffness)
-    master = flexibility(system.functions, system.function_residual, system.stiffness)
+    own = flexibility(system.rows.dense(), system.residual.dense(), system.stiffness)
+    master = flexibility(system.functions.dense(), system.function_residual.dense(), system.stiffness)
     uniform = np.full(len(own), 1 / len(own))
     whole, points = [], []
     for way in np.linspace(0.0, 0.1, 101):

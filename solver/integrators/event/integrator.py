@@ -120,7 +120,7 @@ class Event(capabilities.Event):
         if kind is Watch.CLOSES and system.rigid_contact[row]:
             rows = struck(self._equations, now, row, self._p, self._v)
             for one in rows:
-                record.touches(int(one), time, -float(system.rows[one] @ self._v))
+                record.touches(int(one), time, -float(self._equations.rows[one] @ self._v))
             self._reclosed = False
             kinetic = 0.5 * float(self._v @ self._v)
             impact = collide(self._equations, now, rows, self._v, self._fastest, self._hopped)
@@ -137,7 +137,7 @@ class Event(capabilities.Event):
             if self._reclosed:
                 record.returned(row, self._p)
             else:
-                record.touches(row, time, -float(system.rows[row] @ self._v))
+                record.touches(row, time, -float(self._equations.rows[row] @ self._v))
             now.status[row] = Status.CLOSED
         elif kind is Watch.LEAVES:
             now.status[row] = Status.OPEN
@@ -184,7 +184,7 @@ class Event(capabilities.Event):
 
     def _floor(self, regime: Regime) -> np.ndarray:
         """Return how far each watched force of a rigid row may fall below zero by round-off [N]."""
-        scale = force_scale(acceleration(regime.linear), np.zeros_like(self._p), self._v, self._system.rows)
+        scale = force_scale(acceleration(regime.linear), np.zeros_like(self._p), self._v, self._equations.rows)
         hard = [kind is Watch.OPENS and bool(self._system.rigid_contact[row]) for kind, row in regime.events]
         rows = [row for _, row in regime.events]
         return np.where(hard, RESTING * scale[rows], 0.0) if rows else np.empty(0)
@@ -211,24 +211,24 @@ class Event(capabilities.Event):
     def _parting(self) -> set[int]:
         """Return the open rigid rows that part from a gap of round-off, which may be below zero."""
         system = self._system
-        gaps, size = gaps_of(system, self._p)
+        gaps, size = gaps_of(self._equations, self._p)
         touching = system.rigid_contact & (self._now.status == Status.OPEN) & (np.abs(gaps) <= ROUND_OFF * size)
-        return {int(row) for row in np.flatnonzero(touching) if float(system.rows[row] @ self._v) > 0}
+        return {int(row) for row in np.flatnonzero(touching) if float(self._equations.rows[row] @ self._v) > 0}
 
     def _touch_at_start(self) -> None:
         """Close the rigid rows that touch at the start and approach or press."""
-        system, now = self._system, self._now
-        gaps, size = gaps_of(system, self._p)
+        system, now, rows = self._system, self._now, self._equations.rows
+        gaps, size = gaps_of(self._equations, self._p)
         pressed = system.start_forces > 0
         touching = np.flatnonzero(system.rigid_contact & (pressed | (np.abs(gaps) <= 1e-14 * size)))
-        speeds = system.rows @ self._v
+        speeds = rows @ self._v
         for row in touching:
             if speeds[row] < 0 and now.status[row] == Status.OPEN:
                 self._react(Watch.CLOSES, int(row), 0.0)
         resting = [
             int(row) for row in touching
             if now.status[row] == Status.OPEN
-            and abs(float(system.rows[row] @ self._v)) <= 1e-12 * float(np.abs(system.rows[row]) @ np.abs(self._v))
+            and abs(float(rows[row] @ self._v)) <= 1e-12 * float(np.abs(rows[row]) @ np.abs(self._v))
         ]  # fmt: skip
         for row in resting:
             now.status[row] = Status.CLOSED
@@ -251,7 +251,7 @@ def _refuse_shared_friction(system: System) -> None:
         SceneError: there is such a point.
     """
     names = [item.name for item in system.contacts for _ in item.points]
-    moved = system.rows != 0
+    moved = system.rows.dense() != 0
     for row in np.flatnonzero(system.friction[:, 0] > 0):
         others = [other for other in range(len(names)) if other != row and np.any(moved[row] & moved[other])]
         if others:

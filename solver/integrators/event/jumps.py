@@ -8,7 +8,6 @@ from scipy import optimize
 
 from gudgeon.solver.integrators.event.motion import Probe
 from gudgeon.solver.integrators.event.regimes import Conditions, Equations, Status, acceleration
-from gudgeon.solver.system.system import System
 
 ACCUMULATED = 1e-9
 """Separation speed over the largest approach speed so far, below which a sequence of impacts counts as over."""
@@ -41,17 +40,18 @@ class Impact:
     """Energy of compression, before restitution [J]."""
 
 
-def gaps_of(system: System, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def gaps_of(equations: Equations, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the gaps of all rows without yielding, and the sums of their absolute terms [m], (c,) each."""
-    return system.gap + system.rows @ p, np.abs(system.rows) @ np.abs(p) + np.abs(system.gap)
+    rows, gap = equations.rows, equations.system.gap
+    return gap + rows @ p, np.abs(rows) @ np.abs(p) + np.abs(gap)
 
 
 def struck(equations: Equations, now: Conditions, hit: int, p: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return the rigid rows of an impact: those that are closed, and those that close together with row `hit`."""
     system = equations.system
     rigid = system.rigid_contact
-    gaps, size = gaps_of(system, p)
-    together = rigid & (np.abs(gaps) <= TOGETHER * size) & (system.rows @ v < 0)
+    gaps, size = gaps_of(equations, p)
+    together = rigid & (np.abs(gaps) <= TOGETHER * size) & (equations.rows @ v < 0)
     touching = rigid & ((now.status == Status.CLOSED) | (now.status == Status.IMPLIED))
     return np.union1d(np.flatnonzero(together | touching), [hit])
 
@@ -71,7 +71,7 @@ def collide(
             closed.
     """
     system = equations.system
-    rows = system.rows[touching]
+    rows = equations.rows[touching]
     before = rows @ v
     fastest[touching] = np.maximum(fastest[touching], -before)
     if len(touching) == 1 and equations.frictional[touching[0]]:
@@ -82,7 +82,7 @@ def collide(
     mean, push = v.copy(), rows.T @ impulses
     v += push
     if drag.any():
-        along = system.tangents[touching].T @ drag
+        along = equations.tangents[touching].T @ drag
         push = push + along
         v += along
     mean = 0.5 * (mean + v)
@@ -94,7 +94,7 @@ def collide(
     impact.rubbed[rubbing] = drag * (system.belt[rubbing] - system.tangents[rubbing] @ mean)
     impact.compressed = 0.5 * float(impulses @ np.maximum(-before, 0.0))
     for number, row in enumerate(touching):
-        size = abs(before[number]) + float(np.abs(system.rows[row]) @ np.abs(v))
+        size = abs(before[number]) + float(np.abs(equations.rows[row]) @ np.abs(v))
         slow = UNRESOLVED if int(row) in hopped else ACCUMULATED
         stays = after[number] <= max(slow * fastest[row], RESTING * size)
         now.status[row] = Status.CLOSED if stays else Status.OPEN
@@ -108,7 +108,7 @@ def _hold(equations: Equations, now: Conditions, v: np.ndarray, impact: Impact) 
     held = np.flatnonzero((now.status == Status.CLOSED) & system.rigid_contact)
     if not len(held):
         return
-    rows = system.rows[held]
+    rows = equations.rows[held]
     impulses = -np.linalg.lstsq(rows @ rows.T, rows @ v, rcond=1e-12)[0]
     mean = v + 0.5 * (rows.T @ impulses)
     impact.lost -= float((rows.T @ impulses) @ mean)
@@ -119,7 +119,7 @@ def _hold(equations: Equations, now: Conditions, v: np.ndarray, impact: Impact) 
 def _with_friction(equations: Equations, row: int, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return normal and tangential impulse [N s] of one row by Newton's restitution and Coulomb's friction."""
     system = equations.system
-    both = np.stack([system.rows[row], system.tangents[row]])
+    both = np.stack([equations.rows[row], equations.tangents[row]])
     W, speed = both @ both.T, both @ v
     target = np.array([-(1 + system.restitution[row]) * speed[0], system.belt[row] - speed[1]])
     normal, drag = np.linalg.solve(W, target) if np.linalg.det(W) > 0 else (target[0] / W[0, 0], 0.0)
@@ -149,7 +149,7 @@ def _spread(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray)
     hard = np.flatnonzero((now.status == Status.CLOSED) & system.rigid_contact)
     if len(hard) < 2 or equations.frictional[hard].any():
         return
-    rows = system.rows[hard] / np.linalg.norm(system.rows[hard], axis=1)[:, None]
+    rows = equations.rows[hard] / np.linalg.norm(equations.rows[hard], axis=1)[:, None]
     if np.linalg.matrix_rank(rows, tol=1e-10) == len(hard):
         return
     apart = now.status.copy()
@@ -176,8 +176,8 @@ def settle(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray) 
     system = equations.system
     _spread(equations, now, p, v)
     for row in np.flatnonzero(equations.frictional & (now.status == Status.CLOSED)):
-        slide = float(system.tangents[row] @ v) - system.belt[row]
-        size = float(np.abs(system.tangents[row]) @ np.abs(v)) + abs(system.belt[row])
+        slide = float(equations.tangents[row] @ v) - system.belt[row]
+        size = float(np.abs(equations.tangents[row]) @ np.abs(v)) + abs(system.belt[row])
         now.slip[row] = 0 if abs(slide) <= 1e-12 * size else int(np.sign(slide))
     for _ in range(len(now.status) + 1):
         hard = np.flatnonzero((now.status == Status.CLOSED) & system.rigid_contact)
@@ -185,7 +185,7 @@ def settle(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray) 
             return
         regime, still = equations.regime(now, p), np.zeros_like(p)
         forces = regime.forces(still, v)
-        scale = force_scale(acceleration(regime.linear), still, v, system.rows)
+        scale = force_scale(acceleration(regime.linear), still, v, equations.rows)
         pulling = [row for row in hard if forces[row] < -RESTING * scale[row]]
         if pulling:
             now.status[min(pulling, key=lambda row: forces[row])] = Status.OPEN

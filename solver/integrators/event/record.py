@@ -32,6 +32,7 @@ class Record:
     def __init__(self, system: System) -> None:
         self._system = system
         c, k, springs = len(system.rows), len(system.contacts), system.springs
+        self._rows, self._yields = system.rows.dense(), system.compliance.diagonal()
         self._impulses, self._drags, self._pulls = np.zeros(c), np.zeros(c), np.zeros(len(springs.stiffness))
         self._tension = Probe.of(
             springs.stiffness * springs.stretch,
@@ -256,7 +257,7 @@ class Record:
         contact = self.contact(row)
         if row not in contact.touching:
             # The energy of closing, since no sample may fall into the contact.
-            square = float(self._system.rows[row] @ self._system.rows[row])
+            square = float(self._rows[row] @ self._rows[row])
             energy = 0.25 * closing**2 / square if square > 0 else 0.0
             self._extreme[EXCHANGED] = max(self._extreme[EXCHANGED], energy)
         contact.touches(row, time, closing)
@@ -267,7 +268,7 @@ class Record:
 
     def parts(self, row: int, time: float, v: np.ndarray) -> None:
         """Let a row part at a time [s]."""
-        self.contact(row).leaves(row, time, float(self._system.rows[row] @ v))
+        self.contact(row).leaves(row, time, float(self._rows[row] @ v))
         self.contact(row).parts(row)
 
     def impact(self, impact: Impact, time: float, v: np.ndarray, now: Conditions) -> None:
@@ -297,7 +298,7 @@ class Record:
 
     def let_go(self, row: int, time: float, p: np.ndarray, v: np.ndarray) -> None:
         """Record that a surface becomes slack: its dashpot balances its spring, whose energy is lost."""
-        self.contact(row).leaves(row, time, float(self._system.rows[row] @ v))
+        self.contact(row).leaves(row, time, float(self._rows[row] @ v))
         self.lost += self._stored(row, p)
 
     def returned(self, row: int, p: np.ndarray) -> None:
@@ -307,8 +308,8 @@ class Record:
 
     def _stored(self, row: int, p: np.ndarray) -> float:
         """Return the energy [J] in the spring of a row."""
-        gap = self._system.gap[row] + float(self._system.rows[row] @ p)
-        return 0.5 * gap**2 / self._system.compliance[row, row]
+        gap = self._system.gap[row] + float(self._rows[row] @ p)
+        return 0.5 * gap**2 / self._yields[row]
 
     def impacts(self) -> list[np.ndarray]:
         """Return the impacts of each contact, (b, 9) each; the present ones end at the time reached."""

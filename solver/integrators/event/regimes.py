@@ -71,6 +71,21 @@ class Equations:
     system: System
 
     @cached_property
+    def rows(self) -> np.ndarray:
+        """∂g/∂q, full as the matrices of regimes, (c, n)."""
+        return self.system.rows.dense()
+
+    @cached_property
+    def tangents(self) -> np.ndarray:
+        """Displacement along the lines of friction, (c, n)."""
+        return self.system.tangents.dense()
+
+    @cached_property
+    def compliance(self) -> np.ndarray:
+        """R + surface layer [m/N], (c, c)."""
+        return self.system.compliance.dense()
+
+    @cached_property
     def frictional(self) -> np.ndarray:
         """Rows with friction, (c,) bool."""
         return self.system.friction[:, 0] > 0
@@ -78,12 +93,11 @@ class Equations:
     @cached_property
     def alone(self) -> np.ndarray:
         """Rows whose gap does not change by other rows' forces through R, (c,) bool."""
-        R = self.system.residual
-        return ~np.any(R - np.diag(R.diagonal()), axis=1)
+        return ~self.system.residual.beside_diagonal()
 
     def regime(self, now: Conditions, p: np.ndarray, zero: Set[int] = frozenset()) -> Regime:
         """Return the equations for displacements from a state p, (n,), at which the gaps of rows `zero` are zero."""
-        gaps = self.system.gap + self.system.rows @ p
+        gaps = self.system.gap + self.rows @ p
         gaps[[row for row in zero if self.alone[row]]] = 0.0
         linear, soft, hard, stuck = self._linear(now, p, gaps)
         forces, tangential = self._forces(now, linear, soft, hard, stuck)
@@ -98,26 +112,26 @@ class Equations:
         soft = np.flatnonzero(closed & ~system.rigid_contact)
         hard = np.flatnonzero(closed & system.rigid_contact)
         stuck = hard[self.frictional[hard] & (now.slip[hard] == 0)]
-        compliance = system.compliance[np.ix_(soft, soft)]
+        compliance = self.compliance[np.ix_(soft, soft)]
         inverse = np.linalg.inv(compliance) if len(soft) else np.zeros((0, 0))
         both = np.zeros((len(soft) + len(springs.stiffness),) * 2)
         both[: len(soft), : len(soft)] = 0.5 * (inverse + inverse.T)
         both[len(soft) :, len(soft) :] = np.diag(springs.stiffness)
-        drag = (now.slip[hard] * system.friction[hard, 1])[:, None] * system.tangents[hard]
+        drag = (now.slip[hard] * system.friction[hard, 1])[:, None] * self.tangents[hard]
         linear = Linear(
             stiffness=system.stiffness, force=system.driving.gravity - system.stiffness * p,
-            rows=np.vstack([system.rows[soft], springs.rows]),
+            rows=np.vstack([self.rows[soft], springs.rows]),
             offsets=np.concatenate([gaps[soft], springs.stretch + springs.rows @ p]), springs=both,
             dampers=np.concatenate([system.dashpot[soft], springs.damping]),
-            rigid=np.vstack([system.rows[hard], system.tangents[stuck]]),
-            pushed=np.vstack([system.rows[hard] - drag, system.tangents[stuck]]),
+            rigid=np.vstack([self.rows[hard], self.tangents[stuck]]),
+            pushed=np.vstack([self.rows[hard] - drag, self.tangents[stuck]]),
         )  # fmt: skip
         return linear, soft, hard, stuck
 
     def _forces(
         self, now: Conditions, linear: Linear, soft: np.ndarray, hard: np.ndarray, stuck: np.ndarray
     ) -> tuple[Probe, Probe]:
-        c, n = self.system.rows.shape
+        c, n = self.rows.shape
         normal, tangential = np.zeros((2, c, 1 + 2 * n))
         if len(soft):
             inverse, rows = linear.springs[: len(soft), : len(soft)], linear.rows[: len(soft)]
@@ -135,24 +149,24 @@ class Equations:
     def _watched(
         self, now: Conditions, gaps: np.ndarray, forces: Probe, tangential: Probe
     ) -> tuple[Probe, list[tuple[Watch, int]]]:
-        system, n = self.system, self.system.rows.shape[1]
-        gap_rows = Probe.of(gaps, system.rows, np.zeros_like(system.rows)).matrix
+        system, n = self.system, self.rows.shape[1]
+        gap_rows = Probe.of(gaps, self.rows, np.zeros_like(self.rows)).matrix
         found: list[tuple[Watch, int, np.ndarray]] = []
         for row, status in enumerate(now.status):
-            gap, couple = gap_rows[row], system.compliance[row]
+            gap, couple = gap_rows[row], self.compliance[row]
             if status == Status.OPEN:
                 # Its gap with the forces of closed points through R.
                 found.append((Watch.CLOSES, row, gap + couple @ forces.matrix))
             elif status == Status.SLACK:
                 force = 1 / couple[row] * gap
-                force[1 + n :] = system.dashpot[row] * system.rows[row]
+                force[1 + n :] = system.dashpot[row] * self.rows[row]
                 found += [(Watch.CLOSES, row, force), (Watch.LEAVES, row, -gap)]
             elif status == Status.CLOSED:
                 normal, drag = forces.matrix[row], tangential.matrix[row]
                 found.append((Watch.OPENS, row, normal))
                 sign, limit = now.slip[row], system.friction[row, 0]
                 if self.frictional[row] and sign:
-                    slide = np.concatenate([[-system.belt[row]], np.zeros(n), system.tangents[row]])
+                    slide = np.concatenate([[-system.belt[row]], np.zeros(n), self.tangents[row]])
                     found.append((Watch.STICKS, row, sign * slide))
                 elif self.frictional[row]:
                     found += [

@@ -66,17 +66,17 @@ class Explicit(capabilities.Explicit):
 
 
 def _constants(system: System, dt: float) -> kernel.Constants:
-    reach = np.abs(system.rows).max(axis=0) if len(system.gap) else np.zeros(len(system.velocity))
-    compliance = system.compliance
-    depends = system.rows != 0.0
+    rows, compliance = system.rows.dense(), system.compliance.dense()
+    reach = np.abs(rows).max(axis=0, initial=0.0)
+    depends = rows != 0.0
     last = depends.shape[1] - depends[:, ::-1].argmax(axis=1)
     span = np.where(depends.any(axis=1)[:, None], np.column_stack([depends.argmax(axis=1), last]), 0)
     narrow = bool(NARROW * (span[:, 1] - span[:, 0]).sum() <= depends.size)
     return kernel.Constants(
         dt=dt, flight=free(np.sqrt(system.stiffness), dt), half=free(np.sqrt(system.stiffness), dt / 2),
         stiffness=system.stiffness,
-        rows=np.ascontiguousarray(system.rows), span=span, narrow=narrow,
-        columns=np.ascontiguousarray(system.rows.T), reach=reach,
+        rows=rows, span=span, narrow=narrow,
+        columns=np.ascontiguousarray(rows.T), reach=reach,
         gap=system.gap, compliance=compliance, matrix=fixed(compliance), coupled=system.coupled,
         dashpot=system.dashpot, normals=system.directions, contact=system.contact_of, rigid=system.rigid,
     )  # fmt: skip

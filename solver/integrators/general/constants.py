@@ -1,9 +1,11 @@
 """What does not change in a run of the loop over ports, built from a system."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.integrators.flight import flight
 from gudgeon.solver.integrators.general.arrays import (
     POSITION,
@@ -36,7 +38,7 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     pairs = ports.pairs
     residual, memory = _residual(ports, beta, jumps, dt)
     flexible = _flexible(pairs, residual, memory[:, 2])
-    softness = pairs.diagonal(flexible)
+    softness = pairs.matrix(flexible).diagonal()
     for number, held in enumerate(system.driving.joints):
         here = ports.of(f"joint.{held.name}")
         joints[here.start], lengths[here.start] = number, held.joint.rod_length
@@ -115,17 +117,17 @@ def _by_bodies(system: System, ports: Ports, factors: tuple[np.ndarray, np.ndarr
         factors: For displacements and for velocities, half of which add to what is stabilised, (m,) each.
         level: Of each port, (p,).
     """
-    bodies = list(system.bodies.values())
+    places = [body.coordinates for body in system.bodies.values()]
+    rows = [ports.rows.over(at) for at in places]
 
     def block(own: range, to: np.ndarray) -> np.ndarray:
-        found, here = np.zeros((len(own), len(to))), slice(own.start, own.stop)
+        found = np.zeros((len(own), len(to)))
         for number in {int(one) for one in ports.sides[own.start] if one >= 0}:
-            at = bodies[number].coordinates
             near = np.flatnonzero((ports.sides[to] == number).any(axis=1))
-            rows, placed, faster = ports.rows[here, at], level[to[near]], factors[1][at]
-            pushes = np.where((placed == VELOCITY)[:, None], faster, factors[0][at])
+            moved, placed, faster = rows[number].among(to[near]), level[to[near]], factors[1][places[number]]
+            pushes = np.where((placed == VELOCITY)[:, None], faster, factors[0][places[number]])
             pushes = pushes + np.where((placed == STABILISED)[:, None], 0.5 * faster, 0.0)
-            found[:, near] += rows @ (ports.rows[to[near], at] * pushes).T
+            found[:, near] += rows[number].among(np.arange(own.start, own.stop)) @ (moved * pushes).T
         return found
 
     return ports.pairs.made(block)
@@ -242,7 +244,7 @@ def _jumps(ports: Ports, beta: np.ndarray, layer: np.ndarray, dt: float) -> np.n
     It does not where one of two bodies yields without a dashpot.
     """
     found = np.zeros(len(layer), np.bool_)
-    yields: np.ndarray = np.greater(ports.pairs.diagonal(ports.flexibility), 0)
+    yields: np.ndarray = np.array([one.diagonal() > 0 for one in ports.by_sides])
     for item, here in zip(ports.blocks, ports.places, strict=True):
         if item.kind == Kind.SURFACE:
             yields[1, ports.of(f"contact.{item.name.partition('.')[2]}")] |= yields[0, here].any()
@@ -327,13 +329,13 @@ def _parts(system: System, ports: Ports) -> tuple[np.ndarray, np.ndarray, np.nda
     Bounds by parts are closer than by all coordinates: bodies approach by their rigid motion.
     """
     parts = [here for body in system.bodies.values() for here in (body.rigid, body.elastic)]
-    sizes = np.array([np.linalg.norm(ports.rows[:, here], axis=1) for here in parts]).reshape(len(parts), -1)
-    near = np.zeros((len(ports.offset), 4), np.int64)
+    near, norms = np.zeros((len(ports.offset), 4), np.int64), np.zeros((4, len(ports.offset)))
     for side in range(2):
         for n in range(2):
             near[:, 2 * side + n] = 2 * np.maximum(ports.sides[:, side], 0) + n
-    acts = np.repeat((ports.sides >= 0) & (np.diff(ports.sides, axis=1, prepend=-1) != 0), 2, axis=1)
-    norms = np.where(acts, sizes[near, np.arange(len(near))[:, None]], 0.0).T.copy()
+    for body, numbers, side, rows in _by_body(system, ports):
+        norms[2 * side, numbers] = np.linalg.norm(rows[:, : body.rigid_count], axis=1)
+        norms[2 * side + 1, numbers] = np.linalg.norm(rows[:, body.rigid_count :], axis=1)
     for contact in system.contacts:
         if contact.master is not None:
             # The weights of functions are positive, with a sum of one.
@@ -341,6 +343,14 @@ def _parts(system: System, ports: Ports) -> tuple[np.ndarray, np.ndarray, np.nda
             first = 2 if ports.sides[points.start, 1] >= 0 else 0
             norms[first : first + 2, points] += norms[:2, functions].max(axis=1, keepdims=True)
     return np.array([[here.start, here.stop] for here in parts]).reshape(-1, 2), near, norms
+
+
+def _by_body(system: System, ports: Ports) -> Iterator[tuple[FlexibleBody, np.ndarray, np.ndarray, np.ndarray]]:
+    """Yield a body, ports that it moves, which of their sides it is, and their rows over its coordinates."""
+    for number, body in enumerate(system.bodies.values()):
+        for own, _, rows in ports.rows.over(body.coordinates).blocks:
+            side = np.where(ports.sides[own, 0] == number, 0, 1)
+            yield body, np.arange(len(ports.offset))[own], side, rows
 
 
 def _inverses(ports: Ports, moved: list[str], columns: np.ndarray) -> np.ndarray:
@@ -352,23 +362,20 @@ def _inverses(ports: Ports, moved: list[str], columns: np.ndarray) -> np.ndarray
     places = [ports.of(name) for name in moved]
     found = np.zeros((len(ports.offset), max((here.stop - here.start for here in places), default=0)))
     for here in places:
-        own = ports.pairs.among(columns, range(here.start, here.stop))
-        found[here, : here.stop - here.start] = np.linalg.inv(own.T)
+        own = np.arange(here.start, here.stop)
+        found[here, : len(own)] = np.linalg.inv(ports.pairs.matrix(columns).among(own, own).T)
     return found
 
 
 def _rows(system: System, ports: Ports) -> Rows:
     """Return W by the bodies of each port."""
-    p, bodies = len(ports.offset), list(system.bodies.values())
-    first, last, at = (np.zeros((p, 2), np.int64) for _ in range(3))
+    first, last, at = (np.zeros((len(ports.offset), 2), np.int64) for _ in range(3))
     values, used = [np.empty(0)], 0
-    for i in range(p):
-        for side, number in enumerate(ports.sides[i]):
-            if number >= 0:
-                here = bodies[number].coordinates
-                first[i, side], last[i, side], at[i, side] = here.start, here.stop, used
-                values.append(ports.rows[i, here])
-                used += here.stop - here.start
+    for body, numbers, side, rows in _by_body(system, ports):
+        first[numbers, side], last[numbers, side] = body.coordinates.start, body.coordinates.stop
+        at[numbers, side] = used + rows.shape[1] * np.arange(len(rows))
+        values.append(rows.ravel())
+        used += rows.size
     return Rows(first, last, at, np.concatenate(values))
 
 

@@ -1,6 +1,5 @@
 """The implicit integrator for every feature: runs the loop over ports."""
 
-import os
 from collections.abc import Callable
 
 import numpy as np
@@ -18,33 +17,33 @@ from gudgeon.solver.integrators.general.arrays import (
 )
 from gudgeon.solver.integrators.general.constants import constants_of, impact_of, part_of
 from gudgeon.solver.integrators.general.kernel import march
-from gudgeon.solver.integrators.general.start import problem_of, state_of
+from gudgeon.solver.integrators.general.start import candidates, problem_of, state_of
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.machine.memory import total_memory
 from gudgeon.solver.ports.members import contact_ports, function_ports, gauge_ports, ports_of, probe_ports
-from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
-TABLES, MATRICES = 10, 2.5
-"""Arrays of a run with a number for each two ports that share a body, and work arrays for each two that respond."""
+TABLES = 10
+"""Arrays of a run with a number for each two ports that share a body."""
+PLAIN, MATRICES = 0.5, 2.0
+"""Work arrays with a number for each two ports that respond: where all are unilateral, and else."""
 SHARE = 0.8
-"""Of the memory of the machine that they may take."""
+"""Of the memory of the machine, or of its container, that they may take."""
 AHEAD = 256
 """Steps for which forces, drives and cranks are evaluated together: one at a time takes longer than the step."""
 
 
-def _refuse_large(ports: Ports, system: System) -> None:
-    """Raise a SceneError where the arrays of a run would not find room on this machine."""
-    respond = np.count_nonzero((ports.kind != Kind.GIVEN) & (ports.kind != Kind.SURFACE))
-    needed = 8.0 * (TABLES * ports.pairs.size + MATRICES * respond**2)
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if needed <= SHARE * memory:
+def _refuse_large(system: System, numbers: float) -> None:
+    """Raise a SceneError where arrays of so many numbers would not find room on this machine."""
+    memory = total_memory()
+    if 8.0 * numbers <= SHARE * memory:
         return
     points = sum(contact.rows.stop - contact.rows.start for contact in system.contacts)
     raise SceneError(
         f"contact: {len(system.contacts)} contacts have {points} points, for which the solver needs about"
-        f" {needed / 2**30:.3g} GB, and this machine has {memory / 2**30:.3g} GB; give them fewer by a larger"
+        f" {8.0 * numbers / 2**30:.3g} GB, and this machine has {memory / 2**30:.3g} GB; give them fewer by a larger"
         " component.*.mesh.size, or interfaces of kind 'patch'"
     )
 
@@ -58,8 +57,10 @@ class General:
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._dt = system, dt
         self.ports = ports_of(system)
-        _refuse_large(self.ports, system)
+        tables = TABLES * self.ports.pairs.size
+        _refuse_large(system, tables)
         constants = constants_of(system, self.ports, dt)
+        _refuse_large(system, tables + (PLAIN if constants.plain else MATRICES) * candidates(constants) ** 2)
         state = state_of(system, self.ports, constants)
         normals = [contact_ports(self.ports, contact) for contact in system.contacts]
         self._normals = np.concatenate([np.empty(0, np.int64), *normals]).astype(np.int64)
@@ -223,9 +224,9 @@ class General:
             at = self._normals[rubbed] + b
             drags[rubbed] += state.impulses[at, None] * self.arrays.constants.direction[at]
         functions, slid = self._functions, [contact.master is not None for contact in system.contacts]
-        inward = ports.rows[functions] @ state.q
+        inward = (ports.rows @ state.q)[functions]
         for one, force in zip(self.arrays.constants.residual.values, state.held, strict=True):
-            inward += ports.pairs.times(one, force)[functions]
+            inward += (ports.pairs.matrix(one) @ force)[functions]
         drag_impulse = np.zeros(len(slid))
         drag_impulse[slid] = state.slides.drag_impulse
         wrenches = np.zeros((len(slid), 6))

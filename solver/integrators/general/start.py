@@ -27,7 +27,7 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
     unknown, weights = start_unknowns(system, ports), surface_weights(system, ports, system.position)
     unknown = unknown if weights is None else weights.T @ unknown
     held = np.tile(unknown, (sides, 1)) if sides else np.zeros((0, p))
-    response = sum((ports.pairs.times(one, force) for one, force in zip(R, held, strict=True)), np.zeros(p))
+    response = sum((ports.pairs.matrix(one) @ force for one, force in zip(R, held, strict=True)), np.zeros(p))
     displacement = ports.offset + ports.rows @ system.position + response
     displacement = displacement if weights is None else weights @ displacement
     anchor = displacement.copy()
@@ -43,7 +43,7 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         0.5 * float(system.velocity @ system.velocity),
         0.5 * float(system.stiffness @ system.position**2) + stored
         + system.springs.energy(np.concatenate([np.empty(0), *pulled])) - float(field[:, 0].sum()),
-        system.start_contact_energy - 0.5 * float(system.start_forces @ system.residual @ system.start_forces),
+        system.start_contact_energy - 0.5 * float(system.start_forces @ (system.residual @ system.start_forces)),
     )  # fmt: skip
     pin = system.driving.crank(np.zeros(1))[0]
     listed, found = np.zeros(p + 1, np.int64), np.flatnonzero(unknown) if sides else np.empty(0, np.int64)
@@ -100,7 +100,8 @@ _ZERO_AT_START = (
 
 
 def problem_of(constants: Constants) -> Problem:
-    p, many = len(constants.offset), _candidates(constants)
+    p = len(constants.offset)
+    many = 0 if constants.plain else candidates(constants)  # Without cones, laws or joints, `active` holds the factor.
     return Problem(
         awake=np.full((2, p), constants.divides), ports=np.zeros(p, np.int64), size=np.zeros(5, np.int64),
         columns=np.zeros((many, many)), active=empty_set(p if constants.plain else 0), runs=np.zeros((p, 2), np.int64),
@@ -114,7 +115,7 @@ def problem_of(constants: Constants) -> Problem:
     )  # fmt: skip
 
 
-def _candidates(constants: Constants) -> int:
+def candidates(constants: Constants) -> int:
     """Return the largest number of ports that respond in a step."""
     firsts = np.concatenate([constants.touching, constants.always])
     return int(constants.size[firsts].sum())

@@ -122,7 +122,7 @@ def _modes(system: System, dt: float) -> Modes:
 
 
 def _points(system: System, dt: float) -> Points:
-    rows, c = np.ascontiguousarray(system.rows), len(system.rows)
+    rows, c = system.rows.dense(), len(system.rows)
     beta = np.array([system.bodies[item.body].stiffness_factor for item in system.contacts])[system.contact_of]
     zeros = {name: np.zeros(c) for name in _PER_ROW}
     forces = system.start_forces
@@ -135,7 +135,7 @@ def _points(system: System, dt: float) -> Points:
     return Points(
         rows=rows, columns=np.ascontiguousarray(rows.T), span=_span(rows), coordinates=np.arange(*_span(rows)),
         gap=system.gap, layer=system.layer,
-        residual=system.residual, memory=_memory(beta, dt), contact=system.contact_of, active=empty_set(c),
+        residual=system.residual.dense(), memory=_memory(beta, dt), contact=system.contact_of, active=empty_set(c),
         directions=system.directions, followed=np.ones(len(system.contacts), np.bool_),
         pressed=pressed, amounts=amounts, counts=np.array([0, len(closed)], np.int64),
         **zeros,
@@ -149,7 +149,7 @@ _PER_ROW = (
 
 
 def _masters(system: System, dt: float, modes: Modes) -> Masters:
-    functions, count, k = system.functions, len(system.functions), len(system.contacts)
+    functions, count, k = system.functions.dense(), len(system.functions), len(system.contacts)
     c, m = len(system.gap), len(modes.q)
     chart, slide, height = np.ones((k, 2)), np.zeros((k, m)), np.zeros(c)
     beta, start = np.zeros(count), np.full(c, -1)
@@ -168,7 +168,7 @@ def _masters(system: System, dt: float, modes: Modes) -> Masters:
     return Masters(
         functions=functions, columns=np.ascontiguousarray(functions.T), span=_span(functions),
         coordinates=np.arange(*_span(functions)),
-        residual=system.function_residual, memory=_memory(beta, dt), chart=chart, height=height, slide=slide,
+        residual=system.function_residual.dense(), memory=_memory(beta, dt), chart=chart, height=height, slide=slide,
         start=start, filled=np.zeros((k, 2), np.int64), left=np.zeros(1, np.int64),
         corner=np.full((2, c), -1), near=np.full(c, -1), along=np.zeros((2, 4, c)),
         weights_at=np.full((2, k), np.nan), sigma=sigma, slid=np.zeros(k), drag=np.zeros(k), drag_impulse=np.zeros(k),
@@ -216,10 +216,10 @@ def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> C
     """Return the contact problem's matrix."""
     c, k, count = len(system.gap), len(system.contacts), len(system.functions)
     end = points.memory[2][:, None]
-    base = np.diag(system.layer) + 0.5 * ((points.rows * modes.push[0]) @ points.rows.T) + end * system.residual
-    functions, end = system.functions, masters.memory[2][:, None]
+    base = np.diag(system.layer) + 0.5 * ((points.rows * modes.push[0]) @ points.rows.T) + end * points.residual
+    functions, end = masters.functions, masters.memory[2][:, None]
     own = slice(*masters.span)
-    master = 0.5 * ((functions[:, own] * modes.push[0, own]) @ functions[:, own].T) + end * system.function_residual
+    master = 0.5 * ((functions[:, own] * modes.push[0, own]) @ functions[:, own].T) + end * masters.residual
     space, across = np.zeros((k, 3), np.int64), np.zeros((c, 4))
     for number, item in enumerate(system.contacts):
         if (over := item.master) is not None:

@@ -44,7 +44,7 @@ def bounds(system: System, points: np.ndarray, functions: np.ndarray) -> Bounds:
         points, functions: What r⁺ keeps of each row and of each function, (3, c) and (3, F).
     """
     k, rigid = len(system.contacts), system.rigid
-    rows, driving = np.abs(system.rows), system.driving
+    rows, driving = np.abs(system.rows.dense()), system.driving
     rows[:, rigid] = 0.0
     elastic, loads, memory = np.zeros((k, rows.shape[1])), np.zeros((k, len(driving.rows))), np.zeros((2, 3, k))
     memory[:, 2] = 1.0
@@ -57,9 +57,10 @@ def bounds(system: System, points: np.ndarray, functions: np.ndarray) -> Bounds:
             elastic[number] += np.abs(system.functions[item.functions]).max(axis=0)
             memory[1, :, number] = functions[:, item.functions.start]
     blocks = [(item.rows, item.functions) for item in system.contacts]
+    residual, master = system.residual.dense(), system.function_residual.dense()
     return Bounds(
-        rigid=rigid, elastic=elastic, residual=_largest(system.residual, [rows for rows, _ in blocks]),
-        master=_largest(system.function_residual, [functions for _, functions in blocks]), loads=loads, memory=memory,
+        rigid=rigid, elastic=elastic, residual=_largest(residual, [rows for rows, _ in blocks]),
+        master=_largest(master, [functions for _, functions in blocks]), loads=loads, memory=memory,
         pressed=np.tile(start, (2, 1)), held=np.array([start, np.zeros(k)]),
     )  # fmt: skip
 

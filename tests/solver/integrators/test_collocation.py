@@ -261,7 +261,7 @@ def test_law_behind_the_residual(tmp_path: Path) -> None:
     scene = rod_scene(2e-4, law=HERTZ | {"stiffness": stiffness})
     system = build_all(tmp_path / "system", {"part": rod_records(8)}, scene)
     found = run(tmp_path, {"part": rod_records(8)}, scene, accuracy=1e-9)
-    series = system.residual[0, 0]
+    series = system.residual[0][0]
     force, gap = found.contacts["wall"].multipliers[:, 0], found.frames @ system.rows[0] + system.gap[0]
     np.testing.assert_allclose(-gap, series * force + (force / stiffness) ** (2 / 3), rtol=1e-6)
     assert 0.1 < float((series * force / -gap).max()) < 0.9

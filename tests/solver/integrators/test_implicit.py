@@ -175,7 +175,7 @@ def test_residual_flexibility_is_a_kelvin_voigt_element(tmp_path: Path) -> None:
     records, scene = block_records(1, mode_count=0), block_scene(duration=3e-4)
     scene["body"]["part"] = {"velocity": [1.0, 0, 0], "freedom": ["x"], "damping": {"ratio": 0.2, "frequency": 8000.0}}
     system = build(tmp_path, records, scene)
-    R, beta, mass = system.residual[0, 0], 0.2 / (np.pi * 8000.0), 2.0
+    R, beta, mass = system.residual[0][0], 0.2 / (np.pi * 8000.0), 2.0
 
     def force(y: np.ndarray) -> float:
         return (y[0] + beta * y[1]) / R

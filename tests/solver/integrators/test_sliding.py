@@ -9,6 +9,7 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.modaldb.traction import cubic_weights
+from gudgeon.solver.contact.blocks import full
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System
 from tests.solver.systems import SPACING, block_records, build_all, march, pair_scene, plate_records
@@ -83,9 +84,9 @@ def frozen(system: System) -> System:
             weights[i, f : f + 4] = along[b] * over.across[i]
     return replace(
         system,
-        rows=system.rows + weights @ system.functions,
-        residual=system.residual + weights @ system.function_residual @ weights.T,
-        functions=np.zeros((0, m)), function_residual=np.zeros((0, 0)),
+        rows=full(system.rows.dense() + weights @ system.functions),
+        residual=full(system.residual.dense() + weights @ system.function_residual @ weights.T),
+        functions=full(np.zeros((0, m))), function_residual=full(np.zeros((0, 0))),
         contacts=[replace(contact, master=None, functions=slice(0, 0))],
     )  # fmt: skip
 

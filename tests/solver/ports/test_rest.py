@@ -98,7 +98,7 @@ def test_points_that_slip_take_their_limit_against_their_slip(kinetic: float, tm
     assert 0 < slips.sum() < closed.sum()
     ports = ports_of(system)
     normals = contact_ports(ports, system.contacts[0])
-    placed = ports.rows @ system.position + ports.residual.sum(axis=0) @ start_unknowns(system, ports)
+    placed = ports.rows @ system.position + ports.residual @ start_unknowns(system, ports)
     slip = np.stack([placed[normals + 1], placed[normals + 2]], axis=1)
     for at in np.flatnonzero(slips):
         along = across[at] @ slip[at] / (np.linalg.norm(across[at]) * np.linalg.norm(slip[at]))
@@ -184,7 +184,7 @@ def test_a_driven_body_rests_on_a_rough_wall(tmp_path: Path) -> None:
     ports = ports_of(system)
     assert unbalanced(system) < ROUND_OFF
     forces = start_unknowns(system, ports)
-    found = ports.rows @ system.position + ports.residual.sum(axis=0) @ forces
+    found = ports.rows @ system.position + ports.residual @ forces
     assert np.abs(found[ports.of("motion.shake")]) < 1e-9 * np.abs(found).max()
     assert np.abs(forces[ports.of("motion.shake")]) > 0.01 * forces.max()
     assert np.abs(system.start_friction).max() > 0

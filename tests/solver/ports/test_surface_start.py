@@ -44,7 +44,7 @@ def state(system: System) -> tuple[np.ndarray, float]:
     forces = start_unknowns(system, ports)
     acting = ports.rows.T @ forces
     rest = system.stiffness * system.position - system.driving.gravity - acting
-    measures = ports.offset + ports.rows @ system.position + ports.residual.sum(axis=0) @ forces
+    measures = ports.offset + ports.rows @ system.position + ports.residual @ forces
     return measures, float(np.abs(rest).max() / np.abs(acting).max())
 
 

@@ -41,7 +41,7 @@ def limit(folder: Path) -> FrictionLimit:
 
 def flexibility(folder: Path) -> np.ndarray:
     """Return W by point and direction, (c, 3, c, 3)."""
-    return ports_of(thrown(folder, 0.1)).residual.sum(axis=0).reshape(POINTS, 3, POINTS, 3)
+    return ports_of(thrown(folder, 0.1)).residual.dense().reshape(POINTS, 3, POINTS, 3)
 
 
 def test_the_limits_are_those_of_the_matrix(tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_a_coefficient_beyond_definiteness_is_noted(tmp_path: Path) -> None:
 def test_the_step_resolves_points_that_friction_holds(tmp_path: Path) -> None:
     system = thrown(tmp_path, 0.1)
     ports = ports_of(system)
-    stiffness = np.diag(system.stiffness) + ports.rows.T @ np.linalg.solve(ports.residual.sum(axis=0), ports.rows)
+    stiffness = np.diag(system.stiffness) + ports.rows.T @ np.linalg.solve(ports.residual.dense(), ports.rows.dense())
     exact = float(np.sqrt(np.linalg.eigvalsh(stiffness)[-1]))
     assert stick_frequency(system) == pytest.approx(exact, rel=1e-6)
     assert exact > 1.2 * system.critical_frequency()

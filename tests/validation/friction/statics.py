@@ -26,9 +26,9 @@ CLOSE, SWEEPS = 1e-7, 20_000
 def compliance(steps: Steps) -> np.ndarray:
     """Return the displacement of points under forces on whole caps along normal, x and y [m/N], (c, 3, c, 3)."""
     table, system = steps._run.ports, steps.system
-    here, elastic = table.of("contact.touch"), system.stiffness > 0
-    rows = table.rows[here][:, elastic]
-    found = rows / system.stiffness[elastic] @ rows.T + table.residual.sum(axis=0)[here, here]
+    here = np.r_[table.of("contact.touch")]
+    rows = table.rows[here]
+    found = (rows * system.flexibility) @ rows.T + table.residual.among(here, here)
     directions = table.blocks[0].directions
     assert directions is not None
     turn = directions.reshape(-1, 3, 3).copy()

@@ -30,7 +30,7 @@ def test_points_that_sleep_are_open(case: str, tmp_path: Path) -> None:
         assert run.advance_bare(step, 1, np.zeros(0))
         gaps = ports.offset + ports.rows @ state.q
         for one, held in zip(constants.residual.values, state.held, strict=True):
-            gaps = gaps + ports.pairs.times(one, held)
+            gaps = gaps + ports.pairs.matrix(one) @ held
         asleep = touching[~problem.awake[0, touching]]
         slept += len(asleep)
         woken |= problem.awake[0, touching]

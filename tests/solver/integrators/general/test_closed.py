@@ -34,7 +34,7 @@ def test_ports_between_candidates_stay_open_and_have_no_effect(share: float, tmp
     assert (np.diff(candidates)[np.isin(candidates[1:], runs[:, 0])] > BETWEEN + 1).all()
     matrix = problem.matrix._replace(block=runs, candidate=problem.matrix.candidate[: len(runs)])
     assert solve_lcp(matrix, problem.free, problem.active, problem.x, problem.y, 1e-18) > 0
-    C = run.ports.pairs.among(arrays.constants.columns, candidates)
+    C = run.ports.pairs.matrix(arrays.constants.columns).among(candidates, candidates)
     scale = 1 / np.sqrt(C.diagonal())
     lower = linalg.cholesky(C * np.outer(scale, scale), lower=True)
     wanted = linalg.solve_triangular(lower, -scale * problem.free[candidates], lower=True)

@@ -45,7 +45,7 @@ def problems(folder: Path) -> list[tuple[Problem, np.ndarray]]:
             ports = table.ports[: table.size[0]]
             acting = np.count_nonzero(state.unknown[ports[::3]])
             if step % APART == 0 and acting >= 3 and len(found) < PROBLEMS // 2 * seed:
-                matrix = run.ports.pairs.among(constants.columns, ports).T
+                matrix = run.ports.pairs.matrix(constants.columns).among(ports, ports).T
                 x, y = state.unknown[ports], state.measure[ports]
                 found.append((Problem(matrix, y - matrix @ x, np.full(len(ports) // 3, friction)), x.copy()))
     return found
