@@ -38,9 +38,10 @@ CASES: dict[str, tuple[dict[str, Any], ...]] = {
     "general": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
     "collocation": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
     "discrete-gradient": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
-    "mechanism": ({},),
+    "mechanism": ({"stepping": "explicit"}, {"stepping": "implicit"}),
 }
-"""Contacts that make every kind of argument, by time loop; `event` compiles nothing, and a mechanism has none."""
+"""Contacts that make every kind of argument, by time loop; `event` compiles nothing, and a mechanism has none, but two
+kinds of steps."""
 PENDULUM = {"pin": {"kind": "revolute", "body": "part", "against_at": [0.02, 0, 0], "axis": [0, 1, 0]}}
 
 
@@ -64,15 +65,15 @@ def warm_up(name: str) -> float:
     """Compile the time loop of an integrator and return the CPU seconds that it took."""
     begin = time.process_time()
     for case in CASES.get(name, ()):
-        records = _Records(rigid=not case)
+        records = _Records(rigid=name == "mechanism")
         simulate(compile_system(records, _scene(name, case), {"part": "part", "plate": "plate"}))  # type: ignore[arg-type]
     note_compiled(name)
     return time.process_time() - begin
 
 
 def _scene(name: str, case: dict[str, Any]) -> Scene:
-    if not case:
-        run = {"duration": 2e-6, "samples": 10, "frames": 2, "gravity": [0, 0, -9.81]}
+    if name == "mechanism":
+        run = {"duration": 2e-6, "samples": 10, "frames": 2, "gravity": [0, 0, -9.81]} | case
         return Scene.model_validate({"body": {"part": {}}, "joint": PENDULUM, "run": run})
     contact = {"body": "part", "against": AGAINST[case.get("against", "wall")]}
     contact |= {key: value for key, value in case.items() if key != "against"}

@@ -117,7 +117,8 @@ def plan_command(options: argparse.Namespace) -> int:
         count = "" if row["number"] is None else str(row["number"])
         print(f"     {row['member']:38} {count:>15}  {row['kind']}, {' and '.join(row['bodies'])}, {row['rows']} rows")
     if "integrator" in rows:
-        print(f"\nintegrator {rows['integrator']}")
+        steps = f", steps {rows['stepping']}" if rows.get("stepping") else ""
+        print(f"\nintegrator {rows['integrator']}{steps}")
     known, missing = rows["bytes"], "the number of bytes is available after `gudgeon modes`"
     print(f"\n{missing if known is None else f'the solver reads {known:,} bytes'}")
     return 0

@@ -180,6 +180,11 @@ def _wrong_turning(scene: "SceneFile") -> list[str]:
     """List what a scene has that its bodies, which turn and which joints alone hold, cannot have."""
     lines = []
     if not scene.capabilities.turns:
+        if scene.run.stepping != "auto":
+            lines.append(
+                f"run.stepping: '{scene.run.stepping}' given, but integrator '{scene.integrator}' has steps of its own;"
+                " it is for bodies that turn by any angle (integrator 'mechanism')"
+            )
         for name, body in scene.body.items():
             given = [key for key in ("attachment", "geometric_stiffness") if key in body.model_fields_set]
             lines += [

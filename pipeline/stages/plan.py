@@ -6,6 +6,7 @@ from typing import Any
 
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.solver.scene.scene import Scene
 
 PLACES = {
     "points": "interfaces", "patch": "interfaces", "traction": "tractions",
@@ -43,7 +44,24 @@ def plan(job: Job) -> dict[str, Any]:
         "ports": ports,
         "bytes": total(read.values()),
         "integrator": job.scene.integrator,
+        "stepping": _stepping(job.scene),
     }
+
+
+def _stepping(scene: Scene) -> str | None:
+    """Return which steps a mechanism takes; None of other integrators."""
+    from gudgeon.solver.joints.clearance import Clearance
+
+    if not scene.capabilities.turns:
+        return None
+    if scene.run.stepping != "auto":
+        return scene.run.stepping
+    if scene.contact or any(isinstance(one, Clearance) for one in scene.hinges().values()):
+        return "explicit, since something touches"
+    if any(body.attachment == "fixed" for body in scene.body.values()):
+        return "explicit, by attachment 'fixed'"
+    other = "implicit" if scene.joint else "exponential"
+    return f"explicit, and {other} while frequencies of bodies bound those"
 
 
 def _port_count(job: Job, body: str, interface: str) -> int | None:

@@ -75,6 +75,13 @@ class Run(Strict):
             " joints; auto: selected from the features of the scene",
         )
     )
+    stepping: Literal["auto", "explicit", "implicit"] = Field(
+        default="auto",
+        description="Steps of integrator mechanism. explicit: of order 8, below about 6 over the highest frequency of a"
+        " body; implicit: of order 10 and not bounded by it, for bodies that deform, without contact and without"
+        " attachment 'fixed', exponential ones, exact in vibrations, of bodies without joints; auto: explicit ones, and"
+        " the others while those are bounded by frequencies and these are longer",
+    )
     gravity: Gravity = Field(default=(0.0, 0.0, 0.0), description="Acceleration of gravity [m/s^2]")
     start: Literal["rest", "undeformed"] = Field(
         default="rest",

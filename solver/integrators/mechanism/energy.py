@@ -1,5 +1,6 @@
 """Energy and momentum of states of a mechanism."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -63,9 +64,13 @@ class Motion(NamedTuple):
     """What flexibilities between bodies that press on each other hold [J]."""
 
 
-def motion_of(model: Model, work: Work, state: np.ndarray) -> Motion:
-    """Return the motion of a state."""
-    observe(model, work, state)
+def motion_of(model: Model, work: Work, state: np.ndarray, observed: Callable[..., None] = observe) -> Motion:
+    """Return the motion of a state.
+
+    Args:
+        observed: What looks at it, `step.observe` or its machine code.
+    """
+    observed(model, work, state)
     first, count = 2 * len(model.owner), len(model.spring)
     here = slice(first, first + 2 * count)
     ends = np.stack([work.place[here].reshape(count, 2, 3), work.speed[here].reshape(count, 2, 3)], axis=2)

@@ -18,7 +18,8 @@ from gudgeon.solver.integrators.mechanism.arrays import (
 from gudgeon.solver.integrators.mechanism.build import Linkage
 from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, motion_of
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
-from gudgeon.solver.integrators.mechanism.step import read
+from gudgeon.solver.integrators.mechanism.step import observe, read
+from gudgeon.solver.integrators.mechanism.steps import Prepared
 from gudgeon.solver.integrators.mechanism.touching.kernel import FORCE
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
 from gudgeon.solver.integrators.mechanism.touching.track import Track
@@ -52,22 +53,28 @@ class Recorder:
     def __init__(self, linkage: Linkage, model: Model, work: Work, touching: Touching) -> None:
         self._linkage, self._model, self._work, self._touching = linkage, model, work, touching
         self.samples: list[Sample] = []
+        self._read, self._observe = Prepared(read), Prepared(observe)
         self.readers: list[Reader] = readers(linkage)
 
     def take(self, state: np.ndarray, vectors: np.ndarray, given: np.ndarray, amounts: np.ndarray) -> None:
         """Record a state with drives (d, 3) and loads (l,) at its time."""
         pairs = len(self._model.owner)
         found = Reading(np.zeros(len(self._model.row_terms)), np.zeros((pairs, 6)), np.zeros(pairs), np.zeros(pairs))
+        if not self._touching:
+            self._read(self._model, self._work, state, given, amounts, found)
+            motion = motion_of(self._model, self._work, state, self._observe)
+            self.samples.append(Sample(state, vectors, found, motion, np.zeros(0), np.zeros((0, 2))))
+            return
         pressing, slipping = self._work.touching.copy(), self._work.slipping.copy()
         # What was indented then may have parted since; of points before other bodies, those that pressed in the step.
         between = self._model.touch_shape == SURFACE
         self._work.touching[:] = np.where(between, self._touching.pressed, True)
         self._work.slipping[:] = self._touching.slipped
-        read(self._model, self._work, state, given, amounts, found)
+        self._read(self._model, self._work, state, given, amounts, found)
         forces = self._work.touch[:, FORCE].copy()
         self._work.touching[:] = np.where(between, self._touching.pressed, pressing)
         apart = [offsets(self._model, self._work, i)[BEARING] for i in self._touching.rubbed]
-        motion = motion_of(self._model, self._work, state)
+        motion = motion_of(self._model, self._work, state, self._observe)
         self._work.slipping[:], self._work.touching[:] = slipping, pressing
         self.samples.append(Sample(state, vectors, found, motion, forces, np.array(apart).reshape(-1, 2)))
 

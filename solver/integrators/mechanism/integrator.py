@@ -1,10 +1,12 @@
-"""Bodies that turn by any angle, held by joints: Dormand and Prince's method with projection."""
+"""Bodies that turn by any angle, held by joints: explicit or implicit steps with projection."""
 
 from functools import partial
 
 import numpy as np
 
+from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.capabilities import Mechanism as Capabilities
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.fields.co_energy import LEFT, left_text, refuse_outside
 from gudgeon.solver.integrators.mechanism.arrays import (
     DEFLECTION,
@@ -17,13 +19,17 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     pushes_of,
 )
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
+from gudgeon.solver.integrators.mechanism.choice import Choice, lack_of
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
+from gudgeon.solver.integrators.mechanism.exponential.steps import ExponentialSteps, propagates
 from gudgeon.solver.integrators.mechanism.forces.bushings import WIDEST
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
+from gudgeon.solver.integrators.mechanism.implicit.steps import ImplicitSteps
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.start import start_of
-from gudgeon.solver.integrators.mechanism.step import MAIN, Course, begin, interpolation, keep_angles, tableau
-from gudgeon.solver.integrators.mechanism.stepping import Stepping, Tried
+from gudgeon.solver.integrators.mechanism.step import keep_angles
+from gudgeon.solver.integrators.mechanism.stepping import Stepping
+from gudgeon.solver.integrators.mechanism.steps import ExplicitSteps, Prepared, Steps, Tried, Within
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
 from gudgeon.solver.integrators.mechanism.touching.sections import refuse_overlap
 from gudgeon.solver.integrators.mechanism.touching.track import Track
@@ -33,7 +39,10 @@ from gudgeon.solver.scene.contact import MasterSurface
 from gudgeon.solver.system.system import System
 
 SHARE = 1e-3
-"""Error of a step over run.accuracy: errors of hundreds of steps add up."""
+"""Error of an explicit step over run.accuracy: errors of hundreds of steps add up."""
+FREE_SHARE = 0.1
+"""The same of an implicit step without joints, whose estimate is of order 5 and its motion of order 10; multipliers of
+joints are of lower order."""
 FINEST = 2e-13
 """Least error of a step that is asked for: below is round-off."""
 TOGETHER = 1e-14
@@ -43,6 +52,10 @@ UNBOUNDED = (
     " joints grow without bound towards it, so that their largest ones are those of the samples; motion and energy are"
     " not affected"
 )
+FOLLOWED = 1.0
+"""Rotation after which those of bodies are continued: by less than half a turn they are [rad]."""
+LONGEST = 1.4
+"""Rotation of a step at most: with `FOLLOWED`, and of two bodies against each other, less than half a turn [rad]."""
 RESOLVED = 1e-9
 """Share of the work of gravity over the size of the scene below which an exchange of energy is round-off."""
 
@@ -58,20 +71,23 @@ class Mechanism(Capabilities):
         self.linkage = linkage_of(system)
         self.model = model_of(self.linkage)
         self.work = work_of(self.model)
-        self._table, self._times = tableau()
         self._loads = [(f"force.{name}", one) for name, one in system.scene.turning_loads().items()]
         self._drives = [(f"joint.{name}", drive) for name, drive in self.linkage.drives.items()]
         self.start = start_of(self.linkage, self.model, self.work, self._given(np.zeros(1))[0][0])
         self._duration = system.scene.run.duration
-        self._tolerance = max(FINEST, SHARE * (system.scene.run.accuracy or self.accuracy))
         self._size, n = reach_of(self.linkage), len(self.model.mass)
         self._before, self._time, self._state = 0.0, 0.0, self.start.state.copy()
-        self._old, self._end, self._until = self._state, self._state, 0.0
-        self._dense = np.zeros((7, len(self._state)))
-        self._stepping = Stepping(self.model, self.work, self._tolerance, self._duration, fixed=fixed_step)
+        self._end, self._until = self._state, 0.0
+        self._rows = [_to_coordinates(body) for body in system.bodies.values()]
+        self._keep_angles = Prepared(keep_angles)
+        self._within: Within = lambda x: self._state
+        self._methods = self._methods_of(fixed=fixed_step is not None)
+        self._choice = Choice(self.model, self._methods)
+        self._steps = self._choice.steps
+        self._stepping = Stepping(self._steps, self.work, self._duration, fixed=fixed_step)
         self._parts, self._target = self._shares(), 0.0
         self._vectors = np.zeros((n, 3))
-        self._vectors = self._turned(self._state)
+        self._vectors, self._turned_at = self._turned(self._state), 0.0
         self._fastest, self._widest = np.zeros(2), 0.0
         owners = np.array([one.owner for one in self.linkage.sections])
         tracks = [Track(np.flatnonzero(owners == contact.name)) for contact in system.contacts]
@@ -88,9 +104,28 @@ class Mechanism(Capabilities):
         self._refuse_outside()
         self._energy = energies(self.model, self._state[None], [self._recorder.samples[0].motion])[0]
         self._extreme = np.array([float(self._energy @ (1, 1, 1, 1, -1)), 0.0, 0.0, 0.0])
-        begin(self.model, self.work, self._state, given[0], amounts[0])
+        self._steps.restart(self._state, 0.0)
         q, v = self._coordinates(self._recorder.samples)
         self._at = q[0], v[0]
+
+    def _methods_of(self, *, fixed: bool) -> list[Steps]:
+        """Return the methods of steps that the run may take, the first one to begin with.
+
+        Raises:
+            SceneError: implicit steps are asked for that the scene cannot have.
+        """
+        asked, accuracy = self._system.scene.run.stepping, self._system.scene.run.accuracy or self.accuracy
+        lack = lack_of(self.model)
+        if asked == "implicit" and lack:
+            raise SceneError(f"run.stepping: 'implicit' given, and {lack}; use 'auto' or 'explicit'")
+        given = self._given, self._weights
+        explicit = ExplicitSteps(self.model, self.work, max(FINEST, SHARE * accuracy), *given)
+        if asked == "explicit" or lack or (asked == "auto" and fixed):
+            return [explicit]
+        least = 0.5 * float(self.model.mass.sum()) * (self._size / self._duration) ** 2
+        kind, share = (ExponentialSteps, FREE_SHARE) if propagates(self.model) else (ImplicitSteps, SHARE)
+        longer: Steps = kind(self.model, self.work, max(FINEST, share * accuracy), *given, least=least)
+        return [longer] if asked == "implicit" else [explicit, longer]
 
     def _refuse_outside(self) -> None:
         """Raise a SceneError where a body is outside of a field as the run starts."""
@@ -111,11 +146,6 @@ class Mechanism(Capabilities):
         for number, (name, load) in enumerate(self._loads):
             amounts[:, number] = load.amounts(times, name)
         return given, amounts
-
-    def _course(self, time: float, h: float) -> Course:
-        """Return what a step from a time is taken with."""
-        given, amounts = self._given(time + h * self._times)
-        return Course(self._table, given, amounts, self._weights(), np.zeros(1, np.bool_))
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
         """Fill samples of `stride` intervals; False where the run cannot continue."""
@@ -169,7 +199,7 @@ class Mechanism(Capabilities):
         """Take one step, or the part of it up to the first time at which a journal touches or parts; False where none
         is short enough."""
         self.touching.slipped, self.touching.pressed = self.work.slipping.copy(), self.work.touching.copy()
-        one = self._stepping.take(self._state, self._time, lambda h: self._course(self._time, h))
+        one = self._stepping.take(self._state, self._time)
         if one is None:
             self._note_left()
             return False
@@ -179,7 +209,7 @@ class Mechanism(Capabilities):
             return False
         h = 0.0 if event is None else event.time - self._time
         if h > TOGETHER * self._duration:
-            one = self._stepping.again(self._state, h, self._course(self._time, h))
+            one = self._steps.computed(self._state, self._time, h)
             if not one.sound:
                 return False
             self._span(one)
@@ -190,8 +220,7 @@ class Mechanism(Capabilities):
             return False
         if event is not None:
             self.touching.switch(event, self._state)
-            given, amounts = self._given(np.array([self._time]))
-            begin(self.model, self.work, self._state, given[0], amounts[0])
+            self._steps.restart(self._state, self._time)
         return True
 
     def _ran_off(self) -> bool:
@@ -229,27 +258,27 @@ class Mechanism(Capabilities):
 
     def _span(self, one: Tried) -> None:
         """Set the interpolation of a step from the present state, if a sample or an event may be within it."""
-        self._old, self._before, self._end = self._state, self._time, one.state
+        self._before, self._end = self._time, one.state
         self._until = self._duration if self._time + one.h >= self._duration else self._time + one.h
         if not self.touching and self._target > self._until:
             return
-        h, K = one.h, self.work.slopes
-        interpolation(self.model, self.work, one.course, self._state, h)
-        change = one.state - self._state
-        self._dense[0] = change
-        self._dense[1] = h * K[0] - change
-        self._dense[2] = 2 * change - h * (K[MAIN] + K[0])
-        self._dense[3:] = h * (self._table.dense @ K)
+        self._within = self._steps.within(one, self._state)
 
     def _accept(self, one: Tried) -> None:
         """Go on to the end of a step."""
         if self.touching.rubbed:
             self.touching.rub(self._interpolated, self._before, self._until)
         self._state, self._time = one.state, self._until
-        self._vectors = self._turned(one.state)
-        keep_angles(self.model, self.work, one.state)
+        self._keep_angles(self.model, self.work, one.state)
         self._note_speeds()
-        self.work.slopes[0] = self.work.slopes[MAIN]
+        if self._fastest[1] * (self._time - self._turned_at) > FOLLOWED:
+            self._vectors, self._turned_at = self._turned(one.state), self._time
+        if self._fastest[1] > 0:
+            self._stepping.longest = LONGEST / self._fastest[1]
+        self._steps.accept(one)
+        if self._choice.note(one, self._stepping.rejected, singular=self._stepping.near_singular(one)):
+            self._steps = self._stepping.steps = self._choice.steps
+            self._steps.restart(self._state, self._time)
 
     def _note_speeds(self) -> None:
         """Keep the largest speed and angular velocity of the run, by which errors are measured; poses are set. What
@@ -258,8 +287,8 @@ class Mechanism(Capabilities):
         if self.touching or len(self.model.bush_rest):
             bushings = motion_of(self.model, self.work, self._state).bushings
             self._widest = float(np.linalg.norm(bushings[:, 3:6], axis=1).max(initial=0.0))
-        squares = [float(np.einsum("bi,bi->b", one, one).max()) for one in (speeds, self.work.omega)]
-        self._fastest = np.maximum(self._fastest, np.sqrt(squares))
+        for number, one in enumerate((speeds, self.work.omega)):
+            self._fastest[number] = max(self._fastest[number], float(np.sqrt((one * one).sum(axis=1).max())))
 
     def _shares(self) -> np.ndarray:
         """Return what makes up `_weights`: shares that are constant, and over the largest speed, its square and the
@@ -293,10 +322,7 @@ class Mechanism(Capabilities):
         if time >= self._until:
             return self._end.copy()
         x = (time - self._before) / (self._until - self._before)
-        found = np.zeros_like(self._state)
-        for number in range(7):
-            found = (found + self._dense[6 - number]) * (x if number % 2 == 0 else 1 - x)
-        found += self._old
+        found = self._within(x)
         turns = bodies_of(self.model, found)[:, TURN : TURN + 4]
         turns /= np.linalg.norm(turns, axis=1, keepdims=True)
         return found
@@ -306,10 +332,7 @@ class Mechanism(Capabilities):
         states, vectors = (np.array([getattr(one, part) for one in samples]) for part in ("state", "vectors"))
         omega, modal = (np.array([getattr(one.motion, part) for one in samples]) for part in ("omega", "modal"))
         bodies, q, v = bodies_of(self.model, states), [], []
-        for b, body in enumerate(self._system.bodies.values()):
-            to_momentum = np.zeros((6, 6))
-            to_momentum[:3, :3], to_momentum[3:, 3:] = body.morph.mass * np.eye(3), body.morph.inertia
-            rows = to_momentum @ body.twists.T
+        for b, rows in enumerate(self._rows):
             own = modal_parts(self.model, states, b)[0]
             rates = modal[:, b, : own.shape[1]]
             q += [np.hstack([bodies[:, b, :3] - self.linkage.centres[b], vectors[:, b]]) @ rows, own]
@@ -330,11 +353,21 @@ class Mechanism(Capabilities):
             "steps_taken": self._stepping.taken,
             "steps_rejected": self._stepping.rejected,
             "singular_steps": self._stepping.singular,
+            "implicit_steps": self._choice.taken["implicit"],
+            "exponential_steps": self._choice.taken["exponential"],
             "rows": self.start.rows,
         }
         notes = self.start.notes + ([UNBOUNDED] if self._stepping.singular else [])
+        notes = notes + self._choice.notes()
         return Outcome(
             q=q, v=v, multipliers=last.pressed[own], impulses=pushed[:, 0], extreme=self._extreme, counts=np.zeros(3),
             work=counts | {"rank": self.start.rank},
             linkage=partial(self._recorder.found, self._interval, notes, (self._state, self._time)),
         )  # fmt: skip
+
+
+def _to_coordinates(body: FlexibleBody) -> np.ndarray:
+    """Return the rows of a body's rigid coordinates over its displacement and rotation, (6, 6)."""
+    momentum = np.zeros((6, 6))
+    momentum[:3, :3], momentum[3:, 3:] = body.morph.mass * np.eye(3), body.morph.inertia
+    return momentum @ body.twists.T

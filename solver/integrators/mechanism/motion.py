@@ -138,19 +138,32 @@ def add_multipliers(model, work, sign):  # type: ignore[no-untyped-def]
 @inner
 def rates(model, work, y, given, amounts, out):  # type: ignore[no-untyped-def]
     """Set the rates of a state at a time with drives (d, 3) and loads (l,) of that time."""
-    n = len(model.mass)
     sums = out[len(out) - SUMS :]
-    for i in range(len(sums)):
-        sums[i] = 0.0
+    clear(sums)
     prepare(model, work, y, given, amounts, sums)
     set_touch_sums(model, work, out)
     if len(model.row_terms):
         solve(work)
+    set_rates(model, work, y, given, out)
+
+
+@inner
+def clear(values):  # type: ignore[no-untyped-def]
+    """Set numbers to zero."""
+    for i in range(len(values)):
+        values[i] = 0.0
+
+
+@inner
+def set_rates(model, work, y, given, out):  # type: ignore[no-untyped-def]
+    """Set the rates of a state whose pushes and multipliers are set, and add to those of the sums."""
+    sums = out[len(out) - SUMS :]
+    if len(model.row_terms):
         add_multipliers(model, work, 1.0)
         for i in range(len(model.row_terms)):
             if model.drive_of[i] != NONE:
                 sums[WORK] += work.multiplier[i] * given[model.drive_of[i], 1]
-    for b in range(n):
+    for b in range(len(model.mass)):
         s = WIDTH * b
         for i in range(3):
             out[s + PLACE + i] = y[s + SPEED + i]
@@ -227,12 +240,8 @@ def project_places(model, work, y, given):  # type: ignore[no-untyped-def]
 
 
 @inner
-def project_speeds(model, work, y, given):  # type: ignore[no-untyped-def]
-    """Change velocities so that no row's rate is violated, by least kinetic energy."""
-    set_poses(model, work, y)
-    set_rows(model, work)
-    set_matrix(model, work)
-    factor(model, work)
+def set_speed_lacks(model, work, y, given):  # type: ignore[no-untyped-def]
+    """Set what the rate of each row lacks, in `right`; rows are set."""
     for i in range(len(model.row_terms)):
         total = 0.0
         if model.drive_of[i] != NONE:
@@ -246,6 +255,16 @@ def project_speeds(model, work, y, given):  # type: ignore[no-untyped-def]
                 for k in range(model.elastic[b, 0]):
                     total -= work.block[i, p, 6 + k] * work.modal[b, 3 + k]
         work.right[i] = total
+
+
+@inner
+def project_speeds(model, work, y, given):  # type: ignore[no-untyped-def]
+    """Change velocities so that no row's rate is violated, by least kinetic energy."""
+    set_poses(model, work, y)
+    set_rows(model, work)
+    set_matrix(model, work)
+    factor(model, work)
+    set_speed_lacks(model, work, y, given)
     solve(work)
     for i in range(len(model.row_terms)):
         for p in range(4):

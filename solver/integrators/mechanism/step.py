@@ -95,13 +95,21 @@ def _set_slope(model, work, course, y, h, s):  # type: ignore[no-untyped-def]
 
 @inner
 def _error(model, work, course, coefficients, h):  # type: ignore[no-untyped-def]
-    """Return the largest weighted difference to an embedded method; that of a spin is taken as angular velocity."""
-    K, apart, worst = work.slopes, work.stage, 0.0
+    """Return the largest weighted difference to an embedded method."""
+    K, apart = work.slopes, work.stage
     for i in range(len(apart)):
         total = 0.0
         for k in range(MAIN + 1):
             total += coefficients[k] * K[k, i]
-        apart[i] = total
+        apart[i] = h * total
+    return largest(model, work, apart, course.weight)
+
+
+@inner
+def largest(model, work, apart, weight):  # type: ignore[no-untyped-def]
+    """Return the largest weighted difference of a state, of spins as angular velocity and of modal momenta as rates, in
+    which it leaves them; poses are set."""
+    worst = 0.0
     for b in range(len(model.mass)):
         if model.elastic[b, 0]:
             _as_rates(model, work, b, apart)
@@ -111,7 +119,7 @@ def _error(model, work, course, coefficients, h):  # type: ignore[no-untyped-def
         for i in range(3):
             apart[s + i] = work.back[b, i, 0] * x + work.back[b, i, 1] * y + work.back[b, i, 2] * z
     for i in range(len(apart)):
-        worst = larger(worst, abs(h * apart[i] * course.weight[i]))
+        worst = larger(worst, abs(apart[i] * weight[i]))
     return worst
 
 

@@ -1,17 +1,10 @@
 """The steps of a mechanism: their size by the estimated error, and how they pass singular positions."""
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 import numpy as np
 
-from gudgeon.solver.compiled import machine_code
-from gudgeon.solver.forces.fields.co_energy import LEFT as LEFT_GRID
-from gudgeon.solver.integrators.mechanism.arrays import Model, Work
-from gudgeon.solver.integrators.mechanism.step import ORDER, Course, step
+from gudgeon.solver.integrators.mechanism.arrays import Work
+from gudgeon.solver.integrators.mechanism.steps import Steps, Tried
 
-LEFT = 1e-8
-"""Last motion of Newton's method over the size of the scene; a step with more is repeated shorter."""
 SHORTEST = 1e-9
 """Least step over the duration."""
 PARTING = 1e-13
@@ -22,9 +15,10 @@ SAFETY, LEAST, MOST = 0.9, 0.2, 5.0
 """Of the next step over what the error asks for; least and largest ratio of two steps."""
 NEAR = 1e-2
 """Pivot, the square of the sine of an angle between rows, below which stages are projected, too."""
-SMOOTH = 0.4 / ORDER
-"""Power of the last step's error in the size of the next one (Hairer, Nørsett, Wanner, Solving ODE I, II.4): where
-frequencies bound steps, errors grow fast beyond the bound, and without it every other step is refused."""
+SMOOTH = 0.4
+"""Power of the last step's error in the size of the next one, times that of the step in the error (Hairer, Nørsett,
+Wanner, Solving ODE I, II.4): where frequencies bound steps, errors grow fast beyond the bound, and without it every
+other step is refused."""
 LEAST_ERROR = 1e-4
 """Of the last step, in that power."""
 MARGIN = 0.1
@@ -41,83 +35,57 @@ LEAPS = (1.0, 0.8, 1.25, 0.63, 1.6, 0.5, 0.37, 2.0, 0.27)
 """These sizes, over that of the last step elsewhere: stages that are not so near to the singular position serve."""
 
 
-class Tried(NamedTuple):
-    """A step that was computed."""
-
-    h: float
-    """[s]"""
-    course: Course
-    state: np.ndarray
-    slopes: np.ndarray
-    error: float
-    """Over what is asked for."""
-    sound: bool
-    """Whether Newton's method converged and all is finite."""
-    least: float
-    """Pivot."""
-
-    @property
-    def good(self) -> bool:
-        return self.sound and self.error <= 1
-
-
 class Stepping:
     """Chooses steps."""
 
-    def __init__(
-        self, model: Model, work: Work, tolerance: float, duration: float, *, fixed: float | None = None
-    ) -> None:
+    def __init__(self, steps: Steps, work: Work, duration: float, *, fixed: float | None = None) -> None:
         """Begin with a small step, or take steps of one size.
 
         Args:
-            tolerance: Error of a step.
             duration: Of the run [s].
             fixed: Size of all steps [s].
         """
-        self._model, self._work, self._tolerance = model, work, tolerance
+        self.steps, self._work = steps, work
         self._duration, self._fixed = duration, fixed
         self._next = FIRST * duration if fixed is None else fixed
         self._regular = self._next
         self._former, self._usual = LEAST_ERROR, 0.0
-        self._step: Callable[..., tuple[float, float]] | None = None
+        self.longest = np.inf
+        """Longest step that rotations can be continued over [s]; fixed ones may be longer."""
         self.taken, self.rejected, self.singular = 0, 0, 0
         """Steps that were taken, refused, and of the former those near a singular position."""
 
-    def take(self, state: np.ndarray, time: float, course: Callable[[float], Course]) -> Tried | None:
-        """Return the next step from a state, whose slope is the first of `slopes`; None where none is short enough.
-
-        Args:
-            time: [s]
-            course: Returns what a step of a size is taken with.
-        """
+    def take(self, state: np.ndarray, time: float) -> Tried | None:
+        """Return the next step from a state at a time [s]; None where none is short enough."""
         rest, leapt, tries = self._duration - time, False, 0
+        if self._fixed is None:
+            self._next = min(self._next, self.longest)
         while True:
-            one = self._tried(state, self._fitted(self._next, rest), course)
+            one = self._tried(state, time, self._fitted(self._next, rest))
             if self._fixed is not None:
                 self._count(one)
                 return one if one.sound else None
             stuck = tries >= (PATIENCE if self._work.touching.any() else 0)
-            if not one.good and self._singular(one) and stuck and not leapt:
+            if not one.good and self.near_singular(one) and stuck and not leapt:
                 leapt = True
-                one = self._leapt(state, rest, course) or one
+                one = self._leapt(state, time, rest) or one
             if one.good or (leapt and one.sound and one.error <= ROOM):
                 break
             self.rejected, tries = self.rejected + 1, tries + 1
-            shrink = SAFETY * one.error ** (-1 / ORDER) if one.sound else LEAST
+            shrink = SAFETY * one.error ** (-1 / self.steps.power) if one.sound else LEAST
             self._next = one.h * max(LEAST, min(shrink, SAFETY))
             if self._next < self._shortest:
                 return None
         self._next = one.h * min(1.0 if tries else MOST, self._growth(one.error))
-        if self._singular(one) and self._next < self._shortest:
+        if self.near_singular(one) and self._next < self._shortest:
             return None  # Ever shorter steps towards a position that it cannot pass.
-        if not self._singular(one):
+        if not self.near_singular(one):
             self._regular = one.h if not one.least < NEAR else max(self._regular, one.h)
         self._count(one)
         self._usual = max(self._usual, one.least)
-        self._work.slopes[:] = one.slopes
         return one
 
-    def _singular(self, one: Tried) -> bool:
+    def near_singular(self, one: Tried) -> bool:
         """Return whether a step is near a position in which joints depend on each other more than elsewhere."""
         return one.least < SINGULAR * self._usual
 
@@ -125,30 +93,26 @@ class Stepping:
         """Return the ratio of the next step to one that is taken, by its error and that of the last one before."""
         if error == 0:
             return MOST
-        found = SAFETY * error ** (-(1 / ORDER - 0.2 * SMOOTH)) * self._former**SMOOTH
+        smooth = SMOOTH / self.steps.power
+        found = SAFETY * error ** (-(1 / self.steps.power - 0.2 * smooth)) * self._former**smooth
         self._former = max(error, LEAST_ERROR)
-        return min(MOST, found)
+        return 1.0 if 1.0 <= found < self.steps.holds else min(MOST, found)
 
     def _count(self, one: Tried) -> None:
         """Count a step that is taken."""
         self.taken += 1
-        self.singular += self._singular(one)
+        self.singular += self.near_singular(one)
 
     @property
     def _shortest(self) -> float:
         """Least step [s]."""
         return (PARTING if self._work.touching.any() else SHORTEST) * self._duration
 
-    def again(self, state: np.ndarray, h: float, course: Course) -> Tried:
-        """Return a step of a given size from a state, whose slope is the first of `slopes`: a part of the one taken,
-        whose size stays that of the next one."""
-        return self._computed(state, h, course)
-
-    def _leapt(self, state: np.ndarray, rest: float, course: Callable[[float], Course]) -> Tried | None:
+    def _leapt(self, state: np.ndarray, time: float, rest: float) -> Tried | None:
         """Return the first good step over a singular position, or else the one of least error; None without one."""
         best = None
         for ratio in LEAPS:
-            one = self._tried(state, self._fitted(ratio * self._regular, rest), course)
+            one = self._tried(state, time, self._fitted(ratio * self._regular, rest))
             if one.sound and (best is None or one.error < best.error):
                 best = one
             if one.good:
@@ -160,40 +124,19 @@ class Stepping:
         """Return a step that ends with the run where it would end just before or beyond [s]."""
         return rest if rest < 1.001 * h else h
 
-    def _tried(self, state: np.ndarray, h: float, course: Callable[[float], Course]) -> Tried:
+    def _tried(self, state: np.ndarray, time: float, h: float) -> Tried:
         """Compute a step.
 
         Near a position in which joints depend on each other, errors of the stages across the constraints grow in the
         accelerations, which the estimated error need not show, so that they are projected; very near to it the
         round-off of their projection grows, too, and a step without it may be the better one.
         """
-        plain = self._computed(state, h, course(h))
-        if not plain.least < NEAR:
+        plain = self.steps.computed(state, time, h)
+        if self.steps.kind != "explicit" or not plain.least < NEAR:  # Implicit stages obey the joints as they are.
             return plain
-        if not self._singular(plain):
+        if not self.near_singular(plain):
             plain = plain._replace(error=plain.error / MARGIN)
-        projecting = course(h)
-        projecting.project[0] = True
-        other = self._computed(state, h, projecting)
+        other = self.steps.computed(state, time, h, project=True)
         if other.good or not plain.sound:
             return other
         return plain if plain.good or not other.sound or plain.error < other.error else other
-
-    def _computed(self, state: np.ndarray, h: float, course: Course) -> Tried:
-        out = np.empty_like(state)
-        self._work.least[0] = 1.0
-        self._work.field[:, LEFT_GRID] = 0.0
-        given = self._model, self._work, course, state, h, out
-        if self._step is None:
-            self._step = machine_code(step, *given)
-        error, left = self._step(*given)
-        sound = bool(np.isfinite(out).all() and np.isfinite(error) and left <= LEFT)
-        return Tried(
-            h,
-            course,
-            out,
-            self._work.slopes.copy(),
-            error=error / self._tolerance,
-            sound=sound,
-            least=float(self._work.least[0]),
-        )

@@ -18,7 +18,7 @@ from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.compile import compile_system
 
 REPEATS = 3
-ACCURACIES = (1e-3, 1e-5, 1e-8)
+ACCURACIES = (1e-3, 1e-5, 1e-6, 1e-8)
 SCENE = """
 [component.bar]
 geometry = { kind = "box", lx = 0.04, ly = 0.03, lz = 0.5 }

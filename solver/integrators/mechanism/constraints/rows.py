@@ -119,7 +119,7 @@ def set_poses(model, work, y):  # type: ignore[no-untyped-def]
 
 
 @inner
-def set_rows(model, work):  # type: ignore[no-untyped-def]
+def set_blocks(model, work):  # type: ignore[no-untyped-def]
     """Set the values, slopes and bends of all terms, and the blocks of all rows; poses are set."""
     for t in range(len(model.terms)):
         if model.terms[t, 0] == ALONG or model.terms[t, 0] == DISTANCE:
@@ -130,7 +130,7 @@ def set_rows(model, work):  # type: ignore[no-untyped-def]
         for part in range(2):
             t = model.row_terms[i, part]
             for side in range(2):
-                block, light = work.block[i, 2 * part + side], work.light[i, 2 * part + side]
+                block = work.block[i, 2 * part + side]
                 if t == NONE or model.owner[model.terms[t, 1], side] == NONE:
                     work.block_owner[i, 2 * part + side] = NONE
                     continue
@@ -140,16 +140,27 @@ def set_rows(model, work):  # type: ignore[no-untyped-def]
                     block[k] = 0.0
                 slope, p = work.slope[t, side], 2 * model.terms[t, 1] + side
                 spread(model, work, p, slope, model.factors[i, part], block)
-                copy(block, light)
-                for k in range(3):
-                    light[k] = block[k] / model.mass[b]
-                if model.elastic[b, 0]:
-                    solve_inertia(model, work, b, light[3:])
-                    continue
-                for k in range(3):
-                    light[3 + k] = (
-                        work.back[b, k, 0] * block[3] + work.back[b, k, 1] * block[4] + work.back[b, k, 2] * block[5]
-                    )
+
+
+@inner
+def set_rows(model, work):  # type: ignore[no-untyped-def]
+    """Set all of `set_blocks`, and the blocks times the inverse of the inertia; poses are set."""
+    set_blocks(model, work)
+    for i in range(len(model.row_terms)):
+        for p in range(4):
+            b, block, light = work.block_owner[i, p], work.block[i, p], work.light[i, p]
+            if b == NONE:
+                continue
+            copy(block, light)
+            for k in range(3):
+                light[k] = block[k] / model.mass[b]
+            if model.elastic[b, 0]:
+                solve_inertia(model, work, b, light[3:])
+                continue
+            for k in range(3):
+                light[3 + k] = (
+                    work.back[b, k, 0] * block[3] + work.back[b, k, 1] * block[4] + work.back[b, k, 2] * block[5]
+                )
 
 
 @inner

@@ -20,6 +20,29 @@ from gudgeon.solver.integrators.mechanism.arrays import CURL, SPIN, WIDTH
 
 
 @inner
+def _add_pairs(model, b, values, at, part, target):  # type: ignore[no-untyped-def]
+    """Add to parts of moments, from one on, Σ_l of those of k for l times values, which begin at a place.
+
+    Four l at a time: the pairs stand in no nearer memory than the second one, and the sums are read as often as they.
+    """
+    m = model.elastic[b, 0]
+    whole = m - m % 4
+    for l in range(0, whole, 4):
+        P, R, S, T = model.pair[b, l], model.pair[b, l + 1], model.pair[b, l + 2], model.pair[b, l + 3]
+        p, r, s, t = values[at + l], values[at + l + 1], values[at + l + 2], values[at + l + 3]
+        for c in range(len(target)):
+            to, P0, R0, S0, T0 = target[c], P[part + c], R[part + c], S[part + c], T[part + c]
+            for k in range(m):
+                to[k] += p * P0[k] + r * R0[k] + s * S0[k] + t * T0[k]
+    for l in range(whole, m):
+        P, p = model.pair[b, l], values[at + l]
+        for c in range(len(target)):
+            to, P0 = target[c], P[part + c]
+            for k in range(m):
+                to[k] += p * P0[k]
+
+
+@inner
 def _set_moments(model, work, y, b):  # type: ignore[no-untyped-def]
     """Set B and the factor of the inertia of a body over its rotation and elastic coordinates, along its own axes."""
     m, at = model.elastic[b, 0], model.elastic[b, 1]
@@ -27,11 +50,7 @@ def _set_moments(model, work, y, b):  # type: ignore[no-untyped-def]
     for c in range(CURL + 3):
         for k in range(m):
             B[c, k] = S[c, k]
-    for l in range(m):
-        q, pair = y[at + l], model.pair[b, l]
-        for c in range(CURL + 3):
-            for k in range(m):
-                B[c, k] += q * pair[c, k]
+    _add_pairs(model, b, y, at, 0, B)
     J = work.second[b]
     for c in range(CURL):
         total = model.second[b, c]
@@ -139,11 +158,7 @@ def set_flexible(model, work, y, b):  # type: ignore[no-untyped-def]
     for c in range(3):
         for k in range(m):
             D[c, k] = 0.0
-    for l in range(m):
-        rate, pair = rates[3 + l], model.pair[b, l]
-        for c in range(3):
-            for k in range(m):
-                D[c, k] += rate * pair[CURL + c, k]
+    _add_pairs(model, b, rates, 3, CURL, D)
     for k in range(m):
         bent = (w1 * w1 + w2 * w2) * B[0, k] + (w2 * w2 + w0 * w0) * B[1, k] + (w0 * w0 + w1 * w1) * B[2, k]
         bent -= w1 * w2 * B[3, k] + w2 * w0 * B[4, k] + w0 * w1 * B[5, k]

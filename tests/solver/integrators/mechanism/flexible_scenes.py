@@ -17,8 +17,8 @@ for _a, _b, _c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
 MASSES = 9
 
 
-def cloud(frequencies: np.ndarray, *, seed: int = 0) -> tuple[ModalRecord, MorphRecord]:
-    """Return records of point masses whose m shapes are orthonormal, but not free of rigid motion.
+def cloud(frequencies: np.ndarray, *, seed: int = 0, free: bool = False) -> tuple[ModalRecord, MorphRecord]:
+    """Return records of point masses whose m shapes are orthonormal, and `free` of rigid motion or not.
 
     It has a tie `pin`, and stiffness by stress of arbitrary symmetric matrices: conservation holds for any.
     """
@@ -27,7 +27,12 @@ def cloud(frequencies: np.ndarray, *, seed: int = 0) -> tuple[ModalRecord, Morph
     places = rng.uniform(-0.1, 0.1, (MASSES, 3)) * [1.0, 0.6, 0.3]
     places -= masses @ places / masses.sum()
     weight = np.sqrt(np.repeat(masses, 3))[:, None]
-    shapes = (np.linalg.qr(weight * rng.standard_normal((3 * MASSES, m)))[0] / weight).reshape(MASSES, 3, m)
+    guess = weight * rng.standard_normal((3 * MASSES, m))
+    if free:
+        turns = np.einsum("iak,pk->pia", LEVI, places).reshape(3 * MASSES, 3)
+        rigid = np.linalg.qr(weight * np.hstack([np.tile(np.eye(3), (MASSES, 1)), turns]))[0]
+        guess -= rigid @ (rigid.T @ guess)
+    shapes = (np.linalg.qr(guess)[0] / weight).reshape(MASSES, 3, m)
     J = (masses[:, None] * places).T @ places
     inertia = np.trace(J) * np.eye(3) - J
     S = np.einsum("p,pi,pjk->ijk", masses, places, shapes)
@@ -56,12 +61,14 @@ def cloud(frequencies: np.ndarray, *, seed: int = 0) -> tuple[ModalRecord, Morph
     return modal, replace(morph, **own)
 
 
-def cloud_system(folder: Path, frequencies: np.ndarray, body: dict[str, Any], **tables: Any) -> System:
+def cloud_system(
+    folder: Path, frequencies: np.ndarray, body: dict[str, Any], *, free: bool = False, **tables: Any
+) -> System:
     """Return a compiled scene of one such body, `part`."""
     run = {"integrator": "mechanism", "samples": 40, "frames": 2} | tables.pop("run", {})
     scene = {"body": {"part": body}, "joint": {}, "run": run} | tables
     own = folder / f"{len(frequencies)}-{frequencies.sum():.6g}"
-    return build_all(own, {"part": cloud(frequencies)}, scene)
+    return build_all(own, {"part": cloud(frequencies, free=free)}, scene)
 
 
 def cloud_run(folder: Path, frequencies: np.ndarray, body: dict[str, Any], **tables: Any):  # type: ignore[no-untyped-def]

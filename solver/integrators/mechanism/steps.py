@@ -1,0 +1,142 @@
+"""How steps of a mechanism are computed: by an explicit method here, by an implicit one in `implicit.steps`."""
+
+from collections.abc import Callable
+from typing import Any, Literal, NamedTuple, Protocol
+
+import numpy as np
+
+from gudgeon.solver.compiled import machine_code
+from gudgeon.solver.forces.fields.co_energy import LEFT as LEFT_GRID
+from gudgeon.solver.integrators.mechanism.arrays import Model, Work
+from gudgeon.solver.integrators.mechanism.step import MAIN, ORDER, Course, begin, interpolation, step, tableau
+
+LEFT = 1e-8
+"""Last motion of Newton's method over the size of the scene; a step with more is repeated shorter."""
+Given = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""Drives (t, d, 3) and loads (t, l) at times [s], (t,)."""
+Kind = Literal["explicit", "implicit", "exponential"]
+Within = Callable[[float], np.ndarray]
+"""State at a time within a step, over the step."""
+
+
+class Prepared:
+    """A compiled function that is called with arguments of the same types always: its machine code, once found."""
+
+    def __init__(self, function: Any) -> None:
+        self._function, self._code = function, None
+
+    def __call__(self, *arguments: Any) -> Any:
+        if self._code is None:
+            self._code = machine_code(self._function, *arguments)
+        return self._code(*arguments)
+
+
+class Tried(NamedTuple):
+    """A step that was computed."""
+
+    h: float
+    """[s]"""
+    course: Any
+    state: np.ndarray
+    slopes: Any
+    """What its method goes on with."""
+    error: float
+    """Over what is asked for."""
+    sound: bool
+    """Whether Newton's method converged and all is finite."""
+    least: float
+    """Pivot."""
+
+    @property
+    def good(self) -> bool:
+        return self.sound and self.error <= 1
+
+
+class Steps(Protocol):
+    """A method of steps."""
+
+    power: int
+    """Of the step in its estimated error."""
+    kind: Kind
+    cost: float
+    """CPU time of a step over that of an explicit one."""
+    bound: float
+    """Size of explicit steps times the highest frequency of a body, from which on these are tried."""
+    holds: float
+    """Growth below which the next step keeps the size of the last one, where another size costs."""
+
+    def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
+        """Return a step from a state at a time [s], from which steps may begin.
+
+        Args:
+            project: Whether stages are projected on the joints.
+        """
+        ...
+
+    def restart(self, state: np.ndarray, time: float) -> None:
+        """Let steps begin from a state: the first one, or one that an event changed."""
+
+    def accept(self, one: Tried) -> None:
+        """Let steps begin from the end of one."""
+
+    def within(self, one: Tried, state: np.ndarray) -> Within:
+        """Return the interpolation of the step that was computed last, from a state; its end is that of the step."""
+        ...
+
+
+class ExplicitSteps:
+    """Steps of Dormand and Prince's method of order 8."""
+
+    kind: Kind = "explicit"
+    power, cost, bound, holds = ORDER, 1.0, 0.0, 1.0
+
+    def __init__(
+        self, model: Model, work: Work, tolerance: float, given: Given, weights: Callable[[], np.ndarray]
+    ) -> None:
+        """
+        Args:
+            tolerance: Error of a step.
+            weights: What the error of each number is multiplied by, now, (13 n + SUMS,).
+        """
+        self._model, self._work, self._tolerance = model, work, tolerance
+        self._given, self._weights = given, weights
+        self._table, self._times = tableau()
+        self._step, self._interpolation = Prepared(step), Prepared(interpolation)
+
+    def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
+        given, amounts = self._given(time + h * self._times)
+        course = Course(self._table, given, amounts, self._weights(), np.full(1, project))
+        out = np.empty_like(state)
+        self._work.least[0] = 1.0
+        self._work.field[:, LEFT_GRID] = 0.0
+        error, left = self._step(self._model, self._work, course, state, h, out)
+        sound = bool(np.isfinite(out).all() and np.isfinite(error) and left <= LEFT)
+        least = float(self._work.least[0])
+        slopes = self._work.slopes.copy()
+        return Tried(h, course, out, slopes, error=error / self._tolerance, sound=sound, least=least)
+
+    def restart(self, state: np.ndarray, time: float) -> None:
+        given, amounts = self._given(np.array([time]))
+        begin(self._model, self._work, state, given[0], amounts[0])
+
+    def accept(self, one: Tried) -> None:
+        self._work.slopes[0] = one.slopes[MAIN]
+
+    def within(self, one: Tried, state: np.ndarray) -> Within:
+        h, K = one.h, self._work.slopes
+        K[:] = one.slopes
+        self._interpolation(self._model, self._work, one.course, state, h)
+        change = one.state - state
+        dense = np.empty((7, len(state)))
+        dense[0] = change
+        dense[1] = h * K[0] - change
+        dense[2] = 2 * change - h * (K[MAIN] + K[0])
+        dense[3:] = h * (self._table.dense @ K)
+
+        def at(x: float) -> np.ndarray:
+            found = np.zeros_like(state)
+            for number in range(7):
+                found = (found + dense[6 - number]) * (x if number % 2 == 0 else 1 - x)
+            return found + state
+
+        return at
