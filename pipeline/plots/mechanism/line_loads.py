@@ -7,6 +7,8 @@ of a tooth. Its integral over the length is the contact's force.
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from gudgeon.pipeline.plots.base import style
@@ -84,7 +86,7 @@ def _figure(drawing: Drawing, shown: list[Runs]) -> Figure:
     borders = scale * np.array([max(2 * times[0] - middles[0], 0.0), *middles, times[-1]])
     largest = factor * max(float(one.loads.max()) for one in shown)
     for axes, one in zip(rows, shown, strict=True):
-        image = axes.pcolormesh(
+        axes.pcolormesh(
             borders, length * one.edges, factor * one.loads.T, cmap=style.PRESSURE, vmin=0.0, vmax=largest,
             shading="flat", rasterized=True,
         )  # fmt: skip
@@ -92,5 +94,6 @@ def _figure(drawing: Drawing, shown: list[Runs]) -> Figure:
         axes.grid(visible=False)
     rows[-1].set_xlabel(f"time [{unit}]")
     box = (0.88, 130 / height, 0.018, 1 - 330 / height)
-    style.colour_bar(figure, image, f"force per length [{newtons}/m]", box)
+    colours = ScalarMappable(Normalize(0.0, largest), style.PRESSURE)
+    style.colour_bar(figure, colours, f"force per length [{newtons}/m]", box)
     return figure
