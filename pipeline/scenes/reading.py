@@ -301,7 +301,7 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
     given = entry["input"]
     if entry["type"] in COUNTED and "prefixItems" not in node:
         bound = f"{COUNTED[entry['type']]} {entry['ctx'].get('min_length', entry['ctx'].get('max_length'))}"
-        return f"{where}: {entry['ctx']['actual_length']} given; allowed: {bound}"
+        return f"{where}: {len(given)} given; allowed: {bound}"
     if isinstance(given, Mapping) or entry["type"] == "value_error":
         return f"{where}: {message}"
     shown = _shown(given)
