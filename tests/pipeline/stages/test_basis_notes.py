@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from docs.tools.basis_solids import RECTANGLE
 from gudgeon.modaldb.records.trajectory import ONE_COORDINATE
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.reduction.estimate_notes import basis_notes
@@ -125,25 +126,12 @@ def test_a_given_step_of_an_integrator_without_one_is_named(tmp_path: Path) -> N
     assert notes == ["run.step: 1e-06 s given; integrator 'collocation' steps by run.accuracy instead"]
 
 
-PLATE = """
-component.part.geometry = { kind = "rectangle", lx = 0.06, ly = 0.03, thickness = 0.005 }
-component.part.material = { E = 2e9, nu = 0.3, rho = 1200.0 }
-component.part.mesh.size = 0.005
-component.part.interface.foot.surface = "bottom"
-body.part = { position = [0.0, 0.01502, 0.0], velocity = [0.0, -0.5, 0.0] }
-contact.floor.body = "part"
-contact.floor.interface = "foot"
-contact.floor.against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 1.0, 0.0] }
-run.duration = 2e-4
-"""
-
-
 def test_a_plate_that_strikes_with_its_whole_face_has_its_error_stated(tmp_path: Path) -> None:
     """From 15 to 60 modes its error does not decrease, and all bases lack the same waves."""
-    (tmp_path / "scene.toml").write_text(PLATE)
+    (tmp_path / "scene.toml").write_text(RECTANGLE)
     found = {}
     for count in (60, 240):
-        changes = {"component.part.modes.normal_count": count}
+        changes = {"component.part.modes.normal_count": count, "component.part.mesh.size": 0.005}
         found[count] = run(tmp_path, set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
     impulse = {count: one.quantities["floor.impulse"]["value"] for count, one in found.items()}
     error = abs(impulse[60] / impulse[240] - 1)
