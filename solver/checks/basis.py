@@ -17,8 +17,8 @@ bending modes in an axial one.
   period in its duration. Only modes that the contact's force excites count, see `_cutoff`. Within a window that is
   shorter than that period nothing is known of the force but this share: it is the least estimate by itself.
 - Where all runs lack the same waves, as of a plate that strikes with its whole face, no difference of theirs shows it.
-  One more run has a part of R as a coordinate with a mass, at the lowest frequency that the modes which were left out
-  may have, see `weighed`: the error is taken to be `MARGIN` times its difference too. Where that run ends early, or a
+  One more run has a part of R as a coordinate with a mass, in the octave of frequency above the highest mode, see
+  `weighed`: the error is taken to be `MARGIN` times its difference, too. Where that run ends early, or a
   table of damping does not reach its frequency, the other estimates stand alone.
 
 docs/basis.md has the estimates beside true errors.

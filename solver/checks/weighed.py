@@ -1,7 +1,8 @@
 """The weighed system: the same bodies, where a part of what the residual flexibility R answers has a mass.
 
-R answers at once; the modes that were left out, whose compliance it holds, answer at their frequencies. The truth is
-between R and a mode at the lowest frequency that they may have. With F the contact forces on the rows of a body's R,
+R answers at once; the modes that were left out, whose compliance it holds, answer at their frequencies, which begin at
+that of the highest mode. A coordinate in the octave above it shows by how much that matters. With F the contact forces
+on the rows of a body's R,
 
   y = R F,   κ = Fᵀ R F,   φ = ω √(θ/κ) y,   R' = R − θ y yᵀ / κ,
 
