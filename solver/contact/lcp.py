@@ -37,6 +37,8 @@ class ActiveSet(NamedTuple):
     """First column of each row of the factor that is not zero, (c,)."""
     factor: np.ndarray
     """Lower Cholesky factor of C[rows, rows], row after row, (c (c + 1) / 2,)."""
+    inverse: np.ndarray
+    """One over each diagonal entry of the factor, (c,)."""
     amounts: np.ndarray
     """λ of the closed rows [N], (c,)."""
     turns: np.ndarray
@@ -51,7 +53,7 @@ def empty_set(c: int) -> ActiveSet:
     """Return the active set of c rows that are all open."""
     return ActiveSet(
         rows=np.zeros(c, np.int64), size=np.zeros(3, np.int64), begin=np.zeros(c, np.int64),
-        factor=np.zeros(c * (c + 1) // 2), amounts=np.zeros(c), turns=np.zeros((2, c)),
+        factor=np.zeros(c * (c + 1) // 2), inverse=np.zeros(c), amounts=np.zeros(c), turns=np.zeros((2, c)),
         expected=np.zeros(c), closed=np.zeros((2, c), np.bool_),
     )  # fmt: skip
 
@@ -114,16 +116,16 @@ def _pivot(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-
         is_candidate[matrix.block[k, 0] : matrix.block[k, 1]] = matrix.candidate[k]
     fewest, patience, pivots = c + 1, PATIENCE, 0
     while True:
-        violated, last = 0, -1
+        violated, first, last = 0, c, -1
+        for a in range(active.size[0]):
+            i = active.rows[a]
+            if _pulls(matrix, multipliers, i, tolerance):
+                violated, first, last = violated + 1, min(first, i), max(last, i)
         for i in range(c):
-            # Rows that are not active may not be computed yet; only active ones need their diagonal.
-            if is_active[i]:
-                wrong = _pulls(matrix, multipliers, i, tolerance)
-            else:
-                wrong = is_candidate[i] and gaps[i] < -tolerance
-            if wrong:
-                violated += 1
-                last = i
+            # Rows that are not active may not be computed yet. Without a branch, which could not be foreseen.
+            wrong = is_candidate[i] & (not is_active[i]) & (gaps[i] < -tolerance)
+            violated += wrong
+            first, last = min(first, i if wrong else c), max(last, i if wrong else -1)
         if violated == 0:
             return pivots
         if violated < fewest:
@@ -132,7 +134,7 @@ def _pivot(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-
             patience, single = patience - 1, False
         else:
             single = True
-        for i in range(last if single else 0, last + 1):
+        for i in range(last if single else first, last + 1):
             if is_active[i]:
                 if _pulls(matrix, multipliers, i, tolerance):
                     remove(active, i)
@@ -163,21 +165,13 @@ def drop_expected(matrix, g, active, row):  # type: ignore[no-untyped-def]
 @inner
 def _evaluate(matrix, g, active, multipliers, gaps):  # type: ignore[no-untyped-def]
     """Set λ on the active set from L Lᵀ (λ − μ) = −g, then all gaps of candidate contacts."""
-    rows, count, L, begin = active.rows, active.size[0], active.factor, active.begin
+    rows, count, y = active.rows, active.size[0], active.amounts
     multipliers[:] = 0.0
-    y = active.amounts
     for a in range(count):
-        total, first, own = -g[rows[a]], begin[a], a * (a + 1) // 2
-        row, known = L[own + first : own + a], y[first:a]
-        for b in range(len(known)):
-            total -= row[b] * known[b]
-        y[a] = total / L[own + a]
-    for a in range(count - 1, -1, -1):
-        first, own = begin[a], a * (a + 1) // 2
-        y[a] /= L[own + a]
-        row, known, amount = L[own + first : own + a], y[first:a], y[a]
-        for b in range(len(known)):
-            known[b] -= row[b] * amount
+        y[a] = -g[rows[a]]
+    _solve_forward(active, 0)
+    _solve_backward(active)
+    for a in range(count):
         multipliers[rows[a]] = active.expected[rows[a]] + y[a]
     for k in range(len(matrix.block)):
         if matrix.candidate[k]:
@@ -187,28 +181,88 @@ def _evaluate(matrix, g, active, multipliers, gaps):  # type: ignore[no-untyped-
 
 
 @inner
+def _alike(begin, a, count):  # type: ignore[no-untyped-def]
+    """Whether four rows of a factor from a on begin at one column: they are solved for together."""
+    return a + 4 <= count and begin[a] == begin[a + 1] and begin[a] == begin[a + 2] and begin[a] == begin[a + 3]
+
+
+@inner
+def _solve_forward(active, start):  # type: ignore[no-untyped-def]
+    """Set the amounts y, zero before `start`, to the solution of L x = y."""
+    L, begin, y, over = active.factor, active.begin, active.amounts, active.inverse
+    count, a = active.size[0], start
+    while a < count:
+        first, p = begin[a], a * (a + 1) // 2
+        known, one, row = y[first:a], y[a], L[p + first : p + a]
+        if not _alike(begin, a, count):
+            for b in range(len(known)):
+                one -= row[b] * known[b]
+            y[a] = one * over[a]
+            a += 1
+            continue
+        q, r, s = p + a + 1, p + 2 * a + 3, p + 3 * a + 6
+        two, three, four = y[a + 1], y[a + 2], y[a + 3]
+        second, third, fourth = L[q + first : q + a], L[r + first : r + a], L[s + first : s + a]
+        for b in range(len(known)):
+            one -= row[b] * known[b]
+            two -= second[b] * known[b]
+            three -= third[b] * known[b]
+            four -= fourth[b] * known[b]
+        one *= over[a]
+        two = (two - L[q + a] * one) * over[a + 1]
+        three = (three - L[r + a] * one - L[r + a + 1] * two) * over[a + 2]
+        four = (four - L[s + a] * one - L[s + a + 1] * two - L[s + a + 2] * three) * over[a + 3]
+        y[a], y[a + 1], y[a + 2], y[a + 3] = one, two, three, four
+        a += 4
+
+
+@inner
+def _solve_backward(active):  # type: ignore[no-untyped-def]
+    """Set the amounts y to the solution of Lᵀ x = y."""
+    L, begin, y, over = active.factor, active.begin, active.amounts, active.inverse
+    a = active.size[0]
+    while a > 0:
+        if a < 4 or not _alike(begin, a - 4, a):
+            a -= 1
+            first, p = begin[a], a * (a + 1) // 2
+            y[a] *= over[a]
+            row, known, one = L[p + first : p + a], y[first:a], y[a]
+            for b in range(len(known)):
+                known[b] -= row[b] * one
+            continue
+        a -= 4
+        first, p = begin[a], a * (a + 1) // 2
+        q, r, s = p + a + 1, p + 2 * a + 3, p + 3 * a + 6
+        four = y[a + 3] * over[a + 3]
+        three = (y[a + 2] - L[s + a + 2] * four) * over[a + 2]
+        two = (y[a + 1] - L[s + a + 1] * four - L[r + a + 1] * three) * over[a + 1]
+        one = (y[a] - L[s + a] * four - L[r + a] * three - L[q + a] * two) * over[a]
+        y[a], y[a + 1], y[a + 2], y[a + 3] = one, two, three, four
+        row, second, known = L[p + first : p + a], L[q + first : q + a], y[first:a]
+        third, fourth = L[r + first : r + a], L[s + first : s + a]
+        for b in range(len(known)):
+            known[b] -= (row[b] * one + second[b] * two) + (third[b] * three + fourth[b] * four)
+
+
+@inner
 def append(matrix, active, row):  # type: ignore[no-untyped-def]
     """Add a row to the active set and to its Cholesky factor; returns False where it depends on the others."""
     prepare(matrix, row)
-    rows, count, L, begin = active.rows, active.size[0], active.factor, active.begin
-    pattern, values, at, first = matrix.pattern, matrix.values, count * (count + 1) // 2, count
-    diagonal = pivot = between(pattern, values, row, row)
+    rows, count, L, y = active.rows, active.size[0], active.factor, active.amounts
+    at, first = count * (count + 1) // 2, count
+    diagonal = pivot = between(matrix.pattern, matrix.values, row, row)
     for a in range(count):
-        total = between(pattern, values, row, rows[a])
-        if first == count:
-            if total == 0.0:
-                continue
+        y[a] = between(matrix.pattern, matrix.values, row, rows[a])
+        if first == count and y[a] != 0.0:
             first = a
-        begins = max(first, begin[a])
-        other, own = L[a * (a + 1) // 2 + begins : a * (a + 1) // 2 + a], L[at + begins : at + a]
-        for b in range(len(own)):
-            total -= other[b] * own[b]
-        L[at + a] = total / L[a * (a + 1) // 2 + a]
-        pivot -= L[at + a] ** 2
+    _solve_forward(active, first)
+    for a in range(first, count):
+        L[at + a] = y[a]
+        pivot -= y[a] ** 2
     if pivot <= SINGULAR * diagonal:
         return False
     L[at + count] = np.sqrt(pivot)
-    rows[count], begin[count] = row, first
+    rows[count], active.begin[count], active.inverse[count] = row, first, 1.0 / L[at + count]
     active.size[0] = count + 1
     active.size[1] += count + 1 - first
     return True
@@ -246,17 +300,19 @@ def remove(active, row):  # type: ignore[no-untyped-def]
     for a in range(place + 1, count):
         here, there, first, new = a * (a + 1) // 2, a * (a - 1) // 2, begin[a], a - 1
         right = L[here + place] if first <= place else 0.0
-        for b in range(first, place):
-            L[there + b] = L[here + b]
-        for b in range(max(first - 1, place), new + 1):
-            L[there + b] = L[here + b + 1]
         rows[new], begin[new] = rows[a], first if first <= place else first - 1
         active.size[1] -= 1 if first <= place else 0
-        for b in range(max(begin[new], place), new):
-            left = L[there + b]
-            L[there + b] = cos[b] * left + sin[b] * right
-            right = cos[b] * right - sin[b] * left
-        own = L[there + new]
-        r = np.hypot(own, right)
+        if first < place:
+            copy(L[here + first : here + place], L[there + first : there + place])
+        start = max(begin[new], place)
+        part, moved = L[there + start : there + new], L[here + start + 1 : here + a]
+        turned, across = cos[start:new], sin[start:new]
+        for b in range(len(part)):
+            left = moved[b]
+            part[b] = turned[b] * left + across[b] * right
+            right = turned[b] * right - across[b] * left
+        own = L[here + a]
+        r = np.sqrt(own * own + right * right)
+        active.inverse[new] = 1.0 / r
         cos[new], sin[new], L[there + new] = own / r, right / r, r
     active.size[0] = count - 1

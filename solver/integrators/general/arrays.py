@@ -137,8 +137,8 @@ class Constants(NamedTuple):
     edges: Edges
     edged: bool
     """Whether any point meets a face with edges."""
-    farthest: float
-    """Largest displacement of a coordinate by a unit force in a step [s²]."""
+    farthest: np.ndarray
+    """Largest displacement of a coordinate by a unit force in a step, of ports that respond [s²], (p,)."""
     damped: bool
     """Whether the residual flexibility is damped."""
     bounces: bool
@@ -298,6 +298,8 @@ class Problem(NamedTuple):
     """Whether the first port of a block is a candidate, now and a step ago, (2, p)."""
     ports: np.ndarray
     """Their numbers, (N,)."""
+    altered: np.ndarray
+    """Those whose means may differ from the trapezoidal rule, (N,)."""
     size: np.ndarray
     """How many; for how many of them `columns` or `runs` hold; whether all are solved for; number of runs; of
     changes that are mixed, (5,)."""

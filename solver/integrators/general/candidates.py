@@ -41,11 +41,21 @@ def _add_forces(constants, state, problem):  # type: ignore[no-untyped-def]
     lead, near, norms, share, parts = state.lead[0], constants.near, constants.norms, constants.share, constants.parts
     unknown, last, extra, sides = state.unknown, state.last, state.extra, constants.sides
     lead[:] = 0.0
-    for i in problem.ports[: problem.size[0]]:
-        if unknown[i] != 0.0 or extra[i] != 0.0:
-            amount = constants.farthest * abs(share[i] * unknown[i] + extra[i])
-            for n in range(4):
-                lead[near[i, n]] += amount * norms[n, i]
+    for group in range(len(constants.groups)):
+        first, end = constants.groups[group, 0], constants.groups[group, 1]
+        reach, part, now, more = constants.farthest[first:end], share[first:end], unknown[first:end], extra[first:end]
+        a, b, c, d = norms[0, first:end], norms[1, first:end], norms[2, first:end], norms[3, first:end]
+        one, two, three, four = 0.0, 0.0, 0.0, 0.0
+        for k in range(len(now)):
+            amount = reach[k] * abs(part[k] * now[k] + more[k])
+            one += amount * a[k]
+            two += amount * b[k]
+            three += amount * c[k]
+            four += amount * d[k]
+        lead[near[first, 0]] += one
+        lead[near[first, 1]] += two
+        lead[near[first, 2]] += three
+        lead[near[first, 3]] += four
     for s in range(len(state.held)):
         memory, held = constants.memory[s], state.held[s]
         for group in range(len(constants.groups)):
@@ -149,8 +159,12 @@ def place(constants, state, i):  # type: ignore[no-untyped-def]
 @embedded
 def list_candidates(constants, state, problem):  # type: ignore[no-untyped-def]
     """List the candidates; rigid contact is one where its gap closes without it."""
-    count, same, ports, awake = 0, True, problem.ports, problem.awake[0]
-    for n in range(len(constants.touching) + len(constants.always)):
+    ports, awake, begin, end = problem.ports, problem.awake[0], 0, len(constants.touching) + len(constants.always)
+    count, same = 0, True
+    if constants.plain:
+        count, same = _list_awake(constants.touching, awake, ports)
+        begin = len(constants.touching)
+    for n in range(begin, end):
         touching = n < len(constants.touching)
         i = constants.touching[n] if touching else constants.always[n - len(constants.touching)]
         if touching and not awake[i]:
@@ -171,6 +185,22 @@ def list_candidates(constants, state, problem):  # type: ignore[no-untyped-def]
             count += 1
     if not same or count != problem.size[0]:
         problem.size[0], problem.size[1] = count, -1
+
+
+@inner
+def _list_awake(touching, awake, ports):  # type: ignore[no-untyped-def]
+    """List the contacts that are awake, where each has one port; no branch could be foreseen.
+
+    Returns:
+        How many they are, and whether the list had them.
+    """
+    count, others = 0, 0
+    for i in touching:
+        kept, wakes = ports[count], awake[i]
+        others += wakes & (kept != i)
+        ports[count] = i if wakes else kept
+        count += wakes
+    return count, others == 0
 
 
 @embedded

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import embedded
+from gudgeon.solver.compiled import embedded, inner
 from gudgeon.solver.contact.pattern import between
 from gudgeon.solver.integrators.general.arrays import CONE, POSITION, UNILATERAL
 from gudgeon.solver.integrators.general.candidates import place, placed_late
-from gudgeon.solver.integrators.general.rows import displaced
+from gudgeon.solver.integrators.general.rows import displaced, yielded
 from gudgeon.solver.integrators.general.slides import BEFORE, NOW, coupling, displaced_over
 from gudgeon.solver.integrators.general.solution.solve import add_means
 
@@ -20,14 +20,13 @@ def set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
 
     The measures that `problem.free` has are those with it.
     """
-    largest, change = 0.0, 0.0
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        largest = max(largest, abs(state.unknown[i]))
-        acts, acted = state.unknown[i] != 0.0, state.last[i] != 0.0
-        if acts == acted and state.extra[i] == 0.0 and constants.size[i] < 3:
-            continue
-        kind = constants.kind[i]
+    if constants.plain and not _alters(state.last, state.unknown, state.extra):
+        return False
+    forces, change = (state.last, state.unknown, state.extra), 0.0
+    count, largest = _list_altered(problem.ports[: problem.size[0]], forces, constants.size, problem.altered)
+    for n in range(count):
+        i = problem.altered[n]
+        acts, acted, kind = state.unknown[i] != 0.0, state.last[i] != 0.0, constants.kind[i]
         if constants.size[i] == 0 or constants.level[i] != POSITION or kind not in (UNILATERAL, CONE):
             continue
         part = constants.share[i]
@@ -44,10 +43,38 @@ def set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
             if step != 0.0:
                 change = max(change, abs(step))
                 add_means(constants, state, problem, i + b, step)
-                state.extra[i + b] = wanted
-                if state.last[i + b] == 0.0:
+                if state.last[i + b] == 0.0 and state.extra[i + b] == 0.0:
                     state.response[1, i + b] = displaced(constants.residual, i + b, state.held, state.listed)
+                state.extra[i + b] = wanted
     return change > SETTLED * largest
+
+
+@inner
+def _alters(last, unknown, extra):  # type: ignore[no-untyped-def]
+    """Whether any port opens or closes, or has an extra mean."""
+    some = 0
+    for i in range(len(last)):
+        some += ((last[i] != 0.0) != (unknown[i] != 0.0)) | (extra[i] != 0.0)
+    return some > 0
+
+
+@inner
+def _list_altered(ports, forces, sizes, altered):  # type: ignore[no-untyped-def]
+    """List the candidates that open or close or have an extra mean, and all cones; no branch could be foreseen.
+
+    Args:
+        forces: At the start and at the end of the step, and the extra means, of all ports [N].
+
+    Returns:
+        How many they are, and the largest force of all candidates [N].
+    """
+    last, unknown, extra = forces
+    count, largest = 0, 0.0
+    for i in ports:
+        altered[count] = i
+        count += ((unknown[i] != 0.0) != (last[i] != 0.0)) | (extra[i] != 0.0) | (sizes[i] >= 3)
+        largest = max(largest, abs(unknown[i]))
+    return count, largest
 
 
 @embedded
@@ -89,14 +116,8 @@ def _yields(constants, state, problem, i):  # type: ignore[no-untyped-def]
     """Return by how much the compliance of a port gives way in the step under all forces found [m]."""
     slides, last = state.slides, constants.layer[i] * state.last[i]
     if not constants.slides:
-        total = displaced(constants.residual, i, state.known, state.listed_known)
-        total -= displaced(constants.residual, i, state.held, state.listed)
-        for a in range(problem.size[0]):
-            j = problem.ports[a]
-            amount = state.unknown[j]
-            if amount != 0.0:
-                total += between(constants.pattern, constants.yields, j, i) * amount
-        return total - last
+        forces = (state.held, state.last, state.unknown)
+        return yielded(constants.residual, i, constants.memory, forces) + constants.layer[i] * state.unknown[i] - last
     total = displaced_over(constants, slides, i, NOW, (state.known, state.listed_known))
     # Of a port without a force, `state.response` is not kept from step to step.
     total -= displaced_over(constants, slides, i, BEFORE, (state.held, state.listed))

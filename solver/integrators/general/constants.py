@@ -1,7 +1,6 @@
 """What does not change in a run of the loop over ports, built from a system."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -16,11 +15,11 @@ from gudgeon.solver.integrators.general.arrays import (
     Rows,
 )
 from gudgeon.solver.integrators.general.edges.table import edges_of
+from gudgeon.solver.integrators.general.fields.table import fields_of
 from gudgeon.solver.integrators.uncoupled import SLOWEST
 from gudgeon.solver.ports.members import contact_ports
 from gudgeon.solver.ports.pairs import Pairs
 from gudgeon.solver.ports.table import BLOCK, Kind, Ports, block_size
-from gudgeon.solver.system.fields.reading import field_loads, start_pose
 from gudgeon.solver.system.system import System
 
 
@@ -72,8 +71,8 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
         drives=ports.numbers(moved), given=np.flatnonzero(ports.kind == Kind.GIVEN),
         touching=np.flatnonzero(touching),
         always=np.flatnonzero((size > 0) & (per_port["contact"] < 0) & responds), joints=np.flatnonzero(joints >= 0),
-        **_fields(system), loaded=_loaded(system, ports), sides=ports.sides, bounces=bool(rigid.any()),
-        farthest=float(step.push[0].max(initial=0.0)), damped=damped,
+        **fields_of(system), loaded=_loaded(system, ports), sides=ports.sides, bounces=bool(rigid.any()),
+        farthest=np.where(responds, step.push[0].max(initial=0.0), 0.0), damped=damped,
         rigid=system.rigid, floor=SLOWEST, divides=_divides(system, rigid, damped),
         edges=(edges := edges_of(system, ports)), edged=bool(len(edges.ports)), slides=bool(moving),
         plain=bool(
@@ -368,26 +367,24 @@ def _inverses(ports: Ports, moved: list[str], columns: np.ndarray) -> np.ndarray
 
 
 def _rows(system: System, ports: Ports) -> Rows:
-    """Return W by the bodies of each port."""
-    first, last, at = (np.zeros((len(ports.offset), 2), np.int64) for _ in range(3))
-    values, used = [np.empty(0)], 0
-    for body, numbers, side, rows in _by_body(system, ports):
-        first[numbers, side], last[numbers, side] = body.coordinates.start, body.coordinates.stop
-        at[numbers, side] = used + rows.shape[1] * np.arange(len(rows))
-        values.append(rows.ravel())
-        used += rows.size
-    return Rows(first, last, at, np.concatenate(values))
-
-
-def _fields(system: System) -> dict[str, Any]:
-    """Return the fields of a system, and which of its given loads are theirs."""
-    names = [load.name for load in system.driving.given for _ in load.resultant]
-    forces = system.scene.fields() | system.scene.electrodes()
-    loads = field_loads(system.fields.names, names)
-    return {
-        "fields": system.fields.energies, "field_loads": loads, "stored": np.isin(np.arange(len(names)), loads),
-        "field_start": np.array([start_pose(forces[one]) for one in system.fields.names]).reshape(-1, 6),
-    }  # fmt: skip
+    """Return W by the bodies of each port; two bodies whose coordinates follow each other are one part of a row."""
+    p = len(ports.offset)
+    first, last, at = (np.zeros((p, 2), np.int64) for _ in range(3))
+    size = np.zeros(p, np.int64)
+    for _, numbers, _, rows in _by_body(system, ports):
+        size[numbers] += rows.shape[1]
+    begin, values = np.cumsum(size) - size, np.zeros(size.sum())
+    used = begin.copy()
+    for body, numbers, _, rows in _by_body(system, ports):
+        start, stop = body.coordinates.start, body.coordinates.stop
+        values[used[numbers, None] + np.arange(stop - start)] = rows
+        second = used[numbers] > begin[numbers]
+        follows = second & (last[numbers, 0] == start)
+        last[numbers[follows], 0] = stop
+        apart, side = numbers[~follows], second[~follows].astype(int)
+        first[apart, side], last[apart, side], at[apart, side] = start, stop, used[apart]
+        used[numbers] += stop - start
+    return Rows(first, last, at, values)
 
 
 def _loaded(system: System, ports: Ports) -> np.ndarray:

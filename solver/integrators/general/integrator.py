@@ -86,6 +86,7 @@ class General:
             np.zeros((2, 1, len(constants.given))), np.zeros((1, len(system.driving.joints), 4)),
             np.zeros((1, len(constants.drives))),
         )  # fmt: skip
+        self._steps = self._one_step
         self._driven = bool(system.driving.joints or system.driving.drives)
         self._ahead = range(0), self._one_step
         self._whole = round(system.scene.run.duration / dt)
@@ -147,7 +148,10 @@ class General:
             set_ = ~np.isnan(applied)
             given.loads[:, :, set_] = applied[set_]
         elif count > 1:
-            given = Given(np.tile(applied, (2, count, 1)), np.zeros((count, 0, 4)), np.zeros((count, 0)))
+            if count != len(self._steps.crank):
+                self._steps = Given(np.empty((2, count, len(applied))), np.zeros((count, 0, 4)), np.zeros((count, 0)))
+            given = self._steps
+            given.loads[:] = applied
         else:
             given.loads[:] = applied
         if self._march is None:

@@ -78,8 +78,9 @@ def march(arrays, given, first, stride, out):  # type: ignore[no-untyped-def]
                     i = state.forced[n]
                     k = constants.contact[i]
                     if k >= 0 and state.mean[i] != 0.0:
+                        force = state.mean[i] / stride
                         for axis in range(3):
-                            out.forces[sample, k, axis] += state.mean[i] * constants.direction[i, axis] / stride
+                            out.forces[sample, k, axis] += force * constants.direction[i, axis]
             if len(constants.field_start) > 0 and field_left(constants, state):
                 return False
             for i in range(len(constants.loaded)):
@@ -107,8 +108,9 @@ def _add_all(constants, state, stride, forces):  # type: ignore[no-untyped-def]
     for i in range(len(state.mean)):
         k = constants.contact[i]
         if k >= 0 and state.mean[i] != 0.0:
+            force = state.mean[i] / stride
             for axis in range(3):
-                forces[k, axis] += state.mean[i] * constants.direction[i, axis] / stride
+                forces[k, axis] += force * constants.direction[i, axis]
 
 
 @inner
@@ -327,16 +329,15 @@ def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
 def _list_forced(constants, state):  # type: ignore[no-untyped-def]
     """Set the mean forces and impulses of the step, and list the ports with forces that respond or are surfaces."""
     count, unknown, last, extra, forced = 0, state.unknown, state.last, state.extra, state.forced
-    for i in range(len(unknown)):
-        if unknown[i] == 0.0 and last[i] == 0.0 and extra[i] == 0.0:
-            state.mean[i] = 0.0
-            continue
-        share = constants.share[i]
-        state.mean[i] = share * unknown[i] + (1.0 - share) * last[i] + extra[i]
-        state.impulses[i] += constants.dt[0] * state.mean[i]
-        if constants.kind[i] != GIVEN:
-            count += 1
-            forced[count] = i
+    mean, impulses, share, dt = state.mean, state.impulses, constants.share, constants.dt[0]
+    for i in range(len(mean)):
+        mean[i] = share[i] * unknown[i] + (1.0 - share[i]) * last[i] + extra[i]
+        impulses[i] += dt * mean[i]
+    for i in range(len(mean)):
+        acts = (unknown[i] != 0.0) | (last[i] != 0.0) | (extra[i] != 0.0)
+        # Without a branch, which could not be foreseen.
+        forced[count + 1] = i
+        count += acts & (constants.kind[i] != GIVEN)
     forced[0] = count
 
 

@@ -74,10 +74,10 @@ def list_forces(forces, listed):  # type: ignore[no-untyped-def]
     for i in range(forces.shape[1]):
         acts = False
         for s in range(len(forces)):
-            acts = acts or forces[s, i] != 0.0
-        if acts:
-            count += 1
-            listed[count] = i
+            acts = acts | (forces[s, i] != 0.0)
+        # Without a branch, which could not be foreseen.
+        listed[count + 1] = i
+        count += acts
     listed[0] = count
 
 
@@ -101,6 +101,28 @@ def displaced(residual, i, forces, listed):  # type: ignore[no-untyped-def]
             else:
                 for n in range(begin, end):
                     total += values[s, at + listed[n]] * forces[s, listed[n]]
+    return total
+
+
+@inner
+def yielded(residual, i, memory, forces):  # type: ignore[no-untyped-def]
+    """Return by how much the residual flexibility moves one port in a step [m].
+
+    Args:
+        memory: As `Constants.memory`.
+        forces: r at the start of the step [N], (s, p), and the ports' forces at its start and at its end [N], (p,).
+    """
+    held, then, now = forces
+    pattern, values, total = residual.pattern, residual.values, 0.0
+    own = pattern.group[i]
+    for r in range(pattern.span[own, 0], pattern.span[own, 1]):
+        first, last, at = pattern.runs[r, 0], pattern.runs[r, 1], pattern.at[i] + pattern.runs[r, 2]
+        by_then, by_now = then[first:last], now[first:last]
+        for s in range(len(held)):
+            row, kept, own_force = values[s, at + first : at + last], memory[s, 0, first:last], held[s, first:last]
+            begin, end = memory[s, 1, first:last], memory[s, 2, first:last]
+            for k in range(len(row)):
+                total += row[k] * ((kept[k] - 1.0) * own_force[k] + begin[k] * by_then[k] + end[k] * by_now[k])
     return total
 
 

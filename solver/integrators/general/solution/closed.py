@@ -13,16 +13,20 @@ GAP_TOLERANCE = 1e-12
 
 
 @embedded
-def close(problem):  # type: ignore[no-untyped-def]
-    """Set x and y of the candidates, by the numbers of their ports; returns the number of ports opened and closed.
+def close(problem, largest):  # type: ignore[no-untyped-def]
+    """Set x and y of the candidates, by the numbers of their ports.
 
-    The set of closed ports and its factor are kept from step to step; −1 where ports depend on each other.
+    The set of closed ports and its factor are kept from step to step.
+
+    Args:
+        largest: Gap of a candidate [m].
+
+    Returns:
+        Number of ports opened and closed; −1 where ports depend on each other.
     """
     if problem.size[1] != problem.size[0]:
         _list_runs(problem)
-    active, whole, free, scale = problem.active, problem.matrix, problem.free, 0.0
-    for i in problem.ports[: problem.size[0]]:
-        scale = max(scale, abs(free[i]))
+    active, whole = problem.active, problem.matrix
     matrix = Compliance(
         pattern=whole.pattern, values=whole.values, base=whole.base, stamp=whole.stamp, era=whole.era,
         master=whole.master, block=problem.runs[: problem.size[3]], candidate=whole.candidate[: problem.size[3]],
@@ -30,7 +34,7 @@ def close(problem):  # type: ignore[no-untyped-def]
         corner=whole.corner, across=whole.across, along=whole.along, known=whole.known,
         window=whole.window, scratch=whole.scratch, touched=whole.touched, weights=whole.weights,
     )  # fmt: skip
-    pivots = solve_lcp(matrix, problem.free, active, problem.x, problem.y, GAP_TOLERANCE * scale)
+    pivots = solve_lcp(matrix, problem.free, active, problem.x, problem.y, GAP_TOLERANCE * largest)
     if pivots < 0:
         active.size[:2] = 0
         problem.size[1] = -1

@@ -17,6 +17,7 @@ from gudgeon.solver.integrators.general.arrays import (
     SPRING,
     UNILATERAL,
 )
+from gudgeon.solver.integrators.general.rows import SPARSE
 from gudgeon.solver.integrators.general.slides import coupling, gather_sliding
 from gudgeon.solver.integrators.general.solution.closed import close
 from gudgeon.solver.integrators.general.solution.newton import allowed, natural_residual, newton
@@ -47,13 +48,17 @@ STEADY = 1e-13
 def solve(constants, state, problem):  # type: ignore[no-untyped-def]
     """Find the unknowns and measures of all candidates from the unknowns that they have; False where none are found."""
     ports, free, gap = problem.ports[: problem.size[0]], problem.free, state.gap
+    averaged, largest = False, 0.0
     for i in ports:
         free[i] = gap[i]
-    for i in ports:
-        if state.extra[i] != 0.0:
-            add_means(constants, state, problem, i, state.extra[i])
+        largest = max(largest, abs(gap[i]))
+        averaged = averaged | (state.extra[i] != 0.0)
+    if averaged:
+        for i in ports:
+            if state.extra[i] != 0.0:
+                add_means(constants, state, problem, i, state.extra[i])
     if constants.plain:
-        pivots = close(problem)
+        pivots = close(problem, largest)
         state.counts[PIVOTS] += max(0, pivots)
         if pivots >= 0:
             for i in ports:
@@ -83,15 +88,26 @@ def add_means(constants, state, problem, j, amount):  # type: ignore[no-untyped-
 
 @inner
 def _add_row(pattern, values, acting, ports, out):  # type: ignore[no-untyped-def]
-    """Add the row of a table to some ports, ascending; acting: the port of the row, and the factor."""
+    """Add the row of a table to some ports, ascending, and perhaps to those between them, which nothing reads.
+
+    Args:
+        acting: The port of the row, and the factor.
+    """
     j, amount = acting
     own = pattern.group[j]
     for r in range(pattern.span[own, 0], pattern.span[own, 1]):
         first, last = pattern.runs[r, 0], pattern.runs[r, 1]
         begin, end = first_from(ports, len(ports), first), first_from(ports, len(ports), last)
-        row = values[pattern.at[j] + pattern.runs[r, 2] + first :]
-        for i in ports[begin:end]:
-            out[i] += amount * row[i - first]
+        if begin >= end:
+            continue
+        low, high, at = ports[begin], ports[end - 1] + 1, pattern.at[j] + pattern.runs[r, 2]
+        if high - low <= SPARSE * (end - begin):
+            target, row = out[low:high], values[at + low : at + high]
+            for k in range(len(target)):
+                target[k] += amount * row[k]
+        else:
+            for i in ports[begin:end]:
+                out[i] += amount * values[at + i]
 
 
 @inner
