@@ -31,8 +31,9 @@ def set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
             continue
         part = constants.share[i]
         share, given = 1.0, part * state.unknown[i] + (1.0 - part) * state.last[i]
+        wakes = acts and state.extra[i] == 0.0 and not problem.awake[1, i] and placed_late(constants, i)
         if acts != acted:
-            if acts and not problem.awake[1, i] and placed_late(constants, i):
+            if wakes:
                 place(constants, state, i)
             share, given = _closed_share(constants, state, problem, i)
         for b in range(constants.size[i]):
@@ -43,7 +44,7 @@ def set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
             if step != 0.0:
                 change = max(change, abs(step))
                 add_means(constants, state, problem, i + b, step)
-                if state.last[i + b] == 0.0 and state.extra[i + b] == 0.0:
+                if state.last[i + b] == 0.0 and state.extra[i + b] == 0.0 and not wakes:
                     state.response[1, i + b] = displaced(constants.residual, i + b, state.held, state.listed)
                 state.extra[i + b] = wanted
     return change > SETTLED * largest

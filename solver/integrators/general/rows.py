@@ -68,6 +68,30 @@ def push(rows, i, amount, force):  # type: ignore[no-untyped-def]
 
 
 @inner
+def add_row(pattern, values, acting, ports, out):  # type: ignore[no-untyped-def]
+    """Add the row of a table to some ports, ascending, and perhaps to those between them, which nothing reads.
+
+    Args:
+        acting: The port of the row, and the factor.
+    """
+    j, amount = acting
+    own = pattern.group[j]
+    for r in range(pattern.span[own, 0], pattern.span[own, 1]):
+        first, last = pattern.runs[r, 0], pattern.runs[r, 1]
+        begin, end = first_from(ports, len(ports), first), first_from(ports, len(ports), last)
+        if begin >= end:
+            continue
+        low, high, at = ports[begin], ports[end - 1] + 1, pattern.at[j] + pattern.runs[r, 2]
+        if high - low <= SPARSE * (end - begin):
+            target, row = out[low:high], values[at + low : at + high]
+            for k in range(len(target)):
+                target[k] += amount * row[k]
+        else:
+            for i in ports[begin:end]:
+                out[i] += amount * values[at + i]
+
+
+@inner
 def list_forces(forces, listed):  # type: ignore[no-untyped-def]
     """List the numbers of the ports with forces on any side, (s, p), after how many there are."""
     count = 0

@@ -17,12 +17,11 @@ from gudgeon.solver.integrators.general.arrays import (
     SPRING,
     UNILATERAL,
 )
-from gudgeon.solver.integrators.general.rows import SPARSE
+from gudgeon.solver.integrators.general.rows import add_row
 from gudgeon.solver.integrators.general.slides import coupling, gather_sliding
 from gudgeon.solver.integrators.general.solution.closed import close
 from gudgeon.solver.integrators.general.solution.newton import allowed, natural_residual, newton
 from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed, presses
-from gudgeon.solver.integrators.outcome import PIVOTS
 
 RELAXATION = 0.7
 """Of cones: two trials with the residual flexibility of a part need 40 sweeps with it, 55 at 1."""
@@ -47,25 +46,14 @@ STEADY = 1e-13
 @entry
 def solve(constants, state, problem):  # type: ignore[no-untyped-def]
     """Find the unknowns and measures of all candidates from the unknowns that they have; False where none are found."""
+    if constants.plain:
+        return close(constants, state, problem)
     ports, free, gap = problem.ports[: problem.size[0]], problem.free, state.gap
-    averaged, largest = False, 0.0
     for i in ports:
         free[i] = gap[i]
-        largest = max(largest, abs(gap[i]))
-        averaged = averaged | (state.extra[i] != 0.0)
-    if averaged:
-        for i in ports:
-            if state.extra[i] != 0.0:
-                add_means(constants, state, problem, i, state.extra[i])
-    if constants.plain:
-        pivots = close(problem, largest)
-        state.counts[PIVOTS] += max(0, pivots)
-        if pivots >= 0:
-            for i in ports:
-                # A force within the tolerance below zero is none.
-                state.unknown[i], free[i] = max(0.0, problem.x[i]), problem.y[i]
-                state.measure[i] = free[i]
-            return True
+    for i in ports:
+        if state.extra[i] != 0.0:
+            add_means(constants, state, problem, i, state.extra[i])
     if not _balanced(constants, state, problem):
         return False
     for a in range(problem.size[0]):
@@ -83,31 +71,7 @@ def add_means(constants, state, problem, j, amount):  # type: ignore[no-untyped-
             i = problem.ports[a]
             problem.free[i] += amount * coupling(constants.pattern, constants.inertia, state.slides, j, i)
     else:
-        _add_row(constants.pattern, constants.inertia, (j, amount), problem.ports[: problem.size[0]], problem.free)
-
-
-@inner
-def _add_row(pattern, values, acting, ports, out):  # type: ignore[no-untyped-def]
-    """Add the row of a table to some ports, ascending, and perhaps to those between them, which nothing reads.
-
-    Args:
-        acting: The port of the row, and the factor.
-    """
-    j, amount = acting
-    own = pattern.group[j]
-    for r in range(pattern.span[own, 0], pattern.span[own, 1]):
-        first, last = pattern.runs[r, 0], pattern.runs[r, 1]
-        begin, end = first_from(ports, len(ports), first), first_from(ports, len(ports), last)
-        if begin >= end:
-            continue
-        low, high, at = ports[begin], ports[end - 1] + 1, pattern.at[j] + pattern.runs[r, 2]
-        if high - low <= SPARSE * (end - begin):
-            target, row = out[low:high], values[at + low : at + high]
-            for k in range(len(target)):
-                target[k] += amount * row[k]
-        else:
-            for i in ports[begin:end]:
-                out[i] += amount * values[at + i]
+        add_row(constants.pattern, constants.inertia, (j, amount), problem.ports[: problem.size[0]], problem.free)
 
 
 @inner
