@@ -17,8 +17,8 @@ from gudgeon.solver.integrators.outcome import Samples
 from gudgeon.solver.system.system import System
 from tests.solver.port_systems import chain, pair, rubbing_ports
 
-POINTS, FRAME, RUNS = 300, 10, 5
-"""Candidates; steps of one reading; runs that are read."""
+POINTS, FRAME, RUNS, ROUNDS = 300, 10, 5, 7
+"""Candidates; steps of one reading; runs that are read; times that steps and products are read."""
 NEAR = 0.3
 """Readings count where as many points act as asked for, within this share."""
 
@@ -68,22 +68,31 @@ def products(system: System, acting: int) -> float:
     return min(found)
 
 
+def beside_products(system: System, dt: float, frames: int) -> np.ndarray:
+    """Return the seconds of a step of which 30 points act, and of its bare products, one after the other, (ROUNDS, 2).
+
+    Both as the interpreter calls them: ten steps by one call, each product by one.
+    """
+    return np.array([(near(*readings(system, dt, frames), 30), products(system, 30)) for _ in range(ROUNDS)])
+
+
 def test_many_points_without_friction(benchmark: object, tmp_path: Path) -> None:
     """300 candidates on 132 coordinates, 30 closed: 3e4 steps a second, at most three times the bare products."""
     system = pair(tmp_path, POINTS, bulge=0.03)
-    seconds = near(*benchmark.pedantic(readings, (system, 2e-7, 60)), 30)  # type: ignore[attr-defined]
-    bare = products(system, 30)
-    print(f"\n{1 / seconds:.3g} steps/s, {seconds / bare:.1f} x the bare products of {1e6 * bare:.1f} µs")
+    rounds = benchmark.pedantic(beside_products, (system, 2e-7, 60))  # type: ignore[attr-defined]
+    seconds, bare = np.median(rounds, axis=0)
+    ratio = float(np.median(rounds[:, 0] / rounds[:, 1]))
+    print(f"\n{1 / seconds:.3g} steps/s, {ratio:.2f} x the bare products of {1e6 * bare:.1f} µs, of {rounds.round(8)}")
     assert seconds < 1 / 3e4
-    assert seconds < 3 * bare
+    assert ratio < 3
 
 
 def test_many_points_whose_contact_is_solved_once(tmp_path: Path) -> None:
     """The same with a tenth of the step: 13 % of the steps have a point that opens or closes, not 62 %."""
-    system = pair(tmp_path, POINTS, bulge=0.03)
-    seconds, bare = near(*readings(system, 2e-8, 600), 30), products(system, 30)
-    print(f"\n{1 / seconds:.3g} steps/s, {seconds / bare:.1f} x the bare products of {1e6 * bare:.1f} µs")
-    assert seconds < 3 * bare
+    rounds = beside_products(pair(tmp_path, POINTS, bulge=0.03), 2e-8, 600)
+    ratio = float(np.median(rounds[:, 0] / rounds[:, 1]))
+    print(f"\n{1 / np.median(rounds[:, 0]):.3g} steps/s, {ratio:.2f} x the bare products")
+    assert ratio < 3
 
 
 @pytest.mark.parametrize(("count", "least"), [(30, 8000), (90, 1000), (320, 40)])
