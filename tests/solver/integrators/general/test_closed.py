@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import linalg, optimize
 
-from gudgeon.solver.contact.lcp import solve_lcp
 from gudgeon.solver.integrators.general.integrator import General
-from gudgeon.solver.integrators.general.solution.closed import BETWEEN, _list_runs
+from gudgeon.solver.integrators.general.solution.closed import BETWEEN
+from gudgeon.solver.integrators.general.solution.solve import solve
 from tests.solver.systems import block_records, block_scene, build
 
 POINTS = 200
@@ -23,22 +23,21 @@ def test_ports_between_candidates_stay_open_and_have_no_effect(share: float, tmp
     assert arrays.constants.plain
     awake = rng.random(POINTS) < share
     candidates = np.flatnonzero(awake)
-    problem.free[:] = -1.0
-    problem.free[awake] = 1e-6 * rng.uniform(-1.0, 1.0, len(candidates))
+    gap = arrays.state.gap
+    gap[:] = -1.0
+    gap[awake] = free = 1e-6 * rng.uniform(-1.0, 1.0, len(candidates))
     problem.awake[0] = awake
     problem.ports[: len(candidates)], problem.size[0] = candidates, len(candidates)
-    _list_runs.py_func(problem)
+    assert solve(arrays.constants, arrays.state, problem)
     runs = problem.runs[: problem.size[3]]
     inside = np.concatenate([np.arange(*run) for run in runs])
     assert set(candidates) <= set(inside)
     assert (np.diff(candidates)[np.isin(candidates[1:], runs[:, 0])] > BETWEEN + 1).all()
-    matrix = problem.matrix._replace(block=runs, candidate=problem.matrix.candidate[: len(runs)])
-    assert solve_lcp(matrix, problem.free, problem.active, problem.x, problem.y, 1e-18) > 0
     C = run.ports.pairs.matrix(arrays.constants.columns).among(candidates, candidates)
     scale = 1 / np.sqrt(C.diagonal())
     lower = linalg.cholesky(C * np.outer(scale, scale), lower=True)
-    wanted = linalg.solve_triangular(lower, -scale * problem.free[candidates], lower=True)
+    wanted = linalg.solve_triangular(lower, -scale * free, lower=True)
     exact = scale * optimize.nnls(lower.T, wanted)[0]
     assert (exact > 0).any()
-    np.testing.assert_allclose(problem.x[candidates], exact, rtol=0, atol=1e-9 * exact.max())
-    assert not problem.x[~awake].any()
+    np.testing.assert_allclose(arrays.state.unknown[candidates], exact, rtol=0, atol=1e-9 * exact.max())
+    assert not arrays.state.unknown[~awake].any()
