@@ -45,6 +45,8 @@ FREE_SHARE = 0.1
 joints are of lower order."""
 FINEST = 2e-13
 """Least error of a step that is asked for: below is round-off."""
+FINEST_EXPLICIT = 5e-14
+"""The same of explicit steps, whose estimate has no round-off of the reactions."""
 TOGETHER = 1e-14
 """Time over the duration within which journals touch or part together."""
 ENDLESS = 100
@@ -122,7 +124,7 @@ class Mechanism(Capabilities):
         if asked == "implicit" and lack:
             raise SceneError(f"run.stepping: 'implicit' given, and {lack}; use 'auto' or 'explicit'")
         given = self._given, self._weights
-        explicit = ExplicitSteps(self.model, self.work, max(FINEST, SHARE * accuracy), *given)
+        explicit = ExplicitSteps(self.model, self.work, max(FINEST_EXPLICIT, SHARE * accuracy), *given)
         if asked == "explicit" or lack or (asked == "auto" and fixed):
             return [explicit]
         least = 0.5 * float(self.model.mass.sum()) * (self._size / self._duration) ** 2
