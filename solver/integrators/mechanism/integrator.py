@@ -45,7 +45,7 @@ FREE_SHARE = 0.1
 joints are of lower order."""
 FINEST = 2e-13
 """Least error of a step that is asked for: below is round-off."""
-FINEST_EXPLICIT = 5e-14
+FINEST_EXPLICIT = 1e-14
 """The same of explicit steps, whose estimate has no round-off of the reactions."""
 TOGETHER = 1e-14
 """Time over the duration within which journals touch or part together."""
