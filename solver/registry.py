@@ -164,6 +164,18 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("gauge", "von_mises_peak", "Pa", "Largest von Mises stress of a gauge that records a stress tensor, at"
              " samples.", _SIZE, "of the samples"),
     *(
+        Quantity("gauge", f"{name}_peak", unit, f"Value of the largest size of {text}, at samples.",
+                 "as of the gauge", "of the samples")
+        for name, unit, text in (
+            ("stress", "Pa", "the stress at a fibre or along the direction of a gauge"),
+            ("strain", "1", "the strain at a fibre or along the direction of a gauge"),
+            ("bending_moment", "N m", "the bending moment of a section"),
+            ("shear_force", "N", "the shear force of a section"),
+        )
+    ),
+    Quantity("gauge", "peak_time", "s", "Time of the largest size of a gauge that records one number.", _SIZE,
+             "of the samples"),
+    *(
         Quantity("probe", f"{kind}_{name}", unit if name != "peak_time" else "s", text.format(kind), sign,
                  "of the samples")
         for kind, unit in (

@@ -93,10 +93,14 @@ class Solid(Strict):
 
 
 @contextmanager
-def meshing(size: float, options: Mapping[str, float]) -> Iterator[Any]:
+def meshing(size: float, options: Mapping[str, float], file: str = "") -> Iterator[Any]:
     """Give gmsh, on one thread, with edge length `size` [m] and further options; close it at the end.
 
+    Args:
+        file: Whose faces are meshed, where they are of a file.
+
     Raises:
+        InputError: gmsh failed on a file.
         StageError: gmsh failed, or does not load.
     """
     try:
@@ -117,7 +121,14 @@ def meshing(size: float, options: Mapping[str, float]) -> Iterator[Any]:
     except PipelineError:
         raise
     except Exception as error:
-        raise StageError(f"gmsh: {str(error).splitlines()[0]}") from error
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        if file:
+            raise InputError(
+                f"{file}: geometry.path: a face or an edge is damaged, gmsh says: {reason}; allowed: closed solids"
+                " whose faces end at their edges; repair the part in its CAD program and write it as STEP, or change"
+                " mesh.size"
+            ) from error
+        raise StageError(f"gmsh: {reason}") from error
     finally:
         if gmsh.isInitialized():
             gmsh.finalize()

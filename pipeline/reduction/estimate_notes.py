@@ -9,6 +9,8 @@ from gudgeon.solver.methods import METHODS
 
 NOTICED = 0.01
 """Estimated relative error above which a run gives a note."""
+ASYMPTOTIC = 0.1
+"""Estimated relative error of a step above which runs of two steps do not tell how far both are off."""
 WORDS = {"impulse": "impulse", "force": "windowed force", "rebound": "rebound velocity"}
 WIDER = 2.5
 """Factor of a window that is too short: from one period to the default of forces that jump."""
@@ -57,6 +59,9 @@ def _step_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
     if scene.run.step is None or not (errors := _noticed(estimates, "step")):
         return []
     told = ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())
+    if max(errors.values()) > ASYMPTOTIC:
+        told += ", too large for the estimate, which holds where errors fall with the step: the true one may be several"
+        told += " times as large"
     return [f"run.step: {scene.run.step:g} s given; its estimated error is {told}; leave it out, so that run.accuracy"
             " sets it, or give a shorter one"]  # fmt: skip
 

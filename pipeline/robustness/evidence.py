@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -155,3 +156,12 @@ def first_contact(trajectory: Trajectory) -> FirstContact | None:
             start, end, impulse, force = impact[[BEGINS, ENDS, IMPULSE, WINDOWED]].tolist()
             found.append(FirstContact(start, impulse, end - start, force))
     return min(found, key=lambda one: one.start, default=None)
+
+
+def restitution_of(contact: Any) -> float | None:
+    """Return the restitution of a law between free rigid bodies, if it is known."""
+    if contact.law is None:
+        return 1.0 if contact.surface_stiffness is not None else None
+    if contact.law.kind == "hertz" or (contact.law.kind == "linear" and contact.law.damping == 0):
+        return 1.0
+    return contact.law.restitution if contact.law.kind == "exact" else None

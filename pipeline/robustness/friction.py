@@ -113,16 +113,20 @@ def _rubbing(subject: Subject, coefficient: float, press: float | None) -> Any:
     return subject.changed(changes)
 
 
-def near_contact(subject: Subject) -> dict[str, Any]:
+def near_contact(subject: Subject, share: float = 1.0) -> dict[str, Any]:
     """Return the changes by which a scene begins shortly before its first contact and ends shortly after it.
 
     Bodies are then where they have flown, with their velocities there. Empty where the run is not much longer than the
     contact, and where what moves before is more than free flight.
+
+    Args:
+        share: What the contact lasts over how long it lasts in the unchanged scene.
     """
     scene, contact = subject.scene, subject.base.contact
-    if contact is None or not 0.0 < FAR * contact.duration < scene.run.duration:
+    if contact is None or not 0.0 < FAR * share * contact.duration < scene.run.duration:
         return {}
-    lead = AROUND * contact.duration
+    lasting = share * contact.duration
+    lead = AROUND * lasting
     time, gravity = contact.start - lead, np.array(scene.run.gravity)
     others = scene.springs() or scene.over_time() or scene.motion or scene.fields()
     moving = any(any(getattr(one.against, "velocity", ())) for one in scene.contact.values())
@@ -135,5 +139,5 @@ def near_contact(subject: Subject) -> dict[str, Any]:
         speed = np.array(body.velocity)
         flown = np.array(body.position) + time * speed + 0.5 * time**2 * gravity
         changes[name] = {"position": flown.tolist(), "velocity": (speed + time * gravity).tolist()}
-    duration = lead + contact.duration + min(scene.run.duration - contact.start, lead)
+    duration = lead + lasting + min(scene.run.duration - contact.start, lead)
     return {"body": changes, "run": {"duration": duration}}

@@ -8,7 +8,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.robustness import settings
-from gudgeon.pipeline.robustness.friction import friction
+from gudgeon.pipeline.robustness.friction import friction, near_contact
 from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import (
@@ -65,7 +65,8 @@ def _in_units(subject: Subject, units: Units) -> Trial:
     job = replace(subject.job, scene=_updated(rescaled(subject.scene, units), {"component": tables}))
     meshes = {name: rescaled_mesh(mesh, units) for name, mesh in subject.meshes.items()}
     stretch = dict.fromkeys(subject.meshes, 1 / units.time)
-    return Trial(job, meshes, grids, units=units, stretch=stretch, length=_length(subject), like=like)
+    length, equal = _length(subject), like is not None
+    return Trial(job, meshes, grids, units=units, stretch=stretch, length=length, like=like, equal_steps=equal)
 
 
 def _length(subject: Subject) -> float:
@@ -133,7 +134,8 @@ def mass(subject: Subject, operation: Any) -> Trial:
     """Scale the mass of the first body; of an only body with the time scale, at the same energy.
 
     A joint of the piston's kind prescribes the time scale, so that a change of one mass gives another machine: masses,
-    moduli and loads are then all scaled.
+    moduli and loads are then all scaled. Where the scene gives its step, a lighter body is run near its first contact,
+    which lasts as the root of its mass: so short steps are too many for the whole.
     """
     factor, scene = operation.factor, subject.scene
     if getattr(scene, "joint", {}) and not subject.turns:
@@ -152,6 +154,8 @@ def mass(subject: Subject, operation: Any) -> Trial:
     changes = {"component": {own: _updated(component, changed)}, "body": {body: {"component": own}}}
     if scene.run.step is not None:  # Another mass needs another step than the one given: it is controlled.
         changes["run"] = {"step": None, "checks": True}
+        if near := near_contact(subject, factor**0.5):
+            subject = replace(subject, job=subject.changed(near))
     stretch = dict.fromkeys(subject.meshes, 1.0)
     if own == name:
         stretch[name] = factor**-0.5
@@ -166,7 +170,8 @@ def step(subject: Subject, operation: Any) -> Trial:
     if "step" not in subject.known:
         subject.known["step"] = _stepped(subject)
     name, suggested = subject.known["step"]
-    changes = {"integrator": name, "step": suggested * operation.factor, "accuracy": "unset"}
+    given = max(suggested * operation.factor, _mean_step(subject))
+    changes = {"integrator": name, "step": given, "accuracy": "unset"}
     if not subject.contacts or scene.run.step is not None:  # Its estimate alone says that a step is too long.
         changes["checks"] = True
     job, length = subject.changed({"run": changes}), _length(subject)
@@ -186,6 +191,12 @@ def _stepped(subject: Subject) -> tuple[str, float]:
         except InputError as error:
             reasons.append(str(error))
     raise DoesNotApply(f"integrator '{own}' has no step" + "".join(f"; {reason}" for reason in reasons))
+
+
+def _mean_step(subject: Subject) -> float:
+    """Return the mean step of the unchanged run [s], if bodies turn: what its errors allow, where contact is rare, is
+    longer than what the frequencies in contact need; 0 of others."""
+    return subject.scene.run.duration / max(subject.base.steps, 1) if subject.turns else 0.0
 
 
 def restitution(subject: Subject, operation: Any) -> Trial:
@@ -343,8 +354,8 @@ def whole_turn(subject: Subject, operation: Any) -> Trial:
     elif names := [*subject.scene.bearings()]:
         raise DoesNotApply(f"the bush of joint '{names[0]}' stands along the axes of the scene")
     subject, like = _in_equal_steps(subject)
-    job = replace(subject.job, scene=turned(subject.scene))
-    return Trial(job, units=Units(), turned=True, length=_length(subject), like=like)
+    job, length = replace(subject.job, scene=turned(subject.scene)), _length(subject)
+    return Trial(job, units=Units(), turned=True, length=length, like=like, equal_steps=like is not None)
 
 
 def gap(subject: Subject, operation: Any) -> Trial:

@@ -66,6 +66,8 @@ class Compared:
     """Allowed relative difference of readings in other units, where it is not that of round-off alone."""
     given_step: bool = False
     """Whether the run has a step that its integrator would not choose."""
+    equal_steps: bool = False
+    """Whether both runs have the same given step, of integrators that choose theirs: both have its drift."""
     turned: bool = False
     """Whether it is the same scene turned, so that components along the axes of the scene are others."""
     length: float = 0.0
@@ -282,7 +284,8 @@ def _kept(found: Evidence, compared: Compared) -> float | None:
 
     An integrator promises it at the step of the unchanged scene. With a larger step the drift may grow by the order of
     the integrator, unless it conserves energy: faster growth means that it does not converge. An integrator that
-    chooses its steps promises nothing for a step that is given: below `SAID` a run has nothing to say of it.
+    chooses its steps promises nothing for a step that is given: below `SAID` a run has nothing to say of it. Of the
+    same scene in other units and in the same steps the drift is that of the run compared.
     """
     if not found.exchanged > 0:
         return None
@@ -293,6 +296,8 @@ def _kept(found: Evidence, compared: Compared) -> float | None:
         promised = max(promised, min(promised, base.energy_drift) * (found.step / base.step) ** integrator.order)
     if compared.given_step and integrator.own_steps and not integrator.conserves_energy:
         promised = max(promised, SAID)
+    if compared.equal_steps and base.energy_drift is not None:
+        promised = max(promised, min(2 * base.energy_drift, SAID))
     return promised + PER_STEP * found.steps + ROUND_OFFS * found.energy_round_off
 
 

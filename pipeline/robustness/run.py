@@ -74,7 +74,7 @@ def robustness_cases(
             raise StageError(f"{job.path}: the unchanged scene cannot be run: {base.reason}")
         rows = []
         for number, (name, case) in enumerate(cases.items()):
-            progress(f"case {number + 1} of {len(cases)}", number / len(cases))
+            progress(f"case {number + 1} of {len(cases)}, {name}", number / len(cases))
             with tempfile.TemporaryDirectory(dir=scratch) as folder:
                 change = operations[case.operation.kind]
                 rows.append(_row(name, case, replace(subject, base=base, folder=Path(folder)), change))

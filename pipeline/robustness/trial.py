@@ -26,6 +26,7 @@ from gudgeon.pipeline.robustness.evidence import (
     first_contact,
     passing_of,
     readings_of,
+    restitution_of,
 )
 from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.stages.change import change_estimates, change_notes, largest_changes
@@ -328,12 +329,20 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     rows = np.concatenate([np.arange(contact.rows.start, contact.rows.stop) for contact in plain])
     stiffness, exponent = system.law[rows, 0], system.law[rows, 1]
     yields = np.sqrt(2 * energy * system.layer[rows])
+    # Rigid contact holds the velocity: places have the error that its integrator promises of what bodies yield.
+    rigid = (system.compliance.diagonal()[rows] == 0) & (stiffness == 0)
+    yields[rigid] = INTEGRATORS[found.counts["integrator"]].promised_drift * _approach(system, found)
     lawful = (stiffness > 0) & (system.layer[rows] == 0)
-    power = exponent[lawful] + 1
-    yields[lawful] = (power * energy / stiffness[lawful]) ** (1 / power)
+    yields[lawful] = ((exponent[lawful] + 1) * energy / stiffness[lawful]) ** (1 / (exponent[lawful] + 1))
     over = depth[:, rows].max(axis=0)
     worst = int(np.argmax(over - yields))
     return max(float(over.max()), 0.0), max(float(over[worst]), 0.0), float(yields[worst] + slack)
+
+
+def _approach(system: System, found: Trajectory) -> float:
+    """Return how far bodies would overlap at frames if they did not deform [m]: their elastic approach."""
+    paths = found.frames[:, system.rigid] @ system.rows.dense()[:, system.rigid].T
+    return max(0.0, -float((system.gap + paths).min()))
 
 
 def _late(system: System, found: Trajectory, yielding: np.ndarray) -> float:
@@ -384,17 +393,8 @@ def _impacts(system: System, found: Trajectory) -> Impacts | None:
     apart = system.window <= LEAST_WINDOW * scene.run.duration
     if settings.friction is not None or not (rigid or impact):
         return None
-    e = settings.restitution if impact else _restitution(settings)
+    e = settings.restitution if impact else restitution_of(settings)
     forced = any(scene.run.gravity) or bool(scene.force)
     impacts = found.impacts.get(contact.name)
     closing = impacts[:, CLOSING] if impacts is not None else np.empty(0)
     return Impacts(e, 1 / square, closing, -float(row @ system.velocity), rigid and not forced, impact and apart)
-
-
-def _restitution(contact: Any) -> float | None:
-    """Return the restitution of a law between free rigid bodies, if it is known."""
-    if contact.law is None:
-        return 1.0 if contact.surface_stiffness is not None else None
-    if contact.law.kind == "hertz" or (contact.law.kind == "linear" and contact.law.damping == 0):
-        return 1.0
-    return contact.law.restitution if contact.law.kind == "exact" else None

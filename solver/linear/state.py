@@ -174,6 +174,12 @@ def places(found: Linearised, name: str, key: str) -> list[Place]:
     gauges = [f"gauge.{name}" for name in dict.fromkeys(system.gauges)]
     able = [block.name for block in ports.blocks if block.kind != Kind.SURFACE] + list(read) + gauges
     if base not in able:
+        probe = system.scene.probe.get(base.removeprefix("probe.")) if base.startswith("probe.") else None
+        if probe is not None:
+            raise SceneError(
+                f"{key} '{name}': a probe of {probe.kind} is not read here; allowed: probes of displacement and"
+                " rotation, contacts, joints, forces, motions and gauges; --quantity gives velocities and accelerations"
+            )
         raise SceneError(f"{key} '{name}': {known(base, able)}")
     if base in gauges:
         own = gauge_places(found, base.removeprefix("gauge."))

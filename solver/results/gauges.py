@@ -5,6 +5,9 @@ import numpy as np
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.system.system import System
 
+PEAKS = {"Pa": "stress_peak", "1": "strain_peak", "N m": "bending_moment_peak", "N": "shear_force_peak"}
+"""Names of the peaks of gauges that record one number, by its unit."""
+
 
 def recorded_gauges(system: System, values: np.ndarray) -> dict[str, np.ndarray]:
     """Return the values of each gauge, (s,) or (s, k), from the values of all, (s, G)."""
@@ -13,12 +16,19 @@ def recorded_gauges(system: System, values: np.ndarray) -> dict[str, np.ndarray]
     return {name: values[:, own[0] if len(own) == 1 else own].copy() for name, own in columns.items()}
 
 
-def gauge_quantities(system: System, readings: dict[str, np.ndarray]) -> Json:
-    """Return the largest von Mises stress [Pa] of each gauge that records a stress tensor."""
+def gauge_quantities(system: System, times: np.ndarray, readings: dict[str, np.ndarray]) -> Json:
+    """Return the largest von Mises stress [Pa] of each gauge that records a stress tensor, and the value of the largest
+    size of each that records one number, with its time of the samples [s], (s,)."""
     found: Json = {}
     for name, values in readings.items():
         body, _, gauge = name.partition(".")
-        if values.ndim < 2 or not len(values) or system.bodies[body].modal.gauges[gauge].unit != "Pa":
+        unit = system.bodies[body].modal.gauges[gauge].unit
+        if not len(values) or (values.ndim > 1 and unit != "Pa"):
+            continue
+        if values.ndim == 1:
+            most = int(np.abs(values).argmax())
+            found[f"{name}.{PEAKS[unit]}"] = {"value": float(values[most]), "unit": unit}
+            found[f"{name}.peak_time"] = {"value": float(times[most]), "unit": "s"}
             continue
         xx, yy, zz, xy, yz, zx = values.T
         normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2

@@ -112,7 +112,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         frames=found.frames,
         velocities=found.velocities,
         quantities=quantities(system, end, states)
-        | gauge_quantities(system, readings)
+        | gauge_quantities(system, times, readings)
         | probe_quantities(times, probes)
         | deflections(system, frame_times, found.frames)
         | nearest(system, end, frame_times, found.frames, found.velocities),

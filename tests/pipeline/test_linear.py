@@ -51,6 +51,11 @@ body = "clamped"
 interface = "tip"
 direction = [1.0, 0.0, 0.0]
 
+[probe.top]
+kind = "velocity"
+body = "free"
+interface = "tip"
+
 [run]
 duration = 0.01
 gravity = [0.0, 0.0, -9.81]
@@ -113,6 +118,7 @@ def test_response_of_both_is_one(folder: Path) -> None:
 WRONG = {
     "--force force.on": "--force 'force.on': there is none in the scene, did you mean 'force.one'? it has",
     "--force force.one --at probe.tip": "--at 'probe.tip': there is none in the scene",
+    "--force force.one --at probe.top": "--at 'probe.top': a probe of velocity is not read here; allowed: probes of",
     "--force motion.base": "--force 'motion.base': it has 6 rows; name one, as 'motion.base[1]'",
     "--at force.one": "--at: a response needs --force",
     "--force force.one --frequencies 100 10": "--frequencies 100 10: two rising frequencies above zero",

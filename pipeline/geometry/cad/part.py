@@ -134,7 +134,7 @@ def opened(part: CadPart) -> Iterator[OpenPart]:
     if not Path(part.path).is_file():
         raise InputError(f"{part.path}: no such file")
     scale = model_scale(part.path, part.unit)
-    with meshing(1.0, {}) as gmsh:
+    with meshing(1.0, {}, part.path) as gmsh:
         solids = read_solids(gmsh, part.path, part.solids)
         yield OpenPart(gmsh, solids, faces_of(gmsh, part.path, solids, scale), scale)
 

@@ -45,8 +45,12 @@ FREE_SHARE = 0.1
 joints are of lower order."""
 FINEST = 2e-13
 """Least error of a step that is asked for: below is round-off."""
+FINEST_EXPLICIT = 1e-14
+"""The same of explicit steps, whose estimate has no round-off of the reactions."""
 TOGETHER = 1e-14
 """Time over the duration within which journals touch or part together."""
+ENDLESS = 100
+"""Times that a section may touch or part without time passing, after which the run ends."""
 UNBOUNDED = (
     "the joints pass a position in which some of them repeat what others hold, as four bars in one line do: forces of"
     " joints grow without bound towards it, so that their largest ones are those of the samples; motion and energy are"
@@ -92,6 +96,7 @@ class Mechanism(Capabilities):
         owners = np.array([one.owner for one in self.linkage.sections])
         tracks = [Track(np.flatnonzero(owners == contact.name)) for contact in system.contacts]
         worn = {number: one.worn for number, one in enumerate(self.linkage.sections) if one.worn is not None}
+        self._at_once = 0
         self._bearable = {
             number: one.yielding.load for number, one in enumerate(self.linkage.sections) if one.yielding is not None
         }
@@ -119,7 +124,7 @@ class Mechanism(Capabilities):
         if asked == "implicit" and lack:
             raise SceneError(f"run.stepping: 'implicit' given, and {lack}; use 'auto' or 'explicit'")
         given = self._given, self._weights
-        explicit = ExplicitSteps(self.model, self.work, max(FINEST, SHARE * accuracy), *given)
+        explicit = ExplicitSteps(self.model, self.work, max(FINEST_EXPLICIT, SHARE * accuracy), *given)
         if asked == "explicit" or lack or (asked == "auto" and fixed):
             return [explicit]
         least = 0.5 * float(self.model.mass.sum()) * (self._size / self._duration) ** 2
@@ -200,19 +205,17 @@ class Mechanism(Capabilities):
         is short enough."""
         self.touching.slipped, self.touching.pressed = self.work.slipping.copy(), self.work.touching.copy()
         one = self._stepping.take(self._state, self._time)
-        if one is None:
+        if one is None or not self._span(one):
             self._note_left()
             return False
-        self._span(one)
         event = self.touching.first(self._interpolated, self._before, self._until) if self.touching else None
         if self._ran_off():
             return False
         h = 0.0 if event is None else event.time - self._time
         if h > TOGETHER * self._duration:
             one = self._steps.computed(self._state, self._time, h)
-            if not one.sound:
+            if not one.sound or not self._span(one):
                 return False
-            self._span(one)
         if event is None or h > TOGETHER * self._duration:
             self._accept(one)
         if self._widest > WIDEST:
@@ -221,7 +224,19 @@ class Mechanism(Capabilities):
         if event is not None:
             self.touching.switch(event, self._state)
             self._steps.restart(self._state, self._time)
+            self._at_once = self._at_once + 1 if h <= TOGETHER * self._duration else 0
+            if self._at_once > ENDLESS * len(self.linkage.sections):
+                self.failure, self.reason = Result.CHATTER, self._endless(event.section)
+                return False
         return True
+
+    def _endless(self, section: int) -> str:
+        """Return why a run ends in which a section touches and parts without end."""
+        where = f"at {self._time:.6g} s the contact of '{self.linkage.sections[section].owner}' begins and ends"
+        step = self._system.scene.run.step
+        if step is None:
+            return f"{where} without end in steps of any size; reduce run.accuracy, or shorten run.duration"
+        return f"{where} without end: run.step, {step:g} s, is too long for it; reduce it, or leave it out"
 
     def _ran_off(self) -> bool:
         """Say so where a point left a surface with a force, or came onto it from the side."""
@@ -247,8 +262,10 @@ class Mechanism(Capabilities):
         )
 
     def _note_left(self) -> None:
-        """Say so where the run cannot continue since a body left a field."""
+        """Say so where the run cannot continue since a body left a field, or a given step is too long."""
         left = np.flatnonzero(self.work.field[:, LEFT])
+        if (step := self._system.scene.run.step) is not None:
+            self.reason = f"at {self._time:.6g} s no step of {step:g} s can be taken; reduce run.step, or leave it out"
         if len(left):
             i = int(left[0])
             motion = motion_of(self.model, self.work, self._state)
@@ -256,13 +273,15 @@ class Mechanism(Capabilities):
             self.failure = Result.FIELD_LEFT
             self.reason = left_text(self._system.fields.names[i], self.model.fields, i, pose, self._time)
 
-    def _span(self, one: Tried) -> None:
-        """Set the interpolation of a step from the present state, if a sample or an event may be within it."""
+    def _span(self, one: Tried) -> bool:
+        """Set the interpolation of a step from the present state, if a sample or an event may be within it; False where
+        it overflows, of a given step that is too long."""
         self._before, self._end = self._time, one.state
         self._until = self._duration if self._time + one.h >= self._duration else self._time + one.h
         if not self.touching and self._target > self._until:
-            return
+            return True
         self._within = self._steps.within(one, self._state)
+        return bool(np.isfinite(self._within(0.5)).all())
 
     def _accept(self, one: Tried) -> None:
         """Go on to the end of a step."""

@@ -276,3 +276,32 @@ def project_speeds(model, work, y, given):  # type: ignore[no-untyped-def]
                     y[s + SPIN + k] += work.multiplier[i] * work.block[i, p, 3 + k]
                 for k in range(model.elastic[b, 0]):
                     y[model.elastic[b, 2] + k] += work.multiplier[i] * work.block[i, p, 6 + k]
+
+
+@inner
+def remove_speed_lacks(model, work, apart):  # type: ignore[no-untyped-def]
+    """Take from a difference of velocities, angular velocities and modal rates what violates the rows' rates, by least
+    kinetic energy; S is factored."""
+    for i in range(len(model.row_terms)):
+        total = 0.0
+        for p in range(4):
+            b = work.block_owner[i, p]
+            if b != NONE:
+                s = WIDTH * b
+                for k in range(3):
+                    total -= work.block[i, p, k] * apart[s + SPEED + k]
+                    total -= work.block[i, p, 3 + k] * apart[s + SPIN + k]
+                for k in range(model.elastic[b, 0]):
+                    total -= work.block[i, p, 6 + k] * apart[model.elastic[b, 2] + k]
+        work.right[i] = total
+    solve(work)
+    for i in range(len(model.row_terms)):
+        for p in range(4):
+            b = work.block_owner[i, p]
+            if b != NONE:
+                s = WIDTH * b
+                for k in range(3):
+                    apart[s + SPEED + k] += work.multiplier[i] * work.light[i, p, k]
+                    apart[s + SPIN + k] += work.multiplier[i] * work.light[i, p, 3 + k]
+                for k in range(model.elastic[b, 0]):
+                    apart[model.elastic[b, 2] + k] += work.multiplier[i] * work.light[i, p, 6 + k]

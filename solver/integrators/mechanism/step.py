@@ -19,6 +19,7 @@ from gudgeon.solver.integrators.mechanism.motion import (
     project_places,
     project_speeds,
     rates,
+    remove_speed_lacks,
     worst_violation,
 )
 from gudgeon.solver.integrators.mechanism.rotation import normalise
@@ -95,21 +96,43 @@ def _set_slope(model, work, course, y, h, s):  # type: ignore[no-untyped-def]
 
 @inner
 def _error(model, work, course, coefficients, h):  # type: ignore[no-untyped-def]
-    """Return the largest weighted difference to an embedded method."""
+    """Return the largest weighted difference to an embedded method at the end of a step, where S is factored.
+
+    Rates across the constraints do not count, which the projection at the end takes: those of a light body that holds a
+    heavy one have the round-off of its reactions, in proportion to the step, so that no step were short enough.
+    """
     K, apart = work.slopes, work.stage
     for i in range(len(apart)):
         total = 0.0
         for k in range(MAIN + 1):
             total += coefficients[k] * K[k, i]
         apart[i] = h * total
-    return largest(model, work, apart, course.weight)
+    _as_velocities(model, work, apart)
+    if len(model.row_terms):
+        remove_speed_lacks(model, work, apart)
+    return _weighted(apart, course.weight)
 
 
 @inner
 def largest(model, work, apart, weight):  # type: ignore[no-untyped-def]
     """Return the largest weighted difference of a state, of spins as angular velocity and of modal momenta as rates, in
     which it leaves them; poses are set."""
+    _as_velocities(model, work, apart)
+    return _weighted(apart, weight)
+
+
+@inner
+def _weighted(apart, weight):  # type: ignore[no-untyped-def]
+    """Return the largest weighted number."""
     worst = 0.0
+    for i in range(len(apart)):
+        worst = larger(worst, abs(apart[i] * weight[i]))
+    return worst
+
+
+@inner
+def _as_velocities(model, work, apart):  # type: ignore[no-untyped-def]
+    """Turn differences of spins into those of angular velocity, and of modal momenta into modal rates."""
     for b in range(len(model.mass)):
         if model.elastic[b, 0]:
             _as_rates(model, work, b, apart)
@@ -118,9 +141,6 @@ def largest(model, work, apart, weight):  # type: ignore[no-untyped-def]
         x, y, z = apart[s], apart[s + 1], apart[s + 2]
         for i in range(3):
             apart[s + i] = work.back[b, i, 0] * x + work.back[b, i, 1] * y + work.back[b, i, 2] * z
-    for i in range(len(apart)):
-        worst = larger(worst, abs(apart[i] * weight[i]))
-    return worst
 
 
 @inner

@@ -1,6 +1,7 @@
 """Parts from CAD files against closed forms, the surfaces that a scene names, and what is refused."""
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -190,6 +191,17 @@ def test_a_script_of_gmsh(tmp_path: Path) -> None:
     own = part(built_in, unit=0.01, surfaces={"top": {"plane_normal": [0, 0, 1]}}).build(0.02)
     assert mass_properties(own, 1.0).mass == pytest.approx(24e-6, rel=1e-12)
     assert area(own, "top") == pytest.approx(6e-4, rel=1e-12)
+
+
+def test_a_damaged_edge_is_said_with_what_is_allowed(tmp_path: Path) -> None:
+    """A vertex that is not on its edges: OpenCASCADE and gmsh read the file, and no mesh closes."""
+    path = write_cad(tmp_path / "part.step", lambda occ: occ.addCylinder(0, 0, 0, 0, 0, 10, 5))
+    found = re.subn(r"CARTESIAN_POINT\('',\(5\.,[^,]*,10\.\)\)", "CARTESIAN_POINT('',(3.,-7.,11.))", path.read_text())
+    assert found[1] == 1
+    path.write_text(found[0])
+    text = refused(part(path), 0.002)
+    assert "geometry.path: a face or an edge is damaged" in text
+    assert "allowed: closed solids whose faces end at their edges" in text
 
 
 def test_a_script_after_files_that_were_not_understood(tmp_path: Path) -> None:

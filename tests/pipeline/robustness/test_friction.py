@@ -122,6 +122,8 @@ def test_a_run_near_its_contact_begins_where_its_bodies_have_flown(tmp_path: Pat
     assert first is not None
     assert first.start == pytest.approx(lead, rel=1e-6)
     assert first.impulse == pytest.approx(contact.impulse, rel=1e-9)
+    shorter = near_contact(one, 0.1)
+    assert shorter["run"]["duration"] == pytest.approx(20.1 * contact.duration, rel=1e-3), "it lasts a tenth"
     slow = replace(one, base=replace(one.base, contact=replace(contact, duration=1e-5)))
     assert near_contact(slow) == {}, "its run is not far longer than the contact"
     spun = {"body": {"two": {"angular_velocity": [0.0, 0.0, 1.0]}}}

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from gudgeon.pipeline.kinds import open_job
+from tests.pipeline.robustness.test_robustness import applied, subject
 from tests.pipeline.robustness.test_settings import verdicts
 
 DOUBLE = """
@@ -60,3 +62,14 @@ def test_a_joint_that_pulls_wrong_is_found(tmp_path: Path, monkeypatch: pytest.M
     path = tmp_path / "double.toml"
     path.write_text(DOUBLE)
     assert verdicts(path, "turned", tmp_path)["turned"]["verdict"] == "wrong"
+
+
+def test_a_step_is_not_below_what_the_errors_of_a_mechanism_allow(tmp_path: Path) -> None:
+    """Frequencies in contact would give a robot's arm a thousand times as many steps as its errors do."""
+    path = tmp_path / "double.toml"
+    path.write_text(DOUBLE)
+    one = subject(open_job(path, db=tmp_path / "db", out=tmp_path / "out"), tmp_path)
+    mean = one.scene.run.duration / one.base.steps
+    one.known["step"] = ("mechanism", 0.03 * mean)
+    for factor, wanted in ((10.0, mean), (100.0, 3.0 * mean)):
+        assert applied(one, kind="step", factor=factor).job.scene.run.step == pytest.approx(wanted)

@@ -25,7 +25,7 @@ from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.operations import OPERATIONS
 from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.subject import DoesNotApply, Subject
-from gudgeon.pipeline.robustness.trial import Trial, approach, run_trial, sizes
+from gudgeon.pipeline.robustness.trial import Trial, _penetration, approach, run_trial, simulated, sizes
 from gudgeon.pipeline.robustness.units import (
     KEPT,
     Units,
@@ -461,3 +461,50 @@ def test_slender_scenes_do_not_depend_on_units(tmp_path: Path) -> None:
         np.testing.assert_allclose(
             found.frequencies["beam"] * trial.units.time, one.base.frequencies["beam"], rtol=1e-11
         )
+
+
+RUBBER = """
+[component.block]
+geometry = { kind = "box", lx = 0.05, ly = 0.05, lz = 0.03 }
+material = { E = 12e6, nu = 0.45, rho = 1100.0 }
+mesh.size = 0.015
+interface.bottom = { surface = "bottom", kind = "points" }
+modes = { normal_count = 12, static_count = 100000 }
+
+[body.block]
+position = [0.0, 0.0, 1e-5]
+velocity = [0.0, 0.0, -0.1]
+damping = { ratio = 0.1 }
+
+[contact.floor]
+body = "block"
+interface = "bottom"
+against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
+method = "constraint"
+
+[run]
+duration = 1e-3
+samples = 100
+frames = 100
+integrator = "implicit"
+step = 1e-6
+checks = false
+"""
+
+
+def test_rigid_contact_overlaps_by_the_error_of_the_elastic_approach(tmp_path: Path) -> None:
+    """Points of an elastic face open and close within steps, whose ends alone hold them: 2 nm of 30 µm of approach."""
+    (tmp_path / "block.toml").write_text(RUBBER)
+    job = kinds.open_job(tmp_path / "block.toml", db=tmp_path / "db", out=tmp_path / "out", set={})
+    one = run_trial(Trial(job), tmp_path / "run", quiet)
+    assert isinstance(one, Evidence), one
+    assert one.penetration is not None
+    assert one.penetration_bound is not None
+    assert 1e-10 < one.penetration <= one.penetration_bound
+    assert one.penetration_bound < 1e-7
+    system, found = simulated(job, quiet)
+    sunk = replace(system, gap=system.gap - 1e-7)
+    depth, bound = _penetration(sunk, found)[1:]
+    assert depth is not None
+    assert bound is not None
+    assert depth > bound, "a face that the floor holds 0.1 µm too deep"

@@ -232,3 +232,14 @@ def test_surfaces_that_friction_moves_apart_are_judged_without_a_contact() -> No
     assert judge(moved, replace(apart, **WRONG["penetration"]), LIKE).deciding is not None
     assert judge(moved, replace(apart, **WRONG["penetration"]), LIKE).verdict == "wrong"
     assert judge(case("energy"), apart, LIKE).verdict == "wrong"
+
+
+@pytest.mark.parametrize(("drift", "verdict"), [(1.2e-5, "right"), (2.3e-5, "right"), (2.5e-5, "wrong")])
+def test_the_drift_of_equal_steps_is_that_of_the_run_compared(drift: float, verdict: str) -> None:
+    """A mechanism in other units and in equal steps, which its integrator would not choose."""
+    base = replace(SOUND, integrator="mechanism", energy_drift=1.2e-5)
+    found = replace(base, energy_drift=drift)
+    assert judge(case("energy"), found, Compared(base=base, equal_steps=True)).verdict == verdict
+    assert judge(case("energy"), found, Compared(base=base)).verdict == "wrong"
+    said = replace(base, energy_drift=5e-3)
+    assert judge(case("energy"), said, Compared(base=said, equal_steps=True)).verdict == "wrong"

@@ -8,7 +8,7 @@ import pytest
 from docs.tools.basis_solids import RECTANGLE
 from gudgeon.modaldb.records.trajectory import ONE_COORDINATE
 from gudgeon.pipeline.kinds import open_job, run
-from gudgeon.pipeline.reduction.estimate_notes import basis_notes
+from gudgeon.pipeline.reduction.estimate_notes import basis_notes, estimate_notes
 from gudgeon.solver.scene.run import Run
 from tests.validation.scenes import DATA
 
@@ -124,6 +124,15 @@ def test_a_given_step_of_an_integrator_without_one_is_named(tmp_path: Path) -> N
     report = run(DATA / "beam-sphere", set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
     notes = [note for note in report.notes if note.startswith("run.step")]
     assert notes == ["run.step: 1e-06 s given; integrator 'collocation' steps by run.accuracy instead"]
+
+
+@pytest.mark.parametrize(("error", "beyond"), [(0.02, False), (0.22, True)])
+def test_a_step_far_too_large_for_its_estimate_says_so(error: float, beyond: bool, tmp_path: Path) -> None:
+    """Runs with one and two steps that miss an impact alike differ by less than they are wrong."""
+    job = open_job(DATA / "rod-wall", db=tmp_path / "db", out=tmp_path / "out", set={"run.step": 1e-6})
+    (note,) = estimate_notes(job.scene, {"step.impulse": error})
+    assert note.startswith(f"run.step: 1e-06 s given; its estimated error is {error:.1%} in impulse")
+    assert ("too large for the estimate" in note) == beyond
 
 
 def test_a_plate_that_strikes_with_its_whole_face_has_its_error_stated(tmp_path: Path) -> None:

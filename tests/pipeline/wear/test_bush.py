@@ -119,3 +119,12 @@ def test_modes_of_a_plane_part_are_computed_again_not_reused(tmp_path: Path) -> 
         InputError, match=r"component\.bush\.change\.profile\.offset: modes of a plane part are not reused"
     ):
         run(written(tmp_path), until="morph", db=tmp_path / "db", set={"component.bush.change.profile.offset": 1e-5})
+
+
+def test_a_given_step_too_long_for_a_bush_ends_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Such a step leaves the bush where it touched it, and the next one touches it there again, without end."""
+    own = ["run.step=6.5e-5", "run.duration=5e-4", "component.bush.mesh.size=1e-3", "joint.pin.wear=unset"]
+    sets = [part for one in [*own, "report=unset"] for part in ("--set", one)]
+    scene = Path(__file__).resolve().parents[3] / "data" / "clearance-joint" / "elastic.toml"
+    assert main(["solve", str(scene), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out"), *sets]) == 1
+    assert "begins and ends without end: run.step, 6.5e-05 s, is too long for it" in capsys.readouterr().err

@@ -8,6 +8,7 @@ import pytest
 
 from gudgeon.modaldb.records.modes import GaugeModes
 from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.registry import definition
 from gudgeon.solver.simulate import simulate
 from tests.solver.systems import block_records, block_scene, build
 
@@ -57,3 +58,26 @@ def test_peak_of_the_equivalent_stress(tmp_path: Path, integrator: str) -> None:
     expected = np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))).max()
     assert found.quantities["part.g.von_mises_peak"]["value"] == pytest.approx(expected, rel=1e-12)
     assert found.quantities["part.g.von_mises_peak"]["unit"] == "Pa"
+
+
+@pytest.mark.parametrize(
+    ("unit", "peak"),
+    [("Pa", "stress_peak"), ("1", "strain_peak"), ("N m", "bending_moment_peak"), ("N", "shear_force_peak")],
+)
+def test_peak_of_a_gauge_of_one_number(tmp_path: Path, unit: str, peak: str) -> None:
+    """Its value has the sign of the largest size, and every name is in the registry."""
+    modal, morph = block_records(POINTS)
+    rng = np.random.default_rng(4)
+    shapes = GaugeModes(rng.standard_normal((1, MODES)), 1e-9 * rng.standard_normal((1, POINTS)), unit)
+    scene = block_scene(method="residual")
+    scene["body"]["part"]["gauges"] = ["g"]
+    found = simulate(build(tmp_path, (replace(modal, gauges={"g": shapes}), morph), scene))
+    values = found.gauges["part.g"]
+    most = int(np.abs(values).argmax())
+    assert {k: v["value"] for k, v in found.quantities.items() if k.startswith("part.g.")} == {
+        f"part.g.{peak}": values[most], "part.g.peak_time": found.times[most],
+    }  # fmt: skip
+    for name in (peak, "peak_time"):
+        known = definition(name, ["gauge"])
+        assert known is not None
+        assert known.unit == found.quantities[f"part.g.{name}"]["unit"]

@@ -8,7 +8,8 @@ import pytest
 from pydantic import ValidationError
 
 from gudgeon.solver.scene.scene import Scene
-from tests.solver.integrators.mechanism.scenes import INERTIA, MASS, hinge, solved
+from gudgeon.solver.simulate import simulate
+from tests.solver.integrators.mechanism.scenes import INERTIA, MASS, hinge, solved, system_of
 
 GAP, RADIUS, STIFFNESS = 1e-3, 0.02, 1e6
 HERTZ = {"kind": "hertz", "stiffness": STIFFNESS, "exponent": 1.5}
@@ -130,3 +131,16 @@ def test_what_cannot_be_is_refused(change: dict[str, Any], text: str) -> None:
     joint = knee() | change
     with pytest.raises(ValidationError, match=text):
         Scene.model_validate({"body": {"part": {}}, "joint": {"knee": joint}, "run": {"duration": 1.0}})
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("exponent", [1.5, 3.0])
+@pytest.mark.parametrize("step", np.geomspace(1e-3, 1e-2, 12))
+def test_a_given_step_too_long_for_a_contact_is_said(step: float, exponent: float, tmp_path: Path) -> None:
+    """Its stages are far inside the bearing, where the force is so large that what follows from it overflows."""
+    law, body = {"kind": "hertz", "stiffness": 1e9, "exponent": exponent}, {"velocity": [0.3, 0.0, 0.0]}
+    run = {"duration": 0.1, "step": float(step), "checks": False}
+    found = simulate(system_of(tmp_path, {"part": body}, {"knee": knee(law=law)}, run=run))
+    assert found.result in ("FINISHED", "ENERGY", "JAMMED")
+    if found.result == "JAMMED":
+        assert "reduce run.step, or leave it out" in str(found.counts["reason"])
