@@ -22,7 +22,7 @@ def close(constants, state, problem):  # type: ignore[no-untyped-def]
     """
     active, free, ports = problem.active, problem.free, problem.ports[: problem.size[0]]
     if problem.size[1] != problem.size[0]:
-        _list_runs(constants, state.gap, problem)
+        _list_runs(state.gap, problem)
     runs, averaged, largest = problem.runs[: problem.size[3]], False, 0.0
     for i in ports:
         largest, averaged = max(largest, abs(state.gap[i])), averaged | (state.extra[i] != 0.0)
@@ -64,18 +64,16 @@ def _over(problem):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _list_runs(constants, gap, problem):  # type: ignore[no-untyped-def]
+def _list_runs(gap, problem):  # type: ignore[no-untyped-def]
     """List the candidates by runs of ports that follow each other, and open closed ports that are no candidates.
 
-    Runs with few others between them, all of contacts, are one: the gaps of those are computed too, and are infinite.
+    Runs with few others between them are one: the gaps of those are computed too, and are infinite. They are of contacts,
+    whose ports come first of all.
     """
     count, last, active = 0, -2 - BETWEEN, problem.active
     for a in range(problem.size[0]):
         i = problem.ports[a]
-        apart = i > last + 1 + BETWEEN
-        for j in range(last + 1, i if not apart else last + 1):
-            apart = apart | (constants.contact[j] < 0)
-        if apart:
+        if i > last + 1 + BETWEEN:
             problem.runs[count, 0] = i
             count += 1
         else:
