@@ -67,8 +67,8 @@ def _over(problem):  # type: ignore[no-untyped-def]
 def _list_runs(gap, problem):  # type: ignore[no-untyped-def]
     """List the candidates by runs of ports that follow each other, and open closed ports that are no candidates.
 
-    Runs with few others between them are one: the gaps of those are computed too, and are infinite. They are of contacts,
-    whose ports come first of all.
+    Runs with few others between them are one: the gaps of those are computed too, and are infinite.
+    They are of contacts, whose ports come first of all.
     """
     count, last, active = 0, -2 - BETWEEN, problem.active
     for a in range(problem.size[0]):
