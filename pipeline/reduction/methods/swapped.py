@@ -12,6 +12,7 @@ from gudgeon.modaldb.records.modes import SplineGrid, SwapModes
 from gudgeon.modaldb.traction import spread
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.normal import largest_count
 from gudgeon.pipeline.modes.problem import ORTHOGONALITY_TOLERANCE
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, ritz_modes
 from gudgeon.pipeline.reduction.methods.ritz_vectors import RitzVectors
@@ -44,6 +45,11 @@ def swapped(
         InputError: the force does not cross the space, or has too few independent vectors there.
         StageError: a basis is not orthonormal.
     """
+    if own.Phi.shape[1] + swap.vectors > (most := largest_count(model)):
+        raise InputError(
+            f"modes.swap.vectors: {swap.vectors} given beside {own.Phi.shape[1]} other shapes, its mesh has {most} in"
+            " all; use fewer"
+        )
     source, ends = RitzVectors(model), crossed.borders(swap.bases)
     frequencies, shapes = [own.angular_frequencies[: own.normal_count]], [own.Phi[:, : own.normal_count]]
     for part in range(swap.bases):
