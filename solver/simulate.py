@@ -23,7 +23,7 @@ from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.results.leaving import left_text
 from gudgeon.solver.results.limits import Limits
 from gudgeon.solver.results.trajectory import Ending, Histories, trajectory_of
-from gudgeon.solver.system.bases.swaps import swaps_of
+from gudgeon.solver.system.bases.swaps import begun, swaps_of
 from gudgeon.solver.system.system import System
 
 RESOLVED = 1e-9
@@ -68,6 +68,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         SceneError: the contact force of a point is not determined with its friction.
     """
     refuse_ambiguous_friction(system)
+    system = begun(system)
     plan = plan_run(system)
     notes = [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)

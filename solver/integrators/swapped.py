@@ -25,6 +25,9 @@ LOST, WORK = 3, 4
 class Swapped:
     """A run of all bases, in the coordinates of all of them."""
 
+    failure: Result
+    reason: str
+
     def __init__(self, swaps: Swaps, dt: float, begin: Callable[[System], Marching]) -> None:
         """Start at time zero.
 
@@ -47,14 +50,6 @@ class Swapped:
             self._bases[self._number] = self._swaps.basis(self._number)
         return self._bases[self._number]
 
-    @property
-    def failure(self) -> Result:
-        return self._run.failure
-
-    @property
-    def reason(self) -> str:
-        return self._run.reason
-
     def advance(self, first: int, stride: int, out: Samples) -> bool:
         """Advance samples, each by the basis for the place of the force at its end."""
         ends = first + stride * np.arange(1, len(out.forces) + 1)
@@ -71,6 +66,7 @@ class Swapped:
             self._change(number, self._dt * first)
         own = out.paths._replace(elastic=self._basis.system.elastic_spans)
         sound = self._run.advance(first, stride, out._replace(paths=own))
+        self.failure, self.reason = self._run.failure, self._run.reason
         out.energies[:, LOST:] += self._spent
         self._energies = out.energies[-1].copy()
         return sound

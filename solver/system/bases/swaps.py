@@ -34,7 +34,8 @@ class Swaps:
     """A system whose basis changes as a force passes over a body."""
 
     whole: System
-    """Of the coordinates of all bases, which are not independent: for rows and results alone."""
+    """Of the coordinates of all bases, which are not independent: for rows and results alone, and not in equilibrium at
+    the start but by `begun`."""
     body: str
     name: str
     """Of the force."""
@@ -90,6 +91,18 @@ def swaps_of(system: System) -> Swaps | None:
             f" '{modes.interface}'"
         )
     return Swaps(system, body, name, force, modes)
+
+
+def begun(system: System) -> System:
+    """Return a system whose start is that of its first basis; itself where its basis does not change."""
+    if (swaps := swaps_of(system)) is None:
+        return system
+    first = swaps.basis(int(swaps.numbers(np.zeros(1))[0]))
+    position, velocity = np.zeros((2, len(system.velocity)))
+    position[first.columns], velocity[first.columns] = first.system.position, first.system.velocity
+    return replace(
+        system, position=position, velocity=velocity, loads=first.system.loads, start_pulls=first.system.start_pulls
+    )
 
 
 def refuse_swaps(system: System, cause: str) -> None:
