@@ -110,8 +110,6 @@ class ModesSettings(Strict):
             raise ValueError(
                 f"is for reduction 'normal+static', '{reduction}' given: R, or its other shapes, have what vectors add"
             )
-        if value is not None and (count := info.data.get("static_count", 0)):
-            raise ValueError(f"bases have the static shapes of the force; leave out static_count, {count} given")
         return value
 
     @field_validator("normal_count")

@@ -19,6 +19,9 @@ from gudgeon.solver.system.bases.nested import restricted
 from gudgeon.solver.system.compile import assembled
 from gudgeon.solver.system.system import System
 
+ROUND_OFF = 1e-9
+"""Of the place of a force over the spacing of splines: a force so near to a border has passed it."""
+
 
 @dataclass(frozen=True)
 class Basis:
@@ -44,7 +47,9 @@ class Swaps:
 
     def numbers(self, times: np.ndarray) -> np.ndarray:
         """Return the numbers of the bases at times [s], (t,), from 1 on."""
-        return 1 + np.searchsorted(self.modes.borders, self.force.places(times)[:, 1], side="right")
+        space = self.whole.bodies[self.body].modal.tractions[self.modes.interface]
+        borders = self.modes.borders - ROUND_OFF * space.spacing[1]
+        return 1 + np.searchsorted(borders, self.force.places(times)[:, 1], side="right")
 
     def basis(self, number: int) -> Basis:
         """Return a basis by its number."""
