@@ -77,9 +77,9 @@ class Case(NamedTuple):
     """CPU time of its modes [s]."""
 
     @classmethod
-    def of(cls, folder: Path, speed: float, modes: dict[str, Any]) -> "Case":
-        """Make the modes, in a database of their own."""
-        job = open_job(SCENE, set=changes(speed, modes), db=mkdtemp(dir=folder), out=folder / "out")
+    def of(cls, folder: Path, speed: float, modes: dict[str, Any], more: dict[str, Any] | None = None) -> "Case":
+        """Make the modes, in a database of their own, of the scene with more changed keys."""
+        job = open_job(SCENE, set=changes(speed, modes) | (more or {}), db=mkdtemp(dir=folder), out=folder / "out")
         run_job(job, "mesh")
         begun = time.process_time()
         run_job(job, "morph")
@@ -105,9 +105,9 @@ def errors(found: np.ndarray, exact: np.ndarray) -> tuple[float, float]:
     return float(np.sqrt(np.mean(apart**2)) / size), float(apart.max() / size)
 
 
-def reference(folder: Path, speed: float) -> np.ndarray:
+def reference(folder: Path, speed: float, more: dict[str, Any] | None = None) -> np.ndarray:
     """Return the displacement under the force with many normal modes and residual flexibility (f,) [m]."""
-    return Case.of(folder, speed, {"reduction": "macneal", "normal_count": REFERENCE}).solved()[0]
+    return Case.of(folder, speed, {"reduction": "macneal", "normal_count": REFERENCE}, more).solved()[0]
 
 
 def main() -> None:
