@@ -80,9 +80,24 @@ def _modes(record: ModalRecord, outline: Outline) -> None:
             raise Malformed(f"tractions/{name}/counts: {space.counts.tolist()}, expected 4 or more, {count} in all")
         if space.spacing.size and not space.spacing.min() > 0:
             raise Malformed(f"tractions/{name}/spacing: {space.spacing.tolist()}, expected more than 0")
+    _swap(record, outline)
     if record.static_responses is not None and "static_responses/shapes" in outline.shapes:
         columns = outline.shapes["static_responses/shapes"][2]
         _ranges(record.static_responses.columns, {}, columns, "static_responses/columns")
+
+
+def _swap(record: ModalRecord, outline: Outline) -> None:
+    """Check that each coordinate of bases that are swapped has a basis, and their traction space is there."""
+    if (swap := record.swap) is None:
+        return
+    if f"tractions/{swap.interface}/rows" not in outline.shapes:
+        raise Malformed(f"swap: interface '{swap.interface}' is no traction space")
+    if (swap.borders[1:] <= swap.borders[:-1]).any():
+        raise Malformed(f"swap/borders: {swap.borders.tolist()}, expected to ascend")
+    if len(swap.number) and (swap.number.min() < 0 or swap.number.max() > len(swap.borders) + 1):
+        raise Malformed(
+            f"swap/number: {swap.number.min()} to {swap.number.max()}, expected 0 to {len(swap.borders) + 1}"
+        )
 
 
 def _tangential(record: ModalRecord, outline: Outline, end: float) -> None:

@@ -117,6 +117,10 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("force", "deflection_peak", "m", "Displacement of the largest size under a moving force, along it, at"
              " frames.", "positive: along the force", "of the frames"),
     Quantity("force", "peak_time", "s", "Time of `deflection_peak`.", _SIZE, "of the frames"),
+    Quantity("force", "basis_changes", "1", "How often the basis of a body changes as a moving force passes"
+             " (`modes.swap`).", _SIZE),
+    Quantity("force", "energy_jump", "1", "Largest jump of the energy at such a change, over the energy of deformation"
+             " before.", _SIZE),
     Quantity("force", "deflection_end", "m", "Displacement under a moving force, along it, at the end of the run.",
              "positive: along the force"),
     *(

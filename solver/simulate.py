@@ -11,16 +11,19 @@ from gudgeon.solver.accuracy import controlled, with_step_estimates
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.checks.basis import with_basis_estimates
 from gudgeon.solver.checks.mesh import with_mesh_estimates
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.implicit.energy import WORK
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, own_step, plan_run
+from gudgeon.solver.integrators.swapped import Swapped
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.uniqueness import friction_limits, refuse_ambiguous_friction
 from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.results.leaving import left_text
 from gudgeon.solver.results.limits import Limits
 from gudgeon.solver.results.trajectory import Ending, Histories, trajectory_of
+from gudgeon.solver.system.bases.swaps import begun, swaps_of
 from gudgeon.solver.system.system import System
 
 RESOLVED = 1e-9
@@ -65,6 +68,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         SceneError: the contact force of a point is not determined with its friction.
     """
     refuse_ambiguous_friction(system)
+    system = begun(system)
     plan = plan_run(system)
     notes = [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)
@@ -112,6 +116,14 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
 
 def start(system: System, plan: Plan) -> Marching:
     """Return the integrator of a plan at the start of the run."""
+    if (swaps := swaps_of(system)) is None:
+        return _start(system, plan)
+    if plan.name != "implicit":
+        raise SceneError(f"run.integrator: '{plan.name}' given, the basis of a body changes with 'implicit' alone")
+    return Swapped(swaps, plan.schedule.dt, lambda one: _start(one, plan))
+
+
+def _start(system: System, plan: Plan) -> Marching:
     folder, name = plan.name.replace("-", "_"), plan.integrator.__name__
     if plan.name == "implicit" and system.scene.general:
         folder, name = "general", "General"

@@ -18,6 +18,7 @@ from gudgeon.solver.ports.members import function_ports
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import Kind
 from gudgeon.solver.ports.uniqueness import refuse_ambiguous_friction
+from gudgeon.solver.system.bases.swaps import refuse_swaps
 from gudgeon.solver.system.system import System
 
 ENERGIES = ("kinetic", "strain", "contact", "dissipated", "work")
@@ -65,6 +66,7 @@ class Steps:
             raise SolverError(
                 "run.integrator: bodies that turn by any angle, 'mechanism', cannot be stepped from Python"
             )
+        refuse_swaps(system, "steps from Python are of one basis")
         refuse_ambiguous_friction(system)
         self.system, integrator = system, INTEGRATORS["implicit"]
         critical, largest = critical_frequency(system), largest_factor(system, integrator)

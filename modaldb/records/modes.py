@@ -216,6 +216,21 @@ class InertiaCouplings:
     about x, y, z through the centre, (3, 3, m + 3, m + 3)."""
 
 
+@dataclass(frozen=True)
+class SwapModes:
+    """Bases of a body between which a run changes as a force passes over a traction space: all of them have the normal
+    modes, and each has Ritz vectors of the force at places of its own part of the space."""
+
+    interface: str
+    """The traction space."""
+    number: Array = field(metadata=rule("m", "int", unit="1", name="number of the basis that has each coordinate"))
+    """Number of the basis that has each coordinate, from 1 on, ascending; 0: all have it, (m,)."""
+    borders: Array = field(metadata=rule("b'", unit="m", name="coordinates along at which the basis changes"))
+    """Coordinates along the space at which the basis changes [m], ascending, (b − 1,)."""
+    overlap: Array = field(metadata=rule("m m", unit="1", name="mass between the coordinates"))
+    """Φᵀ M Φ [1], (m, m): the identity within a basis."""
+
+
 SHAPE_ERRORS = "shape_errors"
 """Entry of `ModalRecord.quality`: (ω − ω')/ω of the last coordinates, those that are no proven normal modes, with ω'
 of one inverse iteration. It is small where a Ritz vector is a mode, and large for static shapes."""
@@ -293,6 +308,8 @@ class ModalRecord(Labelled):
     supports, since free modes take no part in translations."""
     static_responses: StaticResponses | None = None
     """None for rigid bodies, for those without an interface of contact and for elements other than tet10."""
+    swap: SwapModes | None = None
+    """None where all coordinates are one basis. Else each basis is orthonormal, but not all coordinates together."""
     tangential_spans: Json = field(default_factory=dict)
     """First and last + 1 tangential row in the residual flexibility of each interface that has them: t1 and t2 of its
     first point or traction, of its second, and so on."""

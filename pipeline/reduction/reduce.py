@@ -9,7 +9,14 @@ import numpy as np
 from scipy import linalg, sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.modaldb.records.modes import InertiaCouplings, InterfaceModes, LoadModes, ModalRecord, TractionModes
+from gudgeon.modaldb.records.modes import (
+    InertiaCouplings,
+    InterfaceModes,
+    LoadModes,
+    ModalRecord,
+    SwapModes,
+    TractionModes,
+)
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
@@ -28,6 +35,7 @@ from gudgeon.pipeline.reduction.couplings import inertia_couplings
 from gudgeon.pipeline.reduction.gauges import gauge_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
+from gudgeon.pipeline.reduction.methods.swapped import Crossed, swapped
 from gudgeon.pipeline.reduction.responses import SMOOTH, compliance_errors, static_responses
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.interface import Interface
@@ -72,6 +80,7 @@ def reduce_component(
     pulled: Sequence[tuple[float, ...]] = (),
     *,
     turns: bool = False,
+    crossed: tuple[str, float] | None = None,
 ) -> ModalRecord:
     """Assemble a component and reduce it to a modal record.
 
@@ -80,6 +89,7 @@ def reduce_component(
         rubbed: Interfaces on which friction acts: they get tangential rows.
         pulled: Unit vectors along which gravity acts on a held component: it gets the static shapes that modes lack.
         turns: Whether bodies of it turn by any angle: they need all tensors of the floating frame.
+        crossed: Traction space that a moving force crosses, and where across [m]; it gets the bases of `modes.swap`.
 
     Raises:
         InputError: an interface or a support does not fit the mesh, or the mesh is inverted.
@@ -94,7 +104,7 @@ def reduce_component(
     contact = replace(_stacked(acting, spread), weights=spread.T @ _weights(model, pulled))
     gauges = {key: sparse.csr_matrix(S @ spread) for key, S in gauge_rows(model, component, where).items()}
     refuse_large(gauges, contact.B.shape[0], where)
-    own = _reduced(tied, contact, component, where)
+    own, swap = _swapped((tied, contact, _reduced(tied, contact, component, where)), component, places, crossed, where)
     reduction = replace(own, Phi=spread @ own.Phi)
     responses = np.empty((len(model.held), 0)) if own.responses is None else spread @ own.responses
     static = static_responses(model, {key: one.forces for key, one in acting.items()}, responses)
@@ -105,24 +115,42 @@ def reduce_component(
         errors.discretisation_errors, own.angular_frequencies, component, where,
         lambda other: reduce_component(mesh, mesh_key, other, name).discretisation_errors,
     )  # fmt: skip
-    made = {"rigid_motions": len(model.rigid_twists)}
-    made |= {"compliance_errors": compliance_errors(model, component, responses, static)} | _patches(places)
+    checked = {"compliance_errors": compliance_errors(model, component, responses, static)} | _patches(places)
     return ModalRecord(
         mesh_key=mesh_key, reduction=component.modes.reduction, normal_count=reduction.normal_count,
-        static_count=len(reduction.angular_frequencies) - reduction.normal_count,
-        angular_frequencies=reduction.angular_frequencies, mass=model.properties.mass,
-        centre=model.properties.centre, inertia=model.properties.inertia, rigid_twists=model.rigid_twists,
+        static_count=len(own.angular_frequencies) - own.normal_count, angular_frequencies=own.angular_frequencies,
+        mass=model.properties.mass, centre=model.properties.centre, inertia=model.properties.inertia,
+        rigid_twists=model.rigid_twists, shapes=model.nodal(reduction.Phi), inertia_couplings=couplings, swap=swap,
         interfaces={key: one for key, one in modes.items() if isinstance(one, InterfaceModes)},
         interface_rows=dict(contact.spans), residual_flexibility=reduction.residual_flexibility,
-        shapes=model.nodal(reduction.Phi), inertia_couplings=couplings,
         participation=_participation(model, reduction) if model.held.any() else None,
-        quality=reduction.quality | made,
+        quality=reduction.quality | checked | {"rigid_motions": len(model.rigid_twists)},
         tractions={key: one for key, one in modes.items() if isinstance(one, TractionModes)},
         loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
         gauges=gauge_modes(component, gauges, tied, contact.B, own),
         static_responses=static if static.columns and model.mesh.cell_type == "tetra10" else None,
         tangential_spans=dict(contact.tangential_spans), **vars(errors),
     )  # fmt: skip
+
+
+def _swapped(
+    reduced: tuple[FEModel, ContactRows, Reduction],
+    component: Component,
+    places: Mapping[str, ContactPoints | TractionSpace | Tie],
+    crossed: tuple[str, float] | None,
+    where: str,
+) -> tuple[Reduction, SwapModes | None]:
+    """Return a reduction of a model and rows with the bases of the places of a force, if it is to have them."""
+    if component.modes.swap is None or crossed is None:
+        return reduced[2], None
+    space = places[crossed[0]]
+    assert isinstance(space, TractionSpace)
+    try:
+        return swapped(*reduced, component.modes.swap, Crossed(crossed[0], space, crossed[1]))
+    except InputError as error:
+        raise InputError(f"{where}.{error}") from None
+    except StageError as error:
+        raise StageError(f"{where}: {error}") from error
 
 
 def _patches(places: Mapping[str, ContactPoints | TractionSpace | Tie]) -> dict[str, Any]:

@@ -65,10 +65,18 @@ class SceneFile(Scene):
         return deforms and self.capabilities.turns and component in map(self.component_of, self.body)
 
     def reduced_with(self, component: str) -> dict[str, Any]:
-        """Return what the scene asks of a component's modes: `rubbed`, `pulled` and `turns` of `reduce_component`."""
+        """Return what the scene asks of a component's modes: the arguments of `reduce_component` by their names."""
         return {
-            "rubbed": self.rubbed_of(component), "pulled": self.pulls_on(component), "turns": self.turning(component)
+            "rubbed": self.rubbed_of(component), "pulled": self.pulls_on(component), "turns": self.turning(component),
+            "crossed": self.crossed(component),
         }  # fmt: skip
+
+    def crossed(self, component: str) -> tuple[str, float] | None:
+        """Return the traction space that a moving force crosses, and where across [m]; None without `modes.swap`."""
+        if self.component[component].modes.swap is None:
+            return None
+        force = next(one for one in self.moving().values() if self.component_of(one.body) == component)
+        return force.interface, force.at[0]
 
     def pulls_on(self, component: str) -> list[tuple[float, ...]]:
         """Return the unit vectors along which gravity deforms a component, in its axes: those of its bodies.

@@ -1,4 +1,5 @@
-"""Checks of a scene before any stage runs: clearances, travel, the length of connecting rods, and elastic bearings."""
+"""Checks of a scene before any stage runs: clearances, travel, the length of connecting rods, elastic bearings, and
+bases that change."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,6 +51,32 @@ def misfits(scene: "SceneFile", folder: Path) -> list[str]:
                 f"joint.{name}.rod_length: {joint.rod_length} m given; it must be above crank_radius plus the pin's"
                 f" offset from the crank axis, {joint.crank_radius + offset:.6g} m"
             )
+    return lines + wrong_swaps(scene)
+
+
+def wrong_swaps(scene: "SceneFile") -> list[str]:
+    """Return a line for each component whose bases cannot change during the run."""
+    lines = []
+    for name, component in scene.component.items():
+        if component.modes.swap is None:
+            continue
+        where = f"component.{name}.modes.swap"
+        bodies = [body for body in scene.body if scene.component_of(body) == name]
+        forces = [force for force in scene.moving().values() if force.body in bodies]
+        if len(bodies) != 1 or len(forces) != 1:
+            lines.append(
+                f"{where}: {len(bodies)} bodies and {len(forces)} forces of kind 'moving' are of component '{name}',"
+                " needed: one of each, whose place tells the basis"
+            )
+        others = {"contact": scene.contact, "joint": scene.joint, "motion": scene.motion}
+        others |= {"force": scene.fields() | scene.electrodes() | scene.external()}
+        if found := [f"{table}.{one}" for table, members in others.items() for one in members]:
+            lines.append(
+                f"{where}: {found[0]} given; bases change in scenes of given forces, springs and bushings alone, leave"
+                " out one of them"
+            )
+        if (integrator := scene.run.integrator) not in ("auto", "implicit"):
+            lines.append(f"{where}: run.integrator '{integrator}' given, bases change with 'implicit'; use 'auto'")
     return lines
 
 

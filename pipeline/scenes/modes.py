@@ -19,6 +19,17 @@ def optional(description: str, default: Any = None, **limits: Any) -> Any:
     return Field(default=default, exclude_if=lambda value: value == default, description=description, **limits)
 
 
+class Swap(Strict):
+    """Bases between which a run changes as a moving force passes over the body.
+
+    The traction space of the force is divided along into equal parts. Each basis has the normal modes, and Ritz vectors
+    of the force at evenly spaced places of its part, ends included, so that neighbours have those of their border.
+    """
+
+    bases: int = Field(ge=1, le=MOST, description="Number of bases, one for each part of the traction space")
+    vectors: int = Field(default=4, ge=2, le=MOST, description="Ritz vectors of each basis beside the normal modes")
+
+
 class ModesSettings(Strict):
     """Reduction of a component."""
 
@@ -87,6 +98,19 @@ class ModesSettings(Strict):
         le=MOST,
         description="Load-dependent vectors that reduction 'ritz' generates; default: twice normal_count",
     )
+
+    swap: Swap | None = optional(
+        "Bases between which a run changes as the body's moving force passes; for reduction 'normal+static'"
+    )
+
+    @field_validator("swap")
+    @classmethod
+    def _without_residual(cls, value: Swap | None, info: ValidationInfo) -> Swap | None:
+        if value is not None and (reduction := info.data.get("reduction", "macneal")) != "normal+static":
+            raise ValueError(
+                f"is for reduction 'normal+static', '{reduction}' given: R, or its other shapes, have what vectors add"
+            )
+        return value
 
     @field_validator("normal_count")
     @classmethod

@@ -29,7 +29,8 @@ def plan(job: Job) -> dict[str, Any]:
         component = job.scene.component[job.scene.component_of(body)]
         places = [f"{PLACES[item.kind]}/{name}" for name, item in component.interface.items()]
         places += [f"gauges/{name}" for name in component.gauge]
-        stocks[body] = Stock(component.modes.reduction != "rigid", bool(component.supports), places=tuple(places))
+        elastic, swapped = component.modes.reduction != "rigid", component.modes.swap is not None
+        stocks[body] = Stock(elastic, bool(component.supports), swapped, places=tuple(places))
     for term in scene_terms(job.scene, stocks):
         steps = components[job.scene.component_of(term.body)]
         keys = {"mesh": steps["mesh"].key, "modes": steps["modes"].key, "morph": steps["morph"].key}

@@ -56,6 +56,7 @@ def component_products(
     pulled: Sequence[tuple[float, ...]] = (),
     *,
     turns: bool = False,
+    crossed: tuple[str, float] | None = None,
 ) -> dict[str, Product]:
     """Return a component's products by step: `base-mesh`, `mesh`, `modes`, `morph`.
 
@@ -66,6 +67,7 @@ def component_products(
         rubbed: Interfaces on which friction acts, sorted: the modes have tangential rows there.
         pulled: Directions of gravity in the component's axes, sorted: the modes have its static shapes.
         turns: Whether it deforms and bodies of it turn by any angle: the modes have tensors of the floating frame.
+        crossed: Traction space that a moving force crosses, and where across [m]: the modes have bases of its places.
 
     Raises:
         InputError: a file that the component names is missing.
@@ -89,6 +91,7 @@ def component_products(
         | ({"friction_on": list(rubbed)} if rubbed else {})
         | ({"gravity_along": [list(one) for one in pulled]} if pulled else {})
         | ({"turns": True} if turns else {})
+        | ({"crossed": list(crossed)} if crossed else {})
         | ({"point_mass": masses} if masses else {}),
     )  # fmt: skip
     update = component.change.update if change else "none"

@@ -35,7 +35,7 @@ from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.curves import windowed
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.result import Result
-from gudgeon.solver.system.nested import nested
+from gudgeon.solver.system.bases.nested import nested
 from gudgeon.solver.system.system import System
 
 REBOUND = ("rebound_velocity", "rebound_velocity_other")

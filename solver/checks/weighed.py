@@ -17,8 +17,8 @@ from dataclasses import replace
 import numpy as np
 
 from gudgeon.modaldb.records.modes import SHAPE_ERRORS, InterfaceModes, ModalRecord, TractionModes
+from gudgeon.solver.system.bases.nested import Rows, responses
 from gudgeon.solver.system.compile import assembled
-from gudgeon.solver.system.nested import Rows, responses
 from gudgeon.solver.system.system import System
 
 ABOVE = 2**0.5

@@ -1,6 +1,6 @@
 """The arrays that every integrator fills during a run, and the state and totals that it returns."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
@@ -114,6 +114,8 @@ class Outcome:
     """How often a sliding point left its surface with a force."""
     work: dict[str, int | str] = field(default_factory=dict)
     """Further counts by their names."""
+    jumps: Mapping[str, list[float]] = field(default_factory=dict)
+    """Of a moving force as which the basis of its body changes, jumps of the energy over that of deformation."""
     linkage: Callable[[int], LinkageHistories] | None = None
     """Of a mechanism, returns what it recorded of so many samples."""
 

@@ -23,6 +23,7 @@ from gudgeon.solver.ports.members import (
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.scene.probe import PointProbe
+from gudgeon.solver.system.bases.swaps import refuse_swaps
 from gudgeon.solver.system.system import System
 
 
@@ -63,6 +64,7 @@ def linearised(system: System, closed: Collection[str] = ()) -> Linearised:
     Raises:
         SceneError: there is no such contact, or a law without stiffness holds at no force.
     """
+    refuse_swaps(system, "a linear analysis is of one basis")
     system = at_rest(system)
     ports = with_surfaces(system, ports_of(system), system.position)
     contacts = [f"contact.{name}" for name in system.scene.contact]

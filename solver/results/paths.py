@@ -16,7 +16,7 @@ def empty_paths(system: System, samples: int) -> Paths:
     found = [_row(system, contact, *side) for contact in _single(system) for side in _sides(contact)]
     rows = np.array([row for row, _ in found]).reshape(len(found), len(system.velocity))
     residual = np.array([own for _, own in found]).reshape(len(found), len(system.gap))
-    elastic = np.array([(body.elastic.start, body.elastic.stop) for body in system.bodies.values()], np.int64)
+    elastic = system.elastic_spans
     return Paths(rows, residual, np.zeros((samples, len(found))), elastic, np.zeros((samples, len(elastic))))
 
 

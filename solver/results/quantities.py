@@ -47,6 +47,9 @@ def quantities(system: System, end: Outcome, states: tuple[np.ndarray, np.ndarra
         if len(contact.points) > 1 and np.any(multipliers[:, contact.rows]):
             values |= _of_area(contact, multipliers[:, contact.rows])
         found |= named(contact.name, values)
+    for name, jumps in end.jumps.items():
+        values = {"basis_changes": (float(len(jumps)), "1"), "energy_jump": (max(jumps, default=0.0), "1")}
+        found |= named(name, values)
     return found | _leaving(system, end)
 
 

@@ -39,6 +39,8 @@ class Stock:
     """Whether it has elastic coordinates or R."""
     held: bool = True
     """Whether it has supports, so that modes take part in translations."""
+    swapped: bool = False
+    """Whether it has bases that change as a force passes."""
     estimated: bool = True
     """Whether the errors of its frequencies by the mesh are known."""
     places: tuple[str, ...] = ()
@@ -51,7 +53,9 @@ class Stock:
             path.rpartition("/")[0] for path in sizes if path.startswith(tuple(f"{group}/" for group in PLACES))
         )
         elastic = sizes.get("angular_frequencies", 0) > 0 or "residual_flexibility" in sizes
-        return cls(elastic, "participation" in sizes, "discretisation_errors" in sizes, tuple(places))
+        return cls(
+            elastic, "participation" in sizes, "swap/number" in sizes, "discretisation_errors" in sizes, tuple(places)
+        )
 
 
 def scene_terms(scene: Scene, stocks: Mapping[str, Stock] | None = None) -> list[Term]:
@@ -94,6 +98,8 @@ def _motion(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     )  # fmt: skip
     reason = "modes are integrated exactly" if stock.elastic else "a rigid body does not deform"
     yield Term("elastic flight", body, stock.elastic, reason, ("modes:angular_frequencies",))
+    if stock.swapped:
+        yield Term("bases", body, True, "the basis changes as the moving force passes", ("modes:swap",))
 
 
 def _contacts(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:

@@ -122,6 +122,11 @@ class System:
         return {name: body.first for name, body in self.bodies.items()}
 
     @property
+    def elastic_spans(self) -> np.ndarray:
+        """First and last + 1 elastic coordinate of each body, (b, 2)."""
+        return np.array([(body.elastic.start, body.elastic.stop) for body in self.bodies.values()], np.int64)
+
+    @property
     def contact_of(self) -> np.ndarray:
         """Number of each row's contact, (c,)."""
         return np.repeat(np.arange(len(self.contacts)), [len(item.points) for item in self.contacts])

@@ -318,6 +318,14 @@ def check_modes_13(record: Any) -> None:
     assert (plate.tangential_rows, plate.tangential_resultant) == (None, None)
 
 
+def check_modes_14(record: Any) -> None:
+    check_modes_13(record)
+    assert record.swap.interface == "bore"
+    assert record.swap.number.tolist() == [0, 1, 2]
+    assert record.swap.borders.tolist() == [0.125]
+    assert np.array_equal(record.swap.overlap, ramp(3, 3, start=30.0))
+
+
 def check_trajectory_7(record: Any) -> None:
     check_trajectory_2(record)
     assert np.array_equal(record.impacts["bore"], ramp(2, 9, start=7.0))
@@ -404,6 +412,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v11": {"mesh": check_mesh_10, "modes": check_modes_11, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v12": {"mesh": check_mesh_10, "modes": check_modes_12, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v13": {"mesh": check_mesh_10, "modes": check_modes_13, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
+    "v14": {"mesh": check_mesh_10, "modes": check_modes_14, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
 }
 """What those of one version hold, or lack."""
 
@@ -415,6 +424,8 @@ def check(path: Path, version: str) -> None:
         own(record)
     if path.stem == "modes" and int(version.removeprefix("v")) < 8:
         check_without_friction(record)
+    if path.stem == "modes" and int(version.removeprefix("v")) < 14:
+        assert record.swap is None
     if path.stem == "modes" and int(version.removeprefix("v")) < 13:
         check_smooth_spaces(record)
     if path.stem == "modes" and int(version.removeprefix("v")) < 12:

@@ -18,6 +18,7 @@ from gudgeon.modaldb.records.modes import (
     MorphRecord,
     SensitivityRecord,
     StaticResponses,
+    SwapModes,
     TractionModes,
 )
 from gudgeon.modaldb.records.nodal import NodalRecord
@@ -135,6 +136,7 @@ def modes() -> ModalRecord:
         algebraic_errors=ramp(3, start=22.0),
         discretisation_errors=np.array([0.125, 0.25, np.nan]),
         participation=ramp(3, 3, start=3.0),
+        swap=SwapModes("bore", np.array([0, 1, 2]), np.array([0.125]), ramp(3, 3, start=30.0)),
         tangential_spans={"bore": [47, 79], "thrust": [43, 47]},
     )
 

@@ -55,7 +55,7 @@ def without_modes() -> ModalRecord:
         bare, interfaces={}, tractions={}, loads={}, gauges={}, interface_rows={}, tangential_spans={},
         participation=None, **none,
     )  # fmt: skip
-    return replace(bare, residual_flexibility=np.empty((0, 0)), static_responses=None)
+    return replace(bare, residual_flexibility=np.empty((0, 0)), static_responses=None, swap=None)
 
 
 @pytest.fixture
@@ -86,7 +86,12 @@ def test_round_trip(kind: str, tmp_path: Path) -> None:
         (
             "modes",
             replace(
-                modes(), tractions={}, tangential_spans={"thrust": [43, 47]}, loads={}, rigid_twists=np.empty((0, 6))
+                modes(),
+                swap=None,
+                tractions={},
+                tangential_spans={"thrust": [43, 47]},
+                loads={},
+                rigid_twists=np.empty((0, 6)),
             ),
         ),
         ("modes", replace(modes(), interfaces={}, tangential_spans={"bore": [47, 79]}, quality={})),

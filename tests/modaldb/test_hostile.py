@@ -127,6 +127,8 @@ HARM: dict[str, tuple[Change, str]] = {
     "too few tangential rows": (spans(RUBBED % "[43, 45]"), "tangential_spans: thrust: .* not its rows"),
     "tangential rows on normal ones": (spans(RUBBED % "[39, 43]"), "tangential_spans: thrust: .* other rows"),
     "tangential spans that are none": (spans(RUBBED % "43"), "tangential_spans: thrust: expected"),
+    "a basis that is not there": (numbers("swap/number", 2, 3), "swap/number: 0 to 3, expected 0 to 2"),
+    "bases of no traction space": (attribute("swap", "interface", "anti"), "swap: interface 'anti' is no traction"),
     "JSON that is none": (attribute("/", "quality", "{"), "quality: no JSON object"),
     "JSON without end": (attribute("/", "quality", "[" * 100_000), "quality: no JSON object"),
     "provenance of nobody": (attribute("/", "provenance", '{"a": NaN}'), "provenance: not the inputs of a record"),
@@ -167,7 +169,7 @@ IN_NUMBERS = {"not a number", "infinite", "a number that overflows", "a node tha
               "tangential rows of nobody", "tangential rows that R lacks", "tangential rows beyond R",
               "too few tangential rows", "tangential rows on normal ones",
               "tangential spans that are none", "tractions across without rows",
-              "tractions across that R lacks"}  # fmt: skip
+              "tractions across that R lacks", "a basis that is not there", "bases of no traction space"}  # fmt: skip
 """What stands in the values and not in the structure."""
 
 

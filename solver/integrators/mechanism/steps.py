@@ -1,4 +1,4 @@
-"""How steps of a mechanism are computed: by an explicit method here, by an implicit one in `implicit.steps`."""
+"""How steps of a mechanism are computed: by an explicit method here, by collocation in `collocation`."""
 
 from collections.abc import Callable
 from typing import Any, Literal, NamedTuple, Protocol

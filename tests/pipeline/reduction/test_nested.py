@@ -8,7 +8,7 @@ import pytest
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.reduction.reduce import reduce_component
-from gudgeon.solver.system.nested import truncated
+from gudgeon.solver.system.bases.nested import truncated
 from tests.validation.scenes import DATA
 
 ROUND_OFF = 1e-9

@@ -9,7 +9,7 @@ import pytest
 
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.simulate import simulate
-from gudgeon.solver.system.nested import nested
+from gudgeon.solver.system.bases.nested import nested
 from gudgeon.solver.system.system import System
 from tests.solver.systems import block_records, block_scene, build
 

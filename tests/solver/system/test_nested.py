@@ -9,8 +9,8 @@ import pytest
 
 from gudgeon.modaldb.records.modes import GaugeModes, ModalRecord
 from gudgeon.solver.contact.blocks import Blocks
+from gudgeon.solver.system.bases.nested import nested, truncated
 from gudgeon.solver.system.equilibrium import _gaps
-from gudgeon.solver.system.nested import nested, truncated
 from gudgeon.solver.system.system import System
 from tests.solver.system.test_equilibrium import final_gaps, held
 from tests.solver.system.test_equilibrium import scene as held_scene

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.solver.integrators.mechanism.arrays import Model
-from gudgeon.solver.integrators.mechanism.implicit.table import Table
+from gudgeon.solver.integrators.mechanism.collocation.table import Table
 
 
 class Nodes(NamedTuple):
@@ -60,6 +60,8 @@ class Course(NamedTuple):
     """Whether the step has another size than the last one."""
     tolerance: float
     """Of the stages."""
+    limits: tuple[float, float]
+    """Ratio of two changes beyond which they do not converge, and the least that is believed."""
 
 
 class Inside(NamedTuple):

@@ -13,18 +13,15 @@ import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import SUMS, TURN, WIDTH
+from gudgeon.solver.integrators.mechanism.collocation.convergence import FOUND, OPEN, verdict
+from gudgeon.solver.integrators.mechanism.collocation.stage import balance, imbalance, set_stage
 from gudgeon.solver.integrators.mechanism.constraints.rows import set_poses
 from gudgeon.solver.integrators.mechanism.forces.bushings import set_bushings
-from gudgeon.solver.integrators.mechanism.implicit.stage import balance, imbalance, set_stage
 from gudgeon.solver.integrators.mechanism.rotation import normalise
 from gudgeon.solver.integrators.mechanism.step import largest
 
 ITERATIONS = 12
 """Of the stages at most."""
-SLOW = 0.5
-"""Ratio of changes beyond which a shorter step is the better one."""
-KNOWN = 0.8
-"""Power of the last step's ratio that is taken for the first change."""
 NEAR = 4.0
 """|z| below which φ are summed as series; above, they follow from each other without loss of digits."""
 TERMS = 26
@@ -115,16 +112,21 @@ def _start_of(model, waves, y, b, k):  # type: ignore[no-untyped-def]
 
 
 @inner
+def _add_slope(model, slope, weight, out):  # type: ignore[no-untyped-def]
+    """Add a slope of a weight to a state, but for its modes."""
+    for j in range(WIDTH * len(model.mass)):
+        out[j] += weight * slope[j]
+    for j in range(len(out) - SUMS, len(out)):
+        out[j] += weight * slope[j]
+
+
+@inner
 def _set_state(model, waves, course, y, i, out):  # type: ignore[no-untyped-def]
     """Set the state of a stage by the slopes."""
-    slopes, first = waves.slopes, WIDTH * len(model.mass)
+    slopes = waves.slopes
     copy(y, out)
     for l in range(len(slopes)):
-        weight = course.h * course.nodes.weights[i, l]
-        for j in range(first):
-            out[j] += weight * slopes[l, j]
-        for j in range(len(y) - SUMS, len(y)):
-            out[j] += weight * slopes[l, j]
+        _add_slope(model, slopes[l], course.h * course.nodes.weights[i, l], out)
     for b in range(len(model.mass)):
         q, momentum = model.elastic[b, 1], model.elastic[b, 2]
         for k in range(model.elastic[b, 0]):
@@ -152,21 +154,13 @@ def _improve(model, work, waves, course, y):  # type: ignore[no-untyped-def]
 @inner
 def _converge(model, work, waves, course, y):  # type: ignore[no-untyped-def]
     """Find the stages by substitution; False where it does not converge."""
-    before, share = np.inf, waves.rate[0] ** KNOWN
-    for iteration in range(ITERATIONS):
-        size = _improve(model, work, waves, course, y)
-        if not size < np.inf:
-            return False
-        if iteration > 0:
-            ratio = size / before if before > 0.0 else 0.0
-            if not ratio < SLOW:
-                waves.rate[0] = SLOW
-                return size <= course.tolerance
-            waves.rate[0] = larger(ratio, 1e-4)
-            share = ratio / (1.0 - ratio)
-        if share * size <= course.tolerance:
-            return True
-        before = size
+    before = np.inf
+    for _ in range(ITERATIONS):
+        change = _improve(model, work, waves, course, y)
+        found = verdict(waves.rate, change, before, course)
+        if found != OPEN:
+            return found == FOUND
+        before = change
     return False
 
 
@@ -223,7 +217,7 @@ def exponential_step(model, work, waves, course, y, out):  # type: ignore[no-unt
 def state_within(model, waves, inside, y, out):  # type: ignore[no-untyped-def]
     """Set the state at a place within a step from y; `slopes` are those of the step."""
     nodes, h, x = inside.nodes, inside.h, inside.at
-    slopes, first = waves.slopes, WIDTH * len(model.mass)
+    slopes = waves.slopes
     copy(y, out)
     for l in range(len(slopes)):
         weight, power, factorial = 0.0, h * x, 1.0
@@ -231,10 +225,7 @@ def state_within(model, waves, inside, y, out):  # type: ignore[no-untyped-def]
             factorial *= p + 1
             weight += nodes.powers[l, p] * power / factorial
             power *= x
-        for j in range(first):
-            out[j] += weight * slopes[l, j]
-        for j in range(len(y) - SUMS, len(y)):
-            out[j] += weight * slopes[l, j]
+        _add_slope(model, slopes[l], weight, out)
     for b in range(len(model.mass)):
         q, momentum = model.elastic[b, 1], model.elastic[b, 2]
         for k in range(model.elastic[b, 0]):

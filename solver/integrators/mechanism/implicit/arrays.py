@@ -35,6 +35,8 @@ class Course(NamedTuple):
     """Whether nothing is guessed of the stages."""
     tolerance: float
     """Of Newton's method."""
+    limits: tuple[float, float]
+    """Ratio of two changes beyond which they do not converge, and the least that is believed."""
     asked: float
     """Estimated error above which its estimate is improved."""
 
@@ -70,6 +72,10 @@ class Newton(NamedTuple):
     """Where a row stands in this order; `NONE` of those that others imply, (m,)."""
     rank: np.ndarray
     """(1,)"""
+    part: np.ndarray
+    """Independent rows, in this order, number and body of each of their blocks, (4 m, 3)."""
+    parts: np.ndarray
+    """How many, (1,)."""
     owner: np.ndarray
     """Bodies of a row's blocks at the start, (m, 4)."""
     block: np.ndarray
@@ -120,9 +126,9 @@ def newton_of(model: Model, size: int, stages: int) -> Newton:
         "turn": (n, 3, 3), "coupling": (n, 3, e), "inertia": (n, 3, 3), "back": (k, n, e), "core": (k, n, 3, 3),
         "light": (m, 4, 6 + e), "lower": (k, m, m), "right": (size,), "change": (size,), "push": (n, 6 + e),
         "moved": (n, 6 + e), "lack": (m,), "multiplier": (m,), "spare": (m,), "rate": (1,), "energy": (1,),
-        "counts": (1,),
+        "counts": (1,), "part": (4 * m, 3), "parts": (1,),
     }  # fmt: skip
-    whole = ("rows", "first", "end", "place", "rank", "owner", "counts")
+    whole = ("rows", "first", "end", "place", "rank", "part", "parts", "owner", "counts")
     paired = ("back", "core", "light", "lower", "right", "change", "push", "moved", "lack", "multiplier", "spare")
     kinds: dict[str, type] = {**dict.fromkeys(whole, np.int64), **dict.fromkeys(paired, np.complex128)}
     return Newton(**{name: np.zeros(shape, kinds.get(name, np.float64)) for name, shape in shapes.items()})

@@ -37,6 +37,7 @@ def keep_start(model, work, newton):  # type: ignore[no-untyped-def]
             for k in range(model.elastic[b, 0]):
                 newton.coupling[b, c, k] = work.moment[b, CURL + c, k]
     newton.rank[0] = work.rank[0] if len(model.row_terms) else 0
+    newton.parts[0] = 0
     for i in range(len(model.row_terms)):
         newton.place[i] = NONE
     for i in range(newton.rank[0]):
@@ -49,6 +50,13 @@ def keep_start(model, work, newton):  # type: ignore[no-untyped-def]
             if b != NONE:
                 for k in range(6 + model.elastic[b, 0]):
                     newton.block[i, p, k] = work.block[i, p, k]
+    for i in range(newton.rank[0]):
+        for p in range(4):
+            b = newton.owner[newton.rows[i], p]
+            if b != NONE:
+                part = newton.part[newton.parts[0]]
+                part[0], part[1], part[2] = newton.rows[i], p, b
+                newton.parts[0] += 1
 
 
 @inner
@@ -109,11 +117,9 @@ def set_systems(model, newton, times):  # type: ignore[no-untyped-def]
         for b in range(len(model.mass)):
             _set_core(model, newton, b, k, g)
         if newton.rank[0]:
-            for i in range(len(model.row_terms)):
-                for p in range(4):
-                    b = newton.owner[i, p]
-                    if b != NONE and newton.place[i] != NONE:
-                        _solve_body(model, newton, b, k, newton.block[i, p], newton.light[i, p])
+            for at in range(newton.parts[0]):
+                row, p, b = newton.part[at, 0], newton.part[at, 1], newton.part[at, 2]
+                _solve_body(model, newton, b, k, newton.block[row, p], newton.light[row, p])
             _set_schur(model, newton, newton.lower[k])
             _factor(newton, newton.lower[k])
 
@@ -216,20 +222,14 @@ def solve_system(model, newton, y, k, time):  # type: ignore[no-untyped-def]
 @inner
 def _hold(model, newton, k):  # type: ignore[no-untyped-def]
     """Add the forces of the joints to what acts on the bodies, and change their velocities."""
-    for i in range(newton.rank[0]):
-        row = newton.rows[i]
-        for p in range(4):
-            b = newton.owner[row, p]
-            if b != NONE:
-                for l in range(6 + model.elastic[b, 0]):
-                    newton.lack[row] -= newton.block[row, p, l] * newton.moved[b, l]
+    for at in range(newton.parts[0]):
+        row, p, b = newton.part[at, 0], newton.part[at, 1], newton.part[at, 2]
+        for l in range(6 + model.elastic[b, 0]):
+            newton.lack[row] -= newton.block[row, p, l] * newton.moved[b, l]
     _solve_rows(newton, newton.lower[k])
-    for i in range(newton.rank[0]):
-        row = newton.rows[i]
-        for p in range(4):
-            b = newton.owner[row, p]
-            if b != NONE:
-                for l in range(6 + model.elastic[b, 0]):
-                    newton.push[b, l] += newton.multiplier[row] * newton.block[row, p, l]
+    for at in range(newton.parts[0]):
+        row, p, b = newton.part[at, 0], newton.part[at, 1], newton.part[at, 2]
+        for l in range(6 + model.elastic[b, 0]):
+            newton.push[b, l] += newton.multiplier[row] * newton.block[row, p, l]
     for b in range(len(model.mass)):
         _solve_body(model, newton, b, k, newton.push[b], newton.moved[b])

@@ -9,19 +9,16 @@ import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, TURN, WIDTH
+from gudgeon.solver.integrators.mechanism.collocation.convergence import FOUND, OPEN, verdict
+from gudgeon.solver.integrators.mechanism.collocation.stage import balance, imbalance, set_stage
 from gudgeon.solver.integrators.mechanism.constraints.rows import set_poses
 from gudgeon.solver.integrators.mechanism.forces.bushings import set_bushings
 from gudgeon.solver.integrators.mechanism.implicit.matrix import keep_start, set_systems, solve_system
-from gudgeon.solver.integrators.mechanism.implicit.stage import balance, imbalance, set_stage
 from gudgeon.solver.integrators.mechanism.motion import project_places, project_speeds, rates
 from gudgeon.solver.integrators.mechanism.rotation import normalise
 
 ITERATIONS = 10
 """Of Newton's method at most."""
-SLOW = 0.9
-"""Ratio of changes beyond which it does not converge."""
-KNOWN = 0.8
-"""Power of the last step's ratio that is taken for the first change."""
 
 
 @inner
@@ -103,22 +100,13 @@ def _change(model, newton, course, y):  # type: ignore[no-untyped-def]
 def _solve_stages(model, work, newton, course, y):  # type: ignore[no-untyped-def]
     """Solve the equations of the stages by Newton's method with the matrix of the start; False where it fails."""
     before = np.inf
-    share = newton.rate[0] ** KNOWN
-    for iteration in range(ITERATIONS):
+    for _ in range(ITERATIONS):
         _set_stages(model, work, newton, course, y)
-        size = _change(model, newton, course, y)
-        if not size < np.inf:
-            return False
-        if iteration > 0:
-            ratio = size / before if before > 0.0 else 0.0
-            if not ratio < SLOW:
-                newton.rate[0] = 0.5
-                return size <= course.tolerance
-            newton.rate[0] = larger(ratio, 1e-3)
-            share = ratio / (1.0 - ratio)
-        if share * size <= course.tolerance:
-            return True
-        before = size
+        change = _change(model, newton, course, y)
+        found = verdict(newton.rate, change, before, course)
+        if found != OPEN:
+            return found == FOUND
+        before = change
     return False
 
 

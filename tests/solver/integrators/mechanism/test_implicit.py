@@ -8,7 +8,7 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import LINKAGE_NOTES, Trajectory
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.integrators.mechanism.implicit.table import shares, table_of
+from gudgeon.solver.integrators.mechanism.collocation.table import shares, table_of
 from gudgeon.solver.integrators.mechanism.integrator import Mechanism
 from gudgeon.solver.simulate import simulate
 from tests.solver.integrators.mechanism.flexible_scenes import cloud_run, cloud_system

@@ -92,18 +92,23 @@ def truncated(modal: ModalRecord, share: float) -> ModalRecord:
         if gauge.residual.shape[1]:
             static = gauge.residual + (gauge.rows[:, dropped] / omega[dropped]) @ flexible.T
             gauges[name] = replace(gauges[name], residual=static)
+    return replace(restricted(modal, kept), gauges=gauges, residual_flexibility=residual)
+
+
+def restricted(modal: ModalRecord, kept: np.ndarray) -> ModalRecord:
+    """Return a modal record with some of its coordinates alone, by their numbers; its R stays as it is."""
     return replace(
         modal,
         normal_count=len(kept),
         quality={name: value for name, value in modal.quality.items() if name != SHAPE_ERRORS},
-        angular_frequencies=omega[kept],
+        angular_frequencies=modal.angular_frequencies[kept],
         interfaces=_fewer(modal.interfaces, kept),
         tractions=_fewer(modal.tractions, kept),
         loads=_fewer(modal.loads, kept),
-        gauges=gauges,
-        residual_flexibility=residual,
+        gauges=_fewer(modal.gauges, kept),
         participation=None if modal.participation is None else modal.participation[:, kept],
         shapes=None, inertia_couplings=None, residuals=None, algebraic_errors=None, discretisation_errors=None,
+        swap=None,
     )  # fmt: skip
 
 

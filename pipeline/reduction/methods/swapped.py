@@ -1,0 +1,91 @@
+"""Bases between which a run changes as a force passes over a body (Wu & Mani).
+
+Basis k has the normal modes and Ritz vectors of the force at places of part k of the traction space, ends included:
+what neighbours answer to a force at their border is the same. One factorisation serves all of them.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gudgeon.modaldb.records.modes import SplineGrid, SwapModes
+from gudgeon.modaldb.traction import spread
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.normal import largest_count
+from gudgeon.pipeline.modes.problem import ORTHOGONALITY_TOLERANCE
+from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, ritz_modes
+from gudgeon.pipeline.reduction.methods.ritz_vectors import RitzVectors
+from gudgeon.pipeline.scenes.modes import Swap
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """The traction space that a force crosses."""
+
+    interface: str
+    space: SplineGrid
+    across: float
+    """Coordinate of the force [m]."""
+
+    def borders(self, bases: int) -> np.ndarray:
+        """Return the coordinates along of the ends of equal parts [m], (bases + 1,)."""
+        start, size = self.space.start[1], self.space.spacing[1] * (self.space.counts[1] - 3)
+        return start + size * np.arange(bases + 1) / bases
+
+
+def swapped(
+    model: FEModel, rows: ContactRows, own: Reduction, swap: Swap, crossed: Crossed
+) -> tuple[Reduction, SwapModes]:
+    """Return a reduction with the vectors of all bases behind its normal modes, and which basis has which.
+
+    Shapes of `own` that are no normal modes become part of every basis.
+
+    Raises:
+        InputError: the force does not cross the space, or has too few independent vectors there.
+        StageError: a basis is not orthonormal.
+    """
+    if own.Phi.shape[1] + swap.vectors > (most := largest_count(model)):
+        raise InputError(
+            f"modes.swap.vectors: {swap.vectors} given beside {own.Phi.shape[1]} other shapes, its mesh has {most} in"
+            " all; use fewer"
+        )
+    source, ends = RitzVectors(model), crossed.borders(swap.bases)
+    frequencies, shapes = [own.angular_frequencies[: own.normal_count]], [own.Phi[:, : own.normal_count]]
+    for part in range(swap.bases):
+        along = np.linspace(ends[part], ends[part + 1], swap.vectors)
+        loads = rows.B[slice(*rows.spans[crossed.interface])].T @ _loads(crossed, along).T
+        wanted = own.Phi.shape[1] + swap.vectors
+        basis, _ = source.krylov(loads, wanted, own.Phi)
+        modes = ritz_modes(model, basis[:, own.normal_count :])
+        if modes.Phi.shape[1] < (needed := wanted - own.normal_count):
+            raise InputError(
+                f"modes.swap.vectors: {swap.vectors} given, the force between {ends[part]:.4g} and {ends[part + 1]:.4g}"
+                f" m along '{crossed.interface}' has {modes.Phi.shape[1] - needed + swap.vectors} independent ones"
+                " beside the normal modes; use fewer"
+            )
+        frequencies.append(modes.angular_frequencies)
+        shapes.append(modes.Phi)
+    source.free()
+    Phi = np.column_stack(shapes)
+    number = np.repeat(np.arange(len(shapes)), [one.shape[1] for one in shapes])
+    overlap = Phi.T @ (model.M @ Phi)
+    alike = (number[:, None] == number) | (number == 0) | (number[:, None] == 0)
+    error = float(np.abs(overlap - np.eye(len(number)))[alike].max())
+    if error > ORTHOGONALITY_TOLERANCE:
+        raise StageError(f"modes: orthogonality of bases {error:.2g}, allowed: {ORTHOGONALITY_TOLERANCE:g}")
+    found = SwapModes(crossed.interface, number, ends[1:-1].copy(), overlap)
+    quality = own.quality | {"swap_orthogonality": error}
+    return replace(own, angular_frequencies=np.concatenate(frequencies), Phi=Phi, quality=quality), found
+
+
+def _loads(crossed: Crossed, along: np.ndarray) -> np.ndarray:
+    """Return a unit force at places along on all functions of the space, (p, F)."""
+    space, places = crossed.space, np.column_stack([np.full(len(along), crossed.across), along])
+    low, high = space.start[0], space.start[0] + space.spacing[0] * (space.counts[0] - 3)
+    if not low <= crossed.across <= high:
+        raise InputError(
+            f"modes.swap: the force is at {crossed.across:g} m across '{crossed.interface}', which reaches from"
+            f" {low:.4g} to {high:.4g} m"
+        )
+    return spread(space, places, np.ones(len(along)))
