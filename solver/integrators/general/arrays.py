@@ -16,6 +16,7 @@ from gudgeon.solver.forces.fields.co_energy import CoEnergies
 from gudgeon.solver.integrators.general.edges.table import Edges
 from gudgeon.solver.integrators.general.slides import Slides
 from gudgeon.solver.integrators.impact_log import ImpactLog
+from gudgeon.solver.unpacked import Unpacked
 
 SLIPS = 65_536
 """Changes between slip and stick that are kept, of a frame."""
@@ -343,10 +344,17 @@ class Arrays(NamedTuple):
     state: State
     problem: Problem
     log: ImpactLog
-    part: Constants
-    """The same for a part of a step."""
-    impact: Constants
-    """The same for an impact: `columns` are velocities per impulse [1/kg]."""
+
+
+class Loop(NamedTuple):
+    """The arrays of a run as its functions take them; they have all but the constants in common."""
+
+    whole: Unpacked
+    """For whole steps."""
+    part: Unpacked
+    """For parts of steps."""
+    impact: Unpacked
+    """For impacts: `columns` are velocities per impulse [1/kg]."""
 
 
 class Given(NamedTuple):

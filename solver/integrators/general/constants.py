@@ -10,7 +10,9 @@ from gudgeon.solver.integrators.general.arrays import (
     POSITION,
     STABILISED,
     VELOCITY,
+    Arrays,
     Constants,
+    Loop,
     Residual,
     Rows,
 )
@@ -21,6 +23,7 @@ from gudgeon.solver.ports.members import contact_ports
 from gudgeon.solver.ports.pairs import Pairs
 from gudgeon.solver.ports.table import BLOCK, Kind, Ports, block_size
 from gudgeon.solver.system.system import System
+from gudgeon.solver.unpacked import Unpacked
 
 
 def constants_of(system: System, ports: Ports, dt: float) -> Constants:
@@ -89,24 +92,20 @@ def _divides(system: System, rigid: np.ndarray, damped: bool) -> bool:
     return bool(rigid.any() and not damps and not moves)
 
 
-def part_of(constants: Constants) -> Constants:
-    """Return constants for a part of a step, which `impacts.retime` sets; of steps that are not divided they are read
-    by nothing, and are the same."""
+def loop_of(arrays: Arrays, system: System, ports: Ports) -> Loop:
+    """Return arrays as the loop takes them; those for parts of steps, which `impacts.retime` sets, and for impacts, to
+    which nothing that yields responds, are those of whole steps where steps are not divided, and are not read."""
+    whole, constants = Unpacked(arrays), arrays.constants
     if not constants.divides:
-        return constants
+        return Loop(whole, whole, whole)
     names = ("dt", "motion", "push", "inertia", "columns")
-    return constants._replace(**{name: getattr(constants, name).copy() for name in names})
-
-
-def impact_of(constants: Constants, system: System, ports: Ports) -> Constants:
-    """Return constants for an impact of rigid contact, to which nothing that yields responds; as `part_of`."""
-    if not constants.divides:
-        return constants
+    part = constants._replace(**{name: getattr(constants, name).copy() for name in names})
     rigid, moves = constants.level == VELOCITY, np.ones(ports.rows.shape[1])
     columns = _by_bodies(system, ports, (moves, moves), constants.level)
     for own, to, values in ports.pairs.blocks(columns):
         values *= rigid[own.start : own.stop, None] & rigid[to]
-    return constants._replace(dt=np.ones(1), columns=columns)
+    impact = constants._replace(dt=np.ones(1), columns=columns)
+    return Loop(whole, *(Unpacked(arrays._replace(constants=one)) for one in (part, impact)))
 
 
 def _by_bodies(system: System, ports: Ports, factors: tuple[np.ndarray, np.ndarray], level: np.ndarray) -> np.ndarray:

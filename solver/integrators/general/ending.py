@@ -60,13 +60,12 @@ def displace(constants, state, problem):  # type: ignore[no-untyped-def]
     step, solved = constants.dt[0], problem.size[2] != 0 and not constants.bounces
     displacement, response, layer, unknown = state.displacement[0], state.response[0], constants.layer, state.unknown
     residual, held, listed = constants.residual, state.held, state.listed
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        if constants.plain and solved and not state.beside[i]:
+    plain = constants.plain and solved and not (constants.edged or constants.damped)
+    if plain:
+        for i in problem.ports[: problem.size[0]]:
             displacement[i] = problem.free[i] - layer[i] * unknown[i]
-            if constants.damped:
-                response[i] = displaced(residual, i, held, listed)
-            continue
+    for a in range(0 if plain else problem.size[0]):
+        i = problem.ports[a]
         first = constants.block[i]
         measured = solved and not state.beside[i]
         if measured and constants.level[first] == POSITION and constants.kind[i] not in (BILATERAL, DRIVEN):

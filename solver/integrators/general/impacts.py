@@ -16,6 +16,7 @@ from gudgeon.solver.integrators.general.rows import moved, push
 from gudgeon.solver.integrators.general.solution.solve import solve
 from gudgeon.solver.integrators.impact_log import add_jump, note_change, note_impact
 from gudgeon.solver.integrators.outcome import EXCHANGED
+from gudgeon.solver.unpacked import unpacked
 
 COLLAPSE = 1e-6
 """Share of a step within which a point that rebounds again stays closed: rebounds follow each other without end."""
@@ -29,9 +30,11 @@ ROUND_OFF = 64 * 2.0**-52
 
 
 @inner
-def retime(whole, part, state, problem, step):  # type: ignore[no-untyped-def]
+def retime(loop, step):  # type: ignore[no-untyped-def]
     """Set the motion of undamped coordinates over a part of a step [s], and what ports do in it."""
-    part.dt[0], problem.size[1] = step, -1
+    arrays, part = unpacked(loop.whole), unpacked(loop.part).constants
+    whole = arrays.constants
+    part.dt[0], arrays.problem.size[1] = step, -1
     motion, pushes = part.motion, part.push
     for k in range(len(whole.stiffness)):
         square = whole.stiffness[k]
@@ -43,7 +46,7 @@ def retime(whole, part, state, problem, step):  # type: ignore[no-untyped-def]
         half = np.sin(0.5 * omega * step)
         pushes[0, k] = 2.0 * half * half / square if square > 0.0 else 0.5 * step * step
         pushes[1, k] = motion[1, k]
-    _couple(whole, part, state)
+    _couple(whole, part, arrays.state)
 
 
 @inner
@@ -140,12 +143,13 @@ def first_closing(constants, state, problem, whole):  # type: ignore[no-untyped-
 
 
 @inner
-def first_turning(constants, arrays):  # type: ignore[no-untyped-def]
+def first_turning(kept, loop):  # type: ignore[no-untyped-def]
     """Return when the slip of a closed point first ends in a part of the step [s], and set which does.
 
     Friction at its limit brakes u̇ by D from the velocity u₀ on, besides what other forces do: u₀ = t (D − a).
     """
-    state, problem, mobility = arrays.state, arrays.problem, arrays.impact.columns
+    arrays, mobility = unpacked(kept), unpacked(loop.impact).constants.columns
+    constants, state, problem = arrays.constants, arrays.state, arrays.problem
     when, step = constants.dt[0], constants.dt[0]
     state.turning[0] = -1
     for a in range(problem.size[0]):
@@ -181,18 +185,19 @@ def time_left(constants, state, i, whole):  # type: ignore[no-untyped-def]
 
 
 @inner
-def collide(arrays, number, time):  # type: ignore[no-untyped-def]
+def collide(loop, number, time):  # type: ignore[no-untyped-def]
     """Let all rigid contact that touches and approaches rebound; False where the impulses are not found.
 
     Args:
         number: Of the step.
         time: [s]
     """
+    arrays = unpacked(loop.whole)
     state, problem = arrays.state, arrays.problem
-    if not _touching(arrays, time):
+    if not _touching(loop, time):
         return True
     count = problem.size[0]
-    sound = solve(arrays.impact, state, problem)
+    sound = solve(loop.impact)
     for a in range(count):
         i = problem.ports[a]
         state.sudden_impulses[1, i], state.unknown[i] = state.unknown[i], state.foreseen[i]
@@ -203,10 +208,10 @@ def collide(arrays, number, time):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _touching(arrays, time):  # type: ignore[no-untyped-def]
+def _touching(loop, time):  # type: ignore[no-untyped-def]
     """List rigid contact that touches, with what it asks for, where any of it approaches; whether any does."""
-    constants, state, problem, count, strikes = arrays.impact, arrays.state, arrays.problem, 0, False
-    whole = arrays.constants.dt[0]
+    arrays, whole = unpacked(loop.impact), unpacked(loop.whole).constants.dt[0]
+    constants, state, problem, count, strikes = arrays.constants, arrays.state, arrays.problem, 0, False
     copy(state.q, state.ends[0])
     copy(state.v, state.ends[1])
     copy(state.v, state.before[1])

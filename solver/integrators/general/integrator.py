@@ -15,7 +15,7 @@ from gudgeon.solver.integrators.general.arrays import (
     Found,
     Given,
 )
-from gudgeon.solver.integrators.general.constants import constants_of, impact_of, part_of
+from gudgeon.solver.integrators.general.constants import constants_of, loop_of
 from gudgeon.solver.integrators.general.kernel import march
 from gudgeon.solver.integrators.general.start import candidates, problem_of, state_of
 from gudgeon.solver.integrators.impact_log import Located, impact_log
@@ -72,8 +72,8 @@ class General:
         self._functions = np.concatenate([np.empty(0, np.int64), *(own[0] for own in functions.values())])
         self._rubbed = {number: own[1:] for number, own in functions.items() if len(own) > 1}
         log = impact_log([int(rows[0]) for rows in normals], dt, system.window)
-        part, impact = part_of(constants), impact_of(constants, system, self.ports)
-        self.arrays = Arrays(constants, state, problem_of(constants), log, part, impact)
+        self.arrays = Arrays(constants, state, problem_of(constants), log)
+        self._loop = loop_of(self.arrays, system, self.ports)
         self._located = Located(log)
         loaded, contacts = len(constants.loaded), max(1, len(system.contacts))
         self._bare = Found(
@@ -102,7 +102,7 @@ class General:
             v=np.zeros((count, len(state.q))), ports=np.zeros((count, len(state.unknown))),
             lengths=np.zeros((count, len(state.pin))),
         )  # fmt: skip
-        sound = march(self.arrays, self._drive(first, count * stride), first, stride, found)
+        sound = march(self._loop, self._drive(first, count * stride), first, stride, found)
         if not sound:
             self._note_left()
         self._take_slips()
@@ -155,9 +155,9 @@ class General:
         else:
             given.loads[:] = applied
         if self._march is None:
-            self._march = machine_code(march, self.arrays, given, first, count, self._bare)
+            self._march = machine_code(march, self._loop, given, first, count, self._bare)
         # What it sums up of forces and loads is not read.
-        sound = self._march(self.arrays, given, first, count, self._bare)
+        sound = self._march(self._loop, given, first, count, self._bare)
         self._take_slips()
         if not self._located.take():
             self.failure = Result.IMPACTS

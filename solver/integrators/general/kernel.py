@@ -10,10 +10,7 @@ that the path of the coordinates cannot have closed are left out.
 import numpy as np
 
 from gudgeon.solver.compiled import copy, embedded, entry, inner
-from gudgeon.solver.integrators.general.arrays import (
-    GIVEN,
-    STABILISED,
-)
+from gudgeon.solver.integrators.general.arrays import GIVEN, STABILISED
 from gudgeon.solver.integrators.general.candidates import (
     find_candidates,
     free_measures,
@@ -42,6 +39,7 @@ from gudgeon.solver.integrators.general.slides import (
     pull_along,
 )
 from gudgeon.solver.integrators.general.solution.solve import solve
+from gudgeon.solver.unpacked import unpacked
 
 MOST_PARTS, MOST_TRIALS = 20_000, 100
 """Largest number of parts of a step, and of trials to find where rigid contact closes."""
@@ -52,10 +50,17 @@ PASSES = 6
 
 
 @entry
-def march(arrays, given, first, stride, out):  # type: ignore[no-untyped-def]
-    """Advance `len(out.forces)` samples of `stride` steps from step number `first`; False where this failed."""
+def march(loop, given, first, stride, out):  # type: ignore[no-untyped-def]
+    """Advance `len(out.forces)` samples of `stride` steps from step number `first`; False where this failed.
+
+    Args:
+        loop: The Loop, whose arrays are changed in place.
+        given: What the scene gives in these steps.
+        out: The samples.
+    """
+    arrays = unpacked(loop.whole)
     loads, crank = given.loads, given.crank
-    constants, state, problem, log = arrays.constants, arrays.state, arrays.problem, arrays.log
+    constants, state, log = arrays.constants, arrays.state, arrays.log
     for sample in range(len(out.forces)):
         for part in range(stride):
             step = sample * stride + part
@@ -64,13 +69,13 @@ def march(arrays, given, first, stride, out):  # type: ignore[no-untyped-def]
             if len(constants.field_start) > 0 and not set_fields(constants, state, loads[:, step]):
                 return False
             if constants.divides:
-                if not _divided(arrays, loads[:, step], first + step):
+                if not _divided(loop, loads[:, step], first + step):
                     return False
                 _add_all(constants, state, stride, out.forces[sample])
             else:
-                if not _advance(constants, state, problem, loads[:, step], crank[step]):
+                if not _advance(loop.whole, loads[:, step], crank[step]):
                     return False
-                _finish(constants, state, problem, (first + step + 1) * constants.dt[0])
+                _finish(loop.whole, (first + step + 1) * constants.dt[0])
                 for j in range(len(state.pin)):
                     copy(crank[step, j], state.pin[j])
                 log_forces(constants, state, log, first + step)
@@ -94,12 +99,20 @@ def march(arrays, given, first, stride, out):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _advance(constants, state, problem, loads, crank):  # type: ignore[no-untyped-def]
-    """Find the forces of a step or of a part of one; False where the sweeps do not converge."""
+def _advance(kept, loads, crank):  # type: ignore[no-untyped-def]
+    """Find the forces of a step or of a part of one; False where the sweeps do not converge.
+
+    Args:
+        kept: Arrays of whole steps or of parts.
+        loads: Given loads [N]: means, and at the end, (2, g).
+        crank: Driven points of joints at the end, (j, 4).
+    """
+    arrays = unpacked(kept)
+    constants, state = arrays.constants, arrays.state
     _aim(constants, state, crank)
     _fly(constants, state, loads)
-    find_candidates(constants, state, problem)
-    return _respond(constants, state, problem, crank)
+    find_candidates(constants, state, arrays.problem)
+    return _respond(kept, crank)
 
 
 @inner
@@ -114,28 +127,29 @@ def _add_all(constants, state, stride, forces):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _divided(arrays, loads, number):  # type: ignore[no-untyped-def]
+def _divided(loop, loads, number):  # type: ignore[no-untyped-def]
     """Take a step, divided where rigid contact closes; False where forces are not found, or parts are too many."""
-    whole, part, state, problem = arrays.constants, arrays.part, arrays.state, arrays.problem
-    dt = whole.dt[0]
+    arrays = unpacked(loop.whole)
+    state, problem = arrays.state, arrays.problem
+    dt = arrays.constants.dt[0]
     start, done, sound = number * dt, 0.0, True
     copy(state.unknown, state.begun)
     state.total[:] = 0.0
     state.sudden_impulses[0, :] = 0.0
     for turn in range(MOST_PARTS):
-        if not collide(arrays, number, start + done):
+        if not collide(loop, number, start + done):
             return False
-        constants, length = whole, dt - done
+        kept, length = loop.whole, dt - done
         if not length > SHORTEST * dt:
             break
         if turn > 0:
-            constants = part
-            retime(whole, part, state, problem, length)
-        length = _part(arrays, constants, (loads, done), length)
+            kept = loop.part
+            retime(loop, length)
+        length = _part(loop, kept, (loads, done), length)
         if not length > 0.0:
             return False
-        constants = whole if length == dt else part
-        _finish(constants, state, problem, start + done + length)
+        kept = loop.whole if length == dt else loop.part
+        _finish(kept, start + done + length)
         if state.turning[0] >= 0:
             state.sliding[state.turning[0]] = False
         note_part(arrays, (start + done, length), number)
@@ -152,23 +166,26 @@ def _divided(arrays, loads, number):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _part(arrays, constants, given, length):  # type: ignore[no-untyped-def]
+def _part(loop, kept, given, length):  # type: ignore[no-untyped-def]
     """Find the forces up to where the first rigid contact closes, and how long that takes [s]; 0 where none are found.
 
     Args:
+        kept: Arrays of whole steps or of parts.
         given: Loads of the whole step, means and at its end [N], and what is done of it [s].
         length: What is left of it [s].
     """
-    whole, part, state, problem = arrays.constants, arrays.part, arrays.state, arrays.problem
-    dt, low, high, hit, state.turning[0] = whole.dt[0], 0.0, length, -1, -1
+    arrays, constants = unpacked(loop.whole), unpacked(kept).constants
+    state, problem = arrays.state, arrays.problem
+    dt, low, high, hit, state.turning[0] = arrays.constants.dt[0], 0.0, length, -1, -1
     _keep(state)
     for _turn in range(MOST_TRIALS):
         if _turn > 0:
             _restore(state, problem)
-            constants = part
-            retime(whole, part, state, problem, length)
+            kept = loop.part
+            constants = unpacked(kept).constants
+            retime(loop, length)
         _share_loads(constants, state, given, dt)
-        if not _advance(constants, state, problem, state.loads, state.pin):
+        if not _advance(kept, state.loads, state.pin):
             return 0.0
         fall(constants, state, problem)
         found, time = first_closing(constants, state, problem, dt)
@@ -177,7 +194,7 @@ def _part(arrays, constants, given, length):  # type: ignore[no-untyped-def]
         else:
             left = time_left(constants, state, hit, dt) if hit >= 0 else 0.0
             if left == 0.0 and state.turning[0] < 0:
-                time = first_turning(constants, arrays)
+                time = first_turning(kept, loop)
                 if state.turning[0] >= 0:
                     hit, high, length = -1, length, time
                     continue
@@ -296,8 +313,10 @@ def _place_given(constants, state, i):  # type: ignore[no-untyped-def]
 
 
 @embedded
-def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
+def _respond(kept, crank):  # type: ignore[no-untyped-def]
     """Find the forces of all candidates; False where the sweeps do not converge."""
+    arrays = unpacked(kept)
+    constants, state, problem = arrays.constants, arrays.state, arrays.problem
     foresees = constants.bounces and not constants.divides
     missed = True
     for turn in range(PASSES + 1):
@@ -307,10 +326,10 @@ def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
         if turn == PASSES:
             break
         if foresees and missed and keep_open(constants, state, problem):
-            if not solve(constants, state, problem):
+            if not solve(kept):
                 return False
             foresee(constants, state, problem)
-        if problem.size[0] > 0 and not solve(constants, state, problem):
+        if problem.size[0] > 0 and not solve(kept):
             return False
         unsettled = set_extra(constants, state, problem)
         if foresees and problem.size[0] > 0:
@@ -342,8 +361,10 @@ def _list_forced(constants, state):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
-    """Bring all ports and coordinates to the end of the step, and its energies."""
+def _finish(kept, time):  # type: ignore[no-untyped-def]
+    """Bring all ports and coordinates to the end of the step [s], and its energies."""
+    arrays = unpacked(kept)
+    constants, state, problem = arrays.constants, arrays.state, arrays.problem
     _list_forced(constants, state)
     q, v, force, half, rest, pressed = state.q, state.v, state.force, state.half, state.rest, state.pressed
     copy(half[0], pressed)

@@ -22,6 +22,7 @@ from gudgeon.solver.integrators.general.slides import coupling, gather_sliding
 from gudgeon.solver.integrators.general.solution.closed import close
 from gudgeon.solver.integrators.general.solution.newton import allowed, natural_residual, newton
 from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed, presses
+from gudgeon.solver.unpacked import unpacked
 
 RELAXATION = 0.7
 """Of cones: two trials with the residual flexibility of a part need 40 sweeps with it, 55 at 1."""
@@ -44,8 +45,10 @@ STEADY = 1e-13
 
 
 @entry
-def solve(constants, state, problem):  # type: ignore[no-untyped-def]
+def solve(kept):  # type: ignore[no-untyped-def]
     """Find the unknowns and measures of all candidates from the unknowns that they have; False where none are found."""
+    arrays = unpacked(kept)
+    constants, state, problem = arrays.constants, arrays.state, arrays.problem
     if constants.plain:
         return close(constants, state, problem)
     ports, free, gap = problem.ports[: problem.size[0]], problem.free, state.gap

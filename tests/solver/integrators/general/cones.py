@@ -8,6 +8,7 @@ import numpy as np
 from gudgeon.solver.integrators.general.arrays import Arrays
 from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.integrators.general.solution.solve import solve
+from gudgeon.solver.unpacked import Unpacked
 from tests.solver.port_systems import pair
 
 
@@ -68,6 +69,6 @@ def arrays(folder: Path, problem: Problem, start: np.ndarray | None = None) -> A
 def solved(folder: Path, problem: Problem, start: np.ndarray | None = None) -> Solved:
     """Let the loop solve a problem from given forces, none by default."""
     made = arrays(folder, problem, start)
-    sound = solve(made.constants, made.state, made.problem)
+    sound = solve(Unpacked(made))
     counts = made.state.counts
     return Solved(bool(sound), made.state.unknown.copy(), int(counts[3]), int(counts[5]))

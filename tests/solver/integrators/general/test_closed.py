@@ -9,6 +9,7 @@ from scipy import linalg, optimize
 from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.integrators.general.solution.closed import BETWEEN
 from gudgeon.solver.integrators.general.solution.solve import solve
+from gudgeon.solver.unpacked import Unpacked
 from tests.solver.systems import block_records, block_scene, build
 
 POINTS = 200
@@ -28,7 +29,7 @@ def test_ports_between_candidates_stay_open_and_have_no_effect(share: float, tmp
     gap[awake] = free = 1e-6 * rng.uniform(-1.0, 1.0, len(candidates))
     problem.awake[0] = awake
     problem.ports[: len(candidates)], problem.size[0] = candidates, len(candidates)
-    assert solve(arrays.constants, arrays.state, problem)
+    assert solve(Unpacked(arrays))
     runs = problem.runs[: problem.size[3]]
     inside = np.concatenate([np.arange(*run) for run in runs])
     assert set(candidates) <= set(inside)
