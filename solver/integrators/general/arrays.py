@@ -298,11 +298,17 @@ class Problem(NamedTuple):
     awake: np.ndarray
     """Whether the first port of a block is a candidate, now and a step ago, (2, p)."""
     ports: np.ndarray
-    """Their numbers, (N,)."""
+    """Their numbers; while forces are sought that are no plain ones, those that act, (N,)."""
+    candidates: np.ndarray
+    """Then all, (N,)."""
+    acting: np.ndarray
+    """Whether a candidate acts, at the first port of its block, (p,)."""
+    gathered: np.ndarray
+    """Ports of `columns`, (N,)."""
     altered: np.ndarray
     """Those whose means may differ from the trapezoidal rule, (N,)."""
     size: np.ndarray
-    """How many; for how many of them `columns` or `runs` hold; whether all are solved for; number of runs; of
+    """How many; for how many `columns` or `runs` hold; whether all are solved for; number of runs; of
     changes that are mixed, (5,)."""
     columns: np.ndarray
     """Measure of candidates per unknown of a candidate, one a row, (N, N)."""

@@ -184,7 +184,9 @@ def list_candidates(constants, state, problem):  # type: ignore[no-untyped-def]
             ports[count] = b
             count += 1
     if not same or count != problem.size[0]:
-        problem.size[0], problem.size[1] = count, -1
+        problem.size[0] = count
+        if constants.plain:
+            problem.size[1] = -1
 
 
 @inner

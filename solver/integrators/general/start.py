@@ -103,8 +103,9 @@ def problem_of(constants: Constants) -> Problem:
     p = len(constants.offset)
     many = 0 if constants.plain else candidates(constants)  # Without cones, laws or joints, `active` holds the factor.
     return Problem(
-        awake=np.full((2, p), constants.divides), ports=np.zeros(p, np.int64), altered=np.zeros(p, np.int64),
-        size=np.zeros(5, np.int64),
+        awake=np.full((2, p), constants.divides), ports=np.zeros(p, np.int64),
+        candidates=np.zeros(p, np.int64), acting=np.zeros(p, np.bool_), gathered=np.full(p, -1),
+        altered=np.zeros(p, np.int64), size=np.zeros(5, np.int64),
         columns=np.zeros((many, many)), active=empty_set(p if constants.plain else 0), runs=np.zeros((p, 2), np.int64),
         matrix=coupled(constants.pattern, constants.columns)._replace(candidate=np.ones(p, np.bool_)),
         free=np.zeros(p), x=np.zeros(p),

@@ -19,6 +19,7 @@ from gudgeon.solver.integrators.general.arrays import (
 )
 from gudgeon.solver.integrators.general.rows import add_row
 from gudgeon.solver.integrators.general.slides import coupling, gather_sliding
+from gudgeon.solver.integrators.general.solution.acting import begin_acting, choose, end_acting, list_acting, measure
 from gudgeon.solver.integrators.general.solution.closed import close
 from gudgeon.solver.integrators.general.solution.newton import allowed, natural_residual, newton
 from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed, presses
@@ -57,13 +58,22 @@ def solve(kept):  # type: ignore[no-untyped-def]
     for i in ports:
         if state.extra[i] != 0.0:
             add_means(constants, state, problem, i, state.extra[i])
-    if not _balanced(constants, state, problem):
-        return False
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        state.unknown[i], state.measure[i] = problem.x[a], problem.y[a]
-        problem.free[i] = problem.y[a]
-    return True
+    count, sound = begin_acting(problem), True
+    if not constants.slides:
+        measure(constants, state, problem, count)
+    while sound and choose(constants, state, problem, count):
+        list_acting(constants, problem, count)
+        sound = _balanced(constants, state, problem)
+        for a in range(problem.size[0]):
+            state.unknown[problem.ports[a]] = problem.x[a]
+        if not constants.slides:
+            measure(constants, state, problem, count)
+        for a in range(problem.size[0]):
+            state.measure[problem.ports[a]] = problem.y[a]
+    end_acting(problem, count)
+    for i in ports:
+        free[i] = state.measure[i]
+    return sound
 
 
 @embedded

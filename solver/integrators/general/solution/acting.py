@@ -1,0 +1,75 @@
+"""Which candidates a contact solution is about: those that have a force or would overlap without one.
+
+The others are open. Their measures are found after the forces, not in every sweep; those that overlap then act, too.
+"""
+
+from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.integrators.general.arrays import CONE, UNILATERAL
+from gudgeon.solver.integrators.general.rows import add_row
+
+
+@inner
+def measure(constants, state, problem, count):  # type: ignore[no-untyped-def]
+    """Set the measures of all candidates by the unknowns of all.
+
+    Args:
+        count: Of the candidates.
+    """
+    listed = problem.candidates[:count]
+    for i in listed:
+        state.measure[i] = problem.free[i]
+    for i in listed:
+        if state.unknown[i] != 0.0:
+            add_row(constants.pattern, constants.columns, (i, state.unknown[i]), listed, state.measure)
+
+
+@inner
+def choose(constants, state, problem, count):  # type: ignore[no-untyped-def]
+    """Let candidates act which their measures or forces ask for, all where points slide; whether these are more."""
+    found, a = False, 0
+    while a < count:
+        i = problem.candidates[a]
+        a += constants.size[i]
+        if problem.acting[i]:
+            continue
+        # A measure that is not a number acts, and is found out.
+        acts = constants.slides or constants.kind[i] not in (UNILATERAL, CONE) or not (state.measure[i] >= 0.0)
+        for b in range(i, i + constants.size[i]):
+            acts = acts or state.unknown[b] != 0.0
+        if acts:
+            problem.acting[i] = found = True
+    return found
+
+
+@inner
+def list_acting(constants, problem, count):  # type: ignore[no-untyped-def]
+    """List the candidates that act in `problem.ports`; their columns hold if they are those of the last solution."""
+    ports, gathered, same, n, a = problem.ports, problem.gathered, True, 0, 0
+    while a < count:
+        i = problem.candidates[a]
+        if problem.acting[i]:
+            for b in range(i, i + constants.size[i]):
+                same = same and gathered[n] == b
+                ports[n] = gathered[n] = b
+                n += 1
+        a += constants.size[i]
+    if not same or n != problem.size[1]:
+        problem.size[1] = -1
+    problem.size[0] = n
+
+
+@inner
+def begin_acting(problem):  # type: ignore[no-untyped-def]
+    """Keep the list of all candidates, none of which acts; returns how many they are."""
+    count = problem.size[0]
+    copy(problem.ports[:count], problem.candidates[:count])
+    for i in problem.candidates[:count]:
+        problem.acting[i] = False
+    return count
+
+
+@inner
+def end_acting(problem, count):  # type: ignore[no-untyped-def]
+    """List all candidates again."""
+    copy(problem.candidates[:count], problem.ports[:count])
+    problem.size[0] = count
