@@ -2,6 +2,7 @@
 
 from gudgeon.solver.compiled import copy, embedded, inner
 from gudgeon.solver.integrators.general.arrays import (
+    CONE,
     DRIVEN,
     LAW,
     POSITION,
@@ -138,8 +139,8 @@ def _wake(met, ports, awake):  # type: ignore[no-untyped-def]
 
 @embedded
 def placed_late(constants, i):  # type: ignore[no-untyped-def]
-    """Whether a block needs its place at the start of a step only once it has a force."""
-    return constants.kind[i] == UNILATERAL and constants.level[i] == POSITION
+    """Whether a block needs its place at the start of a step only once it closes."""
+    return constants.kind[i] in (UNILATERAL, CONE) and constants.level[i] == POSITION
 
 
 @inner
@@ -153,7 +154,6 @@ def place(constants, state, i):  # type: ignore[no-untyped-def]
             place = moved_over(constants, state.slides, b, BEFORE, state.before[0])
             place += displaced_over(constants, state.slides, b, BEFORE, (state.held, state.listed))
         state.displacement[1, b] = constants.offset[b] + place
-        state.anchor[b] = state.displacement[1, b]
 
 
 @embedded
@@ -256,6 +256,8 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
     for a in range(0 if constants.plain else n):
         i = ports[a]
         if size[i] == 3 and constants.level[i] == POSITION and kinds[i] != DRIVEN:
+            if gap[i] <= 0.0 and not problem.awake[1, i] and placed_late(constants, i):
+                place(constants, state, i)
             _touch((constants.belt, dt), (state.displacement[1], gap, state.anchor), state.last[i] == 0.0, i)
         if size[i] > 0 and (kinds[i] == LAW or kinds[i] == RUBBING_LAW):
             rate = (state.displacement[1, i] - gap[i]) / dt
@@ -279,6 +281,8 @@ def _set_free(constants, state, ports):  # type: ignore[no-untyped-def]
 def _touch(obstacle, places, was_open, i):  # type: ignore[no-untyped-def]
     """Measure the tangents of a cone from their anchors; one that closes in the step, from where it does.
 
+    One that forces may still close in it does so at its end.
+
     Args:
         obstacle: Velocity of the obstacle, and the step [s].
         places: Displacements a step ago, measures and anchors of all ports.
@@ -287,8 +291,10 @@ def _touch(obstacle, places, was_open, i):  # type: ignore[no-untyped-def]
     before, gap, anchor = places
     begin, end = before[i], gap[i]
     for b in range(i + 1, i + 3):
-        if was_open:
-            share = begin / (begin - end) if begin > 0.0 >= end else (0.0 if end <= 0.0 else 1.0)
+        if was_open and end > 0.0:
+            anchor[b] = gap[b] - belt[b] * dt
+        elif was_open:
+            share = begin / (begin - end) if begin > 0.0 else 0.0
             anchor[b] = before[b] + share * (gap[b] - before[b])
             anchor[b] -= share * belt[b] * dt
         gap[b] -= anchor[b] + belt[b] * dt

@@ -4,23 +4,23 @@ The others are open. Their measures are found after the forces, not in every swe
 """
 
 from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.contact.pattern import combine_rows
 from gudgeon.solver.integrators.general.arrays import CONE, UNILATERAL
-from gudgeon.solver.integrators.general.rows import add_row
 
 
 @inner
 def measure(constants, state, problem, count):  # type: ignore[no-untyped-def]
-    """Set the measures of all candidates by the unknowns of all.
+    """Set the measures of all candidates by the unknowns of those that are listed; others between them are not read.
 
     Args:
         count: Of the candidates.
     """
-    listed = problem.candidates[:count]
-    for i in listed:
-        state.measure[i] = problem.free[i]
-    for i in listed:
-        if state.unknown[i] != 0.0:
-            add_row(constants.pattern, constants.columns, (i, state.unknown[i]), listed, state.measure)
+    if count == 0:
+        return
+    first, last = problem.candidates[0], problem.candidates[count - 1] + 1
+    copy(problem.free[first:last], state.measure[first:last])
+    listed = (problem.ports, problem.x, problem.size[0])
+    combine_rows(constants.pattern, constants.columns, listed, first, last, state.measure)
 
 
 @inner
@@ -59,12 +59,16 @@ def list_acting(constants, problem, count):  # type: ignore[no-untyped-def]
 
 
 @inner
-def begin_acting(problem):  # type: ignore[no-untyped-def]
-    """Keep the list of all candidates, none of which acts; returns how many they are."""
-    count = problem.size[0]
+def begin_acting(state, problem):  # type: ignore[no-untyped-def]
+    """Keep the list of all candidates, none of which acts, and list those with forces; returns how many all are."""
+    count, n = problem.size[0], 0
     copy(problem.ports[:count], problem.candidates[:count])
     for i in problem.candidates[:count]:
         problem.acting[i] = False
+        if state.unknown[i] != 0.0:
+            problem.ports[n], problem.x[n] = i, state.unknown[i]
+            n += 1
+    problem.size[0] = n
     return count
 
 

@@ -58,18 +58,17 @@ def solve(kept):  # type: ignore[no-untyped-def]
     for i in ports:
         if state.extra[i] != 0.0:
             add_means(constants, state, problem, i, state.extra[i])
-    count, sound = begin_acting(problem), True
+    count, sound = begin_acting(state, problem), True
     if not constants.slides:
         measure(constants, state, problem, count)
     while sound and choose(constants, state, problem, count):
         list_acting(constants, problem, count)
         sound = _balanced(constants, state, problem)
-        for a in range(problem.size[0]):
-            state.unknown[problem.ports[a]] = problem.x[a]
         if not constants.slides:
             measure(constants, state, problem, count)
         for a in range(problem.size[0]):
-            state.measure[problem.ports[a]] = problem.y[a]
+            i = problem.ports[a]
+            state.unknown[i], state.measure[i] = problem.x[a], problem.y[a]
     end_acting(problem, count)
     for i in ports:
         free[i] = state.measure[i]
@@ -111,12 +110,12 @@ def _balanced(constants, state, problem):  # type: ignore[no-untyped-def]
     """Find the forces by sweeps, else by Newton's method after a few sweeps; False where neither does."""
     if problem.size[1] != problem.size[0]:
         _gather(constants, state, problem)
-    bound = _begin(state, problem)
+    bound = _begin(constants, state, problem)
     found = _swept(constants, state, problem, (MOST_SWEEPS, WINDOW), bound)
     # From where sweeps came, then from a few: far from the forces the one goes to and fro, near to them the other.
     found = found or newton(constants, state, problem, NEWTON_TOLERANCE, bound)
     if not found:
-        _begin(state, problem)
+        _begin(constants, state, problem)
         found = _swept(constants, state, problem, (FIRST_SWEEPS, 0), bound)
     found = found or newton(constants, state, problem, NEWTON_TOLERANCE, bound)
     if found:
@@ -154,7 +153,7 @@ def _lawful(constants, state, i, free, reach):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _begin(state, problem):  # type: ignore[no-untyped-def]
+def _begin(constants, state, problem):  # type: ignore[no-untyped-def]
     """Set unknowns and measures of the candidates to those of the unknowns at the start.
 
     Returns:
@@ -164,9 +163,9 @@ def _begin(state, problem):  # type: ignore[no-untyped-def]
     x, y, columns = problem.x[:n], problem.y[:n], problem.columns
     for a in range(n):
         i = problem.ports[a]
-        x[a], y[a] = state.unknown[i], problem.free[i]
+        x[a], y[a] = state.unknown[i], problem.free[i] if constants.slides else state.measure[i]
         problem.slipped[i] = state.sliding[i]
-    for a in range(n):
+    for a in range(n if constants.slides else 0):
         if x[a] != 0.0:
             column, amount = columns[a], x[a]
             for c in range(len(y)):
