@@ -118,7 +118,7 @@ def _balanced_groups(opened: System, ports: Ports, notes: list[str]) -> System:
 
 
 def _groups(system: System, ports: Ports) -> Iterator[list[int]]:
-    """Yield the numbers of bodies that touch each other or are joined by springs, of which some touch, all of them still."""
+    """Yield the numbers of bodies that touch each other or are joined by springs, all of them still."""
     moving, number = _moving(system), {name: at for at, name in enumerate(system.bodies)}
     group, touched = list(range(len(number))), set[int]()
 
@@ -165,8 +165,8 @@ def _displacement(system: System, ports: Ports, unknown: np.ndarray) -> np.ndarr
 
 
 def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None:
-    """Return the statics of some bodies; None where a contact among them has no compliance, nothing holds them, or there
-    is neither friction nor a load on free rigid motions, so that their equilibrium is known."""
+    """Return the statics of some bodies; None where a contact among them has no compliance, nothing holds them, or no
+    load presses them on contacts without friction."""
     inside = (np.isin(ports.sides, bodies) | (ports.sides < 0)).all(axis=1) & (ports.sides >= 0).any(axis=1)
     here = np.flatnonzero(inside & np.isin(ports.kind, [*CONTACTS, Kind.SPRING, Kind.DRIVEN]))
     place = np.full(len(ports.offset), -1)
