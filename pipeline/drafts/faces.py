@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from gudgeon.pipeline.children.call import called_apart
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.faces import Face, vector_text
 from gudgeon.pipeline.geometry.cad.part import CadPart, opened
@@ -94,12 +95,7 @@ def look_at(path: str, unit: float | None, solids: Sequence[str | int], picture:
     """
     part = CadPart(kind="cad", path=path, unit=unit, solids=tuple(solids))
     notes = []
-    with opened(part) as opened_part:
-        gmsh, faces, scale = opened_part.gmsh, opened_part.faces, opened_part.scale
-        names = {tag: solid_name(gmsh, tag) for tag in opened_part.solids}
-        rules = {face.number: rule_of(face, faces, opened_part.away) for face in faces}
-        volume = opened_part.exact_volume()
-        arrays = triangles_of(gmsh, faces, scale)
+    names, faces, rules, volume, arrays = called_apart(path, "gmsh", _read, part)
     stated = stated_unit(path)
     if (other := differs(path, unit)) is not None:
         notes.append(f"{path}: states a unit of {other:g} m, {unit:g} m is used")
@@ -113,6 +109,17 @@ def look_at(path: str, unit: float | None, solids: Sequence[str | int], picture:
         rules=rules, points=arrays["points"], triangles=arrays["triangles"], owner=arrays["owner"], volume=volume,
         picture=drawn, notes=notes,
     )  # fmt: skip
+
+
+def _read(
+    part: CadPart,
+) -> tuple[dict[int, str], list[Face], dict[int, str], float, dict[str, np.ndarray]]:
+    """Return the solids, faces and rules of a part, its volume, and its triangles: what `Look` keeps of gmsh."""
+    with opened(part) as opened_part:
+        gmsh, faces, scale = opened_part.gmsh, opened_part.faces, opened_part.scale
+        names = {tag: solid_name(gmsh, tag) for tag in opened_part.solids}
+        rules = {face.number: rule_of(face, faces, opened_part.away) for face in faces}
+        return names, faces, rules, opened_part.exact_volume(), triangles_of(gmsh, faces, scale)
 
 
 def rule_of(face: Face, faces: Sequence[Face], away: Callable[[Sequence[Face], np.ndarray], np.ndarray]) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.children.call import called_apart
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.geometry.cad.units import KINDS
 from gudgeon.pipeline.geometry.cells import EDGES, FACES, GMSH_ORDER, MIRRORED_TETRA, compacted, side_counts
@@ -309,7 +310,7 @@ def _read_any(path: str) -> Any:
     if ending == ".cdb":
         return meshio.Mesh(**read_ansys(path)._asdict())
     if ending in GMSH_FIRST:
-        return meshio.Mesh(**read_by_gmsh(path)._asdict())
+        return meshio.Mesh(**called_apart(path, "gmsh", read_by_gmsh, path)._asdict())
     try:
         return read_abaqus(path) if ending == ".inp" else meshio.read(path)
     except InputError:
@@ -318,8 +319,8 @@ def _read_any(path: str) -> Any:
         if ending not in GMSH_ENDINGS:
             raise
         try:
-            mesh = read_by_gmsh(path)
-        except StageError:
+            mesh = called_apart(path, "gmsh", read_by_gmsh, path)
+        except (InputError, StageError):  # What meshio says of it stands.
             mesh = None
         if mesh is None or not mesh.cells:
             raise

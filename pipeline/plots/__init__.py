@@ -3,7 +3,6 @@
 matplotlib and pyvista are imported by the child alone.
 """
 
-import contextlib
 import json
 import os
 import shutil
@@ -13,12 +12,13 @@ import sys
 import tempfile
 import threading
 import uuid
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from gudgeon.pipeline.children.lifeline import lifeline
 from gudgeon.pipeline.errors import InputError
 
 Pictures = dict[str, dict[str, str]]
@@ -127,7 +127,7 @@ def render(
             jobs[group].write_text(json.dumps(job))
         # The lifeline ends first: an interrupt stops the children, for which the pool then waits.
         count = _Count(len(jobs), tell)
-        with ThreadPoolExecutor(len(jobs)) as pool, _lifeline() as alive:
+        with ThreadPoolExecutor(len(jobs)) as pool, lifeline() as alive:
             groups = [one.result() for one in [pool.submit(_draw_group, *job, alive, count) for job in jobs.items()]]
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from error
@@ -135,17 +135,6 @@ def render(
         shutil.rmtree(scratch, ignore_errors=True)
     drawn = [out / name for names, _ in groups for name in names]
     return drawn, list(dict.fromkeys(note for _, notes in groups for note in notes))
-
-
-@contextlib.contextmanager
-def _lifeline() -> Iterator[int]:
-    """Yield a file that is never written: its end tells children that this process is gone or needs them no more."""
-    alive, end = os.pipe()
-    try:
-        yield alive
-    finally:
-        os.close(end)
-        os.close(alive)
 
 
 class _Count:
@@ -209,7 +198,7 @@ def render_faces(data: Path, picture: Path) -> str | None:
     """Draw the faces of a part in a child process, see `plots.faces`; return why not if that failed."""
     code, stderr = 0, ""
     for hidden in ((), ("DISPLAY", "WAYLAND_DISPLAY")):
-        with _lifeline() as alive:
+        with lifeline() as alive:
             code, stderr = _run_child([FACES, str(data), str(picture)], hidden, alive)
         if code >= 0:
             break

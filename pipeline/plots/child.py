@@ -6,25 +6,14 @@ not be drawn, and `end drawn` or `end empty` after each function.
 
 import importlib
 import json
-import os
 import sys
-import threading
 import traceback
 from pathlib import Path
 
 from gudgeon import modaldb
+from gudgeon.pipeline.children.lifeline import end_with_parent
 from gudgeon.pipeline.plots import DRIVEN, PLOTS, TURNING
 from gudgeon.pipeline.plots.base.run import Drawing
-
-
-def end_with_parent() -> None:
-    """End this process as soon as the one that started it is gone: its pictures belong to nobody then."""
-
-    def watch() -> None:
-        os.read(0, 1)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 def main(job_path: str) -> None:

@@ -1,4 +1,4 @@
-"""Static equilibrium at the start with friction: of bodies that stand still on contacts with friction.
+"""Static equilibrium at the start of bodies that stand still on contacts: with friction, or with free rigid motions.
 
 All loads act in one increment: a point sticks to where its body, undeformed, is placed, and slips where the force that
 holds it there exceeds μ λ_n. With y the gaps and the displacements of tangents from those places,
@@ -74,7 +74,7 @@ class _Statics:
 
 
 def at_rest(system: System, notes: list[str] | None = None) -> System:
-    """Return a system that starts in equilibrium with its fields and, of bodies at rest on them, rubbing contacts.
+    """Return a system that starts in equilibrium with its fields and, of bodies at rest on them, its contacts.
 
     Bodies take part that have no velocity, no crank and no moving obstacle, and touch over a compliance.
 
@@ -83,12 +83,12 @@ def at_rest(system: System, notes: list[str] | None = None) -> System:
     """
     if system.scene.run.start != "rest" or system.scene.capabilities.turns:
         return system
-    return in_fields(system, _rubbing, notes) if system.fields.names else _rubbing(system, notes)
+    return in_fields(system, _resting, notes) if system.fields.names else _resting(system, notes)
 
 
-def _rubbing(system: System, notes: list[str] | None) -> System:
-    """Return a system whose bodies at rest on contacts with friction start in equilibrium with it."""
-    if not any(one.friction is not None and one.friction.static > 0 for one in system.scene.contact.values()):
+def _resting(system: System, notes: list[str] | None) -> System:
+    """Return a system whose bodies at rest on contacts start in equilibrium with them."""
+    if not len(system.contacts):
         return system
     placed, opened = system, system.opened()
     system, said = opened, list[str]()
@@ -112,14 +112,15 @@ def _balanced_groups(opened: System, ports: Ports, notes: list[str]) -> System:
             system = _placed(system, ports, bodies, statics, found)
         elif statics is not None:
             names = " and ".join(name for at, name in enumerate(system.bodies) if at in bodies)
-            notes.append(f"{names}: no static equilibrium with friction was found; the run starts as placed")
+            how = " with friction" if len(statics.cones) else ""
+            notes.append(f"{names}: no static equilibrium{how} was found; the run starts as placed")
     return system
 
 
 def _groups(system: System, ports: Ports) -> Iterator[list[int]]:
-    """Yield the numbers of bodies that touch each other or are joined by springs, with friction, all of them still."""
+    """Yield the numbers of bodies that touch each other or are joined by springs, all of them still."""
     moving, number = _moving(system), {name: at for at, name in enumerate(system.bodies)}
-    group, rubbing = list(range(len(number))), set[int]()
+    group, touched = list(range(len(number))), set[int]()
 
     def joined(pair: np.ndarray) -> None:
         one, other = (group[at] for at in pair[[0, -1 if pair[1] >= 0 else 0]])
@@ -136,13 +137,12 @@ def _groups(system: System, ports: Ports) -> Iterator[list[int]]:
             settings = system.scene.contact[contact.name]
             if np.any(getattr(settings.against, "velocity", 0.0)):
                 moving |= {int(at) for at in pair}
-            if settings.friction is not None:
-                rubbing.add(number[contact.body])
+            touched.add(number[contact.body])
     for name in system.scene.springs():
         joined(ports.sides[ports.of(f"force.{name}").start])
     for first in sorted(set(group)):
         bodies = [at for at in number.values() if group[at] == first]
-        if rubbing & set(bodies) and not moving & set(bodies):
+        if touched & set(bodies) and not moving & set(bodies):
             yield bodies
 
 
@@ -165,7 +165,8 @@ def _displacement(system: System, ports: Ports, unknown: np.ndarray) -> np.ndarr
 
 
 def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None:
-    """Return the statics of some bodies; None where a contact among them has no compliance, or nothing holds them."""
+    """Return the statics of some bodies; None where a contact among them has no compliance, nothing holds them, or no
+    load presses them on contacts without friction."""
     inside = (np.isin(ports.sides, bodies) | (ports.sides < 0)).all(axis=1) & (ports.sides >= 0).any(axis=1)
     here = np.flatnonzero(inside & np.isin(ports.kind, [*CONTACTS, Kind.SPRING, Kind.DRIVEN]))
     place = np.full(len(ports.offset), -1)
@@ -202,7 +203,9 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     springs = place[ports.numbers([f"force.{name}" for name in system.scene.springs()])]
     rows, pull, own = ports.rows.among(here, rigid), force[rigid], C.diagonal()
     resisted = np.any(rows, axis=0)
-    if not (own[normals] > 0).all() or np.any(pull[~resisted]):
+    if not (own[normals] > 0).all() or np.any(np.abs(pull[~resisted]) > CONVERGED * np.abs(pull).max(initial=0.0)):
+        return None
+    if not len(cones) and not pull[resisted].any():
         return None
     typical = float(own.max(initial=0.0))
     if not typical > 0:  # Rigid bodies on laws: their slope under a share of the load.

@@ -86,8 +86,8 @@ class Run(Strict):
     start: Literal["rest", "undeformed"] = Field(
         default="rest",
         description="Shape of the bodies at the start. rest: static equilibrium of the elastic deformation with"
-        " gravity, the loads at that time, fields below pull-in and the contacts of held bodies; free rigid motions"
-        " start as the scene places them, unless contact with friction holds them; undeformed: no deformation",
+        " gravity, the loads at that time, fields below pull-in and contacts; free rigid motions start as the scene"
+        " places them, unless contacts hold them; undeformed: no deformation",
     )
     limits: Limits = Limits()
     samples: int = Field(

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.children.call import called_apart
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.faces import Face, distances, faces_of
 from gudgeon.pipeline.geometry.cad.reading import read_solids, solid_name, solid_volume
@@ -80,22 +81,7 @@ class CadPart(Strict):
             InputError: the file has no such part, a surface matches no face or several, or the size does not fit.
             StageError: gmsh failed.
         """
-        with opened(self) as part:
-            gmsh, scale = part.gmsh, part.scale
-            named = faces_by_name(self.surfaces, part.faces, part.away, self.path)
-            unknown = [name for name in self.sizes if name not in named]
-            if unknown:
-                have = ", ".join(self.surfaces) or "face1, face2, …"
-                raise InputError(f"{self.path}: sizes.{unknown[0]}: no surface of this name; surfaces are {have}")
-            volume, area = part.volume(), sum(face.area for face in part.faces)
-            refuse_large("solid", max(5.0 * volume / size**3, 4.0 * area / size**2), size)
-            fine = [(length / scale, [one.number for one in named[name][0]]) for name, length in self.sizes.items()]
-            _set_sizes(gmsh, size / scale, self.around, fine)
-            generate(gmsh.model.mesh, size, repair=True)
-            _refuse_damaged(gmsh, part.faces, scale, self.path)
-            record = _collected(gmsh, named, scale, self.path)
-            if len(part.solids) > 1:
-                record = replace(record, volumes=_volumes(gmsh, part.solids))
+        record = called_apart(self.path, "gmsh", _meshed, self, size)
         refuse_pieces(record, self.path)
         return record
 
@@ -137,6 +123,25 @@ def opened(part: CadPart) -> Iterator[OpenPart]:
     with meshing(1.0, {}, part.path) as gmsh:
         solids = read_solids(gmsh, part.path, part.solids)
         yield OpenPart(gmsh, solids, faces_of(gmsh, part.path, solids, scale), scale)
+
+
+def _meshed(own: CadPart, size: float) -> MeshRecord:
+    """Mesh a part with elements of edge length `size` [m], in this process; see `CadPart.build`."""
+    with opened(own) as part:
+        gmsh, scale = part.gmsh, part.scale
+        named = faces_by_name(own.surfaces, part.faces, part.away, own.path)
+        unknown = [name for name in own.sizes if name not in named]
+        if unknown:
+            have = ", ".join(own.surfaces) or "face1, face2, …"
+            raise InputError(f"{own.path}: sizes.{unknown[0]}: no surface of this name; surfaces are {have}")
+        volume, area = part.volume(), sum(face.area for face in part.faces)
+        refuse_large("solid", max(5.0 * volume / size**3, 4.0 * area / size**2), size)
+        fine = [(length / scale, [one.number for one in named[name][0]]) for name, length in own.sizes.items()]
+        _set_sizes(gmsh, size / scale, own.around, fine)
+        generate(gmsh.model.mesh, size, repair=True)
+        _refuse_damaged(gmsh, part.faces, scale, own.path)
+        record = _collected(gmsh, named, scale, own.path)
+        return replace(record, volumes=_volumes(gmsh, part.solids)) if len(part.solids) > 1 else record
 
 
 def _set_sizes(gmsh: Any, size: float, around: int, fine: Sequence[tuple[float, list[int]]]) -> None:

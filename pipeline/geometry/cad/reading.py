@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from gudgeon.pipeline.children.call import at_most
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.units import kind_of_file
 from gudgeon.pipeline.geometry.occ import read_file
@@ -19,6 +20,9 @@ LEAST_VOLUME = 1e-7
 """Of a solid, by its extent cubed."""
 SHOWN = 8
 """Faces or solids that a message lists."""
+LEAST_SECONDS, SECONDS_PER_BYTE = 5.0, 3e-5
+"""CPU time after which a file is not read to its end: OpenCASCADE takes up to 1e-6 s a byte, and waits without end for
+what is missing from a BREP file."""
 COMMANDS = re.compile(
     r"\b(SystemCall|NonBlockingSystemCall|OnelabRun|Include|Merge|MergeWithBoundingBox|ShapeFromFile|Save|Print|Exit|"
     r"Abort|Plugin)\b"
@@ -48,7 +52,8 @@ def read_solids(gmsh: Any, path: str, wanted: Sequence[str | int]) -> list[int]:
                 read_file(gmsh, path)
                 gmsh.model.occ.synchronize()
             else:
-                gmsh.model.occ.importShapes(path, False)
+                with at_most(LEAST_SECONDS + SECONDS_PER_BYTE * Path(path).stat().st_size):
+                    gmsh.model.occ.importShapes(path, False)
                 gmsh.model.occ.synchronize()
                 if not gmsh.model.getEntities(3) and gmsh.model.getEntities(2):
                     _sew(gmsh, path)

@@ -27,7 +27,7 @@ from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
 from gudgeon.solver.integrators.mechanism.implicit.steps import ImplicitSteps
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.start import start_of
-from gudgeon.solver.integrators.mechanism.step import keep_angles
+from gudgeon.solver.integrators.mechanism.step import keep_angles, observe
 from gudgeon.solver.integrators.mechanism.stepping import Stepping
 from gudgeon.solver.integrators.mechanism.steps import ExplicitSteps, Prepared, Steps, Tried, Within
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
@@ -83,7 +83,7 @@ class Mechanism(Capabilities):
         self._before, self._time, self._state = 0.0, 0.0, self.start.state.copy()
         self._end, self._until = self._state, 0.0
         self._rows = [_to_coordinates(body) for body in system.bodies.values()]
-        self._keep_angles = Prepared(keep_angles)
+        self._keep_angles, self._observe = Prepared(keep_angles), Prepared(observe)
         self._within: Within = lambda x: self._state
         self._methods = self._methods_of(fixed=fixed_step is not None)
         self._choice = Choice(self.model, self._methods)
@@ -268,7 +268,7 @@ class Mechanism(Capabilities):
             self.reason = f"at {self._time:.6g} s no step of {step:g} s can be taken; reduce run.step, or leave it out"
         if len(left):
             i = int(left[0])
-            motion = motion_of(self.model, self.work, self._state)
+            motion = motion_of(self.model, self.work, self._state, self._observe)
             pose = motion.bushings[self.model.bush_field == i][0, :6]
             self.failure = Result.FIELD_LEFT
             self.reason = left_text(self._system.fields.names[i], self.model.fields, i, pose, self._time)
@@ -304,7 +304,7 @@ class Mechanism(Capabilities):
         touches is left in `work` as it is now."""
         speeds = bodies_of(self.model, self._state)[:, SPEED : SPEED + 3]
         if self.touching or len(self.model.bush_rest):
-            bushings = motion_of(self.model, self.work, self._state).bushings
+            bushings = motion_of(self.model, self.work, self._state, self._observe).bushings
             self._widest = float(np.linalg.norm(bushings[:, 3:6], axis=1).max(initial=0.0))
         for number, one in enumerate((speeds, self.work.omega)):
             self._fastest[number] = max(self._fastest[number], float(np.sqrt((one * one).sum(axis=1).max())))

@@ -245,7 +245,7 @@ def test_interruption_ends_both_children_and_leaves_nothing_half_written(
     last: str, skirt: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """SIGINT while one child draws, or is done, and the other has written half a file and sleeps."""
-    ends = "from gudgeon.pipeline.plots import child; child.end_with_parent(); time.sleep(60)"
+    ends = "from gudgeon.pipeline.children.lifeline import end_with_parent; end_with_parent(); time.sleep(60)"
     fake_child(tmp_path, monkeypatch, ends)
     children: list[subprocess.Popen[str]] = []
     start, out = subprocess.Popen.__init__, tmp_path / "out"

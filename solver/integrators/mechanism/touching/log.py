@@ -34,6 +34,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     pushes_of,
 )
 from gudgeon.solver.integrators.mechanism.step import observe
+from gudgeon.solver.integrators.mechanism.steps import Prepared
 from gudgeon.solver.integrators.mechanism.touching.cone import Cones, polynomial
 from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH, FORCE, NORMAL, OVER, RATE
 from gudgeon.solver.integrators.mechanism.touching.track import Track
@@ -91,6 +92,7 @@ class Touching:
             worn: Sections that wear.
         """
         self._model, self._work, c = model, work, len(model.touch_pair)
+        self._observe = Prepared(observe)
         self.impacts: list[list[np.ndarray]] = [[] for _ in range(c)]
         self.deepest = 0.0
         self.tracks = tracks
@@ -120,7 +122,7 @@ class Touching:
 
     def _looked(self, state: np.ndarray) -> np.ndarray:
         """Return what all sections do in a state, (c, 16)."""
-        observe(self._model, self._work, state)
+        self._observe(self._model, self._work, state)
         return self._work.touch.copy()
 
     def first(self, at: At, before: float, after: float) -> Event | None:
@@ -135,11 +137,11 @@ class Touching:
         # A section that presses began this step indented, and one that does not began it free, up to round-off.
         inside = depths > 0
         inside[0] = pressing
+        changes = inside[1:] != inside[:-1]
         events = [
-            Event(self._located(at, i, times[k : k + 2]), i)
-            for i in range(len(pressing))
-            if len(changes := np.flatnonzero(inside[1:, i] != inside[:-1, i]))
-            for k in changes[:1]
+            Event(self._located(at, int(i), times[k : k + 2]), int(i))
+            for i in np.flatnonzero(changes.any(axis=0))
+            for k in [int(changes[:, i].argmax())]
         ]
         events += self._grazed(at, times, found)
         events += self._turns(times, found)
@@ -219,7 +221,7 @@ class Touching:
 
     def _rubbing(self, state: np.ndarray, own: list[tuple[int, Rubbed]]) -> tuple[np.ndarray, ...]:
         """Return offsets (k, 2, 2), indentations (k,), integrals of force and of its work of sliding (k, 2), forces."""
-        observe(self._model, self._work, state)
+        self._observe(self._model, self._work, state)
         sections = [i for i, _ in own]
         apart = np.array([offsets(self._model, self._work, i) for i in sections])
         sums = pushes_of(state, len(self.impacts))[sections, :2]
