@@ -7,6 +7,9 @@ A variable that begins as a literal number and is an argument within a loop comp
 literal and for its type: it is kept in an array, or comes from a range.
 A function that counts references does so for every array of its tuples, 1 µs for all of a loop's: no function of the
 loops counts any, and so none makes an array but those that are `allocating`; work arrays stand in the tuples.
+A call from the interpreter unpacks every array of its tuples, 30 ns each: a loop's take longer than a step, and a
+function of all of them hands 10 kB over. They do not change from call to call: `Unpacked` unpacks them once, and
+functions that are given its address read them.
 `kernel_cache` says where machine code is kept. A process that finds all of it there loads no compiler: what numba knows
 of Python's and numpy's functions is needed to compile alone, and takes a fifth of a second.
 """
@@ -16,9 +19,11 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import config
+import numpy as np
+from numba.core import config, types
 from numba.core.caching import FunctionCache, UserProvidedCacheLocator
 from numba.core.runtime.nrt import rtsys
+from numba.extending import NativeValue, intrinsic, models, register_model, unbox
 
 from gudgeon.solver.kernel_cache import cache_folder, file_digest
 
@@ -98,3 +103,99 @@ def copy(source, target):  # type: ignore[no-untyped-def]
 def larger(known, other):  # type: ignore[no-untyped-def]
     """Return the larger of two numbers, NaN if either is: `max` may lose it."""
     return other if other > known or other != other else known
+
+
+WORD = 8
+"""Bytes of a number; what is kept begins at a multiple of it."""
+
+
+class UnpackedType(types.Type):
+    """numba's type of `Unpacked`.
+
+    Args:
+        held: Type of the tuple.
+    """
+
+    def __init__(self, held: types.Type) -> None:
+        self.held, self.bitwidth = held, 8 * WORD
+        super().__init__(name=f"Unpacked({held})")
+
+
+# A function takes the address of what is unpacked.
+register_model(UnpackedType)(models.IntegerModel)
+
+
+@unbox(UnpackedType)
+def _address(_: UnpackedType, value: Any, c: Any) -> NativeValue:
+    """Read the address of an object."""
+    number = c.pyapi.object_getattr_string(value, "address")
+    found = c.pyapi.long_as_longlong(number)
+    c.pyapi.decref(number)
+    return NativeValue(found)
+
+
+def _pointer(context: Any, builder: Any, held: types.Type, address: Any) -> Any:
+    return builder.inttoptr(address, context.get_data_type(held).as_pointer())
+
+
+@intrinsic
+def _read(_: Any, kept: Any) -> Any:
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return context.unpack_value(builder, kept.held, _pointer(context, builder, kept.held, arguments[0]))
+
+    return kept.held(kept), code
+
+
+@intrinsic
+def _write(_: Any, arrays: Any, address: Any) -> Any:
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        context.pack_value(builder, arrays, arguments[0], _pointer(context, builder, arrays, arguments[1]))
+        return context.get_dummy_value()
+
+    return types.void(arrays, address), code
+
+
+@intrinsic
+def _bytes(_: Any, arrays: Any) -> Any:
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return context.get_constant(types.int64, context.get_abi_sizeof(context.get_data_type(arrays)))
+
+    return types.int64(arrays), code
+
+
+@entry
+def _unpack(arrays, memory, address):  # type: ignore[no-untyped-def]
+    """Unpack arrays where an address tells, if the memory there has room, and return the bytes that they take."""
+    size = _bytes(arrays)
+    if size <= WORD * len(memory):
+        _write(arrays, address)
+    return size
+
+
+class Unpacked:
+    """Arrays as machine code has them; a compiled function takes them by `unpacked`, and changes them in place.
+
+    Args:
+        arrays: A tuple of arrays, of such tuples and of numbers.
+    """
+
+    def __init__(self, arrays: Any) -> None:
+        self.arrays = arrays
+        """What is unpacked, which lives as long as this."""
+        if config.DISABLE_JIT:  # type: ignore[attr-defined]
+            return
+        self._numba_type_ = UnpackedType(numba.typeof(arrays))
+        empty = np.zeros(0)
+        self._memory = np.zeros(-(-_unpack(arrays, empty, 0) // WORD))
+        self.address = self._memory.ctypes.data
+        _unpack(arrays, self._memory, self.address)
+
+
+if config.DISABLE_JIT:  # type: ignore[attr-defined]
+
+    def unpacked(kept: Unpacked) -> Any:
+        """Return the arrays of a compiled function's argument."""
+        return kept.arrays
+
+else:
+    unpacked = _read

@@ -41,7 +41,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.capabilities",
      "solver.kernel_cache", "solver.machine"),
     ("pipeline.files", "pipeline.children", "pipeline.measuring", "pipeline.comparison", "solver.compiled",
-     "solver.unpacked", "solver.vectors"),
+     "solver.vectors"),
     ("pipeline.sources", "pipeline.geometry", "pipeline.linalg", "solver.forces",
      "solver.laws", "solver.methods", "solver.obstacles", "solver.registry"),
     ("solver.joints",),

@@ -5,10 +5,11 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.solver.compiled import entry, larger
+from gudgeon.solver.compiled import Unpacked, entry, inner, larger, unpacked
 
 
 @entry
@@ -25,6 +26,43 @@ def test_the_largest_of_many_is_nan_wherever_one_stands() -> None:
         values = np.array([1.0, 3.0, 2.0])
         values[place] = np.nan
         assert np.isnan(_largest(values)), place
+
+
+class _Part(NamedTuple):
+    table: np.ndarray
+    ends: bool
+
+
+class _Whole(NamedTuple):
+    part: _Part
+    factor: float
+    values: np.ndarray
+
+
+@inner
+def _sum(kept):  # type: ignore[no-untyped-def]
+    whole = unpacked(kept)
+    return whole.factor * whole.values.sum() + (whole.part.table[1, 2] if whole.part.ends else 0.0)
+
+
+@entry
+def _doubled(pair):  # type: ignore[no-untyped-def]
+    """Double the values of two tuples, and return their sums."""
+    for kept in pair:
+        values = unpacked(kept).values
+        for i in range(len(values)):
+            values[i] *= 2.0
+    return _sum(pair[0]), _sum(pair[1])
+
+
+def test_unpacked_arrays_are_those_that_were_given() -> None:
+    """A function finds what is in them now, and changes it; they live as long as what holds them."""
+    values, table = np.ones(4), np.arange(6.0).reshape(2, 3)
+    pair = tuple(Unpacked(_Whole(_Part(table.copy(), ends), 0.5, values)) for ends in (True, False))
+    assert _doubled(pair) == (13.0, 8.0)
+    assert (values == 4.0).all()
+    values[0] = pair[0].arrays.part.table[1, 2] = 0.0
+    assert _doubled(pair) == (24.0, 24.0)
 
 
 KEPT = """

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gudgeon.solver.compiled import Unpacked
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import ActiveSet
 from gudgeon.solver.contact.pattern import Pattern
@@ -16,7 +17,6 @@ from gudgeon.solver.forces.fields.co_energy import CoEnergies
 from gudgeon.solver.integrators.general.edges.table import Edges
 from gudgeon.solver.integrators.general.slides import Slides
 from gudgeon.solver.integrators.impact_log import ImpactLog
-from gudgeon.solver.unpacked import Unpacked
 
 SLIPS = 65_536
 """Changes between slip and stick that are kept, of a frame."""

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.compiled import Unpacked
 from gudgeon.solver.integrators.flight import flight
 from gudgeon.solver.integrators.general.arrays import (
     POSITION,
@@ -23,7 +24,6 @@ from gudgeon.solver.ports.members import contact_ports
 from gudgeon.solver.ports.pairs import Pairs
 from gudgeon.solver.ports.table import BLOCK, Kind, Ports, block_size
 from gudgeon.solver.system.system import System
-from gudgeon.solver.unpacked import Unpacked
 
 
 def constants_of(system: System, ports: Ports, dt: float) -> Constants:

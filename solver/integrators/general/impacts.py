@@ -7,7 +7,7 @@ rebounds again within `COLLAPSE` of a step stays closed.
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.compiled import copy, inner, unpacked
 from gudgeon.solver.contact.pattern import between
 from gudgeon.solver.integrators.balance import note_exchange
 from gudgeon.solver.integrators.general.arrays import POSITION, VELOCITY
@@ -16,7 +16,6 @@ from gudgeon.solver.integrators.general.rows import moved, push
 from gudgeon.solver.integrators.general.solution.solve import solve
 from gudgeon.solver.integrators.impact_log import add_jump, note_change, note_impact
 from gudgeon.solver.integrators.outcome import EXCHANGED
-from gudgeon.solver.unpacked import unpacked
 
 COLLAPSE = 1e-6
 """Share of a step within which a point that rebounds again stays closed: rebounds follow each other without end."""

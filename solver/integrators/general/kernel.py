@@ -9,7 +9,7 @@ that the path of the coordinates cannot have closed are left out.
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, embedded, entry, inner
+from gudgeon.solver.compiled import copy, embedded, entry, inner, unpacked
 from gudgeon.solver.integrators.general.arrays import GIVEN, STABILISED
 from gudgeon.solver.integrators.general.candidates import (
     find_candidates,
@@ -39,7 +39,6 @@ from gudgeon.solver.integrators.general.slides import (
     pull_along,
 )
 from gudgeon.solver.integrators.general.solution.solve import solve
-from gudgeon.solver.unpacked import unpacked
 
 MOST_PARTS, MOST_TRIALS = 20_000, 100
 """Largest number of parts of a step, and of trials to find where rigid contact closes."""

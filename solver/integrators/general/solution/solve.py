@@ -7,7 +7,7 @@ A sweep lets every block of ports respond to the measures y = y₀ + M x as they
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, embedded, entry, inner
+from gudgeon.solver.compiled import copy, embedded, entry, inner, unpacked
 from gudgeon.solver.contact.pattern import first_from
 from gudgeon.solver.integrators.general.arrays import (
     BILATERAL,
@@ -23,7 +23,6 @@ from gudgeon.solver.integrators.general.solution.acting import begin_acting, cho
 from gudgeon.solver.integrators.general.solution.closed import close
 from gudgeon.solver.integrators.general.solution.newton import allowed, natural_residual, newton
 from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed, presses
-from gudgeon.solver.unpacked import unpacked
 
 RELAXATION = 0.7
 """Of cones: two trials with the residual flexibility of a part need 40 sweeps with it, 55 at 1."""

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from gudgeon.solver.compiled import Unpacked
 from gudgeon.solver.integrators.general.arrays import Arrays
 from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.integrators.general.solution.solve import solve
-from gudgeon.solver.unpacked import Unpacked
 from tests.solver.port_systems import pair
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import linalg, optimize
 
+from gudgeon.solver.compiled import Unpacked
 from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.integrators.general.solution.closed import BETWEEN
 from gudgeon.solver.integrators.general.solution.solve import solve
-from gudgeon.solver.unpacked import Unpacked
 from tests.solver.systems import block_records, block_scene, build
 
 POINTS = 200
