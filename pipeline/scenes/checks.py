@@ -76,7 +76,6 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         (f"contact.{n}.against.interface", o.body, o.interface, ("traction",) if n in sliding else POINTS)
         for n, o in scene.others().items()
     ]
-    wanted += [(f"joint.{n}.interface", j.body, j.interface, ("mean",)) for n, j in scene.cranks().items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.gas().items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("traction",)) for n, f in scene.moving().items()]
     for name, force in scene.over_time().items():
@@ -120,6 +119,10 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
 def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str, ...]]]:
     """Return key, body, name and kinds of the interfaces that joints of two markers and attachments name."""
     wanted: list[tuple[str, str, str, tuple[str, ...]]] = []
+    for name, crank in scene.cranks().items():
+        if crank.interface is not None:
+            able = ("tie", "mean") if scene.capabilities.turns else ("mean",)
+            wanted.append((f"joint.{name}.interface", crank.body, crank.interface, able))
     for name, hinge in scene.hinges().items():
         able = ("tie", "mean") if isinstance(hinge, Distance | Spherical) else ("tie",)
         if hinge.interface is not None:
@@ -151,6 +154,8 @@ def _pressed_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[s
 
 def _without_statics(scene: "SceneFile") -> list[str]:
     """List joints at interfaces whose static shapes the body's modes lack: residual flexibility does not act there."""
+    if not scene.capabilities.turns:
+        return []
     lines = []
     for where, body, interface, _ in _held_interfaces(scene) + _pressed_interfaces(scene):
         component = scene.component.get(name := scene.component_of(body))
@@ -285,7 +290,7 @@ def _owners(scene: "SceneFile") -> dict[str, list[str]]:
         "contact": scene.contact,
         "body": scene.body,
         "force": scene.moving(),
-        "joint": scene.hinges(),
+        "joint": {**scene.hinges(), **(scene.cranks() if scene.capabilities.turns else {})},
         "probe": scene.probe,
         "component": scene.component,
     }

@@ -42,6 +42,8 @@ class HeldPoint:
     joint: SliderCrank
     anchor: np.ndarray
     """Lateral and along coordinate of its point at q = 0 [m], (2,)."""
+    resultant: np.ndarray
+    """Force and moment about the component's origin of forces lateral and along at its point, (2, 6)."""
 
     def turn(self) -> np.ndarray:
         """Return heights of the undeformed point along [m] over one turn of the crank, (t,)."""
@@ -202,14 +204,11 @@ def compile_driving(
     owners: list[Owner] = []
     for name, joint in scene.cranks().items():
         body = bodies[joint.body]
-        load = _load(body, joint.interface, f"joint.{name}.interface")
-        if len(load.rows) != 3:
-            raise SceneError(f"joint.{name}.interface: '{joint.interface}' is no interface of kind 'mean'")
+        place, resultant, elastic = _held_point(scene, name, body)
         along, lateral = joint.axes
-        place = load.point + np.asarray(scene.body[joint.body].position)
-        joints.append(HeldPoint(name, joint, np.array([place @ lateral, place @ along])))
         mix = np.array([lateral, along])
-        rows.append(_over_all(body, mix @ body.wrench_rows(load.resultant), mix @ load.rows, size))
+        joints.append(HeldPoint(name, joint, mix @ place, mix @ resultant))
+        rows.append(_over_all(body, body.wrench_rows(mix @ resultant), mix @ elastic, size))
         owners.append((joint.body, joint.interface, mix))
     for name, force in scene.given().items():
         body = bodies[force.body]
@@ -248,6 +247,29 @@ def compile_driving(
         if own:
             refuse_contradictions(own, held, body, (found.rows[:, body.coordinates], found.residual))
     return found
+
+
+def _held_point(scene: Scene, name: str, body: FlexibleBody) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the place of a slider-crank's point on a body [m], (3,), force and moment about the component's origin of
+    forces there, (3, 6), and its elastic rows, (3, m)."""
+    joint, position = scene.cranks()[name], np.asarray(scene.body[body.name].position)
+    if joint.interface is None:
+        arm, resultant = _rigid_point(scene, body, joint.at or (0.0, 0.0, 0.0), f"joint.{name}.at", "'mean'")
+        return position + arm, resultant, np.empty((3, 0))
+    load = _load(body, joint.interface, f"joint.{name}.interface")
+    if len(load.rows) != 3:
+        raise SceneError(f"joint.{name}.interface: '{joint.interface}' is no interface of kind 'mean'")
+    return position + load.point, load.resultant, load.rows
+
+
+def _rigid_point(
+    scene: Scene, body: FlexibleBody, at: tuple[float, float, float], where: str, kinds: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return a point of a rigid body from its origin [m], (3,), and the resultant of forces there, (3, 6)."""
+    if len(body.modal.angular_frequencies):
+        raise SceneError(f"{where}: body '{body.name}' is elastic; name an interface of kind {kinds}")
+    arm = turned_vectors(scene.body[body.name], at)
+    return arm, np.column_stack([np.eye(3), np.cross(arm, np.eye(3))])
 
 
 Made = tuple[GivenLoad, np.ndarray]
@@ -370,11 +392,9 @@ def _external(scene: Scene, name: str, body: FlexibleBody) -> Made:
         return np.zeros((len(time), len(axes)))
 
     if force.interface is None:
-        if len(body.modal.angular_frequencies):
-            raise SceneError(f"{where}: body '{body.name}' is elastic; name an interface of kind 'mean' or 'tie'")
-        arm = turned_vectors(scene.body[body.name], force.at)
-        resultant, none = np.column_stack([axes, np.cross(arm, axes)]), np.empty((len(axes), 0))
-        return GivenLoad(name, body.name, None, np.eye(len(axes)), resultant, amounts, travels=False), none
+        _, resultant = _rigid_point(scene, body, force.at, where, "'mean' or 'tie'")
+        none = np.empty((len(axes), 0))
+        return GivenLoad(name, body.name, None, np.eye(len(axes)), axes @ resultant, amounts, travels=False), none
     load = _load(body, force.interface, where)
     if len(load.rows) not in (3, 6):
         raise SceneError(f"{where}: '{force.interface}' is no interface of kind 'mean' or 'tie'")

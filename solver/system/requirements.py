@@ -173,7 +173,10 @@ def _faced(contact: Contact) -> str:
 def _elements(scene: Scene, body: str) -> Iterator[Term]:
     """Yield the joints, springs and loads of a body, or one omitted term for each kind that it lacks."""
     joints = [
-        Term(f"joint {n}", body, True, f"a {j.kind} holds {j.interface}", (f"modes:loads/{j.interface}",))
+        Term(
+            f"joint {n}", body, True, f"a {j.kind} holds {j.interface or 'a point'}",
+            (f"modes:loads/{j.interface}",) if j.interface else (),
+        )
         for n, j in scene.cranks().items()
         if j.body == body
     ]
@@ -281,7 +284,8 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
 
 def _pulled(scene: Scene, body: str) -> bool:
     """Whether a joint, load, motion or spring acts on an interface of a body."""
-    loads = [*scene.cranks().values(), *scene.given().values(), *scene.motion.values(), *scene.electrodes().values()]
+    cranks = {} if scene.capabilities.turns else scene.cranks()
+    loads = [*cranks.values(), *scene.given().values(), *scene.motion.values(), *scene.electrodes().values()]
     return any(item.body == body for item in loads) or any(
         (item.body == body and item.interface) or (item.against == body and item.against_interface)
         for item in (scene.springs() | scene.fields()).values()

@@ -1,6 +1,8 @@
 """The model of a compiled scene's mechanism: bodies, markers, terms of its joints, and their rows."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -37,11 +39,14 @@ from gudgeon.solver.integrators.mechanism.touching.surfaces import pressing_of
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Distance, Marked, Screw, Universal
+from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.scene.contact import MasterSurface
 from gudgeon.solver.system.system import System
 from gudgeon.solver.vectors import frame_along, unit
 
 Term = tuple[int, int, int, int]
+Drive = Callable[[np.ndarray], np.ndarray]
+"""Motion, rate and second rate at times [s], (t,) → (t, 3)."""
 
 
 @dataclass
@@ -61,8 +66,7 @@ class Linkage:
     """Floating frames of the bodies."""
     terms: dict[Term, int] = field(default_factory=dict)
     rows: list[Row] = field(default_factory=list)
-    drives: dict[str, Driven] = field(default_factory=dict)
-    """Joints that drive others, in the order of their numbers."""
+    drives: list[Drive] = field(default_factory=list)
     sections: list[Section] = field(default_factory=list)
     """What may touch: journals of joints with clearance, then points of contacts, those with other bodies last."""
     meetings: list[Meeting] = field(default_factory=list)
@@ -139,6 +143,8 @@ def linkage_of(system: System) -> Linkage:
     found = Linkage(system, list(system.bodies), np.array(centres), frames=frames)
     for name, joint in scene.hinges().items():
         _add_hinge(found, name, joint)
+    for name, joint in scene.cranks().items():
+        _add_crank(found, name, joint)
     for name, joint in scene.joint.items():
         if isinstance(joint, Gear):
             _add_gear(found, name, joint)
@@ -181,6 +187,19 @@ def _add_hinge(found: Linkage, name: str, joint: Marked) -> None:
         found.rows.append(Row(name, terms, found.start_along(pair, 2), length=True))
 
 
+def _add_crank(found: Linkage, name: str, joint: SliderCrank) -> None:
+    """Add the rod of a slider-crank: the distance of a body's point from the crank pin, a driven point of the ground in
+    the plane of the crank through the body's point."""
+    pair = found.pairs[name] = len(found.markers)
+    own = found.point(joint.body, joint.at, joint.interface, f"joint.{name}.at")
+    normal, centre = np.cross(*joint.axes), np.asarray(joint.centre, float)
+    pin = Point(NONE, centre + normal * (normal @ (found.place(own) - centre)), drive=len(found.drives))
+    found.drives += [partial(joint.pin_motion, axis=axis) for axis in range(3)]
+    found.markers.append((pin, own))
+    found.axes.append(np.array([np.eye(3), np.eye(3)]))
+    found.rows.append(Row(name, ((found.term(DISTANCE, pair), 1.0),), joint.rod_length, length=True))
+
+
 def _add_gear(found: Linkage, name: str, joint: Gear) -> None:
     for key, one in (("joint", joint.joint), ("other", joint.other)):
         _check_motion(found, f"joint.{name}.{key}", one, "angle")
@@ -199,7 +218,7 @@ def _add_drive(found: Linkage, name: str, joint: Driven) -> None:
             " give a smooth motion"
         )
     pair, number = found.pairs[joint.joint], len(found.drives)
-    found.drives[name] = joint
+    found.drives.append(partial(joint.motions, where=f"joint.{name}"))
     angle = motion == "angle"
     term = found.term(ANGLE, pair) if angle else found.term(ALONG, pair, 2)
     start = 0.0 if angle else found.start_along(pair, 2)
@@ -252,7 +271,8 @@ def model_of(found: Linkage) -> Model:
         mass=np.array([body.morph.mass for body in bodies]), inertia=inertia, inverse=np.linalg.inv(inertia),
         gravity=np.asarray(scene.run.gravity, float), owner=owner,
         point_owner=np.array([p.owner for p in points], np.int64), point_frame=frames,
-        point_arm=np.array([p.arm for p in points], float).reshape(-1, 3), terms=kinds, row_terms=row_terms,
+        point_arm=np.array([p.arm for p in points], float).reshape(-1, 3),
+        point_drive=np.array([p.drive for p in points], np.int64), terms=kinds, row_terms=row_terms,
         factors=np.array([[f for _, f in two] for two in filled], float).reshape(-1, 2),
         constant=np.array([row.constant for row in rows], float),
         drive_of=np.array([row.drive for row in rows], np.int64),
@@ -366,8 +386,8 @@ def size_of(model: Model) -> int:
     return WIDTH * len(model.mass) + 2 * int(model.elastic[:, 0].sum()) + PUSHES * len(model.touch_pair) + SUMS
 
 
-def work_of(model: Model) -> Work:
-    """Return work arrays of a model."""
+def work_of(model: Model, drives: int) -> Work:
+    """Return work arrays of a model with a number of drives."""
     n, m, t, p, e = len(model.mass), len(model.row_terms), len(model.terms), *model.point_rows.shape[::2]
     size, c, u = size_of(model), len(model.touch_pair), len(model.bush_rest)
     shapes = {
@@ -376,7 +396,7 @@ def work_of(model: Model) -> Work:
         "light": (m, 4, 6 + e), "matrix": (m, m), "lower": (m, m), "scale": (m,), "order": (m,), "begin": (m,),
         "end": (m,), "within": (1,), "left": (m,), "rank": (1,), "least": (1,), "right": (m,), "multiplier": (m,),
         "small": (m, m), "spare": (2, m), "slopes": (STAGES, size), "stage": (size,), "lost": (SUMS,),
-        "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3), "spin_drift": (p, 3),
+        "given": (drives, 3), "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3), "spin_drift": (p, 3),
         "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "curved": (e,), "moving": (e,),
         "moment": (n, CURL + 3, e), "moment_rate": (n, 3, e), "second": (n, CURL), "coupling": (n, 3, e),
         "root": (n, 3, 3), "modal": (n, 3 + e),

@@ -91,7 +91,7 @@ class Recorder:
         lengths = every.violations * self._model.reach.max(initial=0.0)
         joints = {
             name: JointHistory(
-                scene.hinges()[name].body, "", angles[1:, pair], wrenches[1:, pair, :3].copy(), lengths[1:, pair]
+                scene.joint[name].body, "", angles[1:, pair], wrenches[1:, pair, :3].copy(), lengths[1:, pair]
             )
             for name, pair in linkage.pairs.items()
         }
@@ -174,6 +174,6 @@ def _quantities(linkage: Linkage, times: np.ndarray, wrenches: np.ndarray, angle
             most = int(sizes.argmax())
             found[f"{name}.{key}_peak"] = {"value": float(sizes[most]), "unit": unit}
             found[f"{name}.{key}_peak_time"] = {"value": float(times[most]), "unit": "s"}
-        if linkage.system.scene.hinges()[name].turns:
+        if getattr(linkage.system.scene.joint[name], "turns", False):
             found[f"{name}.angle_end"] = {"value": float(angles[-1, pair]), "unit": "rad"}
     return found

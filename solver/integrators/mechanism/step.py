@@ -10,7 +10,7 @@ from scipy.integrate import DOP853
 
 from gudgeon.solver.compiled import copy, entry, inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPIN, SURFACE, TURN, WIDTH
-from gudgeon.solver.integrators.mechanism.constraints.rows import set_poses, set_rows, violation
+from gudgeon.solver.integrators.mechanism.constraints.rows import set_poses, set_poses_at, set_rows, violation
 from gudgeon.solver.integrators.mechanism.constraints.solve import solve_least
 from gudgeon.solver.integrators.mechanism.flexible.inertia import solve_inertia
 from gudgeon.solver.integrators.mechanism.forces.bushings import set_bushings
@@ -215,7 +215,7 @@ def keep_angles(model, work, y):  # type: ignore[no-untyped-def]
 def close(model, work, y, given):  # type: ignore[no-untyped-def]
     """Move bodies onto their constraints; return the violation left over its reach."""
     project_places(model, work, y, given)
-    set_poses(model, work, y)
+    set_poses_at(model, work, y, given)
     set_rows(model, work)
     return worst_violation(model, work, given)
 
