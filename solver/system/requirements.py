@@ -297,6 +297,8 @@ def _residual(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Ter
     reason = "a contact uses method 'residual'" if present else "no contact uses method 'residual'"
     if not present and _pulled(scene, body):
         present, reason = True, "a joint, load, motion or spring acts on it"
+    if not present and any(body in (joint.body, joint.against) for joint in scene.hinges().values()):
+        present, reason = True, "it says what modes lack at joints"
     if not present and any(True for _ in interfaces_read(scene, body)):
         present, reason = True, "a probe reads an interface of it"
     if not stock.elastic:

@@ -285,6 +285,8 @@ class Reading(NamedTuple):
     """Of least norm, (m,)."""
     wrenches: np.ndarray
     """Force and moment of each pair of markers on its own body, about its point, along the scene's axes, (J, 6)."""
+    holds: np.ndarray
+    """The same with forces of gears and drives, (J, 6)."""
     angles: np.ndarray
     """Of each pair; 0 without one [rad], (J,)."""
     violations: np.ndarray

@@ -17,6 +17,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
 )
 from gudgeon.solver.integrators.mechanism.build import Linkage
 from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, motion_of
+from gudgeon.solver.integrators.mechanism.flexible.lacking import joint_lacks
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
 from gudgeon.solver.integrators.mechanism.step import observe, read
 from gudgeon.solver.integrators.mechanism.steps import Prepared
@@ -59,7 +60,8 @@ class Recorder:
     def take(self, state: np.ndarray, vectors: np.ndarray, given: np.ndarray, amounts: np.ndarray) -> None:
         """Record a state with drives (d, 3) and loads (l,) at its time."""
         pairs = len(self._model.owner)
-        found = Reading(np.zeros(len(self._model.row_terms)), np.zeros((pairs, 6)), np.zeros(pairs), np.zeros(pairs))
+        zeros = [np.zeros(one) for one in (len(self._model.row_terms), (pairs, 6), (pairs, 6), pairs, pairs)]
+        found = Reading(*zeros)
         if not self._touching:
             self._read(self._model, self._work, state, given, amounts, found)
             motion = motion_of(self._model, self._work, state, self._observe)
@@ -100,11 +102,12 @@ class Recorder:
             states, [one.motion for one in kept], np.array([one.vectors for one in kept]), wrenches, every.multipliers,
             interval,
         )  # fmt: skip
+        lacks, said = joint_lacks(linkage, self._model, read_all, every.holds)
         probes = {one.name: one.history(self._model, read_all) for one in self.readers} | self._orbits(kept)
         times = interval * np.arange(1, len(kept))
         return LinkageHistories(
-            joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]) | self._pushes(end[0]),
-            momentum_error(self._model, states, read_all.motions, interval * (len(kept) - 1)), notes,
+            joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]) | self._pushes(end[0]) | lacks,
+            momentum_error(self._model, states, read_all.motions, interval * (len(kept) - 1)), [*notes, *said],
             impacts={name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
             wear={name: worn_cells(self._rubbed(name)) for name in self._wearing()},
         )  # fmt: skip
