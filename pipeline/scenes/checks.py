@@ -113,7 +113,8 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
     lines += _wrong_sensors(scene) + wrong_bearings(scene)
-    return lines + _without_statics(scene) + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
+    lines += _without_statics(scene) + _wrong_points(scene)
+    return lines + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
 
 
 def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str, ...]]]:
@@ -168,17 +169,24 @@ def _without_statics(scene: "SceneFile") -> list[str]:
             f" '{interface}', so that {where.rpartition('.')[0]} would act on a body that is too stiff; allowed:"
             f" {', '.join(WITH_STATICS)}"
         )
-    for name, hinge in scene.hinges().items():
-        for key, body, place in (("at", hinge.body, hinge.at), ("against_at", hinge.against, hinge.against_at)):
-            if body is None or place is None:
-                continue
-            component = scene.component.get(scene.component_of(body))
-            if component is not None and "rigid" not in (component.geometry.kind, component.modes.reduction):
-                lines.append(
-                    f"joint.{name}.{key}: body '{body}' deforms, and is held at interfaces; give one of kind 'tie', or"
-                    f" component.{scene.component_of(body)}.modes.reduction = 'rigid'"
-                )
     return list(dict.fromkeys(lines))
+
+
+def _wrong_points(scene: "SceneFile") -> list[str]:
+    """List joints at points of bodies that deform."""
+    points: list[tuple[str, str | None, Any, str]]
+    points = [(f"joint.{n}.at", j.body, j.at, "mean") for n, j in scene.cranks().items()]
+    for n, j in scene.hinges().items():
+        points += [(f"joint.{n}.at", j.body, j.at, "tie"), (f"joint.{n}.against_at", j.against, j.against_at, "tie")]
+    lines = []
+    for where, body, place, kind in points:
+        component = scene.component.get(scene.component_of(body)) if body is not None and place is not None else None
+        if component is not None and "rigid" not in (component.geometry.kind, component.modes.reduction):
+            lines.append(
+                f"{where}: body '{body}' deforms, and is held at interfaces; give one of kind '{kind}', or"
+                f" component.{scene.component_of(body)}.modes.reduction = 'rigid'"
+            )
+    return lines
 
 
 def _wrong_turning(scene: "SceneFile") -> list[str]:

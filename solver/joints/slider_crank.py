@@ -11,8 +11,8 @@ from gudgeon.solver.vectors import Direction, Place, unit
 
 
 class SliderCrank(Marker):
-    """The crank pin is at centre + radius (cos θ along + sin θ lateral), θ = start + speed t; a rod keeps a point of the
-    body at its distance."""
+    """The crank pin is at centre + radius (cos θ along + sin θ lateral), θ = start + speed t; a massless rod holds a
+    point of the body."""
 
     kind: Literal["slider-crank"]
     crank_radius: Length = Field(description="Distance of the crank pin from the axis of the crank")

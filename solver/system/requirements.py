@@ -174,7 +174,10 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
     """Yield the joints, springs and loads of a body, or one omitted term for each kind that it lacks."""
     joints = [
         Term(
-            f"joint {n}", body, True, f"a {j.kind} holds {j.interface or 'a point'}",
+            f"joint {n}",
+            body,
+            True,
+            f"a {j.kind} holds {j.interface or 'a point'}",
             (f"modes:loads/{j.interface}",) if j.interface else (),
         )
         for n, j in scene.cranks().items()

@@ -30,7 +30,8 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Work,
 )
 from gudgeon.solver.integrators.mechanism.constraints.pattern import coupled, envelope, groups, is_thin
-from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, moments, point_of
+from gudgeon.solver.integrators.mechanism.flexible.arrays import flexible_arrays
+from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, point_of
 from gudgeon.solver.integrators.mechanism.parts import Point, Row
 from gudgeon.solver.integrators.mechanism.touching.kernel import COLUMNS
 from gudgeon.solver.integrators.mechanism.touching.meeting import Meeting, meetings, sections_of, surfaces_of
@@ -281,7 +282,7 @@ def model_of(found: Linkage) -> Model:
         group=groups([(row.joint, row.length) for row in rows]), pairs=pairs, envelope=envelope(pairs, len(rows)),
         spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
         load=np.array([_wrench(one) for one in loads.values()], float).reshape(-1, 6),
-        **_flexible(found, points), **section_arrays(found.sections), **_bushings(found, bushings),
+        **flexible_arrays(found.frames, points), **section_arrays(found.sections), **_bushings(found, bushings),
         surfaces=surfaces_of(found.meetings, system, max((len(one.stiffness) for one in found.frames), default=0)),
     )  # fmt: skip
 
@@ -332,34 +333,6 @@ def _wrench(load: GivenForce | GivenTorque | GivenWrench) -> np.ndarray:
     return np.concatenate([line, np.zeros(3)] if isinstance(load, GivenForce) else [np.zeros(3), line])
 
 
-def _flexible(found: Linkage, points: list[Point]) -> dict[str, np.ndarray]:
-    """Return the arrays of the bodies' elastic coordinates, filled with zeros up to the most that a body has."""
-    counts = [len(one.stiffness) for one in found.frames]
-    n, most, total = len(counts), max(counts), sum(counts)
-    first = WIDTH * n + np.cumsum([0, *counts[:-1]])
-    shapes = {
-        "second": (n, CURL), "lever": (n, CURL + 3, most), "pair": (n, most, CURL + 3, most),
-        "modal_root": (n, most, most), "modal_stiffness": (n, most), "modal_damping": (n, most),
-        "point_rows": (len(points), 6, most), "point_bend": (len(points), 6, most, most),
-    }  # fmt: skip
-    arrays = {name: np.zeros(shape) for name, shape in shapes.items()}
-    for b, (frame, m) in enumerate(zip(found.frames, counts, strict=True)):
-        arrays["second"][b] = moments(frame.second)[:CURL]
-        arrays["lever"][b, :, :m] = moments(frame.lever).T
-        arrays["pair"][b, :m, :, :m] = moments(frame.pair).transpose(0, 2, 1)
-        arrays["modal_root"][b, :m, :m], arrays["modal_stiffness"][b, :m] = frame.root, frame.stiffness
-        arrays["modal_damping"][b, :m] = frame.damping
-    for p, point in enumerate(points):
-        m = point.rows.shape[1]
-        arrays["point_rows"][p, :, :m], arrays["point_bend"][p, :, :m, :m] = point.rows, point.bend
-    below = np.tril(arrays["modal_root"], -1)
-    return arrays | {
-        "elastic": np.column_stack([counts, first, first + total]).astype(np.int64),
-        "orthogonal": (~below.any(axis=(1, 2))).astype(np.int64),
-        "bends": arrays["point_bend"].any(axis=(1, 2, 3)).astype(np.int64),
-    }
-
-
 def _law(found: Linkage, ends: tuple[Point, Point], spring) -> tuple[float, float, float]:  # type: ignore[no-untyped-def]
     """Return stiffness, damping and the length without force of a spring between two points."""
     stiffness = spring.stiffness or 0.0
@@ -396,8 +369,8 @@ def work_of(model: Model, drives: int) -> Work:
         "light": (m, 4, 6 + e), "matrix": (m, m), "lower": (m, m), "scale": (m,), "order": (m,), "begin": (m,),
         "end": (m,), "within": (1,), "left": (m,), "rank": (1,), "least": (1,), "right": (m,), "multiplier": (m,),
         "small": (m, m), "spare": (2, m), "slopes": (STAGES, size), "stage": (size,), "lost": (SUMS,),
-        "given": (drives, 3), "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3), "spin_drift": (p, 3),
-        "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "curved": (e,), "moving": (e,),
+        "given": (drives, 3), "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3),
+        "spin_drift": (p, 3), "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "curved": (e,), "moving": (e,),
         "moment": (n, CURL + 3, e), "moment_rate": (n, 3, e), "second": (n, CURL), "coupling": (n, 3, e),
         "root": (n, 3, 3), "modal": (n, 3 + e),
         "inner_force": (n, e), "across": (n, e), "light_error": (3 + e,), "touching": (c,), "slipping": (c,),

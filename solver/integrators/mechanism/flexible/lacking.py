@@ -30,9 +30,7 @@ class Pushed(NamedTuple):
     interface: str
 
 
-def joint_lacks(
-    linkage: Linkage, model: Model, states: States, holds: np.ndarray
-) -> tuple[Json, list[str]]:
+def joint_lacks(linkage: Linkage, model: Model, states: States, holds: np.ndarray) -> tuple[Json, list[str]]:
     """Return the quantity `joint_lack` of each body that joints hold at interfaces, and what is to be said of it.
 
     It is the largest energy ½ λᵀ R λ over the largest whole one at the samples. Bodies whose record drops R have none.
@@ -42,7 +40,7 @@ def joint_lacks(
     """
     found: Json = {}
     notes = []
-    for b, (name, body) in enumerate(linkage.system.bodies.items()):
+    for name, body in linkage.system.bodies.items():
         held = _held(linkage, name)
         if not held or body.modal.residual_flexibility is None or not len(body.modal.angular_frequencies):
             continue
