@@ -174,13 +174,14 @@ def _without_statics(scene: "SceneFile") -> list[str]:
 
 def _wrong_points(scene: "SceneFile") -> list[str]:
     """List joints at points of bodies that deform."""
-    points: list[tuple[str, str | None, Any, str]]
-    points = [(f"joint.{n}.at", j.body, j.at, "mean") for n, j in scene.cranks().items()]
-    for n, j in scene.hinges().items():
-        points += [(f"joint.{n}.at", j.body, j.at, "tie"), (f"joint.{n}.against_at", j.against, j.against_at, "tie")]
+    points = [(f"joint.{n}.at", j.body, "mean") for n, j in scene.cranks().items() if j.at is not None]
+    points += [(f"joint.{n}.at", j.body, "tie") for n, j in scene.hinges().items() if j.at is not None]
+    for name, hinge in scene.hinges().items():
+        if hinge.against is not None and hinge.against_at is not None:
+            points.append((f"joint.{name}.against_at", hinge.against, "tie"))
     lines = []
-    for where, body, place, kind in points:
-        component = scene.component.get(scene.component_of(body)) if body is not None and place is not None else None
+    for where, body, kind in points:
+        component = scene.component.get(scene.component_of(body))
         if component is not None and "rigid" not in (component.geometry.kind, component.modes.reduction):
             lines.append(
                 f"{where}: body '{body}' deforms, and is held at interfaces; give one of kind '{kind}', or"

@@ -91,10 +91,9 @@ class Recorder:
         every = Reading(*(np.array(one) for one in zip(*(one.reading for one in kept), strict=True)))
         wrenches, angles = every.wrenches, every.angles
         lengths = every.violations * self._model.reach.max(initial=0.0)
+        held = {**scene.hinges(), **scene.cranks()}
         joints = {
-            name: JointHistory(
-                scene.joint[name].body, "", angles[1:, pair], wrenches[1:, pair, :3].copy(), lengths[1:, pair]
-            )
+            name: JointHistory(held[name].body, "", angles[1:, pair], wrenches[1:, pair, :3].copy(), lengths[1:, pair])
             for name, pair in linkage.pairs.items()
         }
         states = np.array([one.state for one in kept])
