@@ -119,11 +119,8 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
 
 def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str, ...]]]:
     """Return key, body, name and kinds of the interfaces that joints of two markers and attachments name."""
-    wanted: list[tuple[str, str, str, tuple[str, ...]]] = []
-    for name, crank in scene.cranks().items():
-        if crank.interface is not None:
-            able = ("tie", "mean") if scene.capabilities.turns else ("mean",)
-            wanted.append((f"joint.{name}.interface", crank.body, crank.interface, able))
+    able: tuple[str, ...] = ("tie", "mean") if scene.capabilities.turns else ("mean",)
+    wanted = [(f"joint.{n}.interface", j.body, j.interface, able) for n, j in scene.cranks().items() if j.interface]
     for name, hinge in scene.hinges().items():
         able = ("tie", "mean") if isinstance(hinge, Distance | Spherical) else ("tie",)
         if hinge.interface is not None:
