@@ -76,6 +76,7 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         (f"contact.{n}.against.interface", o.body, o.interface, ("traction",) if n in sliding else POINTS)
         for n, o in scene.others().items()
     ]
+    wanted += _held_interfaces(scene)
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.gas().items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("traction",)) for n, f in scene.moving().items()]
     for name, force in scene.over_time().items():
@@ -88,7 +89,6 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         if spring.against is not None and spring.against_interface is not None:
             wanted.append((f"force.{name}.against_interface", spring.against, spring.against_interface, able))
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("points",)) for n, f in scene.electrodes().items()]
-    wanted += _held_interfaces(scene)
     for name, motion in scene.motion.items():
         if motion.interface is not None:
             able = ("tie",) if motion.kind == "rotation" else ("mean", "tie")
