@@ -27,7 +27,7 @@ class Feature(Enum):
     DAMPING = "damping of modes"
     GAUGES = "gauges read at every sample"
     PROBES = "probes read at every sample"
-    JOINT = "joints that prescribe motion"
+    JOINT = "slider-cranks"
     MOTION = "motions of bodies given over time"
     LOAD = "forces given over time"
     SPRING = "springs between bodies"
@@ -162,7 +162,7 @@ class Mechanism(Integrator):
         {
             Feature.MECHANISM, Feature.POINT_LOAD, Feature.POINT_SPRING, Feature.GRAVITY, Feature.PROBES,
             Feature.DAMPING, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.SMOOTHED_FRICTION, Feature.FIELD,
-            Feature.GAUGES, Feature.SLIDING_PAIR,
+            Feature.GAUGES, Feature.SLIDING_PAIR, Feature.JOINT,
         }
     )  # fmt: skip
     order = 8

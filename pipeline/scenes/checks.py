@@ -76,7 +76,7 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         (f"contact.{n}.against.interface", o.body, o.interface, ("traction",) if n in sliding else POINTS)
         for n, o in scene.others().items()
     ]
-    wanted += [(f"joint.{n}.interface", j.body, j.interface, ("mean",)) for n, j in scene.cranks().items()]
+    wanted += _held_interfaces(scene)
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.gas().items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("traction",)) for n, f in scene.moving().items()]
     for name, force in scene.over_time().items():
@@ -89,7 +89,6 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         if spring.against is not None and spring.against_interface is not None:
             wanted.append((f"force.{name}.against_interface", spring.against, spring.against_interface, able))
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("points",)) for n, f in scene.electrodes().items()]
-    wanted += _held_interfaces(scene)
     for name, motion in scene.motion.items():
         if motion.interface is not None:
             able = ("tie",) if motion.kind == "rotation" else ("mean", "tie")
@@ -114,12 +113,14 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
     lines += _wrong_sensors(scene) + wrong_bearings(scene)
-    return lines + _without_statics(scene) + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
+    lines += _without_statics(scene) + _wrong_points(scene)
+    return lines + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
 
 
 def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str, ...]]]:
     """Return key, body, name and kinds of the interfaces that joints of two markers and attachments name."""
-    wanted: list[tuple[str, str, str, tuple[str, ...]]] = []
+    able: tuple[str, ...] = ("tie", "mean") if scene.capabilities.turns else ("mean",)
+    wanted = [(f"joint.{n}.interface", j.body, j.interface, able) for n, j in scene.cranks().items() if j.interface]
     for name, hinge in scene.hinges().items():
         able = ("tie", "mean") if isinstance(hinge, Distance | Spherical) else ("tie",)
         if hinge.interface is not None:
@@ -151,6 +152,8 @@ def _pressed_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[s
 
 def _without_statics(scene: "SceneFile") -> list[str]:
     """List joints at interfaces whose static shapes the body's modes lack: residual flexibility does not act there."""
+    if not scene.capabilities.turns:
+        return []
     lines = []
     for where, body, interface, _ in _held_interfaces(scene) + _pressed_interfaces(scene):
         component = scene.component.get(name := scene.component_of(body))
@@ -163,17 +166,25 @@ def _without_statics(scene: "SceneFile") -> list[str]:
             f" '{interface}', so that {where.rpartition('.')[0]} would act on a body that is too stiff; allowed:"
             f" {', '.join(WITH_STATICS)}"
         )
-    for name, hinge in scene.hinges().items():
-        for key, body, place in (("at", hinge.body, hinge.at), ("against_at", hinge.against, hinge.against_at)):
-            if body is None or place is None:
-                continue
-            component = scene.component.get(scene.component_of(body))
-            if component is not None and "rigid" not in (component.geometry.kind, component.modes.reduction):
-                lines.append(
-                    f"joint.{name}.{key}: body '{body}' deforms, and is held at interfaces; give one of kind 'tie', or"
-                    f" component.{scene.component_of(body)}.modes.reduction = 'rigid'"
-                )
     return list(dict.fromkeys(lines))
+
+
+def _wrong_points(scene: "SceneFile") -> list[str]:
+    """List joints at points of bodies that deform."""
+    points = [(f"joint.{n}.at", j.body, "mean") for n, j in scene.cranks().items() if j.at is not None]
+    points += [(f"joint.{n}.at", j.body, "tie") for n, j in scene.hinges().items() if j.at is not None]
+    for name, hinge in scene.hinges().items():
+        if hinge.against is not None and hinge.against_at is not None:
+            points.append((f"joint.{name}.against_at", hinge.against, "tie"))
+    lines = []
+    for where, body, kind in points:
+        component = scene.component.get(scene.component_of(body))
+        if component is not None and "rigid" not in (component.geometry.kind, component.modes.reduction):
+            lines.append(
+                f"{where}: body '{body}' deforms, and is held at interfaces; give one of kind '{kind}', or"
+                f" component.{scene.component_of(body)}.modes.reduction = 'rigid'"
+            )
+    return lines
 
 
 def _wrong_turning(scene: "SceneFile") -> list[str]:
@@ -285,7 +296,7 @@ def _owners(scene: "SceneFile") -> dict[str, list[str]]:
         "contact": scene.contact,
         "body": scene.body,
         "force": scene.moving(),
-        "joint": scene.hinges(),
+        "joint": {**scene.hinges(), **(scene.cranks() if scene.capabilities.turns else {})},
         "probe": scene.probe,
         "component": scene.component,
     }

@@ -10,6 +10,7 @@ from gudgeon.pipeline.geometry.profile import ProfileTable
 from gudgeon.pipeline.scenes.change import deviation_of
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.solver.joints.clearance import Clearance
+from gudgeon.solver.joints.slider_crank import SliderCrank
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.bodies import SceneFile
@@ -38,13 +39,13 @@ def misfits(scene: "SceneFile", folder: Path) -> list[str]:
         lines += _clearance(scene, folder, name, slave, over)
         lines += _travel(scene, name, slave, over)
     for name, joint in scene.cranks().items():
-        held = _surface(scene, joint.body, joint.interface)
-        if held is None or "origin" not in held[1]:
+        pin = _rod_end(scene, joint)
+        if pin is None:
             continue
         _, lateral = joint.axes
         own = scene.body[joint.body]
         turn = np.eye(3) if own.orientation is None else own.orientation.matrix()
-        origin = turn @ np.asarray(held[1]["origin"]) + own.position
+        origin = turn @ pin + own.position
         offset = abs(float((origin - np.asarray(joint.centre)) @ lateral))
         if joint.rod_length <= joint.crank_radius + offset:
             lines.append(
@@ -91,6 +92,14 @@ def _surface(scene: "SceneFile", body: str, interface: str) -> Shaped | None:
     return None if shape is None else (item, shape)
 
 
+def _rod_end(scene: "SceneFile", joint: SliderCrank) -> np.ndarray | None:
+    """Return the point of a body that a rod holds, in the axes of the component [m], (3,); None where it is unknown."""
+    if joint.interface is None:
+        return np.asarray(joint.at or (0.0, 0.0, 0.0))
+    held = _surface(scene, joint.body, joint.interface)
+    return np.asarray(held[1]["origin"]) if held is not None and "origin" in held[1] else None
+
+
 def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, master: Shaped) -> list[str]:
     """Compare the largest radius of the sliding surface, profile included, with the bore."""
     contact = scene.contact[name]
@@ -130,7 +139,7 @@ def _travel(scene: "SceneFile", name: str, slave: Shaped, master: Shaped) -> lis
     """Check that the sliding surface stays within the height of the other one all along the stroke."""
     contact = scene.contact[name]
     rod, joint = next(((key, item) for key, item in scene.cranks().items() if item.body == contact.body), ("", None))
-    held = _surface(scene, contact.body, joint.interface) if joint is not None else None
+    held = _rod_end(scene, joint) if joint is not None else None
     over = scene.masters()[name]
     geometry = scene.component[scene.component_of(over.body)].geometry
     length = getattr(geometry, "length", None)
@@ -138,7 +147,7 @@ def _travel(scene: "SceneFile", name: str, slave: Shaped, master: Shaped) -> lis
     if joint is None or held is None or slave[0].height is None or span is None:
         return []
     along, lateral = joint.axes
-    pin = np.asarray(held[1]["origin"]) + scene.body[contact.body].position
+    pin = held + scene.body[contact.body].position
     turn = np.linspace(0.0, 2 * np.pi / joint.rate, 721)
     try:
         places = joint.piston_pin(turn, float(pin @ lateral))[:, 0] - float(pin @ along)

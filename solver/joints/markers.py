@@ -20,7 +20,29 @@ LOCKED: tuple[Square, ...] = ((0, 1), (0, 2), (1, 2))
 """All axes are along each other."""
 
 
-class Marked(Strict):
+class Marker(Strict):
+    """What holds a point of a body."""
+
+    body: str = Field(description="Body on which its force and moment are reported")
+    at: Place | None = Field(
+        default=None,
+        description="Its point of a rigid body, in the axes of the component and relative to its origin [m]; default:"
+        " the origin",
+    )
+    interface: str | None = Field(
+        default=None,
+        description="Its point of a body that deforms: an interface of kind 'tie', or 'mean' for kinds 'spherical',"
+        " 'distance' and 'slider-crank'",
+    )
+
+    @model_validator(mode="after")
+    def _one_point(self) -> "Marker":
+        if self.at is not None and self.interface is not None:
+            raise ValueError("give one of: at, interface")
+        return self
+
+
+class Marked(Marker):
     """A joint of two markers. Rows: d is zero along some axes u_i, and u_i is at right angles to w_k for some pairs."""
 
     along: ClassVar[tuple[int, ...]] = (0, 1, 2)
@@ -31,17 +53,6 @@ class Marked(Strict):
     """Whether it leaves a rotation about its axis alone, whose angle can be driven."""
     slides: ClassVar[bool] = False
     """Whether it leaves a translation along its axis alone."""
-    body: str = Field(description="Body on which its force and moment are reported")
-    at: Place | None = Field(
-        default=None,
-        description="Its point of a rigid body, in the axes of the component and relative to its origin [m]; default:"
-        " the origin",
-    )
-    interface: str | None = Field(
-        default=None,
-        description="Its point of a body that deforms: an interface of kind 'tie', or 'mean' for kinds 'spherical' and"
-        " 'distance'",
-    )
     against: str | None = Field(default=None, description="Other body; default: the ground")
     against_at: Place | None = Field(
         default=None,
@@ -52,9 +63,8 @@ class Marked(Strict):
 
     @model_validator(mode="after")
     def _two(self) -> "Marked":
-        for at, interface in (("at", "interface"), ("against_at", "against_interface")):
-            if getattr(self, at) is not None and getattr(self, interface) is not None:
-                raise ValueError(f"give one of: {at}, {interface}")
+        if self.against_at is not None and self.against_interface is not None:
+            raise ValueError("give one of: against_at, against_interface")
         if self.against is None and self.against_interface is not None:
             raise ValueError("against_interface needs against, the body that has it")
         if self.against == self.body:

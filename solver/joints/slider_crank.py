@@ -5,16 +5,16 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import Angle, Length, RotationRate, Strict
+from gudgeon.solver.joints.markers import Marker
+from gudgeon.solver.numbers import Angle, Length, RotationRate
 from gudgeon.solver.vectors import Direction, Place, unit
 
 
-class SliderCrank(Strict):
-    """The crank pin is at centre + radius (cos θ along + sin θ lateral), θ = start + speed t."""
+class SliderCrank(Marker):
+    """The crank pin is at centre + radius (cos θ along + sin θ lateral), θ = start + speed t; a massless rod holds a
+    point of the body."""
 
     kind: Literal["slider-crank"]
-    body: str = Field(description="Name of a body of the scene")
-    interface: str = Field(description="Interface of kind 'mean' that the rod holds")
     crank_radius: Length = Field(description="Distance of the crank pin from the axis of the crank")
     rod_length: Length = Field(description="Between crank pin and piston pin [m]")
     speed: RotationRate = Field(description="Speed of the crank")
@@ -63,6 +63,14 @@ class SliderCrank(Strict):
                 r * rate * np.cos(angle), -r * rate * np.sin(angle),
             ]
         )  # fmt: skip
+
+    def pin_motion(self, times: np.ndarray, axis: int) -> np.ndarray:
+        """Return way of the crank pin from the centre along an axis of the scene, its rate and second rate at times
+        [s], (t, 3)."""
+        along, lateral = self.axes
+        centre, pin = np.asarray(self.centre, float), self.crank_pin(times)
+        way = (pin[:, 0] - centre @ lateral) * lateral[axis] + (pin[:, 1] - centre @ along) * along[axis]
+        return np.column_stack([way, pin[:, 2] * lateral[axis] + pin[:, 3] * along[axis], -(self.rate**2) * way])
 
     def piston_pin(self, time: np.ndarray, lateral: float, lateral_rate: float = 0.0) -> np.ndarray:
         """Return position, velocity and acceleration along of a pin at a lateral coordinate, SI units, (t, 3).

@@ -63,7 +63,9 @@ def contact_kind(contact: Contact) -> Kind:
 
 def _joints(scene: Scene) -> Iterator[PortRow]:
     for name, crank in scene.cranks().items():
-        yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], BLOCK[Kind.BILATERAL], (crank.body,), "constant")
+        turns = scene.capabilities.turns
+        count, rows = (1, "moving") if turns else (BLOCK[Kind.BILATERAL], "constant")
+        yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], count, (crank.body,), rows)
     for name, joint in scene.joint.items():
         if isinstance(joint, Gear | Driven):
             held = [scene.hinges()[one] for one in joint.joints]

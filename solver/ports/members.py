@@ -151,8 +151,7 @@ def _joints(system: System) -> Iterator[PortBlock]:
         body = system.bodies[held.joint.body]
         along, lateral = held.joint.axes
         mix = np.array([lateral, along])
-        rigid = mix @ body.wrench_rows(body.modal.loads[held.joint.interface].resultant)
-        side = _load_side(body, held.joint.interface, rigid, mix)
+        side = _load_side(body, held.joint.interface, body.wrench_rows(held.resultant), mix)
         yield PortBlock(f"joint.{held.name}", Kind.BILATERAL, (side,), held.anchor.copy())
 
 

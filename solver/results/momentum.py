@@ -83,11 +83,8 @@ def _driven(system: System, name: str, loads: np.ndarray, duration: float) -> tu
     body, driving, wrenches = system.bodies[name], system.driving, []
     given, size = np.zeros(6), 0.0
     for number, held in enumerate(driving.joints):
-        along, lateral = held.joint.axes
         if held.joint.body == name:
-            resultant = body.modal.loads[held.joint.interface].resultant
-            force = loads[2 * number] * lateral + loads[2 * number + 1] * along
-            wrenches.append(force @ resultant)
+            wrenches.append(loads[2 * number : 2 * number + 2] @ held.resultant)
     pushes = [*driving.given_rows(), *driving.driven_rows()]
     wrenches += [loads[at] @ push.resultant for push, at in pushes if push.body == name]
     for wrench in wrenches:

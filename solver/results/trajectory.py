@@ -191,7 +191,7 @@ def _joints(system: System, times: np.ndarray, samples: Samples) -> dict[str, Jo
         force = loads[:, :1] * lateral + loads[:, 1:] * along
         violation = samples.snapshots[:, 2 * len(system.rigid) + number]
         histories[held.name] = JointHistory(
-            held.joint.body, held.joint.interface, held.joint.angle(times), force, violation.copy()
+            held.joint.body, held.joint.interface or "", held.joint.angle(times), force, violation.copy()
         )
     return histories
 

@@ -216,8 +216,8 @@ class Scene(Strict):
         """Return the integrators that support all features of the scene, in the order in which `auto` prefers them."""
         demands = dict(_demands(self))
         able = [name for name in INTEGRATORS if not _lacking(demands, name)]
-        # Fields and sliding pairs alone make no mechanism of a scene.
-        small = not {Feature.FIELD, Feature.SLIDING_PAIR}.isdisjoint(demands.values())
+        # Fields, sliding pairs and cranks alone make no mechanism of a scene.
+        small = not {Feature.FIELD, Feature.SLIDING_PAIR, Feature.JOINT}.isdisjoint(demands.values())
         return sorted(able, key=lambda name: not _prefers(demands, name) or (small and INTEGRATORS[name].turns))
 
     @property

@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import LoadModes
 from gudgeon.modaldb.traction import inside, spread
 from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
@@ -18,11 +17,11 @@ from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces import OverTime
 from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.moving import MovingForce
-from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.drives import CHECKED, DrivenRows, driven_rows, refuse_contradictions
 from gudgeon.solver.system.fields.reading import electrode_end, field_ends
+from gudgeon.solver.system.points import HeldPoint, held_point, load_of, rigid_point
 from gudgeon.solver.vectors import unit
 
 ON_THE_SPACE = 1e-9
@@ -32,21 +31,6 @@ ROWS = {"pressure": 1, "mean": 3, "tie": 6}
 """Rows of a load by the kind of its interface."""
 Owner = tuple[str, str | None, np.ndarray]
 """Body and interface of rows, and their mix from the rows of the interface."""
-
-
-@dataclass(frozen=True)
-class HeldPoint:
-    """A joint, and the point of a body that it holds."""
-
-    name: str
-    joint: SliderCrank
-    anchor: np.ndarray
-    """Lateral and along coordinate of its point at q = 0 [m], (2,)."""
-
-    def turn(self) -> np.ndarray:
-        """Return heights of the undeformed point along [m] over one turn of the crank, (t,)."""
-        angles = np.linspace(0.0, 2 * np.pi / self.joint.rate, 721)
-        return self.joint.piston_pin(angles, self.anchor[0])[:, 0]
 
 
 @dataclass(frozen=True)
@@ -202,14 +186,11 @@ def compile_driving(
     owners: list[Owner] = []
     for name, joint in scene.cranks().items():
         body = bodies[joint.body]
-        load = _load(body, joint.interface, f"joint.{name}.interface")
-        if len(load.rows) != 3:
-            raise SceneError(f"joint.{name}.interface: '{joint.interface}' is no interface of kind 'mean'")
+        place, resultant, elastic = held_point(scene, name, body)
         along, lateral = joint.axes
-        place = load.point + np.asarray(scene.body[joint.body].position)
-        joints.append(HeldPoint(name, joint, np.array([place @ lateral, place @ along])))
         mix = np.array([lateral, along])
-        rows.append(_over_all(body, mix @ body.wrench_rows(load.resultant), mix @ load.rows, size))
+        joints.append(HeldPoint(name, joint, mix @ place, mix @ resultant))
+        rows.append(_over_all(body, body.wrench_rows(mix @ resultant), mix @ elastic, size))
         owners.append((joint.body, joint.interface, mix))
     for name, force in scene.given().items():
         body = bodies[force.body]
@@ -309,7 +290,7 @@ def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
         resultant = np.atleast_2d(force.wrench(partial(turned_vectors, scene.body[body.name])))
         elastic, mix = np.zeros((len(resultant), 0)), np.eye(len(resultant))
     else:
-        load = _load(body, interface, f"{where}.interface")
+        load = load_of(body, interface, f"{where}.interface")
         kind, count = force.surface, ROWS[force.surface or ""]
         if len(load.rows) != count:
             raise SceneError(f"{where}.interface: '{interface}' is no interface of kind '{kind}'")
@@ -328,7 +309,7 @@ def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
 def _pressing(scene: Scene, name: str, body: FlexibleBody) -> Made:
     """Return a gas pressure; one row."""
     force = scene.gas()[name]
-    load, joint = _load(body, force.interface, f"force.{name}.interface"), scene.cranks()[force.joint]
+    load, joint = load_of(body, force.interface, f"force.{name}.interface"), scene.cranks()[force.joint]
     if len(load.rows) != 1:
         raise SceneError(f"force.{name}.interface: '{force.interface}' is no interface of kind 'pressure'")
     pressure = force.over_angle()
@@ -370,22 +351,16 @@ def _external(scene: Scene, name: str, body: FlexibleBody) -> Made:
         return np.zeros((len(time), len(axes)))
 
     if force.interface is None:
-        if len(body.modal.angular_frequencies):
-            raise SceneError(f"{where}: body '{body.name}' is elastic; name an interface of kind 'mean' or 'tie'")
-        arm = turned_vectors(scene.body[body.name], force.at)
-        resultant, none = np.column_stack([axes, np.cross(arm, axes)]), np.empty((len(axes), 0))
-        return GivenLoad(name, body.name, None, np.eye(len(axes)), resultant, amounts, travels=False), none
-    load = _load(body, force.interface, where)
+        _, resultant = rigid_point(scene, body, force.at, where, "'mean' or 'tie'")
+        none = np.empty((len(axes), 0))
+        return GivenLoad(name, body.name, None, np.eye(len(axes)), axes @ resultant, amounts, travels=False), none
+    load = load_of(body, force.interface, where)
     if len(load.rows) not in (3, 6):
         raise SceneError(f"{where}: '{force.interface}' is no interface of kind 'mean' or 'tie'")
     mix = np.column_stack([axes, np.zeros((len(axes), len(load.rows) - 3))])
     return GivenLoad(
         name, body.name, force.interface, mix, mix @ load.resultant, amounts, travels=False
     ), mix @ load.rows
-
-
-def _load(body: FlexibleBody, interface: str, where: str) -> LoadModes:
-    return named(body.modal.loads, interface, f"{where}: body '{body.name}' has no load or joint surface")
 
 
 def _over_all(body: FlexibleBody, rigid: np.ndarray, elastic: np.ndarray, size: int) -> np.ndarray:

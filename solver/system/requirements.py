@@ -173,7 +173,13 @@ def _faced(contact: Contact) -> str:
 def _elements(scene: Scene, body: str) -> Iterator[Term]:
     """Yield the joints, springs and loads of a body, or one omitted term for each kind that it lacks."""
     joints = [
-        Term(f"joint {n}", body, True, f"a {j.kind} holds {j.interface}", (f"modes:loads/{j.interface}",))
+        Term(
+            f"joint {n}",
+            body,
+            True,
+            f"a {j.kind} holds {j.interface or 'a point'}",
+            (f"modes:loads/{j.interface}",) if j.interface else (),
+        )
         for n, j in scene.cranks().items()
         if j.body == body
     ]
@@ -281,7 +287,8 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
 
 def _pulled(scene: Scene, body: str) -> bool:
     """Whether a joint, load, motion or spring acts on an interface of a body."""
-    loads = [*scene.cranks().values(), *scene.given().values(), *scene.motion.values(), *scene.electrodes().values()]
+    cranks = {} if scene.capabilities.turns else scene.cranks()
+    loads = [*cranks.values(), *scene.given().values(), *scene.motion.values(), *scene.electrodes().values()]
     return any(item.body == body for item in loads) or any(
         (item.body == body and item.interface) or (item.against == body and item.against_interface)
         for item in (scene.springs() | scene.fields()).values()
@@ -293,6 +300,8 @@ def _residual(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Ter
     reason = "a contact uses method 'residual'" if present else "no contact uses method 'residual'"
     if not present and _pulled(scene, body):
         present, reason = True, "a joint, load, motion or spring acts on it"
+    if not present and any(body in (joint.body, joint.against) for joint in scene.hinges().values()):
+        present, reason = True, "it says what modes lack at joints"
     if not present and any(True for _ in interfaces_read(scene, body)):
         present, reason = True, "a probe reads an interface of it"
     if not stock.elastic:

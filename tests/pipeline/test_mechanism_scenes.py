@@ -160,3 +160,30 @@ def test_the_film_shows_a_beam_whose_frame_follows_its_root(tmp_path: Path) -> N
     found, read = filmed("rotating-beam", changes, tmp_path)
     places = read["tip"][1:] + np.array([0.5, 0.0, 0.0])
     assert np.linalg.norm(found["beam"].places[1:] - places[:, None], axis=2).min(axis=1).max() < SECOND
+
+
+AXIAL = {"component.rod.modes": {"reduction": "row-craig-bampton", "normal_count": 0, "fixed_count": 12}}
+"""Among its modes is the first along the rod."""
+HELD = {"component.rod.modes": {"reduction": "row-craig-bampton", "normal_count": 0, "fixed_count": 4}}
+LACKS = "strain energy that the forces of its joints"
+
+
+def test_what_modes_lack_at_joints_is_said(tmp_path: Path) -> None:
+    """A bar drawn at one end has N = F (1 - x/L); a uniform stretch, all that its modes have along it, has 3/4 of its
+    energy, (∫ N dx)²/L over ∫ N² dx."""
+    short = {"run.duration": 1e-3, "run.samples": 20, "run.frames": 2}
+    found = run(DATA / "rotating-beam", set=short, db=tmp_path / "db", out=tmp_path / "a", until="solve")
+    assert found.quantities["beam.joint_lack"]["value"] == pytest.approx(0.25, rel=1e-3)
+    assert any(note.startswith("body.beam: its modes lack 0.25 of the strain energy") for note in found.notes)
+
+
+def test_forces_that_balance_each_other_find_all_static_shapes(tmp_path: Path) -> None:
+    """A force at one end alone lacks a quarter along the rod, see above; gas and crank press at both."""
+    short = {"run.duration": 4e-3, "run.samples": 200, "run.frames": 2}
+    lacks = []
+    for name, modes in (("few", HELD), ("more", AXIAL)):
+        given = short | modes
+        found = run(DATA / "piston/crank-train.toml", set=given, db=tmp_path / "db", out=tmp_path / name, until="solve")
+        lacks.append(found.quantities["rod.joint_lack"]["value"])
+        assert not any(LACKS in note for note in found.notes)
+    assert 0 <= lacks[1] < 0.2 * lacks[0] < 1e-3

@@ -161,6 +161,8 @@ def _moving(job: Job, name: str, slave: Part) -> NodalLoad:
 
 def _rod(job: Job, slave: Part) -> NodalRod:
     ((name, joint),) = job.scene.cranks().items()
+    if joint.interface is None:
+        raise InputError(f"{job.path}: report.full_fe: joint.{name}.interface: is missing; its kind is 'mean'")
     held = load_rows(slave.model, slave.component.interface[joint.interface], f"joint.{name}.interface")
     along, lateral = joint.axes
     axes = np.stack([lateral, along])

@@ -176,7 +176,7 @@ class Drawing:
     @property
     def driven(self) -> bool:
         """Whether a crank drives the scene, so that the rigid motion is large and mostly prescribed."""
-        return any(one.interface for one in self.trajectory.joints.values())
+        return bool(self.trajectory.joints) and not self.turning
 
     @property
     def turning(self) -> bool:

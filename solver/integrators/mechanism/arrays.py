@@ -40,7 +40,7 @@ MOMENTS = ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))
 and, from `CURL` on, the differences B_ij − B_ji of the last three: nine numbers."""
 CURL = len(MOMENTS)
 NONE = -1
-"""Of a body: the ground. Of a row: no second term, no drive."""
+"""Of a body: the ground. Of a row: no second term, no drive. Of a point: no drive."""
 STAGES = 16
 """Of a step, with those of its interpolation."""
 
@@ -63,6 +63,9 @@ class Model(NamedTuple):
     loads', then two of each bushing and field, (P,)."""
     point_arm: np.ndarray
     """From the centre of the undeformed body in its axes; of the ground from its origin [m], (P, 3)."""
+    point_drive: np.ndarray
+    """First of the three drives by which a point of the ground moves along x, y and z, from its arm; `NONE` of all
+    others, (P,)."""
     point_frame: np.ndarray
     """Axes of points as columns, in the axes of the body, (P, 3, 3)."""
     point_rows: np.ndarray
@@ -162,6 +165,8 @@ class Work(NamedTuple):
     """Accelerations without constraints, (n, 6 + E)."""
     push: np.ndarray
     """Force, moment about the centre, and modal forces, (n, 6 + E)."""
+    given: np.ndarray
+    """Drives of the present time, (d, 3)."""
     place: np.ndarray
     """Of points [m], (P, 3)."""
     arm: np.ndarray
@@ -280,6 +285,8 @@ class Reading(NamedTuple):
     """Of least norm, (m,)."""
     wrenches: np.ndarray
     """Force and moment of each pair of markers on its own body, about its point, along the scene's axes, (J, 6)."""
+    holds: np.ndarray
+    """The same with forces of gears and drives, (J, 6)."""
     angles: np.ndarray
     """Of each pair; 0 without one [rad], (J,)."""
     violations: np.ndarray

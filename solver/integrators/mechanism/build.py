@@ -1,6 +1,8 @@
 """The model of a compiled scene's mechanism: bodies, markers, terms of its joints, and their rows."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,7 +30,8 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Work,
 )
 from gudgeon.solver.integrators.mechanism.constraints.pattern import coupled, envelope, groups, is_thin
-from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, moments, point_of
+from gudgeon.solver.integrators.mechanism.flexible.arrays import flexible_arrays
+from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, point_of
 from gudgeon.solver.integrators.mechanism.parts import Point, Row
 from gudgeon.solver.integrators.mechanism.touching.kernel import COLUMNS
 from gudgeon.solver.integrators.mechanism.touching.meeting import Meeting, meetings, sections_of, surfaces_of
@@ -37,11 +40,14 @@ from gudgeon.solver.integrators.mechanism.touching.surfaces import pressing_of
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Distance, Marked, Screw, Universal
+from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.scene.contact import MasterSurface
 from gudgeon.solver.system.system import System
 from gudgeon.solver.vectors import frame_along, unit
 
 Term = tuple[int, int, int, int]
+Drive = Callable[[np.ndarray], np.ndarray]
+"""Motion, rate and second rate at times [s], (t,) → (t, 3)."""
 
 
 @dataclass
@@ -61,8 +67,7 @@ class Linkage:
     """Floating frames of the bodies."""
     terms: dict[Term, int] = field(default_factory=dict)
     rows: list[Row] = field(default_factory=list)
-    drives: dict[str, Driven] = field(default_factory=dict)
-    """Joints that drive others, in the order of their numbers."""
+    drives: list[Drive] = field(default_factory=list)
     sections: list[Section] = field(default_factory=list)
     """What may touch: journals of joints with clearance, then points of contacts, those with other bodies last."""
     meetings: list[Meeting] = field(default_factory=list)
@@ -139,6 +144,8 @@ def linkage_of(system: System) -> Linkage:
     found = Linkage(system, list(system.bodies), np.array(centres), frames=frames)
     for name, joint in scene.hinges().items():
         _add_hinge(found, name, joint)
+    for name, joint in scene.cranks().items():
+        _add_crank(found, name, joint)
     for name, joint in scene.joint.items():
         if isinstance(joint, Gear):
             _add_gear(found, name, joint)
@@ -181,6 +188,19 @@ def _add_hinge(found: Linkage, name: str, joint: Marked) -> None:
         found.rows.append(Row(name, terms, found.start_along(pair, 2), length=True))
 
 
+def _add_crank(found: Linkage, name: str, joint: SliderCrank) -> None:
+    """Add the rod of a slider-crank: the distance of a body's point from the crank pin, a driven point of the ground in
+    the plane of the crank through the body's point."""
+    pair = found.pairs[name] = len(found.markers)
+    own = found.point(joint.body, joint.at, joint.interface, f"joint.{name}.at")
+    normal, centre = np.cross(*joint.axes), np.asarray(joint.centre, float)
+    pin = Point(NONE, centre + normal * (normal @ (found.place(own) - centre)), drive=len(found.drives))
+    found.drives += [partial(joint.pin_motion, axis=axis) for axis in range(3)]
+    found.markers.append((pin, own))
+    found.axes.append(np.array([np.eye(3), np.eye(3)]))
+    found.rows.append(Row(name, ((found.term(DISTANCE, pair), 1.0),), joint.rod_length, length=True))
+
+
 def _add_gear(found: Linkage, name: str, joint: Gear) -> None:
     for key, one in (("joint", joint.joint), ("other", joint.other)):
         _check_motion(found, f"joint.{name}.{key}", one, "angle")
@@ -199,7 +219,7 @@ def _add_drive(found: Linkage, name: str, joint: Driven) -> None:
             " give a smooth motion"
         )
     pair, number = found.pairs[joint.joint], len(found.drives)
-    found.drives[name] = joint
+    found.drives.append(partial(joint.motions, where=f"joint.{name}"))
     angle = motion == "angle"
     term = found.term(ANGLE, pair) if angle else found.term(ALONG, pair, 2)
     start = 0.0 if angle else found.start_along(pair, 2)
@@ -252,7 +272,8 @@ def model_of(found: Linkage) -> Model:
         mass=np.array([body.morph.mass for body in bodies]), inertia=inertia, inverse=np.linalg.inv(inertia),
         gravity=np.asarray(scene.run.gravity, float), owner=owner,
         point_owner=np.array([p.owner for p in points], np.int64), point_frame=frames,
-        point_arm=np.array([p.arm for p in points], float).reshape(-1, 3), terms=kinds, row_terms=row_terms,
+        point_arm=np.array([p.arm for p in points], float).reshape(-1, 3),
+        point_drive=np.array([p.drive for p in points], np.int64), terms=kinds, row_terms=row_terms,
         factors=np.array([[f for _, f in two] for two in filled], float).reshape(-1, 2),
         constant=np.array([row.constant for row in rows], float),
         drive_of=np.array([row.drive for row in rows], np.int64),
@@ -261,7 +282,7 @@ def model_of(found: Linkage) -> Model:
         group=groups([(row.joint, row.length) for row in rows]), pairs=pairs, envelope=envelope(pairs, len(rows)),
         spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
         load=np.array([_wrench(one) for one in loads.values()], float).reshape(-1, 6),
-        **_flexible(found, points), **section_arrays(found.sections), **_bushings(found, bushings),
+        **flexible_arrays(found.frames, points), **section_arrays(found.sections), **_bushings(found, bushings),
         surfaces=surfaces_of(found.meetings, system, max((len(one.stiffness) for one in found.frames), default=0)),
     )  # fmt: skip
 
@@ -312,34 +333,6 @@ def _wrench(load: GivenForce | GivenTorque | GivenWrench) -> np.ndarray:
     return np.concatenate([line, np.zeros(3)] if isinstance(load, GivenForce) else [np.zeros(3), line])
 
 
-def _flexible(found: Linkage, points: list[Point]) -> dict[str, np.ndarray]:
-    """Return the arrays of the bodies' elastic coordinates, filled with zeros up to the most that a body has."""
-    counts = [len(one.stiffness) for one in found.frames]
-    n, most, total = len(counts), max(counts), sum(counts)
-    first = WIDTH * n + np.cumsum([0, *counts[:-1]])
-    shapes = {
-        "second": (n, CURL), "lever": (n, CURL + 3, most), "pair": (n, most, CURL + 3, most),
-        "modal_root": (n, most, most), "modal_stiffness": (n, most), "modal_damping": (n, most),
-        "point_rows": (len(points), 6, most), "point_bend": (len(points), 6, most, most),
-    }  # fmt: skip
-    arrays = {name: np.zeros(shape) for name, shape in shapes.items()}
-    for b, (frame, m) in enumerate(zip(found.frames, counts, strict=True)):
-        arrays["second"][b] = moments(frame.second)[:CURL]
-        arrays["lever"][b, :, :m] = moments(frame.lever).T
-        arrays["pair"][b, :m, :, :m] = moments(frame.pair).transpose(0, 2, 1)
-        arrays["modal_root"][b, :m, :m], arrays["modal_stiffness"][b, :m] = frame.root, frame.stiffness
-        arrays["modal_damping"][b, :m] = frame.damping
-    for p, point in enumerate(points):
-        m = point.rows.shape[1]
-        arrays["point_rows"][p, :, :m], arrays["point_bend"][p, :, :m, :m] = point.rows, point.bend
-    below = np.tril(arrays["modal_root"], -1)
-    return arrays | {
-        "elastic": np.column_stack([counts, first, first + total]).astype(np.int64),
-        "orthogonal": (~below.any(axis=(1, 2))).astype(np.int64),
-        "bends": arrays["point_bend"].any(axis=(1, 2, 3)).astype(np.int64),
-    }
-
-
 def _law(found: Linkage, ends: tuple[Point, Point], spring) -> tuple[float, float, float]:  # type: ignore[no-untyped-def]
     """Return stiffness, damping and the length without force of a spring between two points."""
     stiffness = spring.stiffness or 0.0
@@ -366,8 +359,8 @@ def size_of(model: Model) -> int:
     return WIDTH * len(model.mass) + 2 * int(model.elastic[:, 0].sum()) + PUSHES * len(model.touch_pair) + SUMS
 
 
-def work_of(model: Model) -> Work:
-    """Return work arrays of a model."""
+def work_of(model: Model, drives: int) -> Work:
+    """Return work arrays of a model with a number of drives."""
     n, m, t, p, e = len(model.mass), len(model.row_terms), len(model.terms), *model.point_rows.shape[::2]
     size, c, u = size_of(model), len(model.touch_pair), len(model.bush_rest)
     shapes = {
@@ -376,8 +369,9 @@ def work_of(model: Model) -> Work:
         "light": (m, 4, 6 + e), "matrix": (m, m), "lower": (m, m), "scale": (m,), "order": (m,), "begin": (m,),
         "end": (m,), "within": (1,), "left": (m,), "rank": (1,), "least": (1,), "right": (m,), "multiplier": (m,),
         "small": (m, m), "spare": (2, m), "slopes": (STAGES, size), "stage": (size,), "lost": (SUMS,),
-        "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3), "spin_drift": (p, 3),
-        "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "curved": (e,), "moving": (e,),
+        "given": (drives, 3), "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3),
+        "spin_drift": (p, 3), "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "curved": (e,),
+        "moving": (e,),
         "moment": (n, CURL + 3, e), "moment_rate": (n, 3, e), "second": (n, CURL), "coupling": (n, 3, e),
         "root": (n, 3, 3), "modal": (n, 3 + e),
         "inner_force": (n, e), "across": (n, e), "light_error": (3 + e,), "touching": (c,), "slipping": (c,),

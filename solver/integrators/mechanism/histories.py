@@ -17,6 +17,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
 )
 from gudgeon.solver.integrators.mechanism.build import Linkage
 from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, motion_of
+from gudgeon.solver.integrators.mechanism.flexible.lacking import joint_lacks
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
 from gudgeon.solver.integrators.mechanism.step import observe, read
 from gudgeon.solver.integrators.mechanism.steps import Prepared
@@ -59,7 +60,8 @@ class Recorder:
     def take(self, state: np.ndarray, vectors: np.ndarray, given: np.ndarray, amounts: np.ndarray) -> None:
         """Record a state with drives (d, 3) and loads (l,) at its time."""
         pairs = len(self._model.owner)
-        found = Reading(np.zeros(len(self._model.row_terms)), np.zeros((pairs, 6)), np.zeros(pairs), np.zeros(pairs))
+        zeros = [np.zeros(one) for one in (len(self._model.row_terms), (pairs, 6), (pairs, 6), pairs, pairs)]
+        found = Reading(*zeros)
         if not self._touching:
             self._read(self._model, self._work, state, given, amounts, found)
             motion = motion_of(self._model, self._work, state, self._observe)
@@ -89,10 +91,9 @@ class Recorder:
         every = Reading(*(np.array(one) for one in zip(*(one.reading for one in kept), strict=True)))
         wrenches, angles = every.wrenches, every.angles
         lengths = every.violations * self._model.reach.max(initial=0.0)
+        held = {**scene.hinges(), **scene.cranks()}
         joints = {
-            name: JointHistory(
-                scene.hinges()[name].body, "", angles[1:, pair], wrenches[1:, pair, :3].copy(), lengths[1:, pair]
-            )
+            name: JointHistory(held[name].body, "", angles[1:, pair], wrenches[1:, pair, :3].copy(), lengths[1:, pair])
             for name, pair in linkage.pairs.items()
         }
         states = np.array([one.state for one in kept])
@@ -100,11 +101,12 @@ class Recorder:
             states, [one.motion for one in kept], np.array([one.vectors for one in kept]), wrenches, every.multipliers,
             interval,
         )  # fmt: skip
+        lacks, said = joint_lacks(linkage, self._model, read_all, every.holds)
         probes = {one.name: one.history(self._model, read_all) for one in self.readers} | self._orbits(kept)
         times = interval * np.arange(1, len(kept))
         return LinkageHistories(
-            joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]) | self._pushes(end[0]),
-            momentum_error(self._model, states, read_all.motions, interval * (len(kept) - 1)), notes,
+            joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]) | self._pushes(end[0]) | lacks,
+            momentum_error(self._model, states, read_all.motions, interval * (len(kept) - 1)), [*notes, *said],
             impacts={name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
             wear={name: worn_cells(self._rubbed(name)) for name in self._wearing()},
         )  # fmt: skip
@@ -174,6 +176,6 @@ def _quantities(linkage: Linkage, times: np.ndarray, wrenches: np.ndarray, angle
             most = int(sizes.argmax())
             found[f"{name}.{key}_peak"] = {"value": float(sizes[most]), "unit": unit}
             found[f"{name}.{key}_peak_time"] = {"value": float(times[most]), "unit": "s"}
-        if linkage.system.scene.hinges()[name].turns:
+        if getattr(linkage.system.scene.joint[name], "turns", False):
             found[f"{name}.angle_end"] = {"value": float(angles[-1, pair]), "unit": "rad"}
     return found

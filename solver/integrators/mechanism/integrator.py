@@ -74,9 +74,8 @@ class Mechanism(Capabilities):
         self._system, self._interval = system, interval
         self.linkage = linkage_of(system)
         self.model = model_of(self.linkage)
-        self.work = work_of(self.model)
+        self.work = work_of(self.model, len(self.linkage.drives))
         self._loads = [(f"force.{name}", one) for name, one in system.scene.turning_loads().items()]
-        self._drives = [(f"joint.{name}", drive) for name, drive in self.linkage.drives.items()]
         self.start = start_of(self.linkage, self.model, self.work, self._given(np.zeros(1))[0][0])
         self._duration = system.scene.run.duration
         self._size, n = reach_of(self.linkage), len(self.model.mass)
@@ -145,9 +144,10 @@ class Mechanism(Capabilities):
 
     def _given(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return drives (t, d, 3) and loads (t, l) at times [s], (t,)."""
-        given, amounts = np.zeros((len(times), len(self._drives), 3)), np.zeros((len(times), len(self._loads)))
-        for number, (name, drive) in enumerate(self._drives):
-            given[:, number] = drive.motions(times, name)
+        drives = self.linkage.drives
+        given, amounts = np.zeros((len(times), len(drives), 3)), np.zeros((len(times), len(self._loads)))
+        for number, drive in enumerate(drives):
+            given[:, number] = drive(times)
         for number, (name, load) in enumerate(self._loads):
             amounts[:, number] = load.amounts(times, name)
         return given, amounts

@@ -16,7 +16,13 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     WIDTH,
     WORK,
 )
-from gudgeon.solver.integrators.mechanism.constraints.rows import set_matrix, set_poses, set_rows, violation
+from gudgeon.solver.integrators.mechanism.constraints.rows import (
+    rate_asked,
+    set_matrix,
+    set_poses_at,
+    set_rows,
+    violation,
+)
 from gudgeon.solver.integrators.mechanism.constraints.solve import factor, solve
 from gudgeon.solver.integrators.mechanism.flexible.inertia import set_flexible_rates
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
@@ -110,7 +116,7 @@ def set_free_rates(model, work, y):  # type: ignore[no-untyped-def]
 @inner
 def prepare(model, work, y, given, amounts, sums):  # type: ignore[no-untyped-def]
     """Set all that the multipliers at a state follow from, and factor S."""
-    set_poses(model, work, y)
+    set_poses_at(model, work, y, given)
     set_deflections(model, work, y)
     set_pressing(model, work, y)
     set_pushes(model, work, amounts, sums)
@@ -161,8 +167,7 @@ def set_rates(model, work, y, given, out):  # type: ignore[no-untyped-def]
     if len(model.row_terms):
         add_multipliers(model, work, 1.0)
         for i in range(len(model.row_terms)):
-            if model.drive_of[i] != NONE:
-                sums[WORK] += work.multiplier[i] * given[model.drive_of[i], 1]
+            sums[WORK] += work.multiplier[i] * rate_asked(model, work, given, i)
     for b in range(len(model.mass)):
         s = WIDTH * b
         for i in range(3):
@@ -227,7 +232,7 @@ def project_places(model, work, y, given):  # type: ignore[no-untyped-def]
     """
     moved = np.inf
     for step in range(NEWTON):
-        set_poses(model, work, y)
+        set_poses_at(model, work, y, given)
         set_rows(model, work)
         worst_violation(model, work, given)
         set_matrix(model, work)
@@ -243,9 +248,7 @@ def project_places(model, work, y, given):  # type: ignore[no-untyped-def]
 def set_speed_lacks(model, work, y, given):  # type: ignore[no-untyped-def]
     """Set what the rate of each row lacks, in `right`; rows are set."""
     for i in range(len(model.row_terms)):
-        total = 0.0
-        if model.drive_of[i] != NONE:
-            total = given[model.drive_of[i], 1]
+        total = rate_asked(model, work, given, i)
         for p in range(4):
             b = work.block_owner[i, p]
             if b != NONE:
@@ -260,7 +263,7 @@ def set_speed_lacks(model, work, y, given):  # type: ignore[no-untyped-def]
 @inner
 def project_speeds(model, work, y, given):  # type: ignore[no-untyped-def]
     """Change velocities so that no row's rate is violated, by least kinetic energy."""
-    set_poses(model, work, y)
+    set_poses_at(model, work, y, given)
     set_rows(model, work)
     set_matrix(model, work)
     factor(model, work)

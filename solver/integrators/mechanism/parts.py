@@ -18,6 +18,8 @@ class Point(NamedTuple):
     """Displacement and rotation per elastic coordinate, (6, m)."""
     bend: np.ndarray = np.zeros((6, 0, 0))
     """Their second order, (6, m, m)."""
+    drive: int = NONE
+    """First of the three drives that move a point of the ground from its arm."""
 
 
 class Row(NamedTuple):

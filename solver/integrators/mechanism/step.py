@@ -10,7 +10,7 @@ from scipy.integrate import DOP853
 
 from gudgeon.solver.compiled import copy, entry, inner, larger
 from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPIN, SURFACE, TURN, WIDTH
-from gudgeon.solver.integrators.mechanism.constraints.rows import set_poses, set_rows, violation
+from gudgeon.solver.integrators.mechanism.constraints.rows import set_poses, set_poses_at, set_rows, violation
 from gudgeon.solver.integrators.mechanism.constraints.solve import solve_least
 from gudgeon.solver.integrators.mechanism.flexible.inertia import solve_inertia
 from gudgeon.solver.integrators.mechanism.forces.bushings import set_bushings
@@ -215,7 +215,7 @@ def keep_angles(model, work, y):  # type: ignore[no-untyped-def]
 def close(model, work, y, given):  # type: ignore[no-untyped-def]
     """Move bodies onto their constraints; return the violation left over its reach."""
     project_places(model, work, y, given)
-    set_poses(model, work, y)
+    set_poses_at(model, work, y, given)
     set_rows(model, work)
     return worst_violation(model, work, given)
 
@@ -233,13 +233,14 @@ def read(model, work, y, given, amounts, found):  # type: ignore[no-untyped-def]
     for j in range(len(model.owner)):
         found.angles[j], found.violations[j] = 0.0, 0.0
         for k in range(6):
-            found.wrenches[j, k] = 0.0
+            found.wrenches[j, k], found.holds[j, k] = 0.0, 0.0
     for i in range(len(model.touch_pair)):
         if model.touch_shape[i] == SURFACE:
             continue
         wrench = wrench_on_journal(model, work, i, work.touch[i, ARM : ARM + 3])
         for k in range(6):
             found.wrenches[model.touch_pair[i], k] += wrench[k]
+            found.holds[model.touch_pair[i], k] += wrench[k]
     if not len(model.row_terms):
         return
     solve_least(work)
@@ -249,12 +250,15 @@ def read(model, work, y, given, amounts, found):  # type: ignore[no-untyped-def]
             found.angles[model.terms[t, 1]] = work.value[t]
     for i in range(len(model.row_terms)):
         j = model.row_pair[i]
+        for part in range(2):
+            t = model.row_terms[i, part]
+            if t != NONE:
+                for k in range(6):
+                    push = work.multiplier[i] * model.factors[i, part] * work.slope[t, 1, k]
+                    found.holds[model.terms[t, 1], k] += push
+                    if j != NONE:
+                        found.wrenches[j, k] += push
         if j != NONE:
-            for part in range(2):
-                t = model.row_terms[i, part]
-                if t != NONE:
-                    for k in range(6):
-                        found.wrenches[j, k] += work.multiplier[i] * model.factors[i, part] * work.slope[t, 1, k]
             lacks = abs(violation(model, work, given, i)) / model.reach[i]
             if not lacks <= found.violations[j]:
                 found.violations[j] = lacks

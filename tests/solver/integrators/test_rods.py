@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gudgeon.solver.simulate import simulate
-from gudgeon.solver.system.loads import HeldPoint
+from gudgeon.solver.system.points import HeldPoint
 from gudgeon.solver.system.system import System
 from tests.solver.systems import (
     CROWN,

@@ -4,7 +4,7 @@ import numpy as np
 
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.mechanism.arrays import LOST, PLACE, SPEED, SPIN, SUMS, WIDTH, WORK
-from gudgeon.solver.integrators.mechanism.constraints.rows import set_blocks, set_poses
+from gudgeon.solver.integrators.mechanism.constraints.rows import set_blocks, set_poses_at
 from gudgeon.solver.integrators.mechanism.motion import clear, set_pushes, set_rates, set_speed_lacks
 
 ROUNDING = 1e-14
@@ -16,7 +16,7 @@ def set_stage(model, work, y, given, amounts, out):  # type: ignore[no-untyped-d
     """Set the rates of a state under given multipliers, and what rates of rows lack, in `right`."""
     sums = out[len(out) - SUMS :]
     clear(sums)
-    set_poses(model, work, y)
+    set_poses_at(model, work, y, given)
     set_pushes(model, work, amounts, sums)
     if len(model.row_terms):
         set_blocks(model, work)

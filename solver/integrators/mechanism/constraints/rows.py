@@ -94,8 +94,17 @@ def _rotation(model, work, t):  # type: ignore[no-untyped-def]
 
 
 @inner
+def set_poses_at(model, work, y, given):  # type: ignore[no-untyped-def]
+    """Set all of `set_poses`, and driven points, with drives (d, 3) of a time."""
+    for i in range(len(given)):
+        copy(given[i], work.given[i])
+    set_poses(model, work, y)
+
+
+@inner
 def set_poses(model, work, y):  # type: ignore[no-untyped-def]
-    """Set rotation matrices, angular velocities, inverses of the inertia along the scene's axes, and all points."""
+    """Set rotation matrices, angular velocities, inverses of the inertia along the scene's axes, and all points; driven
+    ones stand where they stood last."""
     for b in range(len(model.mass)):
         s = WIDTH * b
         matrix_of(y[s + TURN : s + TURN + 4], work.turn[b])
@@ -189,4 +198,21 @@ def violation(model, work, given, i):  # type: ignore[no-untyped-def]
             found += model.factors[i, part] * work.value[model.row_terms[i, part]]
     if model.drive_of[i] != NONE:
         found -= given[model.drive_of[i], 0]
+    return found
+
+
+@inner
+def rate_asked(model, work, given, i):  # type: ignore[no-untyped-def]
+    """Return the rate that bodies have to give a row: that of its drive, less what driven points give."""
+    found = 0.0
+    if model.drive_of[i] != NONE:
+        found = given[model.drive_of[i], 1]
+    for part in range(2):
+        t = model.row_terms[i, part]
+        if t == NONE:
+            continue
+        for side in range(2):
+            p = 2 * model.terms[t, 1] + side
+            if model.point_drive[p] != NONE:
+                found -= model.factors[i, part] * _dot(work.slope[t, side], work.speed[p])
     return found

@@ -55,17 +55,28 @@ def _deformed(model, work, y, p, b):  # type: ignore[no-untyped-def]
 
 
 @inner
+def _set_ground(model, work, p):  # type: ignore[no-untyped-def]
+    """Set a point of the ground, which stays or is driven."""
+    first, c, F = model.point_drive[p], model.point_arm[p], model.point_frame[p]
+    for i in range(3):
+        work.place[p, i], work.arm[p, i], work.speed[p, i] = c[i], 0.0, 0.0
+        work.drift[p, i], work.spin[p, i], work.spin_drift[p, i] = 0.0, 0.0, 0.0
+        if first != NONE:
+            way = work.given[first + i]
+            work.place[p, i] += way[0]
+            work.speed[p, i], work.drift[p, i] = way[1], way[2]
+        for j in range(3):
+            work.axes[p, i, j] = F[i, j]
+
+
+@inner
 def set_points(model, work, y):  # type: ignore[no-untyped-def]
     """Set place, arm, velocity, axes and angular velocity of all points, and what of their second rates is without
     accelerations; poses are set."""
     for p in range(len(model.point_owner)):
         b, c, F = model.point_owner[p], model.point_arm[p], model.point_frame[p]
         if b == NONE:
-            for i in range(3):
-                work.place[p, i], work.arm[p, i], work.speed[p, i] = c[i], 0.0, 0.0
-                work.drift[p, i], work.spin[p, i], work.spin_drift[p, i] = 0.0, 0.0, 0.0
-                for j in range(3):
-                    work.axes[p, i, j] = F[i, j]
+            _set_ground(model, work, p)
             continue
         Q, w, s, m = work.turn[b], work.omega[b], WIDTH * b, model.elastic[b, 0]
         omega = (w[0], w[1], w[2])

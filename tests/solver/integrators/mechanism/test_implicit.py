@@ -87,12 +87,22 @@ def test_order_of_a_given_step(tmp_path: Path) -> None:
     assert np.log(errors[0] / errors[1]) / np.log(sizes[0] / sizes[1]) > 8
 
 
-@pytest.mark.parametrize("kind", ["spherical", "revolute", "fixed", "distance"])
+KINDS: dict[str, dict[str, Any]] = {
+    "spherical": PIN,
+    "revolute": PIN | {"axis": [0.0, 1.0, 0.0]},
+    "fixed": PIN,
+    "distance": PIN | {"against_at": [0.0, 0.0, 0.2]},
+    "slider-crank": {
+        "body": "part", "interface": "pin", "crank_radius": 0.01, "rod_length": 0.2, "speed": 60.0,
+        "centre": [0.0604, 0.0, 0.1811], "along": [0.0, 0.0, -1.0],
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_joints_and_gravity(kind: str, tmp_path: Path) -> None:
-    axis = {"axis": [0.0, 1.0, 0.0]} if kind == "revolute" else {}
-    place = {"against_at": [0.0, 0.0, 0.2]} if kind == "distance" else {}
     run = {"duration": 0.5, "gravity": GRAVITY, "accuracy": 1e-5}
-    explicit, implicit = both(tmp_path, STIFF, {}, run, joint={"pin": PIN | axis | place | {"kind": kind}})
+    explicit, implicit = both(tmp_path, STIFF, {}, run, joint={"pin": KINDS[kind] | {"kind": kind}})
     assert apart(explicit, implicit) < 1e-5
     balance = implicit.energies @ [1, 1, 1, 1, -1]
     assert np.ptp(balance) < 1e-5 * np.abs(implicit.energies).max()

@@ -5,8 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import simpson
 from scipy.special import ellipk
 
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.scene.scene import Scene
 from tests.solver.integrators.mechanism.scenes import DOWN, INERTIA, MASS, hinge, moved, solved
 
@@ -221,3 +224,96 @@ def test_what_cannot_be_is_said(joint: dict[str, Any], text: str) -> None:
     scene = {"body": {"part": {}}, "joint": {"pin": hinge("revolute"), "bad": joint}, "run": {"duration": 1.0}}
     with pytest.raises(ValueError, match=text):
         Scene.model_validate(scene)
+
+
+CRANK = {
+    "kind": "slider-crank", "body": "part", "crank_radius": 0.043, "rod_length": 0.14, "speed": 3000.0, "start": -20.0,
+    "centre": [0.0005, 0.0, 0.0], "lateral": [-1, 0, 0],
+}  # fmt: skip
+TURN = {"duration": 0.02, "gravity": DOWN, "samples": 200}
+ENGINE = 1e-9
+"""Of the largest value, at the default run.accuracy."""
+
+
+def crank_of(**changes: Any) -> SliderCrank:
+    return SliderCrank(**CRANK | changes)
+
+
+def rod_forces(crank: SliderCrank, times: np.ndarray, mass: float) -> np.ndarray:
+    """Return force of the rod on a piston at x = 0 along x and z by Newton's laws [N], (s, 2)."""
+    along = mass * (crank.piston_pin(times, 0.0)[:, 2] + G)
+    return np.column_stack([-along * crank.tangent(times, 0.0), along])
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-8])
+@pytest.mark.parametrize("at", [None, [0.0, 0.0, 0.02]])
+def test_a_slider_crank_moves_a_piston_as_the_textbook_says(
+    at: list[float] | None, accuracy: float, tmp_path: Path
+) -> None:
+    crank = crank_of()
+    height = float(crank.piston_pin(np.zeros(1), 0.0)[0, 0])
+    body = {"position": [0.0, 0.0, height - (at or [0.0, 0.0, 0.0])[2]]}
+    joints = {"rod": CRANK | {"at": at}, "guide": hinge("translational")}
+    found = solved(tmp_path, {"part": body}, joints, run=TURN | {"accuracy": accuracy})
+    way, speed, _ = crank.piston_pin(found.times, 0.0).T
+    forces = rod_forces(crank, found.times, MASS)
+    for ours, theirs in (
+        (moved(found)[:, 2], way - height), (found.motion["part"][:, 8], speed),
+        (found.joints["rod"].force[:, [0, 2]], forces), (found.joints["guide"].force[:, 0], -forces[:, 0]),
+    ):  # fmt: skip
+        assert np.abs(ours - theirs).max() < max(ENGINE, 0.1 * accuracy) * np.abs(theirs).max()
+    assert found.joints["rod"].violation.max() < 0.1 * accuracy * crank.rod_length
+    # The crank drives it: what it gains is the work of the rod.
+    kinetic = 0.5 * MASS * speed**2
+    np.testing.assert_allclose(found.energies[:, 0], kinetic, atol=max(ENGINE, 0.1 * accuracy) * kinetic.max())
+    assert found.energy_drift < max(1e-9, 0.1 * accuracy)
+    assert found.momentum_residual < 1e-3 * accuracy
+
+
+@pytest.mark.parametrize("lateral", [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+def test_a_slider_crank_is_that_of_small_motion(lateral: list[float], tmp_path: Path) -> None:
+    """The same piston held by `freedom` in the implicit loop, whose samples are means over their intervals."""
+    crank = CRANK | {"lateral": lateral, "centre": [0.0, 0.0, 0.0]}
+    height = float(crank_of(**crank).piston_pin(np.zeros(1), 0.0)[0, 0])
+    body, finer = {"position": [0.0, 0.0, height]}, 10
+    joints = {"rod": crank, "guide": hinge("translational")}
+    turning = solved(tmp_path / "turning", {"part": body}, joints, run=TURN | {"samples": finer * TURN["samples"]})
+    run = TURN | {"integrator": "implicit", "step": 2e-6}
+    small = solved(tmp_path / "small", {"part": body | {"freedom": ["z"]}}, {"rod": crank}, run=run)
+    ways = moved(turning)[finer - 1 :: finer]
+    assert np.abs(moved(small) - ways).max() < 1e-6 * np.abs(ways).max()
+    force = turning.joints["rod"].force
+    means = [simpson(force[k - 1 : k + finer], axis=0) / finer for k in range(finer, len(force), finer)]
+    assert np.abs(small.joints["rod"].force[1:] - means).max() < 1e-6 * np.abs(force).max()
+
+
+def test_a_slider_crank_is_a_driven_crank_and_a_distance(tmp_path: Path) -> None:
+    """A body that swings freely in space on the rod."""
+    crank = {
+        "kind": "slider-crank", "body": "part", "at": [0.05, 0.02, 0.1], "crank_radius": 0.1, "rod_length": 0.5,
+        "speed": 100.0, "start": 90.0, "centre": [0.05, 0.02, 0.6],
+    }  # fmt: skip
+    rate = crank_of(**crank).rate
+    wheel = {
+        "main": hinge("revolute", "wheel", axis=[0.0, 1.0, 0.0]),
+        "motor": {"kind": "driven", "joint": "main", "expression": f"{rate}*t"},
+        "rod": hinge("distance", at=crank["at"], against="wheel", against_at=[0.1, 0.0, 0.0], length=0.5),
+    }
+    run = {"duration": 1.0, "gravity": DOWN, "samples": 50}
+    one = solved(tmp_path / "one", {"part": {}}, {"rod": crank}, run=run)
+    two = solved(tmp_path / "two", {"part": {}, "wheel": {"position": crank["centre"]}}, wheel, run=run)
+    assert np.abs(one.motion["part"][:, 3:6]).max() > 1.0
+    np.testing.assert_allclose(one.motion["part"], two.motion["part"], atol=1e-6)
+    scale = np.abs(two.joints["rod"].force).max()
+    np.testing.assert_allclose(one.joints["rod"].force, two.joints["rod"].force, atol=1e-6 * scale)
+    work = np.ptp(one.energies[:, 4])
+    np.testing.assert_allclose(np.diff(one.energies[:, 4]), np.diff(two.energies[:, 4]), atol=1e-6 * work)
+    assert one.energy_drift < 1e-8
+
+
+def test_a_slider_crank_holds_one_point_of_a_body(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="give one of: at, interface"):
+        crank_of(at=[0.0, 0.0, 0.0], interface="pin")
+    far = CRANK | {"centre": [0.0, 0.0, -1.0]}
+    with pytest.raises(SceneError, match=r"joint\.rod: the joints do not close: 0\.\d+ m are left there"):
+        solved(tmp_path, {"part": {}}, {"rod": far, "weld": hinge("fixed")}, run=TURN)
