@@ -166,7 +166,7 @@ def _bytes(_: Any, arrays: Any) -> Any:
 @entry
 def _unpack(arrays, memory, address):  # type: ignore[no-untyped-def]
     """Unpack arrays where an address tells, if the memory there has room, and return the bytes that they take."""
-    size = _bytes(arrays)
+    size = _bytes(arrays)  # type: ignore[call-arg]
     if size <= WORD * len(memory):
         _write(arrays, address)
     return size
@@ -198,4 +198,4 @@ if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return kept.arrays
 
 else:
-    unpacked = _read
+    unpacked = _read  # type: ignore[assignment]

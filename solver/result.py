@@ -48,6 +48,10 @@ class Result(Enum):
         " shorten run.duration, set run.integrator to 'mechanism' for free bodies and joints of two markers, or raise"
         " run.limits.angle"
     )
+    DEFLECTION = (
+        "a body that turns deformed by more than run.limits.deflection: its deformation is of second order; check its"
+        " material and loads, shorten run.duration, or raise run.limits.deflection"
+    )
     OFFSET = (
         "the points of a contact moved aside by more than run.limits.offset; shorten run.duration, or raise"
         " run.limits.offset"

@@ -120,7 +120,9 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
 def _held_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[str, ...]]]:
     """Return key, body, name and kinds of the interfaces that joints of two markers and attachments name."""
     able: tuple[str, ...] = ("tie", "mean") if scene.capabilities.turns else ("mean",)
-    wanted = [(f"joint.{n}.interface", j.body, j.interface, able) for n, j in scene.cranks().items() if j.interface]
+    wanted: list[tuple[str, str, str, tuple[str, ...]]] = [
+        (f"joint.{n}.interface", j.body, j.interface, able) for n, j in scene.cranks().items() if j.interface
+    ]
     for name, hinge in scene.hinges().items():
         able = ("tie", "mean") if isinstance(hinge, Distance | Spherical) else ("tie",)
         if hinge.interface is not None:

@@ -60,6 +60,11 @@ class FlexibleBody:
         return np.concatenate([np.zeros(self.rigid_count), self.modal.angular_frequencies**2])
 
     @property
+    def gyration(self) -> float:
+        """Largest radius of gyration about the centre of mass [m]."""
+        return float(np.sqrt(np.linalg.eigvalsh(self.morph.inertia)[-1] / self.morph.mass))
+
+    @property
     def damping_rates(self) -> np.ndarray:
         """c of its coordinates [1/s], zero for rigid ones, (r + m,); a SceneError as `Damping.rates`."""
         omega = self.modal.angular_frequencies

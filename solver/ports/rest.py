@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.ports.field_start import in_fields
 from gudgeon.solver.ports.members import contact_ports, start_unknowns
 from gudgeon.solver.ports.surfaces import at_one_place, ports_over
@@ -89,8 +88,9 @@ def at_rest(system: System, notes: list[str] | None = None) -> System:
 
 def _resting(system: System, notes: list[str] | None) -> System:
     """Return a system whose bodies at rest on contacts start in equilibrium with them."""
-    moving, names = _moving(system), list(system.bodies)
-    if all(moving & {names.index(one) for one in _touched_by(contact)} for contact in system.contacts):
+    still = set(system.bodies) - {list(system.bodies)[at] for at in _moving(system)}
+    sides = [(contact, contact.other, contact.master) for contact in system.contacts]
+    if not any(still.issuperset(one.body for one in pair if one is not None) for pair in sides):
         return system  # No table of ports is needed to see it.
     placed, opened = system, system.opened()
     system, said = opened, list[str]()
@@ -146,11 +146,6 @@ def _groups(system: System, ports: Ports) -> Iterator[list[int]]:
         bodies = [at for at in number.values() if group[at] == first]
         if touched & set(bodies) and not moving & set(bodies):
             yield bodies
-
-
-def _touched_by(contact: ContactRows) -> list[str]:
-    """Return the bodies of a contact."""
-    return [contact.body, *(one.body for one in (contact.other, contact.master) if one is not None)]
 
 
 def _moving(system: System) -> set[int]:

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.pairs import ASIDE
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import Samples
@@ -70,7 +69,7 @@ class Limits:
         self._reach = np.array([one.reach for one in self._contacts]).reshape(len(self._contacts), len(system.rigid), 2)
         self._offsets = np.array([one.limit for one in self._contacts])
         self._lines = list(lines(system))
-        self._sizes = [_gyration(body) for body in system.bodies.values()]
+        self._sizes = [body.gyration for body in system.bodies.values()]
         masses = np.array([body.morph.mass for body in system.bodies.values()])
         self._squares = masses * (system.scene.run.limits.angle * np.array(self._sizes)) ** 2
         self._turns = _turns(system)
@@ -159,11 +158,6 @@ def _turned_too_far(name: str, angle: float, time: float, limit: float) -> str:
         " are linear and gyroscopic terms are missing; shorten run.duration, set run.integrator to 'mechanism' for free"
         " bodies, or raise run.limits.angle where rotation changes neither the contact geometry nor the inertia"
     )
-
-
-def _gyration(body: FlexibleBody) -> float:
-    """Return the largest radius of gyration of a body about its centre of mass [m]."""
-    return float(np.sqrt(np.linalg.eigvalsh(body.morph.inertia)[-1] / body.morph.mass))
 
 
 def _deformed_too_far(name: str, deflection: float, time: float, limits: tuple[float, float]) -> str:

@@ -27,6 +27,12 @@ class Limits(Strict):
         " largest elastic deflection of a body (root mean square) over its radius of gyration, which estimates the"
         " rotation by bending",
     )
+    deflection: RotationAngle = Field(
+        default=0.3,
+        description="Largest elastic deflection of a body of a mechanism (root mean square over its mass) over its"
+        " radius of gyration, 0.18 of the length at the end of a cantilever: the deformation of bodies that turn is of"
+        " second order",
+    )
     offset: Length | None = Field(
         default=None,
         description="Largest lateral offset of the points of a contact against another body while they touch, or over"

@@ -226,7 +226,7 @@ def _line(
         _refuse_apart(name, places, bodies[force.body], line)
         return line
     apart = places[0] - places[-1]
-    if np.linalg.norm(apart) > ASIDE * _gyration(bodies[force.body]):
+    if np.linalg.norm(apart) > ASIDE * bodies[force.body].gyration:
         return unit(apart)
     if force.interface in modal.interfaces:
         return modal.interfaces[force.interface].normals[0]
@@ -237,7 +237,7 @@ def _refuse_apart(name: str, places: list[np.ndarray], body: FlexibleBody, line:
     """Raise a SceneError where the ends of a force are apart, across its line if there is one."""
     apart = places[0] - places[-1]
     across = apart if line is None else apart - (apart @ line) * line
-    if np.linalg.norm(across) > ASIDE * _gyration(body):
+    if np.linalg.norm(across) > ASIDE * body.gyration:
         what = "a bushing acts at one point" if line is None else "leave out direction, which is then the line of them"
         key = "against_interface" if line is None else "direction"
         beside = "" if line is None else " across the direction"
@@ -245,11 +245,6 @@ def _refuse_apart(name: str, places: list[np.ndarray], body: FlexibleBody, line:
             f"force.{name}.{key}: its ends are {np.linalg.norm(across):.3g} m apart{beside}, so that its forces would"
             f" turn the bodies; {what}"
         )
-
-
-def _gyration(body: FlexibleBody) -> float:
-    """Return the largest radius of gyration of a body [m]."""
-    return float(np.sqrt(np.linalg.eigvalsh(body.morph.inertia)[-1] / body.morph.mass))
 
 
 def _end(scene: Scene, name: str, motions: np.ndarray, at: tuple[FlexibleBody, str | None], place: np.ndarray) -> End:

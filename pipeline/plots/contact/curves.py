@@ -145,6 +145,8 @@ def _cycle_energy(drawing: Drawing) -> Figure:
     curves = [(f"kinetic, {run.drive.body}: lateral motion and tilt", style.BLUE, across)]
     curves += [(name, colour, trajectory.energies[:, k]) for k, (name, colour) in enumerate(ENERGIES) if k]
     shown = [curve for curve in curves if curve[2].any()]
+    if not shown:  # It has the prescribed motion alone.
+        return _energy(drawing)
     figure = style.new_figure("Energy without the prescribed motion", subtitle)
     panels = style.rows(figure, [1.0] * len(shown), 0.3)
     for axes, (name, colour, energy) in zip(panels, shown, strict=True):

@@ -67,7 +67,8 @@ def _picture(drawing: Drawing) -> Figure:
     for axes in draw_panels(drawing, figure, runs, whole, (SIDES[0], top)):
         axes.axvspan(*enlarged, color=style.ORANGE, alpha=0.09, lw=0)
     beside = draw_panels(drawing, figure, runs, (float(enlarged[0]), float(enlarged[1])), (SIDES[1], top))
-    beside[0].set_title("largest contact force, enlarged", loc="right", fontsize=8.5, color=style.FAINT)
+    what = "largest contact force, enlarged" if runs[0].sides else "enlarged"
+    beside[0].set_title(what, loc="right", fontsize=8.5, color=style.FAINT)
     styles = [*zip(runs, cycle(STYLES), strict=False)]
     figure.legend(
         [Line2D([], [], color=colour, ls=dashes, lw=1.6) for _, (colour, dashes) in styles],
@@ -90,8 +91,9 @@ def draw_panels(
     Args:
         where: Left and right border, and upper border, in the figure.
     """
-    panels = style.rows(figure, [panel.height for panel in PANELS], APART, *where)
-    for axes, panel in zip(panels, PANELS, strict=True):
+    shown = [panel for panel in PANELS if len(panel.values(runs[0]))]  # No side force without a contact.
+    panels = style.rows(figure, [panel.height for panel in shown], APART, *where)
+    for axes, panel in zip(panels, shown, strict=True):
         _draw_panel(axes, panel, runs, span)
         axes.tick_params(labelbottom=axes is panels[-1])
     _draw_gas(drawing, panels[0], runs[0], label=span == runs[0].span)

@@ -32,7 +32,7 @@ from gudgeon.solver.integrators.paths import keep_paths
 from gudgeon.solver.integrators.peaks import keep_peaks
 
 GAP_TOLERANCE = 1e-12
-"""Violation of a gap that is accepted, relative to the largest gap: four digits above round-off of rows·q."""
+"""Violation of a gap that is accepted, over the largest overlap without forces: gaps of open points may be wide."""
 
 WIDE = 16
 """Contact rows from which gaps are summed column by column."""
@@ -130,17 +130,16 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
     for sample in range(len(forces)):
         forces[sample] = 0.0
         for step in range(stride):
-            lowest, scale = np.inf, 0.0
+            lowest = np.inf
             clear -= 1
             if clear < 0:
                 _free_gaps(constants, q, gap)
                 for i in range(c):
                     lowest = min(lowest, gap[i])
-                    scale = max(scale, abs(gap[i]))
             if lowest < 0.0:
                 if not coupled:
                     _springs(constants, state, gap)
-                elif not _coupled_forces(constants, state, gap, GAP_TOLERANCE * scale):
+                elif not _coupled_forces(constants, state, gap, -GAP_TOLERANCE * lowest):
                     state.counts[SINGULAR_AT] = number
                     return False
                 _resultants(constants, state, forces[sample], stride)

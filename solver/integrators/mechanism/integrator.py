@@ -22,6 +22,7 @@ from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, rea
 from gudgeon.solver.integrators.mechanism.choice import Choice, lack_of
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.exponential.steps import ExponentialSteps, propagates
+from gudgeon.solver.integrators.mechanism.flexible.range import deformed_text
 from gudgeon.solver.integrators.mechanism.forces.bushings import WIDEST
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
 from gudgeon.solver.integrators.mechanism.implicit.steps import ImplicitSteps
@@ -183,7 +184,10 @@ class Mechanism(Capabilities):
         out.gauges[:] = q @ self._system.gauge_rows.T  # The modes hold the static shapes of what joints load.
         out.snapshots[:, :r], out.snapshots[:, r : 2 * r] = q[:, rigid], v[:, rigid]
         self._at = q[-1], v[-1]
-        return True
+        times = self._interval * (first + stride * np.arange(1, count + 1))
+        if text := deformed_text(self._system, times, q):
+            self.failure, self.reason = Result.DEFLECTION, text
+        return not text
 
     def _set_forces(self, forces: np.ndarray, interval: float) -> None:
         """Set the mean resultant of each contact over the last samples, (s, k, 3)."""

@@ -22,7 +22,8 @@ DEPENDENT = 1e-5
 ASIDE = 1e-3
 """Rotation by which the start is left along its free motions to see whether it is singular [rad]."""
 HEAVY = 1e9
-"""Factor on the inertia of bodies whose velocity is given, while those of others are found."""
+"""Factor on the mass of bodies whose velocity is given, and on the inertia of those whose angular velocity is given,
+while the others are found."""
 
 
 class Start(NamedTuple):
@@ -57,18 +58,18 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     rank = _check_rows(found, model, work, state, given)
     work.within[0] &= rank == len(model.row_terms)
     wanted = state.copy()
-    loaded = np.array([_speed_given(found, name) for name in found.names])
+    loaded = np.array([_rates_given(found, name) for name in found.names])
     if loaded.any() and not loaded.all():
         heavy = np.where(loaded, HEAVY, 1.0)
         heavier = _heavier(_stiff(model), heavy)
         for _ in range(2):  # The second time, what the first one left of 1/HEAVY.
-            for b in np.flatnonzero(loaded):
-                at = slice(WIDTH * b + SPEED, WIDTH * b + SPIN + 3)
-                state[at] = wanted[at]
+            for b, kind in zip(*np.nonzero(loaded), strict=True):
+                at = WIDTH * b + (SPEED, SPIN)[kind]
+                state[at : at + 3] = wanted[at : at + 3]
             _without_rates(model, work, state)
-            _scale_momenta(model, state, heavy)
+            _scale_momenta(model, state, heavy[:, 1])
             match(heavier, work, state, given)
-            _scale_momenta(model, state, 1 / heavy)
+            _scale_momenta(model, state, 1 / heavy[:, 1])
     if model.elastic[:, 0].any():
         _without_rates(model, work, state)
         match(_stiff(model), work, state, given)
@@ -106,13 +107,16 @@ def _stiff(model: Model) -> Model:
 
 
 def _heavier(model: Model, factors: np.ndarray) -> Model:
-    """Return a model with the inertia of bodies times factors, (n,)."""
+    """Return a model with the masses of bodies, and their inertia about their centres, times factors, (n, 2)."""
+    straight, turned = factors.T
     whole = {
-        name: getattr(model, name) * factors.reshape(-1, *(1,) * (getattr(model, name).ndim - 1))
-        for name in ("mass", "inertia", "second", "lever", "pair")
+        name: getattr(model, name) * turned.reshape(-1, *(1,) * (getattr(model, name).ndim - 1))
+        for name in ("inertia", "second", "lever", "pair")
     }
-    root = model.modal_root * np.sqrt(factors)[:, None, None]
-    return model._replace(**whole, modal_root=root, inverse=model.inverse / factors[:, None, None])
+    root = model.modal_root * np.sqrt(turned)[:, None, None]
+    return model._replace(
+        **whole, mass=model.mass * straight, modal_root=root, inverse=model.inverse / turned[:, None, None]
+    )
 
 
 def _scale_momenta(model: Model, state: np.ndarray, factors: np.ndarray) -> None:
@@ -133,9 +137,10 @@ def _without_rates(model: Model, work: Work, state: np.ndarray) -> None:
         modal_parts(model, state, b)[1][:] = momenta[:m]
 
 
-def _speed_given(found: Linkage, name: str) -> bool:
-    settings = found.system.scene.body[name]
-    return bool({"velocity", "angular_velocity"} & settings.model_fields_set)
+def _rates_given(found: Linkage, name: str) -> tuple[bool, bool]:
+    """Return whether the scene gives the velocity and the angular velocity of a body."""
+    settings = found.system.scene.body[name].model_fields_set
+    return bool({"velocity", "velocity_at"} & settings), "angular_velocity" in settings
 
 
 def _assemble(found: Linkage, model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> None:
@@ -177,10 +182,9 @@ def _changed(found: Linkage, model: Model, work: Work, wanted: np.ndarray, state
     largest = max(float(np.abs(y[:, SPEED : SPEED + 3]).max()) for y in (one, other))
     fastest = max(float(np.abs(spin).max()) for spin in spins)
     for b, name in enumerate(found.names):
-        if not _speed_given(found, name):
-            continue
-        apart = float(np.linalg.norm(other[b, SPEED : SPEED + 3] - one[b, SPEED : SPEED + 3]))
-        turned = float(np.linalg.norm(spins[1][b] - spins[0][b]))
+        moves, turns = _rates_given(found, name)
+        apart = float(np.linalg.norm(other[b, SPEED : SPEED + 3] - one[b, SPEED : SPEED + 3])) if moves else 0.0
+        turned = float(np.linalg.norm(spins[1][b] - spins[0][b])) if turns else 0.0
         if apart > SAID * largest or turned > SAID * fastest:
             notes.append(
                 f"body.{name}: its velocity at the start does not obey the joints; it was changed by {apart:.3g} m/s"

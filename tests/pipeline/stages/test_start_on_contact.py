@@ -100,3 +100,17 @@ def test_a_block_that_slides_starts_as_placed(tmp_path: Path, database: Path) ->
     report = run(tmp_path, database, gravity=[1.0, 0.0, -9.81])
     assert report.result == "FINISHED"
     assert value(report, "block.velocity_x") == pytest.approx(2e-4, rel=1e-9)
+
+
+def test_points_beside_the_other_body_change_nothing(tmp_path: Path, database: Path) -> None:
+    """A block overhangs the one below it: points that meet nothing are far from all others."""
+    path, shifted = tmp_path / "scene.toml", "position = [0.006, 0.0, 0.04]"
+    given = text([0.0, 0.0, 1.0], "", [0.0, 0.0, -9.81], "", second=True)
+    assert "position = [0.0, 0.0, 0.04]" in given
+    given = given.replace("position = [0.0, 0.0, 0.04]", shifted).replace('kind = "patch"', 'kind = "points"')
+    path.write_text(given)
+    report = gudgeon.run(path, db=database, out=tmp_path / "out", until="solve")
+    assert report.result == "FINISHED"
+    assert value(report, "floor.force_peak_raw") == pytest.approx(2 * WEIGHT, rel=1e-6)
+    assert value(report, "above.force_peak_raw") == pytest.approx(WEIGHT, rel=1e-6)
+    assert abs(value(report, "upper.velocity_z")) < 1e-12

@@ -11,7 +11,7 @@ from gudgeon.solver.integrators.outcome import PIVOTS
 BETWEEN = 32
 """Ports between two candidates up to which the loops over a run cost less than two loops."""
 GAP_TOLERANCE = 1e-12
-"""Violation of a gap that is accepted, relative to the largest gap."""
+"""Violation of a gap that is accepted, over the largest overlap without forces: gaps of open points may be wide."""
 
 
 @embedded
@@ -23,16 +23,16 @@ def close(constants, state, problem):  # type: ignore[no-untyped-def]
     active, free, ports = problem.active, problem.free, problem.ports[: problem.size[0]]
     if problem.size[1] != problem.size[0]:
         _list_runs(state.gap, problem)
-    runs, averaged, largest = problem.runs[: problem.size[3]], False, 0.0
+    runs, averaged, deepest = problem.runs[: problem.size[3]], False, 0.0
     for i in ports:
-        largest, averaged = max(largest, abs(state.gap[i])), averaged | (state.extra[i] != 0.0)
+        deepest, averaged = min(deepest, state.gap[i]), averaged | (state.extra[i] != 0.0)
     for k in range(len(runs)):
         copy(state.gap[runs[k, 0] : runs[k, 1]], free[runs[k, 0] : runs[k, 1]])
     if averaged:
         for i in ports:
             if state.extra[i] != 0.0:
                 add_row(constants.pattern, constants.inertia, (i, state.extra[i]), ports, free)
-    pivots = solve_lcp(_over(problem), free, active, problem.x, problem.y, GAP_TOLERANCE * largest)
+    pivots = solve_lcp(_over(problem), free, active, problem.x, problem.y, -GAP_TOLERANCE * deepest)
     state.counts[PIVOTS] += max(0, pivots)
     if pivots < 0:
         active.size[:2] = 0

@@ -54,7 +54,8 @@ def joint_lacks(linkage: Linkage, model: Model, states: States, holds: np.ndarra
             component = linkage.system.scene.component_of(name)
             notes.append(
                 f"body.{name}: its modes lack {share:.2g} of the strain energy that the forces of its joints would"
-                f" cause as static ones; increase component.{component}.modes.fixed_count or normal_count"
+                f" cause as static ones; increase component.{component}.modes.fixed_count, or set reduction"
+                " 'rubin-macneal', whose shapes lack none"
             )
     return found, notes
 

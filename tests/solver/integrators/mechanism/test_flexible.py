@@ -9,6 +9,7 @@ import pytest
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.integrator import Mechanism
+from gudgeon.solver.simulate import simulate
 from tests.solver.integrators.mechanism.flexible_scenes import cloud_run, cloud_system
 
 SOFT = np.array([60.0, 90.0, 140.0])
@@ -43,6 +44,20 @@ def test_reactions_do_no_work(kind: str, tmp_path: Path) -> None:
 
 def turned(found: Trajectory) -> np.ndarray:
     return found.motion["part"][:, 3:6]
+
+
+def test_a_body_that_deforms_beyond_its_range_ends_the_run(tmp_path: Path) -> None:
+    """Of rigid motion its deflection is that of its spin; twice what it has is no end, half of it is."""
+    body: dict[str, Any] = {"angular_velocity": [30.0, 20.0, 10.0]}
+    run = {"duration": 0.02}
+    system = cloud_system(tmp_path, np.array([900.0, 1400.0]), body, run=run)
+    most = float(np.linalg.norm(simulate(system).frames[:, system.bodies["part"].elastic], axis=1).max())
+    share = most / np.sqrt(system.bodies["part"].morph.mass) / system.bodies["part"].gyration
+    for limit, result in ((2 * share, "FINISHED"), (0.5 * share, "DEFLECTION")):
+        run = {"duration": 0.02, "limits": {"deflection": limit}}
+        found = simulate(cloud_system(tmp_path, np.array([900.0, 1400.0]), body, run=run))
+        assert found.result == result
+        assert ("body 'part' deformed by" in found.counts.get("reason", "")) == (result == "DEFLECTION")
 
 
 def test_a_stiff_body_turns_as_a_rigid_one(tmp_path: Path) -> None:

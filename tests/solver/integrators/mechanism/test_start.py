@@ -53,9 +53,13 @@ def test_a_chain_that_does_not_close_is_refused(tmp_path: Path) -> None:
         simulate(system_of(tmp_path, bodies, joints, run=RUN))
 
 
-def test_given_velocities_move_the_others(tmp_path: Path) -> None:
-    """The crank keeps its rate, which alone is given; the coupler of a parallelogram translates."""
-    bodies, joints = four_bar(1.0, angular_velocity=[0, 0, 4.0], velocity=[-0.6, 0, 0])
+@pytest.mark.parametrize("given", [
+    {"angular_velocity": [0, 0, 4.0], "velocity": [-0.6, 0, 0]}, {"angular_velocity": [0, 0, 4.0]},
+    {"velocity": [-0.6, 0, 0]},
+], ids=["both", "spin", "speed"])  # fmt: skip
+def test_given_velocities_move_the_others(given: dict[str, Any], tmp_path: Path) -> None:
+    """The crank keeps its rate, or the part of it that is given; the coupler of a parallelogram translates."""
+    bodies, joints = four_bar(1.0, **given)
     system = system_of(tmp_path, bodies, joints, run=RUN)
     run = start(system, plan_run(system))
     bodies_at = run.start.state[: 13 * 3].reshape(3, 13)  # type: ignore[attr-defined]
