@@ -104,7 +104,7 @@ def test_a_block_that_slides_starts_as_placed(tmp_path: Path, database: Path) ->
 
 def test_points_beside_the_other_body_change_nothing(tmp_path: Path, database: Path) -> None:
     """A block overhangs the one below it: points that meet nothing are far from all others."""
-    path, shifted = tmp_path / "scene.toml", "position = [0.006, 0.0, 0.04]"
+    path, shifted = tmp_path / "scene.toml", "position = [0.008, 0.0, 0.04]"
     given = text([0.0, 0.0, 1.0], "", [0.0, 0.0, -9.81], "", second=True)
     assert "position = [0.0, 0.0, 0.04]" in given
     given = given.replace("position = [0.0, 0.0, 0.04]", shifted).replace('kind = "patch"', 'kind = "points"')
