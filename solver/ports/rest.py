@@ -204,10 +204,12 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     free[drives[drives >= 0]] -= system.driving.driven(np.zeros(1))[0, drives >= 0, 0]
     springs = place[ports.numbers([f"force.{name}" for name in system.scene.springs()])]
     rows, pull, own = ports.rows.among(here, rigid), force[rigid], C.diagonal()
-    resisted = np.any(rows, axis=0)
-    if not (own[normals] > 0).all() or np.any(np.abs(pull[~resisted]) > CONVERGED * np.abs(pull).max(initial=0.0)):
+    resisted, largest = np.any(rows, axis=0), CONVERGED * np.abs(pull).max(initial=0.0)
+    if not len(cones):  # What nothing holds moves the bodies as a whole, which are at rest across it.
+        pull = rows.T @ np.linalg.lstsq(rows.T, pull, rcond=1e-12)[0]
+    if not (own[normals] > 0).all() or np.any(np.abs(pull[~resisted]) > largest):
         return None
-    if not len(cones) and not pull[resisted].any():
+    if not len(cones) and np.abs(pull).max(initial=0.0) <= largest:
         return None
     typical = float(own.max(initial=0.0))
     if not typical > 0:  # Rigid bodies on laws: their slope under a share of the load.

@@ -96,10 +96,25 @@ def test_a_start_undeformed_lets_the_weight_act_suddenly(tmp_path: Path, databas
     assert value(report, "floor.force_peak_raw") > 1.5 * WEIGHT
 
 
-def test_a_block_that_slides_starts_as_placed(tmp_path: Path, database: Path) -> None:
-    report = run(tmp_path, database, gravity=[1.0, 0.0, -9.81])
+@pytest.mark.parametrize("along", [1e-9, 1.0])
+def test_a_block_that_slides_presses_with_its_weight(along: float, tmp_path: Path, database: Path) -> None:
+    report = run(tmp_path, database, gravity=[along, 0.0, -9.81])
     assert report.result == "FINISHED"
-    assert value(report, "block.velocity_x") == pytest.approx(2e-4, rel=1e-9)
+    assert value(report, "floor.force_peak_raw") == pytest.approx(WEIGHT, rel=1e-6)
+    assert value(report, "block.velocity_x") == pytest.approx(2e-4 * along, rel=1e-9)
+    # Beside others, a velocity of round-off is no quantity.
+    assert abs(float(report.quantities.get("block.velocity_z", {"value": 0.0})["value"])) < 1e-12
+
+
+def test_a_block_slides_down_a_slope_from_the_start(tmp_path: Path, database: Path) -> None:
+    turn = np.radians(37.0)
+    normal = [float(np.sin(turn)), 0.0, float(np.cos(turn))]
+    orientation = "orientation = { axis = [0.0, 1.0, 0.0], angle = 37.0 }"
+    report = run(tmp_path, database, normal=normal, orientation=orientation)
+    assert value(report, "floor.force_peak_raw") == pytest.approx(WEIGHT * np.cos(turn), rel=1e-6)
+    along = 9.81 * 2e-4 * np.sin(turn)
+    assert value(report, "block.velocity_x") == pytest.approx(along * np.cos(turn), rel=1e-6)
+    assert value(report, "block.velocity_z") == pytest.approx(-along * np.sin(turn), rel=1e-6)
 
 
 def test_points_beside_the_other_body_change_nothing(tmp_path: Path, database: Path) -> None:
