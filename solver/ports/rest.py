@@ -11,7 +11,7 @@ Methods Appl. Mech. Engrg. 92 (1991) 353-375, with a proximal term, so that moti
 stay as they are. Bodies for which it finds none, such as one on too steep a slope, start as they are placed.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,9 +19,9 @@ from scipy import linalg
 
 from gudgeon.solver.ports.field_start import in_fields
 from gudgeon.solver.ports.members import contact_ports, start_unknowns
+from gudgeon.solver.ports.still import any_still, still_groups
 from gudgeon.solver.ports.surfaces import at_one_place, ports_over
 from gudgeon.solver.ports.table import Kind, Ports
-from gudgeon.solver.system.equilibrium import touching_depths
 from gudgeon.solver.system.springs import Springs
 from gudgeon.solver.system.system import System
 
@@ -88,10 +88,8 @@ def at_rest(system: System, notes: list[str] | None = None) -> System:
 
 def _resting(system: System, notes: list[str] | None) -> System:
     """Return a system whose bodies at rest on contacts start in equilibrium with them."""
-    still = set(system.bodies) - {list(system.bodies)[at] for at in _moving(system)}
-    sides = [(contact, contact.other, contact.master) for contact in system.contacts]
-    if not any(still.issuperset(one.body for one in pair if one is not None) for pair in sides):
-        return system  # No table of ports is needed to see it.
+    if not any_still(system):
+        return system
     placed, opened = system, system.opened()
     system, said = opened, list[str]()
     for _ in range(MOST_PLACES):
@@ -107,7 +105,7 @@ def _resting(system: System, notes: list[str] | None) -> System:
 def _balanced_groups(opened: System, ports: Ports, notes: list[str]) -> System:
     """Return a system with each group of bodies in its equilibrium, of ports with the surfaces below their points."""
     system = opened
-    for bodies in _groups(system, ports):
+    for bodies in still_groups(system, ports):
         statics = _statics(system, ports, bodies)
         found = None if statics is None else _balanced(statics, _guess(system, ports, statics))
         if statics is not None and found is not None:
@@ -117,53 +115,6 @@ def _balanced_groups(opened: System, ports: Ports, notes: list[str]) -> System:
             how = " with friction" if len(statics.cones) else ""
             notes.append(f"{names}: no static equilibrium{how} was found; the run starts as placed")
     return system
-
-
-def _groups(system: System, ports: Ports) -> Iterator[list[int]]:
-    """Yield the numbers of bodies that touch each other or are joined by springs, all of them still."""
-    moving, number = _moving(system), {name: at for at, name in enumerate(system.bodies)}
-    group, touched = list(range(len(number))), set[int]()
-
-    def joined(pair: np.ndarray) -> None:
-        one, other = (group[at] for at in pair[[0, -1 if pair[1] >= 0 else 0]])
-        group[:] = [one if at == other else at for at in group]
-
-    displacement = _displacement(system, ports, start_unknowns(system, ports))
-    depths = touching_depths(system)
-    for contact in system.contacts:
-        normals, pair = contact_ports(ports, contact), ports.sides[ports.of(f"contact.{contact.name}").start]
-        touches = (displacement[normals] <= depths[contact.rows]) | (system.start_forces[contact.rows] > 0)
-        touches |= system.gap[contact.rows] <= depths[contact.rows]  # As placed: loads on their far sides part them.
-        if touches.any():
-            joined(pair)
-            settings = system.scene.contact[contact.name]
-            if np.any(getattr(settings.against, "velocity", 0.0)):
-                moving |= {int(at) for at in pair}
-            touched.add(number[contact.body])
-    for name in system.scene.springs():
-        joined(ports.sides[ports.of(f"force.{name}").start])
-    for first in sorted(set(group)):
-        bodies = [at for at in number.values() if group[at] == first]
-        if touched & set(bodies) and not moving & set(bodies):
-            yield bodies
-
-
-def _moving(system: System) -> set[int]:
-    """Return the numbers of bodies with a velocity, a crank, or a drive that moves at the start."""
-    names = [held.joint.body for held in system.driving.joints]
-    rates = system.driving.driven(np.zeros(1))[0, :, 1]
-    first = 0
-    for drive, at in system.driving.driven_rows():
-        count = at.stop - at.start
-        names += [drive.body] * bool(rates[first : first + count].any())
-        first += count
-    names += [name for name, body in system.bodies.items() if system.velocity[body.coordinates].any()]
-    return {list(system.bodies).index(name) for name in names}
-
-
-def _displacement(system: System, ports: Ports, unknown: np.ndarray) -> np.ndarray:
-    """Return the displacement of all ports at the start under their forces [m], (p,)."""
-    return ports.offset + ports.rows @ system.position + ports.residual @ unknown
 
 
 def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None:
@@ -203,13 +154,9 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     drives = place[ports.numbers([f"motion.{one.name}" for one in system.driving.drives])]
     free[drives[drives >= 0]] -= system.driving.driven(np.zeros(1))[0, drives >= 0, 0]
     springs = place[ports.numbers([f"force.{name}" for name in system.scene.springs()])]
-    rows, pull, own = ports.rows.among(here, rigid), force[rigid], C.diagonal()
-    resisted, largest = np.any(rows, axis=0), CONVERGED * np.abs(pull).max(initial=0.0)
-    if not len(cones):  # What nothing holds moves the bodies as a whole, which are at rest across it.
-        pull = rows.T @ np.linalg.lstsq(rows.T, pull, rcond=1e-12)[0]
-    if not (own[normals] > 0).all() or np.any(np.abs(pull[~resisted]) > largest):
-        return None
-    if not len(cones) and np.abs(pull).max(initial=0.0) <= largest:
+    rows, own = ports.rows.among(here, rigid), C.diagonal()
+    resisted, pull = np.any(rows, axis=0), _carried(rows, force[rigid], rubs=bool(cones))
+    if pull is None or not (own[normals] > 0).all():
         return None
     typical = float(own.max(initial=0.0))
     if not typical > 0:  # Rigid bodies on laws: their slope under a share of the load.
@@ -228,6 +175,18 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
         friction=np.vstack(friction), springs=springs[springs >= 0], stretched=np.flatnonzero(springs >= 0),
         tension=system.springs, drives=drives[drives >= 0],
     )  # fmt: skip
+
+
+def _carried(rows: np.ndarray, pull: np.ndarray, *, rubs: bool) -> np.ndarray | None:
+    """Return the loads on rigid motions that ports carry; None where friction leaves some, or without friction all.
+
+    What nothing holds moves bodies without friction as a whole, which are at rest across it.
+    """
+    least = CONVERGED * np.abs(pull).max(initial=0.0)
+    if rubs:
+        return pull if (np.abs(pull[~np.any(rows, axis=0)]) <= least).all() else None
+    held = rows.T @ np.linalg.lstsq(rows.T, pull, rcond=1e-12)[0]
+    return held if np.abs(held).max(initial=0.0) > least else None
 
 
 def _guess(system: System, ports: Ports, statics: _Statics) -> np.ndarray:

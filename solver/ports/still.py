@@ -1,0 +1,60 @@
+"""Which bodies stand still at the start, in groups that touch each other or are joined by springs."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from gudgeon.solver.ports.members import contact_ports, start_unknowns
+from gudgeon.solver.ports.table import Ports
+from gudgeon.solver.system.equilibrium import touching_depths
+from gudgeon.solver.system.system import System
+
+
+def any_still(system: System) -> bool:
+    """Whether a contact is between bodies that stand still alone; it needs no table of ports to be seen."""
+    names = list(system.bodies)
+    still = set(names) - {names[at] for at in _moving(system)}
+    sides = [(contact, contact.other, contact.master) for contact in system.contacts]
+    return any(still.issuperset(one.body for one in pair if one is not None) for pair in sides)
+
+
+def still_groups(system: System, ports: Ports) -> Iterator[list[int]]:
+    """Yield the numbers of bodies that touch each other or are joined by springs, all of them still."""
+    moving, number = _moving(system), {name: at for at, name in enumerate(system.bodies)}
+    group, touched = list(range(len(number))), set[int]()
+
+    def joined(pair: np.ndarray) -> None:
+        one, other = (group[at] for at in pair[[0, -1 if pair[1] >= 0 else 0]])
+        group[:] = [one if at == other else at for at in group]
+
+    displacement = ports.offset + ports.rows @ system.position + ports.residual @ start_unknowns(system, ports)
+    depths = touching_depths(system)
+    for contact in system.contacts:
+        normals, pair = contact_ports(ports, contact), ports.sides[ports.of(f"contact.{contact.name}").start]
+        touches = (displacement[normals] <= depths[contact.rows]) | (system.start_forces[contact.rows] > 0)
+        touches |= system.gap[contact.rows] <= depths[contact.rows]  # As placed: loads on their far sides part them.
+        if touches.any():
+            joined(pair)
+            settings = system.scene.contact[contact.name]
+            if np.any(getattr(settings.against, "velocity", 0.0)):
+                moving |= {int(at) for at in pair}
+            touched.add(number[contact.body])
+    for name in system.scene.springs():
+        joined(ports.sides[ports.of(f"force.{name}").start])
+    for first in sorted(set(group)):
+        bodies = [at for at in number.values() if group[at] == first]
+        if touched & set(bodies) and not moving & set(bodies):
+            yield bodies
+
+
+def _moving(system: System) -> set[int]:
+    """Return the numbers of bodies with a velocity, a crank, or a drive that moves at the start."""
+    names = [held.joint.body for held in system.driving.joints]
+    rates = system.driving.driven(np.zeros(1))[0, :, 1]
+    first = 0
+    for drive, at in system.driving.driven_rows():
+        count = at.stop - at.start
+        names += [drive.body] * bool(rates[first : first + count].any())
+        first += count
+    names += [name for name, body in system.bodies.items() if system.velocity[body.coordinates].any()]
+    return {list(system.bodies).index(name) for name in names}
