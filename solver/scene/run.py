@@ -93,11 +93,14 @@ class Run(Strict):
         default="rest",
         description="Shape of the bodies at the start. rest: static equilibrium of the elastic deformation with"
         " gravity, the loads at that time, fields below pull-in and contacts; free rigid motions start as the scene"
-        " places them, unless contacts hold them; undeformed: no deformation",
+        " places them, unless contacts hold them; undeformed: no deformation, as mechanisms start always",
     )
     limits: Limits = Limits()
     samples: int = Field(
-        default=4000, ge=10, le=1_000_000, description="Number of points of the force and energy histories"
+        default=4000,
+        ge=10,
+        le=1_000_000,
+        description="Number of points of the force and energy histories, rounded up to a multiple of run.frames",
     )
     frames: int = Field(default=200, ge=2, le=10_000, description="Number of stored deformations")
 
