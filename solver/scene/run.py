@@ -29,9 +29,9 @@ class Limits(Strict):
     )
     deflection: RotationAngle = Field(
         default=0.3,
-        description="Largest elastic deflection of a body of a mechanism (root mean square over its mass) over its"
-        " radius of gyration, 0.18 of the length at the end of a cantilever: the deformation of bodies that turn is of"
-        " second order",
+        description="Largest elastic deflection of a body of a mechanism (root mean square over its mass, beside its"
+        " attachment) over its radius of gyration: the deformation of bodies that turn is of second order. A beam whose"
+        " end is bent by w has 0.14 w/L beside its mean axis, 1.7 w/L with attachment 'fixed'",
     )
     offset: Length | None = Field(
         default=None,
