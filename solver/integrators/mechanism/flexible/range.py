@@ -1,7 +1,7 @@
 """Where bodies that turn leave the range of their deformation, which is of second order.
 
 Modes are mass-orthonormal, so the root mean square of the deflection over the mass is |q|/√m. Over the radius of
-gyration, a uniform cantilever whose end deflects by w has 1.7 w/L, and 0.14 w/L beside its mean axis.
+gyration, a uniform cantilever whose end deflects by w has 1.7 w/L, and 0.15 to 0.2 w/L beside its mean axis.
 """
 
 import numpy as np

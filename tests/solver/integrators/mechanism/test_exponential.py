@@ -11,7 +11,7 @@ from gudgeon.solver.integrators.mechanism.energy import modal_parts
 from gudgeon.solver.integrators.mechanism.exponential.steps import propagates
 from gudgeon.solver.integrators.mechanism.integrator import Mechanism
 from gudgeon.solver.simulate import simulate
-from tests.solver.integrators.mechanism.flexible_scenes import cloud, cloud_run, cloud_system
+from tests.solver.integrators.mechanism.flexible_scenes import WIDE, cloud, cloud_run, cloud_system
 from tests.solver.integrators.mechanism.scenes import INERTIA, MASS
 from tests.solver.systems import build_all, rigid_records
 
@@ -51,7 +51,8 @@ def joined(folder: Path, force: dict[str, Any], run: dict[str, Any]) -> list[Tra
     bodies = {"part": TUMBLING, "other": {"damping": {"ratio": 0.01}}, "rock": {"velocity": [0.0, 0.4, 0.0]}}
     found = []
     for own in ({"stepping": "explicit", "accuracy": 1e-10}, {"stepping": "implicit"}):
-        whole = {"integrator": "mechanism", "samples": 60, "frames": 2, "gravity": [0.0, 0.0, -9.81]} | run | own
+        whole = {"integrator": "mechanism", "samples": 60, "frames": 2, "limits": WIDE} | run | own
+        whole["gravity"] = [0.0, 0.0, -9.81]
         scene = {"body": bodies, "joint": {}, "force": force, "run": whole}
         found.append(simulate(build_all(folder / own["stepping"], records, scene)))
         assert found[-1].result == "FINISHED"
