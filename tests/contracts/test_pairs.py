@@ -9,7 +9,8 @@ from docs.tools.features import PAGE, page
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System
-from tests.solver.features import CONTRADICTIONS, FEATURES, fits, pairs, store_of, system_of, triples
+from tests.solver import features
+from tests.solver.features import CONTRADICTIONS, FEATURES, draft_of, fits, pairs, store_of, system_of, triples
 
 UNLIKE: tuple[set[str], ...] = (
     {"wave-guide", "residual"},
@@ -100,3 +101,13 @@ def test_pairs_are_all_but_those_with_a_reason() -> None:
 
 def test_the_table_is_current() -> None:
     assert PAGE.read_text(encoding="utf-8") == page(), "run python -m docs.tools.features"
+
+
+@pytest.mark.parametrize("static", [0.3, 0.3168, 0.3441, 0.3525, 0.3714, 0.3798, 0.3903, 0.3924, 0.4008, 0.4218])
+def test_more_points_held_than_can_move(static: float, store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Places of five points of a rigid body differ by round-off that no friction takes away: these did not converge."""
+    draft = draft_of(("friction", "several-points"))
+    for contact in draft.scene["contact"].values():
+        contact["friction"] = {"static": static, "kinetic": 0.2}
+    monkeypatch.setattr(features, "draft_of", lambda names: draft)
+    runs(store, ("friction", "several-points"))

@@ -327,6 +327,9 @@ class Problem(NamedTuple):
     """Unknowns at the start of a sweep, (N,)."""
     weight: np.ndarray
     """Roots of the diagonal of `columns`, (N,)."""
+    stiff: np.ndarray
+    """Inverse of that diagonal, of both tangents of a cone of their block's larger eigenvalue; 0 where it is 0 [N/m],
+    (N,)."""
     past: np.ndarray
     """Residual, unknowns and measures of the last sweep, (3, N)."""
     changes: np.ndarray

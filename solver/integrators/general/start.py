@@ -13,7 +13,7 @@ from gudgeon.solver.integrators.general.arrays import (
     State,
 )
 from gudgeon.solver.integrators.general.slides import Slides
-from gudgeon.solver.integrators.general.solution.solve import WINDOW
+from gudgeon.solver.integrators.general.solution.mixing import WINDOW
 from gudgeon.solver.ports.members import contact_ports, function_ports, start_unknowns, surface_weights
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.system.fields.reading import evaluated
@@ -110,7 +110,7 @@ def problem_of(constants: Constants) -> Problem:
         matrix=coupled(constants.pattern, constants.columns)._replace(candidate=np.ones(p, np.bool_)),
         free=np.zeros(p), x=np.zeros(p),
         y=np.zeros(p), start=np.zeros(p),
-        weight=np.zeros(p), slipped=np.zeros(p, np.bool_),
+        weight=np.zeros(p), stiff=np.zeros(p), slipped=np.zeros(p, np.bool_),
         derivative=np.zeros((many, many)), correction=np.zeros(p),
         past=np.zeros((3, p)), changes=np.zeros((3, WINDOW, p)), products=np.zeros((WINDOW, WINDOW)),
         gram=np.zeros((WINDOW, WINDOW + 1)),

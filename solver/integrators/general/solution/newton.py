@@ -9,7 +9,7 @@ import numpy as np
 
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.elimination import eliminate
-from gudgeon.solver.integrators.general.arrays import BILATERAL, CONE, DRIVEN, SPRING, UNILATERAL
+from gudgeon.solver.integrators.general.arrays import BILATERAL, CONE, DRIVEN, POSITION, SPRING, UNILATERAL
 from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed, presses
 
 MOST_STEPS = 12
@@ -18,7 +18,8 @@ NEWTON = 5
 RIDGE = 1e-12
 """Added to the diagonal of the derivative, relative to it: rows of points that depend on each other are singular."""
 ROUND_OFF = 1e-15
-"""Residual of a solution that round-off leaves, over the force that would stop a port's free motion."""
+"""Residual of a solution that round-off leaves, over the force that would stop a port's free motion, that at the start,
+and that which would move points by where they are held."""
 UNBOUNDED = 1e14
 """Largest force over the one that would stop a port's free motion: none balances the motion, only round-off does."""
 DIFFERENCE = 1e-7
@@ -32,52 +33,70 @@ def natural_residual(constants, state, problem):  # type: ignore[no-untyped-def]
     A sum: it is not a number where any part of it is not.
     """
     n, ports, total = problem.size[0], problem.ports, 0.0
-    x, y, columns, start = problem.x, problem.y, problem.columns, problem.start
+    x, y, stiff, start = problem.x, problem.y, problem.stiff, problem.start
     kinds, sizes, friction, slipped = constants.kind, constants.size, constants.friction, problem.slipped
     for a in range(n):
         i = ports[a]
         if sizes[i] == 0:
             continue
-        if columns[a, a] <= 0.0 and presses(kinds[i]):
+        if stiff[a] == 0.0 and presses(kinds[i]):
             total += x[a] * x[a]  # No force moves it.
         elif kinds[i] == UNILATERAL or kinds[i] == CONE:
-            wanted = x[a] - y[a] / columns[a, a]
+            wrong = y[a] * stiff[a]
             # No `max`, which is 0 where the force wanted is not a number.
-            wrong = x[a] if wanted <= 0.0 else y[a] / columns[a, a]
+            wrong = x[a] if x[a] - wrong <= 0.0 else wrong
             total += wrong * wrong
         else:
             for b in range(a, a + (sizes[i] if kinds[i] in (BILATERAL, DRIVEN) else 1)):
                 total += (x[b] - start[b]) ** 2
         if sizes[i] == 3 and kinds[i] != DRIVEN:
             limit = (friction[i, 0] * x[a], friction[i, 1] * x[a])
-            block = (columns[a + 1, a + 1], columns[a + 1, a + 2], columns[a + 2, a + 1], columns[a + 2, a + 2])
             forces, measures = (x[a + 1], x[a + 2]), (y[a + 1], y[a + 2])
-            first, second, _ = held_or_rubbed(block, limit, slipped[i], forces, measures)
+            first, second, _ = held_or_rubbed(stiff[a + 1], limit, slipped[i], forces, measures)
             total += (x[a + 1] - first) ** 2 + (x[a + 2] - second) ** 2
     return total
 
 
 @inner
-def allowed(constants, problem, tolerance, bound):  # type: ignore[no-untyped-def]
+def allowed(constants, state, problem, tolerance, bound):  # type: ignore[no-untyped-def]
     """Return the residual of a solution [N]: a share of its largest force, or of its bound [N], or round-off.
+
+    Measures keep the round-off of the forces at the start, which is all there is where no force is the solution. Those
+    across are differences of places, whose round-off no force takes away where more points are held than can move.
 
     Forces of short steps are small differences of what would stop free motions; those of friction are within their
     cones, however little a point that is held across would move. Not a number, which no residual is below, where a
     force has grown beyond what round-off can tell from one without end.
     """
-    x, columns, largest, rough, across = problem.x, problem.columns, 0.0, 0.0, 0
+    x, stiff, largest, rough, across = problem.x, problem.stiff, 0.0, 0.0, 0
+    placed, places = False, 0.0
     for a in range(problem.size[0]):
         i = problem.ports[a]
         largest = max(largest, abs(x[a]))
         if across > 0:
             across -= 1
-        elif x[a] != 0.0 and columns[a, a] > 0.0:
-            rough = max(rough, abs(problem.free[i]) / columns[a, a])
+            places += (state.anchor[i] * stiff[a]) ** 2 if placed else 0.0
+        elif x[a] != 0.0:
+            rough = max(rough, abs(problem.free[i]) * stiff[a])
         if constants.size[i] == 3 and constants.kind[i] != DRIVEN:
-            across = 2
+            across, placed = 2, constants.level[i] == POSITION
     if largest > UNBOUNDED * rough > 0.0:
         return np.nan
-    return max(tolerance * min(largest, bound), ROUND_OFF * rough)
+    return max(tolerance * min(largest, bound[0]), ROUND_OFF * max(rough, bound[1], np.sqrt(places)))
+
+
+@inner
+def renew(problem):  # type: ignore[no-untyped-def]
+    """Set the measures by the unknowns: those kept up to date have the round-off of all unknowns on the way."""
+    n = problem.size[0]
+    x, y, columns = problem.x[:n], problem.y[:n], problem.columns
+    for a in range(n):
+        y[a] = problem.free[problem.ports[a]]
+    for a in range(n):
+        if x[a] != 0.0:
+            column, amount = columns[a], x[a]
+            for c in range(len(y)):
+                y[c] += amount * column[c]
 
 
 @inner
@@ -86,9 +105,10 @@ def newton(constants, state, problem, tolerance, bound):  # type: ignore[no-unty
 
     Args:
         tolerance: Relative to the largest force, or to its bound [N].
+        bound: Of the forces, and the largest one at the start [N].
     """
     n = problem.size[0]
-    x, y, columns, start = problem.x[:n], problem.y[:n], problem.columns, problem.start[:n]
+    x, start = problem.x[:n], problem.start[:n]
     matrix, step = problem.derivative[:n, :n], problem.correction[:n]
     for _turn in range(MOST_STEPS):
         state.counts[NEWTON] += 1
@@ -102,14 +122,8 @@ def newton(constants, state, problem, tolerance, bound):  # type: ignore[no-unty
         for a in range(n):
             # The change of the other kinds that the residual takes.
             start[a] = x[a] + step[a]
-        for a in range(n):
-            y[a] = problem.free[problem.ports[a]]
-        for a in range(n):
-            if x[a] != 0.0:
-                column, amount = columns[a], x[a]
-                for c in range(n):
-                    y[c] += amount * column[c]
-        if natural_residual(constants, state, problem) <= allowed(constants, problem, tolerance, bound) ** 2:
+        renew(problem)
+        if natural_residual(constants, state, problem) <= allowed(constants, state, problem, tolerance, bound) ** 2:
             return True
     return False
 
@@ -167,9 +181,7 @@ def _derive_friction(friction, problem, a, matrix, wrong):  # type: ignore[no-un
     """Set F of the tangents of a cone and its derivative."""
     n, x, y, columns = problem.size[0], problem.x, problem.y, problem.columns
     slides = problem.slipped[problem.ports[a]]
-    p, r, s = columns[a + 1, a + 1], columns[a + 2, a + 2], 0.5 * (columns[a + 1, a + 2] + columns[a + 2, a + 1])
-    reach = 0.5 * (p + r) + np.sqrt(0.25 * (p - r) ** 2 + s * s)
-    weight = 1.0 / reach if reach > 0.0 else 0.0
+    weight = problem.stiff[a + 1]
     first, second = x[a + 1] - weight * y[a + 1], x[a + 2] - weight * y[a + 2]
     size, normal = np.sqrt(first * first + second * second), max(0.0, x[a])
     if size <= (friction[1] if slides else friction[0]) * normal and normal > 0.0:

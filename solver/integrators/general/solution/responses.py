@@ -199,11 +199,23 @@ def compliant_force(spring, given, depths, reach, dt, ends):  # type: ignore[no-
 
 
 @inner
-def held_or_rubbed(block, limit, slides, forces, measures):  # type: ignore[no-untyped-def]
+def stiffness(columns, a, size):  # type: ignore[no-untyped-def]
+    """Return the inverse of what a unit force of candidate a moves it by [N/m], of the first of two tangents that of
+    the larger eigenvalue of their block, which keeps the projection of its step a contraction; 0 where nothing moves.
+    """
+    reach = columns[a, a]
+    if size == 2:
+        p, r, s = reach, columns[a + 1, a + 1], 0.5 * (columns[a, a + 1] + columns[a + 1, a])
+        reach = 0.5 * (p + r) + np.sqrt(0.25 * (p - r) ** 2 + s * s)
+    return 0.0 if reach <= 0.0 else 1.0 / reach
+
+
+@inner
+def held_or_rubbed(stiff, limit, slides, forces, measures):  # type: ignore[no-untyped-def]
     """Return the response of the two tangents of a cone.
 
     Args:
-        block: Their 2 × 2 block.
+        stiff: As `stiffness` returns it [N/m].
         limit: Largest static and kinetic force [N].
 
     Returns:
@@ -211,8 +223,4 @@ def held_or_rubbed(block, limit, slides, forces, measures):  # type: ignore[no-u
     """
     if limit[0] <= 0.0:
         return 0.0, 0.0, False
-    p, r, s = block[0], block[3], 0.5 * (block[1] + block[2])
-    # The larger eigenvalue of the 2 × 2 block keeps the projection of its step a contraction.
-    reach = 0.5 * (p + r) + np.sqrt(0.25 * (p - r) ** 2 + s * s)
-    weight = 1.0 / reach if reach > 0.0 else 0.0
-    return rubbed(limit, slides, forces[0] - weight * measures[0], forces[1] - weight * measures[1])
+    return rubbed(limit, slides, forces[0] - stiff * measures[0], forces[1] - stiff * measures[1])

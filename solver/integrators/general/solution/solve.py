@@ -21,13 +21,17 @@ from gudgeon.solver.integrators.general.rows import add_row
 from gudgeon.solver.integrators.general.slides import coupling, gather_sliding
 from gudgeon.solver.integrators.general.solution.acting import begin_acting, choose, end_acting, list_acting, measure
 from gudgeon.solver.integrators.general.solution.closed import close
-from gudgeon.solver.integrators.general.solution.newton import allowed, natural_residual, newton
-from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed, presses
+from gudgeon.solver.integrators.general.solution.mixing import WINDOW, mix
+from gudgeon.solver.integrators.general.solution.newton import allowed, natural_residual, newton, renew
+from gudgeon.solver.integrators.general.solution.responses import (
+    compliant_force,
+    held_or_rubbed,
+    presses,
+    stiffness,
+)
 
 RELAXATION = 0.7
 """Of cones: two trials with the residual flexibility of a part need 40 sweeps with it, 55 at 1."""
-WINDOW = 8
-"""Sweeps that are mixed."""
 GAIN = 1e6
 """Largest force over that of a port's own flexibility: forces that push each other in would grow without end."""
 UNDECIDED = 40
@@ -36,12 +40,14 @@ it would do so without end."""
 MOST_SWEEPS = 150
 TOLERANCE = 1e-11
 """Residual of a solution, relative to the largest force, at which sweeps end."""
+NEAR = 100.0
+"""Change of the forces in a sweep over the residual that is allowed, above which the residual is not looked at."""
 FIRST_SWEEPS = 6
 """Before Newton's method, which without them goes to and fro where slip turns round."""
-NEWTON_TOLERANCE = 1e-9
-"""As `TOLERANCE`, of Newton's method: the round-off of its factor."""
-STEADY = 1e-13
-"""Ridge of the least squares, relative to their largest diagonal."""
+LAST_TOLERANCE = 1e-9
+"""As `TOLERANCE`, of Newton's method, the round-off of its factor, and of sweeps that do not come nearer.
+
+Where more points are held than can move, what their places lack moves forces on without end, and no point."""
 
 
 @entry
@@ -101,6 +107,11 @@ def _gather(constants, state, problem):  # type: ignore[no-untyped-def]
                 for c in range(first_from(ports, n, first), first_from(ports, n, last)):
                     column[c] = source[ports[c] - first]
         problem.weight[a] = np.sqrt(column[a])
+    for a in range(n):
+        problem.stiff[a] = stiffness(problem.columns, a, 1)
+    for a in range(n):
+        if constants.size[ports[a]] == 3 and constants.kind[ports[a]] != DRIVEN:
+            problem.stiff[a + 1] = problem.stiff[a + 2] = stiffness(problem.columns, a + 1, 2)
     problem.size[1] = n
 
 
@@ -112,11 +123,11 @@ def _balanced(constants, state, problem):  # type: ignore[no-untyped-def]
     bound = _begin(constants, state, problem)
     found = _swept(constants, state, problem, (MOST_SWEEPS, WINDOW), bound)
     # From where sweeps came, then from a few: far from the forces the one goes to and fro, near to them the other.
-    found = found or newton(constants, state, problem, NEWTON_TOLERANCE, bound)
+    found = found or newton(constants, state, problem, LAST_TOLERANCE, bound)
     if not found:
         _begin(constants, state, problem)
         found = _swept(constants, state, problem, (FIRST_SWEEPS, 0), bound)
-    found = found or newton(constants, state, problem, NEWTON_TOLERANCE, bound)
+    found = found or newton(constants, state, problem, LAST_TOLERANCE, bound)
     if found:
         _release(constants, state, problem)
     return found
@@ -156,9 +167,9 @@ def _begin(constants, state, problem):  # type: ignore[no-untyped-def]
     """Set unknowns and measures of the candidates to those of the unknowns at the start.
 
     Returns:
-        Bound of the forces [N] that a residual is relative to.
+        Bound of the forces [N] that a residual is relative to, and the largest force at the start [N].
     """
-    n, largest = problem.size[0], 0.0
+    n, largest, held = problem.size[0], 0.0, 0.0
     x, y, columns = problem.x[:n], problem.y[:n], problem.columns
     for a in range(n):
         i = problem.ports[a]
@@ -171,8 +182,9 @@ def _begin(constants, state, problem):  # type: ignore[no-untyped-def]
                 y[c] += amount * column[c]
     for a in range(n):
         if columns[a, a] > 0.0:
-            largest = max(largest, abs(x[a]), abs(problem.free[problem.ports[a]]) / columns[a, a])
-    return GAIN * largest
+            held = max(held, abs(x[a]))
+            largest = max(largest, held, abs(problem.free[problem.ports[a]]) / columns[a, a])
+    return GAIN * largest, held
 
 
 @inner
@@ -181,7 +193,7 @@ def _swept(constants, state, problem, turns, bound):  # type: ignore[no-untyped-
 
     Args:
         turns: Largest number of sweeps, and how many are mixed.
-        bound: As `_begin` returns it.
+        bound: As `_begin` returns both.
     """
     most, window = turns
     n = problem.size[0]
@@ -191,20 +203,24 @@ def _swept(constants, state, problem, turns, bound):  # type: ignore[no-untyped-
     for sweep in range(most):
         copy(x, start)
         blocks = _sweep(constants, state, problem, sweep >= UNDECIDED)
-        size = 0.0
+        size, change, within = 0.0, 0.0, allowed(constants, state, problem, TOLERANCE, bound)
         for a in range(n):
             size += (weight[a] * (x[a] - start[a])) ** 2
+            change += (x[a] - start[a]) ** 2
         state.counts[3] += 1
-        if natural_residual(constants, state, problem) <= allowed(constants, problem, TOLERANCE, bound) ** 2:
-            return True
+        if sweep == 0 or change <= (NEAR * within) ** 2:
+            renew(problem)
+            if natural_residual(constants, state, problem) <= within**2:
+                return True
         if blocks == 1 and constants.size[problem.ports[0]] == 1 and size < np.inf:
             return True
         if sweep > 0 and size > 4.0 * before:
             problem.size[4] = 0
         before = size
-        if window > 0:
-            problem.size[4] = _mix(problem, n, sweep)
-    return False
+        if window > 0 and sweep + 1 < most:
+            problem.size[4] = mix(problem, n, sweep)
+    renew(problem)
+    return natural_residual(constants, state, problem) <= allowed(constants, state, problem, LAST_TOLERANCE, bound) ** 2
 
 
 @inner
@@ -216,7 +232,7 @@ def _sweep(constants, state, problem, decided):  # type: ignore[no-untyped-def]
     """
     n, blocks, ports, kinds, sizes = problem.size[0], 0, problem.ports, constants.kind, constants.size
     x, y, columns, friction = problem.x[:n], problem.y[:n], problem.columns, constants.friction
-    slipped = problem.slipped
+    slipped, stiff = problem.slipped, problem.stiff
     for a in range(n):
         i = ports[a]
         kind, size = kinds[i], sizes[i]
@@ -228,27 +244,26 @@ def _sweep(constants, state, problem, decided):  # type: ignore[no-untyped-def]
         elif kind == DRIVEN:
             _drive(constants.inverse[i : i + size, :size], a, problem, (x, y))
         elif not _idle(kind, size, a, x, y):
-            old, reach = x[a], columns[a, a]
-            free = y[a] - reach * old
-            if reach <= 0.0 and presses(kind):
+            old, wrong = x[a], y[a] * stiff[a]
+            if stiff[a] == 0.0 and presses(kind):
                 normal = 0.0  # No force moves it.
             elif kind == UNILATERAL:
-                normal = max(0.0, -free / reach)
+                normal = max(0.0, old - wrong)
             elif kind == CONE:
-                normal = max(0.0, old + RELAXATION * (-free / reach - old))
+                normal = max(0.0, old - RELAXATION * wrong)
             else:
-                normal = _lawful(constants, state, i, free, reach)
+                normal = _lawful(constants, state, i, y[a] - columns[a, a] * old, columns[a, a])
                 if kind == RUBBING_LAW and normal > 0.0:
                     normal = max(0.0, old + RELAXATION * (normal - old))
-            _change(columns[a], x, y, a, normal)
             if size == 3:
-                limit = (friction[i, 0] * normal, friction[i, 1] * normal)
-                block = (columns[a + 1, a + 1], columns[a + 1, a + 2], columns[a + 2, a + 1], columns[a + 2, a + 2])
-                forces, measures = (x[a + 1], x[a + 2]), (y[a + 1], y[a + 2])
-                first, second, slips = held_or_rubbed(block, limit, slipped[i], forces, measures)
+                limit, step = (friction[i, 0] * normal, friction[i, 1] * normal), normal - old
+                forces = (x[a + 1], x[a + 2])
+                measures = (y[a + 1] + step * columns[a, a + 1], y[a + 2] + step * columns[a, a + 2])
+                first, second, slips = held_or_rubbed(stiff[a + 1], limit, slipped[i], forces, measures)
                 slipped[i] = slipped[i] or (decided and slips)
-                _change(columns[a + 1], x, y, a + 1, first)
-                _change(columns[a + 2], x, y, a + 2, second)
+                _change_three(columns, x, y, a, (normal, first, second))
+            else:
+                _change(columns[a], x, y, a, normal)
     return blocks
 
 
@@ -267,6 +282,16 @@ def _change(column, x, y, a, value):  # type: ignore[no-untyped-def]
         for c in range(len(y)):
             y[c] += step * column[c]
         x[a] = value
+
+
+@inner
+def _change_three(columns, x, y, a, values):  # type: ignore[no-untyped-def]
+    """Set the unknowns of candidate a and of the two after it, and all measures by their changes."""
+    one, two, three = values[0] - x[a], values[1] - x[a + 1], values[2] - x[a + 2]
+    first, second, third = columns[a], columns[a + 1], columns[a + 2]
+    for c in range(len(y)):
+        y[c] += one * first[c] + (two * second[c] + three * third[c])
+    x[a], x[a + 1], x[a + 2] = values
 
 
 @inner
@@ -297,89 +322,3 @@ def _drive(inverse, a, problem, arrays):  # type: ignore[no-untyped-def]
         column, step = problem.columns[a + b], x[a + b] - problem.start[a + b]
         for c in range(len(y)):
             y[c] += step * column[c]
-
-
-@inner
-def _mix(problem, n, sweep):  # type: ignore[no-untyped-def]
-    """Mix the last sweeps; returns how many changes are kept.
-
-    The weights minimise ‖r − Σ γ Δr‖ in the norm of the diagonal of M.
-    """
-    x, y, changes, products, gram = problem.x[:n], problem.y[:n], problem.changes, problem.products, problem.gram
-    slot, residual = sweep % WINDOW, problem.past[0, :n]
-    _subtract(x, problem.past[1, :n], changes[1, slot, :n])
-    _subtract(y, problem.past[2, :n], changes[2, slot, :n])
-    change, start, weight = changes[0, slot, :n], problem.start[:n], problem.weight[:n]
-    for a in range(n):
-        now = (x[a] - start[a]) * weight[a]
-        change[a] = now - residual[a]
-        residual[a] = now
-    if sweep == 0:
-        return 0
-    kept = min(problem.size[4] + 1, WINDOW)
-    for b in range(kept):
-        other = (slot - b) % WINDOW
-        products[slot, other] = products[other, slot] = _product(change, changes[0, other, :n])
-    top = 0.0
-    for b in range(kept):
-        one = (slot - b) % WINDOW
-        for c in range(b + 1):
-            gram[b, c] = products[one, (slot - c) % WINDOW]
-        gram[b, WINDOW] = _product(changes[0, one, :n], residual)
-        top = max(top, gram[b, b])
-    if not top > 0.0:
-        return 0
-    if not _least_squares(gram, kept, STEADY * top):
-        return 0
-    for b in range(kept):
-        share, at = gram[b, WINDOW], (slot - b) % WINDOW
-        dx, dy = changes[1, at, :n], changes[2, at, :n]
-        for a in range(n):
-            x[a] -= share * dx[a]
-        for a in range(n):
-            y[a] -= share * dy[a]
-    return kept
-
-
-@inner
-def _subtract(now, past, difference):  # type: ignore[no-untyped-def]
-    """Set a difference, and the past to what is now."""
-    for a in range(len(now)):
-        difference[a] = now[a] - past[a]
-    copy(now, past)
-
-
-@inner
-def _product(one, other):  # type: ignore[no-untyped-def]
-    """Return the scalar product of two vectors."""
-    total = 0.0
-    for a in range(len(one)):
-        total += one[a] * other[a]
-    return total
-
-
-@inner
-def _least_squares(gram, kept, ridge):  # type: ignore[no-untyped-def]
-    """Solve (G + ridge) γ = b in place by Cholesky's factor; γ replaces b, the last column. False if G is singular."""
-    for b in range(kept):
-        for c in range(b + 1):
-            total = gram[b, c] + (ridge if b == c else 0.0)
-            for d in range(c):
-                total -= gram[b, d] * gram[c, d]
-            if b == c:
-                if not total > 0.0:
-                    return False
-                gram[b, b] = np.sqrt(total)
-            else:
-                gram[b, c] = total / gram[c, c]
-    for b in range(kept):
-        total = gram[b, WINDOW]
-        for d in range(b):
-            total -= gram[b, d] * gram[d, WINDOW]
-        gram[b, WINDOW] = total / gram[b, b]
-    for b in range(kept - 1, -1, -1):
-        total = gram[b, WINDOW]
-        for d in range(b + 1, kept):
-            total -= gram[d, b] * gram[d, WINDOW]
-        gram[b, WINDOW] = total / gram[b, b]
-    return True

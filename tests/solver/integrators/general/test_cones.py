@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gudgeon.solver.integrators.general.solution.solve import MOST_SWEEPS, NEWTON_TOLERANCE, TOLERANCE
+from gudgeon.solver.integrators.general.solution.solve import LAST_TOLERANCE, MOST_SWEEPS, TOLERANCE
 from tests.solver.integrators.general.cones import Problem, solved
 from tests.solver.port_systems import grid, half_space
 
@@ -52,7 +52,7 @@ def test_newton_finds_what_sweeps_do_not(seed: int, tmp_path: Path) -> None:
     assert found.sweeps == MOST_SWEEPS
     assert found.sound
     assert found.newton > 0
-    assert problem.residual(found.forces) < NEWTON_TOLERANCE
+    assert problem.residual(found.forces) < LAST_TOLERANCE
 
 
 def test_points_that_coincide_share_their_force(tmp_path: Path) -> None:

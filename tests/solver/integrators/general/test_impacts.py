@@ -81,11 +81,15 @@ def test_impacts_are_those_of_located_events(name: str, step: float, e: float, t
         assert not ours[ours[:, OPENING] > 1e-6][:, [PEAK, WINDOWED]].any(), "an impact without duration has no force"
 
 
-def test_a_light_ball_is_pressed_to_rest_between_heavy_ones(tmp_path: Path) -> None:
-    """Impacts follow each other without end; then all three move together, with the momentum of the first."""
-    masses = [1.0, 1e-3, 1.0]
+@pytest.mark.parametrize("light", [1e-3, 1.001e-3, 1.006e-3, 1.008e-3, 1.012e-3, 1.014e-3, 1.016e-3, 1.023e-3])
+def test_a_light_ball_is_pressed_to_rest_between_heavy_ones(light: float, tmp_path: Path) -> None:
+    """Impacts follow each other without end; then all three move together, with the momentum of the first.
+
+    No force is left then, whatever the round-off of those before: about a quarter of such masses did not converge.
+    """
+    masses = [1.0, light, 1.0]
     found = row(tmp_path, masses, [0.005, 0.01], [1.0, 0, 0], 0.5, step=1e-2)
-    np.testing.assert_allclose(ends(found, masses), 1 / 2.001, rtol=1e-9)
+    np.testing.assert_allclose(ends(found, masses), 1 / (2 + light), rtol=1e-9)
     assert found.result == "FINISHED"
 
 
