@@ -97,7 +97,9 @@ class Scene(Strict):
                     f"contact.{name}.against.body: points do not slide over a traction space of their own body where it"
                     " does not turn; it meets itself by interfaces of kind 'points' and shape 'body'"
                 )
-        _ = self.integrator
+        if INTEGRATORS[self.integrator].turns:
+            for name, probe in self.probe.items():
+                _check_turning(name, probe)
         return self
 
     def _check_force(self, where: str, of: str) -> None:
@@ -298,6 +300,21 @@ class Scene(Strict):
     def component_of(self, body: str) -> str:
         """Return the component that a body is made of."""
         return self.body[body].component or body
+
+
+def _check_turning(name: str, probe: Probe) -> None:
+    """Raise a ValueError for a probe of what bodies that turn by any angle do not have."""
+    if isinstance(probe, ForceProbe):
+        if probe.of.partition(".")[0] not in ("joint", "force"):
+            raise ValueError(
+                f"probe.{name}.of: '{probe.of}' given; a scene of integrator 'mechanism' reads forces of joints,"
+                " springs, bushings and electrostatic fields"
+            )
+    elif probe.interface is not None and probe.kind == "rotation":
+        raise ValueError(
+            f"probe.{name}.interface: given; in a scene of integrator 'mechanism' rotations are those of the bodies'"
+            " frames; leave it out"
+        )
 
 
 def _demands(scene: Scene) -> Iterator[Demand]:

@@ -207,6 +207,28 @@ def test_elements_that_a_mechanism_does_not_carry_are_named_alone(elements: dict
         Scene.model_validate(scene)
 
 
+@pytest.mark.parametrize(
+    ("probe", "text"),
+    [
+        ({"kind": "force", "of": "contact.floor"}, r"probe\.p\.of: 'contact\.floor' given; a scene of integrator"),
+        ({"kind": "centre", "of": "contact.floor"}, r"probe\.p\.of: 'contact\.floor' given; a scene of integrator"),
+        ({"kind": "force", "of": "body.part"}, r"probe\.p\.of: 'body\.part' given; .* reads forces of joints, springs"),
+        ({"kind": "rotation", "body": "part", "interface": "foot"}, r"probe\.p\.interface: given; .* leave it out"),
+    ],
+    ids=["force", "centre", "reaction", "rotation"],
+)
+def test_probes_of_what_a_mechanism_does_not_have_are_refused_with_the_scene(probe: dict[str, Any], text: str) -> None:
+    """Before any mesh and any modes are made."""
+    plane = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
+    scene = {
+        "body": {"part": {}}, "joint": {"pin": hinge("revolute")}, "run": {"duration": 1.0}, "probe": {"p": probe},
+        "contact": {"floor": {"body": "part", "interface": "foot", "against": plane} | LAW},
+    }  # fmt: skip
+    with pytest.raises(ValueError, match=text):
+        Scene.model_validate(scene)
+    Scene.model_validate(scene | {"probe": {"p": {"kind": "force", "of": "joint.pin"}}})
+
+
 def test_a_conflict_names_the_elements_that_rule_each_other_out() -> None:
     plane = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
     scene = {
