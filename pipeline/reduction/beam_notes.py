@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.pipeline.geometry.section import General
 from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.scenes.component import Component
 
@@ -36,10 +37,23 @@ def beam_notes(components: Mapping[str, Component], records: Mapping[str, ModalR
         kappa = section.shear_coefficient or section.shear_form or KAPPA
         slender = section.second_moment / section.area * (1 + 2 * (1 + material.nu) / kappa)
         high = float(np.sqrt(1 + k.max() ** 2 * slender))
+        way = _way(name, geometry, record.normal_count - short)
         notes.append(
             f"component.{name}.geometry.theory: {short} of {record.normal_count} modes have half-waves below"
             f" {SHORT:g} times the height of the section, the shortest {np.pi / k.max() / section.height:.2g} times it;"
-            f" without shear their frequencies are too high, up to about {high:.2g} times; set 'timoshenko', or keep"
-            f" {record.normal_count - short} modes"
+            f" without shear their frequencies are too high, up to about {high:.2g} times; {way}"
         )
     return notes
+
+
+def _way(name: str, beam: Beam, long: int) -> str:
+    """Return what a beam can do against short half-waves: beams in space have no shear, and no modes cannot be kept."""
+    ways, section = list[str](), beam.section
+    if beam.motion == "plane":
+        given = not isinstance(section, General) or section.shear_coefficient is not None
+        ways.append(f"set 'timoshenko'{'' if given else ' and geometry.section.shear_coefficient'}")
+    if long > 0:
+        ways.append(f"set component.{name}.modes.normal_count = {long}")
+    if beam.motion == "space":
+        ways.append("make it a solid, with geometry.kind 'box' or 'cylinder'")
+    return ", or ".join(ways)

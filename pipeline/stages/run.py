@@ -53,6 +53,7 @@ DRIFT = 1e-3
 """Energy drift above which a run gives a note."""
 EDGE_SHARE = 1e-3
 """Share of a contact's impulse at the edge of its interface above which a run gives a note."""
+COMPILING = "compile '{}', some minutes, once per version"
 
 
 def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> RunReport:
@@ -87,7 +88,7 @@ def _compilation(job: Job, until: str, tell: Progress) -> Iterator[Compilation]:
     if until in COMPONENT_STAGES or job.store.has(job.trajectory().key) or is_compiled(name):
         yield None
         return
-    tell(f"compile '{name}', once", 0.0)
+    tell(COMPILING.format(name), 0.0)
     child = compile_beside(name)
     try:
         yield child
@@ -151,8 +152,9 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
 
 
 def _solve(job: Job, tell: Progress, compilation: Compilation) -> Trajectory:
-    """Run the solver once its time loop is compiled."""
-    if compilation is not None:
+    """Run the solver once its time loop is compiled; what is still to be waited for is said again, after the modes."""
+    if compilation is not None and compilation.poll() is None:
+        tell(COMPILING.format(job.scene.loop), 0.0)
         compilation.wait()
     from gudgeon.solver.simulate import simulate
 
@@ -171,8 +173,7 @@ def _keep_stopped(job: Job, found: Trajectory) -> RunReport:
     """Write what a stopped run has done into the folder of results: nothing in the database, so that it runs anew."""
     reached = float(found.times[-1]) if len(found.times) else 0.0
     inputs = job.trajectory().inputs | {"stopped": reached}
-    key = content_key(inputs)
-    product = replace(job.trajectory(), key=key, inputs=inputs)
+    product = replace(job.trajectory(), key=(key := content_key(inputs)), inputs=inputs)
     with held(job.out):
         check_finite(product, found)
         with whole_file(job.out / TRAJECTORY) as scratch:

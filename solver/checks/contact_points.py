@@ -15,7 +15,12 @@ from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.system.system import System
 
 FLAT = 1e-6
-"""Deviation of the gaps from those of a flat face, over its size, up to which it is flat."""
+"""Deviation of points from a plane, over their size, up to which they are those of a plane part."""
+ROUNDED = 5e-5
+"""Deviation of the gaps from those of a flat face, over its size, up to which it is flat: that of places of six digits,
+as mesh files have them, on a face of a tenth of its part."""
+FAR = 10.0
+"""Gap over the size of the face beyond the least one of points that meet nothing, such as beside a smaller face."""
 PRESSED = 1e-3
 """Least force of a point that acts, over the largest one."""
 SINGLE = 0.56
@@ -55,13 +60,14 @@ def _is_curved(contact: ContactRows, gaps: np.ndarray) -> bool:
     known = np.isfinite(gaps)
     if not known.any():
         return False
+    known &= gaps <= gaps[known].min() + FAR * float(np.ptp(contact.points, axis=0).max())
     centred = contact.points[known] - contact.points[known].mean(axis=0)
     linear = np.column_stack([np.ones(len(centred)), centred])
     left = gaps[known] - linear @ np.linalg.lstsq(linear, gaps[known], rcond=None)[0]
     # A sphere's gap to a plane is linear in its own points: they leave the plane through them.
     extents = np.linalg.svd(centred, compute_uv=False) / np.sqrt(len(centred))
     out = extents[1 if _is_line(contact) else -1]
-    return max(float(np.abs(left).max()), float(out)) > FLAT * float(np.ptp(centred, axis=0).max())
+    return max(float(np.abs(left).max()), float(out)) > ROUNDED * float(np.ptp(centred, axis=0).max())
 
 
 def _is_line(contact: ContactRows) -> bool:

@@ -6,9 +6,10 @@ holds it there exceeds μ λ_n. With y the gaps and the displacements of tangent
     y = g + C x + W_r δ,   0 ≤ λ_n ⊥ y_n ≥ 0,   λ_t = Π(λ_t − ρ y_t) onto the disc μ λ_n,   W_rᵀ x + f_r = 0,
 
 C = W_e Λ⁻¹ W_eᵀ + R + layers over the elastic coordinates, δ the small motion of the rigid ones onto their contacts.
-Springs and drives are further ports. Solved by the semismooth Newton's method of P. Alart and A. Curnier, Comput.
+Springs and drives are further ports. Where no forces in the cones balance the loads on rigid motions, such as on too
+steep a slope, there is none (`balance`). Solved by the semismooth Newton's method of P. Alart and A. Curnier, Comput.
 Methods Appl. Mech. Engrg. 92 (1991) 353-375, with a proximal term, so that motions and forces which nothing determines
-stay as they are. Bodies for which it finds none, such as one on too steep a slope, start as they are placed.
+stay as they are. Bodies for which it finds none start as they are placed, where no loads press them into each other.
 """
 
 from collections.abc import Callable
@@ -17,11 +18,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
+from gudgeon.solver.ports.balance import cannot_balance
 from gudgeon.solver.ports.field_start import in_fields
 from gudgeon.solver.ports.members import contact_ports, start_unknowns
 from gudgeon.solver.ports.still import any_still, still_groups
 from gudgeon.solver.ports.surfaces import at_one_place, ports_over
 from gudgeon.solver.ports.table import Kind, Ports
+from gudgeon.solver.system.equilibrium import refuse_overlaps
 from gudgeon.solver.system.springs import Springs
 from gudgeon.solver.system.system import System
 
@@ -80,6 +83,9 @@ def at_rest(system: System, notes: list[str] | None = None) -> System:
 
     Args:
         notes: Receives a sentence for bodies that have no equilibrium and start as placed.
+
+    Raises:
+        SceneError: bodies without one would start as the loads press them into each other.
     """
     if system.scene.run.start != "rest" or system.scene.capabilities.turns:
         return system
@@ -89,6 +95,7 @@ def at_rest(system: System, notes: list[str] | None = None) -> System:
 def _resting(system: System, notes: list[str] | None) -> System:
     """Return a system whose bodies at rest on contacts start in equilibrium with them."""
     if not any_still(system):
+        refuse_overlaps(system, [])
         return system
     placed, opened = system, system.opened()
     system, said = opened, list[str]()
@@ -97,24 +104,43 @@ def _resting(system: System, notes: list[str] | None) -> System:
         system = _balanced_groups(opened, ports_over(opened, before.position), said)
         if at_one_place(system, before.position):
             break
+    refuse_overlaps(system, said)
     if notes is not None:
-        notes += said
+        notes += [f"{one}; the run starts as placed" for one in said]
     return placed if system is opened else replace(system, gap=placed.gap)
 
 
-def _balanced_groups(opened: System, ports: Ports, notes: list[str]) -> System:
-    """Return a system with each group of bodies in its equilibrium, of ports with the surfaces below their points."""
+def _balanced_groups(opened: System, ports: Ports, reasons: list[str]) -> System:
+    """Return a system with each group of bodies in its equilibrium, of ports with the surfaces below their points.
+
+    Args:
+        reasons: Receives a sentence for each group without one.
+    """
     system = opened
     for bodies in still_groups(system, ports):
         statics = _statics(system, ports, bodies)
-        found = None if statics is None else _balanced(statics, _guess(system, ports, statics))
-        if statics is not None and found is not None:
+        if statics is None:
+            continue
+        slides = _slides(statics, statics.friction[:, 0])
+        found = None if slides else _balanced(statics, _guess(system, ports, statics))
+        if found is not None:
             system = _placed(system, ports, bodies, statics, found)
-        elif statics is not None:
-            names = " and ".join(name for at, name in enumerate(system.bodies) if at in bodies)
-            how = " with friction" if len(statics.cones) else ""
-            notes.append(f"{names}: no static equilibrium{how} was found; the run starts as placed")
+            continue
+        names, rubs = " and ".join(name for at, name in enumerate(system.bodies) if at in bodies), len(statics.cones)
+        lack = f"no static equilibrium{' with friction' if rubs else ''} was found"
+        if slides:
+            within = " within the friction" if rubs else ""
+            lack = f"there is no static equilibrium, since no forces{within} of the contacts balance the loads"
+        reasons.append(f"{names}: {lack}")
     return system
+
+
+def _slides(statics: _Statics, friction: np.ndarray) -> bool:
+    """Return whether contacts with these coefficients, (k,), cannot hold the loads at all."""
+    stiff = [statics.tension.stiffness[row] > 0 or row in statics.tension.knots for row in statics.stretched]
+    both = np.concatenate([statics.springs[np.array(stiff, np.bool_)], statics.drives])
+    pressing = np.concatenate([statics.normals, statics.laws])
+    return cannot_balance(statics.rows, statics.pull, pressing, (statics.cones, friction), both)
 
 
 def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None:
@@ -132,12 +158,13 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     force = system.driving.gravity + fixed @ ports.rows
     W, R, K = ports.rows.among(here, elastic), ports.residual, system.stiffness[elastic]
     layer, law, laws, stuck = np.zeros(len(here)), [np.zeros((0, 2))], list[int](), np.zeros(len(here), np.bool_)
-    normals, cones, friction = list[int](), list[int](), [np.zeros((0, 2))]
+    normals, cones, friction, overlap = list[int](), list[int](), [np.zeros((0, 2))], False
     for contact in system.contacts:
         own = ports.of(f"contact.{contact.name}")
         if place[own.start] < 0:
             continue
         at, kind = place[contact_ports(ports, contact)], ports.kind[own.start]
+        overlap = overlap or bool(system.overlaps[contact.rows].any())
         if kind in (Kind.LAW, Kind.RUBBING_LAW):
             laws += at.tolist()
             law.append(system.law[contact.rows, :2])
@@ -155,7 +182,7 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     free[drives[drives >= 0]] -= system.driving.driven(np.zeros(1))[0, drives >= 0, 0]
     springs = place[ports.numbers([f"force.{name}" for name in system.scene.springs()])]
     rows, own = ports.rows.among(here, rigid), C.diagonal()
-    resisted, pull = np.any(rows, axis=0), _carried(rows, force[rigid], rubs=bool(cones))
+    resisted, pull = np.any(rows, axis=0), _carried(rows, force[rigid], rubs=bool(cones), overlap=overlap)
     if pull is None or not (own[normals] > 0).all():
         return None
     typical = float(own.max(initial=0.0))
@@ -177,8 +204,9 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     )  # fmt: skip
 
 
-def _carried(rows: np.ndarray, pull: np.ndarray, *, rubs: bool) -> np.ndarray | None:
-    """Return the loads on rigid motions that ports carry; None where friction leaves some, or without friction all.
+def _carried(rows: np.ndarray, pull: np.ndarray, *, rubs: bool, overlap: bool) -> np.ndarray | None:
+    """Return the loads on rigid motions that ports carry; None where friction leaves some, or without friction all and
+    points do not overlap.
 
     What nothing holds moves bodies without friction as a whole, which are at rest across it.
     """
@@ -186,7 +214,7 @@ def _carried(rows: np.ndarray, pull: np.ndarray, *, rubs: bool) -> np.ndarray | 
     if rubs:
         return pull if (np.abs(pull[~np.any(rows, axis=0)]) <= least).all() else None
     held = rows.T @ np.linalg.lstsq(rows.T, pull, rcond=1e-12)[0]
-    return held if np.abs(held).max(initial=0.0) > least else None
+    return held if overlap or np.abs(held).max(initial=0.0) > least else None
 
 
 def _guess(system: System, ports: Ports, statics: _Statics) -> np.ndarray:
@@ -223,6 +251,8 @@ def _balanced(statics: _Statics, guess: np.ndarray) -> tuple[np.ndarray, np.ndar
                 forces[cone : cone + 3] = 0.0
             return forces, x[n:], slips
         slipped |= slips
+        if _slides(statics, np.where(slipped, statics.friction[:, 1], statics.friction[:, 0])):
+            return None
     return None
 
 
@@ -338,13 +368,14 @@ def _placed(
     held = statics.free + statics.compliance @ forces + statics.rows @ motion
     pressed, pulls, loads = system.start_forces.copy(), system.start_pulls.copy(), system.loads.copy()
     rubbed, stretch = system.start_friction.copy(), system.start_stretch.copy()
+    overlaps = system.overlaps.copy()
     sliding = dict(zip(statics.cones.tolist(), slips.tolist(), strict=True))
     for contact in system.contacts:
         for normal, row in zip(contact_ports(ports, contact), range(*contact.rows.indices(len(pressed))), strict=True):
             at = int(place[normal])
             if at < 0:
                 continue
-            pressed[row] = max(0.0, forces[at])
+            pressed[row], overlaps[row] = max(0.0, forces[at]), False
             if at in sliding:
                 rubbed[row] = forces[at + 1 : at + 3]
                 stretch[row] = 0.0 if sliding[at] or pressed[row] == 0.0 else held[at + 1 : at + 3]
@@ -354,5 +385,5 @@ def _placed(
         loads[at] = unknown[ports.of(f"motion.{drive.name}")]
     return replace(
         system, position=position, start_forces=pressed, start_pulls=pulls, loads=loads, start_friction=rubbed,
-        start_stretch=stretch,
+        start_stretch=stretch, overlaps=overlaps,
     )  # fmt: skip

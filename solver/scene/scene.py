@@ -2,7 +2,7 @@
 
 import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from pydantic import Field, model_validator
 
@@ -26,17 +26,14 @@ from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Marked
 from gudgeon.solver.joints.slider_crank import SliderCrank
-from gudgeon.solver.methods import METHODS
 from gudgeon.solver.numbers import Name, Strict
-from gudgeon.solver.obstacles.plane import Plane
 from gudgeon.solver.scene.body import Body
-from gudgeon.solver.scene.contact import Contact, Friction, MasterSurface, OtherBody
+from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
+from gudgeon.solver.scene.demands import Demand, conflict, contact_demands, lacking, prefers
 from gudgeon.solver.scene.motion import Motion
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe, Probe
+from gudgeon.solver.scene.refusals import listed, refuse_step, turning_refusal
 from gudgeon.solver.scene.run import Run
-
-NAMED = 4
-"""Elements of a scene that a line names."""
 
 
 class Scene(Strict):
@@ -100,7 +97,9 @@ class Scene(Strict):
                     f"contact.{name}.against.body: points do not slide over a traction space of their own body where it"
                     " does not turn; it meets itself by interfaces of kind 'points' and shape 'body'"
                 )
-        _ = self.integrator
+        if INTEGRATORS[self.integrator].turns:
+            for name, probe in self.probe.items():
+                _check_turning(name, probe)
         return self
 
     def _check_force(self, where: str, of: str) -> None:
@@ -214,17 +213,17 @@ class Scene(Strict):
 
     def carriers(self) -> list[str]:
         """Return the integrators that support all features of the scene, in the order in which `auto` prefers them."""
-        demands = dict(_demands(self))
-        able = [name for name in INTEGRATORS if not _lacking(demands, name)]
+        demands = list(_demands(self))
+        able = [name for name in INTEGRATORS if not lacking(demands, name)]
         # Fields, sliding pairs and cranks alone make no mechanism of a scene.
-        small = not {Feature.FIELD, Feature.SLIDING_PAIR, Feature.JOINT}.isdisjoint(demands.values())
-        return sorted(able, key=lambda name: not _prefers(demands, name) or (small and INTEGRATORS[name].turns))
+        small = not {Feature.FIELD, Feature.SLIDING_PAIR, Feature.JOINT}.isdisjoint(one.feature for one in demands)
+        return sorted(able, key=lambda name: not prefers(demands, name) or (small and INTEGRATORS[name].turns))
 
     @property
     def general(self) -> bool:
         """Whether the implicit integrator runs it by its loop over ports: sliding pairs, and loads on bodies without
         contact, have a faster one."""
-        return not _prefers(dict(_demands(self)), "implicit") or bool(self.contact and not self.masters())
+        return not prefers(list(_demands(self)), "implicit") or bool(self.contact and not self.masters())
 
     @property
     def loop(self) -> str:
@@ -238,30 +237,45 @@ class Scene(Strict):
         Raises:
             ValueError: the integrator given, or every integrator, lacks a feature of the scene.
         """
-        demands, named = dict(_demands(self)), self.run.integrator
+        demands, named = list(_demands(self)), self.run.integrator
         if named == "auto":
             able = self.carriers()
             stepping = [name for name in able if self.run.step is None or math.isfinite(INTEGRATORS[name].order)]
             if able and not stepping:
-                _refuse_step(" and ".join(map(repr, able)))
+                refuse_step(" and ".join(map(repr, able)))
             if self._turns_freely:
                 return "mechanism"
             if able:
                 return stepping[0]
-            least = min((_lacking(demands, name) for name in INTEGRATORS), key=len)
-            others = " and ".join(what for what in demands if what not in least)
-            raise ValueError(
-                f"run.integrator: no integrator supports {least[0]} together with {others}; remove one of them"
-            )
-        if lacking := _lacking(demands, named):
+            raise ValueError(self._turning_refusal() or conflict(demands))
+        if lacks := lacking(demands, named):
             able = self._left_to_choose().carriers()  # Naming an integrator may have made a mechanism of the scene.
+            refusal = self._turning_refusal()
+            if not able and refusal:
+                raise ValueError(refusal)
             advice = (
                 f"use {' or '.join(map(repr, ('auto', *able)))}" if able else "no integrator supports the whole scene"
             )
-            raise ValueError(f"run.integrator: '{named}' does not support {_listed(lacking)}; {advice}")
+            if refusal and named == "mechanism":
+                advice += f"; or {refusal}"
+            missing = listed([one.what for one in lacks])
+            raise ValueError(f"run.integrator: '{named}' does not support {missing}; {advice}")
         if math.isinf(INTEGRATORS[named].order) and self.run.step is not None:
-            _refuse_step(repr(named))
+            refuse_step(repr(named))
         return named
+
+    def _turning_refusal(self) -> str | None:
+        """Return a line of what its bodies, which turn by any angle, do not carry; None where they do not turn."""
+        why = [f"joint.{name}.kind is '{self.joint[name].kind}'" for name in self.hinges()]
+        why += [f"the line of force.{name} turns" for name in self.point_springs()]
+        lacks = lacking(list(_demands(self)), "mechanism")
+        tables = {"contact": self.contact, "force": self.force, "motion": self.motion}
+        parts = [(one, *one.where.split(".", 1)) for one in lacks]
+        found = [(one.where, one.feature, tables[table][name]) for one, table, name in parts if table in tables]
+        if not (why or self.run.integrator == "mechanism") or len(found) < len(lacks):
+            return None
+        because = f" ({why[0]}, so bodies turn by any angle: integrator 'mechanism')" if why else ""
+        return turning_refusal(found) + because
 
     def _left_to_choose(self) -> "Scene":
         return self.model_copy(update={"run": self.run.model_copy(update={"integrator": "auto"})})
@@ -276,7 +290,7 @@ class Scene(Strict):
         if max(spins) * self.run.duration <= self.run.limits.angle:
             return False
         named = self.model_copy(update={"run": self.run.model_copy(update={"integrator": "mechanism"})})
-        return not _lacking(dict(_demands(named)), "mechanism")
+        return not lacking(list(_demands(named)), "mechanism")
 
     @property
     def capabilities(self) -> type[Integrator]:
@@ -288,96 +302,67 @@ class Scene(Strict):
         return self.body[body].component or body
 
 
-def _listed(names: list[str]) -> str:
-    """Return all names, up to four, so that what is refused for several reasons is refused once."""
-    if len(names) > NAMED:
-        names = [*names[: NAMED - 1], f"{len(names) - NAMED + 1} more elements"]
-    text = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
-    return text.replace(",,", ",").removesuffix(",")
+def _check_turning(name: str, probe: Probe) -> None:
+    """Raise a ValueError for a probe of what bodies that turn by any angle do not have."""
+    if isinstance(probe, ForceProbe):
+        if probe.of.partition(".")[0] not in ("joint", "force"):
+            raise ValueError(
+                f"probe.{name}.of: '{probe.of}' given; a scene of integrator 'mechanism' reads forces of joints,"
+                " springs, bushings and electrostatic fields"
+            )
+    elif probe.interface is not None and probe.kind == "rotation":
+        raise ValueError(
+            f"probe.{name}.interface: given; in a scene of integrator 'mechanism' rotations are those of the bodies'"
+            " frames; leave it out"
+        )
 
 
-def _refuse_step(name: str) -> None:
-    raise ValueError(f"run.step: integrator {name} has no step, since its motion is exact; remove run.step")
-
-
-def _friction(where: str, contact: Contact, friction: Friction) -> tuple[str, Feature]:
-    """Return the name of the friction of a contact, and what it needs."""
-    if friction.speed is not None:
-        return f"the friction of {where} with friction.speed", Feature.SMOOTHED_FRICTION
-    if METHODS[contact.method].rigid and friction.direction is not None:
-        return f"the friction of {where}", Feature.LINE_FRICTION
-    return f"the friction of {where} without friction.speed", Feature.FRICTION
-
-
-def _prefers(demands: Mapping[str, Feature], name: str) -> bool:
-    """Whether an integrator's fastest loop carries a scene."""
-    own = INTEGRATORS[name]
-    return set(demands.values()) <= (own.carries if own.preferred is None else own.preferred)
-
-
-def _lacking(demands: Mapping[str, Feature], name: str) -> list[str]:
-    """Return the elements of a scene that need a feature which an integrator does not support."""
-    own = INTEGRATORS[name]
-    return [what for what, feature in demands.items() if feature not in own.carries]
-
-
-def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
-    """Yield the features that a scene needs, each with the name of the element that needs it."""
+def _demands(scene: Scene) -> Iterator[Demand]:
+    """Yield the features that a scene needs, each with the element that needs it."""
     for name, body in scene.body.items():
+        at = f"body.{name}"
         if body.damping is not None:
-            yield f"damping of body.{name}", Feature.DAMPING
+            yield Demand(f"damping of {at}", Feature.DAMPING, at)
         if body.gauges:
-            yield f"body.{name}.gauges", Feature.GAUGES
-    for name in scene.probe:
-        yield f"probe.{name}", Feature.PROBES
+            yield Demand(f"{at}.gauges", Feature.GAUGES, at)
+    for at in (f"probe.{name}" for name in scene.probe):
+        yield Demand(at, Feature.PROBES, at)
     for name, joint in scene.joint.items():
-        yield f"joint.{name}", Feature.JOINT if isinstance(joint, SliderCrank) else Feature.MECHANISM
-    for name in scene.motion:
-        yield f"motion.{name}", Feature.MOTION
+        at, crank = f"joint.{name}", isinstance(joint, SliderCrank)
+        yield Demand(at, Feature.JOINT if crank else Feature.MECHANISM, at)
+    for at in (f"motion.{name}" for name in scene.motion):
+        yield Demand(at, Feature.MOTION, at)
     for name in scene.given():
-        yield f"force.{name}", Feature.POINT_LOAD if name in scene.turning_loads() else Feature.LOAD
-    for name in scene.masters():
-        yield f"the sliding pair contact.{name}", Feature.SLIDING_PAIR
+        at, turns = f"force.{name}", name in scene.turning_loads()
+        yield Demand(at, Feature.POINT_LOAD if turns else Feature.LOAD, at)
+    for at in (f"contact.{name}" for name in scene.masters()):
+        yield Demand(f"the sliding pair {at}", Feature.SLIDING_PAIR, at)
     for name, contact in scene.contact.items():
-        where = f"contact.{name}"
-        if METHODS[contact.method].rigid:
-            yield f"the rigid contact {where} (method '{contact.method}')", Feature.RIGID_CONTACT
-        elif contact.smooth_law:
-            yield f"the law of {where}", Feature.SMOOTH_LAW
-        elif contact.law is not None:
-            yield f"the linear law of {where}", Feature.LINEAR_LAW
-        elif not isinstance(contact.against, MasterSurface):  # What carries sliding pairs carries their flexibility.
-            yield f"method '{contact.method}' of {where} without a law", Feature.COMPLIANT_CONTACT
-        if contact.friction is not None:
-            yield _friction(where, contact, contact.friction)
-        if contact.wear is not None:
-            yield f"the wear of {where}", Feature.WEAR
-        if isinstance(contact.against, OtherBody):
-            yield f"the other body of {where}", Feature.TWO_BODIES
-        if isinstance(contact.against, Plane) and contact.against.edges:
-            yield f"the edges of {where}", Feature.EDGES
-        if contact.dashpot != "none":
-            yield f"the dashpot of {where}", Feature.DASHPOT
+        yield from contact_demands(f"contact.{name}", contact)
     for name, spring in scene.springs().items():
-        if name in scene.point_springs():
-            yield f"the turning line of force.{name}", Feature.POINT_SPRING
-            continue
-        if name in scene.turning_bushings():
-            yield f"the bushing force.{name}", Feature.MECHANISM
-            continue
-        if scene.turns_by_choice and isinstance(spring, Spring) and not spring.tabled:
-            yield f"the fixed direction of force.{name}, which may be left out,", Feature.SPRING
-            continue
-        yield f"force.{name}", Feature.SPRING
-        if spring.elastic:
-            yield f"the interface of force.{name}", Feature.ELASTIC_SPRING
-        if not spring.linear:
-            yield f"the force of force.{name}, which is not a stiffness alone,", Feature.SPRING_TABLE
-        if spring.damped:
-            yield f"damping of force.{name}", Feature.SPRING_DAMPING
-    for name in scene.fields():
-        yield f"the field force.{name}", Feature.FIELD
-    for name in scene.electrodes():
-        yield f"the electrostatic pressure force.{name}", Feature.ELECTRODE
+        yield from _spring_demands(scene, name, spring)
+    for at in (f"force.{name}" for name in scene.fields()):
+        yield Demand(f"the field {at}", Feature.FIELD, at)
+    for at in (f"force.{name}" for name in scene.electrodes()):
+        yield Demand(f"the electrostatic pressure {at}", Feature.ELECTRODE, at)
     if any(scene.run.gravity):
-        yield "run.gravity", Feature.GRAVITY
+        yield Demand("run.gravity", Feature.GRAVITY, "run.gravity")
+
+
+def _spring_demands(scene: Scene, name: str, spring: Spring | Bushing) -> Iterator[Demand]:
+    """Yield the features that a spring or a bushing needs."""
+    at = f"force.{name}"
+    if name in scene.point_springs():
+        yield Demand(f"the turning line of {at}", Feature.POINT_SPRING, at)
+    elif name in scene.turning_bushings():
+        yield Demand(f"the bushing {at}", Feature.MECHANISM, at)
+    elif scene.turns_by_choice and isinstance(spring, Spring) and not spring.tabled:
+        yield Demand(f"the fixed direction of {at}, which may be left out,", Feature.SPRING, at)
+    else:
+        yield Demand(at, Feature.SPRING, at)
+        if spring.elastic:
+            yield Demand(f"the interface of {at}", Feature.ELASTIC_SPRING, at)
+        if not spring.linear:
+            yield Demand(f"the force of {at}, which is not a stiffness alone,", Feature.SPRING_TABLE, at)
+        if spring.damped:
+            yield Demand(f"damping of {at}", Feature.SPRING_DAMPING, at)

@@ -129,6 +129,7 @@ def assembled(
         driving=driving, springs=springs, loads=loads, position=position,
         velocity=velocity, start_forces=np.zeros(len(arrays["gap"])), start_pulls=np.zeros(len(springs.stiffness)),
         start_friction=np.zeros((len(arrays["gap"]), 2)), start_stretch=np.zeros((len(arrays["gap"]), 2)),
+        overlaps=np.zeros(len(arrays["gap"]), np.bool_),
         fields=Fields([], joined([])) if fields is None else fields, bores=bores or {},
         terms=terms, probes=compile_probes(scene, bodies, contacts, springs, size), **arrays,
         **compile_gauges(bodies, contacts, size),

@@ -11,6 +11,7 @@ elastic bodies add their forces to f; C and g are then those of the bodies with 
 between two solutions. Drives hold their bodies, see `held`: they take a part of every compliance.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,14 +39,15 @@ PIVOTS = 30
 def settled(system: System, held: Held) -> System:
     """Return a system in static equilibrium with its contacts: elastic coordinates and contact forces at the start.
 
-    Rigid motions that supports, `freedom` and drives leave stay as the scene gives them.
+    Rigid motions that supports, `freedom` and drives leave stay as the scene gives them. Points of bodies that move
+    freely, which the loads press into what they meet, are `overlaps`: `ports.rest` looks for their equilibrium.
 
     Args:
         system: Deformed by loads and gravity without contact, unless run.start is 'undeformed'.
         held: Statics of its drives.
 
     Raises:
-        SceneError: a contact whose bodies move freely along it begins inside its obstacle, or the undeformed one does.
+        SceneError: a contact begins inside its obstacle, undeformed.
         SolverError: contact forces are not unique.
     """
     return replace(_settled(system.opened(), held), gap=system.gap)
@@ -62,12 +64,20 @@ def _settled(loaded: System, held: Held) -> System:
         return system
     moves = _moves(system, held, gaps < -allowed)
     inside = system.gap - system.sag < -allowed
-    _refuse_overlap(system, gaps, moves | inside, allowed)
-    if not (gaps < -ROUND_OFF * allowed)[~moves].any():
-        return system
-    found = _pressed(loaded, held, moves)
-    _refuse_overlap(system, _gaps(found) + system.residual @ found.start_forces, moves, allowed)
-    return found
+    _refuse_overlap(system, gaps, inside, allowed)
+    if (gaps < -ROUND_OFF * allowed)[~moves].any():
+        system = _pressed(loaded, held, moves)
+    return replace(system, overlaps=moves & (_start_gaps(system) < -allowed))
+
+
+def refuse_overlaps(system: System, reasons: list[str]) -> None:
+    """Raise a SceneError where points overlap that no equilibrium holds.
+
+    Args:
+        reasons: Why there is none.
+    """
+    if system.overlaps.any():
+        _refuse_overlap(system, _start_gaps(system), system.overlaps, touching_depths(system), reasons)
 
 
 def _pressed(loaded: System, held: Held, moves: np.ndarray) -> System:
@@ -147,6 +157,11 @@ def _gaps(system: System) -> np.ndarray:
     return system.gap + system.moved_gaps(system.position) + given
 
 
+def _start_gaps(system: System) -> np.ndarray:
+    """Return the gaps at the start [m], (c,); those of surface layers and laws are their indentation."""
+    return _gaps(system) + system.residual @ system.start_forces
+
+
 def touching_depths(system: System) -> np.ndarray:
     """Return the depth up to which each row's point touches and does not penetrate [m], (c,)."""
     allowed = []
@@ -171,14 +186,16 @@ def _moves(system: System, held: Held, inside: np.ndarray) -> np.ndarray:
     # Forces that sum up to one, of these points alone, without resultant on any free motion.
     each = free[pushed]
     each = np.column_stack([each / (np.abs(each).max(axis=0, initial=0.0) + np.finfo(float).tiny), np.ones(len(each))])
-    if len(pushed) and _nonnegative(each.T, np.eye(each.shape[1])[-1])[1] < MOVES:
+    if len(pushed) and nonnegative_fit(each.T, np.eye(each.shape[1])[-1])[1] < MOVES:
         moves[:] = False
     for contact in system.contacts:
         moves[contact.rows] |= contact.master is not None
     return moves
 
 
-def _refuse_overlap(system: System, gaps: np.ndarray, refused: np.ndarray, allowed: np.ndarray) -> None:
+def _refuse_overlap(
+    system: System, gaps: np.ndarray, refused: np.ndarray, allowed: np.ndarray, reasons: Sequence[str] = ()
+) -> None:
     """Raise a SceneError where refused points are inside their obstacle by more than allowed [m], (c,) each."""
     for contact in system.contacts:
         own, name = gaps[contact.rows], contact.name
@@ -193,9 +210,10 @@ def _refuse_overlap(system: System, gaps: np.ndarray, refused: np.ndarray, allow
             system.scene.body[contact.body].position
         )
         remedy = remedy or f", or set contact.{name}.adjust to true"
+        why = "".join(f" {one};" for one in reasons)
         raise SceneError(
             f"contact.{name}: {int(inside.sum())} of {len(own)} points start inside the obstacle, the worst by"
-            f" {-own[inside].min():.3g} m at ({x:.4g}, {y:.4g}, {z:.4g}) m{cause}; move"
+            f" {-own[inside].min():.3g} m at ({x:.4g}, {y:.4g}, {z:.4g}) m{cause};{why} move"
             f" body.{contact.body}.position, or {room}{remedy}"
         )
 
@@ -251,7 +269,7 @@ def _forces(system: System, C: np.ndarray, gaps: np.ndarray, rows: np.ndarray) -
     )
 
 
-def _nonnegative(matrix: np.ndarray, wanted: np.ndarray, most: int | None = None) -> tuple[np.ndarray, float]:
+def nonnegative_fit(matrix: np.ndarray, wanted: np.ndarray, most: int | None = None) -> tuple[np.ndarray, float]:
     """Return x ≥ 0 of least |A x − b| and this residual, after so many steps at most."""
     from scipy.optimize import nnls  # Late: most runs start without a contact, and it takes a tenth of a second.
 
@@ -268,7 +286,7 @@ def _complementary(system: System, C: np.ndarray, gaps: np.ndarray) -> np.ndarra
     try:
         lower = linalg.cholesky(C * scale[:, None] * scale, lower=True)
         wanted = linalg.solve_triangular(lower, -scale * gaps, lower=True)
-        found = _nonnegative(lower.T, wanted, PIVOTS * len(gaps))[0]
+        found = nonnegative_fit(lower.T, wanted, PIVOTS * len(gaps))[0]
         closed = np.flatnonzero(found > 0)
         # The forces of the closed rows once more, without the round-off of the factor.
         forces = np.zeros(len(gaps))

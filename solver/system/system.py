@@ -93,6 +93,9 @@ class System:
     """Forces along the tangents at the start, with friction in equilibrium [N], (c, 2)."""
     start_stretch: np.ndarray
     """Displacement of the tangents at the start from where they stick [m], (c, 2)."""
+    overlaps: np.ndarray
+    """Points that loads at the start press into what they meet while their body is free to move out of it, (c,): no
+    start until an equilibrium with friction, or on all contacts, holds it there."""
     velocity: np.ndarray
     """Initial velocities [m kg^½/s], (m,)."""
     fields: Fields

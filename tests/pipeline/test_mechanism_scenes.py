@@ -75,7 +75,8 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "contact": (
         {"contact.floor": {"body": "top", "interface": "foot",
                            "against": {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}}},
-        r"no integrator supports .* together with",
+        r"contact\.floor\.law: not given; points there press by a law, so give one of kind linear, hertz.* and"
+        r" contact\.floor\.method 'penalty' \(joint\.pivot\.kind is 'spherical', so bodies turn by any angle",
     ),
     "name": (
         {"contact.pivot": {"body": "top", "interface": "foot", "method": "penalty",

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
+from matplotlib.ticker import ScalarFormatter
 from PIL.Image import Image
 
 from gudgeon.modaldb.records.trajectory import Trajectory
@@ -37,6 +38,10 @@ SIGNED = colormaps["RdBu_r"]
 
 BORDER, FITS = 0.006, 12
 """Least distance of texts from the border, of the figure's width, and how often they are made smaller for it."""
+
+LEAST_SPAN, LEAST_SIDE = 1e-3, 0.2
+"""Least span of an axis over the largest number on it: below, a quantity is constant but for what no picture can show;
+and of axes of equal scales, over the longer one."""
 
 STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 """Scale factors are one of these times a power of ten."""
@@ -99,9 +104,33 @@ def new_figure(title: str, subtitle: str, *, height: int = HEIGHT, width: int = 
 
 def save(figure: Figure, path: Path) -> None:
     """Write a figure as PNG of its full size, in one step; see `whole_file`."""
+    for axes in figure.axes:
+        keep_spans(axes)
     fit(figure)
     with whole_file(path) as scratch:
         figure.savefig(scratch, dpi=DPI, facecolor="white", format="png")
+
+
+def keep_spans(axes: Axes) -> None:
+    """Give axes with curves the least spans, about the middle of their limits, and ticks with their whole numbers.
+
+    Along x only where both scales are equal: over time curves may be enlarged to any span.
+    """
+    if axes.name != "rectilinear" or not axes.lines:
+        return
+    for axis in (axes.xaxis, axes.yaxis):
+        if isinstance(formatter := axis.get_major_formatter(), ScalarFormatter):
+            formatter.set_useOffset(False)
+    limits = {"x": np.array(axes.get_xlim()), "y": np.array(axes.get_ylim())}
+    equal = axes.get_aspect() == 1.0
+    longest = max(float(np.ptp(one)) for one in limits.values()) if equal else 0.0
+    largest = max(float(np.abs(one).max()) for one in limits.values()) if equal else float(np.abs(limits["y"]).max())
+    least = max(LEAST_SPAN * largest, LEAST_SIDE * longest)
+    for name, (low, high) in limits.items():
+        scale = getattr(axes, f"get_{name}scale")()
+        if scale == "linear" and (equal or name == "y") and abs(high - low) < least:
+            half = 0.5 * least * (1.0 if high >= low else -1.0)
+            getattr(axes, f"set_{name}lim")(0.5 * (low + high) - half, 0.5 * (low + high) + half)
 
 
 def fit(figure: Figure) -> None:
@@ -185,12 +214,14 @@ def rows(
 
 
 def legend(axes: Axes, *more: tuple[Any, str], beside: Axes | None = None, columns: int = 3) -> None:
-    """Draw the legend of axes, of axes at the same place, and of more handles, above them."""
+    """Draw the legend of axes, of axes at the same place, and of more handles, above them, in rows in their order."""
     found = [*zip(*axes.get_legend_handles_labels(), strict=True), *more]
     if beside is not None:
         found += zip(*beside.get_legend_handles_labels(), strict=True)
         if (own := beside.get_legend()) is not None:
             own.remove()
+    # A legend is filled column by column.
+    found = [one for column in range(columns) for one in found[column::columns]]
     axes.legend(
         [handle for handle, _ in found], [label for _, label in found],
         loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=columns, columnspacing=1.8, borderaxespad=0.2,

@@ -91,7 +91,10 @@ def draw_panels(
     Args:
         where: Left and right border, and upper border, in the figure.
     """
-    shown = [panel for panel in PANELS if len(panel.values(runs[0]))]  # No side force without a contact.
+    # No side force without a contact, no tilt of a body that does not turn.
+    shown = [panel for panel in PANELS if any(np.any(curve) for run in runs for curve in panel.values(run))] or PANELS[
+        1:
+    ]
     panels = style.rows(figure, [panel.height for panel in shown], APART, *where)
     for axes, panel in zip(panels, shown, strict=True):
         _draw_panel(axes, panel, runs, span)

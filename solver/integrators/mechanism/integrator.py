@@ -20,6 +20,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
 )
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
 from gudgeon.solver.integrators.mechanism.choice import Choice, lack_of
+from gudgeon.solver.integrators.mechanism.constraints.dependence import Dependence
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.exponential.steps import ExponentialSteps, propagates
 from gudgeon.solver.integrators.mechanism.flexible.range import deformed_text
@@ -92,6 +93,7 @@ class Mechanism(Capabilities):
         self._parts, self._target = self._shares(), 0.0
         self._vectors = np.zeros((n, 3))
         self._vectors, self._turned_at = self._turned(self._state), 0.0
+        self._dependence, self._singular = Dependence(self.model, self.work, self.start.rank), 0
         self._fastest, self._widest = np.zeros(2), 0.0
         owners = np.array([one.owner for one in self.linkage.sections])
         tracks = [Track(np.flatnonzero(owners == contact.name)) for contact in system.contacts]
@@ -293,13 +295,15 @@ class Mechanism(Capabilities):
             self.touching.rub(self._interpolated, self._before, self._until)
         self._state, self._time = one.state, self._until
         self._keep_angles(self.model, self.work, one.state)
+        near = self._stepping.near_singular(one)
+        self._singular += self._dependence.passes(one.least, near=near)
         self._note_speeds()
         if self._fastest[1] * (self._time - self._turned_at) > FOLLOWED:
             self._vectors, self._turned_at = self._turned(one.state), self._time
         if self._fastest[1] > 0:
             self._stepping.longest = LONGEST / self._fastest[1]
         self._steps.accept(one)
-        if self._choice.note(one, self._stepping.rejected, singular=self._stepping.near_singular(one)):
+        if self._choice.note(one, self._stepping.rejected, singular=near):
             self._steps = self._stepping.steps = self._choice.steps
             self._steps.restart(self._state, self._time)
 
@@ -375,12 +379,12 @@ class Mechanism(Capabilities):
         counts: dict[str, int | str] = {
             "steps_taken": self._stepping.taken,
             "steps_rejected": self._stepping.rejected,
-            "singular_steps": self._stepping.singular,
+            "singular_steps": self._singular,
             "implicit_steps": self._choice.taken["implicit"],
             "exponential_steps": self._choice.taken["exponential"],
             "rows": self.start.rows,
         }
-        notes = self.start.notes + ([UNBOUNDED] if self._stepping.singular else [])
+        notes = self.start.notes + ([UNBOUNDED] if self._singular else [])
         notes = notes + self._choice.notes()
         return Outcome(
             q=q, v=v, multipliers=last.pressed[own], impulses=pushed[:, 0], extreme=self._extreme, counts=np.zeros(3),

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import ProbeHistory
-from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.arrays import SPEED, TURN, Model
 from gudgeon.solver.integrators.mechanism.build import Linkage, Point
 from gudgeon.solver.integrators.mechanism.energy import Motion, bodies_of, modal_parts
@@ -110,24 +109,12 @@ def readers(linkage: Linkage) -> list[Reader]:
     """Return the probes of a scene.
 
     Raises:
-        SceneError: a probe reads what a mechanism does not have.
+        SceneError: a probe names no point of its body.
     """
     scene, found = linkage.system.scene, []
     for name, probe in scene.probe.items():
         points: tuple[Point, ...] = ()
-        if isinstance(probe, ForceProbe):
-            kind = probe.of.partition(".")[0]
-            if kind not in ("joint", "force"):
-                raise SceneError(
-                    f"probe.{name}.of: '{probe.of}' given; a scene of integrator 'mechanism' reads forces of joints,"
-                    " springs, bushings and electrostatic fields"
-                )
-        else:
-            if probe.interface is not None and probe.kind == "rotation":
-                raise SceneError(
-                    f"probe.{name}.interface: given; in a scene of integrator 'mechanism' rotations are those of the"
-                    " bodies' frames; leave it out"
-                )
+        if not isinstance(probe, ForceProbe):
             if probe.kind == "rotation":
                 points = (Point(linkage.names.index(probe.body), np.zeros(3)),)
             else:

@@ -1,6 +1,5 @@
 """The start of a mechanism: bodies moved onto their joints, velocities that obey them, and what joints leave free."""
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -9,12 +8,18 @@ from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.arrays import NONE, PLACE, SPEED, SPIN, TURN, WIDTH, Model, Work
 from gudgeon.solver.integrators.mechanism.build import Linkage, reach_of, size_of
+from gudgeon.solver.integrators.mechanism.constraints.closing import closed_by_least_squares, moved
+from gudgeon.solver.integrators.mechanism.constraints.dependence import jacobian
 from gudgeon.solver.integrators.mechanism.energy import inertia_factor, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.step import close, keep_angles, match, observe
 
 ASSEMBLED = 1e-12
 """Violation over the size of the scene up to which a mechanism is closed."""
+MORE = 20
+"""Times that Newton's method goes on from where it ended."""
+OPEN = 1e-6
+"""Violation over the size of the scene of joints that are named beside the one that is open most."""
 SAID = 1e-9
 """Motion by the assembly, over the size of the scene, and relative change of given velocities, that is said."""
 DEPENDENT = 1e-5
@@ -144,20 +149,36 @@ def _rates_given(found: Linkage, name: str) -> tuple[bool, bool]:
 
 
 def _assemble(found: Linkage, model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> None:
-    """Move the bodies onto their joints, where Newton's method does not converge by steps from far."""
-    left = close(model, work, state, given)
-    for _ in range(20):
-        if left <= ASSEMBLED or not np.isfinite(state).all():
-            break
-        left = close(model, work, state, given)
-    if left <= ASSEMBLED and np.isfinite(state).all():
+    """Move the bodies onto their joints, by steps where Newton's method does not converge from far, and from where they
+    are open least where it leads away."""
+    placed = state.copy()
+    if _closes(model, work, state, given):
         return
-    row = found.rows[int(np.nanargmax(np.abs(work.right) / model.reach))] if np.isfinite(left) else found.rows[0]
-    apart = f"{left * model.reach[0]:.3g} m" if row.length else f"{left:.3g} rad"
+    state[:] = placed
+    lacks = closed_by_least_squares(model, work, state, given, keep_angles)
+    least = state.copy()
+    if _closes(model, work, state, given):
+        return
+    state[:] = least
+    i = int(np.abs(lacks).argmax())
+    joints = list(dict.fromkeys(row.joint for row, one in zip(found.rows, lacks, strict=True) if abs(one) > OPEN))
+    others = f" (together with {', '.join(joints)})" if len(joints) > 1 else ""
+    apart = f"{abs(lacks[i]) * model.reach[i]:.3g} {'m' if found.rows[i].length else 'rad'}"
     raise SceneError(
-        f"joint.{row.joint}: the joints do not close: {apart} are left there; check lengths, points and positions of"
-        " the bodies"
+        f"joint.{found.rows[i].joint}: the joints do not close: from the positions given it stays open by {apart} where"
+        f" all are open least{others}; check lengths, points and positions of the bodies"
     )
+
+
+def _closes(model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> bool:
+    """Move the bodies by Newton's method, again from where it ends; return whether the joints are closed."""
+    for _ in range(1 + MORE):
+        left = close(model, work, state, given)
+        if not np.isfinite(state).all():
+            return False
+        if left <= ASSEMBLED:
+            return True
+    return False
 
 
 def _moved(found: Linkage, placed: np.ndarray, state: np.ndarray, size: float) -> list[str]:
@@ -193,39 +214,6 @@ def _changed(found: Linkage, model: Model, work: Work, wanted: np.ndarray, state
     return notes
 
 
-def _roots(model: Model, work: Work, b: int) -> np.ndarray:
-    """Return N with N Nᵀ the inverse of a body's inertia, of the pose that `work` has, (6 + m, 6 + m)."""
-    m = int(model.elastic[b, 0])
-    root = np.zeros((6 + m, 6 + m))
-    root[:3, :3] = np.eye(3) / np.sqrt(model.mass[b])
-    if m:
-        inverse = np.linalg.inv(inertia_factor(model, work, b)).T
-        root[3:6, 3:], root[6:, 3:] = work.turn[b] @ inverse[m:], inverse[:m]
-        return root
-    values, vectors = np.linalg.eigh(work.back[b])
-    root[3:, 3:] = (vectors * np.sqrt(values)) @ vectors.T
-    return root
-
-
-def _spans(model: Model) -> list[slice]:
-    """Return the part of each body among the velocities of all, 6 + m numbers each."""
-    ends = np.cumsum([0, *(6 + model.elastic[:, 0])])
-    return [slice(*two) for two in pairwise(ends)]
-
-
-def jacobian(model: Model, work: Work) -> np.ndarray:
-    """Return all rows, each of length 1 in the metric of the inertia, of the poses that `work` has, (m, 6 n + E's)."""
-    m, spans = len(model.row_terms), _spans(model)
-    rows = np.zeros((m, spans[-1].stop))
-    roots = [_roots(model, work, b) for b in range(len(spans))]
-    for i in range(m):
-        for p, b in enumerate(work.block_owner[i]):
-            if b != NONE:
-                rows[i, spans[b]] += work.block[i, p, : len(roots[b])] @ roots[b]
-    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
-    return rows / np.where(lengths > 0, lengths, 1.0)
-
-
 def _rank(rows: np.ndarray) -> int:
     """Return the rank of rows of length 1, by the eigenvalues of their products: the squares of the singular values."""
     return int((np.linalg.eigvalsh(rows @ rows.T) > DEPENDENT**2).sum()) if len(rows) else 0
@@ -256,8 +244,7 @@ def _check_rows(found: Linkage, model: Model, work: Work, state: np.ndarray, giv
         return rank
     rng = np.random.default_rng(0)
     for _ in range(2):
-        beside = state.copy()
-        _move(model, work, beside, _within(rows, rng.standard_normal(rows.shape[1])))
+        beside = _beside(model, state, _within(rows, rng.standard_normal(rows.shape[1])))
         if not (close(model, work, beside, given) <= ASSEMBLED and np.isfinite(beside).all()):
             continue
         keep_angles(model, work, beside)
@@ -275,30 +262,10 @@ def _check_rows(found: Linkage, model: Model, work: Work, state: np.ndarray, giv
     return rank
 
 
-def _move(model: Model, work: Work, state: np.ndarray, direction: np.ndarray) -> None:
-    """Move a state along a direction of the metric of the inertia, until a body has turned or moved by `ASIDE`."""
-    moves = [_roots(model, work, b) @ direction[span] for b, span in enumerate(_spans(model))]
-    farthest = max(float(np.abs(move[3:6]).max()) for move in moves)
-    # A coordinate of unit modal mass moves its body by about 1/√mass.
-    lengths = [
-        float(np.abs([*move[:3], *move[6:] / np.sqrt(mass)]).max())
-        for move, mass in zip(moves, model.mass, strict=True)
-    ]
-    size = max(farthest, max(lengths) / model.reach.max())
-    for b, move in enumerate(moves):
-        move *= ASIDE / size if size > 0 else 0.0
-        state[WIDTH * b : WIDTH * b + 3] += move[:3]
-        _turn(state[WIDTH * b + TURN : WIDTH * b + TURN + 4], move[3:6])
-        modal_parts(model, state, b)[0][:] += move[6:]
-
-
-def _turn(e: np.ndarray, vector: np.ndarray) -> None:
-    """Turn a quaternion by a small rotation vector [rad]."""
-    half = 0.5 * vector
-    w, v = float(e[0]), e[1:].copy()
-    e[0] = w - half @ v
-    e[1:] = v + w * half + np.cross(half, v)
-    e /= np.linalg.norm(e)
+def _beside(model: Model, state: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Return a state moved along a direction of the metric of `jacobian`, where a body turned or moved by `ASIDE`."""
+    size = float(np.abs(direction).max())
+    return moved(model, state, direction * (ASIDE / size if size > 0 else 0.0))
 
 
 def _redundant(found: Linkage, work: Work) -> list[str]:

@@ -52,8 +52,8 @@ class Stepping:
         self._former, self._usual = LEAST_ERROR, 0.0
         self.longest = np.inf
         """Longest step that rotations can be continued over [s]; fixed ones may be longer."""
-        self.taken, self.rejected, self.singular = 0, 0, 0
-        """Steps that were taken, refused, and of the former those near a singular position."""
+        self.taken, self.rejected = 0, 0
+        """Steps that were taken, and refused."""
 
     def take(self, state: np.ndarray, time: float) -> Tried | None:
         """Return the next step from a state at a time [s]; None where none is short enough."""
@@ -63,7 +63,7 @@ class Stepping:
         while True:
             one = self._tried(state, time, self._fitted(self._next, rest))
             if self._fixed is not None:
-                self._count(one)
+                self.taken += 1
                 return one if one.sound else None
             stuck = tries >= (PATIENCE if self._work.touching.any() else 0)
             if not one.good and self.near_singular(one) and stuck and not leapt:
@@ -81,12 +81,13 @@ class Stepping:
             return None  # Ever shorter steps towards a position that it cannot pass.
         if not self.near_singular(one):
             self._regular = one.h if not one.least < NEAR else max(self._regular, one.h)
-        self._count(one)
+        self.taken += 1
         self._usual = max(self._usual, one.least)
         return one
 
     def near_singular(self, one: Tried) -> bool:
-        """Return whether a step is near a position in which joints depend on each other more than elsewhere."""
+        """Return whether a step is near a position in which joints depend on each other more than elsewhere, in the
+        metric of the inertia, in which they are solved."""
         return one.least < SINGULAR * self._usual
 
     def _growth(self, error: float) -> float:
@@ -97,11 +98,6 @@ class Stepping:
         found = SAFETY * error ** (-(1 / self.steps.power - 0.2 * smooth)) * self._former**smooth
         self._former = max(error, LEAST_ERROR)
         return 1.0 if 1.0 <= found < self.steps.holds else min(MOST, found)
-
-    def _count(self, one: Tried) -> None:
-        """Count a step that is taken."""
-        self.taken += 1
-        self.singular += self.near_singular(one)
 
     @property
     def _shortest(self) -> float:

@@ -176,6 +176,6 @@ def test_short_modes_of_an_euler_bernoulli_beam_get_a_note(tmp_path: Path) -> No
     found = notes(BEAM, tmp_path / "many", **{"component.beam.modes.normal_count": 20})
     assert "component.beam.geometry.theory: 7 of 20 modes have half-waves below 2 times the height of the" in found
     assert "the shortest 1.3 times it; without shear their frequencies are too high, up to about 1.7 times;" in found
-    assert "set 'timoshenko', or keep 13 modes" in found
+    assert "set 'timoshenko', or set component.beam.modes.normal_count = 13" in found
     timoshenko = {"component.beam.geometry.theory": "timoshenko", "component.beam.modes.normal_count": 20}
     assert "half-waves" not in notes(BEAM, tmp_path / "timoshenko", **timoshenko)

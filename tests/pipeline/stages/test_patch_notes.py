@@ -70,20 +70,24 @@ def test_a_flat_face_is_not(tmp_path: Path) -> None:
     assert found.estimates["mesh.force"] < 0.1
 
 
-def patch(radius: float, *, sag: float = 50.0, law: bool = False, line: bool = False) -> dict[str, tuple[int, float]]:
-    """Points 1 m apart on a paraboloid, of which those within a radius act."""
+def patch(
+    radius: float, *, sag: float = 50.0, law: bool = False, line: bool = False, digits: int = 16, reach: float = 30.0
+) -> dict[str, tuple[int, float]]:
+    """Points 1 m apart on a paraboloid, of which those within a radius act, and those beyond `reach` meet nothing."""
     x = np.arange(-20.0, 21.0)
     grid = [one.ravel() for one in np.meshgrid(x, [0.0] if line else x)]
     at = np.column_stack([*grid, np.zeros(len(grid[0]))])
     size = np.hypot(at[:, 0], at[:, 1])
-    at[:, 2] = size**2 / sag if np.isfinite(sag) else 0.1 * at[:, 0]
+    at[:, 2] = size**2 / sag if np.isfinite(sag) else 0.1 * at[:, 0] / 1.3
+    at = np.round(at, digits)
+    gaps = np.where(size <= reach, at[:, 2], 1e3 * 40)
     contact = SimpleNamespace(
         name="one", points=at, directions=np.tile([0.0, 0.0, -1.0], (len(at), 1)), rows=slice(0, len(at)), master=None,
         edge=np.abs(at[:, :2]).max(axis=1) == 20,
     )  # fmt: skip
     forces = np.maximum(radius**2 - size**2, 0.0)
     scene = SimpleNamespace(contact={"one": SimpleNamespace(law=object() if law else None)})
-    system: Any = SimpleNamespace(contacts=[contact], scene=scene, gap=at[:, 2])
+    system: Any = SimpleNamespace(contacts=[contact], scene=scene, gap=gaps)
     found: Any = SimpleNamespace(contacts={"one": SimpleNamespace(peak_multipliers=np.array([0 * forces, forces]))})
     return patch_errors(system, found)
 
@@ -94,6 +98,14 @@ def test_the_error_is_a_quarter_of_the_spacing_over_the_radius(line: bool) -> No
         assert patch(radius, line=line)["one"][1] == pytest.approx(0.25 / radius, rel=0.25)
     assert patch(0.5, line=line)["one"] == (1, pytest.approx(0.25 / 0.56))
     assert patch(1.1, line=line)["one"][0] == (3 if line else 5)
+
+
+def test_flat_faces_that_meet_a_smaller_one_or_have_six_digits_have_none() -> None:
+    """Points beside the smaller face have the gap of what meets nothing; an inclined face is rounded in a mesh file."""
+    assert not patch(2.5, sag=np.inf, reach=8.0)
+    assert not patch(2.5, sag=np.inf, digits=4)
+    assert patch(2.5, reach=8.0)
+    assert patch(2.5, digits=4)
 
 
 def test_flat_faces_and_laws_have_none() -> None:

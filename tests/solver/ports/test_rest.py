@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.ports.members import contact_ports, ports_of, start_unknowns
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.scene.scene import Scene
@@ -22,6 +23,7 @@ MU = 0.3
 WEIGHT = 9.81
 ROUND_OFF = 1e-9
 """Of forces and energies relative to those of the equilibrium, which Newton's method finds to 1e-11."""
+NO_FORCES = "there is no static equilibrium, since no forces within the friction of the contacts balance the loads"
 CORNERS = [[0.05, y, z] for y in (-0.03, 0.03) for z in (-0.02, 0.02)]
 CONTACTS: dict[str, dict[str, Any]] = {
     "flexible": {},
@@ -111,10 +113,27 @@ def test_points_that_slip_take_their_limit_against_their_slip(kinetic: float, tm
 def test_no_body_starts_at_rest_beyond_the_angle_of_friction(tmp_path: Path) -> None:
     system, notes = sloped(tmp_path, 1.1, {}), list[str]()
     assert at_rest(system, notes) is system
-    assert notes == ["part: no static equilibrium with friction was found; the run starts as placed"]
+    assert notes == [f"part: {NO_FORCES}; the run starts as placed"]
     assert notes[0] in simulate(system).counts["friction_notes"]
     assert at_rest(sloped(tmp_path / "less", 0.9, {}), notes) is not system
     assert len(notes) == 1
+
+
+@pytest.mark.parametrize("share", [1.001, 1.1, 5.0])
+def test_a_body_that_friction_cannot_hold_is_seen_without_a_search(
+    share: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Newton's method took minutes to find nothing at some hundred points; statics of the rigid motions tell."""
+    monkeypatch.setattr("gudgeon.solver.ports.rest._newton", lambda *_: pytest.fail("a search"))
+    system = sloped(tmp_path, share, {}, points=60)
+    assert at_rest(system) is system
+
+
+def test_what_slips_at_less_than_the_loads_is_seen_too(tmp_path: Path) -> None:
+    """Static friction would hold the body; points that slip on its way have the kinetic one, which cannot."""
+    system, notes = sloped(tmp_path, 0.97, {}, kinetic=0.3 * MU), list[str]()
+    assert at_rest(system, notes) is system
+    assert notes == ["part: no static equilibrium with friction was found; the run starts as placed"]
 
 
 @pytest.mark.parametrize("change", [{"velocity": [0, 0.1, 0]}, {"position": [-1e-4, 0, 0]}], ids=["thrown", "apart"])
@@ -168,6 +187,60 @@ def test_a_spring_holds_beyond_the_angle_of_friction(tmp_path: Path) -> None:
     pull = 1.5 * MU * WEIGHT * 2
     assert abs(system.start_pulls[0]) == pytest.approx(pull - MU * 2 * WEIGHT, rel=1e-6)
     np.testing.assert_allclose(np.linalg.norm(across, axis=1), MU * normal, rtol=1e-8)
+
+
+def pushed(folder: Path, force: dict[str, Any], **body: Any) -> System:
+    """A free elastic block with five points on a rough wall, its weight on it, with a load on its pin."""
+    draft = draft_of(("residual", "elastic-friction", "several-points", "start-rest", "gravity"))
+    draft.scene["body"]["part"] |= {"velocity": [0.0] * 3, "position": [GAP, 0, 0], "component": "elastic"} | body
+    for contact in draft.scene["contact"].values():
+        contact["against"]["point"] = [HALF + GAP, 0, 0]
+    draft.scene["force"] = {"load": {"body": "part", "interface": "pin", "direction": [0, 1.0, 0]} | force}
+    draft.scene["run"] |= {"gravity": [9.81, 0, 0], "duration": 1e-4}
+    return compile_system(store_of(folder), Scene.model_validate(draft.scene), keys_of(("elastic", "rigid")))
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        {"kind": "spring", "stiffness": 2e6, "preload": 3.0},
+        {"kind": "force", "expression": "3"},
+        {"kind": "force", "expression": "3", "direction": [1.0, 0, 0]},
+    ],
+    ids=["spring", "force", "pressed"],
+)
+def test_loads_that_deform_a_body_into_a_rough_wall_start_and_stay_at_rest(
+    force: dict[str, Any], tmp_path: Path
+) -> None:
+    """The deformed body alone would overlap the wall by nanometres; with it the loads are in equilibrium."""
+    system = pushed(tmp_path, force)
+    assert system.overlaps.any()
+    resting = at_rest(system)
+    assert not resting.overlaps.any()
+    assert unbalanced(resting) < ROUND_OFF
+    along = 3.0 if force.get("direction") else 0.0
+    assert resting.start_forces.sum() == pytest.approx(MASS * 9.81 + along, rel=1e-9)
+    assert np.abs(resting.start_friction).max() > 0
+    found = simulate(system)
+    start = 0.5 * float(resting.stiffness @ resting.position**2) + resting.start_contact_energy
+    assert found.energies[:, 0].max() < 1e-6 * start
+
+
+@pytest.mark.parametrize(
+    ("force", "body", "why"),
+    [
+        ({"kind": "force", "expression": "9"}, {}, f"part: {NO_FORCES}; "),
+        ({"kind": "force", "expression": "-30", "direction": [1.0, 0, 0]}, {}, f"part: {NO_FORCES}; "),
+        ({"kind": "force", "expression": "3"}, {"velocity": [0, 0.1, 0]}, ""),
+    ],
+    ids=["beyond friction", "lifted", "thrown"],
+)
+def test_loads_that_deform_a_body_into_a_wall_without_equilibrium_are_refused(
+    force: dict[str, Any], body: dict[str, Any], why: str, tmp_path: Path
+) -> None:
+    system = pushed(tmp_path, force, **body)
+    with pytest.raises(SceneError, match=rf"points start inside the obstacle.*, deformed by the loads; {why}move body"):
+        at_rest(system)
 
 
 def test_a_driven_body_rests_on_a_rough_wall(tmp_path: Path) -> None:

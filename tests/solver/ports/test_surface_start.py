@@ -6,13 +6,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.ports.members import contact_ports, ports_of, start_unknowns, with_surfaces
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.simulation import Steps
 from gudgeon.solver.system.system import System
+from tests.solver.ports.test_rest import NO_FORCES
+from tests.solver.system.test_equilibrium import held
 from tests.solver.systems import (
     block_records,
     build_all,
+    march,
     pair_scene,
     plate_records,
     with_tangential_rows,
@@ -75,9 +79,31 @@ def test_blocks_on_an_elastic_surface_start_and_stay_at_rest(slope: float, block
 def test_beyond_the_angle_of_friction_a_note_says_that_it_starts_as_placed(tmp_path: Path) -> None:
     system, notes = rests(tmp_path, 1.2), list[str]()
     assert at_rest(system, notes) is system
-    assert notes == ["part and plate: no static equilibrium with friction was found; the run starts as placed"]
+    assert notes == [f"part and plate: {NO_FORCES}; the run starts as placed"]
 
 
 def test_a_block_in_motion_starts_as_placed(tmp_path: Path) -> None:
     system = rests(tmp_path, 0.0, velocity=[0.0, 1.0, 0.0])
     assert at_rest(system) is system
+
+
+@pytest.mark.parametrize("friction", [MU, None])
+def test_a_held_body_that_its_loads_press_into_a_surface_starts_and_stays_at_rest(
+    friction: float | None, tmp_path: Path
+) -> None:
+    modal, morph = held(6)
+    plate, design = plate_records()
+    records = {"part": (with_tangential_rows(modal, "face"), morph),
+               "plate": (with_tractions_across(plate, "top"), design)}  # fmt: skip
+    scene = pair_scene(0.0, gravity=[200.0, 20.0, 0.0], integrator="implicit", checks=False, duration=1e-4)
+    scene["contact"]["slide"] |= {"surface_stiffness": 1e12} | ({"friction": {"static": friction}} if friction else {})
+    scene["body"]["part"] = {"position": [-0.05, 0.0, 0.0]}
+    system = build_all(tmp_path, records, scene)
+    assert system.overlaps.any()
+    resting = at_rest(system)
+    assert resting.start_forces.any()
+    assert not resting.overlaps.any()
+    found = march(resting, 1e-6, 20, General)
+    assert found.energies[:, 0].max() < 1e-9 * (found.energies[0, 1] + found.energies[0, 2])
+    pressed = resting.start_forces @ resting.directions
+    np.testing.assert_allclose(found.forces[:, 0, 0], pressed[0], rtol=1e-9)

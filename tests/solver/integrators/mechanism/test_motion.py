@@ -142,13 +142,105 @@ def test_a_free_body_under_a_load_that_turns_far_is_taken(force: dict[str, Any])
     assert Scene.model_validate(scene).integrator == "mechanism"
 
 
-def test_contact_on_a_mechanism_is_refused() -> None:
+LAW = {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e6}}
+TURNS = r" \(joint\.pin\.kind is 'revolute', so bodies turn by any angle: integrator 'mechanism'\)"
+NO_LAW = (
+    r"contact\.floor\.law: not given; points there press by a law, so give one of kind linear, hertz, [a-z, -]*exact"
+)
+NO_SPEED = r"contact\.floor\.friction\.speed: not given; friction there rises .*, so give v₀ \[m/s\] above 0"
+
+
+@pytest.mark.parametrize("integrator", ["auto", "mechanism"])
+@pytest.mark.parametrize(
+    ("contact", "text"),
+    [
+        ({}, NO_LAW + r" and contact\.floor\.method 'penalty'" + TURNS),
+        ({"method": "penalty", "surface_stiffness": 1e9}, NO_LAW + " instead of surface_stiffness" + TURNS),
+        (LAW | {"friction": {"static": 0.3}}, NO_SPEED + "[^;]*" + TURNS),
+        ({"friction": {"static": 0.3}}, NO_LAW + "[^;]*; " + NO_SPEED + "[^;]*" + TURNS),
+        (
+            {"method": "impact", "restitution": 0.5},
+            r"contact\.floor\.method: 'impact' given; contact there has method 'penalty' with a law of kind [^;]*"
+            + TURNS,
+        ),
+    ],
+    ids=["law", "layer", "speed", "both", "impact"],
+)
+def test_what_a_contact_of_a_mechanism_lacks_is_named(integrator: str, contact: dict[str, Any], text: str) -> None:
+    """That key alone, with what is allowed: neither the joints nor what is carried."""
     plane = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
     scene = {
-        "body": {"part": {}}, "joint": {"pin": hinge("revolute")},
-        "contact": {"floor": {"body": "part", "interface": "foot", "against": plane}}, "run": {"duration": 1.0},
+        "body": {"part": {"damping": {"ratio": 0.01}}}, "joint": {"pin": hinge("revolute"), "axle": hinge("spherical")},
+        "contact": {"floor": {"body": "part", "interface": "foot", "against": plane} | contact},
+        "run": {"duration": 1.0, "gravity": DOWN, "integrator": integrator},
     }  # fmt: skip
-    with pytest.raises(ValueError, match=r"no integrator supports .* together with"):
+    with pytest.raises(ValueError, match=rf"Value error, {text} \["):
+        Scene.model_validate(scene)
+
+
+@pytest.mark.parametrize(
+    ("elements", "text"),
+    [
+        (
+            {"force": {"gas": {"kind": "pressure", "body": "part", "interface": "crown", "expression": "1"}}},
+            r"force\.gas\.kind: 'pressure' given; forces there are of kind force, torque, wrench, spring, bushing; a"
+            " force over time has the resultant",
+        ),
+        (
+            {"force": {"line": {"kind": "spring", "body": "part", "direction": [0, 0, 1], "stiffness": 5.0}}},
+            r"force\.line\.direction: given; springs there have a stiffness, along the line between their points",
+        ),
+        (
+            {"motion": {"up": {"kind": "translation", "body": "part", "direction": [0, 0, 1],
+                               "expression": "0"}}},
+            r"motion\.up: given; a joint of kind 'driven' moves bodies there",
+        ),
+    ],
+    ids=["pressure", "spring", "motion"],
+)  # fmt: skip
+def test_elements_that_a_mechanism_does_not_carry_are_named_alone(elements: dict[str, Any], text: str) -> None:
+    scene = {
+        "body": {"part": {"damping": {"ratio": 0.01}}}, "joint": {"pin": hinge("revolute")},
+        "run": {"duration": 1.0, "gravity": DOWN},
+    } | elements  # fmt: skip
+    with pytest.raises(ValueError, match=rf"Value error, {text}{TURNS} \["):
+        Scene.model_validate(scene)
+
+
+@pytest.mark.parametrize(
+    ("probe", "text"),
+    [
+        ({"kind": "force", "of": "contact.floor"}, r"probe\.p\.of: 'contact\.floor' given; a scene of integrator"),
+        ({"kind": "centre", "of": "contact.floor"}, r"probe\.p\.of: 'contact\.floor' given; a scene of integrator"),
+        ({"kind": "force", "of": "body.part"}, r"probe\.p\.of: 'body\.part' given; .* reads forces of joints, springs"),
+        ({"kind": "rotation", "body": "part", "interface": "foot"}, r"probe\.p\.interface: given; .* leave it out"),
+    ],
+    ids=["force", "centre", "reaction", "rotation"],
+)
+def test_probes_of_what_a_mechanism_does_not_have_are_refused_with_the_scene(probe: dict[str, Any], text: str) -> None:
+    """Before any mesh and any modes are made."""
+    plane = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
+    scene = {
+        "body": {"part": {}}, "joint": {"pin": hinge("revolute")}, "run": {"duration": 1.0}, "probe": {"p": probe},
+        "contact": {"floor": {"body": "part", "interface": "foot", "against": plane} | LAW},
+    }  # fmt: skip
+    with pytest.raises(ValueError, match=text):
+        Scene.model_validate(scene)
+    Scene.model_validate(scene | {"probe": {"p": {"kind": "force", "of": "joint.pin"}}})
+
+
+def test_a_conflict_names_the_elements_that_rule_each_other_out() -> None:
+    plane = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
+    scene = {
+        "body": {"part": {"damping": {"ratio": 0.01}}}, "run": {"duration": 1.0, "gravity": DOWN},
+        "contact": {"floor": {"body": "part", "interface": "foot", "against": plane,
+                              "friction": {"static": 0.3, "speed": 1e-3}}},
+    }  # fmt: skip
+    text = (
+        r"no integrator supports the friction of contact\.floor with friction\.speed together with method 'residual' of"
+        r" contact\.floor without a law; remove one of them \["
+    )
+    with pytest.raises(ValueError, match=text):
         Scene.model_validate(scene)
 
 

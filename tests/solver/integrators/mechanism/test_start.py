@@ -47,10 +47,64 @@ def test_what_is_closed_is_not_moved(tmp_path: Path) -> None:
     assert np.abs(moved(found, "rocker")[0]).max() < 1e-12
 
 
-def test_a_chain_that_does_not_close_is_refused(tmp_path: Path) -> None:
-    bodies, joints = four_bar(2.5)
-    with pytest.raises(SceneError, match=r"joint\.[a-d]: the joints do not close: [0-9.e-]+ m are left"):
-        simulate(system_of(tmp_path, bodies, joints, run=RUN))
+@pytest.mark.parametrize("second", [1.7, 2.5, 30.0])
+@pytest.mark.parametrize("kind", ["revolute", "spherical"])
+def test_a_chain_that_does_not_close_says_by_how_much_at_the_least(kind: str, second: float, tmp_path: Path) -> None:
+    """Stretched out it lacks its ground's length, less 1.6 m, in four equal parts; Newton's method alone leads away."""
+    bodies, joints = four_bar(second)
+    ends = {name: joint | {"kind": kind} for name, joint in joints.items()}
+    if kind == "spherical":
+        ends = {name: {key: one for key, one in joint.items() if key != "axis"} for name, joint in ends.items()}
+    apart = f"{(second - 1.6) / 4:.3g}".replace(".", r"\.")
+    text = rf"joint\.[a-d]: the joints do not close: .* stays open by {apart} m where all are open least"
+    with pytest.raises(SceneError, match=text):
+        simulate(system_of(tmp_path, bodies, ends, run=RUN))
+
+
+def slider_crank(mass: float, share: float) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A crank that turns to and fro with a rod and a slider: the rod's radii of gyration are shares of its length."""
+    bodies: dict[str, Any] = {
+        "crank": {"position": [0.075, 0, 0], "mass": 0.1, "inertia": (1e-4, 1e-3, 1e-3)},
+        "rod": {"position": [0.3, 0, 0], "mass": mass,
+                "inertia": (mass * 1e-3 * share, mass * 7.5e-3 * share, mass * 7.5e-3 * share)},
+        "slider": {"position": [0.45, 0, 0], "mass": 0.0334, "inertia": (1e-5, 1e-5, 1e-5)},
+    }  # fmt: skip
+    joints = {
+        "axle": hinge("revolute", "crank", at=[-0.075, 0, 0]),
+        "big": hinge("revolute", "rod", at=[-0.15, 0, 0], against="crank"),
+        "small": hinge("revolute", "rod", at=[0.15, 0, 0], against="slider"),
+        "guide": hinge("translational", "slider") | {"axis": [1.0, 0, 0]},
+        "motor": driven("axle", "150*t"),
+    }
+    return bodies, joints
+
+
+@pytest.mark.parametrize(("mass", "share"), [(1e-2, 1.0), (1e-6, 1.0), (1e-6, 1e-4)])
+def test_a_light_rod_passes_no_singular_position(mass: float, share: float, tmp_path: Path) -> None:
+    """Its rows are nearly parallel in the metric of the inertia, most where it stands along the way of the slider."""
+    bodies, joints = slider_crank(mass, share)
+    found = solved(tmp_path, bodies, joints, run={"duration": 0.03, "samples": 20})
+    assert "rows of rank 18" in found.counts["linkage_notes"]
+    assert "the joints pass a position" not in found.counts["linkage_notes"]
+    assert found.counts["singular_steps"] == 0
+
+
+@pytest.mark.parametrize("mass", [2.0, 1e-6])
+def test_bars_in_one_line_are_passed_with_a_note_whatever_the_mass(mass: float, tmp_path: Path) -> None:
+    """A parallelogram whose crank turns by more than a quarter, into its ground's line."""
+    bodies, joints = four_bar(1.0, angular_velocity=[0, 0, 10.0], velocity=[-1.5, 0, 0])
+    bodies["coupler"] |= {"mass": mass, "inertia": (mass * 1e-2, mass * 1e-2, mass * 1e-2)}
+    found = solved(tmp_path, bodies, joints, run={"duration": 0.3, "samples": 20})
+    assert "the joints pass a position" in found.counts["linkage_notes"]
+    assert found.counts["singular_steps"] > 0
+
+
+@pytest.mark.parametrize("mass", [1.0, 1e-6, 1e-12])
+def test_the_rank_does_not_depend_on_masses(mass: float, tmp_path: Path) -> None:
+    bodies, joints = four_bar(1.02)
+    bodies["coupler"] |= {"mass": mass, "inertia": (mass * 1e-2, mass * 1e-2, mass * 1e-2)}
+    system = system_of(tmp_path, bodies, joints, run=RUN)
+    assert start(system, plan_run(system)).start.rank == 17  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("given", [
@@ -130,10 +184,6 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "interface": (
         {"probe": {"p": {"kind": "displacement", "body": "part", "interface": "bore"}}},
         "has no interface of kind 'mean' or 'tie' 'bore', it has none",
-    ),
-    "reaction": (
-        {"probe": {"p": {"kind": "force", "of": "body.part"}}},
-        "a scene of integrator 'mechanism' reads forces of joints, springs, bushings and electrostatic fields",
     ),
 }  # fmt: skip
 

@@ -1,0 +1,105 @@
+"""Least squares of what joints lack to be closed, from positions where Newton's method leads away.
+
+The method of Broyden, Fletcher, Goldfarb and Shanno (J. Nocedal and S. J. Wright, Numerical Optimization, 2006, ch. 6)
+in motions of `dependence`, from the curvature of Gauss and Newton: forces of joints that stay open stiffen rotations,
+which the latter leaves out. Where they can be closed from there it ends at zero, else where they are open least.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from gudgeon.solver.integrators.mechanism.arrays import NONE, PLACE, TURN, WIDTH, Model, Work
+from gudgeon.solver.integrators.mechanism.constraints.dependence import kinematic_rows, roots, spans
+from gudgeon.solver.integrators.mechanism.energy import modal_parts
+
+MOST_STEPS = 1000
+STILL = 1e-9
+"""Gradient over the violation at which it is least."""
+WIDEST = 0.5
+"""Largest rotation of a body in a step [rad], and motion over the size of the mechanism."""
+DAMPED = 1e-3
+"""Curvature that is added at first, over the largest one."""
+ENOUGH, HALVINGS = 1e-4, 40
+"""Share of the decrease along the gradient that a step has at least, and how often it is halved for it."""
+
+
+def closed_by_least_squares(
+    model: Model, work: Work, state: np.ndarray, given: np.ndarray, set_rows: Callable[..., None]
+) -> np.ndarray:
+    """Move bodies to where the joints are open least; return what each row lacks there, over its reach, (m,).
+
+    Args:
+        state: Moved in place.
+        given: Places, rates and second rates of the drives, (d, 3).
+        set_rows: `keep_angles` of the time loop.
+    """
+
+    def read(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        set_rows(model, work, at)
+        lacks = _lacks(model, work, given)
+        return lacks, _rows(model, work).T @ lacks
+
+    lacks, gradient = read(state)
+    products = _rows(model, work).T @ _rows(model, work)
+    inverse = np.linalg.inv(products + DAMPED * products.diagonal().max() * np.eye(len(products)))
+    for _ in range(MOST_STEPS):
+        size = float(np.linalg.norm(lacks))
+        if size == 0.0 or np.linalg.norm(gradient) <= STILL * size:
+            break
+        step = -inverse @ gradient
+        step *= min(1.0, WIDEST / float(np.abs(step).max()))
+        for _halving in range(HALVINGS):
+            tried = moved(model, state, step)
+            found, slope = read(tried)
+            if found @ found <= lacks @ lacks + 2 * ENOUGH * float(gradient @ step):
+                break
+            step = 0.5 * step
+        else:
+            break
+        inverse = _updated(inverse, step, slope - gradient)
+        state[:], lacks, gradient = tried, found, slope
+    set_rows(model, work, state)
+    return lacks
+
+
+def _updated(inverse: np.ndarray, step: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """Return the inverse of the curvature after a step that changed the gradient, definite as before."""
+    along = float(step @ change)
+    if along <= np.finfo(float).eps * float(np.linalg.norm(step) * np.linalg.norm(change)):
+        return inverse
+    away = np.eye(len(step)) - np.outer(step, change) / along
+    return away @ inverse @ away.T + np.outer(step, step) / along
+
+
+def moved(model: Model, state: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Return a state after a motion in the metric of `dependence`, (6 n + E's,)."""
+    found = state.copy()
+    for b, (root, span) in enumerate(zip(roots(model), spans(model), strict=True)):
+        move, at = root * motion[span], WIDTH * b
+        found[at + PLACE : at + PLACE + 3] += move[:3]
+        turn(found[at + TURN : at + TURN + 4], move[3:6])
+        modal_parts(model, found, b)[0][:] += move[6:]
+    return found
+
+
+def turn(e: np.ndarray, vector: np.ndarray) -> None:
+    """Turn a quaternion by a small rotation vector [rad]."""
+    half = 0.5 * vector
+    w, v = float(e[0]), e[1:].copy()
+    e[0] = w - half @ v
+    e[1:] = v + w * half + np.cross(half, v)
+    e /= np.linalg.norm(e)
+
+
+def _lacks(model: Model, work: Work, given: np.ndarray) -> np.ndarray:
+    """Return what each row lacks over its reach, of the values that `work` has, (m,)."""
+    terms, driven = model.row_terms, model.drive_of != NONE
+    found = (model.factors * np.where(terms == NONE, 0.0, work.value[terms])).sum(axis=1) - model.constant
+    found[driven] -= given[model.drive_of[driven], 0]
+    return found / model.reach
+
+
+def _rows(model: Model, work: Work) -> np.ndarray:
+    """Return the change of `_lacks` with the motions, (m, 6 n + E's)."""
+    return kinematic_rows(model, work) / model.reach[:, None]

@@ -1,0 +1,65 @@
+"""Whether contacts with friction can balance loads at all: statics of rigid motions, before an equilibrium is sought.
+
+With W_r the rows of ports over the rigid motions, f the loads on these and K the product of the cones |λ_t| ≤ μ λ_n of
+contacts, half-lines of contacts without friction and lines of springs and drives, it is needed that
+
+    min ‖W_rᵀ λ + f‖ over λ in K
+
+is zero. Nonnegative least squares over some edges of the cones (Lawson & Hanson 1974); each round adds the edge of each
+cone along which the residual r decreases most, W_n r − μ |W_t r|. Where there is none, r is a motion that no force of K
+opposes and the loads drive (the lemma of J. Farkas, J. reine angew. Math. 124 (1902) 1-27): nothing balances them.
+"""
+
+import numpy as np
+
+from gudgeon.solver.system.equilibrium import nonnegative_fit
+
+BALANCED = 1e-6
+"""Share of the loads that is left where they count as balanced: just at the border Newton's method decides."""
+OPPOSED = 1e-10
+"""Work of an edge on a motion, relative to both, from which on it opposes the motion."""
+MOST_ROUNDS = 100
+
+
+def cannot_balance(
+    rows: np.ndarray, pull: np.ndarray, normals: np.ndarray, cones: tuple[np.ndarray, np.ndarray], both: np.ndarray
+) -> bool:
+    """Return whether no forces of ports balance loads on rigid motions.
+
+    Args:
+        rows: W_r, (n, r).
+        pull: f, (r,).
+        normals: Numbers of ports whose forces only press; points in reach that may never touch do no harm, (p,).
+        cones: Those of the normals with friction, (k,), whose tangents follow them, and their coefficients, (k,).
+        both: Ports with forces of either sign, (b,).
+    """
+    numbers, friction = cones
+    size = np.linalg.norm(rows, axis=0)
+    if not len(pull) or not np.any(pull) or not (size > 0).all():
+        return False
+    W, f = rows / size, pull / size
+    N, T = W[numbers], np.stack([W[numbers + 1], W[numbers + 2]], axis=1)
+    edges = np.vstack([W[normals], W[both], -W[both]])
+    for _ in range(MOST_ROUNDS):
+        edges = edges[np.any(edges, axis=1)]
+        forces, r = _least(edges, f)
+        left = float(np.linalg.norm(r))
+        if left <= BALANCED * float(np.linalg.norm(f)):
+            return False
+        along = T @ r
+        length = np.linalg.norm(along, axis=1)
+        unit = along / np.maximum(length, np.finfo(float).tiny)[:, None]
+        tried = N - friction[:, None] * np.einsum("kd,kdr->kr", unit, T)
+        work = tried @ r
+        helps = work < -OPPOSED * left * np.linalg.norm(tried, axis=1)
+        if not helps.any():
+            return True
+        edges = np.vstack([edges[forces > 0], W[normals], W[both], -W[both], tried[helps]])
+    return False
+
+
+def _least(edges: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the forces along edges, (e,), and the residual of f, (r,)."""
+    units = edges / np.linalg.norm(edges, axis=1)[:, None]
+    forces = nonnegative_fit(units.T, -f)[0]
+    return forces, f + units.T @ forces

@@ -1,0 +1,78 @@
+"""Lines for what no integrator carries: which key of which element is missing or wrong, and what is allowed."""
+
+from collections.abc import Sequence
+
+from gudgeon.solver.capabilities import Feature
+from gudgeon.solver.forces import Force
+from gudgeon.solver.forces.spring import Spring
+from gudgeon.solver.laws import LAWS
+from gudgeon.solver.scene.contact import Contact
+from gudgeon.solver.scene.motion import Motion
+
+NAMED = 4
+"""Elements of a scene that a line names."""
+KINDS = "force, torque, wrench, spring, bushing"
+"""Of forces on bodies that turn by any angle, beside fields."""
+
+
+def listed(names: list[str]) -> str:
+    """Return all names, up to four, so that what is refused for several reasons is refused once."""
+    if len(names) > NAMED:
+        names = [*names[: NAMED - 1], f"{len(names) - NAMED + 1} more elements"]
+    text = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+    return text.replace(",,", ",").removesuffix(",")
+
+
+def refuse_step(name: str) -> None:
+    """Raise a ValueError for a step of an integrator that has none."""
+    raise ValueError(f"run.step: integrator {name} has no step, since its motion is exact; remove run.step")
+
+
+def turning_refusal(lacks: Sequence[tuple[str, Feature, Contact | Force | Motion]]) -> str:
+    """Return a line for what bodies that turn by any angle do not carry.
+
+    Args:
+        lacks: Path of each element, what it needs, and its settings.
+    """
+    lines = list(dict.fromkeys(_turning_line(*one) for one in lacks))
+    more = [f"{len(lines) - NAMED} more are not carried"] if len(lines) > NAMED else []
+    return "; ".join(lines[:NAMED] + more)
+
+
+def _turning_line(where: str, feature: Feature, settings: Contact | Force | Motion) -> str:
+    """Return what is wrong with an element where bodies turn by any angle, and what is allowed."""
+    if isinstance(settings, Contact):
+        return _contact_line(where, feature, settings)
+    if where.startswith("motion."):
+        return f"{where}: given; a joint of kind 'driven' moves bodies there"
+    if isinstance(settings, Spring):
+        key = "direction" if not settings.tabled else "table" if settings.table is not None else "values"
+        return f"{where}.{key}: given; springs there have a stiffness, along the line between their points"
+    resultant = "; a force over time has the resultant" if settings.kind in ("gas", "pressure") else ""
+    return f"{where}.kind: '{settings.kind}' given; forces there are of kind {KINDS}{resultant}"
+
+
+def _contact_line(where: str, feature: Feature, contact: Contact) -> str:
+    """Return what is wrong with a contact where bodies turn by any angle, and what is allowed."""
+    laws = f"kind {', '.join(LAWS)}"
+    by = "" if contact.method == "penalty" else f" and {where}.method 'penalty'"
+    layer = " instead of surface_stiffness" if contact.surface_stiffness is not None else ""
+    friction = contact.friction
+    return {
+        Feature.COMPLIANT_CONTACT:
+            f"{where}.law: not given; points there press by a law, so give one of {laws}{layer}{by}",
+        Feature.RIGID_CONTACT:
+            f"{where}.method: '{contact.method}' given; contact there has method 'penalty' with a law of {laws}",
+        Feature.FRICTION:
+            f"{where}.friction.speed: not given; friction there rises with the sliding speed, so give v₀ [m/s] above 0,"
+            " the speed below which points creep that should stick",
+        Feature.LINE_FRICTION:
+            f"{where}.friction.direction: {friction.direction if friction else None} given; friction there acts in the"
+            " plane of contact, with a speed",
+        Feature.TWO_BODIES:
+            f"{where}.against.shape: '{contact.against.shape}' given; bodies meet there by points on an interface of"
+            " kind 'traction', shape 'surface'",
+        Feature.EDGES: f"{where}.against.edges: given; planes there have none",
+        Feature.WEAR: f"{where}.wear: given; joints of kind 'clearance' wear there, contacts do not",
+        Feature.DASHPOT: f"{where}.dashpot: '{contact.dashpot}' given; 'none' is allowed there",
+    }.get(feature, f"{where}: {feature.value} is not carried there")  # fmt: skip
