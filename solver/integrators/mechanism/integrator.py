@@ -30,11 +30,12 @@ from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.start import start_of
 from gudgeon.solver.integrators.mechanism.step import keep_angles, observe
 from gudgeon.solver.integrators.mechanism.stepping import Stepping
-from gudgeon.solver.integrators.mechanism.steps import ExplicitSteps, Prepared, Steps, Tried, Within
+from gudgeon.solver.integrators.mechanism.steps import ExplicitSteps, Steps, Tried, Within
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
 from gudgeon.solver.integrators.mechanism.touching.sections import refuse_overlap
 from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.prepared import Prepared
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.contact import MasterSurface
 from gudgeon.solver.system.system import System
@@ -292,8 +293,7 @@ class Mechanism(Capabilities):
         if self.touching.rubbed:
             self.touching.rub(self._interpolated, self._before, self._until)
         self._state, self._time = one.state, self._until
-        self._keep_angles(self.model, self.work, one.state)
-        self._note_speeds()
+        self._note_speeds(self._keep_angles(self.model, self.work, one.state))
         if self._fastest[1] * (self._time - self._turned_at) > FOLLOWED:
             self._vectors, self._turned_at = self._turned(one.state), self._time
         if self._fastest[1] > 0:
@@ -303,15 +303,13 @@ class Mechanism(Capabilities):
             self._steps = self._stepping.steps = self._choice.steps
             self._steps.restart(self._state, self._time)
 
-    def _note_speeds(self) -> None:
-        """Keep the largest speed and angular velocity of the run, by which errors are measured; poses are set. What
-        touches is left in `work` as it is now."""
-        speeds = bodies_of(self.model, self._state)[:, SPEED : SPEED + 3]
+    def _note_speeds(self, squares: tuple[float, float]) -> None:
+        """Keep the largest speed and angular velocity of the run, by which errors are measured, of their squares now;
+        poses are set. What touches is left in `work` as it is now."""
         if self.touching or len(self.model.bush_rest):
             bushings = motion_of(self.model, self.work, self._state, self._observe).bushings
             self._widest = float(np.linalg.norm(bushings[:, 3:6], axis=1).max(initial=0.0))
-        for number, one in enumerate((speeds, self.work.omega)):
-            self._fastest[number] = max(self._fastest[number], float(np.sqrt((one * one).sum(axis=1).max())))
+        self._fastest = np.maximum(self._fastest, np.sqrt(squares))
 
     def _shares(self) -> np.ndarray:
         """Return what makes up `_weights`: shares that are constant, and over the largest speed, its square and the
