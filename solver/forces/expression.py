@@ -2,8 +2,8 @@
 
 import ast
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -80,7 +80,8 @@ def values_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
     return evaluated(lambda told: _value(tree, t, told), Told(text.strip(), where))
 
 
-class Told(NamedTuple):
+@dataclass(frozen=True)
+class Told:
     """What the refusal of a value names."""
 
     text: str

@@ -159,8 +159,9 @@ class Mechanism(Capabilities):
         count, r = len(out.forces), len(self._system.rigid)
         states = np.zeros((count, len(self._state)))
         vectors = np.zeros((count, len(self.model.mass), 3))
-        for number in range(count):
-            time = min(self._interval * (first + (number + 1) * stride), self._duration)
+        times = np.minimum(self._interval * (first + stride * np.arange(1, count + 1)), self._duration)
+        given, amounts = self._given(times)
+        for number, time in enumerate(map(float, times)):
             self._target = time
             while self._time < time * (1 - 1e-14):
                 if not self._advance():
@@ -174,8 +175,7 @@ class Mechanism(Capabilities):
                     return False
             states[number] = self._interpolated(time)
             vectors[number] = self._turned(states[number])
-            given, amounts = self._given(np.array([time]))
-            self._recorder.take(states[number], vectors[number], given[0], amounts[0])
+            self._recorder.take(states[number], vectors[number], given[number], amounts[number])
         taken = self._recorder.samples[len(self._recorder.samples) - count :]
         out.energies[:] = energies(self.model, states, [one.motion for one in taken])
         self._note_energies(out.energies)
@@ -185,7 +185,6 @@ class Mechanism(Capabilities):
         out.gauges[:] = q @ self._system.gauge_rows.T  # The modes hold the static shapes of what joints load.
         out.snapshots[:, :r], out.snapshots[:, r : 2 * r] = q[:, rigid], v[:, rigid]
         self._at = q[-1], v[-1]
-        times = self._interval * (first + stride * np.arange(1, count + 1))
         if text := deformed_text(self._system, times, q):
             self.failure, self.reason = Result.DEFLECTION, text
         return not text

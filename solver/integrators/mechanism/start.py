@@ -1,5 +1,6 @@
 """The start of a mechanism: bodies moved onto their joints, velocities that obey them, and what joints leave free."""
 
+from collections import Counter
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -51,9 +52,9 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     size, placed = reach_of(found), state.copy()
     if model.elastic[:, 0].any():
         # First as rigid bodies, where the joints can be closed so.
-        close(_stiff(model), work, state, given)
+        _close(_stiff(model), work, state, given)
     _assemble(found, model, work, state, given)
-    notes = [*_moved(found, placed, state, size)]
+    notes = [*_moved(found, placed, state, size), *_deformed(found, model, state, size)]
     keep_angles(model, work, state)
     rank = _check_rows(found, model, work, state, given)
     work.within[0] &= rank == len(model.row_terms)
@@ -145,19 +146,42 @@ def _rates_given(found: Linkage, name: str) -> tuple[bool, bool]:
 
 def _assemble(found: Linkage, model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> None:
     """Move the bodies onto their joints, where Newton's method does not converge by steps from far."""
+    apart = _parted(found, model, work, state)
+    left = _close(model, work, state, given)
+    if left <= ASSEMBLED and np.isfinite(state).all():
+        return
+    row = found.rows[int(np.nanargmax(np.abs(work.right) / model.reach))] if np.isfinite(left) else found.rows[0]
+    lack = f"{left * model.reach[0]:.3g} m" if row.length else f"{left:.3g} rad"
+    raise SceneError(
+        f"joint.{row.joint}: the joints do not close: {lack} are left there{apart}; check lengths, points and positions"
+        " of the bodies"
+    )
+
+
+def _close(model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> float:
+    """Move the bodies onto their joints by Newton's method, again and again from far; return the violation left over
+    its reach."""
     left = close(model, work, state, given)
     for _ in range(20):
         if left <= ASSEMBLED or not np.isfinite(state).all():
             break
         left = close(model, work, state, given)
-    if left <= ASSEMBLED and np.isfinite(state).all():
-        return
-    row = found.rows[int(np.nanargmax(np.abs(work.right) / model.reach))] if np.isfinite(left) else found.rows[0]
-    apart = f"{left * model.reach[0]:.3g} m" if row.length else f"{left:.3g} rad"
-    raise SceneError(
-        f"joint.{row.joint}: the joints do not close: {apart} are left there; check lengths, points and positions of"
-        " the bodies"
-    )
+    return left
+
+
+def _parted(found: Linkage, model: Model, work: Work, state: np.ndarray) -> str:
+    """Return where the points of a joint, which are to be one, are farthest apart as the scene places the bodies."""
+    observe(model, work, state)
+    counts = Counter(row.joint for row in found.rows if row.length)
+    gaps = {
+        name: float(np.linalg.norm(work.place[2 * pair + 1] - work.place[2 * pair]))
+        for name, pair in found.pairs.items()
+        if counts[name] == 3
+    }
+    if not gaps:
+        return ""
+    name = max(gaps, key=lambda one: gaps[one])
+    return f", and as placed the points of joint '{name}' are {gaps[name]:.3g} m apart"
 
 
 def _moved(found: Linkage, placed: np.ndarray, state: np.ndarray, size: float) -> list[str]:
@@ -172,6 +196,26 @@ def _moved(found: Linkage, placed: np.ndarray, state: np.ndarray, size: float) -
         f"the joints were closed at the start: body {found.names[far]} moved most, by {moves[far]:.3g} m and"
         f" {turns[far]:.3g} rad"
     ]
+
+
+def _deformed(found: Linkage, model: Model, state: np.ndarray, size: float) -> list[str]:
+    """Return a note of each body that has to deform for the joints to close.
+
+    Raises:
+        SceneError: one deforms beyond its range.
+    """
+    limit, notes = found.system.scene.run.limits.deflection, []
+    for b, (name, body) in enumerate(found.system.bodies.items()):
+        deflection = float(np.linalg.norm(modal_parts(model, state, b)[0]) / np.sqrt(body.morph.mass))
+        text = f"body.{name}: the joints close at the start only where it deforms by {deflection:.3g} m (rms)"
+        if deflection > limit * body.gyration:
+            raise SceneError(
+                f"{text}, beyond run.limits.deflection = {limit:g} of its radius of gyration {body.gyration:.3g} m;"
+                " check lengths, points and positions of the bodies"
+            )
+        if deflection > SAID * size:
+            notes.append(text)
+    return notes
 
 
 def _changed(found: Linkage, model: Model, work: Work, wanted: np.ndarray, state: np.ndarray) -> list[str]:
