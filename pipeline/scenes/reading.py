@@ -287,7 +287,7 @@ def _without_forms(entries: Sequence[Any], raw: Mapping[str, Any]) -> list[Any]:
             found.append(entry | {"loc": location + entry["loc"][len(location) + 1 :]})
             continue
         for part in location:  # Others are tags of unions.
-            if isinstance(value, Mapping) and part in value or isinstance(value, list) and isinstance(part, int):
+            if (isinstance(value, Mapping) and part in value) or (isinstance(value, list) and isinstance(part, int)):
                 value = value[part]
         others.append(entry | {"type": "tuple_type", "loc": location, "input": value})
     return found + [one for one in others if not any(each["loc"][: len(one["loc"])] == one["loc"] for each in found)]

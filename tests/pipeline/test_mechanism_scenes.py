@@ -131,7 +131,9 @@ def test_joints_that_close_by_deformation_say_so(tmp_path: Path) -> None:
     done = run(DATA / "elastic-slider-crank", set=SHORTEST | {"joint.held": held}, **places)
     assert any("body.rod: the joints close at the start only where it deforms by" in note for note in done.notes)
     changes = SHORTEST | {"joint.slider-pin.against_at": [0.0, 0.0, 0.5], "joint.slider-pin.against": "crank"}
-    with pytest.raises((InputError, SceneError), match=r"body\.rod: the joints close .* beyond run\.limits\.deflection"):
+    with pytest.raises(
+        (InputError, SceneError), match=r"body\.rod: the joints close .* beyond run\.limits\.deflection"
+    ):
         run(DATA / "elastic-slider-crank", set=changes, **places)
 
 

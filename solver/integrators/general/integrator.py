@@ -1,6 +1,5 @@
 """The implicit integrator for every feature: runs the loop over ports."""
 
-
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import EDGE_NOTES
