@@ -311,9 +311,8 @@ def _check_rows(found: Linkage, model: Model, work: Work, state: np.ndarray, giv
             names = ", ".join(dict.fromkeys(row.joint for row in found.rows))
             raise SceneError(
                 f"joint.{found.rows[0].joint}: the start is a singular position: the joints ({names}) leave"
-                f" {6 * len(found.names) - rank} motions there and {6 * len(found.names) - there} beside it, so that the"
-                " motion is not determined;"
-                " start beside it"
+                f" {6 * len(found.names) - rank} motions there and {6 * len(found.names) - there} beside it, so that"
+                " the motion is not determined; start beside it"
             )
     work.turned[:] = 0.0
     keep_angles(model, work, state)
