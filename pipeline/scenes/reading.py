@@ -282,7 +282,8 @@ def _without_forms(entries: Sequence[Any], raw: Mapping[str, Any]) -> list[Any]:
     """Return mistakes with one of each whole value that has none of several forms, such as numbers or rows of them."""
     found, others = [], []
     for entry in entries:
-        location, value = tuple(takewhile(lambda part: not str(part).startswith("tuple["), entry["loc"])), raw
+        location = tuple(takewhile(lambda part: not str(part).startswith("tuple["), entry["loc"]))
+        value: Any = raw
         if len(location) == len(entry["loc"]) or entry["type"] not in (*EXPECTED, *COUNTED):  # Its form is right.
             found.append(entry | {"loc": location + entry["loc"][len(location) + 1 :]})
             continue
