@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -143,8 +144,8 @@ def check_scene(path: Path, raw: Mapping[str, Any], model: type[Model]) -> Model
         entries = error.errors(include_url=False)
         wrong = {entry["loc"][:-1] for entry in entries}  # A list is not too short because of a wrong item.
         kept = [entry for entry in entries if not (entry["type"] == "too_short" and entry["loc"] in wrong)]
-        lines = [_explain(path, entry, schema) for entry in kept]
-        raise InputError("\n".join(lines)) from None
+        lines = [_explain(path, entry, schema) for entry in _without_forms(kept, raw)]
+        raise InputError("\n".join(dict.fromkeys(lines))) from None
 
 
 @cache
@@ -277,6 +278,22 @@ def _with_items(name: str, items: list[Any], changes: Mapping[str, Any]) -> list
     return found
 
 
+def _without_forms(entries: Sequence[Any], raw: Mapping[str, Any]) -> list[Any]:
+    """Return mistakes with one of each whole value that has none of several forms, such as numbers or rows of them."""
+    found, others = [], []
+    for entry in entries:
+        location = tuple(takewhile(lambda part: not str(part).startswith("tuple["), entry["loc"]))
+        value: Any = raw
+        if len(location) == len(entry["loc"]) or entry["type"] not in (*EXPECTED, *COUNTED):  # Its form is right.
+            found.append(entry | {"loc": location + entry["loc"][len(location) + 1 :]})
+            continue
+        for part in location:  # Others are tags of unions.
+            if (isinstance(value, Mapping) and part in value) or (isinstance(value, list) and isinstance(part, int)):
+                value = value[part]
+        others.append(entry | {"type": "tuple_type", "loc": location, "input": value})
+    return found + [one for one in others if not any(each["loc"][: len(one["loc"])] == one["loc"] for each in found)]
+
+
 def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
     location = [part for part in entry["loc"] if part != "[key]"]
     if entry["type"] == "missing" and isinstance(location[-1], int):  # A list that is too short.
@@ -326,6 +343,8 @@ def _expected(node: dict[str, Any]) -> str:
     unit = f" in {node['unit']}" if isinstance(node.get("unit"), str) and node["unit"] != "1" else ""
     if (items := node.get("prefixItems")) is not None:
         names = " [x, y, z]" if len(items) == 3 else ""
+        if "prefixItems" in items[0]:
+            return f"{COUNTS.get(len(items))} rows of {_expected(items[0])}"
         below = _expected(items[0])
         return f"{COUNTS.get(len(items))} numbers{names}{below.removeprefix('a number')}" if "number" in below else ""
     if any(form in node for form in ("$ref", "additionalProperties", "discriminator")):

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -59,7 +60,7 @@ class FlexibleBody:
         """ω² of its coordinates [rad²/s²], zero for rigid ones, (r + m,)."""
         return np.concatenate([np.zeros(self.rigid_count), self.modal.angular_frequencies**2])
 
-    @property
+    @cached_property
     def gyration(self) -> float:
         """Largest radius of gyration about the centre of mass [m]."""
         return float(np.sqrt(np.linalg.eigvalsh(self.morph.inertia)[-1] / self.morph.mass))

@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -75,26 +76,56 @@ def values_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
     Raises:
         SceneError: a value is not finite; it names the key `where`, the part of the expression and the first time.
     """
+    tree, t = kept(text), np.asarray(times, float)
+    return evaluated(lambda told: _value(tree, t, told), Told(text.strip(), where))
+
+
+@dataclass(frozen=True)
+class Told:
+    """What the refusal of a value names."""
+
+    text: str
+    """Of the whole expression."""
+    where: str
+    """Its key."""
+
+    def refuse(self, node: ast.expr, t: np.ndarray, values: np.ndarray, what: str = "") -> None:
+        """Raise a SceneError for a part of the expression with a value that is not finite."""
+        bad = np.flatnonzero(~np.isfinite(values))
+        if len(bad):
+            part = f"{what}'{shown(node, self.text)}'"
+            raise SceneError(f"{self.where}: {part} is not a finite number at t = {t[bad[0]]:.6g} s")
+
+
+def evaluated(evaluate: Callable[[Told | None], np.ndarray], told: Told) -> np.ndarray:
+    """Return the numbers of an expression, whose parts are looked at where one of them may not be finite: to look at
+    each of them takes longer than to evaluate it."""
+    try:
+        with np.errstate(divide="raise", over="raise", invalid="raise", under="ignore"):
+            found = evaluate(None)
+        if np.isfinite(found).all():
+            return found
+    except FloatingPointError:
+        pass
     with np.errstate(all="ignore"):
-        return _value(kept(text), np.asarray(times, float), text.strip(), where)
+        return evaluate(told)
 
 
-def _value(node: ast.expr, t: np.ndarray, text: str, where: str) -> np.ndarray:
+def _value(node: ast.expr, t: np.ndarray, told: Told | None) -> np.ndarray:
     if isinstance(node, ast.Constant):
         return np.full(len(t), float(node.value))  # type: ignore[arg-type]
     if isinstance(node, ast.Name):
         return t if node.id == "t" else np.full(len(t), np.pi)
     if isinstance(node, ast.BinOp):
-        found = OPERATORS[type(node.op)](_value(node.left, t, text, where), _value(node.right, t, text, where))
+        found = OPERATORS[type(node.op)](_value(node.left, t, told), _value(node.right, t, told))
     elif isinstance(node, ast.UnaryOp):
-        found = _value(node.operand, t, text, where) * (-1.0 if isinstance(node.op, ast.USub) else 1.0)
+        found = _value(node.operand, t, told) * (-1.0 if isinstance(node.op, ast.USub) else 1.0)
     else:
         assert isinstance(node, ast.Call)
         assert isinstance(node.func, ast.Name)
-        found = FUNCTIONS[node.func.id][0](*(_value(one, t, text, where) for one in node.args))
-    bad = np.flatnonzero(~np.isfinite(found))
-    if len(bad):
-        raise SceneError(f"{where}: '{shown(node, text)}' is not a finite number at t = {t[bad[0]]:.6g} s")
+        found = FUNCTIONS[node.func.id][0](*(_value(one, t, told) for one in node.args))
+    if told is not None:
+        told.refuse(node, t, found)
     return found
 
 

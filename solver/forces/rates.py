@@ -5,8 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gudgeon.solver.errors import SceneError
-from gudgeon.solver.forces.expression import FUNCTIONS, OPERATORS, parsed, shown
+from gudgeon.solver.forces.expression import FUNCTIONS, OPERATORS, Told, evaluated, kept
 
 Pair = tuple[np.ndarray, np.ndarray]
 """Values and rates."""
@@ -18,30 +17,29 @@ def rates_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
     Raises:
         SceneError: a value or rate is not finite; it names the key `where`, the part of the expression and the time.
     """
-    with np.errstate(all="ignore"):
-        return _pair(parsed(text), np.asarray(times, float), text.strip(), where)[1]
+    tree, t = kept(text), np.asarray(times, float)
+    return evaluated(lambda told: _pair(tree, t, told)[1], Told(text.strip(), where))
 
 
-def _pair(node: ast.expr, t: np.ndarray, text: str, where: str) -> Pair:
+def _pair(node: ast.expr, t: np.ndarray, told: Told | None) -> Pair:
     if isinstance(node, ast.Constant):
         return np.full(len(t), float(node.value)), np.zeros(len(t))  # type: ignore[arg-type]
     if isinstance(node, ast.Name):
         return (t, np.ones(len(t))) if node.id == "t" else (np.full(len(t), np.pi), np.zeros(len(t)))
     if isinstance(node, ast.UnaryOp):
-        value, rate = _pair(node.operand, t, text, where)
+        value, rate = _pair(node.operand, t, told)
         found = (-value, -rate) if isinstance(node.op, ast.USub) else (value, rate)
     elif isinstance(node, ast.BinOp):
-        one, other = _pair(node.left, t, text, where), _pair(node.right, t, text, where)
+        one, other = _pair(node.left, t, told), _pair(node.right, t, told)
         found = OPERATORS[type(node.op)](one[0], other[0]), _BINARY[type(node.op)](one, other)
     else:
         assert isinstance(node, ast.Call)
         assert isinstance(node.func, ast.Name)
-        parts = [_pair(one, t, text, where) for one in node.args]
+        parts = [_pair(one, t, told) for one in node.args]
         found = FUNCTIONS[node.func.id][0](*(value for value, _ in parts)), _CALLS[node.func.id](*parts)
-    for what, values in (("", found[0]), ("the rate of ", found[1])):
-        bad = np.flatnonzero(~np.isfinite(values))
-        if len(bad):
-            raise SceneError(f"{where}: {what}'{shown(node, text)}' is not a finite number at t = {t[bad[0]]:.6g} s")
+    if told is not None:
+        for what, values in zip(("", "the rate of "), found, strict=True):
+            told.refuse(node, t, values, what)
     return found
 
 

@@ -5,8 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gudgeon.solver.errors import SceneError
-from gudgeon.solver.forces.expression import FUNCTIONS, kept, shown
+from gudgeon.solver.forces.expression import FUNCTIONS, Told, evaluated, kept
 
 Jet = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Values, rates and second rates."""
@@ -18,37 +17,35 @@ def second_rates_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
     Raises:
         SceneError: a value or rate is not finite; it names the key `where`, the part of the expression and the time.
     """
-    with np.errstate(all="ignore"):
-        return _jet(kept(text), np.asarray(times, float), text.strip(), where)[2]
+    return motions_of(text, times, where)[:, 2]
 
 
 def motions_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
     """Return values, rates and second rates of an expression at times [s], (t, 3); errors as of `second_rates_of`."""
-    with np.errstate(all="ignore"):
-        return np.column_stack(_jet(kept(text), np.asarray(times, float), text.strip(), where))
+    tree, t = kept(text), np.asarray(times, float)
+    return evaluated(lambda told: np.column_stack(_jet(tree, t, told)), Told(text.strip(), where))
 
 
-def _jet(node: ast.expr, t: np.ndarray, text: str, where: str) -> Jet:
+def _jet(node: ast.expr, t: np.ndarray, told: Told | None) -> Jet:
     zero = np.zeros(len(t))
     if isinstance(node, ast.Constant):
         return np.full(len(t), float(node.value)), zero, zero  # type: ignore[arg-type]
     if isinstance(node, ast.Name):
         return (t, np.ones(len(t)), zero) if node.id == "t" else (np.full(len(t), np.pi), zero, zero)
     if isinstance(node, ast.UnaryOp):
-        u = _jet(node.operand, t, text, where)
+        u = _jet(node.operand, t, told)
         found = (-u[0], -u[1], -u[2]) if isinstance(node.op, ast.USub) else u
     elif isinstance(node, ast.BinOp):
-        found = _BINARY[type(node.op)](_jet(node.left, t, text, where), _jet(node.right, t, text, where))
+        found = _BINARY[type(node.op)](_jet(node.left, t, told), _jet(node.right, t, told))
     else:
         assert isinstance(node, ast.Call)
         assert isinstance(node.func, ast.Name)
-        parts = [_jet(one, t, text, where) for one in node.args]
+        parts = [_jet(one, t, told) for one in node.args]
         name = node.func.id
         found = _chosen(name, *parts) if len(parts) == 2 else _by_rule(name, parts[0])
-    for what, values in (("", found[0]), ("the rate of ", found[1]), ("the second rate of ", found[2])):
-        bad = np.flatnonzero(~np.isfinite(values))
-        if len(bad):
-            raise SceneError(f"{where}: {what}'{shown(node, text)}' is not a finite number at t = {t[bad[0]]:.6g} s")
+    if told is not None:
+        for what, values in zip(("", "the rate of ", "the second rate of "), found, strict=True):
+            told.refuse(node, t, values, what)
     return found
 
 

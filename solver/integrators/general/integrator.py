@@ -1,11 +1,8 @@
 """The implicit integrator for every feature: runs the loop over ports."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import EDGE_NOTES
-from gudgeon.solver.compiled import machine_code
 from gudgeon.solver.contact.rows import touching_depth
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.fields.co_energy import LEFT, left_text
@@ -20,6 +17,7 @@ from gudgeon.solver.integrators.general.kernel import march
 from gudgeon.solver.integrators.general.start import candidates, problem_of, state_of
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.prepared import Prepared
 from gudgeon.solver.machine.memory import total_memory
 from gudgeon.solver.ports.members import contact_ports, function_ports, gauge_ports, ports_of, probe_ports
 from gudgeon.solver.result import Result
@@ -81,7 +79,7 @@ class General:
             q=np.zeros((1, len(state.q))), v=np.zeros((1, len(state.q))), ports=np.zeros((1, len(state.unknown))),
             lengths=np.zeros((1, len(state.pin))),
         )  # fmt: skip
-        self._march: Callable[..., bool] | None = None
+        self._march = Prepared(march)
         self._one_step = Given(
             np.zeros((2, 1, len(constants.given))), np.zeros((1, len(system.driving.joints), 4)),
             np.zeros((1, len(constants.drives))),
@@ -154,8 +152,6 @@ class General:
             given.loads[:] = applied
         else:
             given.loads[:] = applied
-        if self._march is None:
-            self._march = machine_code(march, self._loop, given, first, count, self._bare)
         # What it sums up of forces and loads is not read.
         sound = self._march(self._loop, given, first, count, self._bare)
         self._take_slips()

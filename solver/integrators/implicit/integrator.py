@@ -1,12 +1,10 @@
 """The implicit integrator: builds the arrays of `solver.integrators.implicit.kernel` from a system."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from gudgeon.solver import capabilities
-from gudgeon.solver.compiled import machine_code
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.contact.pattern import whole
@@ -16,6 +14,7 @@ from gudgeon.solver.integrators.implicit.arrays import Arrays, Drive, Energy, Lo
 from gudgeon.solver.integrators.implicit.kernel import march
 from gudgeon.solver.integrators.implicit.open_contacts import bounds
 from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.prepared import Prepared
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
@@ -45,13 +44,11 @@ class Implicit(capabilities.Implicit):
         )  # fmt: skip
         self._located = Located(self._arrays.log)
         self._ahead = 0, Drive(np.empty((0, 0)), np.empty((0, 0, 0)))
-        self._march: Callable[..., bool] | None = None
+        self._march = Prepared(march)
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
         """Fill all but the gauges of samples of `stride` steps; False where the run cannot continue."""
         given = self._arrays, self._drive(first, len(out.forces) * stride), out, first, stride
-        if self._march is None:
-            self._march = machine_code(march, *given)
         if not self._march(*given):
             return False
         if not self._located.take():

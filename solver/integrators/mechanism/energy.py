@@ -72,9 +72,10 @@ def motion_of(model: Model, work: Work, state: np.ndarray, observed: Callable[..
     """
     observed(model, work, state)
     first, count = 2 * len(model.owner), len(model.spring)
-    here = slice(first, first + 2 * count)
-    ends = np.stack([work.place[here].reshape(count, 2, 3), work.speed[here].reshape(count, 2, 3)], axis=2)
-    return Motion(work.omega.copy(), work.modal[:, 3:].copy(), ends, np.hstack([work.bush[:, :6], work.bush_push]),
+    here, ends, bushings = slice(first, first + 2 * count), np.empty((count, 2, 2, 3)), np.empty((len(work.bush), 12))
+    ends[:, :, 0], ends[:, :, 1] = work.place[here].reshape(count, 2, 3), work.speed[here].reshape(count, 2, 3)
+    bushings[:, :6], bushings[:, 6:] = work.bush[:, :6], work.bush_push
+    return Motion(work.omega.copy(), work.modal[:, 3:].copy(), ends, bushings,
                   work.field[:, 0].copy(), work.touch[:, DEPTH].copy(), stored=stored(model, work),
                   pressed=float(work.pressing.stored[0]))  # fmt: skip
 

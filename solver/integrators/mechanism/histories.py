@@ -20,7 +20,6 @@ from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, 
 from gudgeon.solver.integrators.mechanism.flexible.lacking import joint_lacks
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
 from gudgeon.solver.integrators.mechanism.step import observe, read
-from gudgeon.solver.integrators.mechanism.steps import Prepared
 from gudgeon.solver.integrators.mechanism.touching.kernel import FORCE
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
 from gudgeon.solver.integrators.mechanism.touching.track import Track
@@ -32,6 +31,7 @@ from gudgeon.solver.integrators.mechanism.touching.worn import (
     worn_quantities,
 )
 from gudgeon.solver.integrators.outcome import LinkageHistories
+from gudgeon.solver.integrators.prepared import Prepared
 
 
 class Sample(NamedTuple):

@@ -31,11 +31,12 @@ from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.start import start_of
 from gudgeon.solver.integrators.mechanism.step import keep_angles, observe
 from gudgeon.solver.integrators.mechanism.stepping import Stepping
-from gudgeon.solver.integrators.mechanism.steps import ExplicitSteps, Prepared, Steps, Tried, Within
+from gudgeon.solver.integrators.mechanism.steps import ExplicitSteps, Steps, Tried, Within
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
 from gudgeon.solver.integrators.mechanism.touching.sections import refuse_overlap
 from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.prepared import Prepared
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.contact import MasterSurface
 from gudgeon.solver.system.system import System
@@ -160,8 +161,9 @@ class Mechanism(Capabilities):
         count, r = len(out.forces), len(self._system.rigid)
         states = np.zeros((count, len(self._state)))
         vectors = np.zeros((count, len(self.model.mass), 3))
-        for number in range(count):
-            time = min(self._interval * (first + (number + 1) * stride), self._duration)
+        times = np.minimum(self._interval * (first + stride * np.arange(1, count + 1)), self._duration)
+        given, amounts = self._given(times)
+        for number, time in enumerate(map(float, times)):
             self._target = time
             while self._time < time * (1 - 1e-14):
                 if not self._advance():
@@ -175,8 +177,7 @@ class Mechanism(Capabilities):
                     return False
             states[number] = self._interpolated(time)
             vectors[number] = self._turned(states[number])
-            given, amounts = self._given(np.array([time]))
-            self._recorder.take(states[number], vectors[number], given[0], amounts[0])
+            self._recorder.take(states[number], vectors[number], given[number], amounts[number])
         taken = self._recorder.samples[len(self._recorder.samples) - count :]
         out.energies[:] = energies(self.model, states, [one.motion for one in taken])
         self._note_energies(out.energies)
@@ -186,7 +187,6 @@ class Mechanism(Capabilities):
         out.gauges[:] = q @ self._system.gauge_rows.T  # The modes hold the static shapes of what joints load.
         out.snapshots[:, :r], out.snapshots[:, r : 2 * r] = q[:, rigid], v[:, rigid]
         self._at = q[-1], v[-1]
-        times = self._interval * (first + stride * np.arange(1, count + 1))
         if text := deformed_text(self._system, times, q):
             self.failure, self.reason = Result.DEFLECTION, text
         return not text
@@ -294,10 +294,10 @@ class Mechanism(Capabilities):
         if self.touching.rubbed:
             self.touching.rub(self._interpolated, self._before, self._until)
         self._state, self._time = one.state, self._until
-        self._keep_angles(self.model, self.work, one.state)
+        turned = self._keep_angles(self.model, self.work, one.state)
         near = self._stepping.near_singular(one)
         self._singular += self._dependence.passes(one.least, near=near)
-        self._note_speeds()
+        self._note_speeds(turned)
         if self._fastest[1] * (self._time - self._turned_at) > FOLLOWED:
             self._vectors, self._turned_at = self._turned(one.state), self._time
         if self._fastest[1] > 0:
@@ -307,15 +307,13 @@ class Mechanism(Capabilities):
             self._steps = self._stepping.steps = self._choice.steps
             self._steps.restart(self._state, self._time)
 
-    def _note_speeds(self) -> None:
-        """Keep the largest speed and angular velocity of the run, by which errors are measured; poses are set. What
-        touches is left in `work` as it is now."""
-        speeds = bodies_of(self.model, self._state)[:, SPEED : SPEED + 3]
+    def _note_speeds(self, squares: tuple[float, float]) -> None:
+        """Keep the largest speed and angular velocity of the run, by which errors are measured, of their squares now;
+        poses are set. What touches is left in `work` as it is now."""
         if self.touching or len(self.model.bush_rest):
             bushings = motion_of(self.model, self.work, self._state, self._observe).bushings
             self._widest = float(np.linalg.norm(bushings[:, 3:6], axis=1).max(initial=0.0))
-        for number, one in enumerate((speeds, self.work.omega)):
-            self._fastest[number] = max(self._fastest[number], float(np.sqrt((one * one).sum(axis=1).max())))
+        self._fastest = np.maximum(self._fastest, np.sqrt(squares))
 
     def _shares(self) -> np.ndarray:
         """Return what makes up `_weights`: shares that are constant, and over the largest speed, its square and the

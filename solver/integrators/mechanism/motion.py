@@ -78,6 +78,18 @@ def set_pushes(model, work, amounts, sums):  # type: ignore[no-untyped-def]
 
 
 @inner
+def _row_rate(model, work, i):  # type: ignore[no-untyped-def]
+    """Return what a row makes of the rates of the bodies, in `rate`."""
+    total = 0.0
+    for p in range(4):
+        b = work.block_owner[i, p]
+        if b != NONE:
+            for k in range(6 + model.elastic[b, 0]):
+                total += work.block[i, p, k] * work.rate[b, k]
+    return total
+
+
+@inner
 def _set_right(model, work, given):  # type: ignore[no-untyped-def]
     """Set the right side of S λ: what the rows' second rates lack without multipliers."""
     for i in range(len(model.row_terms)):
@@ -87,12 +99,7 @@ def _set_right(model, work, given):  # type: ignore[no-untyped-def]
         for part in range(2):
             if model.row_terms[i, part] != NONE:
                 total -= model.factors[i, part] * work.bend[model.row_terms[i, part]]
-        for p in range(4):
-            b = work.block_owner[i, p]
-            if b != NONE:
-                for k in range(6 + model.elastic[b, 0]):
-                    total -= work.block[i, p, k] * work.rate[b, k]
-        work.right[i] = total
+        work.right[i] = total - _row_rate(model, work, i)
 
 
 @inner
@@ -196,20 +203,26 @@ def worst_violation(model, work, given):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _move(model, work, y):  # type: ignore[no-untyped-def]
-    """Move the bodies by M⁻¹ Gᵀ λ; return the largest motion over the size of the scene, or rotation [rad]."""
+def _gather(model, work, rows):  # type: ignore[no-untyped-def]
+    """Set `rate` to the sum of rows of the bodies, of the shape of `block`, times their multipliers."""
     for b in range(len(model.mass)):
         for k in range(6 + model.elastic[b, 0]):
             work.rate[b, k] = 0.0
-    size = 0.0
     for i in range(len(model.row_terms)):
-        if model.reach[i] > size:
-            size = model.reach[i]
         for p in range(4):
             b = work.block_owner[i, p]
             if b != NONE:
                 for k in range(6 + model.elastic[b, 0]):
-                    work.rate[b, k] += work.multiplier[i] * work.light[i, p, k]
+                    work.rate[b, k] += work.multiplier[i] * rows[i, p, k]
+
+
+@inner
+def _move(model, work, y):  # type: ignore[no-untyped-def]
+    """Move the bodies by M⁻¹ Gᵀ λ; return the largest motion over the size of the scene, or rotation [rad]."""
+    _gather(model, work, work.light)
+    size = 0.0
+    for i in range(len(model.row_terms)):
+        size = max(size, model.reach[i])
     largest = 0.0
     for b in range(len(model.mass)):
         s, move = WIDTH * b, work.rate[b]
@@ -247,17 +260,27 @@ def project_places(model, work, y, given):  # type: ignore[no-untyped-def]
 @inner
 def set_speed_lacks(model, work, y, given):  # type: ignore[no-untyped-def]
     """Set what the rate of each row lacks, in `right`; rows are set."""
+    for b in range(len(model.mass)):
+        s = WIDTH * b + SPEED
+        for k in range(3):
+            work.rate[b, k] = y[s + k]
+            work.rate[b, 3 + k] = work.omega[b, k]
+        for k in range(model.elastic[b, 0]):
+            work.rate[b, 6 + k] = work.modal[b, 3 + k]
     for i in range(len(model.row_terms)):
-        total = rate_asked(model, work, given, i)
-        for p in range(4):
-            b = work.block_owner[i, p]
-            if b != NONE:
-                s = WIDTH * b + SPEED
-                for k in range(3):
-                    total -= work.block[i, p, k] * y[s + k] + work.block[i, p, 3 + k] * work.omega[b, k]
-                for k in range(model.elastic[b, 0]):
-                    total -= work.block[i, p, 6 + k] * work.modal[b, 3 + k]
-        work.right[i] = total
+        work.right[i] = rate_asked(model, work, given, i) - _row_rate(model, work, i)
+
+
+@inner
+def _add_rates(model, work, y):  # type: ignore[no-untyped-def]
+    """Add `rate` to the velocities, spins and modal momenta of a state."""
+    for b in range(len(model.mass)):
+        s = WIDTH * b
+        for k in range(3):
+            y[s + SPEED + k] += work.rate[b, k]
+            y[s + SPIN + k] += work.rate[b, 3 + k]
+        for k in range(model.elastic[b, 0]):
+            y[model.elastic[b, 2] + k] += work.rate[b, 6 + k]
 
 
 @inner
@@ -269,42 +292,26 @@ def project_speeds(model, work, y, given):  # type: ignore[no-untyped-def]
     factor(model, work)
     set_speed_lacks(model, work, y, given)
     solve(work)
-    for i in range(len(model.row_terms)):
-        for p in range(4):
-            b = work.block_owner[i, p]
-            if b != NONE:
-                s = WIDTH * b
-                for k in range(3):
-                    y[s + SPEED + k] += work.multiplier[i] * work.block[i, p, k] / model.mass[b]
-                    y[s + SPIN + k] += work.multiplier[i] * work.block[i, p, 3 + k]
-                for k in range(model.elastic[b, 0]):
-                    y[model.elastic[b, 2] + k] += work.multiplier[i] * work.block[i, p, 6 + k]
+    _gather(model, work, work.block)
+    for b in range(len(model.mass)):
+        for k in range(3):
+            work.rate[b, k] /= model.mass[b]
+    _add_rates(model, work, y)
 
 
 @inner
 def remove_speed_lacks(model, work, apart):  # type: ignore[no-untyped-def]
     """Take from a difference of velocities, angular velocities and modal rates what violates the rows' rates, by least
     kinetic energy; S is factored."""
+    for b in range(len(model.mass)):
+        s = WIDTH * b
+        for k in range(3):
+            work.rate[b, k] = apart[s + SPEED + k]
+            work.rate[b, 3 + k] = apart[s + SPIN + k]
+        for k in range(model.elastic[b, 0]):
+            work.rate[b, 6 + k] = apart[model.elastic[b, 2] + k]
     for i in range(len(model.row_terms)):
-        total = 0.0
-        for p in range(4):
-            b = work.block_owner[i, p]
-            if b != NONE:
-                s = WIDTH * b
-                for k in range(3):
-                    total -= work.block[i, p, k] * apart[s + SPEED + k]
-                    total -= work.block[i, p, 3 + k] * apart[s + SPIN + k]
-                for k in range(model.elastic[b, 0]):
-                    total -= work.block[i, p, 6 + k] * apart[model.elastic[b, 2] + k]
-        work.right[i] = total
+        work.right[i] = -_row_rate(model, work, i)
     solve(work)
-    for i in range(len(model.row_terms)):
-        for p in range(4):
-            b = work.block_owner[i, p]
-            if b != NONE:
-                s = WIDTH * b
-                for k in range(3):
-                    apart[s + SPEED + k] += work.multiplier[i] * work.light[i, p, k]
-                    apart[s + SPIN + k] += work.multiplier[i] * work.light[i, p, 3 + k]
-                for k in range(model.elastic[b, 0]):
-                    apart[model.elastic[b, 2] + k] += work.multiplier[i] * work.light[i, p, 6 + k]
+    _gather(model, work, work.light)
+    _add_rates(model, work, apart)

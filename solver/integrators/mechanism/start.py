@@ -1,5 +1,7 @@
 """The start of a mechanism: bodies moved onto their joints, velocities that obey them, and what joints leave free."""
 
+from collections import Counter
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -56,9 +58,10 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     size, placed = reach_of(found), state.copy()
     if model.elastic[:, 0].any():
         # First as rigid bodies, where the joints can be closed so.
-        close(_stiff(model), work, state, given)
+        if not _closes(_stiff(model), work, state, given):
+            state[:] = placed
     _assemble(found, model, work, state, given)
-    notes = [*_moved(found, placed, state, size)]
+    notes = [*_moved(found, placed, state, size), *_deformed(found, model, state, size)]
     keep_angles(model, work, state)
     rank = _check_rows(found, model, work, state, given)
     work.within[0] &= rank == len(model.row_terms)
@@ -151,7 +154,7 @@ def _rates_given(found: Linkage, name: str) -> tuple[bool, bool]:
 def _assemble(found: Linkage, model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> None:
     """Move the bodies onto their joints, by steps where Newton's method does not converge from far, and from where they
     are open least where it leads away."""
-    placed = state.copy()
+    placed, parted = state.copy(), _parted(found, model, work, state)
     if _closes(model, work, state, given):
         return
     state[:] = placed
@@ -166,8 +169,23 @@ def _assemble(found: Linkage, model: Model, work: Work, state: np.ndarray, given
     apart = f"{abs(lacks[i]) * model.reach[i]:.3g} {'m' if found.rows[i].length else 'rad'}"
     raise SceneError(
         f"joint.{found.rows[i].joint}: the joints do not close: from the positions given it stays open by {apart} where"
-        f" all are open least{others}; check lengths, points and positions of the bodies"
+        f" all are open least{others}{parted}; check lengths, points and positions of the bodies"
     )
+
+
+def _parted(found: Linkage, model: Model, work: Work, state: np.ndarray) -> str:
+    """Return where the points of a joint, which are to be one, are farthest apart as the scene places the bodies."""
+    observe(model, work, state)
+    counts = Counter(row.joint for row in found.rows if row.length)
+    gaps = {
+        name: float(np.linalg.norm(work.place[2 * pair + 1] - work.place[2 * pair]))
+        for name, pair in found.pairs.items()
+        if counts[name] == 3
+    }
+    if not gaps:
+        return ""
+    name = max(gaps, key=lambda one: gaps[one])
+    return f", and as placed the points of joint '{name}' are {gaps[name]:.3g} m apart"
 
 
 def _closes(model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> bool:
@@ -193,6 +211,26 @@ def _moved(found: Linkage, placed: np.ndarray, state: np.ndarray, size: float) -
         f"the joints were closed at the start: body {found.names[far]} moved most, by {moves[far]:.3g} m and"
         f" {turns[far]:.3g} rad"
     ]
+
+
+def _deformed(found: Linkage, model: Model, state: np.ndarray, size: float) -> list[str]:
+    """Return a note of each body that has to deform for the joints to close.
+
+    Raises:
+        SceneError: one deforms beyond its range.
+    """
+    limit, notes = found.system.scene.run.limits.deflection, []
+    for b, (name, body) in enumerate(found.system.bodies.items()):
+        deflection = float(np.linalg.norm(modal_parts(model, state, b)[0]) / np.sqrt(body.morph.mass))
+        text = f"body.{name}: the joints close at the start only where it deforms by {deflection:.3g} m (rms)"
+        if deflection > limit * body.gyration:
+            raise SceneError(
+                f"{text}, beyond run.limits.deflection = {limit:g} of its radius of gyration {body.gyration:.3g} m;"
+                " check lengths, points and positions of the bodies"
+            )
+        if deflection > SAID * size:
+            notes.append(text)
+    return notes
 
 
 def _changed(found: Linkage, model: Model, work: Work, wanted: np.ndarray, state: np.ndarray) -> list[str]:
@@ -253,9 +291,9 @@ def _check_rows(found: Linkage, model: Model, work: Work, state: np.ndarray, giv
             keep_angles(model, work, state)
             names = ", ".join(dict.fromkeys(row.joint for row in found.rows))
             raise SceneError(
-                f"joint: the start is a singular position: the joints ({names}) leave {6 * len(found.names) - rank}"
-                f" motions there and {6 * len(found.names) - there} beside it, so that the motion is not determined;"
-                " start beside it"
+                f"joint.{found.rows[0].joint}: the start is a singular position: the joints ({names}) leave"
+                f" {6 * len(found.names) - rank} motions there and {6 * len(found.names) - there} beside it, so that"
+                " the motion is not determined; start beside it"
             )
     work.turned[:] = 0.0
     keep_angles(model, work, state)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from gudgeon.solver.compiled import copy, entry, inner, larger
-from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPIN, SURFACE, TURN, WIDTH
+from gudgeon.solver.integrators.mechanism.arrays import ANGLE, NONE, SPEED, SPIN, SURFACE, TURN, WIDTH
 from gudgeon.solver.integrators.mechanism.constraints.rows import set_poses, set_poses_at, set_rows, violation
 from gudgeon.solver.integrators.mechanism.constraints.solve import solve_least
 from gudgeon.solver.integrators.mechanism.flexible.inertia import solve_inertia
@@ -203,12 +203,22 @@ def begin(model, work, y, given, amounts):  # type: ignore[no-untyped-def]
 
 @entry
 def keep_angles(model, work, y):  # type: ignore[no-untyped-def]
-    """Take the angles of an accepted state, from which later ones are continued."""
+    """Take the angles of an accepted state, from which later ones are continued.
+
+    Returns:
+        Squares of the largest velocity and angular velocity of a body.
+    """
     set_poses(model, work, y)
     set_rows(model, work)
     for t in range(len(model.terms)):
         if model.terms[t, 0] == ANGLE:
             work.turned[t] = work.value[t]
+    fastest, turning = 0.0, 0.0
+    for b in range(len(model.mass)):
+        v, w = y[WIDTH * b + SPEED : WIDTH * b + SPEED + 3], work.omega[b]
+        fastest = larger(fastest, v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        turning = larger(turning, w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+    return fastest, turning
 
 
 @entry

@@ -5,10 +5,10 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
-from gudgeon.solver.compiled import machine_code
 from gudgeon.solver.forces.fields.co_energy import LEFT as LEFT_GRID
 from gudgeon.solver.integrators.mechanism.arrays import Model, Work
 from gudgeon.solver.integrators.mechanism.step import MAIN, ORDER, Course, begin, interpolation, step, tableau
+from gudgeon.solver.integrators.prepared import Prepared
 
 LEFT = 1e-8
 """Last motion of Newton's method over the size of the scene; a step with more is repeated shorter."""
@@ -17,18 +17,6 @@ Given = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 Kind = Literal["explicit", "implicit", "exponential"]
 Within = Callable[[float], np.ndarray]
 """State at a time within a step, over the step."""
-
-
-class Prepared:
-    """A compiled function that is called with arguments of the same types always: its machine code, once found."""
-
-    def __init__(self, function: Any) -> None:
-        self._function, self._code = function, None
-
-    def __call__(self, *arguments: Any) -> Any:
-        if self._code is None:
-            self._code = machine_code(self._function, *arguments)
-        return self._code(*arguments)
 
 
 class Tried(NamedTuple):

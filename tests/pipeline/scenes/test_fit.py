@@ -206,6 +206,25 @@ def test_value_that_is_not_allowed(setting: str, complaint: str) -> None:
     assert line.startswith(complaint)
 
 
+ROWS = "three numbers [x, y, z] in N/m or three rows of three numbers [x, y, z] in N/m"
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "complaint"),
+    [
+        ("[1, 2, 3, 4, 5, 6]", f": [1, 2, 3, 4, 5, 6] given; allowed: {ROWS}"),
+        ("[1, 2]", f": [1, 2] given; allowed: {ROWS}"),
+        ("soft", f": 'soft' given; allowed: {ROWS}"),
+        ("[[1, 0, 0], [0, 1], [0, 0, 1]]", f": [[1, 0, 0], [0, 1], [0, 0, 1]] given; allowed: {ROWS}"),
+        ("[inf, 0, 0]", ".0: inf given; input should be a finite number"),
+    ],
+)
+def test_a_value_of_several_forms_is_refused_in_one_line(stiffness: str, complaint: str) -> None:
+    bushing = '{kind="bushing", body="piston", interface="pin"}'
+    (line,) = refused(PISTON, f"force.soft={bushing}", f"force.soft.stiffness={stiffness}")
+    assert line.startswith(f"force.soft.stiffness{complaint}")
+
+
 # Names
 
 PARTS = "thrust, anti, pin, crown"

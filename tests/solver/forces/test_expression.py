@@ -61,6 +61,8 @@ def test_what_is_no_expression_is_refused(text: str, line: str) -> None:
     [
         ("3 + 1/(t - 1)", "force.f.expression: '1/(t - 1)' is not a finite number at t = 1 s"),
         ("sqrt(1 - t)", "force.f.expression: 'sqrt(1 - t)' is not a finite number at t = 1.33333 s"),
+        ("2 + 1/(1/(t - 1))", "force.f.expression: '1/(t - 1)' is not a finite number at t = 1 s"),
+        ("min(exp(1e4*t), 5)", "force.f.expression: 'exp(1e4*t)' is not a finite number at t = 0.333333 s"),
         ("1e300**t", "force.f.expression: '1e300**t' is not a finite number at t = 1.33333 s"),
     ],
 )

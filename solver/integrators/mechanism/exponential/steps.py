@@ -7,7 +7,8 @@ from gudgeon.solver.integrators.mechanism.collocation.steps import STAGES, Collo
 from gudgeon.solver.integrators.mechanism.collocation.table import shares
 from gudgeon.solver.integrators.mechanism.exponential.arrays import Course, Inside, nodes_of, roots_of, waves_of
 from gudgeon.solver.integrators.mechanism.exponential.step import exponential_step, state_within
-from gudgeon.solver.integrators.mechanism.steps import Kind, Prepared, Tried, Within
+from gudgeon.solver.integrators.mechanism.steps import Kind, Tried, Within
+from gudgeon.solver.integrators.prepared import Prepared
 
 SUBSTITUTION = 3e-3
 """Tolerance of the stages over that of a step."""

@@ -19,6 +19,8 @@ def deformed_text(system: System, times: np.ndarray, q: np.ndarray) -> str:
     limit, first = system.scene.run.limits.deflection, len(times)
     found = ""
     for name, body in system.bodies.items():
+        if not len(body.modal.angular_frequencies):
+            continue
         deflections = np.sqrt((q[:, body.elastic] ** 2).sum(axis=1) / body.morph.mass)
         beyond = np.flatnonzero(deflections > limit * body.gyration)
         if len(beyond) and beyond[0] < first:

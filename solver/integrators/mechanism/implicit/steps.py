@@ -8,7 +8,8 @@ from gudgeon.solver.integrators.mechanism.collocation.steps import STAGES, Collo
 from gudgeon.solver.integrators.mechanism.collocation.table import shares
 from gudgeon.solver.integrators.mechanism.implicit.arrays import Course, newton_of
 from gudgeon.solver.integrators.mechanism.implicit.step import implicit_step
-from gudgeon.solver.integrators.mechanism.steps import LEFT, Kind, Prepared, Tried, Within
+from gudgeon.solver.integrators.mechanism.steps import LEFT, Kind, Tried, Within
+from gudgeon.solver.integrators.prepared import Prepared
 
 NEWTON = 0.03
 """Tolerance of Newton's method over that of a step."""

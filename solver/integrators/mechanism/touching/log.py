@@ -34,11 +34,11 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     pushes_of,
 )
 from gudgeon.solver.integrators.mechanism.step import observe
-from gudgeon.solver.integrators.mechanism.steps import Prepared
 from gudgeon.solver.integrators.mechanism.touching.cone import Cones, polynomial
 from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH, FORCE, NORMAL, OVER, RATE
 from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.mechanism.touching.worn import BEARING, Rubbed, WornSection, offsets
+from gudgeon.solver.integrators.prepared import Prepared
 
 LOOKS = 8
 """Times of a step at which sections are looked at, evenly spaced: so many times less may a contact last unnoticed."""

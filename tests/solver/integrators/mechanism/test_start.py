@@ -107,6 +107,12 @@ def test_the_rank_does_not_depend_on_masses(mass: float, tmp_path: Path) -> None
     assert start(system, plan_run(system)).start.rank == 17  # type: ignore[attr-defined]
 
 
+def test_a_chain_that_does_not_close_is_refused(tmp_path: Path) -> None:
+    bodies, joints = four_bar(2.5)
+    with pytest.raises(SceneError, match=r"joint\.[a-d]: the joints do not close: .*'d' are 1\.5 m"):
+        simulate(system_of(tmp_path, bodies, joints, run=RUN))
+
+
 @pytest.mark.parametrize("given", [
     {"angular_velocity": [0, 0, 4.0], "velocity": [-0.6, 0, 0]}, {"angular_velocity": [0, 0, 4.0]},
     {"velocity": [-0.6, 0, 0]},
@@ -138,7 +144,9 @@ def test_a_singular_start_is_refused(tmp_path: Path) -> None:
         "c": hinge("revolute", "rocker", at=[0.15, 0, 0], against="coupler"),
         "d": hinge("revolute", "rocker", at=[-0.15, 0, 0]),
     }
-    with pytest.raises(SceneError, match=r"the start is a singular position.*leave 2 motions there and 1 beside it"):
+    with pytest.raises(
+        SceneError, match=r"joint\.\w+: the start is a singular .*leave 2 motions there and 1 beside it"
+    ):
         simulate(system_of(tmp_path, bodies, joints, run=RUN))
 
 
