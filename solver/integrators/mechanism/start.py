@@ -1,7 +1,6 @@
 """The start of a mechanism: bodies moved onto their joints, velocities that obey them, and what joints leave free."""
 
 from collections import Counter
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -56,10 +55,9 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     if not len(model.row_terms):
         return Start(state, 0, 0, [])
     size, placed = reach_of(found), state.copy()
-    if model.elastic[:, 0].any():
-        # First as rigid bodies, where the joints can be closed so.
-        if not _closes(_stiff(model), work, state, given):
-            state[:] = placed
+    # First as rigid bodies, where the joints can be closed so.
+    if model.elastic[:, 0].any() and not _closes(_stiff(model), work, state, given):
+        state[:] = placed
     _assemble(found, model, work, state, given)
     notes = [*_moved(found, placed, state, size), *_deformed(found, model, state, size)]
     keep_angles(model, work, state)
