@@ -148,6 +148,8 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         histories.frames[frame], histories.velocities[frame] = now.q, now.v
         histories.multipliers[frame], histories.masters[frame] = now.multipliers, now.masters
         histories.impulses[frame] = now.impulses[: histories.impulses.shape[1]]
+        if len(now.friction):
+            histories.friction[frame] = now.friction
         done = frame + 1
         times = schedule.interval * np.arange(here.start + 1, here.stop + 1)
         left = None

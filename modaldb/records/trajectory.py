@@ -97,6 +97,24 @@ class ContactHistory:
         ),
     )
     """As `master`, at each of `Trajectory.peak_times` [m], (p, functions)."""
+    friction: Array | None = field(
+        default=None,
+        metadata=rule(
+            "f c' 3", finite=False, unit="N", name="friction on the body at each point at each frame", columns="x, y, z"
+        ),
+    )
+    """Friction on the body at each point at each frame [N], (f, c, 3); None where the run kept none."""
+    peak_friction: Array | None = field(
+        default=None,
+        metadata=rule(
+            "p c' 3",
+            finite=False,
+            unit="N",
+            name="friction on the body at each point at each of peak_times",
+            columns="x, y, z",
+        ),
+    )
+    """As `friction`, at each of `Trajectory.peak_times` [N], (p, c, 3)."""
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,10 @@ PLOTS: Pictures = {
         "gauges": "gudgeon.pipeline.plots.contact.gauges:draw_gauges",
         "probes": "gudgeon.pipeline.plots.contact.probes:draw_probes",
         "pressure": "gudgeon.pipeline.plots.contact.pressure:draw_pressure",
+        "slip": "gudgeon.pipeline.plots.contact.slip:draw_slip",
         "waves": "gudgeon.pipeline.plots.deformation.line:draw_waves",
         "sheets": "gudgeon.pipeline.plots.deformation.plane:draw_sheets",
+        "pressure-film": "gudgeon.pipeline.plots.contact.pressure_film:draw_pressure_film",
     },
     "rendered": {
         "deformation": "gudgeon.pipeline.plots.deformation.solid:draw_deformation",
@@ -46,8 +48,9 @@ PLOTS: Pictures = {
 
 DRIVEN: Pictures = {
     "flat": {
-        **{name: PLOTS["flat"][name] for name in ("force", "energy", "gauges", "probes", "pressure")},
+        **{name: PLOTS["flat"][name] for name in ("force", "energy", "gauges", "probes", "pressure", "slip")},
         "cycle": "gudgeon.pipeline.plots.driven.cycle:draw_cycle",
+        "pressure-film": PLOTS["flat"]["pressure-film"],
     },
     "rendered": {
         "deformation": "gudgeon.pipeline.plots.driven.assembly:draw_assembly",
@@ -70,8 +73,8 @@ TURNING: Pictures = {
 
 FILES = (
     "mechanism.png", "journals.png", "line-loads.png", "force.png", "energy.png", "impacts.png", "gauges.png",
-    "probes.png", "pressure.png", "cycle.png", "deformation.png", "stress.png", "modes.png", "impact.mp4", "cycle.mp4",
-    "mechanism.mp4", "nodal-diameters.png", "blades.png", "wheel.png", "charge.png",
+    "probes.png", "pressure.png", "slip.png", "cycle.png", "deformation.png", "stress.png", "modes.png", "impact.mp4",
+    "cycle.mp4", "pressure.mp4", "mechanism.mp4", "nodal-diameters.png", "blades.png", "wheel.png", "charge.png",
 )  # fmt: skip
 """Names of all pictures; one of several bodies or contacts has its name before the dot."""
 

@@ -62,6 +62,12 @@ class Samples(NamedTuple):
         self.paths.fill(here, p, pressed)
 
 
+def rubs(system: System, contact: str | None = None) -> bool:
+    """Return whether a run keeps the friction of the points of a contact, or of any."""
+    names = system.scene.contact if contact is None else [contact]
+    return system.scene.loop == "general" and any(system.scene.contact[one].friction is not None for one in names)
+
+
 class LinkageHistories(NamedTuple):
     """What a mechanism records itself, of the samples so far."""
 
@@ -104,6 +110,8 @@ class Outcome:
     """Impacts of each contact as in `Trajectory.impacts`, (b, 9) each, at the end of the run."""
     drags: np.ndarray = field(default_factory=lambda: np.empty(0))
     """Friction's impulse at each row on the first body [N s], (c, 3); empty where there is none."""
+    friction: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    """Of each row on the first body [N], (c, 3); empty where none is kept."""
     rubbed: np.ndarray = field(default_factory=lambda: np.empty(0))
     """Energy that friction of each contact took [J], (k,)."""
     slips: list[list[tuple[float, bool]]] = field(default_factory=list)

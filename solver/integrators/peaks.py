@@ -25,13 +25,21 @@ class Peaks(NamedTuple):
     """Of all rows [N], (k, c)."""
     functions: np.ndarray
     """Forces on the residual flexibility of all functions [N], (k, F)."""
+    friction: np.ndarray
+    """Of all rows on their first bodies [N], (k, c, 3); (k, 0, 3) where none is kept."""
 
     @classmethod
-    def empty(cls, contacts: int = 0, coordinates: int = 0, rows: int = 0, functions: int = 0) -> "Peaks":
-        """Return the peaks of contacts that were open so far."""
+    def empty(
+        cls, contacts: int = 0, coordinates: int = 0, rows: int = 0, functions: int = 0, rubbing: int = 0
+    ) -> "Peaks":
+        """Return the peaks of contacts that were open so far.
+
+        Args:
+            rubbing: As many as rows where friction is kept.
+        """
         widths = coordinates, coordinates, rows, functions
         state = (np.zeros((contacts, width)) for width in widths)
-        return cls(np.zeros(contacts), np.zeros(contacts, np.int64), *state)
+        return cls(np.zeros(contacts), np.zeros(contacts, np.int64), *state, np.zeros((contacts, rubbing, 3)))
 
     def keep_highest(
         self,
@@ -41,6 +49,7 @@ class Peaks(NamedTuple):
         v: np.ndarray,
         multipliers: np.ndarray,
         functions: np.ndarray | None = None,
+        friction: np.ndarray | None = None,
     ) -> None:
         """Keep the highest of some samples where it exceeds what is kept.
 
@@ -50,6 +59,7 @@ class Peaks(NamedTuple):
             q, v: At the ends of the samples, (s, m).
             multipliers: (s, c)
             functions: (s, F)
+            friction: (s, c, 3)
         """
         if not len(forces):
             return
@@ -61,6 +71,8 @@ class Peaks(NamedTuple):
                 self.q[number], self.v[number], self.multipliers[number] = q[at], v[at], multipliers[at]
                 if functions is not None:
                     self.functions[number] = functions[at]
+                if friction is not None:
+                    self.friction[number] = friction[at]
 
 
 @inner

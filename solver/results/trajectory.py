@@ -9,7 +9,7 @@ import numpy as np
 from gudgeon.modaldb.records.trajectory import LINKAGE_NOTES, WEAR, ContactHistory, JointHistory, Trajectory
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.contact.rows import ContactRows
-from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, LinkageHistories, Outcome, Samples
+from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, LinkageHistories, Outcome, Samples, rubs
 from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
@@ -38,6 +38,8 @@ class Histories(NamedTuple):
     """Outward displacement of the functions [m], (f, F)."""
     impulses: np.ndarray
     """Of every point until the end of each frame [N s], (f, c); without columns where nothing wears."""
+    friction: np.ndarray
+    """On the first body of every point [N], (f, c, 3); (f, 0, 3) where none is kept."""
 
     @classmethod
     def empty(cls, system: System, schedule: Schedule) -> "Histories":
@@ -46,13 +48,15 @@ class Histories(NamedTuple):
         widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints), len(system.gauges)
         loads, snapshots, gauges = (np.zeros((count, width)) for width in widths)
         size = len(system.velocity)
-        peaks = Peaks.empty(len(system.contacts), size, len(system.gap), len(system.functions))
+        rubbing = len(system.gap) if rubs(system) else 0
+        peaks = Peaks.empty(len(system.contacts), size, len(system.gap), len(system.functions), rubbing)
         forces = np.zeros((count, max(1, len(system.contacts)), 3))
         paths = empty_paths(system, count)
         probes = np.zeros((count, len(system.probes.offset)))
         samples = Samples(forces, np.zeros((count, 5)), loads, snapshots, gauges, probes, peaks=peaks, paths=paths)
         sizes = size, size, len(system.gap), len(system.functions), len(system.gap) if wears(system) else 0
-        return cls(samples, *(np.zeros((schedule.frames, size)) for size in sizes))
+        states = (np.zeros((schedule.frames, size)) for size in sizes)
+        return cls(samples, *states, np.zeros((schedule.frames, rubbing, 3)))
 
     def cut(self, frames: int, schedule: Schedule) -> "Histories":
         """Return the first frames and their samples."""
@@ -96,6 +100,8 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
             path=paths.get(contact.name),
             peak_multipliers=peaks.multipliers[:, contact.rows],
             peak_master=_recorded(peak_masters, contact),
+            friction=found.friction[:, contact.rows] if rubs(system, contact.name) else None,
+            peak_friction=peaks.friction[:, contact.rows] if rubs(system, contact.name) else None,
         )
         for number, contact in enumerate(system.contacts)
     }

@@ -334,6 +334,14 @@ def check_trajectory_7(record: Any) -> None:
     assert np.array_equal(record.gauges["skirt.crown"], ramp(4, start=8.0))
 
 
+def check_trajectory_15(record: Any) -> None:
+    """Version 15 has the friction of points."""
+    check_trajectory_9(record)
+    assert np.array_equal(record.contacts["bore"].friction, ramp(2, 2, 3, start=17.0))
+    assert np.array_equal(record.contacts["bore"].peak_friction, ramp(1, 2, 3, start=18.0))
+    assert record.contacts["back"].friction is None
+
+
 def check_trajectory_9(record: Any) -> None:
     check_trajectory_7(record)
     tip = record.probes["tip"]
@@ -413,6 +421,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v12": {"mesh": check_mesh_10, "modes": check_modes_12, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v13": {"mesh": check_mesh_10, "modes": check_modes_13, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v14": {"mesh": check_mesh_10, "modes": check_modes_14, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
+    "v15": {"mesh": check_mesh_10, "modes": check_modes_14, "nodal": check_nodal_5, "trajectory": check_trajectory_15},
 }
 """What those of one version hold, or lack."""
 

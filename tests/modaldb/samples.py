@@ -222,6 +222,8 @@ def trajectory() -> Trajectory:
                 ramp(2, 3),
                 path=ramp(4, 1),
                 peak_multipliers=ramp(1, 2, start=12.0),
+                friction=ramp(2, 2, 3, start=17.0),
+                peak_friction=ramp(1, 2, 3, start=18.0),
             ),
             "back": ContactHistory(
                 "skirt",

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import imageio
 import numpy as np
@@ -65,6 +66,14 @@ class Shot:
     """Tail and tip [m], horizontal on the screen, and text."""
 
 
+def new_writer(path: Path, frames: int) -> Any:
+    """Return a context that takes the pictures of a movie of so many frames."""
+    return imageio.get_writer(
+        path, fps=RATE if frames >= FEW else SLOW, codec="libx264", quality=None, macro_block_size=8,
+        output_params=["-crf", "24", "-preset", "veryfast", "-movflags", "+faststart"],
+    )  # fmt: skip
+
+
 def shoot(path: Path, figure: Figure, stage: Stage, frames: np.ndarray, turn_to: Callable[[int], Shot]) -> None:
     """Write a movie.
 
@@ -78,11 +87,7 @@ def shoot(path: Path, figure: Figure, stage: Stage, frames: np.ndarray, turn_to:
     canvas.draw()
     ground = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
     font = ImageFont.truetype(findfont("DejaVu Sans:bold"), 20)
-    writer = imageio.get_writer(
-        path, fps=RATE if len(frames) >= FEW else SLOW, codec="libx264", quality=None, macro_block_size=8,
-        output_params=["-crf", "24", "-preset", "veryfast", "-movflags", "+faststart"],
-    )  # fmt: skip
-    with writer:
+    with new_writer(path, len(frames)) as writer:
         for frame in frames:
             shot, picture = turn_to(frame), ground.copy()
             picture.paste(view.photograph(stage.plotter, stage.size), stage.box[:2])

@@ -48,6 +48,7 @@ def with_peaks(trajectory: Trajectory) -> Trajectory:
                 contact,
                 multipliers=joined(contact.multipliers, contact.peak_multipliers),
                 master=None if contact.master is None else joined(contact.master, contact.peak_master),
+                friction=None if contact.friction is None else joined(contact.friction, contact.peak_friction),
             )
             for name, contact in contacts.items()
         },

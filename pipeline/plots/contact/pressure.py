@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.tri import LinearTriInterpolator, TriAnalyzer, Triangulation
 
 from gudgeon.modaldb.records.mesh import Surface
+from gudgeon.modaldb.records.trajectory import ContactHistory
 from gudgeon.pipeline.geometry.surfaces import cylindrical
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.hardest import Hardest, hardest
@@ -59,18 +60,28 @@ class Chart:
 
 def draw_pressure(drawing: Drawing) -> None:
     """Draw one picture for each contact with enough points that was closed in some frame."""
-    wanted = {
-        name: contact
-        for name, contact in drawing.trajectory.contacts.items()
-        if contact.multipliers.shape[1] >= LEAST_POINTS and contact.multipliers.any()
-    }
-    names = hardest_first(wanted) if drawing.driven else [*wanted]
-    maps = [found for name in names if (found := _strongest(drawing, name)) is not None]
+    wanted, maps = _wanted(drawing), maps_of(drawing)
     if drawing.driven and maps:
         style.draw(drawing.file("pressure.png"), _beside, drawing, maps)
         return
     for found in maps:
         style.draw(drawing.file("pressure.png", found.name, len(wanted)), _picture, drawing, found)
+
+
+def _wanted(drawing: Drawing) -> dict[str, ContactHistory]:
+    """Return the contacts with enough points that were closed in some frame."""
+    return {
+        name: contact
+        for name, contact in drawing.trajectory.contacts.items()
+        if contact.multipliers.shape[1] >= LEAST_POINTS and contact.multipliers.any()
+    }
+
+
+def maps_of(drawing: Drawing) -> "list[Map]":
+    """Return the pressures of the contacts that have a map; of a driven scene, the hardest contact first."""
+    wanted = _wanted(drawing)
+    names = hardest_first(wanted) if drawing.driven else [*wanted]
+    return [found for name in names if (found := _strongest(drawing, name)) is not None]
 
 
 def chart(points: np.ndarray, surface: Surface | None, nodes: np.ndarray | None = None) -> Chart | None:
@@ -228,7 +239,7 @@ def _map(axes: Axes, plane: Chart, values: np.ndarray, top: float) -> ScalarMapp
     between = LinearTriInterpolator(shown, values)(*np.meshgrid(across, up))
     image = axes.imshow(
         between, extent=(low[0], high[0], low[1], high[1]), origin="lower", aspect=plane.aspect,
-        interpolation="nearest", cmap=_colours(), vmin=0.0, vmax=top,
+        interpolation="nearest", cmap=colours(), vmin=0.0, vmax=top,
     )  # fmt: skip
     axes.set_anchor("NW")
     axes.plot(*plane.shown.T, ".", ms=1.6, color=style.INK, alpha=0.25, mew=0)
@@ -237,7 +248,7 @@ def _map(axes: Axes, plane: Chart, values: np.ndarray, top: float) -> ScalarMapp
     return image
 
 
-def _colours() -> LinearSegmentedColormap:
+def colours() -> LinearSegmentedColormap:
     """Return a colour map from light grey at zero pressure through the bright part of magma to its violet."""
     magma = colormaps[style.PRESSURE](np.linspace(0.02, 0.76, 15))
     return LinearSegmentedColormap.from_list("pressure", [to_rgba(style.GROUND), *magma])

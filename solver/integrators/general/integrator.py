@@ -16,7 +16,7 @@ from gudgeon.solver.integrators.general.constants import constants_of, loop_of
 from gudgeon.solver.integrators.general.kernel import march
 from gudgeon.solver.integrators.general.start import candidates, problem_of, state_of
 from gudgeon.solver.integrators.impact_log import Located, impact_log
-from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.outcome import Outcome, Samples, rubs
 from gudgeon.solver.integrators.prepared import Prepared
 from gudgeon.solver.machine.memory import total_memory
 from gudgeon.solver.ports.members import contact_ports, function_ports, gauge_ports, ports_of, probe_ports
@@ -113,8 +113,8 @@ class General:
             )
         out.gauges[:] = found.q @ system.gauge_rows.T + found.ports @ self._gauges.T
         out.snapshots[:, 2 * len(system.rigid) :] = found.lengths
-        pushed = found.ports[:, self._functions]
-        out.peaks.keep_highest(first // stride, out.forces, found.q, found.v, pressed, pushed)
+        pushed, dragged = found.ports[:, self._functions], self._friction(found.ports) if rubs(system) else None
+        out.peaks.keep_highest(first // stride, out.forces, found.q, found.v, pressed, pushed, dragged)
         if sound and not self._located.take():
             self.failure = Result.IMPACTS
             return False
@@ -215,14 +215,19 @@ class General:
     def impacts(self) -> list[np.ndarray]:
         return self._located.impacts()
 
-    def outcome(self) -> Outcome:
-        state, ports, system = self.arrays.state, self.ports, self._system
+    def _friction(self, values: np.ndarray) -> np.ndarray:
+        """Return the vectors across the normals, (s, c, 3), of values of all ports, (s, p)."""
         each = self.arrays.constants.size[self._normals]
-        drags = np.zeros((len(each), 3))
+        found = np.zeros((len(values), len(each), 3))
         for b in (1, 2):
             (rubbed,) = np.nonzero(each > b)
             at = self._normals[rubbed] + b
-            drags[rubbed] += state.impulses[at, None] * self.arrays.constants.direction[at]
+            found[:, rubbed] += values[:, at, None] * self.arrays.constants.direction[at]
+        return found
+
+    def outcome(self) -> Outcome:
+        state, ports, system = self.arrays.state, self.ports, self._system
+        drags = self._friction(state.impulses[None])[0]
         functions, slid = self._functions, [contact.master is not None for contact in system.contacts]
         inward = (ports.rows @ state.q)[functions]
         for one, force in zip(self.arrays.constants.residual.values, state.held, strict=True):
@@ -239,6 +244,7 @@ class General:
         return Outcome(
             q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],
             extreme=state.extreme, counts=state.counts, drags=drags if drags.any() else np.empty(0),
+            friction=self._friction(state.unknown[None])[0] if rubs(system) else np.empty((0, 3)),
             springs=np.concatenate([np.empty(0), *springs]), slips=self._slips, rubbed=state.rubbed,
             left=int(state.slides.left[0]), work=self._edge_notes(),
             masters=-inward, master_impulses=state.impulses[self._functions], drag_impulse=drag_impulse,

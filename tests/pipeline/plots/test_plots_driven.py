@@ -44,7 +44,7 @@ COARSER = {
     "run.samples": 200,
     "run.frames": 8,
 }
-FLAT = ["force.png", "energy.png", "pressure.png", "cycle.png"]
+FLAT = ["force.png", "energy.png", "pressure.png", "cycle.png", "pressure.mp4"]
 ROUND_OFF = 1e-9
 """Relative: sums and interpolations of a few hundred numbers."""
 CHORDS = 0.03
@@ -77,8 +77,9 @@ def test_pictures_of_a_piston(piston: tuple[Path, str], tmp_path: Path) -> None:
         "cycle.mp4",
     ]
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in drawn}
-    for path in drawn[:-1]:
-        assert_picture(path)
+    for path in drawn:
+        if path.suffix == ".png":
+            assert_picture(path)
     movie = imageio.imread(drawn[-1])
     assert 8 <= len(movie) <= 10
     assert movie.shape[1:] == (720, 1280, 3)
