@@ -38,8 +38,9 @@ class Peaks(NamedTuple):
             rubbing: As many as rows where friction is kept.
         """
         widths = coordinates, coordinates, rows, functions
-        state = (np.zeros((contacts, width)) for width in widths)
-        return cls(np.zeros(contacts), np.zeros(contacts, np.int64), *state, np.zeros((contacts, rubbing, 3)))
+        q, v, multipliers, pushed = (np.zeros((contacts, width)) for width in widths)
+        friction = np.zeros((contacts, rubbing, 3))
+        return cls(np.zeros(contacts), np.zeros(contacts, np.int64), q, v, multipliers, pushed, friction)
 
     def keep_highest(
         self,
@@ -49,6 +50,7 @@ class Peaks(NamedTuple):
         v: np.ndarray,
         multipliers: np.ndarray,
         functions: np.ndarray | None = None,
+        *,
         friction: np.ndarray | None = None,
     ) -> None:
         """Keep the highest of some samples where it exceeds what is kept.

@@ -55,8 +55,9 @@ class Histories(NamedTuple):
         probes = np.zeros((count, len(system.probes.offset)))
         samples = Samples(forces, np.zeros((count, 5)), loads, snapshots, gauges, probes, peaks=peaks, paths=paths)
         sizes = size, size, len(system.gap), len(system.functions), len(system.gap) if wears(system) else 0
-        states = (np.zeros((schedule.frames, size)) for size in sizes)
-        return cls(samples, *states, np.zeros((schedule.frames, rubbing, 3)))
+        frames, velocities, multipliers, masters, impulses = (np.zeros((schedule.frames, size)) for size in sizes)
+        friction = np.zeros((schedule.frames, rubbing, 3))
+        return cls(samples, frames, velocities, multipliers, masters, impulses, friction)
 
     def cut(self, frames: int, schedule: Schedule) -> "Histories":
         """Return the first frames and their samples."""
@@ -100,11 +101,10 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
             path=paths.get(contact.name),
             peak_multipliers=peaks.multipliers[:, contact.rows],
             peak_master=_recorded(peak_masters, contact),
-            friction=found.friction[:, contact.rows] if rubs(system, contact.name) else None,
-            peak_friction=peaks.friction[:, contact.rows] if rubs(system, contact.name) else None,
         )
         for number, contact in enumerate(system.contacts)
     }
+    contacts = _with_friction(contacts, system, found.friction, peaks.friction)
     joints = _joints(system, times, samples)
     probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads))
     whole = Trajectory(
@@ -137,6 +137,16 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
     )
     whole = _with_wear(whole, system, schedule, found) if wears(system) else whole
     return whole if end.linkage is None else _with_linkage(whole, end.linkage(len(times)), system.scene.probe)
+
+
+def _with_friction(
+    contacts: dict[str, ContactHistory], system: System, friction: np.ndarray, at_peaks: np.ndarray
+) -> dict[str, ContactHistory]:
+    """Return contacts with the friction of their points, where the run kept it."""
+    rubbing = {one.name: one.rows for one in system.contacts if rubs(system, one.name)}
+    kept = {name: (friction[:, rows], at_peaks[:, rows]) for name, rows in rubbing.items()}
+    own = {name: replace(contacts[name], friction=one, peak_friction=other) for name, (one, other) in kept.items()}
+    return contacts | own
 
 
 def _with_wear(whole: Trajectory, system: System, schedule: Schedule, found: Histories) -> Trajectory:

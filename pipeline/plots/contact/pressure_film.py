@@ -69,7 +69,7 @@ def _shoot(path: Path, drawing: Drawing, one: _Film) -> None:
             canvas.restore_region(ground)
             _turn_to(one, images, frame)
             mark.set_xdata([times[frame] * factor] * 2)
-            said = f"{style.digits(times[frame] * factor)} {unit}"
+            said = f"{style.digits(float(times[frame]) * factor)} {unit}"
             text.set_text(said if one.slip is None else f"{counts_text(one.slip.states[frame])}  ·  {said}")
             for axes, artist in moving:
                 axes.draw_artist(artist)

@@ -23,7 +23,8 @@ from gudgeon.pipeline.plots.contact.raster import Raster, raster
 
 OPEN, STICKS, SLIPS = range(3)
 """Of a point in a frame."""
-COLOURS = ListedColormap([style.GROUND, style.BLUE, style.ORANGE])
+SHADES = (style.GROUND, style.BLUE, style.ORANGE)
+COLOURS = ListedColormap(SHADES)
 SHARES = LinearSegmentedColormap.from_list("shares", [style.BLUE, style.GROUND, style.ORANGE])
 SAME = 1e-6
 """Difference of a friction force from its limit, relative to it, that is round-off."""
@@ -119,7 +120,7 @@ def _finish(axes: Axes, plane: Chart) -> None:
 
 def legend(axes: Axes, height: float) -> None:
     """Name the colours of the states, from a height of a map on."""
-    names = zip(COLOURS.colors, ("open", "sticks", "slips"), strict=True)
+    names = zip(SHADES, ("open", "sticks", "slips"), strict=True)
     handles = [Patch(facecolor=colour, edgecolor=style.FAINT, lw=0.5, label=name) for colour, name in names]
     axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, height), ncols=3, borderaxespad=0.0)
 

@@ -114,7 +114,7 @@ class General:
         out.gauges[:] = found.q @ system.gauge_rows.T + found.ports @ self._gauges.T
         out.snapshots[:, 2 * len(system.rigid) :] = found.lengths
         pushed, dragged = found.ports[:, self._functions], self._friction(found.ports) if rubs(system) else None
-        out.peaks.keep_highest(first // stride, out.forces, found.q, found.v, pressed, pushed, dragged)
+        out.peaks.keep_highest(first // stride, out.forces, found.q, found.v, pressed, pushed, friction=dragged)
         if sound and not self._located.take():
             self.failure = Result.IMPACTS
             return False
