@@ -15,7 +15,7 @@ from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base import view
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, middles
-from gudgeon.pipeline.plots.contact.pressure import _colours, _panels, chart, in_holes, on_an_edge
+from gudgeon.pipeline.plots.contact.pressure import _panels, chart, colours, in_holes, on_an_edge
 from gudgeon.pipeline.plots.deformation.obstacle import touching
 from gudgeon.pipeline.plots.deformation.solid import strongest_moment
 from gudgeon.pipeline.stages.run import run_job
@@ -75,7 +75,7 @@ def test_a_hole_of_a_plane_surface_has_no_pressure() -> None:
 
 
 def test_the_largest_pressure_is_not_black() -> None:
-    red, green, blue, _ = _colours()(1.0)
+    red, green, blue, _ = colours()(1.0)
     assert 0.3 * red + 0.6 * green + 0.1 * blue > 0.1
     assert blue > 0.3
 
