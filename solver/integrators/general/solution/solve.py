@@ -42,6 +42,8 @@ TOLERANCE = 1e-11
 """Residual of a solution, relative to the largest force, at which sweeps end."""
 NEAR = 100.0
 """Change of the forces in a sweep over the residual that is allowed, above which the residual is not looked at."""
+LOOKS = 4
+"""Sweeps after which the residual that is allowed is found again, of changes that are not near to it."""
 FIRST_SWEEPS = 6
 """Before Newton's method, which without them goes to and fro where slip turns round."""
 LAST_TOLERANCE = 1e-9
@@ -198,20 +200,24 @@ def _swept(constants, state, problem, turns, bound):  # type: ignore[no-untyped-
     most, window = turns
     n = problem.size[0]
     x, start, weight = problem.x[:n], problem.start[:n], problem.weight[:n]
-    before = 0.0
+    before, within = 0.0, 0.0
     problem.size[4] = 0
     for sweep in range(most):
         copy(x, start)
         blocks = _sweep(constants, state, problem, sweep >= UNDECIDED)
-        size, change, within = 0.0, 0.0, allowed(constants, state, problem, TOLERANCE, bound)
+        size, change = 0.0, 0.0
+        if sweep % LOOKS == 0:
+            within = allowed(constants, state, problem, TOLERANCE, bound)
         for a in range(n):
             size += (weight[a] * (x[a] - start[a])) ** 2
             change += (x[a] - start[a]) ** 2
         state.counts[3] += 1
         if sweep == 0 or change <= (NEAR * within) ** 2:
-            renew(problem)
+            within = allowed(constants, state, problem, TOLERANCE, bound)
             if natural_residual(constants, state, problem) <= within**2:
-                return True
+                renew(problem)
+                if natural_residual(constants, state, problem) <= within**2:
+                    return True
         if blocks == 1 and constants.size[problem.ports[0]] == 1 and size < np.inf:
             return True
         if sweep > 0 and size > 4.0 * before:
