@@ -342,6 +342,12 @@ class Problem(NamedTuple):
     """Of Newton's method, (p, p)."""
     correction: np.ndarray
     """Its step [N], (p,)."""
+    pushed: np.ndarray
+    """What listed unknowns add to the measures of candidates and of ports between them [m], (p,)."""
+    pushing: np.ndarray
+    """These unknowns [N], (p,)."""
+    span: np.ndarray
+    """First and last + 1 of the ports of `pushed`; none where there are no such sums, (2,)."""
     slipped: np.ndarray
     """Whether a cone slips, a step ago or in the step, at its first port, (p,)."""
 

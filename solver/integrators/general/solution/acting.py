@@ -18,9 +18,32 @@ def measure(constants, state, problem, count):  # type: ignore[no-untyped-def]
     if count == 0:
         return
     first, last = problem.candidates[0], problem.candidates[count - 1] + 1
-    copy(problem.free[first:last], state.measure[first:last])
-    listed = (problem.ports, problem.x, problem.size[0])
-    combine_rows(constants.pattern, constants.columns, listed, first, last, state.measure)
+    if not _pushes_alike(problem, first, last):
+        problem.pushed[first:last] = 0.0
+        listed = (problem.ports, problem.x, problem.size[0])
+        combine_rows(constants.pattern, constants.columns, listed, first, last, problem.pushed)
+        problem.pushing[:] = 0.0
+        for a in range(problem.size[0]):
+            problem.pushing[problem.ports[a]] = problem.x[a]
+        problem.span[0], problem.span[1] = first, last
+    measures, free, pushed = state.measure[first:last], problem.free[first:last], problem.pushed[first:last]
+    for i in range(len(measures)):
+        measures[i] = free[i] + pushed[i]
+
+
+@inner
+def _pushes_alike(problem, first, last):  # type: ignore[no-untyped-def]
+    """Whether `pushed` holds for the listed unknowns and a range of ports, such as those of the step before."""
+    if problem.size[1] < 0 or problem.span[0] > first or problem.span[1] < last:
+        return False
+    others = 0
+    for i in range(len(problem.pushing)):
+        others += problem.pushing[i] != 0.0
+    for a in range(problem.size[0]):
+        if problem.x[a] != problem.pushing[problem.ports[a]]:
+            return False
+        others -= problem.x[a] != 0.0
+    return others == 0
 
 
 @inner
