@@ -14,6 +14,7 @@ functions that are given its address read them.
 of Python's and numpy's functions is needed to compile alone, and takes a fifth of a second.
 """
 
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -35,10 +36,18 @@ class _MachineCode(FunctionCache):
     """numba's cache of a function, which is read without what is needed to compile; a compilation loads that itself."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the machine code for a signature; None where it is not kept."""
+        """Return the machine code for a signature; None where it is not kept, or where what is kept cannot be read.
+
+        What cannot be read is a damaged file, or a list that names types of a module which this process has not, as
+        those of tests: it is begun anew.
+        """
         rtsys.initialize(target_context)
-        with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
+        try:
+            with self._guard_against_spurious_io_errors():
+                return self._load_overload(sig, target_context)
+        except (pickle.UnpicklingError, ImportError, AttributeError, EOFError, ValueError, IndexError):
+            self.flush()
+            return None
 
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
