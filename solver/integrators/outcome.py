@@ -62,12 +62,6 @@ class Samples(NamedTuple):
         self.paths.fill(here, p, pressed)
 
 
-def rubs(system: System, contact: str | None = None) -> bool:
-    """Return whether a run keeps the friction of the points of a contact, or of any."""
-    names = system.scene.contact if contact is None else [contact]
-    return system.scene.loop == "general" and any(system.scene.contact[one].friction is not None for one in names)
-
-
 class LinkageHistories(NamedTuple):
     """What a mechanism records itself, of the samples so far."""
 

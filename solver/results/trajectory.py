@@ -9,7 +9,7 @@ import numpy as np
 from gudgeon.modaldb.records.trajectory import LINKAGE_NOTES, WEAR, ContactHistory, JointHistory, Trajectory
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.contact.rows import ContactRows
-from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, LinkageHistories, Outcome, Samples, rubs
+from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, LinkageHistories, Outcome, Samples
 from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
@@ -48,7 +48,7 @@ class Histories(NamedTuple):
         widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints), len(system.gauges)
         loads, snapshots, gauges = (np.zeros((count, width)) for width in widths)
         size = len(system.velocity)
-        rubbing = len(system.gap) if rubs(system) else 0
+        rubbing = len(system.gap) if system.rubbing else 0
         peaks = Peaks.empty(len(system.contacts), size, len(system.gap), len(system.functions), rubbing)
         forces = np.zeros((count, max(1, len(system.contacts)), 3))
         paths = empty_paths(system, count)
@@ -143,7 +143,7 @@ def _with_friction(
     contacts: dict[str, ContactHistory], system: System, friction: np.ndarray, at_peaks: np.ndarray
 ) -> dict[str, ContactHistory]:
     """Return contacts with the friction of their points, where the run kept it."""
-    rubbing = {one.name: one.rows for one in system.contacts if rubs(system, one.name)}
+    rubbing = {one.name: one.rows for one in system.contacts if one.name in system.rubbing}
     kept = {name: (friction[:, rows], at_peaks[:, rows]) for name, rows in rubbing.items()}
     own = {name: replace(contacts[name], friction=one, peak_friction=other) for name, (one, other) in kept.items()}
     return contacts | own

@@ -1,6 +1,7 @@
 """A compiled scene: the arrays of the time loop, limited to what the scene needs."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import linalg
@@ -138,6 +139,13 @@ class System:
     def first_rows(self) -> list[int]:
         """First row of each contact."""
         return [item.rows.start for item in self.contacts]
+
+    @cached_property
+    def rubbing(self) -> frozenset[str]:
+        """Contacts whose runs keep the friction of their points."""
+        if self.scene.loop != "general":
+            return frozenset()
+        return frozenset(name for name, contact in self.scene.contact.items() if contact.friction is not None)
 
     @property
     def directions(self) -> np.ndarray:

@@ -16,7 +16,7 @@ from gudgeon.solver.integrators.general.constants import constants_of, loop_of
 from gudgeon.solver.integrators.general.kernel import march
 from gudgeon.solver.integrators.general.start import candidates, problem_of, state_of
 from gudgeon.solver.integrators.impact_log import Located, impact_log
-from gudgeon.solver.integrators.outcome import Outcome, Samples, rubs
+from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.integrators.prepared import Prepared
 from gudgeon.solver.machine.memory import total_memory
 from gudgeon.solver.ports.members import contact_ports, function_ports, gauge_ports, ports_of, probe_ports
@@ -113,7 +113,7 @@ class General:
             )
         out.gauges[:] = found.q @ system.gauge_rows.T + found.ports @ self._gauges.T
         out.snapshots[:, 2 * len(system.rigid) :] = found.lengths
-        pushed, dragged = found.ports[:, self._functions], self._friction(found.ports) if rubs(system) else None
+        pushed, dragged = found.ports[:, self._functions], self._friction(found.ports) if system.rubbing else None
         out.peaks.keep_highest(first // stride, out.forces, found.q, found.v, pressed, pushed, friction=dragged)
         if sound and not self._located.take():
             self.failure = Result.IMPACTS
@@ -244,7 +244,7 @@ class General:
         return Outcome(
             q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],
             extreme=state.extreme, counts=state.counts, drags=drags if drags.any() else np.empty(0),
-            friction=self._friction(state.unknown[None])[0] if rubs(system) else np.empty((0, 3)),
+            friction=self._friction(state.unknown[None])[0] if system.rubbing else np.empty((0, 3)),
             springs=np.concatenate([np.empty(0), *springs]), slips=self._slips, rubbed=state.rubbed,
             left=int(state.slides.left[0]), work=self._edge_notes(),
             masters=-inward, master_impulses=state.impulses[self._functions], drag_impulse=drag_impulse,
