@@ -1,0 +1,50 @@
+"""The reference that force.png draws: where the file of a shipped scene has a force over time, the scene names it."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gudgeon
+from gudgeon.pipeline.stages.reference_curve import reference_curve
+
+DATA = Path(__file__).resolve().parents[3] / "data"
+
+
+def one_contact_scenes() -> list[Path]:
+    """Return the scenes with one contact and a file of reference values."""
+    found = []
+    for path in sorted(DATA.rglob("*.toml")):
+        scene = gudgeon.open_job(path).scene
+        contacts, report = getattr(scene, "contact", {}), getattr(scene, "report", None)
+        if len(contacts) == 1 and report is not None and report.reference is not None:
+            found.append(path)
+    return found
+
+
+def test_every_known_force_over_time_is_drawn() -> None:
+    """A history, or a plateau of which height and duration are known."""
+    drawn = []
+    for path in one_contact_scenes():
+        report = gudgeon.open_job(path).scene.report
+        content = json.loads((path.parent / report.reference).read_text(encoding="utf-8"))
+        if "histories" in content or "contact_force_plateau" in content["expected"]:
+            assert report.history or report.pulse, path
+            drawn.append(path.relative_to(DATA).as_posix())
+    assert {"rods-3d/scene.toml", "bars-longitudinal/wall.toml", "bouncing-bar/scene.toml"} <= set(drawn)
+
+
+@pytest.mark.parametrize(
+    "name", ["rods-3d/scene", "bars-longitudinal/scene", "bars-longitudinal/wall", "bouncing-bar/scene"]
+)
+def test_the_curve_has_the_impulse_of_its_file(name: str) -> None:
+    """The area below the curve is the impulse that stands beside it."""
+    path = DATA / f"{name}.toml"
+    scene = gudgeon.open_job(path).scene
+    curve = reference_curve(path, scene, lambda step: None)
+    assert curve is not None
+    known = json.loads((path.parent / scene.report.reference).read_text(encoding="utf-8"))["expected"]["impulse"]
+    times, force = np.array(curve["times"]), np.array(curve["force"])
+    area = float((np.diff(times) * (force[1:] + force[:-1])).sum() / 2)
+    assert area == pytest.approx(known["value"], rel=1e-12)
