@@ -65,8 +65,8 @@ REGISTRY: tuple[Quantity, ...] = (
              "positive: approach"),
     Quantity("contact", "impactN.opening", "m/s", "Normal speed at which the last point parts; absent where it has"
              " not.", "positive: separation"),
-    Quantity("contact", "edge_share", "1", "Share of the impulses of all points that acts at points on the edge of the"
-             " interface.", _SIZE),
+    Quantity("contact", "edge_share", "1", "Share of the impulses of all points that acts at points on the edge of an"
+             " interface that covers a part of its surface; absent of others.", _SIZE),
     Quantity("contact", "pressure_peak", "Pa", "Largest mean pressure over a patch of the surface, at the frames and at"
              " the largest forces of contacts: a short pressure between frames may be larger, `run.frames` sets"
              " their number. Points with a sliver of area do not determine it.", _SIZE, "of the frames"),

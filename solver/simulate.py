@@ -10,6 +10,7 @@ from gudgeon.modaldb.records.trajectory import FRICTION_NOTES, Trajectory
 from gudgeon.solver.accuracy import controlled, with_step_estimates
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.checks.basis import with_basis_estimates
+from gudgeon.solver.checks.layer import with_layer_estimates
 from gudgeon.solver.checks.mesh import with_mesh_estimates
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.choice import choose
@@ -57,8 +58,9 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     Where run.step is left out and the integrator has a step, the run is repeated with finer steps until impulses,
     windowed forces and the energy balance are within run.accuracy; see `solver.accuracy`. One with a given step is
     compared with one of twice the step. A run with contacts is
-    repeated twice with fewer elastic coordinates, which gives the error of the basis, and once with the frequencies of
-    the continuum, which gives that of the mesh; see `solver.checks`.
+    repeated twice with fewer elastic coordinates, which gives the error of the basis, once with the frequencies of
+    the continuum, which gives that of the mesh, and once with surface layers of twice the stiffness; see
+    `solver.checks`.
 
     Returns:
         The trajectory; that of a run that failed physically ends with its last good frame, with the reason in `result`.
@@ -109,7 +111,9 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
     try:
         if run.step is not None and not plan.integrator.own_steps:
             found = with_step_estimates(system, found, plan, lambda one: _march(system, one, progress))
-        return with_mesh_estimates(system, with_basis_estimates(system, found, compared), compared)
+        for estimated in (with_basis_estimates, with_mesh_estimates, with_layer_estimates):
+            found = estimated(system, found, compared)
+        return found
     except RunStopped:
         return replace(found, result=Result.STOPPED.name, counts=found.counts | {"reason": ESTIMATING})
 

@@ -61,7 +61,7 @@ def test_the_scene_of_a_document_gives_its_numbers(name: str, tmp_path: Path) ->
     lines = list(printed_values(printed))
     for key, value in lines:
         group, _, name = key.partition(".")
-        if group == "estimated errors":
+        if group == "estimated errors" or group.startswith("change with"):
             assert report.estimates[name.replace(", ", ".")] == pytest.approx(value, rel=0.5), key
         elif key == "checks.energy drift":
             assert report.energy_drift == pytest.approx(value, rel=0.5)

@@ -73,9 +73,14 @@ def check_lines(report: Any) -> Iterator[str]:
     if found:
         yield "checks"
         yield from (f"  {name:30} {value:18.2g}" for name, value in found.items())
-    if report.estimates:
-        yield "estimated errors"
-        yield from (f"  {name.replace('.', ', '):30} {value:18.2g}" for name, value in report.estimates.items())
+    layers = {name: value for name, value in report.estimates.items() if name.startswith("layer.")}
+    for title, entries in (
+        ("estimated errors", {name: value for name, value in report.estimates.items() if name not in layers}),
+        ("change with surface_stiffness twice as large", layers),
+    ):
+        if entries:
+            yield title
+            yield from (f"  {name.replace('.', ', '):30} {value:18.2g}" for name, value in entries.items())
 
 
 def opening_lines(pictures: Mapping[str, Path]) -> Iterator[str]:

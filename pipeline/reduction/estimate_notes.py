@@ -83,7 +83,7 @@ def mesh_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
 
 
 def patch_notes(scene: SceneFile, estimates: Mapping[str, float], patches: Mapping[str, int]) -> list[str]:
-    """Return a note on each contact of a curved surface that few points carry, with the keys that refine it.
+    """Return a note on each contact of a curved or tilted surface that few points carry, with keys that refine it.
 
     Args:
         estimates: Estimated relative errors of a run, with `mesh.force`.
@@ -91,12 +91,12 @@ def patch_notes(scene: SceneFile, estimates: Mapping[str, float], patches: Mappi
     """
     notes = []
     for name, count in patches.items():
-        ways = [*_finer(scene, name), f"contact.{name}.law.kind = 'hertz' with method 'penalty'"]
+        ways = [*_finer(scene, name), f"where curved, contact.{name}.law.kind = 'hertz' with method 'penalty'"]
         points = "a single point" if count == 1 else f"{count} points"
         notes.append(
-            f"contact.{name}: its largest force acts on {points} of a curved surface, and runs with other modes or"
-            f" frequencies do not show what they lack; by the rim of the patch about {estimates['mesh.force']:.0%} of"
-            f" the force; set {' or '.join(ways)}"
+            f"contact.{name}: its largest force acts on {points} of a curved or tilted surface, and runs with other"
+            f" modes or frequencies do not show what they lack; by the rim of the patch about"
+            f" {estimates['mesh.force']:.0%} of the force; set {' or '.join(ways)}"
         )
     return notes
 

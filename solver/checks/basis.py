@@ -106,7 +106,7 @@ def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Traject
 def _by_mass(system: System, own: Trajectory, run: Run) -> dict[str, float]:
     """Return the differences of a run from one in which a part of R has a mass; none where there is no such run."""
     try:
-        other = weighed(system, {contact.name: _pushes(own, contact.name) for contact in system.contacts})
+        other = weighed(system, {contact.name: pushes(own, contact.name) for contact in system.contacts})
     except SceneError:
         return {}
     if other is None:
@@ -118,7 +118,7 @@ def _by_mass(system: System, own: Trajectory, run: Run) -> dict[str, float]:
     return differences(own, (own, found), window, fastest_body(system))
 
 
-def _pushes(found: Trajectory, contact: str) -> np.ndarray:
+def pushes(found: Trajectory, contact: str) -> np.ndarray:
     """Return the sum of the forces on a contact's points at frames and peaks [N], (c,)."""
     history = found.contacts[contact]
     assert history.peak_multipliers is not None
@@ -184,7 +184,7 @@ def _unresolved(system: System, found: Trajectory) -> tuple[float, float, float]
         modes[body.elastic] = body.modal.are_modes
     elastic, most, hidden, rigid = system.stiffness > 0, 0.0, 0.0, 0.0
     for contact in system.contacts:
-        impacts, forces = found.impacts[contact.name], _pushes(found, contact.name)
+        impacts, forces = found.impacts[contact.name], pushes(found, contact.name)
         if not len(impacts):
             continue
         main = impacts[impacts[:, IMPULSE].argmax()]

@@ -1,8 +1,9 @@
-"""What the points of a curved surface lack of a contact patch, at the moment of its largest force.
+"""What the points of a curved or tilted surface lack of a contact patch, at the moment of its largest force.
 
 A patch of radius a over points h apart is known to half a spacing at its rim. The stiffness of the contact is
 proportional to a (Hertz), so that its error is h/2a, and that of the force of an impact, proportional to the root of
-the stiffness, is half of that. A flat face that presses as a whole has no such rim.
+the stiffness, is half of that. A flat face that presses as a whole has no such rim; one that is tilted presses with a
+strip along its edge, whose half width is a: with one row of points, a surface layer has the area of that row alone.
 """
 
 from collections.abc import Iterator
@@ -21,6 +22,8 @@ ROUNDED = 5e-5
 as mesh files have them, on a face of a tenth of its part."""
 FAR = 10.0
 """Gap over the size of the face beyond the least one of points that meet nothing, such as beside a smaller face."""
+STRIP = 0.25
+"""Share of the gaps of a tilted face up to which its points are those of a strip along its edge."""
 PRESSED = 1e-3
 """Least force of a point that acts, over the largest one."""
 SINGLE = 0.56
@@ -30,13 +33,13 @@ SINGLE = 0.56
 def patch_errors(system: System, found: Trajectory) -> dict[str, tuple[int, float]]:
     """Return the number of points of each contact's patch on a curved surface, and the error of its force by them.
 
-    Contacts by a law, of flat faces, of a single point, on a traction space, or that press on the rim of their surface
-    alone have none.
+    So it does for a flat face of an elastic body that is tilted. Contacts by a law, of faces that press as a whole, of
+    a single point, on a traction space, or that press on the rim of a part of their surface alone have none.
     """
     return {
         contact.name: (len(points), 0.25 / _radius(contact, points))
         for contact, points in _patches(system, found)
-        if _is_curved(contact, system.gap[contact.rows])
+        if _is_curved(contact, system.gap[contact.rows]) or _is_strip(system, contact, points)
     }
 
 
@@ -57,10 +60,9 @@ def _patches(system: System, found: Trajectory) -> Iterator[tuple[ContactRows, n
 
 def _is_curved(contact: ContactRows, gaps: np.ndarray) -> bool:
     """Return whether gaps (c,) are not those of a flat face, or its points do not lie in one."""
-    known = np.isfinite(gaps)
+    known = _near(contact, gaps)
     if not known.any():
         return False
-    known &= gaps <= gaps[known].min() + FAR * float(np.ptp(contact.points, axis=0).max())
     centred = contact.points[known] - contact.points[known].mean(axis=0)
     linear = np.column_stack([np.ones(len(centred)), centred])
     left = gaps[known] - linear @ np.linalg.lstsq(linear, gaps[known], rcond=None)[0]
@@ -68,6 +70,26 @@ def _is_curved(contact: ContactRows, gaps: np.ndarray) -> bool:
     extents = np.linalg.svd(centred, compute_uv=False) / np.sqrt(len(centred))
     out = extents[1 if _is_line(contact) else -1]
     return max(float(np.abs(left).max()), float(out)) > ROUNDED * float(np.ptp(centred, axis=0).max())
+
+
+def _near(contact: ContactRows, gaps: np.ndarray) -> np.ndarray:
+    """Return which points meet the obstacle, those beside a smaller face left out, (c,)."""
+    known = np.isfinite(gaps)
+    least = gaps[known].min(initial=np.inf)
+    return known & (gaps <= least + FAR * float(np.ptp(contact.points, axis=0).max()))
+
+
+def _is_strip(system: System, contact: ContactRows, acting: np.ndarray) -> bool:
+    """Return whether the points that act are those of least gap on a tilted face of an elastic body."""
+    gaps = system.gap[contact.rows]
+    known = gaps[_near(contact, gaps)]
+    if not len(known):
+        return False
+    size, span = float(np.ptp(contact.points, axis=0).max()), float(np.ptp(known))
+    if span <= ROUNDED * size or float(gaps[acting].max() - known.min()) > STRIP * span:
+        return False
+    sides = [side.body for side in (contact, contact.other) if side is not None]
+    return any((system.stiffness[system.bodies[body].elastic] > 0).any() for body in sides)
 
 
 def _is_line(contact: ContactRows) -> bool:

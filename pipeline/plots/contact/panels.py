@@ -34,7 +34,8 @@ def panels_over_time(
     end = float(times[-1])
     abscissa, (shown, _) = style.over_time(times, (0.0, end)), style.time_unit(end)
     height = style.HEIGHT if len(names) < 3 else 340 + PANEL * len(names)
-    subtitle = drawing.scene_name + ("  ·  impacts are shaded" if found else "")
+    shaded = any(concerns(name, touch) for name in names for touch in found)
+    subtitle = drawing.scene_name + ("  ·  impacts are shaded" if shaded else "")
     figure = style.new_figure(title + ("s" if len(names) > 1 else ""), subtitle, height=height)
     panels = style.rows(figure, [1.0] * len(names), 0.3)
     for axes, name in zip(panels, names, strict=True):

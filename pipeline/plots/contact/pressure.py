@@ -103,13 +103,19 @@ def chart(points: np.ndarray, surface: Surface | None, nodes: np.ndarray | None 
     else:
         centre = points.mean(axis=0)
         _, sizes, axes = np.linalg.svd(points - centre, full_matrices=False)
+        labels = ("first principal direction [mm]", "second principal direction [mm]")
+        own = np.abs(axes[-1]) > 1 - PLANE
+        if own.any() and sizes[-1] < PLANE * sizes[0]:
+            # On a face at right angles to an axis of the part: its other two, from the part's own origin.
+            axes, centre = np.eye(3)[~own], np.zeros(3)
+            first, second = (name for name, off in zip("xyz", own, strict=True) if not off)
+            labels = (f"{first} of the part [mm]", f"{second} of the part [mm]")
         pair = (points - centre) @ axes[:2].T
         filled = None
         if surface is not None and nodes is not None and surface.facets.shape[1] == 6 and sizes[-1] < PLANE * sizes[0]:
             corners, number = np.unique(surface.facets[:, :3], return_inverse=True)
             across, up = axes[:2] @ (nodes[corners] - centre).T
             filled = Triangulation(across, up, number.reshape(-1, 3))
-        labels = ("first principal direction [mm]", "second principal direction [mm]")
         found = Chart(pair * 1e3, pair, labels, filled)
     spread = np.ptp(found.metric, axis=0)
     return found if spread.min() > 1e-6 * spread.max() else None

@@ -136,7 +136,6 @@ def draw_reactions(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
     scale, unit = style.prefixed(largest, "N")
     for name in (name for name in sizes if name in chosen):
         axes.plot(times, sizes[name] * scale, lw=1.2, label=name)
-    kinds = [kind for kind in ("joint", "contact") if getattr(drawing.trajectory, f"{kind}s")]
-    axes.set_ylabel(f"force of {' or '.join(kinds) or 'joint'} [{unit}]")
+    axes.set_ylabel(f"force [{unit}]")
     if chosen:
         style.legend(axes, columns=4)

@@ -181,6 +181,7 @@ class Mechanism(Capabilities):
         taken = self._recorder.samples[len(self._recorder.samples) - count :]
         out.energies[:] = energies(self.model, states, [one.motion for one in taken])
         self._note_energies(out.energies)
+        out.energies[:, 4] -= self._energy[4]
         self._set_forces(out.forces, stride * self._interval)
         q, v = self._coordinates(taken)
         rigid = self._system.rigid

@@ -56,17 +56,30 @@ def solved(folder: Path, scene: str) -> Any:
 def test_few_points_of_a_sphere_are_named(tmp_path: Path) -> None:
     draw_ball(tmp_path / "cap.step")
     found = solved(tmp_path, SPHERE)
-    (note,) = [note for note in found.notes if "of a curved surface" in note]
+    (note,) = [note for note in found.notes if "of a curved or tilted surface" in note]
     assert note.startswith("contact.floor: its largest force acts on ")
     assert (
-        "component.ball.geometry.sizes.cap = 0.0005 or contact.floor.law.kind = 'hertz' with method 'penalty'" in note
+        "component.ball.geometry.sizes.cap = 0.0005 or where curved, contact.floor.law.kind = 'hertz' with method"
+        " 'penalty'" in note
     )
+    assert found.estimates["mesh.force"] > 0.1
+
+
+@pytest.mark.parametrize("tilt", [0.5, 4.0])
+def test_a_tilted_face_that_presses_along_its_edge_is_named(tilt: float, tmp_path: Path) -> None:
+    """A layer has the area of the row of points at the edge: the force depends on the size of the elements."""
+    text = BLOCK.replace("body.ball = {", f"body.ball = {{ orientation = {{ axis = [0, 1, 0], angle = {tilt} }},")
+    text = text.replace("1e-6]", f"{0.01 * np.sin(np.radians(tilt)) + 1e-6}]")
+    text = text.replace('interface = "shell",', 'interface = "shell", surface_stiffness = 1e13,')
+    found = solved(tmp_path, text)
+    (note,) = [note for note in found.notes if "of a curved or tilted surface" in note]
+    assert "component.ball.mesh.size = 0.002" in note
     assert found.estimates["mesh.force"] > 0.1
 
 
 def test_a_flat_face_is_not(tmp_path: Path) -> None:
     found = solved(tmp_path, BLOCK)
-    assert not [note for note in found.notes if "of a curved surface" in note]
+    assert not [note for note in found.notes if "of a curved or tilted surface" in note]
     assert found.estimates["mesh.force"] < 0.1
 
 

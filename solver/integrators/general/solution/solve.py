@@ -21,6 +21,7 @@ from gudgeon.solver.integrators.general.rows import add_row
 from gudgeon.solver.integrators.general.slides import coupling, gather_sliding
 from gudgeon.solver.integrators.general.solution.acting import begin_acting, choose, end_acting, list_acting, measure
 from gudgeon.solver.integrators.general.solution.closed import close
+from gudgeon.solver.integrators.general.solution.holding import make_reachable
 from gudgeon.solver.integrators.general.solution.mixing import WINDOW, mix
 from gudgeon.solver.integrators.general.solution.newton import allowed, natural_residual, newton, renew
 from gudgeon.solver.integrators.general.solution.responses import (
@@ -47,9 +48,7 @@ LOOKS = 4
 FIRST_SWEEPS = 6
 """Before Newton's method, which without them goes to and fro where slip turns round."""
 LAST_TOLERANCE = 1e-9
-"""As `TOLERANCE`, of Newton's method, the round-off of its factor, and of sweeps that do not come nearer.
-
-Where more points are held than can move, what their places lack moves forces on without end, and no point."""
+"""As `TOLERANCE`, of Newton's method: the round-off of its factor."""
 
 
 @entry
@@ -122,6 +121,18 @@ def _balanced(constants, state, problem):  # type: ignore[no-untyped-def]
     """Find the forces by sweeps, else by Newton's method after a few sweeps; False where neither does."""
     if problem.size[1] != problem.size[0]:
         _gather(constants, state, problem)
+    found = _found(constants, state, problem)
+    # Of points that no motion reaches at once, the forces against each other have no bound but those of slip.
+    if not found and make_reachable(constants, state, problem):
+        found = _found(constants, state, problem)
+    if found:
+        _release(constants, state, problem)
+    return found
+
+
+@inner
+def _found(constants, state, problem):  # type: ignore[no-untyped-def]
+    """As `_balanced`, of the places where points are held."""
     bound = _begin(constants, state, problem)
     found = _swept(constants, state, problem, (MOST_SWEEPS, WINDOW), bound)
     # From where sweeps came, then from a few: far from the forces the one goes to and fro, near to them the other.
@@ -129,10 +140,7 @@ def _balanced(constants, state, problem):  # type: ignore[no-untyped-def]
     if not found:
         _begin(constants, state, problem)
         found = _swept(constants, state, problem, (FIRST_SWEEPS, 0), bound)
-    found = found or newton(constants, state, problem, LAST_TOLERANCE, bound)
-    if found:
-        _release(constants, state, problem)
-    return found
+    return found or newton(constants, state, problem, LAST_TOLERANCE, bound)
 
 
 @inner
@@ -225,8 +233,7 @@ def _swept(constants, state, problem, turns, bound):  # type: ignore[no-untyped-
         before = size
         if window > 0 and sweep + 1 < most:
             problem.size[4] = mix(problem, n, sweep)
-    renew(problem)
-    return natural_residual(constants, state, problem) <= allowed(constants, state, problem, LAST_TOLERANCE, bound) ** 2
+    return False
 
 
 @inner
