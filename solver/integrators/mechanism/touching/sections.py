@@ -25,8 +25,10 @@ from gudgeon.solver.vectors import frame_along, unit
 TOUCHING = 1e-9
 """Depth over the size of the mechanism up to which points touch and do not penetrate at the start."""
 USUAL = 1e-4
-"""Indentation over the radius of gyration at which a law gives the stiffness by which points stick, and way over which
-the direction of their sliding changes at least."""
+"""Indentation over the radius of gyration at which a law gives the stiffness by which points stick."""
+WAY = 1e-3
+"""Way over which the direction of friction follows at least, over the radius of gyration: where points slide, steps are
+about six times its time."""
 Ends = tuple[Point, Point]
 """On the other side, and the own one."""
 Rubbing = tuple[float, float, float, float]
@@ -145,9 +147,8 @@ def rubbing_of(name: str, settings: Contact, law: Coefficients, body: FlexibleBo
         )
     if friction.speed is not None:
         return friction.static, friction.speed, 0.0, 0.0
-    usual = USUAL * body.gyration
-    own = STICKING * law.exponent * law.stiffness * usual ** (law.exponent - 1)
-    return friction.static, 1.0, friction.stiffness or own, usual
+    own = STICKING * law.exponent * law.stiffness * (USUAL * body.gyration) ** (law.exponent - 1)
+    return friction.static, 1.0, friction.stiffness or own, WAY * body.gyration
 
 
 def section_arrays(kept: list[Section]) -> dict[str, np.ndarray]:

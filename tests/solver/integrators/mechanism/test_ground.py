@@ -11,10 +11,9 @@ import pytest
 from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.modaldb.tangents import tangents
-from gudgeon.solver.errors import SceneError
 from gudgeon.solver.simulate import simulate
 from tests.solver.integrators.mechanism.flexible_scenes import WIDE, cloud
-from tests.solver.systems import build_all, rigid_records
+from tests.solver.systems import build_all
 
 FLOOR = {"shape": "plane", "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
 BORE = {"shape": "bore", "radius": 0.15, "axis": [0.0, 1.0, 0.0], "origin": [0.0, 0.0, 0.15]}
