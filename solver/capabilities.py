@@ -18,6 +18,7 @@ class Feature(Enum):
     FRICTION = "friction in the plane of contact"
     LINE_FRICTION = "friction along one line, of rigid bodies in rigid contact"
     SMOOTHED_FRICTION = "friction that rises with the sliding speed (friction.speed)"
+    FRICTION_SPRING = "friction by a tangential spring (friction.stiffness)"
     EDGES = "contact with a face that has edges"
     RIGID_CONTACT = "rigid contact by multipliers and impacts"
     WEAR = "wear of contacts"
@@ -94,7 +95,9 @@ class Explicit(Integrator):
 class Implicit(Integrator):
     """For every feature; stiff surfaces do not reduce its step. Driven and damped scenes have a loop of their own."""
 
-    carries = frozenset(Feature) - {Feature.MECHANISM, Feature.POINT_SPRING, Feature.SMOOTHED_FRICTION}
+    carries = frozenset(Feature) - {
+        Feature.MECHANISM, Feature.POINT_SPRING, Feature.SMOOTHED_FRICTION, Feature.FRICTION_SPRING
+    }  # fmt: skip
     preferred = frozenset(
         {
             Feature.COMPLIANT_CONTACT, Feature.TWO_BODIES, Feature.SLIDING_PAIR, Feature.DAMPING, Feature.JOINT,
@@ -161,8 +164,9 @@ class Mechanism(Integrator):
     carries = frozenset(
         {
             Feature.MECHANISM, Feature.POINT_LOAD, Feature.POINT_SPRING, Feature.GRAVITY, Feature.PROBES,
-            Feature.DAMPING, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.SMOOTHED_FRICTION, Feature.FIELD,
-            Feature.GAUGES, Feature.SLIDING_PAIR, Feature.JOINT,
+            Feature.DAMPING, Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.FRICTION,
+            Feature.SMOOTHED_FRICTION, Feature.FRICTION_SPRING, Feature.FIELD, Feature.GAUGES, Feature.SLIDING_PAIR,
+            Feature.JOINT,
         }
     )  # fmt: skip
     order = 8

@@ -178,7 +178,7 @@ def _default(job: Job) -> Iterator[Setting]:
         if others:
             changes = {"component": {name: {"modes": {"reduction": reduction}} for name in others}}
             yield Setting(f"reduction {reduction}", changes, named=False)
-    for integrator in job.scene.carriers():
+    for integrator in job.scene.alternatives():
         if integrator != job.scene.integrator:
             yield Setting(f"integrator {integrator}", {"run": {"integrator": integrator}}, named=False)
     flexible = [name for name, contact in job.scene.contact.items() if contact.method == "residual"]

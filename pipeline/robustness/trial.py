@@ -138,7 +138,7 @@ def found_step(job: Job) -> float:
 
 def stepped(job: Job) -> list[str]:
     """Return the integrators that support a scene and have a step."""
-    return [name for name in job.scene.carriers() if math.isfinite(INTEGRATORS[name].order)]
+    return [name for name in job.scene.alternatives() if math.isfinite(INTEGRATORS[name].order)]
 
 
 def suggested_step(job: Job) -> float:

@@ -214,13 +214,6 @@ def _wrong_turning(scene: "SceneFile") -> list[str]:
             lines.append(f"component.{owner}.supports: body '{name}' turns by any angle; hold it by a joint instead")
         if tuple(body.freedom) != ALL_FREE:
             lines.append(f"body.{name}.freedom: the body turns by any angle; hold it by a joint instead")
-        if component.modes.reduction != "rigid":
-            lines += [
-                f"contact.{key}.method: '{contact.method}' given, but residual flexibility does not act on body"
-                f" '{name}' before obstacles, as it turns by any angle; use 'penalty' with its law"
-                for key, contact in scene.contact.items()
-                if contact.body == name and contact.method == "residual" and contact.against.shape != "surface"
-            ]
     return list(dict.fromkeys(lines))
 
 

@@ -7,7 +7,7 @@ from pydantic import Field, field_validator, model_validator
 from gudgeon.solver.laws import Law
 from gudgeon.solver.laws.archard import ContactWear
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.numbers import LayerStiffness, Length, PositiveSpeed, RatioFromZero, Share, Strict
+from gudgeon.solver.numbers import LayerStiffness, Length, PositiveSpeed, RatioFromZero, Share, Stiffness, Strict
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.vectors import Direction
 
@@ -59,7 +59,13 @@ class Friction(Strict):
         default=None,
         description="v₀ of friction that rises with the sliding speed, μ F v/√(v² + v₀²), for bodies that turn by any"
         " angle (integrator 'mechanism'): points that should stick creep, slower than this [m/s]; default: points"
-        " stick, which that integrator does not support",
+        " stick",
+    )
+    stiffness: Stiffness | None = Field(
+        default=None,
+        description="Of the tangential spring by which a point sticks where bodies turn by any angle (integrator"
+        " 'mechanism'); default: by Mindlin 0.82 times its stiffness along the normal: that of R and surface_stiffness,"
+        " or of its law at an indentation of 1e-4 of the body's radius of gyration [N/m]",
     )
 
     @property
@@ -78,6 +84,11 @@ class Friction(Strict):
             )
         if self.speed is not None and self.direction is not None:
             raise ValueError("speed and direction cannot be combined: friction with speed acts in the plane of contact")
+        if self.stiffness is not None and (self.speed is not None or self.direction is not None):
+            raise ValueError(
+                "stiffness cannot be combined with speed, with which nothing sticks, nor with direction: its spring"
+                " acts in the plane of contact"
+            )
         return self
 
 

@@ -25,9 +25,11 @@ def _friction(where: str, contact: Contact, friction: Friction) -> Demand:
     """Return what the friction of a contact needs."""
     if friction.speed is not None:
         return Demand(f"the friction of {where} with friction.speed", Feature.SMOOTHED_FRICTION, where)
+    if friction.stiffness is not None:
+        return Demand(f"the friction of {where} with friction.stiffness", Feature.FRICTION_SPRING, where)
     if METHODS[contact.method].rigid and friction.direction is not None:
         return Demand(f"the friction of {where}", Feature.LINE_FRICTION, where)
-    return Demand(f"the friction of {where} without friction.speed", Feature.FRICTION, where)
+    return Demand(f"the friction of {where}", Feature.FRICTION, where)
 
 
 def prefers(demands: list[Demand], name: str) -> bool:

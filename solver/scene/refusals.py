@@ -54,21 +54,14 @@ def _turning_line(where: str, feature: Feature, settings: Contact | Force | Moti
 
 def _contact_line(where: str, feature: Feature, contact: Contact) -> str:
     """Return what is wrong with a contact where bodies turn by any angle, and what is allowed."""
-    laws = f"kind {', '.join(LAWS)}"
-    by = "" if contact.method == "penalty" else f" and {where}.method 'penalty'"
-    layer = " instead of surface_stiffness" if contact.surface_stiffness is not None else ""
     friction = contact.friction
     return {
-        Feature.COMPLIANT_CONTACT:
-            f"{where}.law: not given; points there press by a law, so give one of {laws}{layer}{by}",
         Feature.RIGID_CONTACT:
-            f"{where}.method: '{contact.method}' given; contact there has method 'penalty' with a law of {laws}",
-        Feature.FRICTION:
-            f"{where}.friction.speed: not given; friction there rises with the sliding speed, so give v₀ [m/s] above 0,"
-            " the speed below which points creep that should stick",
+            f"{where}.method: '{contact.method}' given; contact there has method 'residual', or 'penalty' with a law of"
+            f" kind {', '.join(LAWS)}",
         Feature.LINE_FRICTION:
             f"{where}.friction.direction: {friction.direction if friction else None} given; friction there acts in the"
-            " plane of contact, with a speed",
+            " plane of contact",
         Feature.TWO_BODIES:
             f"{where}.against.shape: '{contact.against.shape}' given; bodies meet there by points on an interface of"
             " kind 'traction', shape 'surface'",

@@ -219,6 +219,11 @@ class Scene(Strict):
         small = not {Feature.FIELD, Feature.SLIDING_PAIR, Feature.JOINT}.isdisjoint(one.feature for one in demands)
         return sorted(able, key=lambda name: not prefers(demands, name) or (small and INTEGRATORS[name].turns))
 
+    def alternatives(self) -> list[str]:
+        """Return the integrators that support the scene and turn its bodies as its own one does."""
+        turns = self.capabilities.turns
+        return [name for name in self.carriers() if INTEGRATORS[name].turns == turns]
+
     @property
     def general(self) -> bool:
         """Whether the implicit integrator runs it by its loop over ports: sliding pairs, and loads on bodies without

@@ -73,10 +73,10 @@ def test_commands_for_small_motion_refuse(command: str, tmp_path: Path) -> None:
 
 BAD: dict[str, tuple[dict[str, Any], str]] = {
     "contact": (
-        {"contact.floor": {"body": "top", "interface": "foot",
+        {"contact.floor": {"body": "top", "interface": "foot", "method": "impact", "restitution": 0.5,
                            "against": {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}}},
-        r"contact\.floor\.law: not given; points there press by a law, so give one of kind linear, hertz.* and"
-        r" contact\.floor\.method 'penalty' \(joint\.pivot\.kind is 'spherical', so bodies turn by any angle",
+        r"contact\.floor\.method: 'impact' given; contact there has method 'residual', or 'penalty' with a law of kind"
+        r" linear, hertz.* \(joint\.pivot\.kind is 'spherical', so bodies turn by any angle",
     ),
     "name": (
         {"contact.pivot": {"body": "top", "interface": "foot", "method": "penalty",

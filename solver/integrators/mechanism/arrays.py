@@ -31,8 +31,8 @@ scene's axes, three numbers each [N s, N m, N s]; and its tangential deflection,
 NORMAL_PUSH, DRAG_PUSH, DEFLECTION = 2, 5, 8
 """Where the last three begin."""
 JOURNAL, PLANE, SURFACE = range(3)
-"""Shapes that a section touches: the inside of a cylinder, what is behind a plane across the third axis, or a surface
-of another body. The latter have no pair of markers, and stand last."""
+"""Shapes that a section touches: the inside of a cylinder, what is behind a plane across the third axis, or what stands
+in `touching.surfaces`. The latter have no pair of markers, and stand last."""
 ALONG, SQUARE, DISTANCE, ANGLE = range(4)
 """Kinds of a term: d = p_b − p_a along an axis of a; scalar product of two axes; |d|; rotation about a's third axis."""
 MOMENTS = ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))
@@ -274,7 +274,7 @@ class Work(NamedTuple):
     """Added to its indentation, which by round-off was not above zero as the contact began: a dashpot's force jumps
     there [m], (c,)."""
     touch: np.ndarray
-    """What it does, columns of `touching.kernel`, (c, 25)."""
+    """What it does, columns of `touching.kernel`, (c, 26)."""
     pressing: Pressing
 
 

@@ -41,7 +41,6 @@ from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Distance, Marked, Screw, Universal
 from gudgeon.solver.joints.slider_crank import SliderCrank
-from gudgeon.solver.scene.contact import MasterSurface
 from gudgeon.solver.system.system import System
 from gudgeon.solver.vectors import frame_along, unit
 
@@ -71,7 +70,7 @@ class Linkage:
     sections: list[Section] = field(default_factory=list)
     """What may touch: journals of joints with clearance, then points of contacts, those with other bodies last."""
     meetings: list[Meeting] = field(default_factory=list)
-    """Contacts between two bodies."""
+    """Contacts between two bodies, and with the ground by flexibility."""
 
     def point(
         self, body: str | None, at: tuple[float, float, float] | None, interface: str | None = None, where: str = ""
@@ -152,8 +151,6 @@ def linkage_of(system: System) -> Linkage:
         elif isinstance(joint, Driven):
             _add_drive(found, name, joint)
     for contact in system.contacts:
-        if isinstance(scene.contact[contact.name].against, MasterSurface):
-            continue
         for ends, axes, section in of_contact(contact, system, found.names, found.centres, found.frames):
             found.sections.append(section._replace(pair=len(found.markers)))
             found.markers.append(ends)

@@ -37,12 +37,12 @@ LAW, TWIST = 16, 17
 GRIP, ALONG, DEFLECTING = 20, 21, 22
 """Of a cone: limit of friction less the force of its spring [N], velocity along its deflection [m/s], and where the
 rate of the deflection begins [m/s]."""
-OVER = 20
-"""Of a point before another body: whether it is over the surface of that."""
 STRETCH = 24
 """Rate of the indentation over that of the way along the normal: 1, but of elastic bearings, whose loss acts on the
 latter and so gives its restitution back, whatever the potential."""
-COLUMNS = 25
+OVER = 25
+"""Of a point before another body: whether it is over the surface of that."""
+COLUMNS = 26
 
 
 @inner
@@ -94,7 +94,8 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
         turned = cross(apart, (radius * n[0], radius * n[1], radius * n[2]))
         v0, v1, v2 = v0 + turned[0] - rate * n[0], v1 + turned[1] - rate * n[1], v2 + turned[2] - rate * n[2]
         if model.touch_friction[i, 2] > 0.0:
-            _set_cone(model, work, i, (v0, v1, v2), u)
+            t, w = _across(model, work, i, n, u)
+            set_cone(model, work, i, (v0, v1, v2), t, w)
             continue
         slow, drag, sliding = model.touch_friction[i, 1], 0.0, 0.0
         rubs = model.touch_friction[i, 0] > 0.0
@@ -108,24 +109,29 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _set_cone(model, work, i, v, u):  # type: ignore[no-untyped-def]
+def _across(model, work, i, n, u):  # type: ignore[no-untyped-def]
+    """Return two axes of the plane of contact of a section: about and along the bearing's axis, or along a plane."""
+    a = 2 * model.touch_pair[i]
+    if model.touch_shape[i] == PLANE:
+        t = (work.axes[a, 0, 0], work.axes[a, 1, 0], work.axes[a, 2, 0])
+        return t, (work.axes[a, 0, 1], work.axes[a, 1, 1], work.axes[a, 2, 1])
+    return cross(u, n), u
+
+
+@inner
+def set_cone(model, work, i, v, t, w):  # type: ignore[no-untyped-def]
     """Set friction of a section with sticking: a tangential spring whose force the cone bounds.
 
-    The deflection s has components about and along the bearing's axis, or along two axes of a plane. Where the section
-    sticks, ṡ = v and the force is −k s; where it slips, −μ F s/|s|, and s turns with the velocity as that of a spring
-    of deflection μ F/k. The sliding speed is the power of friction over μ F: what the spring holds is given back.
+    The deflection s has components along two axes of the plane of contact. Where the section sticks, ṡ = v and the
+    force is −k s; where it slips, −μ F s/|s|, and s turns with the velocity as that of a spring of deflection μ F/k.
+    The sliding speed is the power of friction over μ F: what the spring holds is given back.
 
     Args:
         v: Velocity of the contact point in the plane of contact [m/s].
-        u: Axis of the bearing.
+        t: First axis.
+        w: Second one.
     """
-    found, a = work.touch[i], 2 * model.touch_pair[i]
-    n = (found[NORMAL], found[NORMAL + 1], found[NORMAL + 2])
-    if model.touch_shape[i] == PLANE:
-        t = (work.axes[a, 0, 0], work.axes[a, 1, 0], work.axes[a, 2, 0])
-        w = (work.axes[a, 0, 1], work.axes[a, 1, 1], work.axes[a, 2, 1])
-    else:
-        t, w = cross(u, n), u
+    found = work.touch[i]
     s0, s1, stiffness = work.deflection[i, 0], work.deflection[i, 1], model.touch_friction[i, 2]
     v0, v1 = v[0] * t[0] + v[1] * t[1] + v[2] * t[2], v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
     size, limit = np.sqrt(s0 * s0 + s1 * s1), model.touch_friction[i, 0] * found[FORCE]
@@ -248,7 +254,7 @@ def set_touch_sums(model, work, out):  # type: ignore[no-untyped-def]
         force = work.touch[i, FORCE]
         out[first] = force
         sliding = work.touch[i, SLIDING]
-        if sliding > 0.0 and model.touch_size[i, 1] == 0.0:
+        if sliding > 0.0 and model.touch_size[i, 1] == 0.0 and model.touch_friction[i, 2] == 0.0:
             sliding *= sliding / np.sqrt(sliding * sliding + model.touch_friction[i, 1] ** 2)
         out[first + 1] = force * sliding
         for k in range(3):

@@ -162,7 +162,7 @@ class Touching:
         if len(lost):
             k, i = map(int, lost[0])
             self.left = Left(i, float(times[k]), self._place(at(float(times[k])), i), pressed=True)
-        elif first is not None and between[first.section]:
+        elif first is not None and not first.turns and between[first.section]:
             state, i = at(first.time), first.section
             # Where it touches or parts its indentation is zero, unless it crosses a border.
             if abs(self._looked(state)[i, DEPTH]) > AT_ONCE * self._model.surfaces.deep.min():

@@ -1,4 +1,5 @@
-"""From contacts between two bodies that turn to the arrays of their points and surfaces."""
+"""From contacts between two bodies that turn, and of one with the ground by flexibility, to the arrays of their points
+and surfaces."""
 
 from typing import NamedTuple
 
@@ -9,14 +10,16 @@ from gudgeon.modaldb.traction import heights
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.integrators.mechanism.arrays import SURFACE
+from gudgeon.solver.integrators.mechanism.arrays import NONE, SURFACE
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame
-from gudgeon.solver.integrators.mechanism.touching.sections import Section, rows_of
+from gudgeon.solver.integrators.mechanism.touching.sections import Section, by_flexibility, rows_of, rubbing_of
 from gudgeon.solver.integrators.mechanism.touching.surfaces import WHOLE, Surfaces, no_surfaces
 from gudgeon.solver.laws.base import Coefficients
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.scene.contact import MasterSurface
+from gudgeon.solver.obstacles import Bore, Plane
+from gudgeon.solver.scene.contact import Contact, MasterSurface
 from gudgeon.solver.system.system import System
+from gudgeon.solver.vectors import frame_along, unit
 
 DEEP = 0.25
 """Depth below which a point is on the other side of the body, over the smaller extent of the surface."""
@@ -26,20 +29,31 @@ NO_LAW = Coefficients(0.0, 1.0, 0.0, 0.0)
 
 
 class Meeting(NamedTuple):
-    """One contact between two bodies."""
+    """One contact between two bodies, or of one with a plane or bore of the ground by flexibility."""
 
     contact: ContactRows
-    against: MasterSurface
-    bodies: tuple[FlexibleBody, FlexibleBody]
-    """Of the points and of the surface."""
+    against: MasterSurface | Plane | Bore
+    bodies: tuple[FlexibleBody, ...]
+    """Of the points, and of the surface if it is of a body."""
     numbers: tuple[int, int]
-    frames: tuple[Frame, Frame]
-    space: TractionModes
+    """The second one `NONE` of the ground."""
+    frames: tuple[Frame, ...]
+    space: TractionModes | None
+    """None of the ground."""
+    flexible: bool
+    """Whether residual flexibility acts."""
     by_law: bool
+
+    @property
+    def compliance(self) -> np.ndarray:
+        """R of each point along its normal [m/N], (c,)."""
+        if not self.flexible:
+            return np.zeros(len(self.contact.points))
+        return self.bodies[0].residual(self.contact.interface, self.contact.interface).diagonal()
 
 
 def meetings(system: System, frames: list[Frame]) -> list[Meeting]:
-    """Return the contacts between two bodies of a scene whose bodies turn.
+    """Return the contacts between two bodies of a scene whose bodies turn, and those by flexibility.
 
     Raises:
         SceneError: a surface is round, or a law is not what points press by.
@@ -47,11 +61,18 @@ def meetings(system: System, frames: list[Frame]) -> list[Meeting]:
     found, names = [], list(system.bodies)
     for contact in system.contacts:
         settings = system.scene.contact[contact.name]
-        against = settings.against
-        if not isinstance(against, MasterSurface):
+        against, here = settings.against, names.index(contact.body)
+        flexible, own = METHODS[settings.method].flexible, system.bodies[contact.body]
+        if isinstance(against, Plane | Bore):
+            if not by_flexibility(settings, frames[here]):
+                continue
+            _check_law(contact.name, settings)
+            found.append(Meeting(contact, against, (own,), numbers=(here, NONE), frames=(frames[here],), space=None,
+                                 flexible=flexible, by_law=False))  # fmt: skip
             continue
-        here, there = names.index(contact.body), names.index(against.body)
-        own, other = system.bodies[contact.body], system.bodies[against.body]
+        assert isinstance(against, MasterSurface)  # Others are refused with the scene.
+        there = names.index(against.body)
+        other = system.bodies[against.body]
         space = other.modal.tractions[against.interface]
         if space.chart["kind"] == "cylinder":
             raise SceneError(
@@ -60,32 +81,49 @@ def meetings(system: System, frames: list[Frame]) -> list[Meeting]:
                 f" component.{system.scene.component_of(against.body)}"
                 f".interface.{against.interface}.along instead of sector_deg, which makes a patch of it"
             )
-        flexible = METHODS[settings.method].flexible
-        if flexible and settings.smooth_law:
-            raise SceneError(
-                f"contact.{contact.name}.law: '{settings.law.kind if settings.law else ''}' given with method"
-                " 'residual'; points of bodies that turn press by their flexibility and surface_stiffness, or by method"
-                " 'penalty' with a law"
-            )
+        if flexible:
+            _check_law(contact.name, settings)
         found.append(
             Meeting(
                 contact, against, (own, other), numbers=(here, there), frames=(frames[here], frames[there]),
-                space=space, by_law=not flexible and settings.law is not None,
+                space=space, flexible=flexible, by_law=not flexible and settings.law is not None,
             )
         )  # fmt: skip
     return found
 
 
+def _check_law(name: str, settings: Contact) -> None:
+    """Raise a SceneError for a law that is more than a compliance beside R."""
+    law = settings.law
+    if law is None or (not settings.smooth_law and law.coefficients().damping == 0):
+        return
+    raise SceneError(
+        f"contact.{name}.law: '{law.kind}'{' with damping' if law.kind == 'linear' else ''} given with method"
+        " 'residual'; points of bodies that turn press by their flexibility and surface_stiffness, or by method"
+        " 'penalty' with a law"
+    )
+
+
 def sections_of(found: list[Meeting], system: System) -> list[Section]:
-    """Return the sections of all points, one after the other."""
+    """Return the sections of all points, one after the other.
+
+    Raises:
+        SceneError: friction is not what bodies that turn have.
+    """
     sections = []
     for one in found:
         settings = system.scene.contact[one.contact.name]
-        law = settings.law.coefficients() if one.by_law and settings.law is not None else NO_LAW
-        rubbing = settings.friction
-        friction = (rubbing.static, rubbing.speed or 1.0, 0.0, 0.0) if rubbing else (0.0, 1.0, 0.0, 0.0)
-        same = Section(one.contact.name, (0.0, 0.0, 0.0), law, friction, SURFACE)
-        sections += [same] * len(one.contact.points)
+        if one.by_law and settings.law is not None:
+            laws = pressed = [settings.law.coefficients()] * len(one.contact.points)
+        else:
+            laws = [NO_LAW] * len(one.contact.points)
+            soft = one.compliance + system.layer[one.contact.rows]
+            pressed = [Coefficients(1 / each, 1.0, 0.0, 0.0) for each in map(float, soft)]
+        sections += [
+            Section(one.contact.name, (0.0, 0.0, 0.0), law, rubbing_of(one.contact.name, settings, own, one.bodies[0]),
+                    SURFACE)
+            for law, own in zip(laws, pressed, strict=True)
+        ]  # fmt: skip
     return sections
 
 
@@ -104,57 +142,117 @@ def surfaces_of(found: list[Meeting], system: System, elastic: int) -> Surfaces:
         joined[name] = np.column_stack([ends[:-1], ends[1:]])
     for column, each in ((2, "heights"), (3, "cover")):
         joined["cells"][:, column] = np.cumsum([0, *(len(part[each]) for part in parts)])[:-1]
-    p, f = len(joined["arm"]), len(joined["outward"])
-    residual, compliance, mixed = np.zeros((p, p)), np.zeros((f, f)), np.zeros((p, f))
-    for a, one in enumerate(found):
-        for b, other in enumerate(found):
-            if one.by_law or other.by_law:
-                continue
-            flexible = all(METHODS[system.scene.contact[m.contact.name].method].flexible for m in (one, other))
-            if flexible and one.numbers[0] == other.numbers[0]:
-                block = one.bodies[0].residual(one.contact.interface, other.contact.interface)
-                residual[slice(*joined["points"][a]), slice(*joined["points"][b])] = block
-            if flexible and one.numbers[1] == other.numbers[1]:
-                block = one.bodies[1].residual(one.against.interface, other.against.interface)
-                compliance[slice(*joined["functions"][a]), slice(*joined["functions"][b])] = block
-            if flexible and one.numbers[0] == other.numbers[1]:
-                block = one.bodies[0].residual(one.contact.interface, other.against.interface)
-                mixed[slice(*joined["points"][a]), slice(*joined["functions"][b])] = block
-    joined |= {"residual": residual, "compliance": compliance, "mixed": mixed if mixed.any() else mixed[:0]}
+    joined |= _flexibilities(found, joined)
     return Surfaces(**{
         name: np.ascontiguousarray(joined[name], np.int64 if name in WHOLE else float) for name in Surfaces._fields
     })  # fmt: skip
 
 
+def _flexibilities(found: list[Meeting], joined: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return R among all points, among all functions, and between both."""
+    p, f = len(joined["arm"]), len(joined["outward"])
+    residual, compliance, mixed = np.zeros((p, p, 3, 3)), np.zeros((f, f)), np.zeros((p, 3, f))
+    for a, one in enumerate(found):
+        for b, other in enumerate(found):
+            if not (one.flexible and other.flexible):
+                continue
+            here, points = slice(*joined["points"][a]), slice(*joined["points"][b])
+            functions = slice(*joined["functions"][b])
+            if one.numbers[0] == other.numbers[0]:
+                residual[here, points] = _between(one, other)
+            if one.numbers[1] == other.numbers[1] != NONE:
+                block = one.bodies[1].residual(_surface(one), _surface(other))
+                compliance[slice(*joined["functions"][a]), functions] = block
+            if one.numbers[0] == other.numbers[1]:
+                mixed[here, :, functions] = _towards(one, _surface(other))
+    return {"residual": residual, "compliance": compliance, "mixed": mixed if mixed.any() else mixed[:0]}
+
+
+def _surface(one: Meeting) -> str:
+    """Return the interface of a body that is the surface."""
+    assert isinstance(one.against, MasterSurface)
+    return one.against.interface
+
+
+def _between(one: Meeting, other: Meeting) -> np.ndarray:
+    """Return R between the points of two contacts of one body along its axes [m/N], (c, k, 3, 3)."""
+    body, (a, b) = one.bodies[0], (one.contact.interface, other.contact.interface)
+    if body.modal.residual_flexibility is None:
+        return np.zeros((len(one.contact.points), len(other.contact.points), 3, 3))
+    here, there = body.contact_frame(a), body.contact_frame(b)
+    block = body.contact_residual(a, b).reshape(len(here), 3, len(there), 3)
+    return np.einsum("pri,prqs,qsj->pqij", here, block, there)
+
+
+def _towards(one: Meeting, surface: str) -> np.ndarray:
+    """Return how outward forces on functions of their body move points along its axes [m/N], (c, 3, f)."""
+    body, interface = one.bodies[0], one.contact.interface
+    R, functions = body.modal.residual_flexibility, slice(*body.modal.interface_rows[surface])
+    here = body.contact_frame(interface)
+    if R is None:
+        return np.zeros((len(here), 3, functions.stop - functions.start))
+    block = R[body.contact_places(interface), functions].reshape(len(here), 3, -1)
+    return np.einsum("pri,prf->pif", here, block)
+
+
 def _pair(one: Meeting, system: System, elastic: int) -> dict[str, np.ndarray]:
     """Return the arrays of one contact but those over all points or functions."""
-    own, other = one.bodies
-    c, chart, space = len(one.contact.points), one.space.chart, one.space
-    arm = one.contact.points - own.morph.centre
-    rows, outward = np.zeros((c, 3, elastic)), np.zeros((space.size, elastic))
+    own = one.bodies[0]
+    c = len(one.contact.points)
+    arm, rows = one.contact.points - own.morph.centre, np.zeros((c, 3, elastic))
     rows[:, :, : len(one.frames[0].stiffness)] = rows_of(own, one.frames[0], one.contact)[:, :3]
-    outward[:, : len(one.frames[1].stiffness)] = _outward(one)
-    low, step, cells, height, cover = _height(space)
     layer = system.layer[one.contact.rows] if not one.by_law else np.zeros(c)
+    of_points = {
+        "owner": np.array([one.numbers]), "arm": arm, "rows": rows,
+        "normal": own.modal.interfaces[one.contact.interface].normals, "layer": layer, "by_law": np.array([one.by_law]),
+    }  # fmt: skip
+    if one.space is None:
+        return of_points | _ground(one, elastic)
+    return of_points | _face(one, one.space, _ball(arm), elastic)
+
+
+def _ground(one: Meeting, elastic: int) -> dict[str, np.ndarray]:
+    """Return the arrays of a plane or bore of the ground, which has no functions."""
+    against = one.against
+    assert isinstance(against, Plane | Bore)
+    if isinstance(against, Plane):
+        axis, origin, radius = unit(against.normal), np.asarray(against.point, float), 0.0
+    else:
+        axis, origin, radius = unit(against.axis), np.asarray(against.origin, float), against.radius
+    shapes = {"low": 2, "step": 2, "cells": 4, "start": 2, "spacing": 2, "counts": 2}
+    return {name: np.zeros((1, size)) for name, size in shapes.items()} | {
+        "origin": origin[None], "axes": frame_along(axis).T[None], "radius": np.array([radius]),
+        "heights": np.zeros(0), "cover": np.zeros(0), "outward": np.zeros((0, elastic)),
+        "balls": np.zeros((1, 2, 4)), "deep": np.array([np.inf]),
+    }  # fmt: skip
+
+
+def _face(one: Meeting, space: TractionModes, ball: np.ndarray, elastic: int) -> dict[str, np.ndarray]:
+    """Return the arrays of the surface of a body.
+
+    Args:
+        ball: Around the points, (4,).
+    """
+    other, chart = one.bodies[1], space.chart
+    outward = np.zeros((space.size, elastic))
+    outward[:, : len(one.frames[1].stiffness)] = _outward(one, space)
+    low, step, cells, height, cover = _height(space)
     centre = np.asarray(chart["origin"], float) - other.morph.centre
     axes = np.array([chart["across"], chart["along"], chart["normal"]], float)
     corners = low + step * np.stack(np.meshgrid(*(np.arange(n + 1) for n in cells), indexing="ij"), -1).reshape(-1, 2)
     lifted = heights(chart, corners) if chart["kind"] == "patch" else np.zeros(len(corners))
     places = centre + np.column_stack([corners, lifted]) @ axes
     return {
-        "owner": np.array([one.numbers]), "arm": arm, "rows": rows,
-        "normal": own.modal.interfaces[one.contact.interface].normals, "layer": layer,
-        "by_law": np.array([one.by_law]), "origin": centre[None], "axes": axes[None], "low": low[None],
-        "step": step[None], "cells": np.array([[*cells, 0, 0]]), "heights": height, "cover": cover,
-        "start": space.start[None], "spacing": space.spacing[None], "counts": np.asarray(space.counts)[None],
-        "outward": outward, "balls": np.array([[_ball(arm), _ball(places)]]),
-        "deep": np.array([DEEP * float((step * cells).min())]),
+        "origin": centre[None], "axes": axes[None], "radius": np.zeros(1), "low": low[None], "step": step[None],
+        "cells": np.array([[*cells, 0, 0]]), "heights": height, "cover": cover, "start": space.start[None],
+        "spacing": space.spacing[None], "counts": np.asarray(space.counts)[None], "outward": outward,
+        "balls": np.array([[ball, _ball(places)]]), "deep": np.array([DEEP * float((step * cells).min())]),
     }  # fmt: skip
 
 
-def _outward(one: Meeting) -> np.ndarray:
+def _outward(one: Meeting, space: TractionModes) -> np.ndarray:
     """Return the outward displacement of functions per elastic coordinate, relative to the body's frame, (f, m)."""
-    frame, space, centre = one.frames[1], one.space, one.bodies[1].morph.centre
+    frame, centre = one.frames[1], one.bodies[1].morph.centre
     if not len(frame.stiffness):
         return np.zeros((space.size, 0))
     force, moment = space.resultant[:, :3], space.resultant[:, 3:]

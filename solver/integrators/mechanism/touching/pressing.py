@@ -1,21 +1,27 @@
-"""Points that press on surfaces of other bodies, in compiled functions; equations and arrays stand in `surfaces`."""
+"""Points that press on surfaces of other bodies, or on the ground, in compiled functions; equations and arrays stand in
+`surfaces`."""
 
 import numpy as np
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.mechanism.arrays import LOST, PLACE, SPEED, WIDTH
+from gudgeon.solver.integrators.mechanism.arrays import LOST, NONE, PLACE, SPEED, WIDTH
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, rotated
+from gudgeon.solver.integrators.mechanism.touching.flexibility import forced_out, over, set_dents, set_forces
 from gudgeon.solver.integrators.mechanism.touching.kernel import (
+    ALONG,
     APART,
+    DEFLECTING,
     DEPTH,
     DRAG,
     FORCE,
+    GRIP,
     LAW,
     NORMAL,
     OVER,
     RATE,
     SLIDING,
     TWIST,
+    set_cone,
 )
 from gudgeon.solver.integrators.mechanism.touching.splines import cubic, cubic_rates, height_at, interval
 from gudgeon.solver.laws.force import law_force
@@ -37,17 +43,21 @@ def set_pressing(model, work, y):  # type: ignore[no-untyped-def]
             found.near[p], found.force[p] = 0, 0.0
             own[DEPTH] = -f.deep[s] - (apart if apart > 0.0 else 0.0)
             own[RATE], own[FORCE], own[SLIDING], own[OVER], own[LAW] = 0.0, 0.0, 0.0, 0.0, 0.0
+            own[GRIP], own[ALONG], own[DEFLECTING], own[DEFLECTING + 1] = 0.0, 0.0, 0.0, 0.0
             for k in range(3):
                 own[NORMAL + k], own[DRAG + k], own[APART + k], own[TWIST + k] = 0.0, 0.0, 0.0, 0.0
             if found.live[s]:
                 _place(model, work, y, s, p)
-    count = _press_by_flexibility(model, work, first)
+    count = set_forces(model, work, first)
+    set_dents(model, work, count)
     _settle(model, work, first, count)
 
 
 @inner
 def _apart(model, work, y, s):  # type: ignore[no-untyped-def]
-    """Return the distance between the balls around the points and the surface of a pair [m]."""
+    """Return the distance between the balls around the points and the surface of a pair [m]; 0 before the ground."""
+    if model.surfaces.owner[s, 1] == NONE:
+        return 0.0
     a, b, balls = model.surfaces.owner[s, 0], model.surfaces.owner[s, 1], model.surfaces.balls[s]
     one, other = rotated(work.turn[a], balls[0, :3]), rotated(work.turn[b], balls[1, :3])
     total, at, there = 0.0, WIDTH * a + PLACE, WIDTH * b + PLACE
@@ -70,20 +80,26 @@ def _carried(model, work, y, s, p):  # type: ignore[no-untyped-def]
     r, w = rotated(work.turn[a], (u0, u1, u2)), rotated(work.turn[a], (w0, w1, w2))
     here, there, arm = WIDTH * a, WIDTH * b, work.pressing.arm[p]
     for k in range(3):
-        arm[0, k] = r[k]
-        arm[1, k] = y[here + PLACE + k] + r[k] - y[there + PLACE + k]
-    own, other = cross(work.omega[a], arm[0]), cross(work.omega[b], arm[1])
-    return (
-        y[here + SPEED] + own[0] + w[0] - y[there + SPEED] - other[0],
-        y[here + SPEED + 1] + own[1] + w[1] - y[there + SPEED + 1] - other[1],
-        y[here + SPEED + 2] + own[2] + w[2] - y[there + SPEED + 2] - other[2],
-    )
+        arm[0, k], arm[1, k] = r[k], y[here + PLACE + k] + r[k]
+    own = cross(work.omega[a], arm[0])
+    v0 = y[here + SPEED] + own[0] + w[0]
+    v1 = y[here + SPEED + 1] + own[1] + w[1]
+    v2 = y[here + SPEED + 2] + own[2] + w[2]
+    if b == NONE:
+        return v0, v1, v2
+    for k in range(3):
+        arm[1, k] -= y[there + PLACE + k]
+    other = cross(work.omega[b], arm[1])
+    return v0 - y[there + SPEED] - other[0], v1 - y[there + SPEED + 1] - other[1], v2 - y[there + SPEED + 2] - other[2]
 
 
 @inner
 def _in_frame(model, work, s, v):  # type: ignore[no-untyped-def]
     """Return a vector of the scene along the axes of a surface."""
-    Q, C = work.turn[model.surfaces.owner[s, 1]], model.surfaces.axes[s]
+    b, C = model.surfaces.owner[s, 1], model.surfaces.axes[s]
+    if b == NONE:
+        return rotated(C, v)
+    Q = work.turn[b]
     z0 = Q[0, 0] * v[0] + Q[1, 0] * v[1] + Q[2, 0] * v[2]
     z1 = Q[0, 1] * v[0] + Q[1, 1] * v[1] + Q[2, 1] * v[2]
     z2 = Q[0, 2] * v[0] + Q[1, 2] * v[1] + Q[2, 2] * v[2]
@@ -97,6 +113,8 @@ def _from_frame(model, work, s, v):  # type: ignore[no-untyped-def]
     z0 = C[0, 0] * v[0] + C[1, 0] * v[1] + C[2, 0] * v[2]
     z1 = C[0, 1] * v[0] + C[1, 1] * v[1] + C[2, 1] * v[2]
     z2 = C[0, 2] * v[0] + C[1, 2] * v[1] + C[2, 2] * v[2]
+    if model.surfaces.owner[s, 1] == NONE:
+        return z0, z1, z2
     return rotated(work.turn[model.surfaces.owner[s, 1]], (z0, z1, z2))
 
 
@@ -110,6 +128,9 @@ def _place(model, work, y, s, p):  # type: ignore[no-untyped-def]
     at -= C[0, 0] * o[0] + C[0, 1] * o[1] + C[0, 2] * o[2]
     away -= C[1, 0] * o[0] + C[1, 1] * o[1] + C[1, 2] * o[2]
     h -= C[2, 0] * o[0] + C[2, 1] * o[1] + C[2, 2] * o[2]
+    if b == NONE:
+        _place_on_ground(model, work, s, p, (at, away, h), v)
+        return
     x = ((at - f.low[s, 0]) / f.step[s, 0], (away - f.low[s, 1]) / f.step[s, 1])
     cell = (interval(x[0], f.cells[s, 0]), interval(x[1], f.cells[s, 1]))
     if cell[0] < 0 or cell[1] < 0 or not f.cover[f.cells[s, 3] + cell[0] * f.cells[s, 1] + cell[1]]:
@@ -133,6 +154,31 @@ def _place(model, work, y, s, p):  # type: ignore[no-untyped-def]
     own[RATE] = rate - slope[0] * w[0] - slope[1] * w[1] - slope[2] * w[2]
     for k in range(3):
         own[APART + k] = v[k]
+
+
+@inner
+def _place_on_ground(model, work, s, p, r, v):  # type: ignore[no-untyped-def]
+    """Set the gap of a point before a plane or in a bore of the ground, and its slope.
+
+    Args:
+        r: Its place in the frame of the obstacle [m].
+        v: Its velocity [m/s].
+    """
+    found, radius, slope = work.pressing, model.surfaces.radius[s], work.pressing.slope[p]
+    found.near[p], found.gap[p] = 1, r[2]
+    slope[0], slope[1], slope[2] = 0.0, 0.0, 1.0
+    if radius > 0.0:
+        far = np.sqrt(r[0] * r[0] + r[1] * r[1])
+        less = -1.0 / far if far > 0.0 else 0.0
+        found.gap[p] = radius - far
+        slope[0], slope[1], slope[2] = less * r[0], less * r[1], 0.0
+    n, Q = _from_frame(model, work, s, slope), work.turn[model.surfaces.owner[s, 0]]
+    own = work.touch[len(model.touch_pair) - len(model.surfaces.arm) + p]
+    own[OVER], own[DEPTH] = 1.0, -found.gap[p]
+    own[RATE] = -n[0] * v[0] - n[1] * v[1] - n[2] * v[2]
+    for k in range(3):
+        own[APART + k] = v[k]
+        found.inward[p, k] = Q[0, k] * n[0] + Q[1, k] * n[1] + Q[2, k] * n[2]
 
 
 @inner
@@ -166,115 +212,9 @@ def _outward(model, work, y, of, at, away):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _over(work, p, kind, width, values):  # type: ignore[no-untyped-def]
-    """Return the weighted sum of values over the functions that a point touches, with N or one of its slopes."""
-    first, weights, total = work.pressing.first[p], work.pressing.weights[p, kind], 0.0
-    for k in range(4):
-        for l in range(4):
-            total += weights[4 * k + l] * values[first + k * width + l]
-    return total
-
-
-@inner
-def _press_by_flexibility(model, work, first):  # type: ignore[no-untyped-def]
-    """Set the forces of points that press by flexibilities, which close their gaps; return how many there are."""
-    f, found, count = model.surfaces, work.pressing, 0
-    found.stored[0] = 0.0
-    for s in range(len(f.owner)):
-        if not found.live[s] or f.by_law[s]:
-            continue
-        for p in range(f.points[s, 0], f.points[s, 1]):
-            if found.near[p] and work.touching[first + p]:
-                found.active[count] = p
-                count += 1
-                _move(model, work, s, p)
-    A, a, active = found.matrix, 0, found.active
-    for s in range(len(f.owner)):
-        for p in range(f.points[s, 0], f.points[s, 1]):
-            if a == count or active[a] != p:
-                continue
-            for b in range(a + 1):
-                A[a, b] = f.residual[p, active[b]] + _over(work, p, 0, f.counts[s, 1], found.moved[active[b]])
-            A[a, a] += f.layer[p]
-            a += 1
-    if len(f.mixed) > 0:
-        _couple(model, work, count)
-    for a in range(count):
-        for b in range(a + 1):
-            total = A[a, b]
-            for k in range(b):
-                total -= A[a, k] * A[b, k]
-            A[a, b] = total / A[b, b] if a > b else (np.sqrt(total) if total > 0.0 else np.nan)
-    for a in range(count):
-        total = -found.gap[active[a]]
-        for k in range(a):
-            total -= A[a, k] * found.force[active[k]]
-        found.force[active[a]] = total / A[a, a]
-    for step in range(count):
-        a = count - 1 - step
-        total = found.force[active[a]]
-        for k in range(a + 1, count):
-            total -= A[k, a] * found.force[active[k]]
-        found.force[active[a]] = total / A[a, a]
-        found.stored[0] -= 0.5 * found.force[active[a]] * found.gap[active[a]]
-    return count
-
-
-@inner
-def _couple(model, work, count):  # type: ignore[no-untyped-def]
-    """Add to the compliance how points move by what presses on functions of their own body."""
-    f, found, b = model.surfaces, work.pressing, 0
-    for s in range(len(f.owner)):
-        for p in range(f.points[s, 0], f.points[s, 1]):
-            if b < count and found.active[b] == p:
-                for a in range(b, count):
-                    found.matrix[a, b] += _over(work, p, 0, f.counts[s, 1], f.mixed[found.active[a]])
-                b += 1
-
-
-@inner
-def _load(model, work, count):  # type: ignore[no-untyped-def]
-    """Set the forces on functions."""
-    f, found, b = model.surfaces, work.pressing, 0
-    found.loaded[:] = 0.0
-    for s in range(len(f.owner)):
-        for p in range(f.points[s, 0], f.points[s, 1]):
-            if b < count and found.active[b] == p:
-                for k in range(4):
-                    for l in range(4):
-                        at = found.first[p] + k * f.counts[s, 1] + l
-                        found.loaded[at] += found.force[p] * found.weights[p, 0, 4 * k + l]
-                b += 1
-
-
-@inner
-def _move(model, work, s, p):  # type: ignore[no-untyped-def]
-    """Set the inward displacement of the functions of the surfaces that may be met by a unit force of a point."""
-    f, found = model.surfaces, work.pressing
-    for other in range(len(f.owner)):
-        if not found.live[other]:
-            continue
-        same = f.owner[other, 1] == f.owner[s, 1]
-        for b in range(f.functions[other, 0], f.functions[other, 1]):
-            found.moved[p, b] = _over(work, p, 0, f.counts[s, 1], f.compliance[b]) if same else 0.0
-            if len(f.mixed) > 0:
-                found.moved[p, b] += f.mixed[p, b]
-
-
-@inner
 def _settle(model, work, first, count):  # type: ignore[no-untyped-def]
     """Set forces, their directions and friction; gaps of points that do not press include what the others press in."""
     f, found = model.surfaces, work.pressing
-    for s in range(len(f.owner)):
-        if not found.live[s]:
-            continue
-        for b in range(f.functions[s, 0], f.functions[s, 1]):
-            total = 0.0
-            for a in range(count):
-                total += found.force[found.active[a]] * found.moved[found.active[a], b]
-            found.inward[b] = total
-    if len(f.mixed) > 0:
-        _load(model, work, count)
     a = 0
     for s in range(len(f.owner)):
         if not found.live[s]:
@@ -295,13 +235,8 @@ def _settle(model, work, first, count):  # type: ignore[no-untyped-def]
                     total += found.matrix[a, k] * found.matrix[a, k]
                 own[DEPTH], a = total * found.force[p], a + 1
             else:
-                total = _over(work, p, 0, f.counts[s, 1], found.inward)
-                for k in range(count):
-                    total += f.residual[p, found.active[k]] * found.force[found.active[k]]
-                for b in range(len(found.loaded) if len(f.mixed) > 0 else 0):
-                    total += f.mixed[p, b] * found.loaded[b]
-                own[DEPTH] = -found.gap[p] - total
-            if found.force[p] != 0.0:
+                own[DEPTH] = -found.gap[p] - forced_out(model, work, s, p, count)
+            if found.force[p] != 0.0 or (work.touching[i] and model.touch_friction[i, 2] > 0.0):
                 _direct(model, work, s, p, i)
 
 
@@ -311,8 +246,12 @@ def _direct(model, work, s, p, i):  # type: ignore[no-untyped-def]
     f, found, own = model.surfaces, work.pressing, work.touch[i]
     s0, s1, s2 = found.slope[p, 0], found.slope[p, 1], found.slope[p, 2]
     if not f.by_law[s]:
-        s0 += _over(work, p, 1, f.counts[s, 1], found.inward)
-        s1 += _over(work, p, 2, f.counts[s, 1], found.inward)
+        s0 += over(work, p, 1, f.counts[s, 1], found.dents)
+        s1 += over(work, p, 2, f.counts[s, 1], found.dents)
+    if f.radius[s] > 0.0:  # By R the point is beside its place, where a bore has another normal.
+        u = _in_frame(model, work, s, rotated(work.turn[f.owner[s, 0]], found.moved[p]))
+        less = (u[0] * s1 - u[1] * s0) / (f.radius[s] - found.gap[p])
+        s0, s1 = s0 - less * s1, s1 + less * s0
     size = np.sqrt(s0 * s0 + s1 * s1 + s2 * s2)
     d = _from_frame(model, work, s, (s0, s1, s2))
     own[FORCE] = found.force[p] * size
@@ -320,14 +259,28 @@ def _direct(model, work, s, p, i):  # type: ignore[no-untyped-def]
     for k in range(3):
         found.direction[p, k], own[NORMAL + k] = d[k], -d[k] / size
         along += own[APART + k] * d[k] / size
-    square = 0.0
-    for k in range(3):
-        own[DRAG + k] = own[APART + k] - along * d[k] / size
-        square += own[DRAG + k] * own[DRAG + k]
-    slow, rubs = model.touch_friction[i, 1], model.touch_friction[i, 0]
+    n, v = own[NORMAL : NORMAL + 3], own[APART : APART + 3]
+    v0, v1, v2 = v[0] + along * n[0], v[1] + along * n[1], v[2] + along * n[2]
+    if model.touch_friction[i, 2] > 0.0:
+        t, w = _across(model, work, s, n)
+        set_cone(model, work, i, (v0, v1, v2), t, w)
+        return
+    square = v0 * v0 + v1 * v1 + v2 * v2
     own[SLIDING] = np.sqrt(square)
-    for k in range(3):
-        own[DRAG + k] *= -own[FORCE] * rubs / np.sqrt(square + slow * slow)
+    drag = -own[FORCE] * model.touch_friction[i, 0] / np.sqrt(square + model.touch_friction[i, 1] ** 2)
+    own[DRAG], own[DRAG + 1], own[DRAG + 2] = drag * v0, drag * v1, drag * v2
+
+
+@inner
+def _across(model, work, s, n):  # type: ignore[no-untyped-def]
+    """Return two axes of the plane of contact across a normal, the second one along the axis of a bore."""
+    bore = model.surfaces.radius[s] > 0.0
+    c = _from_frame(model, work, s, (0.0, 0.0, 1.0) if bore else (0.0, 1.0, 0.0))
+    along = c[0] * n[0] + c[1] * n[1] + c[2] * n[2]
+    w0, w1, w2 = c[0] - along * n[0], c[1] - along * n[1], c[2] - along * n[2]
+    less = 1.0 / np.sqrt(w0 * w0 + w1 * w1 + w2 * w2)
+    w = (less * w0, less * w1, less * w2)
+    return cross(w, n), w
 
 
 @inner
@@ -349,7 +302,9 @@ def press_surfaces(model, work, sums):  # type: ignore[no-untyped-def]
                 law = model.touch_law[first + p]
                 depth = own[DEPTH] + work.shift[first + p]
                 sums[LOST] += (own[LAW] - law[0] * depth ** law[1]) * own[RATE]
-            if model.touch_friction[first + p, 0] > 0.0:
+            if model.touch_friction[first + p, 2] > 0.0:  # With what the spring stores, which `energy` takes off again.
+                sums[LOST] += model.touch_friction[first + p, 0] * own[FORCE] * own[SLIDING]
+            elif model.touch_friction[first + p, 0] > 0.0:
                 slow, square = model.touch_friction[first + p, 1], own[SLIDING] * own[SLIDING]
                 sums[LOST] += own[FORCE] * model.touch_friction[first + p, 0] * square / np.sqrt(square + slow * slow)
 
@@ -358,7 +313,8 @@ def press_surfaces(model, work, sums):  # type: ignore[no-untyped-def]
 def _push(model, work, s, p, total):  # type: ignore[no-untyped-def]
     """Add a force on a point, and its opposite on the other body, to modes of which its part across it acts."""
     f, found = model.surfaces, work.pressing
-    for side in range(2):
+    ground = f.owner[s, 1] == NONE
+    for side in range(1 if ground else 2):
         b, sign = f.owner[s, side], 1.0 - 2.0 * side
         moment = cross(found.arm[p, side], total)
         for k in range(3):
@@ -369,5 +325,10 @@ def _push(model, work, s, p, total):  # type: ignore[no-untyped-def]
     for k in range(model.elastic[a, 0]):
         moved = rotated(Q, f.rows[p, :, k])
         work.push[a, 6 + k] += moved[0] * total[0] + moved[1] * total[1] + moved[2] * total[2]
+    if ground:
+        twist = rotated(Q, cross(found.moved[p], found.inward[p]))
+        for k in range(3):
+            work.push[a, 3 + k] += found.force[p] * twist[k]
+        return
     for k in range(model.elastic[b, 0]):
-        work.push[b, 6 + k] -= found.force[p] * _over(work, p, 0, f.counts[s, 1], f.outward[:, k])
+        work.push[b, 6 + k] -= found.force[p] * over(work, p, 0, f.counts[s, 1], f.outward[:, k])

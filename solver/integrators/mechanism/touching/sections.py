@@ -14,17 +14,24 @@ from gudgeon.solver.integrators.mechanism.parts import Point
 from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.mechanism.touching.worn import WornSection, check_cells, worn_arrays, worn_section
 from gudgeon.solver.integrators.mechanism.touching.yielding import Yielding, yielding_arrays, yielding_of
-from gudgeon.solver.joints.clearance import Clearance
+from gudgeon.solver.joints.clearance import STICKING, Clearance
 from gudgeon.solver.laws.base import Coefficients
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles import Bore, Plane
+from gudgeon.solver.scene.contact import Contact
 from gudgeon.solver.system.system import System
 from gudgeon.solver.vectors import frame_along, unit
 
 TOUCHING = 1e-9
 """Depth over the size of the mechanism up to which points touch and do not penetrate at the start."""
+USUAL = 1e-4
+"""Indentation over the radius of gyration at which a law gives the stiffness by which points stick."""
+WAY = 1e-3
+"""Way over which the direction of friction follows at least, over the radius of gyration: where points slide, steps are
+about six times its time."""
 Ends = tuple[Point, Point]
 """On the other side, and the own one."""
+Rubbing = tuple[float, float, float, float]
 
 
 class Section(NamedTuple):
@@ -35,7 +42,7 @@ class Section(NamedTuple):
     size: tuple[float, float, float]
     """Clearance, radius, place along the axis [m]."""
     law: Coefficients
-    friction: tuple[float, float, float, float] = (0.0, 1.0, 0.0, 0.0)
+    friction: Rubbing = (0.0, 1.0, 0.0, 0.0)
     """See `Model.touch_friction`."""
     shape: int = JOURNAL
     pair: int = NONE
@@ -78,32 +85,27 @@ def of_journal(name: str, joint: Clearance, pair: int, bore: ElasticBore | None)
 def of_contact(
     contact: ContactRows, system: System, names: list[str], centres: np.ndarray, frames: list[Frame]
 ) -> list[tuple[Ends, np.ndarray, Section]]:
-    """Return markers, their axes (2, 3, 3) and the section of each point of a contact.
+    """Return markers, their axes (2, 3, 3) and the section of each point of a contact with the ground by a law.
 
     Args:
         names: Of the bodies.
         centres: Their centres of mass as the scene places them [m], (n, 3).
 
     Raises:
-        SceneError: the body deforms, and the contact or the record has not what a turning body needs.
+        SceneError: friction is not what bodies that turn have, or a record has not what a turning body needs.
     """
     number, settings = names.index(contact.body), system.scene.contact[contact.name]
     body, against, law = system.bodies[contact.body], settings.against, settings.law
-    assert isinstance(against, Bore | Plane)  # Others are refused with the scene.
+    if not isinstance(against, Bore | Plane) or by_flexibility(settings, frames[number]):
+        return []
     assert law is not None
     if isinstance(against, Plane):
         axis, origin, size, shape = unit(against.normal), np.asarray(against.point, float), (0.0, 0.0, 0.0), PLANE
     else:
         axis, origin = unit(against.axis), np.asarray(against.origin, float)
         size, shape = (against.radius, 0.0, 0.0), JOURNAL
-    if len(frames[number].stiffness) and METHODS[settings.method].flexible:
-        raise SceneError(
-            f"contact.{contact.name}.method: '{settings.method}' given, but residual flexibility does not act on body"
-            f" '{contact.body}', which turns by any angle; use 'penalty' with its law"
-        )
     rows = rows_of(body, frames[number], contact)
-    rubbing = settings.friction
-    friction = (rubbing.static, rubbing.speed or 1.0, 0.0, 0.0) if rubbing else (0.0, 1.0, 0.0, 0.0)
+    friction = rubbing_of(contact.name, settings, law.coefficients(), body)
     placed = contact.points + np.asarray(system.scene.body[contact.body].position)
     found = []
     for place, own in zip(placed, rows, strict=True):
@@ -113,6 +115,40 @@ def of_contact(
         axes = np.array([frame_along(axis), np.eye(3)])
         found.append((ends, axes, Section(contact.name, size, law.coefficients(), friction, shape)))
     return found
+
+
+def by_flexibility(settings: Contact, frame: Frame) -> bool:
+    """Whether points press on an obstacle of the ground by flexibilities, see `surfaces`, not by a law."""
+    return settings.law is None or (METHODS[settings.method].flexible and len(frame.stiffness) > 0)
+
+
+def rubbing_of(name: str, settings: Contact, law: Coefficients, body: FlexibleBody) -> Rubbing:
+    """Return the friction of the points of a contact, see `Model.touch_friction`.
+
+    Args:
+        law: By which a point presses.
+
+    Raises:
+        SceneError: it has two coefficients, or a plane moves.
+    """
+    friction, against = settings.friction, settings.against
+    if friction is None:
+        return 0.0, 1.0, 0.0, 0.0
+    turning = "bodies turn by any angle (integrator 'mechanism')"
+    if friction.sliding < friction.static:
+        raise SceneError(
+            f"contact.{name}.friction.kinetic: {friction.sliding:g} given and static {friction.static:g}, and"
+            f" {turning}, where friction has one coefficient; remove kinetic"
+        )
+    if isinstance(against, Plane) and any(against.velocity):
+        raise SceneError(
+            f"contact.{name}.against.velocity: {list(against.velocity)} given, and {turning}, which rub on planes at"
+            " rest; remove it, or friction"
+        )
+    if friction.speed is not None:
+        return friction.static, friction.speed, 0.0, 0.0
+    own = STICKING * law.exponent * law.stiffness * (USUAL * body.gyration) ** (law.exponent - 1)
+    return friction.static, 1.0, friction.stiffness or own, WAY * body.gyration
 
 
 def section_arrays(kept: list[Section]) -> dict[str, np.ndarray]:

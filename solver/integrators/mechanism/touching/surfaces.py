@@ -1,4 +1,4 @@
-"""Points of one body that press on the surface of another, both of which turn: arrays, and how a scene fills them.
+"""Points of one body that press on the surface of another, both of which turn, or on the ground: arrays.
 
 The surface is a height over a plane of its body, h = H(s, t), or that plane. In its frame a point is at (s, t, h), and
 its gap is
@@ -11,6 +11,12 @@ at (s, t). The force on the point is λ ∇g, on the other body its opposite at 
 points, N R Nᵀ of the functions, and where points and functions are on one body what R couples of them,
 Nᵢ·Rⱼ + Nⱼ·Rᵢ; points that press have g = 0, which is linear in their forces. A body meets itself in the same way: the
 surface and the points then turn together.
+
+Planes and bores of the ground are surfaces without functions, whose gap is h, or the radius less the distance from the
+axis, whatever side of the body faces them. R then acts along m = Qᵀ ∇g in the axes of the body, and not along the
+normals of points: C_ij = mᵢᵀ R_ij mⱼ changes as the body turns. With u_i = Σ R_ij mⱼ λⱼ, how the point moves by it, the
+energy ½ λᵀ C λ makes the force λ (∇g + ∇∇g Q u) and, beside its moment about the centre, Q u × λ ∇g: those on the
+point where it is.
 """
 
 from typing import NamedTuple
@@ -22,7 +28,7 @@ class Surfaces(NamedTuple):
     """Pairs of an interface of points and a surface. Shapes: S pairs, P points, F functions, E elastic coordinates."""
 
     owner: np.ndarray
-    """Bodies of points and surface, (S, 2)."""
+    """Bodies of points and surface, the latter −1 where it is of the ground, (S, 2)."""
     points: np.ndarray
     """First and last + 1 point, (S, 2)."""
     functions: np.ndarray
@@ -36,13 +42,15 @@ class Surfaces(NamedTuple):
     layer: np.ndarray
     """[m/N], (P,)."""
     residual: np.ndarray
-    """R of the points along their normals [m/N], (P, P)."""
+    """R of the points along the axes of their body [m/N], (P, P, 3, 3)."""
     by_law: np.ndarray
     """Whether the points of a pair press by a law, not by flexibilities, (S,)."""
     origin: np.ndarray
-    """Of the plane, from the centre of its body [m], (S, 3)."""
+    """Of the plane, from the centre of its body; of the ground from the origin of the scene [m], (S, 3)."""
     axes: np.ndarray
-    """Across, along and the outward normal as rows, in its body, (S, 3, 3)."""
+    """Across, along and the outward normal as rows, in its body, (S, 3, 3); of a bore the last one is its axis."""
+    radius: np.ndarray
+    """Of a bore of the ground; 0 of all else [m], (S,)."""
     low: np.ndarray
     """Least coordinates of the height [m], (S, 2)."""
     step: np.ndarray
@@ -64,7 +72,8 @@ class Surfaces(NamedTuple):
     compliance: np.ndarray
     """R of the functions [m/N], (F, F)."""
     mixed: np.ndarray
-    """R between points and functions on one body [m/N], (P, F); (0, F) where no body has both."""
+    """Displacement of points along the axes of their body by outward forces on functions of the same [m/N], (P, 3, F);
+    (0, 3, F) where no body has both."""
     balls: np.ndarray
     """Centre in the body and radius of the points, then of the surface [m], (S, 2, 4)."""
     deep: np.ndarray
@@ -90,18 +99,22 @@ class Pressing(NamedTuple):
     """N, ∂N/∂s, ∂N/∂t, (P, 3, 16)."""
     direction: np.ndarray
     """∇g along the scene's axes, (P, 3)."""
+    inward: np.ndarray
+    """m, along which R acts: in the axes of the body, of points before a surface their inward normal, (P, 3)."""
+    moved: np.ndarray
+    """u, how R moves points before the ground, in the axes of their body [m], (P, 3)."""
+    mixed: np.ndarray
+    """Inward displacement of a point by inward forces on functions of its body [m/N], (P, F)."""
     force: np.ndarray
     """λ [N], (P,)."""
-    drag: np.ndarray
-    """Friction on the point [N], (P, 3)."""
     active: np.ndarray
     """Points that press by flexibilities, (P,)."""
-    moved: np.ndarray
+    pushed: np.ndarray
     """Inward displacement of all functions by the force of each of them [m/N], (P, F)."""
     matrix: np.ndarray
     """C of them and its factor, (P, P)."""
-    inward: np.ndarray
-    """Of functions by the forces [m], (F,)."""
+    dents: np.ndarray
+    """Inward displacement of functions by the forces [m], (F,)."""
     loaded: np.ndarray
     """Forces on functions [N], (F,)."""
     stored: np.ndarray
@@ -110,9 +123,9 @@ class Pressing(NamedTuple):
 
 SURFACES = {
     "owner": (0, 2), "points": (0, 2), "functions": (0, 2), "arm": (0, 3), "rows": (0, 3, 0), "normal": (0, 3),
-    "layer": (0,), "residual": (0, 0), "by_law": (0,), "origin": (0, 3), "axes": (0, 3, 3), "low": (0, 2),
-    "step": (0, 2), "cells": (0, 4), "heights": (0,), "cover": (0,), "start": (0, 2), "spacing": (0, 2),
-    "counts": (0, 2), "outward": (0, 0), "compliance": (0, 0), "mixed": (0, 0), "balls": (0, 2, 4), "deep": (0,),
+    "layer": (0,), "residual": (0, 0, 3, 3), "by_law": (0,), "origin": (0, 3), "axes": (0, 3, 3), "radius": (0,),
+    "low": (0, 2), "step": (0, 2), "cells": (0, 4), "heights": (0,), "cover": (0,), "start": (0, 2), "spacing": (0, 2),
+    "counts": (0, 2), "outward": (0, 0), "compliance": (0, 0), "mixed": (0, 3, 0), "balls": (0, 2, 4), "deep": (0,),
 }  # fmt: skip
 WHOLE = ("owner", "points", "functions", "by_law", "cells", "cover", "counts")
 """Arrays of whole numbers."""
@@ -134,6 +147,7 @@ def pressing_of(surfaces: Surfaces) -> Pressing:
     return Pressing(
         live=np.zeros(s, np.int64), near=np.zeros(p, np.int64), arm=np.zeros((p, 2, 3)), gap=np.zeros(p),
         slope=np.zeros((p, 3)), first=np.zeros(p, np.int64), weights=np.zeros((p, 3, 16)), direction=np.zeros((p, 3)),
-        force=np.zeros(p), drag=np.zeros((p, 3)), active=np.zeros(p, np.int64), moved=np.zeros((p, f)),
-        matrix=np.zeros((p, p)), inward=np.zeros(f), loaded=np.zeros(f), stored=np.zeros(1),
+        inward=-surfaces.normal, moved=np.zeros((p, 3)), mixed=np.zeros((p if len(surfaces.mixed) else 0, f)),
+        force=np.zeros(p), active=np.zeros(p, np.int64), pushed=np.zeros((p, f)), matrix=np.zeros((p, p)),
+        dents=np.zeros(f), loaded=np.zeros(f), stored=np.zeros(1),
     )  # fmt: skip

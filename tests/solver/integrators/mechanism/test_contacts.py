@@ -165,8 +165,7 @@ def test_what_starts_inside_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        ({"friction": {"static": 0.2}}, r"does not support the friction of contact\.floor"),
-        ({"law": None, "surface_stiffness": 1e9}, r"does not support method 'penalty' of contact\.floor without a law"),
+        ({"method": "impact", "law": None, "restitution": 0.5}, r"does not support the rigid contact contact\.floor"),
         ({"against": {"shape": "body", "body": "mate", "interface": "foot"}}, "the other body of contact.floor"),
     ],
 )

@@ -144,27 +144,31 @@ def test_a_free_body_under_a_load_that_turns_far_is_taken(force: dict[str, Any])
 
 LAW = {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e6}}
 TURNS = r" \(joint\.pin\.kind is 'revolute', so bodies turn by any angle: integrator 'mechanism'\)"
-NO_LAW = (
-    r"contact\.floor\.law: not given; points there press by a law, so give one of kind linear, hertz, [a-z, -]*exact"
-)
-NO_SPEED = r"contact\.floor\.friction\.speed: not given; friction there rises .*, so give v₀ \[m/s\] above 0"
+NO_DASHPOT = r"contact\.floor\.dashpot: 'wave-guide' given; 'none' is allowed there"
+NO_EDGES = r"contact\.floor\.against\.edges: given; planes there have none"
+EDGED = {
+    "shape": "plane",
+    "point": [0, 0, 0],
+    "normal": [0, 0, 1],
+    "edges": [{"point": [0, 0, 0], "normal": [1, 0, 0]}],
+}
 
 
 @pytest.mark.parametrize("integrator", ["auto", "mechanism"])
 @pytest.mark.parametrize(
     ("contact", "text"),
     [
-        ({}, NO_LAW + r" and contact\.floor\.method 'penalty'" + TURNS),
-        ({"method": "penalty", "surface_stiffness": 1e9}, NO_LAW + " instead of surface_stiffness" + TURNS),
-        (LAW | {"friction": {"static": 0.3}}, NO_SPEED + "[^;]*" + TURNS),
-        ({"friction": {"static": 0.3}}, NO_LAW + "[^;]*; " + NO_SPEED + "[^;]*" + TURNS),
+        ({"dashpot": "wave-guide"}, NO_DASHPOT + TURNS),
+        (LAW | {"against": EDGED}, NO_EDGES + TURNS),
+        ({"dashpot": "wave-guide", "against": EDGED}, NO_EDGES + "; " + NO_DASHPOT + TURNS),
         (
             {"method": "impact", "restitution": 0.5},
-            r"contact\.floor\.method: 'impact' given; contact there has method 'penalty' with a law of kind [^;]*"
+            r"contact\.floor\.method: 'impact' given; contact there has method 'residual', or 'penalty' with a law of"
+            + " kind [^;]*"
             + TURNS,
         ),
     ],
-    ids=["law", "layer", "speed", "both", "impact"],
+    ids=["dashpot", "edges", "both", "impact"],
 )
 def test_what_a_contact_of_a_mechanism_lacks_is_named(integrator: str, contact: dict[str, Any], text: str) -> None:
     """That key alone, with what is allowed: neither the joints nor what is carried."""
@@ -230,15 +234,14 @@ def test_probes_of_what_a_mechanism_does_not_have_are_refused_with_the_scene(pro
 
 
 def test_a_conflict_names_the_elements_that_rule_each_other_out() -> None:
-    plane = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
     scene = {
         "body": {"part": {"damping": {"ratio": 0.01}}}, "run": {"duration": 1.0, "gravity": DOWN},
-        "contact": {"floor": {"body": "part", "interface": "foot", "against": plane,
+        "contact": {"floor": {"body": "part", "interface": "foot", "against": EDGED,
                               "friction": {"static": 0.3, "speed": 1e-3}}},
     }  # fmt: skip
     text = (
-        r"no integrator supports the friction of contact\.floor with friction\.speed together with method 'residual' of"
-        r" contact\.floor without a law; remove one of them \["
+        r"no integrator supports the friction of contact\.floor with friction\.speed together with the edges of"
+        r" contact\.floor; remove one of them \["
     )
     with pytest.raises(ValueError, match=text):
         Scene.model_validate(scene)
