@@ -1,4 +1,5 @@
-"""Joints of each kind on ties of a body that deforms, by mean motion (rbe3) and rigid (rbe2): balances, rigid limit."""
+    inertia = [MASS * SIDE**2 / 6, SLENDER, SLENDER]
+    rod: dict[str, Any] = {"geometry": {"kind": "rigid", "mass": MASS, "inertia": inertia}}
 
 from pathlib import Path
 from typing import Any
