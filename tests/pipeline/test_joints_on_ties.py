@@ -1,5 +1,4 @@
-    inertia = [MASS * SIDE**2 / 6, SLENDER, SLENDER]
-    rod: dict[str, Any] = {"geometry": {"kind": "rigid", "mass": MASS, "inertia": inertia}}
+"""Joints of each kind on ties of a body that deforms, by mean motion (rbe3) and rigid (rbe2): balances, rigid limit."""
 
 from pathlib import Path
 from typing import Any
@@ -39,9 +38,8 @@ def scene(kind: str, tie: str, modulus: float | None) -> dict[str, Any]:
         tie: Kind of the ties at both ends.
         modulus: [Pa]; None for a rigid rod of the same mass and inertia.
     """
-    rod: dict[str, Any] = {
-        "geometry": {"kind": "rigid", "mass": MASS, "inertia": [MASS * SIDE**2 / 6, SLENDER, SLENDER]}
-    }
+    inertia = [MASS * SIDE**2 / 6, SLENDER, SLENDER]
+    rod: dict[str, Any] = {"geometry": {"kind": "rigid", "mass": MASS, "inertia": inertia}}
     left: dict[str, Any] = {"at": [-LENGTH / 2, 0.0, 0.0]}
     right: dict[str, Any] = {"at": [LENGTH / 2, 0.0, 0.0]}
     low = [0.0, 0.0, 0.0]
@@ -62,7 +60,8 @@ def scene(kind: str, tie: str, modulus: float | None) -> dict[str, Any]:
     bob = {"geometry": {"kind": "rigid", "mass": 1.0, "inertia": [1e-3, 1e-3, 1e-3]}}
     return {
         "component": {"rod": rod, "bob": bob}, "joint": joints,
-        "body": {"rod": {"position": low}, "bob": {"position": [LENGTH / 2, 0.0, 0.0], "angular_velocity": [2.0, 3.0, 1.0]}},
+        "body": {"rod": {"position": low},
+                 "bob": {"position": [LENGTH / 2, 0.0, 0.0], "angular_velocity": [2.0, 3.0, 1.0]}},
         "run": {"duration": 0.01, "samples": 20, "frames": 2, "gravity": [1.0, 0.5, -9.81]},
     }  # fmt: skip
 
