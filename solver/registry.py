@@ -117,6 +117,8 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("body", "joint_lack", "1", "Share of the strain energy that the forces of joints at the interfaces of a"
              " body that turns and deforms would cause as static ones, which its modes lack.", _SIZE,
              "of the samples"),
+    Quantity("body", "inertia_lack", "1", "Share of the strain energy that the rotation of a body that turns and"
+             " deforms would cause as a static load, which its modes lack.", _SIZE, "of the samples"),
     Quantity("force", "deflection_peak", "m", "Displacement of the largest size under a moving force, along it, at"
              " frames.", "positive: along the force", "of the frames"),
     Quantity("force", "peak_time", "s", "Time of `deflection_peak`.", _SIZE, "of the frames"),

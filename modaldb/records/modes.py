@@ -163,6 +163,12 @@ class GaugeModes:
         default=None, metadata=rule("s'", "int", below="n", unit="1", name="nodes of the gauge's surface")
     )
     """Node numbers of a surface, (s,), ascending; None for a point."""
+    centrifugal: Array | None = field(
+        default=None,
+        metadata=rule("k' 3 3", unit="unit s^2", name="quasi-static gauge value under centrifugal loads"),
+    )
+    """T, by which the load ρ C x with a symmetric C adds Σ C_ij T_ij, what the coordinates lack of its static answer,
+    (k, 3, 3); x is from the centre of mass. None where no body of the scene turns, and before version 16."""
 
 
 @dataclass(frozen=True)
@@ -214,6 +220,12 @@ class InertiaCouplings:
     )
     """Stiffness by the static stress of the load ρ (x_i e_j + x_j e_i), over the m shapes [1] and the unit rotations
     about x, y, z through the centre, (3, 3, m + 3, m + 3)."""
+    centrifugal_compliance: Array | None = field(
+        default=None,
+        metadata=rule("3 3 3 3", unit="kg m^2 s^2", name="twice the static strain energy of centrifugal loads"),
+    )
+    """D of the strain energy ½ C : D : C that the load ρ C x would cause as a static one [kg m² s²], (3, 3, 3, 3), with
+    C = ω² 1 − ω ωᵀ of a rotation; all of it, what modes lack included. None before version 16."""
 
 
 @dataclass(frozen=True)

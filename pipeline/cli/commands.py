@@ -111,6 +111,12 @@ def plan_command(options: argparse.Namespace) -> int:
         size = "" if row["bytes"] is None or not row["fields"] else f"{row['bytes']:,} B"
         state = "in " if row["present"] else "out"
         print(f"{state}  {row['body'] + ': ' + row['term']:38} {size:>15}  {row['reason']}")
+    if rows.get("inertia"):
+        print("\ninertia")
+    for body, order in rows.get("inertia", {}).items():
+        print(f"     {body:38} {order}")
+    if "turning" in rows:
+        print(f"     {rows['turning']}")
     if rows.get("ports"):
         print("\nports")
     for row in rows.get("ports", ()):

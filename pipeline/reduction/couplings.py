@@ -27,6 +27,8 @@ ORDER = 3
 """Degree to which the integral of stress and two gradients is exact on straight quadratic solids."""
 BATCH = 512
 """Elements at a time."""
+PAIRS = [(i, j) for i in range(3) for j in range(i, 3)]
+"""Of the axes, i ≤ j: a load ρ (x_i e_j + x_j e_i) each."""
 LEVI = np.zeros((3, 3, 3))
 for _a, _b, _c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     LEVI[_a, _b, _c], LEVI[_a, _c, _b] = 1.0, -1.0
@@ -68,20 +70,34 @@ def inertia_couplings(
     rotation, gradient = np.einsum("abc,bck->ak", LEVI, S), np.einsum("abc,bckl->akl", LEVI, G)
     if not moments or not m:
         return InertiaCouplings(translation, rotation, gradient), np.empty((0, m, m))
-    pairs = [(i, j) for i in range(3) for j in range(i, 3)]
-    lines = model.mesh.cell_type == "frame2"
-    centrifugal = np.column_stack(
-        [_centrifugal_frame(model, i, j, component) if lines else _centrifugal(model, i, j) for i, j in pairs]
-    )
+    centrifugal = centrifugal_loads(model, component)
     flexibility, forces = Flexibility(tied), np.column_stack([centrifugal, loads.T.toarray()])
     moved = spread @ flexibility.solve(spread.T @ forces)
     flexibility.free()
+    compliance = centrifugal.T @ moved[:, : len(PAIRS)]
     turned = _unit_rotations(model)
     K = _stress_stiffness(model, np.hstack([Phi, turned]), component, moved)
     own = np.empty((3, 3, m + 3, m + 3))
-    for number, (i, j) in enumerate(pairs):
+    for number, (i, j) in enumerate(PAIRS):
         own[i, j] = own[j, i] = K[number]
-    return InertiaCouplings(translation, rotation, gradient, S, G, own), K[len(pairs) :]
+    static = per_square(per_square(0.5 * (compliance + compliance.T)).transpose(1, 2, 0))
+    return InertiaCouplings(translation, rotation, gradient, S, G, own, static), K[len(PAIRS) :]
+
+
+def centrifugal_loads(model: FEModel, component: Component) -> np.ndarray:
+    """Return the nodal forces of ρ (x_i e_j + x_j e_i), x from the centre of mass, of each of `PAIRS`, (dofs, 6)."""
+    if model.mesh.cell_type == "frame2":
+        return np.column_stack([_centrifugal_frame(model, i, j, component) for i, j in PAIRS])
+    return np.column_stack([_centrifugal(model, i, j) for i, j in PAIRS])
+
+
+def per_square(answers: np.ndarray) -> np.ndarray:
+    """Return answers to each of `PAIRS`, (…, 6), as those T to the load ρ C x, Σ C_ij T_ij of a symmetric C,
+    (…, 3, 3)."""
+    found = np.empty((*answers.shape[:-1], 3, 3))
+    for number, (i, j) in enumerate(PAIRS):
+        found[..., i, j] = found[..., j, i] = 0.5 * answers[..., number]
+    return found
 
 
 def _unit_rotations(model: FEModel) -> np.ndarray:

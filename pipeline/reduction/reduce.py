@@ -31,7 +31,7 @@ from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too
 from gudgeon.pipeline.modes.normal import largest_count
 from gudgeon.pipeline.modes.static import pressure_fields
 from gudgeon.pipeline.reduction.accuracy import frequency_errors, refuse_locking
-from gudgeon.pipeline.reduction.couplings import inertia_couplings
+from gudgeon.pipeline.reduction.couplings import centrifugal_loads, has_floating_frame, inertia_couplings
 from gudgeon.pipeline.reduction.gauges import gauge_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
@@ -110,6 +110,7 @@ def reduce_component(
     static = static_responses(model, {key: one.forces for key, one in acting.items()}, responses)
     modes = {key: one.modes(reduction.Phi) for key, one in acting.items()}
     couplings = _coupled((model, tied, spread), own.Phi, component, acting, modes, turns=turns)
+    turning = spread.T @ centrifugal_loads(model, component) if turns and has_floating_frame(model) else None
     errors = frequency_errors(tied, own, model, spread, component)
     refuse_locking(
         errors.discretisation_errors, own.angular_frequencies, component, where,
@@ -127,7 +128,7 @@ def reduce_component(
         quality=reduction.quality | checked | {"rigid_motions": len(model.rigid_twists)},
         tractions={key: one for key, one in modes.items() if isinstance(one, TractionModes)},
         loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
-        gauges=gauge_modes(component, gauges, tied, contact.B, own),
+        gauges=gauge_modes(component, gauges, tied, contact.B, own, turning),
         static_responses=static if static.columns and model.mesh.cell_type == "tetra10" else None,
         tangential_spans=dict(contact.tangential_spans), **vars(errors),
     )  # fmt: skip

@@ -1,6 +1,7 @@
 """Data that the solver reads of each record, the terms that it omits, and the reason for each."""
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Collection, Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -46,7 +47,49 @@ def plan(job: Job) -> dict[str, Any]:
         "bytes": total(read.values()),
         "integrator": job.scene.integrator,
         "stepping": _stepping(job.scene),
+        "inertia": inertia_orders(job.scene, [name for name, stock in stocks.items() if stock.elastic]),
+        "turning": turning_reason(job.scene),
     }
+
+
+def inertia_orders(scene: Scene, elastic: Collection[str]) -> dict[str, str]:
+    """Return of each body to which order its frame and its deformation are coupled by inertia, and in which frame.
+
+    Args:
+        elastic: Bodies that deform.
+    """
+    turns, found = scene.capabilities.turns, {}
+    for name, body in scene.body.items():
+        if name not in elastic:
+            found[name] = "rigid, " + ("turns by any angle" if turns else "small motion")
+        elif not turns:
+            found[name] = "elastic, small motion: frame and deformation are not coupled"
+        else:
+            frame = "of mean axes" if body.attachment == "mean-axis" else f"that turns with {body.attached_to}"
+            order = "second order (geometric stiffness)" if body.geometric_stiffness else "first order"
+            found[name] = f"floating frame {frame}: couplings by displacements of {order}"
+    return found
+
+
+def turning_reason(scene: Scene) -> str:
+    """Return which bound decided whether the bodies of a scene turn by any angle."""
+    limit, duration = scene.run.limits.angle, scene.run.duration
+    spins = {name: math.hypot(*body.angular_velocity) for name, body in scene.body.items()}
+    fastest = max(spins, key=lambda name: spins[name])
+    turned = (
+        f"body '{fastest}' at {spins[fastest]:g} rad/s for {duration:g} s turns by {spins[fastest] * duration:.3g} rad"
+    )
+    bound = f"run.limits.angle, {limit:g} rad"
+    if not scene.capabilities.turns:
+        if spins[fastest] * duration > limit:
+            return f"small motion: {scene.integrator} ends the run where a body turns beyond {bound}"
+        return f"small motion: {turned if spins[fastest] else 'no body has an angular velocity'}, within {bound}"
+    if joints := list(scene.hinges()):
+        more = f" and {len(joints) - 1} more" if len(joints) > 1 else ""
+        return f"any angle: joint '{joints[0]}'{more} of two markers"
+    if scene.run.integrator == "mechanism":
+        return "any angle: run.integrator is 'mechanism'"
+    return f"any angle: {turned}, beyond {bound}"
 
 
 def _stepping(scene: Scene) -> str | None:

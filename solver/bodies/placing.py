@@ -84,7 +84,11 @@ def turned_modes(modal: ModalRecord, Q: np.ndarray | None) -> ModalRecord:
         },
         loads={name: _turned_load(load, Q) for name, load in modal.loads.items()},
         gauges={
-            name: replace(gauge, residual=_turned_columns(gauge.residual, loads))
+            name: replace(
+                gauge,
+                residual=_turned_columns(gauge.residual, loads),
+                centrifugal=None if gauge.centrifugal is None else np.einsum("ia,jb,kab->kij", Q, Q, gauge.centrifugal),
+            )
             for name, gauge in modal.gauges.items()
         },
         residual_flexibility=R,
@@ -146,7 +150,10 @@ def _turned_couplings(found: InertiaCouplings | None, Q: np.ndarray) -> InertiaC
     gradient = np.einsum("ij,jab->iab", Q, found.rotation_gradient)
     moments = [found.position_moments, found.shape_moments, found.centrifugal_stiffness]
     turned = [None if one is None else np.einsum("ia,jb,ab...->ij...", Q, Q, one) for one in moments]
-    return InertiaCouplings(_columns(found.translation, Q), _columns(found.rotation, Q), gradient, *turned)
+    D = found.centrifugal_compliance
+    if D is not None:
+        D = np.einsum("ia,jb,kc,ld,abcd->ijkl", Q, Q, Q, Q, D, optimize=True)
+    return InertiaCouplings(_columns(found.translation, Q), _columns(found.rotation, Q), gradient, *turned, D)
 
 
 def _vectors(values: Any, Q: np.ndarray) -> Any:

@@ -13,8 +13,10 @@ from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe
 from gudgeon.solver.scene.scene import Scene
 
-COUPLINGS = ("translation", "rotation", "rotation_gradient", "position_moments", "shape_moments")
-"""Tensors of the floating frame."""
+COUPLINGS = (
+    "translation", "rotation", "rotation_gradient", "position_moments", "shape_moments", "centrifugal_compliance",
+)  # fmt: skip
+"""Tensors of the floating frame, and what says how much of the answer to rotation modes lack."""
 PLACES = ("interfaces", "tractions", "loads", "gauges")
 """Groups of a modal record whose members are named by the user."""
 
@@ -96,7 +98,8 @@ def _motion(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
         "rigid motion", body, True, reason,
         ("morph:centre", "morph:inertia", "morph:rigid_twists"),
     )  # fmt: skip
-    reason = "modes are integrated exactly" if stock.elastic else "a rigid body does not deform"
+    reason = "coordinates of the floating frame, integrated by steps" if turns else "modes are integrated exactly"
+    reason = reason if stock.elastic else "a rigid body does not deform"
     yield Term("elastic flight", body, stock.elastic, reason, ("modes:angular_frequencies",))
     if stock.swapped:
         yield Term("bases", body, True, "the basis changes as the moving force passes", ("modes:swap",))
@@ -253,6 +256,12 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     pressed = [name for name in touching if name not in scene.masters() or scene.contact[name].body == body]
     read, reason = bool(settings.gauges), f"body.{body}.gauges names {', '.join(settings.gauges) or 'none'}"
     yield Term("gauges", body, read, reason, tuple(f"modes:gauges/{name}/rows" for name in settings.gauges))
+    if read and scene.capabilities.turns:
+        answers = [f"modes:gauges/{name}/{part}" for name in settings.gauges for part in ("residual", "centrifugal")]
+        reason = "rotation and the forces of joints, loads and springs act on it"
+        if not stock.elastic:
+            reason = "a rigid body does not deform"
+        yield Term("gauges' quasi-static part", body, stock.elastic, reason, tuple(answers))
     if read and not scene.capabilities.turns:
         acts = bool(pressed) or _pulled(scene, body)
         other = f"{'forces act' if acts else 'nothing acts'} on an interface of it"

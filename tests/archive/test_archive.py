@@ -326,6 +326,14 @@ def check_modes_14(record: Any) -> None:
     assert np.array_equal(record.swap.overlap, ramp(3, 3, start=30.0))
 
 
+def check_modes_16(record: Any) -> None:
+    """Version 16 has what centrifugal loads do to gauges, and their strain energy."""
+    check_modes_14(record)
+    assert record.gauges["crown"].centrifugal is None
+    assert np.array_equal(record.gauges["skin"].centrifugal, ramp(12, 3, 3, start=32.0))
+    assert np.array_equal(record.inertia_couplings.centrifugal_compliance, ramp(3, 3, 3, 3, start=31.0))
+
+
 def check_trajectory_7(record: Any) -> None:
     check_trajectory_2(record)
     assert np.array_equal(record.impacts["bore"], ramp(2, 9, start=7.0))
@@ -422,6 +430,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v13": {"mesh": check_mesh_10, "modes": check_modes_13, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v14": {"mesh": check_mesh_10, "modes": check_modes_14, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v15": {"mesh": check_mesh_10, "modes": check_modes_14, "nodal": check_nodal_5, "trajectory": check_trajectory_15},
+    "v16": {"mesh": check_mesh_10, "modes": check_modes_16, "nodal": check_nodal_5, "trajectory": check_trajectory_15},
 }
 """What those of one version hold, or lack."""
 

@@ -115,6 +115,7 @@ def modes() -> ModalRecord:
             ramp(3, 3, 3, start=27.0),
             ramp(3, 3, 3, 3, start=28.0),
             ramp(3, 3, 6, 6, start=29.0),
+            ramp(3, 3, 3, 3, start=31.0),
         ),
         quality={"residual": 1.5e-11, "dropped": ["thrust 3"], "modes_missed": 0},
         tractions={
@@ -127,7 +128,9 @@ def modes() -> ModalRecord:
         },
         gauges={
             "crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 79, start=20.0), "Pa"),
-            "skin": GaugeModes(ramp(12, 3), ramp(12, 79, start=23.0), "1", np.array([0, 3])),
+            "skin": GaugeModes(
+                ramp(12, 3), ramp(12, 79, start=23.0), "1", np.array([0, 3]), centrifugal=ramp(12, 3, 3, start=32.0)
+            ),
         },
         static_responses=StaticResponses(
             ramp(10, 3, 2, start=24.0), ramp(2, 2, start=25.0), ramp(2, 6, start=26.0), {"thrust": [0, 2]}

@@ -180,6 +180,7 @@ def test_only_reads_all_below_a_path(tmp_path: Path, touched: list[str]) -> None
                 "position_moments",
                 "shape_moments",
                 "centrifugal_stiffness",
+                "centrifugal_compliance",
             )
         ]
     )

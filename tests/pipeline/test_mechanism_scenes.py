@@ -57,6 +57,46 @@ def test_the_plan_says_how_it_runs(tmp_path: Path) -> None:
     ports = {row["member"]: row for row in found["ports"]}
     assert (ports["joint.o"]["number"], ports["joint.o"]["rows"]) == (5, "moving")
     assert ports["force.spring"]["rows"] == "moving"
+    assert set(found["inertia"].values()) == {"rigid, turns by any angle"}
+    assert found["turning"] == "any angle: joint 'o' and 9 more of two markers"
+
+
+def test_the_plan_says_the_order_of_inertia_couplings(tmp_path: Path) -> None:
+    """Of each body, with its frame, and why the scene turns."""
+    terms = {}
+    for name, stiff, order in (("a", True, "second order (geometric stiffness)"), ("b", False, "first order")):
+        given = {"body.rod.geometric_stiffness": stiff}
+        found = plan(DATA / "elastic-slider-crank", set=given, db=tmp_path / name)
+        assert found["inertia"]["rod"] == f"floating frame of mean axes: couplings by displacements of {order}"
+        assert found["inertia"]["crank"] == "rigid, turns by any angle"
+        terms = {(row["body"], row["term"]): row["reason"] for row in found["terms"]}
+    assert terms["rod", "elastic flight"] == "coordinates of the floating frame, integrated by steps"
+
+
+@pytest.mark.parametrize(
+    ("rate", "wanted"),
+    [
+        (0.0, "small motion: no body has an angular velocity, within run.limits.angle, 0.05 rad"),
+        (0.4, "small motion: body 'bar' at 0.4 rad/s for 0.1 s turns by 0.04 rad, within run.limits.angle, 0.05 rad"),
+        (2.0, "any angle: body 'bar' at 2 rad/s for 0.1 s turns by 0.2 rad, beyond run.limits.angle, 0.05 rad"),
+    ],
+)
+def test_the_plan_says_which_bound_decides(rate: float, wanted: str, tmp_path: Path) -> None:
+    path = tmp_path / "bar.toml"
+    path.write_text(
+        """
+        component.bar.geometry = {kind = "box", lx = 0.4, ly = 0.02, lz = 0.02}
+        component.bar.material = {E = 7e10, nu = 0.0, rho = 2700}
+        component.bar.mesh.size = 0.02
+        component.bar.modes.normal_count = 4
+        run.duration = 0.1
+        """
+        f"body.bar.angular_velocity = [0.0, 0.0, {rate}]\n"
+    )
+    found = plan(path, db=tmp_path / "db")
+    assert found["turning"] == wanted
+    small = "elastic, small motion: frame and deformation are not coupled"
+    assert (found["inertia"]["bar"] == small) == (rate < 1)
 
 
 @pytest.mark.parametrize("command", ["linear", "export"])

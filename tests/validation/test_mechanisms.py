@@ -52,13 +52,20 @@ def test_four_bar_passes_its_singular_positions(folder: Path) -> None:
         np.testing.assert_allclose(found.joints[name].angle, found.joints["ground0"].angle, atol=1e-8)
 
 
-@pytest.mark.parametrize("samples", [10, 37, 400])
+@pytest.mark.parametrize("samples", [10, 37, 40, 400])
 def test_four_bar_over_ten_seconds(samples: int, folder: Path) -> None:
-    """Ten passages through singular positions, at other places within steps."""
+    """Ten passages through singular positions, at other places within steps; the whole path where samples meet it."""
     found = solve("four-bar", folder, {"run.samples": samples, "run.frames": 10}).history
     place = found.probes["b0"].values[-1] + np.array([0.0, 1.0, 0.0])
     assert place[0] == pytest.approx(FOUR_BAR["B0_end"]["x"]["value"], abs=1e-7)
     assert place[1] == pytest.approx(FOUR_BAR["B0_end"]["y"]["value"], abs=1e-7)
+    if samples % 40 == 0:
+        histories = json.loads((DATA / "four-bar/M2_n_four_bar.json").read_text())["histories"]
+        each = samples // 40
+        np.testing.assert_allclose(found.times[each - 1 :: each], histories["t"][1:], rtol=1e-12)
+        path = np.array([histories["x"], histories["y"]]).T[1:]
+        own = found.probes["b0"].values[each - 1 :: each, :2] + np.array([0.0, 1.0])
+        np.testing.assert_allclose(own, path, rtol=0, atol=1e-8)
     assert found.energy_drift < 1e-9
 
 

@@ -91,7 +91,7 @@ def draw_film(drawing: Drawing) -> None:
         )  # fmt: skip
         with writer:
             for number, frame in enumerate(frames):
-                picture = _bodies_at(number, bodies, arrows, view, largest, walls)
+                picture = _bodies_at(number, float(times[frame]), bodies, arrows, view, largest, walls)
                 shot, time = ground.copy(), float(times[frame]) * scale
                 shot.paste(picture, BOX[:2])
                 pen = ImageDraw.Draw(shot)
@@ -164,10 +164,10 @@ def _arrows(drawing: Drawing, times: np.ndarray, bodies: Sequence[Shown]) -> lis
 
 
 def _bodies_at(
-    number: int, bodies: Sequence[Shown], arrows: Sequence[Arrow], view: View, largest: float,
+    number: int, time: float, bodies: Sequence[Shown], arrows: Sequence[Arrow], view: View, largest: float,
     walls: Sequence[np.ndarray],
 ) -> Image.Image:  # fmt: skip
-    """Return the picture of a frame."""
+    """Return the picture of a frame at a time [s]."""
     size = (FINER * (BOX[2] - BOX[0]), FINER * (BOX[3] - BOX[1]))
     picture = Image.new("RGB", size, "white")
     pen = ImageDraw.Draw(picture)
@@ -176,10 +176,9 @@ def _bodies_at(
         pen.polygon(rim, fill=WALL)
         pen.line([*rim, rim[0]], fill=style.GREY, width=2 * FINER)
     for body in bodies:
-        for path in body.joints.values():
-            line = view.seen(path[: number + 1])[:, :2]
-            if len(line) > 1:
-                pen.line([tuple(one) for one in line], fill=style.GRID, width=FINER)
+        for name, (at, path) in body.paths.items():
+            line = view.seen(np.vstack([path[at <= time], body.joints[name][number]]))[:, :2]
+            pen.line([tuple(one) for one in line], fill=style.GREY, width=FINER)
     faces = [face for body in bodies for face in _faces(body, number, view, largest)]
     for _, corners, colour in sorted(faces, key=lambda one: one[0]):
         if len(corners) == 2:

@@ -1,14 +1,18 @@
 """Where the points of turning bodies are over time, from a run's record."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.solver.scene.body import Body
 
 DRAWN = 4
 """Contact points of a body that are drawn one by one."""
+PIECE, FARTHEST = 0.1, 1.5
+"""Rotation between places of a path, and that between samples beyond which places between them are not known [rad]."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,24 @@ class Moving:
         """Return where its points are at samples [m], (s, k, 3)."""
         found = self.motion[samples]
         return (self.centre + found[:, None, :3]) + np.einsum("sij,kj->ski", rotations(found[:, 3:6]), self.points)
+
+    def course(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the paths of its points: times [s], (p,), and places [m], (p, k, 3).
+
+        Between samples they are cubics by places and velocities at both.
+
+        Args:
+            times: Of the samples [s], (s,).
+        """
+        places, apart = self.places(slice(None)), float(np.diff(times).max(initial=0.0))
+        turned = float(np.linalg.norm(self.motion[:, 9:12], axis=1).max()) * apart
+        pieces = int(np.ceil(turned / PIECE))
+        if pieces < 2 or turned > FARTHEST or len(times) < 2:
+            return times, places
+        arms = places - (self.centre + self.motion[:, :3])[:, None]
+        speeds = self.motion[:, None, 6:9] + np.cross(self.motion[:, None, 9:12], arms)
+        fine = np.unique(np.concatenate([np.linspace(a, b, pieces + 1) for a, b in pairwise(times)]))
+        return fine, CubicHermiteSpline(times, places, speeds)(fine)
 
 
 def rotations(vectors: np.ndarray) -> np.ndarray:

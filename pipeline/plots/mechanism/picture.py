@@ -48,9 +48,10 @@ def _bodies(figure: Figure, place, bodies: list[Moving], drawing: Drawing) -> No
     flat = len(shown) == 2
     axes = figure.add_subplot(place) if flat else figure.add_subplot(place, projection="3d")
     samples = np.unique(np.linspace(0, len(every[0]) - 1, SHOWN).astype(int))
-    for path in every:
+    for body in bodies:
+        _, path = body.course(drawing.trajectory.times)
         for point in range(path.shape[1]):
-            axes.plot(*path[:, point, shown].T, color=style.GRID, lw=0.8, zorder=1)
+            axes.plot(*path[:, point, shown].T, color=style.GREY, lw=0.8, zorder=1)
     for number, sample in enumerate(samples):
         shade = 0.25 + 0.75 * number / max(1, len(samples) - 1)
         for body, path in zip(bodies, every, strict=True):

@@ -35,6 +35,8 @@ class Shown:
     """Two points of each line, or three of each triangle."""
     joints: dict[str, np.ndarray]
     """Where the joints on it are [m], (f, 3) each."""
+    paths: dict[str, tuple[np.ndarray, np.ndarray]]
+    """Their paths: times [s], (p,), and places [m], (p, 3), which lie closer than the frames."""
     contacts: dict[str, np.ndarray]
     """Where the middles of the points of its contacts are, without their elastic displacement [m], (f, 3) each."""
 
@@ -48,10 +50,13 @@ def shown_bodies(drawing: Drawing, frames: np.ndarray) -> list[Shown]:
         twists = np.array([body.twist(int(frame)) for frame in frames])
         turns, centres = rotations(twists[:, 3:]), moving.centre + twists[:, :3]
         own = [name for name, one in hinges.items() if one["body"] == moving.name]
-        joints = {
-            name: centres + np.einsum("fij,fj->fi", turns, moving.points[number] + moved)
+        moved = {name: np.einsum("fij,fj->fi", turns, _at_joint(drawing, body, hinges[name], frames)) for name in own}
+        joints = {name: centres + turns @ moving.points[number] + moved[name] for number, name in enumerate(own)}
+        at, places = moving.course(drawing.trajectory.times)
+        seen = drawing.trajectory.frame_times[frames]
+        paths = {
+            name: (at, places[:, number] + np.array([np.interp(at, seen, one) for one in moved[name].T]).T)
             for number, name in enumerate(own)
-            for moved in [_at_joint(drawing, body, hinges[name], frames)]
         }
         contacts = {
             name: centres + turns @ (points.mean(axis=0) - moving.centre)
@@ -60,7 +65,7 @@ def shown_bodies(drawing: Drawing, frames: np.ndarray) -> list[Shown]:
         arms, elastic, cells, shape = _drawn(drawing, body, moving.points, frames)
         places = centres[:, None] + np.einsum("fij,fpj->fpi", turns, arms + elastic)
         bent = np.linalg.norm(elastic, axis=2)
-        found.append(Shown(moving.name, shape, places, bent, cells, joints=joints, contacts=contacts))
+        found.append(Shown(moving.name, shape, places, bent, cells, joints=joints, paths=paths, contacts=contacts))
     return found
 
 

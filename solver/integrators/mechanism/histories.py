@@ -17,7 +17,8 @@ from gudgeon.solver.integrators.mechanism.arrays import (
 )
 from gudgeon.solver.integrators.mechanism.build import Linkage
 from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, motion_of
-from gudgeon.solver.integrators.mechanism.flexible.lacking import joint_lacks
+from gudgeon.solver.integrators.mechanism.flexible.lacking import inertia_lacks, joint_lacks
+from gudgeon.solver.integrators.mechanism.flexible.statics import Statics
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
 from gudgeon.solver.integrators.mechanism.step import observe, read
 from gudgeon.solver.integrators.mechanism.touching.kernel import FORCE
@@ -56,6 +57,7 @@ class Recorder:
         self.samples: list[Sample] = []
         self._read, self._observe = Prepared(read), Prepared(observe)
         self.readers: list[Reader] = readers(linkage)
+        self._statics = Statics(linkage, model)
 
     def take(self, state: np.ndarray, vectors: np.ndarray, given: np.ndarray, amounts: np.ndarray) -> None:
         """Record a state with drives (d, 3) and loads (l,) at its time."""
@@ -80,6 +82,12 @@ class Recorder:
         self._work.slipping[:], self._work.touching[:] = slipping, pressing
         self.samples.append(Sample(state, vectors, found, motion, forces, np.array(apart).reshape(-1, 2)))
 
+    def static_gauges(self, amounts: np.ndarray) -> np.ndarray:
+        """Return what the modes lack of the gauges at the last samples, (s, G), with loads (s, l)."""
+        last = self.samples[len(self.samples) - len(amounts) :]
+        every = _readings(last)
+        return self._statics.values(_states_of(last, every, 0.0), every.holds, amounts)
+
     def found(self, interval: float, notes: list[str], end: tuple[np.ndarray, float], count: int) -> LinkageHistories:
         """Return the histories of the first samples.
 
@@ -88,7 +96,7 @@ class Recorder:
         """
         kept = self.samples[: count + 1]
         scene, linkage = self._linkage.system.scene, self._linkage
-        every = Reading(*(np.array(one) for one in zip(*(one.reading for one in kept), strict=True)))
+        every = _readings(kept)
         wrenches, angles = every.wrenches, every.angles
         lengths = every.violations * self._model.reach.max(initial=0.0)
         held = {**scene.hinges(), **scene.cranks()}
@@ -96,17 +104,15 @@ class Recorder:
             name: JointHistory(held[name].body, "", angles[1:, pair], wrenches[1:, pair, :3].copy(), lengths[1:, pair])
             for name, pair in linkage.pairs.items()
         }
-        states = np.array([one.state for one in kept])
-        read_all = States(
-            states, [one.motion for one in kept], np.array([one.vectors for one in kept]), wrenches, every.multipliers,
-            interval,
-        )  # fmt: skip
-        lacks, said = joint_lacks(linkage, self._model, read_all, every.holds)
+        read_all = _states_of(kept, every, interval)
+        by_joints, said = joint_lacks(linkage, self._model, read_all, every.holds)
+        by_rotation, more = inertia_lacks(linkage, self._model, read_all)
+        lacks, notes = by_joints | by_rotation, [*notes, *said, *more]
         probes = {one.name: one.history(self._model, read_all) for one in self.readers} | self._orbits(kept)
         times = interval * np.arange(1, len(kept))
         return LinkageHistories(
             joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]) | self._pushes(end[0]) | lacks,
-            momentum_error(self._model, states, read_all.motions, interval * (len(kept) - 1)), [*notes, *said],
+            momentum_error(self._model, read_all.samples, read_all.motions, interval * (len(kept) - 1)), notes,
             impacts={name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
             wear={name: worn_cells(self._rubbed(name)) for name in self._wearing()},
         )  # fmt: skip
@@ -165,6 +171,17 @@ class Recorder:
     def _sections(self, name: str) -> np.ndarray:
         """Return the numbers of a joint's sections."""
         return np.flatnonzero(self._model.touch_pair == self._linkage.pairs[name])
+
+
+def _readings(samples: list[Sample]) -> Reading:
+    """Return what was read of samples, one after the other."""
+    return Reading(*(np.array(one) for one in zip(*(one.reading for one in samples), strict=True)))
+
+
+def _states_of(samples: list[Sample], every: Reading, interval: float) -> States:
+    """Return samples with their readings as states, `interval` apart [s]."""
+    states, vectors = (np.array([getattr(one, part) for one in samples]) for part in ("state", "vectors"))
+    return States(states, [one.motion for one in samples], vectors, every.wrenches, every.multipliers, interval)
 
 
 def _quantities(linkage: Linkage, times: np.ndarray, wrenches: np.ndarray, angles: np.ndarray) -> Json:

@@ -185,7 +185,7 @@ class Mechanism(Capabilities):
         self._set_forces(out.forces, stride * self._interval)
         q, v = self._coordinates(taken)
         rigid = self._system.rigid
-        out.gauges[:] = q @ self._system.gauge_rows.T  # The modes hold the static shapes of what joints load.
+        out.gauges[:] = q @ self._system.gauge_rows.T + self._recorder.static_gauges(amounts)
         out.snapshots[:, :r], out.snapshots[:, r : 2 * r] = q[:, rigid], v[:, rigid]
         self._at = q[-1], v[-1]
         if text := deformed_text(self._system, times, q):

@@ -73,20 +73,22 @@ class Reader:
                 number = bushings.index(owner)
                 return np.array([one.bushings[number, 6:] for one in states.motions]), WRENCH, "N, N m"
             number = list(self.linkage.system.scene.point_springs()).index(owner)
-            return self._tension(model, states, number), ("tension",), "N"
+            return spring_pulls(model, states, number)[:, None], ("tension",), "N"
         if owner in self.linkage.pairs:
             return states.wrenches[:, self.linkage.pairs[owner]], WRENCH, "N, N m"
         rows = [i for i, row in enumerate(self.linkage.rows) if row.joint == owner]
         name = "N" if self.linkage.rows[rows[0]].length else "N m"
         return states.multipliers[:, rows], ("along",), name
 
-    def _tension(self, model: Model, states: States, number: int) -> np.ndarray:
-        stiffness, damping, length = model.spring[number]
-        ends = np.array([one.springs[number] for one in states.motions])
-        apart, speed = ends[:, 1, 0] - ends[:, 0, 0], ends[:, 1, 1] - ends[:, 0, 1]
-        size = np.linalg.norm(apart, axis=1)
-        rate = (speed * apart).sum(axis=1) / size
-        return (stiffness * (size - length) + damping * rate)[:, None]
+
+def spring_pulls(model: Model, states: States, number: int) -> np.ndarray:
+    """Return the tension of a spring [N], (1 + s,)."""
+    stiffness, damping, length = model.spring[number]
+    ends = np.array([one.springs[number] for one in states.motions])
+    apart, speed = ends[:, 1, 0] - ends[:, 0, 0], ends[:, 1, 1] - ends[:, 0, 1]
+    size = np.linalg.norm(apart, axis=1)
+    rate = (speed * apart).sum(axis=1) / size
+    return stiffness * (size - length) + damping * rate
 
 
 def point_motions(model: Model, states: States, point: Point) -> tuple[np.ndarray, np.ndarray]:

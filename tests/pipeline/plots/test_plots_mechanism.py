@@ -1,5 +1,6 @@
 """Pictures of bodies that turn by any angle: where their joints are drawn, and what captions name."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,11 @@ from gudgeon.pipeline.stages.run import run_job
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
 
+from matplotlib.colors import to_hex, to_rgb
+
+from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.mechanism import film, picture
-from gudgeon.pipeline.plots.mechanism.motion import moving_bodies
+from gudgeon.pipeline.plots.mechanism.motion import Moving, moving_bodies
 from gudgeon.pipeline.plots.mechanism.shapes import shown_bodies
 
 REACH = 0.2 / np.sqrt(2)
@@ -113,3 +117,30 @@ def test_pictures_name_gauges_and_how_bodies_are_drawn(turned: Drawing, tmp_path
     assert notes == []
     assert {"mechanism.png", "gauges.png"} <= {path.name for path in drawn}
     assert picture.LINES in picture._figure(turned).texts[1].get_text()
+
+
+def test_paths_are_smooth_between_few_samples() -> None:
+    """A point that goes round with eight samples a turn; beside the chords between them it is 7 % off the circle."""
+    times, rate, radius = np.linspace(0.0, 2.0, 17), np.pi, 0.3
+    motion = np.zeros((len(times), 12))
+    motion[:, 5], motion[:, 11] = rate * times, rate
+    moving = Moving("wheel", np.array([[radius, 0.0, 0.0], [0.0, 0.0, 0.0]]), np.zeros(3), motion)
+    at, places = moving.course(times)
+    exact = radius * np.column_stack([np.cos(rate * at), np.sin(rate * at), np.zeros_like(at)])
+    np.testing.assert_allclose(places[:, 0], exact, rtol=0, atol=5e-4 * radius)
+    assert np.linalg.norm(np.diff(places[:, 0], axis=0), axis=1).max() < 0.11 * radius
+    assert set(times) <= set(at)
+    few = replace(moving, motion=motion[::4])
+    assert len(few.course(times[::4])[0]) == len(times[::4])  # Half a turn apart: what is between is not known.
+
+
+def test_paths_have_a_place_at_each_sample_and_are_seen(turned: Drawing) -> None:
+    """Of the film and of the picture, in a tone that stands out from white."""
+    link, _ = shown_bodies(turned, np.array([0, 3]))
+    samples, (at, path) = turned.trajectory.times, link.paths["end"]
+    assert len(at) >= len(samples) == 20
+    np.testing.assert_allclose(path[-1], link.joints["end"][-1], rtol=0, atol=1e-12)
+    lines = picture._figure(turned).axes[0].lines
+    assert sum(to_hex(line.get_color()) == style.GREY and len(line.get_xdata()) >= 20 for line in lines) == 5
+    tone = np.array(to_rgb(style.GREY)) @ [0.2126, 0.7152, 0.0722]
+    assert tone < 0.65

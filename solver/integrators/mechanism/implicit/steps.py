@@ -13,6 +13,8 @@ from gudgeon.solver.integrators.prepared import Prepared
 
 NEWTON = 0.03
 """Tolerance of Newton's method over that of a step."""
+CONVERGED = 1e-13
+"""Tolerance of Newton's method at most: what is left violates the balances of momentum between jointed bodies."""
 RATIOS = 0.9, 1e-3
 """Ratio of changes beyond which it does not converge, and the least that is believed."""
 
@@ -49,7 +51,7 @@ class ImplicitSteps(CollocationSteps):
         course = Course(
             times, first=h * table.points, start=table.start, there=table.there, back=table.back,
             error_start=table.error_start, error=table.error / h, given=given, amounts=amounts, weight=self._weights(),
-            energy=self._balance.weight, fresh=self._before is None, tolerance=NEWTON * self._tolerance,
+            energy=self._balance.weight, fresh=self._before is None, tolerance=min(NEWTON * self._tolerance, CONVERGED),
             asked=self._tolerance, limits=RATIOS,
         )  # fmt: skip
         self._guess(h)

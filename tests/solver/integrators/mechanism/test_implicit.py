@@ -11,8 +11,9 @@ from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.collocation.table import shares, table_of
 from gudgeon.solver.integrators.mechanism.integrator import Mechanism
 from gudgeon.solver.simulate import simulate
-from tests.solver.integrators.mechanism.flexible_scenes import cloud_run, cloud_system
+from tests.solver.integrators.mechanism.flexible_scenes import WIDE, cloud, cloud_run, cloud_system
 from tests.solver.integrators.mechanism.scenes import hinge, solved, system_of
+from tests.solver.systems import build_all, rigid_records
 
 SOFT = np.array([60.0, 90.0, 140.0])
 STIFF = np.array([60.0, 300.0, 4e3, 3e4])
@@ -127,6 +128,20 @@ def test_damping_springs_bushings_and_drives(tmp_path: Path) -> None:
     assert implicit.energies[-1, 4] == pytest.approx(explicit.energies[-1, 4], rel=1e-3)
     balance = implicit.energies @ [1, 1, 1, 1, -1]
     assert np.ptp(balance) < 1e-5 * np.abs(implicit.energies).max()
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6])
+def test_jointed_free_bodies_keep_momenta_at_any_accuracy(accuracy: float, tmp_path: Path) -> None:
+    """A body that deforms and a rigid one, on a ball, tumble."""
+    run = {"integrator": "mechanism", "duration": 0.3, "stepping": "implicit", "accuracy": accuracy, "samples": 40,
+           "frames": 2, "limits": WIDE}  # fmt: skip
+    bodies = {"part": {"angular_velocity": [3.0, 9.0, 5.0], "velocity": [0.3, -0.2, 0.1]}, "bob": {}}
+    ball = {"kind": "spherical", "body": "part", "interface": "pin", "against": "bob"}
+    records = {"part": cloud(STIFF, free=True), "bob": rigid_records(1.0, {}, (1e-3, 2e-3, 1.5e-3))}
+    found = simulate(build_all(tmp_path, records, {"body": bodies, "joint": {"ball": ball}, "run": run}))
+    assert found.result == "FINISHED"
+    assert found.counts["implicit_steps"] == found.counts["steps_taken"]
+    assert found.momentum_residual < 1e-11
 
 
 def test_a_driven_rigid_body(tmp_path: Path) -> None:

@@ -1,0 +1,80 @@
+"""Gauges of bodies that turn: what the modes lack of the static answer to rotation and to forces at interfaces.
+
+The load by a rotation ω is ρ C x with C = ω² 1 − ω ωᵀ. The inertia of linear and angular accelerations balances the
+forces, and is part of the answer to them. What is left out varies slowly beside the modes that are left out.
+"""
+
+import numpy as np
+
+from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.integrators.mechanism.arrays import SPIN, TURN, Model
+from gudgeon.solver.integrators.mechanism.build import Linkage
+from gudgeon.solver.integrators.mechanism.energy import bodies_of
+from gudgeon.solver.integrators.mechanism.flexible.acting import forces_of_elements, forces_of_joints
+from gudgeon.solver.integrators.mechanism.probes import States
+from gudgeon.solver.integrators.mechanism.rotation import matrices
+
+
+def squares_of(model: Model, states: np.ndarray, b: int) -> np.ndarray:
+    """Return C of a body at states, ω of its undeformed inertia, in its own axes [rad²/s²], (s, 3, 3)."""
+    own = bodies_of(model, states)[:, b]
+    spin = np.einsum("sij,si->sj", matrices(own[:, TURN : TURN + 4]), own[:, SPIN : SPIN + 3])
+    omega = spin @ model.inverse[b].T
+    return (omega**2).sum(axis=1)[:, None, None] * np.eye(3) - omega[:, :, None] * omega[:, None, :]
+
+
+class Statics:
+    """Bodies that deform and have gauges."""
+
+    def __init__(self, linkage: Linkage, model: Model) -> None:
+        """Find them.
+
+        Raises:
+            SceneError: a record was made before centrifugal loads were part of it.
+        """
+        self._linkage, self._model = linkage, model
+        self._bodies: list[tuple[str, int]] = []
+        for b, (name, body) in enumerate(linkage.system.bodies.items()):
+            if not body.modal.gauges or not len(body.modal.angular_frequencies):
+                continue
+            if any(gauge.centrifugal is None for gauge in body.modal.gauges.values()):
+                raise SceneError(
+                    f"body.{name}.gauges: the record of its modes, {body.morph.modes_key[:12]}, has no static answer of"
+                    " gauges to rotation; compute it again"
+                )
+            self._bodies.append((name, b))
+
+    def values(self, states: States, holds: np.ndarray, amounts: np.ndarray) -> np.ndarray:
+        """Return what all gauges of the system lack at states, (s, G).
+
+        Args:
+            holds: As `Reading.holds`, (s, J, 6).
+            amounts: Of the loads, (s, l).
+        """
+        system = self._linkage.system
+        found, owners = (
+            np.zeros((len(states.samples), len(system.gauges))),
+            [one.partition(".")[0] for one in system.gauges],
+        )
+        for name, b in self._bodies:
+            body = system.bodies[name]
+            columns = np.flatnonzero([owner == name for owner in owners])
+            tensors = np.concatenate([gauge.centrifugal for gauge in body.modal.gauges.values()])
+            found[:, columns] = np.einsum("sij,kij->sk", squares_of(self._model, states.samples, b), tensors)
+            given = self._linkage, self._model, states
+            acting = forces_of_joints(*given, holds, name) + forces_of_elements(*given, amounts, name)
+            for interface, forces in acting:
+                found[:, columns] += forces @ _residual(body, interface).T
+        return found
+
+
+def _residual(body: FlexibleBody, interface: str) -> np.ndarray:
+    """Return what the gauges of a body lack per force at an interface, (G, k); zero where the record has no R."""
+    rows = slice(*body.modal.interface_rows[interface])
+    size = len(body.modal.loads[interface].rows)
+    parts = [
+        gauge.residual[:, rows] if gauge.residual.shape[1] else np.zeros((len(gauge.rows), size))
+        for gauge in body.modal.gauges.values()
+    ]
+    return np.concatenate(parts)
