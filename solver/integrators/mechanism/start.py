@@ -19,6 +19,7 @@ from gudgeon.solver.integrators.mechanism.constraints.dependence import (
     jacobian,
     kinematic_rows,
     rigid_columns,
+    spans,
     unit_rows,
 )
 from gudgeon.solver.integrators.mechanism.energy import inertia_factor, modal_parts, motion_of
@@ -37,9 +38,11 @@ DEPENDENT = 1e-5
 """Singular value of the scaled rows, of lengths 1, below which they depend on each other."""
 ASIDE = 1e-3
 """Rotation by which the start is left along its free motions to see whether it is singular [rad]."""
-LOST = 0.5
-"""Share of this motion, which the joints leave free to first order, that goes as they are closed again, where they do
-not leave it: along a path, the part of second order goes."""
+NEARER = (0.1, 0.01)
+"""Shares of this rotation that are tried, too, where none is left: near a singular position it may leave the path."""
+LOST, NOTED = 0.5, 0.05
+"""Share of its motion that a body loses where the joints are closed again and leave none of any size, and motion over
+the largest one from which on a body is looked at: along a path, what goes is of second order."""
 HEAVY = 1e9
 """Factor on the mass of bodies whose velocity is given, and on the inertia of those whose angular velocity is given,
 while the others are found."""
@@ -295,23 +298,27 @@ def _check_rows(found: Linkage, model: Model, work: Work, state: np.ndarray, giv
     rng = np.random.default_rng(0)
     for _ in range(2):
         direction = _within(rows, rng.standard_normal(rows.shape[1]))
-        kept = _kept(model, work, state, given, direction * (ASIDE / float(np.abs(direction).max())))
-        there = _rank(jacobian(model, work))
-        if kept is not None and (there > rank or kept < 1 - LOST):
+        motion = direction * (ASIDE / float(np.abs(direction).max()))
+        there, lost = _rank_beside(model, work, state, given, motion)
+        if there > rank or (lost and all(_rank_beside(model, work, state, given, s * motion)[1] for s in NEARER)):
             raise SceneError(_singular(found, rows, rank, there))
     work.turned[:] = 0.0
     keep_angles(model, work, state)
     return rank
 
 
-def _kept(model: Model, work: Work, state: np.ndarray, given: np.ndarray, motion: np.ndarray) -> float | None:
-    """Return the share of a motion away from a state that is left where the joints are closed again, of which `work`
-    then has the rows; None where they are not."""
+def _rank_beside(
+    model: Model, work: Work, state: np.ndarray, given: np.ndarray, motion: np.ndarray
+) -> tuple[int, bool]:
+    """Return the rank of the rows where the joints are closed again after a motion from a state, 0 where they are not,
+    and whether a body has lost its part of the motion there."""
     beside = moved(model, state, motion)
     if not _closes(model, work, beside, given):
-        return None
+        return 0, False
     keep_angles(model, work, beside)
-    return float(motion_between(model, state, beside) @ motion / (motion @ motion))
+    gone, least = motion_between(model, state, beside) - motion, NOTED * float(np.abs(motion).max())
+    sizes = [(np.linalg.norm(motion[own]), np.linalg.norm(gone[own])) for own in spans(model)]
+    return _rank(jacobian(model, work)), any(size > least and less > LOST * size for size, less in sizes)
 
 
 def _singular(found: Linkage, rows: np.ndarray, rank: int, there: int) -> str:
