@@ -6,7 +6,7 @@ from importlib import import_module
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import FRICTION_NOTES, Trajectory
+from gudgeon.modaldb.records.trajectory import FRICTION_NOTES, ROTATION_NOTES, Trajectory
 from gudgeon.solver.accuracy import controlled, with_step_estimates
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.checks.basis import with_basis_estimates
@@ -176,7 +176,9 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         if end.left and (where := left_text(system, times, histories.samples.snapshots)):
             reason = f"{where}: {result.value}"
     end = replace(end, impacts=integrator.impacts())
-    return trajectory_of(system, plan, end, histories, Ending(result, reason, drift))
+    found = trajectory_of(system, plan, end, histories, Ending(result, reason, drift))
+    notes = limits.notes()
+    return replace(found, counts=found.counts | {ROTATION_NOTES: "\n".join(notes)}) if notes else found
 
 
 def _drift(system: System, end: Outcome, found: Histories) -> float:

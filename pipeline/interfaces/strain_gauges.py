@@ -19,6 +19,8 @@ OFF = 0.02
 surfaces deviate from them by less."""
 TILT = 5.0
 """Angle by which a gauge's direction may leave the surface [deg]."""
+FAR = 0.01
+"""Distance outside the box of a solid part, over its largest extent, from which on a place is not on the part."""
 LINES = np.array([[0, 1], [1, 2], [2, 0]])
 
 
@@ -61,7 +63,7 @@ def _refuse_off(mesh: MeshRecord, point: np.ndarray, line: np.ndarray, where: st
         if abs(line[2]) > np.sin(np.radians(TILT)):
             raise InputError(f"{where}.direction: it leaves the plane of the part; allowed: directions in x and y")
         return
-    skin = mesh.cells[:, FACES][side_counts(mesh.cells, FACES) == 1][:, :3]
+    skin = _skin(mesh)
     nearest, distance, facet = nearest_on(mesh.nodes[skin], point)
     corners = mesh.nodes[skin[facet]]
     size = float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max())
@@ -74,6 +76,27 @@ def _refuse_off(mesh: MeshRecord, point: np.ndarray, line: np.ndarray, where: st
         outward = np.round(normal / np.linalg.norm(normal), 6) + 0.0
         raise InputError(f"{where}.direction: {line.tolist()} given, it leaves the surface there by {tilt:.3g} degrees,"
                          f" allowed: {TILT:g}; the outward normal is {outward.tolist()}")  # fmt: skip
+
+
+def refuse_far(mesh: MeshRecord, point: np.ndarray, where: str) -> None:
+    """Refuse a place that moves with a rigid solid part but is none of it; those in its bores and hollows are.
+
+    Raises:
+        InputError: the place [m], (3,), is outside of the part's box; its key `where`, and the nearest place.
+    """
+    if DIMENSIONS.get(mesh.cell_type) != 3:
+        return
+    low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+    if (np.maximum(low - point, point - high) <= FAR * (high - low).max()).all():
+        return
+    nearest, distance, _ = nearest_on(mesh.nodes[_skin(mesh)], point)
+    raise InputError(f"{where}: {point.tolist()} given, it lies {distance:.4g} m off the part; its nearest place is"
+                     f" {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
+
+
+def _skin(mesh: MeshRecord) -> np.ndarray:
+    """Return the corner nodes of the facets of a solid part's surface, (f, 3)."""
+    return mesh.cells[:, FACES][side_counts(mesh.cells, FACES) == 1][:, :3]
 
 
 def nearest_on(corners: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, int]:

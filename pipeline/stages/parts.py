@@ -10,6 +10,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.geometry.surfaces import distance
+from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.material import Material
 
@@ -131,6 +132,29 @@ def extent_notes(store: Store, parts: Mapping[str, Component], keys: Mapping[str
                 f" {likely}"
             )
     return notes
+
+
+def refuse_probes_off(store: Store, scene: SceneFile, keys: Mapping[str, str]) -> None:
+    """Refuse probes of points off the meshed rigid parts of a scene.
+
+    Args:
+        keys: Key of the mesh of each component.
+
+    Raises:
+        InputError: there is one.
+    """
+    from gudgeon.pipeline.interfaces.strain_gauges import refuse_far
+
+    for name, probe in scene.probe.items():
+        sides = ("at", "interface", "body"), ("against_at", "against_interface", "against")
+        for key, interface, owner in sides:
+            at = getattr(probe, key, None)
+            if at is None or getattr(probe, interface, None) is not None:
+                continue
+            component = scene.component_of(getattr(probe, owner))
+            if component in keys:
+                mesh = store.get(keys[component], "mesh", only=["nodes", "cells", "cell_type"])
+                refuse_far(mesh, np.array(at), f"probe.{name}.{key}")
 
 
 def part_sizes(

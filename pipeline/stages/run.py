@@ -15,9 +15,7 @@ from gudgeon.modaldb.hdf5 import record_bytes
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.trajectory import (
     BASIS_REASON,
-    EDGE_NOTES,
-    FRICTION_NOTES,
-    LINKAGE_NOTES,
+    NOTES,
     PATCH_POINTS,
     Trajectory,
 )
@@ -32,7 +30,7 @@ from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.folder import held, remove_pictures
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.make import Task, check_finite, keep, make_stage, make_stages, run_stages, scene_name
-from gudgeon.pipeline.stages.parts import extent_notes, part_sizes
+from gudgeon.pipeline.stages.parts import extent_notes, part_sizes, refuse_probes_off
 from gudgeon.pipeline.stages.products import STAGES, Product, sensitivity_product
 from gudgeon.pipeline.stages.run_report import TRAJECTORY, Progress, RunReport, StageReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, reference_values, write_summary
@@ -102,6 +100,7 @@ def _tasks(job: Job, stage: str, tell: Progress, compilation: Compilation = None
     """Return the records of a stage, in the order in which they depend on each other."""
     if stage == "solve":
         _references(job)  # A mistake there must be reported before the solver runs.
+        refuse_probes_off(job.store, job.scene, {name: steps["mesh"].key for name, steps in job.components().items()})
         change_notes(job)  # Refuses reuse beyond its tolerance, also of a design that is in the database.
         return [Task(job.trajectory(), lambda: _solve(job, tell, compilation))]
     return [
@@ -239,7 +238,7 @@ def _report(job: Job, summary: dict[str, Any], stages: dict[str, StageReport]) -
     if summary["result"] == Result.FINISHED.name:
         own += _gap_notes(job, summary["quantities"])
     own += _probe_notes(job)
-    for notes_of in (FRICTION_NOTES, LINKAGE_NOTES, EDGE_NOTES):
+    for notes_of in NOTES:
         own += str(summary["counts"].get(notes_of, "")).splitlines()
     if summary["result"] == Result.FINISHED.name:
         own += impact_notes(job.scene, summary, partial(_last_force, job))

@@ -80,6 +80,12 @@ def values_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
     return evaluated(lambda told: _value(tree, t, told), Told(text.strip(), where))
 
 
+def plain_values(text: str, times: np.ndarray) -> np.ndarray:
+    """Return the values of an expression at times [s], (t,), finite or not."""
+    with np.errstate(all="ignore"):
+        return _value(kept(text), np.asarray(times, float), None)
+
+
 @dataclass(frozen=True)
 class Told:
     """What the refusal of a value names."""

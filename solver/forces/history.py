@@ -6,17 +6,23 @@ from typing import ClassVar, Self
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from gudgeon.solver.forces.expression import parsed, values_of
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.expression import parsed, plain_values, values_of
+from gudgeon.solver.forces.jumps import pole_of
 from gudgeon.solver.numbers import Strict
 
 Point = tuple[float, float, float]
 GAUSS = np.polynomial.legendre.leggauss(4)
 """Places and weights of the mean of an expression over a step, of order 8."""
+LOOKED_AT = 4001
+"""Times of a run at which an expression is read to see whether it jumps or grows without bound."""
 
 
 class Amount(Strict):
     """Amount over time by a table or an expression; a member sets the unit of `values` and `expression`."""
 
+    unbounded: ClassVar[str] = "load"
+    """What is infinite where the amount, or the rate of it that acts, grows without bound."""
     table: str | None = Field(default=None, description="CSV: time [s], amount; linear between the rows")
     values: tuple[tuple[float, float], ...] = ()
     expression: str | None = None
@@ -39,14 +45,28 @@ class Amount(Strict):
         return self
 
     def refusal(self, duration: float) -> str | None:
-        """Return why the amount does not reach over a run's duration [s], after the name of the force; else None."""
+        """Return why the amount does not reach over a run's duration [s], or grows without bound in it, after the name
+        of the force; else None."""
         if self.expression is not None:
-            return None
+            time = pole_of(self._course, np.linspace(0.0, duration, LOOKED_AT))
+            asks = f"which asks for an infinite {self.unbounded}"
+            return None if time is None else f"expression: grows without bound near t = {time:.6g} s, {asks}"
         first, last = self.values[0][0], self.values[-1][0]
         if first <= 0 and last >= duration * (1 - 1e-12):
             return None
         key = "values" if self.table is None else "table"
         return f"{key}: reaches from {first:.6g} to {last:.6g} s, the run from 0 to run.duration = {duration:.6g} s"
+
+    def check(self, duration: float, where: str) -> None:
+        """Raise a SceneError that names the force `where` unless the amount is finite over a run's duration [s]."""
+        if (reason := self.refusal(duration)) is not None:
+            raise SceneError(f"{where}.{reason}")
+        self.amounts(np.linspace(0.0, duration, LOOKED_AT), where)
+
+    def _course(self, times: np.ndarray) -> np.ndarray:
+        """Return an expression, and those of its rates that act, at times [s], finite or not, (t, k)."""
+        assert self.expression is not None
+        return plain_values(self.expression, times)[:, None]
 
     def amounts(self, times: np.ndarray, where: str) -> np.ndarray:
         """Return the amount at times [s], (t,); a SceneError that names the force `where` if it is not finite."""

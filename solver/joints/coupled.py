@@ -1,15 +1,15 @@
 """Joints on other joints: two that turn together, and one whose motion is given over time."""
 
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from gudgeon.solver.forces.given import BY_VALUES, EXPRESSION
-from gudgeon.solver.forces.history import Amount
+from gudgeon.solver.forces.history import LOOKED_AT, Amount
 from gudgeon.solver.forces.jumps import jump_of
-from gudgeon.solver.forces.second_rates import motions_of
+from gudgeon.solver.forces.second_rates import motions_of, plain_motions
 from gudgeon.solver.numbers import PositiveRatio, Ratio, Strict, TimeValue
 
 KINKED = ("step", "abs", "min", "max")
@@ -28,6 +28,14 @@ class Gear(Strict):
         description="external: the joints turn in opposite directions, seen along their axes; internal: in the same",
     )
 
+    @field_validator("ratio", mode="before")
+    @classmethod
+    def _has_no_sign(cls, value: Any) -> Any:
+        if isinstance(value, int | float) and value <= 0:
+            direction = 'meshing = "external" or "internal" gives the direction'
+            raise ValueError(f"{value:g} given; allowed: above 0; {direction}")
+        return value
+
     @property
     def joints(self) -> tuple[str, ...]:
         """Names of the joints that it couples."""
@@ -42,6 +50,7 @@ class Gear(Strict):
 class Driven(Amount):
     """The angle or displacement of a joint, given over time, in addition to what it is at the start."""
 
+    unbounded: ClassVar[str] = "acceleration"
     kind: Literal["driven"]
     joint: str = Field(description="Revolute, cylindrical, screw or translational joint")
     motion: Literal["angle", "displacement"] | None = Field(
@@ -79,12 +88,21 @@ class Driven(Amount):
         inside = np.clip(times, spline.x[0], spline.x[-1])
         return np.column_stack([spline(inside, order) for order in range(3)])
 
+    def _course(self, times: np.ndarray) -> np.ndarray:
+        assert self.expression is not None
+        return plain_motions(self.expression, times)
+
     def jump(self, duration: float, where: str) -> tuple[str, float] | None:
-        """Return what jumps, 'motion' or 'velocity', and when [s]; None where the acceleration stays finite."""
+        """Return what jumps, 'motion' or 'velocity', and when [s]; None without a jump.
+
+        Raises:
+            SceneError: motion, rate or second rate is not finite at a time.
+        """
+        grid = np.linspace(0.0, duration, LOOKED_AT)
+        self.motions(grid, where)
         if self.expression is None or not any(name in self.expression for name in KINKED):
             return None
         for order, what in enumerate(("motion", "velocity")):
-            grid = np.linspace(0.0, duration, 4001)
             time = jump_of(lambda t, order=order: self.motions(t, where)[:, order], grid)
             if time is not None:
                 return what, time

@@ -18,6 +18,7 @@ from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import Samples
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.result import Result
+from gudgeon.solver.scene.run import SMALL_ROTATION
 from gudgeon.solver.system.friction import ACROSS, lines
 from gudgeon.solver.system.friction import ROUND_OFF as VELOCITY_ROUND_OFF
 from gudgeon.solver.system.system import System
@@ -74,6 +75,7 @@ class Limits:
         self._squares = masses * (system.scene.run.limits.angle * np.array(self._sizes)) ** 2
         self._turns = _turns(system)
         self._before = system.position[system.rigid]
+        self._widest = dict.fromkeys(system.bodies, 0.0)
         self._fastest = {line.name: float(np.linalg.norm(line.relative(system.velocity))) for line in self._lines}
 
     def test(self, times: np.ndarray, samples: Samples, q: np.ndarray, *, sampled: bool) -> Exit | None:
@@ -97,14 +99,29 @@ class Limits:
 
     def _turned(self, times: np.ndarray, places: np.ndarray) -> Iterator[tuple[float, Exit]]:
         limit, first = self._system.scene.run.limits.angle, 0
-        if not (np.abs(places) @ self._turns > limit * (1 - ROUND_OFF)).any():
+        if not (np.abs(places) @ self._turns > min(limit, SMALL_ROTATION) * (1 - ROUND_OFF)).any():
             return  # No body can have turned so far.
         for name, body in self._system.bodies.items():
             own = slice(first, first + body.rigid_count)
             first = own.stop
             angles = np.linalg.norm(body.centre_motion(places[:, own])[:, 3:], axis=1)
+            self._widest[name] = max(self._widest[name], float(angles.max()))
             if (at := _first(angles > limit)) is not None:
                 yield times[at], Exit(Result.ROTATION, _turned_too_far(name, angles[at], times[at], limit))
+
+    def notes(self) -> list[str]:
+        """Return a note of each body that turned beyond small motion in a run whose limit allows it."""
+        scene = self._system.scene
+        if (limit := scene.run.limits.angle) <= SMALL_ROTATION:
+            return []
+        more = '; run.integrator = "mechanism" computes both' if scene.may_turn else ""
+        return [
+            f"body.{name} turned by {angle:.3g} rad, which run.limits.angle = {limit:g} allows: beyond"
+            f" {SMALL_ROTATION:g} rad this is right only where rotation changes neither the contact geometry nor the"
+            f" inertia, since rotations are linear and gyroscopic terms are left out{more}"
+            for name, angle in self._widest.items()
+            if angle > SMALL_ROTATION
+        ]
 
     def _deformed(self, times: np.ndarray, squares: np.ndarray) -> Iterator[tuple[float, Exit]]:
         limit = self._system.scene.run.limits.angle

@@ -1,6 +1,6 @@
 """Driven bodies of a scene: motions prescribed over time."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -18,6 +18,7 @@ from gudgeon.solver.vectors import Direction, Place
 class Drive(History):
     """A motion over time of a rigid body, or of an interface; a member sets the unit of its amount."""
 
+    unbounded: ClassVar[str] = "velocity"
     interface: str | None = Field(
         default=None,
         description="Interface of the body that moves so, of kind 'mean' or 'tie'; needed on elastic bodies",

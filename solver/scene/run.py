@@ -18,11 +18,15 @@ LEAST_WINDOW = 1e-12
 """Least window over the duration: times of a run have round-off of 1e-16 of it."""
 
 
+SMALL_ROTATION = 0.05
+"""Rotation of a body up to which its motion is small [rad]."""
+
+
 class Limits(Strict):
     """Range of the motion, which is small: a run that leaves it ends as a failure."""
 
     angle: RotationAngle = Field(
-        default=0.05,
+        default=SMALL_ROTATION,
         description="Largest rotation of a body [rad]: rotations are linear and gyroscopic terms are missing. Also the"
         " largest elastic deflection of a body (root mean square) over its radius of gyration, which estimates the"
         " rotation by bending",

@@ -294,6 +294,11 @@ class Scene(Strict):
         spins = [math.hypot(*body.angular_velocity) for body in self.body.values()]
         if max(spins) * self.run.duration <= self.run.limits.angle:
             return False
+        return self.may_turn
+
+    @property
+    def may_turn(self) -> bool:
+        """Whether integrator 'mechanism' supports the whole scene."""
         named = self.model_copy(update={"run": self.run.model_copy(update={"integrator": "mechanism"})})
         return not lacking(list(_demands(named)), "mechanism")
 

@@ -8,13 +8,12 @@ import numpy as np
 from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import MOVES, FlexibleBody, named
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.history import LOOKED_AT
 from gudgeon.solver.scene.body import ALL_FREE
 from gudgeon.solver.scene.motion import Motion, Rotation
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.vectors import unit
 
-CHECKED = 1001
-"""Times of a run at which an expression is tried before it starts."""
 DEPENDENT = 1e-10
 """Pivot of the driven rows' compliance, relative to its diagonal, below which a motion is given twice."""
 
@@ -54,7 +53,7 @@ def driven_rows(scene: Scene, name: str, body: FlexibleBody) -> tuple[DrivenRows
     motion, where, duration = scene.motion[name], f"motion.{name}", scene.run.duration
     if (reason := motion.refusal(duration)) is not None:
         raise SceneError(f"{where}.{reason}")
-    if (time := motion.jump(np.linspace(0.0, duration, CHECKED), where)) is not None:
+    if (time := motion.jump(np.linspace(0.0, duration, LOOKED_AT), where)) is not None:
         raise SceneError(f"{where}.expression: it jumps at t = {time:.6g} s; a body moves continuously")
     turns, line = isinstance(motion, Rotation), unit(motion.direction)
     if motion.interface is None:

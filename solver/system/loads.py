@@ -19,7 +19,7 @@ from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
-from gudgeon.solver.system.drives import CHECKED, DrivenRows, driven_rows, refuse_contradictions
+from gudgeon.solver.system.drives import DrivenRows, driven_rows, refuse_contradictions
 from gudgeon.solver.system.fields.reading import electrode_end, field_ends
 from gudgeon.solver.system.points import HeldPoint, held_point, load_of, rigid_point
 from gudgeon.solver.vectors import unit
@@ -277,10 +277,8 @@ def _shared(
 
 def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
     """Return a force, torque, pressure or wrench whose amount is given over time; one row, of a wrench six."""
-    force, where, duration = scene.over_time()[name], f"force.{name}", scene.run.duration
-    if (reason := force.refusal(duration)) is not None:
-        raise SceneError(f"{where}.{reason}")
-    force.amounts(np.linspace(0.0, duration, CHECKED), where)
+    force, where = scene.over_time()[name], f"force.{name}"
+    force.check(scene.run.duration, where)
     interface = getattr(force, "interface", None)
     if interface is None:
         if len(body.modal.angular_frequencies):

@@ -126,7 +126,8 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "freedom": ({"body.top.freedom": ["x", "y", "z"]}, r"body\.top\.freedom: the body turns by any angle"),
     "interface": ({"joint.pivot.interface": "bore"}, r"joint\.pivot: give one of: at, interface"),
-    "ratio": ({"joint.mesh": {"kind": "gear", "joint": "pivot", "other": "pivot", "ratio": -1.0}}, "greater than 0"),
+    "ratio": ({"joint.mesh": {"kind": "gear", "joint": "pivot", "other": "pivot", "ratio": -1.0}},
+              r'ratio: -1 given; allowed: above 0; meshing = "external" or "internal" gives the direction'),
     "elastic": (
         {"component.top.geometry": {"kind": "box", "lx": 0.1, "ly": 0.1, "lz": 0.2},
          "component.top.material": {"E": 2e11, "nu": 0.3, "rho": 7850.0}, "component.top.mesh": {"size": 0.05},
@@ -142,6 +143,22 @@ def test_what_cannot_turn_is_refused_before_any_stage(name: str, tmp_path: Path)
     changes, text = BAD[name]
     with pytest.raises(InputError, match=text):
         open_job(DATA / "top", set=changes, db=tmp_path / "db")
+
+
+MESHED: dict[str, Any] = {
+    "component.top.geometry": {"kind": "box", "lx": 0.1, "ly": 0.1, "lz": 0.2},
+    "component.top.material": {"E": 2e11, "nu": 0.3, "rho": 7850.0}, "component.top.mesh": {"size": 0.1},
+    "component.top.modes.reduction": "rigid", "component.top.geometry.mass": "unset",
+    "component.top.geometry.inertia": "unset", "run.duration": 1e-3, "run.samples": 10, "run.frames": 2,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", ["at", "against_at"])
+def test_a_probe_off_a_meshed_part_is_refused(key: str, tmp_path: Path) -> None:
+    probe = {"kind": "distance", "body": "top", "against": "top", "at": [0.0, 0.0, 0.0], key: [10.0, 0.0, 0.0]}
+    text = rf"probe\.far\.{key}: \[10\.0, 0\.0, 0\.0\] given, it lies 9\.95 m off the part; .* is \[0\.05, 0\.0, 0\.0\]"
+    with pytest.raises(InputError, match=text):
+        run(DATA / "top", set=MESHED | {"probe.far": probe}, db=tmp_path / "db", out=tmp_path / "out")
 
 
 def test_a_chain_that_does_not_close_is_wrong_input(tmp_path: Path) -> None:
@@ -176,6 +193,24 @@ def test_joints_that_close_by_deformation_say_so(tmp_path: Path) -> None:
         (InputError, SceneError), match=r"body\.rod: the joints close .* beyond run\.limits\.deflection"
     ):
         run(DATA / "elastic-slider-crank", set=changes, **places)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.3])
+def test_a_drive_that_works_by_deformation_alone_is_said(start: float, tmp_path: Path) -> None:
+    """At the dead centre a drive of the slider stretches the rod; beside it, the crank turns."""
+    tilt, c, s = float(np.arcsin(0.5 * np.sin(start))), float(np.cos(start)), float(np.sin(start))
+    changes = SHORTEST | {
+        "joint.drive.joint": "guide", "joint.drive.expression": "-0.01*t",
+        "body.crank": {"position": [0.075 * c, 0.0, 0.075 * s],
+                       "orientation": {"axis": [0.0, -1.0, 0.0], "angle": float(np.degrees(start))}},
+        "body.rod.position": [0.15 * c, 0.0, 0.15 * s],
+        "body.rod.orientation": {"axis": [0.0, 1.0, 0.0], "angle": float(np.degrees(tilt))},
+        "body.slider.position": [0.15 * c + 0.3 * float(np.cos(tilt)), 0.0, 0.0],
+    }  # fmt: skip
+    places: dict[str, Any] = {"db": tmp_path / "db", "out": tmp_path / "out", "until": "solve"}
+    done = run(DATA / "elastic-slider-crank", set=changes, **places)
+    text = "joint.drive: the other joints hold what it drives at the start, as if bodies were rigid: it moves only as"
+    assert any(note.startswith(f"{text} body.rod deforms") for note in done.notes) is (start == 0)
 
 
 def test_modes_without_static_shapes_are_refused_at_joints(tmp_path: Path) -> None:

@@ -75,6 +75,31 @@ def test_a_larger_limit_allows_it(tmp_path: Path) -> None:
     assert spinning_rod(tmp_path, limits={"angle": 1.0}).result == "FINISHED"
 
 
+SPINNING: dict[str, Any] = {"body": {"part": {"angular_velocity": [0.01, 5.0, 0.02]}}}
+
+
+@pytest.mark.parametrize("integrator", ["event", "implicit", "auto"])
+def test_a_body_that_a_raised_limit_lets_turn_is_said(integrator: str, tmp_path: Path) -> None:
+    """About the middle one of its axes, which is unstable: small motion turns it by 15 rad."""
+    records = rigid_records(1.0, {"tip": ((0.1, 0, 0), (0, 0, -1))}, (0.02, 0.05, 0.06))
+    for limit, said in ((1000.0, True), (0.05, False)):
+        run = {"duration": 3.0, "samples": 100, "frames": 4, "integrator": integrator, "limits": {"angle": limit}}
+        if integrator == "auto" and not said:
+            run["duration"] = 0.009  # Beyond the limit, auto takes 'mechanism'.
+        found = simulate(build(tmp_path / f"{limit:g}", records, SPINNING | {"run": run}))
+        notes = str(found.counts.get("rotation_notes", ""))
+        assert ("body.part turned by 15 rad, which run.limits.angle = 1000 allows: " in notes) is said
+        assert ('run.integrator = "mechanism" computes both' in notes) is said
+        assert found.result == ("ROTATION" if not said and integrator != "auto" else "FINISHED")
+
+
+def test_a_body_that_cannot_be_a_mechanism_is_said_without_it(tmp_path: Path) -> None:
+    """Its contact is rigid."""
+    notes = str(spinning_rod(tmp_path, limits={"angle": 1.0}).counts["rotation_notes"])
+    assert "body.part turned by 0.3 rad" in notes
+    assert "mechanism" not in notes
+
+
 def struck(folder: Path, aside: float, layer: dict[str, Any] | None = None, **run: Any) -> Trajectory:
     """A ball of 10 mm that drifts aside while it approaches a body by 1 mm at 1 m/s; on a spring, or on a layer."""
     ball = rigid_records(1.0, {"face": ((0, 0, 0.01), (0, 0, 1))})

@@ -210,6 +210,8 @@ def _add_gear(found: Linkage, name: str, joint: Gear) -> None:
 def _add_drive(found: Linkage, name: str, joint: Driven) -> None:
     motion = joint.given(found.system.scene.hinges().get(joint.joint))
     _check_motion(found, f"joint.{name}.joint", joint.joint, motion)
+    if (reason := joint.refusal(found.system.scene.run.duration)) is not None:
+        raise SceneError(f"joint.{name}.{reason}")
     if (jump := joint.jump(found.system.scene.run.duration, f"joint.{name}")) is not None:
         raise SceneError(
             f"joint.{name}.expression: its {jump[0]} jumps at {jump[1]:.6g} s, which asks for an infinite acceleration;"
@@ -310,8 +312,9 @@ def _pressed(found: Linkage, name: str, load: GivenForce | GivenTorque | GivenWr
     """Return the point where a load acts.
 
     Raises:
-        SceneError: it acts on no interface of a body that deforms.
+        SceneError: it acts on no interface of a body that deforms, or is not finite over the run.
     """
+    load.check(found.system.scene.run.duration, f"force.{name}")
     if isinstance(load, GivenTorque):
         if len(found.frames[found.names.index(load.body)].stiffness):
             raise SceneError(

@@ -269,10 +269,9 @@ class Mechanism(Capabilities):
         )
 
     def _note_left(self) -> None:
-        """Say so where the run cannot continue since a body left a field, or a given step is too long."""
+        """Say why the run cannot continue, such as since a body left a field."""
         left = np.flatnonzero(self.work.field[:, LEFT])
-        if (step := self._system.scene.run.step) is not None:
-            self.reason = f"at {self._time:.6g} s no step of {step:g} s can be taken; reduce run.step, or leave it out"
+        self.reason = self._stepping.reason(self._time)
         if len(left):
             i = int(left[0])
             motion = motion_of(self.model, self.work, self._state, self._observe)

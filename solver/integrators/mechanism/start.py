@@ -9,8 +9,19 @@ from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.arrays import NONE, PLACE, SPEED, SPIN, TURN, WIDTH, Model, Work
 from gudgeon.solver.integrators.mechanism.build import Linkage, reach_of, size_of
-from gudgeon.solver.integrators.mechanism.constraints.closing import closed_by_least_squares, moved
-from gudgeon.solver.integrators.mechanism.constraints.dependence import jacobian
+from gudgeon.solver.integrators.mechanism.constraints.closing import (
+    closed_by_least_squares,
+    lacks_of,
+    motion_between,
+    moved,
+)
+from gudgeon.solver.integrators.mechanism.constraints.dependence import (
+    jacobian,
+    kinematic_rows,
+    rigid_columns,
+    spans,
+    unit_rows,
+)
 from gudgeon.solver.integrators.mechanism.energy import inertia_factor, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.step import close, keep_angles, match, observe
@@ -27,6 +38,11 @@ DEPENDENT = 1e-5
 """Singular value of the scaled rows, of lengths 1, below which they depend on each other."""
 ASIDE = 1e-3
 """Rotation by which the start is left along its free motions to see whether it is singular [rad]."""
+NEARER = (0.1, 0.01)
+"""Shares of this rotation that are tried, too, where none is left: near a singular position it may leave the path."""
+LOST, NOTED = 0.5, 0.05
+"""Share of its motion that a body loses where the joints are closed again and leave none of any size, and motion over
+the largest one from which on a body is looked at: along a path, what goes is of second order."""
 HEAVY = 1e9
 """Factor on the mass of bodies whose velocity is given, and on the inertia of those whose angular velocity is given,
 while the others are found."""
@@ -81,8 +97,10 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
         match(_stiff(model), work, state, given)
         _without_rates(model, work, state)
     match(model, work, state, given)
-    notes += _changed(found, model, work, wanted, state)
+    notes += [*_changed(found, model, work, wanted, state), *_bending(found, model, work)]
     m = len(model.row_terms)
+    if rank == 6 * len(found.names) and not found.drives and not model.elastic[:, 0].any():
+        notes.append(f"the joints leave no motion: their {m} rows hold all {rank} motions of the bodies")
     if rank < m:
         notes.append(
             f"the joints have {m} rows of rank {rank}: {', '.join(_redundant(found, work))}"
@@ -152,7 +170,7 @@ def _rates_given(found: Linkage, name: str) -> tuple[bool, bool]:
 def _assemble(found: Linkage, model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> None:
     """Move the bodies onto their joints, by steps where Newton's method does not converge from far, and from where they
     are open least where it leads away."""
-    placed, parted = state.copy(), _parted(found, model, work, state)
+    placed = state.copy()
     if _closes(model, work, state, given):
         return
     state[:] = placed
@@ -161,29 +179,28 @@ def _assemble(found: Linkage, model: Model, work: Work, state: np.ndarray, given
     if _closes(model, work, state, given):
         return
     state[:] = least
-    i = int(np.abs(lacks).argmax())
     joints = list(dict.fromkeys(row.joint for row, one in zip(found.rows, lacks, strict=True) if abs(one) > OPEN))
+    first, parted = _parted(found, model, work, placed, given)
+    i = max(range(len(lacks)), key=lambda k: (found.rows[k].joint == first and first in joints, abs(lacks[k])))
     others = f" (together with {', '.join(joints)})" if len(joints) > 1 else ""
     apart = f"{abs(lacks[i]) * model.reach[i]:.3g} {'m' if found.rows[i].length else 'rad'}"
     raise SceneError(
         f"joint.{found.rows[i].joint}: the joints do not close: from the positions given it stays open by {apart} where"
-        f" all are open least{others}{parted}; check lengths, points and positions of the bodies"
+        f" all are open least{others}, and as placed {parted}; check lengths, points and positions of the bodies"
     )
 
 
-def _parted(found: Linkage, model: Model, work: Work, state: np.ndarray) -> str:
-    """Return where the points of a joint, which are to be one, are farthest apart as the scene places the bodies."""
-    observe(model, work, state)
-    counts = Counter(row.joint for row in found.rows if row.length)
-    gaps = {
-        name: float(np.linalg.norm(work.place[2 * pair + 1] - work.place[2 * pair]))
-        for name, pair in found.pairs.items()
-        if counts[name] == 3
-    }
-    if not gaps:
-        return ""
-    name = max(gaps, key=lambda one: gaps[one])
-    return f", and as placed the points of joint '{name}' are {gaps[name]:.3g} m apart"
+def _parted(found: Linkage, model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> tuple[str, str]:
+    """Return the joint whose own condition is open most as the scene places the bodies, and by how much."""
+    keep_angles(model, work, state)
+    work.turned[:] = 0.0
+    lacks, keys = lacks_of(model, work, given), [(row.joint, row.length) for row in found.rows]
+    reach = dict(zip(keys, model.reach, strict=True))
+    open_by = {key: float(np.linalg.norm(lacks[[other == key for other in keys]])) for key in reach}
+    name, length = key = max(open_by, key=lambda one: open_by[one])
+    if length and Counter(keys)[key] == 3:
+        return name, f"the points of joint '{name}' are {open_by[key] * reach[key]:.3g} m apart"
+    return name, f"joint '{name}' is open by {open_by[key] * reach[key]:.3g} {'m' if length else 'rad'}"
 
 
 def _closes(model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> bool:
@@ -280,28 +297,65 @@ def _check_rows(found: Linkage, model: Model, work: Work, state: np.ndarray, giv
         return rank
     rng = np.random.default_rng(0)
     for _ in range(2):
-        beside = _beside(model, state, _within(rows, rng.standard_normal(rows.shape[1])))
-        if not (close(model, work, beside, given) <= ASSEMBLED and np.isfinite(beside).all()):
-            continue
-        keep_angles(model, work, beside)
-        there = _rank(jacobian(model, work))
-        if there > rank:
-            keep_angles(model, work, state)
-            names = ", ".join(dict.fromkeys(row.joint for row in found.rows))
-            raise SceneError(
-                f"joint.{found.rows[0].joint}: the start is a singular position: the joints ({names}) leave"
-                f" {6 * len(found.names) - rank} motions there and {6 * len(found.names) - there} beside it, so that"
-                " the motion is not determined; start beside it"
-            )
+        direction = _within(rows, rng.standard_normal(rows.shape[1]))
+        motion = direction * (ASIDE / float(np.abs(direction).max()))
+        there, lost = _rank_beside(model, work, state, given, motion)
+        if there > rank or (lost and all(_rank_beside(model, work, state, given, s * motion)[1] for s in NEARER)):
+            raise SceneError(_singular(found, rows, rank, there))
     work.turned[:] = 0.0
     keep_angles(model, work, state)
     return rank
 
 
-def _beside(model: Model, state: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Return a state moved along a direction of the metric of `jacobian`, where a body turned or moved by `ASIDE`."""
-    size = float(np.abs(direction).max())
-    return moved(model, state, direction * (ASIDE / size if size > 0 else 0.0))
+def _rank_beside(
+    model: Model, work: Work, state: np.ndarray, given: np.ndarray, motion: np.ndarray
+) -> tuple[int, bool]:
+    """Return the rank of the rows where the joints are closed again after a motion from a state, 0 where they are not,
+    and whether a body has lost its part of the motion there."""
+    beside = moved(model, state, motion)
+    if not _closes(model, work, beside, given):
+        return 0, False
+    keep_angles(model, work, beside)
+    gone, least = motion_between(model, state, beside) - motion, NOTED * float(np.abs(motion).max())
+    sizes = [(np.linalg.norm(motion[own]), np.linalg.norm(gone[own])) for own in spans(model)]
+    return _rank(jacobian(model, work)), any(size > least and less > LOST * size for size, less in sizes)
+
+
+def _singular(found: Linkage, rows: np.ndarray, rank: int, there: int) -> str:
+    """Return why a start is refused whose rows have a rank, and beside it a larger one, or leave no motion there."""
+    values, vectors = np.linalg.eigh(rows @ rows.T)
+    within = np.abs(vectors[:, values <= DEPENDENT**2]).max(axis=1) > DEPENDENT
+    names = list(dict.fromkeys(row.joint for row, one in zip(found.rows, within, strict=True) if one))
+    left, beside = 6 * len(found.names) - rank, 6 * len(found.names) - there
+    if there > rank:
+        so = f"{beside} beside it, so that the motion is not determined; start beside it"
+    else:
+        fewer = "none" if left == 1 else "fewer"
+        so = f"{fewer} beside it, so that it moves only if they give way; change one of them, or where it stands"
+    return (
+        f"joint.{names[0]}: the start is a singular position: the joints ({', '.join(names)}) leave {left}"
+        f" motion{'s' * (left > 1)} there and {so}"
+    )
+
+
+def _bending(found: Linkage, model: Model, work: Work) -> list[str]:
+    """Return a note of each drive that moves nothing at the start unless bodies deform, as at a dead centre."""
+    whole, rigid, notes = kinematic_rows(model, work), rigid_columns(model), []
+    kept, ends = list(np.flatnonzero(model.drive_of == NONE)), np.cumsum(6 + model.elastic[:, 0])[:-1]
+    for i in np.flatnonzero(model.drive_of != NONE) if not rigid.all() else ():
+        before = _rank(unit_rows(whole[kept][:, rigid]))
+        if _rank(unit_rows(whole[[*kept, i]][:, rigid])) == before:
+            share = np.linalg.lstsq(whole[kept][:, rigid].T, whole[i, rigid], rcond=DEPENDENT)[0]
+            parts = np.split(np.where(rigid, 0.0, whole[i] - share @ whole[kept]), ends)
+            bent = [np.linalg.norm(one) > DEPENDENT * np.linalg.norm(whole[i]) for one in parts]
+            bodies = [f"body.{name}" for name, one in zip(found.names, bent, strict=True) if one]
+            notes.append(
+                f"joint.{found.rows[i].joint}: the other joints hold what it drives at the start, as if bodies were"
+                f" rigid: it moves only as {', '.join(bodies)} deform{'s' * (len(bodies) == 1)}; if that is not meant,"
+                " start elsewhere, or drive another joint"
+            )
+        kept.append(i)
+    return notes
 
 
 def _redundant(found: Linkage, work: Work) -> list[str]:

@@ -59,6 +59,8 @@ class Stepping:
         """Return the next step from a state at a time [s]; None where none is short enough."""
         rest, leapt, tries = self._duration - time, False, 0
         if self._fixed is None:
+            if self.longest < self._shortest:
+                return None
             self._next = min(self._next, self.longest)
         while True:
             one = self._tried(state, time, self._fitted(self._next, rest))
@@ -84,6 +86,18 @@ class Stepping:
         self.taken += 1
         self._usual = max(self._usual, one.least)
         return one
+
+    def reason(self, time: float) -> str:
+        """Return why no step could be taken at a time [s], where there is more to say than that none is short
+        enough."""
+        if self._fixed is not None:
+            return f"at {time:.6g} s no step of {self._fixed:g} s can be taken; reduce run.step, or leave it out"
+        if self.longest < self._shortest:
+            return (
+                f"at {time:.6g} s a body turns so fast that it is followed only by steps of {self.longest:.2g} s;"
+                " check drives and loads, or shorten run.duration"
+            )
+        return ""
 
     def near_singular(self, one: Tried) -> bool:
         """Return whether a step is near a position in which joints depend on each other more than elsewhere, in the

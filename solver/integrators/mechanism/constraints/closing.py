@@ -37,7 +37,7 @@ def closed_by_least_squares(
 
     def read(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         set_rows(model, work, at)
-        lacks = _lacks(model, work, given)
+        lacks = lacks_of(model, work, given)
         return lacks, _rows(model, work).T @ lacks
 
     lacks, gradient = read(state)
@@ -83,6 +83,19 @@ def moved(model: Model, state: np.ndarray, motion: np.ndarray) -> np.ndarray:
     return found
 
 
+def motion_between(model: Model, state: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the motion by which `moved` leads from a state to another one nearby, (6 n + E's,)."""
+    found = np.zeros(spans(model)[-1].stop)
+    for b, (root, span) in enumerate(zip(roots(model), spans(model), strict=True)):
+        one, two = (y[WIDTH * b : WIDTH * (b + 1)] for y in (state, other))
+        (w, *_), (v, *_) = one[TURN:], two[TURN:]
+        u, x = one[TURN + 1 : TURN + 4], two[TURN + 1 : TURN + 4]
+        turned = 2 * np.sign(one[TURN : TURN + 4] @ two[TURN : TURN + 4]) * (w * x - v * u - np.cross(x, u))
+        bent = modal_parts(model, other, b)[0] - modal_parts(model, state, b)[0]
+        found[span] = np.concatenate([two[PLACE : PLACE + 3] - one[PLACE : PLACE + 3], turned, bent]) / root
+    return found
+
+
 def turn(e: np.ndarray, vector: np.ndarray) -> None:
     """Turn a quaternion by a small rotation vector [rad]."""
     half = 0.5 * vector
@@ -92,7 +105,7 @@ def turn(e: np.ndarray, vector: np.ndarray) -> None:
     e /= np.linalg.norm(e)
 
 
-def _lacks(model: Model, work: Work, given: np.ndarray) -> np.ndarray:
+def lacks_of(model: Model, work: Work, given: np.ndarray) -> np.ndarray:
     """Return what each row lacks over its reach, of the values that `work` has, (m,)."""
     terms, driven = model.row_terms, model.drive_of != NONE
     found = (model.factors * np.where(terms == NONE, 0.0, work.value[terms])).sum(axis=1) - model.constant
@@ -101,5 +114,5 @@ def _lacks(model: Model, work: Work, given: np.ndarray) -> np.ndarray:
 
 
 def _rows(model: Model, work: Work) -> np.ndarray:
-    """Return the change of `_lacks` with the motions, (m, 6 n + E's)."""
+    """Return the change of `lacks_of` with the motions, (m, 6 n + E's)."""
     return kinematic_rows(model, work) / model.reach[:, None]

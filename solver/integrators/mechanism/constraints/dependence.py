@@ -35,6 +35,11 @@ def spans(model: Model) -> list[slice]:
     return [slice(*two) for two in pairwise(ends)]
 
 
+def rigid_columns(model: Model) -> np.ndarray:
+    """Return which motions of these are those of rigid bodies, (6 n + E's,)."""
+    return np.concatenate([np.arange(6 + int(count)) < 6 for count in model.elastic[:, 0]])
+
+
 def kinematic_rows(model: Model, work: Work) -> np.ndarray:
     """Return the change of all rows with these motions, of the poses that `work` has, (m, 6 n + E's)."""
     return _rows(model, work, [np.diag(one) for one in roots(model)])
@@ -42,7 +47,7 @@ def kinematic_rows(model: Model, work: Work) -> np.ndarray:
 
 def jacobian(model: Model, work: Work) -> np.ndarray:
     """Return them each scaled to length 1, (m, 6 n + E's)."""
-    return _unit(kinematic_rows(model, work))
+    return unit_rows(kinematic_rows(model, work))
 
 
 class Dependence:
@@ -81,7 +86,7 @@ class Dependence:
     def _inertial(self) -> np.ndarray:
         """Return the rows, of length 1 in the metric of the inertia."""
         model, work = self._model, self._work
-        return _unit(_rows(model, work, [_inverse_root(model, work, b) for b in range(len(model.mass))]))
+        return unit_rows(_rows(model, work, [_inverse_root(model, work, b) for b in range(len(model.mass))]))
 
 
 def _rows(model: Model, work: Work, scales: list[np.ndarray]) -> np.ndarray:
@@ -95,7 +100,8 @@ def _rows(model: Model, work: Work, scales: list[np.ndarray]) -> np.ndarray:
     return rows
 
 
-def _unit(rows: np.ndarray) -> np.ndarray:
+def unit_rows(rows: np.ndarray) -> np.ndarray:
+    """Return rows scaled to length 1, but those of zeros."""
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     return rows / np.where(lengths > 0, lengths, 1.0)
 

@@ -29,7 +29,7 @@ def _factor_within(model, work):  # type: ignore[no-untyped-def]
     for i in range(m):
         row, first = model.envelope[i, 0], model.envelope[i, 1]
         order[i], begin[i], work.end[i] = row, first, model.envelope[i, 2]
-        if not S[row, row] > 0:
+        if not 0.0 < S[row, row] < np.inf:
             return False
         scale[row] = np.sqrt(S[row, row])
         pivot = 1.0
@@ -54,24 +54,31 @@ def _factor_by_pivots(model, work):  # type: ignore[no-untyped-def]
 
     Rows of one joint along axes at right angles are scaled alike, so that least norms do not depend on these axes. One
     that the others imply leaves a pivot of round-off; it and those after it are left out. The least pivot that is kept,
-    the square of the sine of an angle between rows, lowers `least`.
+    the square of the sine of an angle between rows, lowers `least`. Where S is infinite, of bodies far from their
+    joints, all multipliers become NaN, which ends the step.
     """
     S, L, order, left, scale = work.matrix, work.lower, work.order, work.left, work.scale
-    m, sums = len(order), work.spare[1]
+    m, sums, whole = len(order), work.spare[1], 0.0
     for i in range(m):
         sums[i] = 0.0
+        whole += S[i, i]
     for i in range(m):
         sums[model.group[i, 0]] += S[i, i] / model.group[i, 1]
     for i in range(m):
         mean = sums[model.group[i, 0]]
         scale[i] = np.sqrt(mean) if mean > 0 else 1.0
-        order[i], left[i] = i, 1.0 if S[i, i] > 0 else 0.0
-        work.begin[i], work.end[i] = 0, m
+        order[i], work.begin[i], work.end[i] = i, 0, m
+    if not whole < np.inf:
+        work.rank[0] = m
+        for i in range(m):
+            L[i, i] = np.nan
+        return
     for i in range(m):
         for j in range(i):
             S[i, j] /= scale[i] * scale[j]
             S[j, i] = S[i, j]
         S[i, i] /= scale[i] * scale[i]
+        left[i] = 1.0 if S[i, i] > 0 else 0.0
     rank = 0
     for k in range(m):
         best = k

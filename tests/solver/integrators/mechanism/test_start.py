@@ -150,6 +150,64 @@ def test_a_singular_start_is_refused(tmp_path: Path) -> None:
         simulate(system_of(tmp_path, bodies, joints, run=RUN))
 
 
+def stretched(against: float, **more: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A pendulum along x whose end a rod holds, from the place `against` of the same line [m]."""
+    joints = {
+        "pin": hinge("revolute", at=[-0.25, 0, 0]),
+        "rod": hinge("distance", at=[0.25, 0, 0], against_at=[against, 0, 0]) | more,
+    }
+    return {"part": {"position": [0.25, 0, 0]}}, joints
+
+
+@pytest.mark.parametrize("gravity", [DOWN, [0, 0, 0]])
+@pytest.mark.parametrize("against", [0.9, -0.3])
+def test_a_start_that_is_rigid_to_second_order_is_refused(against: float, gravity: list[float], tmp_path: Path) -> None:
+    """Two circles that touch: the rows leave a motion of first order, and none of any size."""
+    bodies, joints = stretched(against)
+    text = r"joint\.pin: the start is a singular .* \(pin, rod\) leave 1 motion there and none beside it"
+    with pytest.raises(SceneError, match=text):
+        simulate(system_of(tmp_path, bodies, joints, run=RUN | {"gravity": gravity}))
+
+
+def test_other_bodies_that_move_leave_fewer_motions_beside(tmp_path: Path) -> None:
+    bodies, joints = stretched(0.9)
+    bodies["free"] = {"position": [3.0, 0, 0]}
+    with pytest.raises(SceneError, match=r"\(pin, rod\) leave 7 motions there and fewer beside it"):
+        simulate(system_of(tmp_path, bodies, joints, run=RUN))
+
+
+def test_a_rod_about_the_same_axis_leaves_the_motion(tmp_path: Path) -> None:
+    """One circle: the rod repeats what the pin holds."""
+    bodies, joints = stretched(0.0)
+    found = solved(tmp_path, bodies, joints, run=RUN)
+    assert "joint.rod repeats what other joints hold" in found.counts["linkage_notes"]
+
+
+def test_the_joint_that_is_open_itself_is_named(tmp_path: Path) -> None:
+    """The points of the pin are at one place, and the rod is 0.1 m long for 0.4 m at the least."""
+    bodies, joints = stretched(0.9, length=0.1)
+    text = r"joint\.rod: the joints do not close: .*, and as placed joint 'rod' is open by 0\.3 m"
+    with pytest.raises(SceneError, match=text):
+        simulate(system_of(tmp_path, bodies, joints, run=RUN))
+
+
+def test_a_drive_that_begins_elsewhere_is_open_by_its_angle(tmp_path: Path) -> None:
+    bodies, joints = four_bar(1.0)
+    joints |= {"one": driven(expression="0*t"), "brake": hinge("fixed", "rocker", at=[0, 0.15, 0])}
+    joints["one"]["expression"] = "0.5 + t"
+    with pytest.raises(SceneError, match=r"joint\.one: .*, and as placed joint 'one' is open by 0\.5 rad"):
+        simulate(system_of(tmp_path, bodies, joints, run=RUN))
+
+
+def test_joints_that_leave_no_motion_are_said(tmp_path: Path) -> None:
+    """A gear of ratio 2 between the ground pins of a parallelogram, which turn alike."""
+    bodies, joints = four_bar(1.02)
+    gear = {"kind": "gear", "joint": "a", "other": "d", "ratio": 2.0}
+    text = "the joints leave no motion"
+    assert text in solved(tmp_path / "gear", bodies, joints | {"gear": gear}, run=RUN).counts["linkage_notes"]
+    assert text not in solved(tmp_path / "free", bodies, joints, run=RUN).counts["linkage_notes"]
+
+
 def driven(joint: str = "a", expression: str = "t") -> dict[str, Any]:
     return {"kind": "driven", "joint": joint, "expression": expression}
 
@@ -163,11 +221,28 @@ def test_a_second_drive_of_one_motion_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("expression", "what"), [
     ("step(t - 0.0003)", "motion jumps at 0.0003 s"), ("max(0, t - 0.0005)", "velocity jumps at 0.0005 s"),
     ("abs(t - 0.00025)*2", "velocity jumps at 0.00025 s"),
+    ("1e-6/(t - 0.0003123)", r"joint\.motor\.expression: grows without bound near t = 0\.0003123 s"),
+    ("-t - 0.01*tan(4e3*t)", r"joint\.motor\.expression: grows without bound near t = 0\.000392699 s"),
+    ("1/(t - 0.0005)", r"joint\.motor\.expression: .* is not a finite number at t = 0\.0005 s"),
 ])  # fmt: skip
 def test_a_drive_of_infinite_acceleration_is_refused(expression: str, what: str, tmp_path: Path) -> None:
     bodies, joints = four_bar(1.0)
     with pytest.raises(SceneError, match=what):
         simulate(system_of(tmp_path, bodies, joints | {"motor": driven("a", expression)}, run=RUN))
+
+
+def test_a_steep_drive_runs(tmp_path: Path) -> None:
+    """By 0.01 rad within 10 µs."""
+    motor = driven("pin", "0.01*(1 - 2/(exp((t - 0.0005)/5e-6) + 1))")
+    found = solved(tmp_path, {"part": {}}, {"pin": hinge("revolute"), "motor": motor}, run=RUN)
+    np.testing.assert_allclose(found.joints["pin"].angle[-1], 0.01, rtol=1e-6)
+
+
+@pytest.mark.parametrize("pole", ["1e-9/(t - 0.0003123)", "1e-9/(t - 0.0005)"])
+def test_a_load_without_bound_is_refused(pole: str, tmp_path: Path) -> None:
+    load = {"kind": "torque", "body": "part", "direction": [0, 0, 1], "expression": pole}
+    with pytest.raises(SceneError, match=r"force\.turn\.expression: "):
+        simulate(system_of(tmp_path, {"part": {}}, {"pin": hinge("revolute")}, force={"turn": load}, run=RUN))
 
 
 def test_a_drive_needs_a_motion_of_its_joint(tmp_path: Path) -> None:
