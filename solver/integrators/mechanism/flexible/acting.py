@@ -56,8 +56,9 @@ def forces_of_elements(
     """
     scene, found = linkage.system.scene, list[Pushed]()
     for number, load in enumerate(scene.turning_loads().values()):
-        if load.body == body and load.interface is not None:
-            found.append(Pushed(load.interface, amounts[:, number, None] * model.load[number]))
+        interface = getattr(load, "interface", None)
+        if load.body == body and interface is not None:
+            found.append(Pushed(interface, amounts[:, number, None] * model.load[number]))
     for number, (name, spring) in enumerate(scene.point_springs().items()):
         apart = np.array([one.springs[number, 1, 0] - one.springs[number, 0, 0] for one in states.motions])
         line = apart / np.linalg.norm(apart, axis=1, keepdims=True)
@@ -93,12 +94,14 @@ def _pushes(
     """
     sides, (other, own) = element
     known = linkage.system.bodies[body].modal.loads
-    if sides.own[0] == body and sides.own[1] in known:
-        yield Pushed(sides.own[1], wrenches)
-    if sides.other[0] == body and sides.other[1] in known:
+    owner, interface = sides.own
+    if owner == body and interface is not None and interface in known:
+        yield Pushed(interface, wrenches)
+    owner, interface = sides.other
+    if owner == body and interface is not None and interface in known:
         force, moment = -wrenches[:, :3], -wrenches[:, 3:]
         between = _places(model, states, own) - _places(model, states, other)
-        yield Pushed(sides.other[1], np.hstack([force, moment + np.cross(between, force)]))
+        yield Pushed(interface, np.hstack([force, moment + np.cross(between, force)]))
 
 
 def _own(linkage: Linkage, model: Model, states: States, body: str, one: Pushed) -> np.ndarray:

@@ -60,7 +60,7 @@ class Statics:
         for name, b in self._bodies:
             body = system.bodies[name]
             columns = np.flatnonzero([owner == name for owner in owners])
-            tensors = np.concatenate([gauge.centrifugal for gauge in body.modal.gauges.values()])
+            tensors = np.concatenate([g.centrifugal for g in body.modal.gauges.values() if g.centrifugal is not None])
             found[:, columns] = np.einsum("sij,kij->sk", squares_of(self._model, states.samples, b), tensors)
             given = self._linkage, self._model, states
             acting = forces_of_joints(*given, holds, name) + forces_of_elements(*given, amounts, name)
