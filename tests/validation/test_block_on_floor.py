@@ -89,7 +89,7 @@ def test_it_lands_spinning(friction: dict[str, Any], tmp_path: Path) -> None:
     pushed = force.sum(axis=0) * float(found.times[1] - found.times[0])
     mass = 0.08 * 0.04 * 0.03 * 7850.0
     moved = found.motion["block"][-1, 6:9] - np.array([5.0, 0.0, -20.0])
-    np.testing.assert_allclose(pushed, mass * moved, atol=1e-9 * np.linalg.norm(pushed))
+    np.testing.assert_allclose(pushed, mass * moved, atol=1e-9 * float(np.linalg.norm(pushed)))
     assert found.energy_drift < 1e-6
     assert found.momentum_residual < 1e-9
     took = found.quantities["floor.friction_work"]["value"] if friction else 0.0
