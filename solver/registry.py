@@ -84,7 +84,7 @@ REGISTRY: tuple[Quantity, ...] = (
         for axis in "xyz"
     ),
     Quantity("contact", "contact_area", "m^2", "Area of the points that are pressed then; absent on an"
-             " obstacle without `surface_stiffness`.", _SIZE, "of the frames"),
+             " obstacle without `surface_stiffness` and `wear`.", _SIZE, "of the frames"),
     Quantity("contact", "sliver_share", "1", "Share of the impulses that acts at points with a sliver of area; absent"
              " where it is zero.", _SIZE),
     Quantity("contact", "least_gap", "m", "Smallest gap in a run in which nothing touches.", _SIZE, "of the frames"),

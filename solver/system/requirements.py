@@ -159,6 +159,8 @@ def _own_side(name: str, contact: Contact, *, elastic: bool) -> Iterator[Term]:
         (f"{path}/areas",),
     )  # fmt: skip
     yield Term(f"restitution of {name}", body, bounce, f"method is '{contact.method}'")
+    worn = contact.wear is not None
+    yield Term(f"wear of {name}", body, worn, f"wear {'is' if worn else 'is not'} given", (f"{path}/areas",))
     rubs, moves = contact.friction is not None, isinstance(contact.against, Plane) and any(contact.against.velocity)
     yield _friction(name, contact, (body, contact.interface), elastic=elastic)
     reason = f"the obstacle {'moves' if moves else 'does not move'}" if rubs else "the contact has no friction"
