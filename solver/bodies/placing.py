@@ -87,6 +87,7 @@ def turned_modes(modal: ModalRecord, Q: np.ndarray | None) -> ModalRecord:
             name: replace(
                 gauge,
                 residual=_turned_columns(gauge.residual, loads),
+                weights=_vectors(gauge.weights, Q),
                 centrifugal=None if gauge.centrifugal is None else np.einsum("ia,jb,kab->kij", Q, Q, gauge.centrifugal),
             )
             for name, gauge in modal.gauges.items()

@@ -270,6 +270,10 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
         reason = "contacts press on it" if pressed else other
         fields = tuple(f"modes:gauges/{name}/residual" for name in settings.gauges)
         yield Term("gauges' quasi-static part", body, acts, reason, fields)
+        deformed = any(scene.run.gravity) and stock.elastic and stock.held
+        reason = f"gravity {'deforms' if deformed else 'does not deform'} the body"
+        fields = tuple(f"modes:gauges/{name}/weights" for name in settings.gauges)
+        yield Term("gauges under gravity", body, deformed, reason, fields)
     given = settings.damping is not None
     reason = f"body.{body}.damping {'is' if given else 'is not'} given"
     if given and not stock.elastic:
