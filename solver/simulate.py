@@ -141,14 +141,14 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     system = at_rest(system)
     schedule, integrator = plan.schedule, start(system, plan)
     histories, limits = Histories.empty(system, schedule), Limits(system)
-    result, done, reason = Result.FINISHED, 0, ""
+    result, done, reason, last = Result.FINISHED, 0, "", None
     for frame in range(schedule.frames):
         here = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
         sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.samples.part(here))
         if not sound or not np.isfinite(histories.samples.energies[here]).all():
             result, reason = integrator.failure if not sound else Result.DIVERGED, integrator.reason
             break
-        now = integrator.outcome()
+        now = last = integrator.outcome().copied()
         histories.frames[frame], histories.velocities[frame] = now.q, now.v
         histories.multipliers[frame], histories.masters[frame] = now.multipliers, now.masters
         histories.impulses[frame] = now.impulses[: histories.impulses.shape[1]]
@@ -168,7 +168,8 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
             except RunStopped:
                 result = Result.STOPPED
                 break
-    end, histories = integrator.outcome(), histories.cut(done, schedule)
+    end = integrator.outcome().without_motion(system.position, system.velocity) if last is None else last
+    histories = histories.cut(done, schedule)
     drift = _drift(system, end, histories)
     if result.ok and drift > CREATED_ENERGY:
         result = Result.SURFACE_LEFT if end.left else Result.ENERGY
