@@ -148,7 +148,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         if not sound or not np.isfinite(histories.samples.energies[here]).all():
             result, reason = integrator.failure if not sound else Result.DIVERGED, integrator.reason
             break
-        now = last = integrator.outcome().copied()
+        now = last = _copied(integrator.outcome())
         histories.frames[frame], histories.velocities[frame] = now.q, now.v
         histories.multipliers[frame], histories.masters[frame] = now.multipliers, now.masters
         histories.impulses[frame] = now.impulses[: histories.impulses.shape[1]]
@@ -168,7 +168,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
             except RunStopped:
                 result = Result.STOPPED
                 break
-    end = integrator.outcome().without_motion(system.position, system.velocity) if last is None else last
+    end = _unmoved(system, integrator.outcome()) if last is None else last
     histories = histories.cut(done, schedule)
     drift = _drift(system, end, histories)
     if result.ok and drift > CREATED_ENERGY:
@@ -180,6 +180,17 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     found = trajectory_of(system, plan, end, histories, Ending(result, reason, drift))
     notes = limits.notes()
     return replace(found, counts=found.counts | {ROTATION_NOTES: "\n".join(notes)}) if notes else found
+
+
+def _copied(found: Outcome) -> Outcome:
+    """Return an outcome with arrays of its own, which its integrator does not go on to change."""
+    return replace(found, **{name: one.copy() for name, one in vars(found).items() if isinstance(one, np.ndarray)})
+
+
+def _unmoved(system: System, found: Outcome) -> Outcome:
+    """Return the outcome of a run that failed before its first frame: that of the start."""
+    nothing = {name: np.zeros_like(one) for name, one in vars(found).items() if isinstance(one, np.ndarray)}
+    return replace(found, **nothing | {"q": system.position, "v": system.velocity, "counts": found.counts})
 
 
 def _drift(system: System, end: Outcome, found: Histories) -> float:

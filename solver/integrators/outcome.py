@@ -1,7 +1,7 @@
 """The arrays that every integrator fills during a run, and the state and totals that it returns."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -120,15 +120,6 @@ class Outcome:
     """Of a moving force as which the basis of its body changes, jumps of the energy over that of deformation."""
     linkage: Callable[[int], LinkageHistories] | None = None
     """Of a mechanism, returns what it recorded of so many samples."""
-
-    def copied(self) -> "Outcome":
-        """Return it with arrays of its own, which its integrator does not go on to change."""
-        return replace(self, **{name: one.copy() for name, one in vars(self).items() if isinstance(one, np.ndarray)})
-
-    def without_motion(self, q: np.ndarray, v: np.ndarray) -> "Outcome":
-        """Return that of a run which has not begun to move from a state q, v, (m,)."""
-        nothing = {name: np.zeros_like(one) for name, one in vars(self).items() if isinstance(one, np.ndarray)}
-        return replace(self, **nothing | {"q": q, "v": v, "counts": self.counts})
 
 
 class Marching(Protocol):

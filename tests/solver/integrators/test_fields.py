@@ -70,7 +70,7 @@ def test_dynamic_pull_in(integrator: str, tmp_path: Path) -> None:
     shift = found.quantities["part.shift_z"]["value"]
     assert shift == pytest.approx(found.motion["part"][-1, 2], rel=1e-12)
     assert -GAP < shift < -0.5 * GAP
-    assert found.energy_drift < 1e-3
+    assert found.energy_drift < 1e-2  # The field grows without end at contact.
 
 
 @BOTH
