@@ -48,7 +48,7 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "rebound_velocity", "m/s", "Velocity of the centre of mass of the contact's body at the end of"
              " the run, along the impulse on it. Absent of a body that is held.", _NORMAL),
     Quantity("contact", "rebound_velocity_other", "m/s", "The same of the other body, along the same direction.",
-             _NORMAL),
+             "positive: along the impulse on the contact's body; negative: away from it"),
     Quantity("contact", "restitution", "1", "Newton's ratio −(w·v after) / (w·v before) of the normal velocities of"
              " the rigid-body motion at the contact point, w the impulse of the normal forces on the rigid coordinates:"
              " the mean over the points, weighted by their impulses. Absent with other contacts, joints, forces or"
@@ -73,18 +73,18 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "pressure_patch", "m^2", "Area of this patch.", _SIZE),
     Quantity("contact", "pressure_time", "s", "Time of this pressure.", _SIZE, "of the frames"),
     *(
-        Quantity("contact", f"pressure_{axis}", "m", f"Place of this pressure along {axis}, in the body's own design"
-                 " position.", f"positive: along {axis}")
+        Quantity("contact", f"pressure_{axis}", "m", f"Place of this pressure along {axis}, in the axes of its"
+                 " component, from its origin.", f"positive: along {axis}")
         for axis in "xyz"
     ),
     *(
         Quantity("contact", f"centre_{axis}", "m", f"Centre of pressure along {axis} at the largest force, in"
-                 " the body's own design position; absent of a single point.", f"positive: along {axis}",
+                 " the axes of its component, from its origin; absent of a single point.", f"positive: along {axis}",
                  "of the frames")
         for axis in "xyz"
     ),
     Quantity("contact", "contact_area", "m^2", "Area of the points that are pressed then; absent on an"
-             " obstacle without `surface_stiffness`.", _SIZE, "of the frames"),
+             " obstacle without `surface_stiffness` and `wear`.", _SIZE, "of the frames"),
     Quantity("contact", "sliver_share", "1", "Share of the impulses that acts at points with a sliver of area; absent"
              " where it is zero.", _SIZE),
     Quantity("contact", "least_gap", "m", "Smallest gap in a run in which nothing touches.", _SIZE, "of the frames"),

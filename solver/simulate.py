@@ -141,14 +141,14 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     system = at_rest(system)
     schedule, integrator = plan.schedule, start(system, plan)
     histories, limits = Histories.empty(system, schedule), Limits(system)
-    result, done, reason = Result.FINISHED, 0, ""
+    result, done, reason, last = Result.FINISHED, 0, "", None
     for frame in range(schedule.frames):
         here = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
         sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.samples.part(here))
         if not sound or not np.isfinite(histories.samples.energies[here]).all():
             result, reason = integrator.failure if not sound else Result.DIVERGED, integrator.reason
             break
-        now = integrator.outcome()
+        now = last = _copied(integrator.outcome())
         histories.frames[frame], histories.velocities[frame] = now.q, now.v
         histories.multipliers[frame], histories.masters[frame] = now.multipliers, now.masters
         histories.impulses[frame] = now.impulses[: histories.impulses.shape[1]]
@@ -168,7 +168,8 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
             except RunStopped:
                 result = Result.STOPPED
                 break
-    end, histories = integrator.outcome(), histories.cut(done, schedule)
+    end = _unmoved(system, integrator.outcome()) if last is None else last
+    histories = histories.cut(done, schedule)
     drift = _drift(system, end, histories)
     if result.ok and drift > CREATED_ENERGY:
         result = Result.SURFACE_LEFT if end.left else Result.ENERGY
@@ -179,6 +180,17 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     found = trajectory_of(system, plan, end, histories, Ending(result, reason, drift))
     notes = limits.notes()
     return replace(found, counts=found.counts | {ROTATION_NOTES: "\n".join(notes)}) if notes else found
+
+
+def _copied(found: Outcome) -> Outcome:
+    """Return an outcome with arrays of its own, which its integrator does not go on to change."""
+    return replace(found, **{name: one.copy() for name, one in vars(found).items() if isinstance(one, np.ndarray)})
+
+
+def _unmoved(system: System, found: Outcome) -> Outcome:
+    """Return the outcome of a run that failed before its first frame: that of the start."""
+    nothing = {name: np.zeros_like(one) for name, one in vars(found).items() if isinstance(one, np.ndarray)}
+    return replace(found, **nothing | {"q": system.position, "v": system.velocity, "counts": found.counts})
 
 
 def _drift(system: System, end: Outcome, found: Histories) -> float:

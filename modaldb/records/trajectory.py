@@ -59,10 +59,10 @@ class ContactHistory:
     """Tributary areas [m^2], (c,); None where the scene does not use them."""
     points: Array = field(
         metadata=rule(
-            "c' 3", finite=False, unit="m", name="contact points in the body's design position", columns="x, y, z"
+            "c' 3", finite=False, unit="m", name="contact points from the component's origin", columns="x, y, z"
         )
     )
-    """Contact points in the body's own design position [m], (c, 3)."""
+    """Contact points from the component's origin, along the scene's axes [m], (c, 3)."""
     master: Array | None = field(
         default=None,
         metadata=rule(

@@ -44,6 +44,8 @@ class LineStiffness:
     (e, a, a)."""
     spread: sparse.csr_matrix | None = None
     """Motion of all dofs per motion of those that do not follow others in a rigid tie, (dofs, dofs)."""
+    masses: np.ndarray | None = None
+    """Consistent mass matrix of each beam element [kg], (e, a, a); None for bars."""
 
     def product(self, Phi: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
         """Return ΦᵀKX of columns (dofs, m) and (dofs, k), the same by default, (m, k)."""

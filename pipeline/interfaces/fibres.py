@@ -10,6 +10,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.beam import element_lengths, shear_force, turn_gradient
 from gudgeon.pipeline.fem.elements.frame import Line, hermite, turns
+from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.section import Circle
 from gudgeon.pipeline.geometry.shapes.beam import SIDES, Beam
 from gudgeon.pipeline.geometry.shapes.frame import Frame
@@ -28,27 +29,74 @@ def gauge_row(mesh: MeshRecord, beam: Line, material: Material, gauge: Gauge, wh
     Raises:
         InputError: the section has no such fibre.
     """
+    return _mean(mesh, *_at_station(mesh, beam, material, gauge, where))
+
+
+def load_row(model: FEModel, beam: Line, material: Material, gauge: Gauge, where: str = "gauge") -> np.ndarray:
+    """Return what is to be added to a gauge of a beam whose weight acts, per unit of each dof's field b, (1, dofs).
+
+    With body forces ρ A b in an element, its displacement between the nodes is not that of its shape functions. The
+    forces on its ends are K u − M b, exact where those on its nodes are; a gauge z K u of them reads z (K u − M b).
+
+    Raises:
+        InputError: the section has no such fibre.
+    """
+    mesh, parts = model.mesh, model.parts
+    assert parts is not None
+    assert parts.masses is not None
+    cells, rows = _at_station(mesh, beam, material, gauge, where)
+    found, d = np.zeros_like(rows), len(model.directions)
+    for e, cell in enumerate(cells):
+        K, M = parts.blocks[cell], parts.masses[cell]
+        inner = np.arange(len(K)) >= 2 * d
+        own = np.flatnonzero(np.repeat(mesh.cells[cell] == _node(mesh, gauge), d) | inner)
+        scale = 1 / np.sqrt(K.diagonal())
+        weights = np.linalg.lstsq((scale[own, None] * K[own] * scale).T, scale * rows[e])[0]
+        found[e] = -(scale[own] * weights) @ M[own]
+    return _mean(mesh, cells, found)
+
+
+def _mean(mesh: MeshRecord, cells: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the mean of rows over the dofs of elements (c, n) as a row over all dofs, (1, dofs)."""
+    nodes = mesh.cells[cells]
+    found = np.zeros((len(mesh.nodes), rows.shape[1] // nodes.shape[1]))
+    np.add.at(found, nodes, rows.reshape(*nodes.shape, -1) / len(cells))
+    return found.reshape(1, -1)
+
+
+def _node(mesh: MeshRecord, gauge: Gauge) -> int:
+    """Return the node at a gauge's station."""
     assert gauge.station is not None
-    node, E = int(mesh.surfaces[gauge.station].facets[0, 0]), material.E
+    return int(mesh.surfaces[gauge.station].facets[0, 0])
+
+
+def _at_station(
+    mesh: MeshRecord, beam: Line, material: Material, gauge: Gauge, where: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the elements at a gauge's station, (c,), and what each has there per unit of its dofs, (c, n)."""
+    node, E = _node(mesh, gauge), material.E
     if mesh.cell_type == "frame2":
         return _in_space(mesh, beam, material, gauge, where)
     assert isinstance(beam, Beam)
     if gauge.quantity == "shear-force":
-        return shear_force(mesh, node, material, beam)[None]
+        return shear_force(mesh, node, material, beam)
+    cells, rows = turn_gradient(mesh, node)
     if gauge.quantity == "bending-moment":
-        return -E * beam.section.second_moment * turn_gradient(mesh, node)[None]
+        return cells, -E * beam.section.second_moment * rows
     assert gauge.fibre is not None
     if gauge.fibre in LATERAL:
         raise InputError(f"{where}.fibre: '{gauge.fibre}' given, a beam of motion 'plane' does not bend sideways;"
                          " allowed: top, bottom, or motion 'space'")  # fmt: skip
     z = SIDES[gauge.fibre] * beam.section.height / 2
-    return (1.0 if gauge.quantity == "strain" else E) * z * turn_gradient(mesh, node)[None]
+    return cells, (1.0 if gauge.quantity == "strain" else E) * z * rows
 
 
-def _in_space(mesh: MeshRecord, beam: Line, material: Material, gauge: Gauge, where: str) -> np.ndarray:
-    """Return the same of a beam in space: the mean of the elements of its member at the node, (1, dofs)."""
+def _in_space(
+    mesh: MeshRecord, beam: Line, material: Material, gauge: Gauge, where: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same of a beam in space, of the elements of its member at the node."""
     assert gauge.station is not None
-    node = int(mesh.surfaces[gauge.station].facets[0, 0])
+    node = _node(mesh, gauge)
     own = mesh.volumes[beam.places()[gauge.station]] if isinstance(beam, Frame) else np.arange(len(mesh.cells))
     own = own[(mesh.cells[own] == node).any(axis=1)]
     h, turn, rows = element_lengths(mesh)[own], turns(beam.element_axes(mesh)[own]), np.zeros((len(own), 12))
@@ -66,9 +114,7 @@ def _in_space(mesh: MeshRecord, beam: Line, material: Material, gauge: Gauge, wh
             rows[e, UP] = -z * bends[:, 0]
             rows[e, WEST] = -y * hermite(h[e : e + 1], at[e : e + 1], 1.0)[1][0][:, 0]
             rows[e] *= 1.0 if gauge.quantity == "strain" else material.E
-    found = np.zeros((len(mesh.nodes), 6))
-    np.add.at(found, mesh.cells[own], np.einsum("eai,ea->ei", turn, rows).reshape(-1, 2, 6) / len(own))
-    return found.reshape(1, -1)
+    return own, np.einsum("eai,ea->ei", turn, rows)
 
 
 def _fibre(beam: Line, gauge: Gauge, where: str) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from gudgeon.pipeline.fem.elements.reference import DIMENSIONS
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.geometry.cells import FACES, side_counts
-from gudgeon.pipeline.interfaces.fibres import gauge_row
+from gudgeon.pipeline.interfaces.fibres import gauge_row, load_row
 from gudgeon.pipeline.interfaces.strain_gauges import along, grid_rows
 from gudgeon.pipeline.interfaces.stress_recovery import complete_strain, hooke, interpolation, strain_rows
 from gudgeon.pipeline.scenes.component import Component
@@ -67,6 +67,19 @@ def gauge_rows(model: FEModel, component: Component, where: str) -> dict[str, sp
         columns = 3 * around[rows.col // 3] + rows.col % 3
         shape = (rows.shape[0], 3 * len(mesh.nodes))
         found[name] = model.on_dofs(sparse.csr_matrix((rows.data, (rows.row, columns)), shape=shape))
+    return found
+
+
+def body_force_rows(model: FEModel, component: Component, where: str) -> dict[str, sparse.csr_matrix]:
+    """Return what is to be added to each gauge of a beam per unit of body forces, see `fibres.load_row`, (1, dofs).
+
+    Stress in solids is recovered over several elements, whose loads are left out.
+    """
+    beam, material, found = component.geometry, component.material, {}
+    for name, gauge in sorted(component.gauge.items()):
+        if isinstance(beam, Line):
+            assert material is not None
+            found[name] = sparse.csr_matrix(load_row(model, beam, material, gauge, f"{where}.gauge.{name}"))
     return found
 
 

@@ -1,5 +1,7 @@
 """Gauges of a reduced component: stress or strain per unit of each coordinate and contact force."""
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy import sparse
 
@@ -13,43 +15,70 @@ from gudgeon.pipeline.reduction.methods.reduction import Reduction
 from gudgeon.pipeline.scenes.component import Component
 
 
+class GaugeRows(NamedTuple):
+    """Of each gauge over a model's dofs, (k, dofs)."""
+
+    values: dict[str, sparse.csr_matrix]
+    """S: its value per unit of each."""
+    loads: dict[str, sparse.csr_matrix]
+    """Of those of beams: what is to be added per unit of body forces, see `fibres.load_row`."""
+
+
 def gauge_modes(
     component: Component,
-    gauges: dict[str, sparse.csr_matrix],
+    gauges: GaugeRows,
     model: FEModel,
     B: sparse.csr_matrix,
     own: Reduction,
     turning: np.ndarray | None = None,
+    *,
+    weighs: bool,
 ) -> dict[str, GaugeModes]:
-    """Return the gauge values of each coordinate, and their residual for each contact force and centrifugal load.
+    """Return the gauge values of each coordinate, and their residual for each contact force, gravity, centrifugal load.
 
-    If the reduction drops R, the residual is zero, and empty for the gauge of a surface.
+    If the reduction drops R, the residual for forces is zero, and empty for the gauge of a surface. The inertia that
+    balances forces on a free body is a body force, as gravity is.
 
     Args:
-        gauges: Rows S of each over the model's dofs, (k, dofs).
         B: Displacement conjugate to each force, (C, dofs).
         own: The reduction, in the model's dofs.
         turning: Forces of `couplings.centrifugal_loads` over the model's dofs, (dofs, 6), if its bodies turn.
+        weighs: Whether gravity deforms the component.
     """
-    if not gauges:
+    if not gauges.values:
         return {}
-    S = sparse.csr_matrix(sparse.vstack(list(gauges.values())))
-    rows, residual, has = S @ own.Phi, np.zeros((S.shape[0], B.shape[0])), own.residual_flexibility is not None
+    S, has = sparse.csr_matrix(sparse.vstack(list(gauges.values.values()))), own.residual_flexibility is not None
+    rows, residual, weights, centrifugal = S @ own.Phi, np.zeros((S.shape[0], B.shape[0])), None, None
     if has:
-        residual = _lacking(S, model, B, own)
-    centrifugal = None
+        residual = _lacking(S, model, B, own) + _beside(gauges, model, B, 0.0)
+    if weighs:
+        unit = np.tile(model.directions, (len(model.nodes), 1))
+        F = sparse.csr_matrix((model.M @ unit).T)
+        weights = _lacking(S, model, F, own) + _beside(gauges, model, F, unit)
     if turning is not None:
         centrifugal = per_square(_lacking(S, model, sparse.csr_matrix(turning.T), own))
     found, first = {}, 0
-    for name, lines in gauges.items():
+    for name, lines in gauges.values.items():
         gauge, here = component.gauge[name], slice(first, first + lines.shape[0])
         first = here.stop
         nodes = None if gauge.surface is None else gauge_nodes(model.mesh, gauge, name)
         part = residual[here] if has or nodes is None else np.empty((lines.shape[0], 0))
-        found[name] = GaugeModes(
-            rows[here], part, gauge.unit, nodes, centrifugal=None if centrifugal is None else centrifugal[here]
-        )
+        loads = (None if one is None else one[here] for one in (weights, centrifugal))
+        found[name] = GaugeModes(rows[here], part, gauge.unit, nodes, *loads)
     return found
+
+
+def _beside(gauges: GaugeRows, model: FEModel, F: sparse.csr_matrix, unit: np.ndarray | float) -> np.ndarray | float:
+    """Return what body forces within elements add to gauges of beams under forces, (k, C).
+
+    Args:
+        F: The forces, (C, dofs).
+        unit: Field of the body forces that they are, (dofs, C); 0 of forces on nodes.
+    """
+    if not gauges.loads:
+        return 0.0
+    rigid = model.rigid_modes
+    return sparse.vstack(list(gauges.loads.values())) @ (unit - rigid @ (F @ rigid).T)
 
 
 def _lacking(S: sparse.csr_matrix, model: FEModel, B: sparse.csr_matrix, own: Reduction) -> np.ndarray:

@@ -20,7 +20,7 @@ from gudgeon.modaldb.records.modes import (
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
-from gudgeon.pipeline.interfaces.gauges import gauge_rows, refuse_large
+from gudgeon.pipeline.interfaces.gauges import body_force_rows, gauge_rows, refuse_large
 from gudgeon.pipeline.interfaces.loads import LoadRows, load_rows
 from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
 from gudgeon.pipeline.interfaces.point_mass import component_model
@@ -32,7 +32,7 @@ from gudgeon.pipeline.modes.normal import largest_count
 from gudgeon.pipeline.modes.static import pressure_fields
 from gudgeon.pipeline.reduction.accuracy import frequency_errors, refuse_locking
 from gudgeon.pipeline.reduction.couplings import centrifugal_loads, has_floating_frame, inertia_couplings
-from gudgeon.pipeline.reduction.gauges import gauge_modes
+from gudgeon.pipeline.reduction.gauges import GaugeRows, gauge_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
 from gudgeon.pipeline.reduction.methods.swapped import Crossed, swapped
@@ -102,8 +102,7 @@ def reduce_component(
     rigid = {key: tie for key, tie in places.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
     tied, spread = made_rigid(model, rigid, f"{where}.interface")
     contact = replace(_stacked(acting, spread), weights=spread.T @ _weights(model, pulled))
-    gauges = {key: sparse.csr_matrix(S @ spread) for key, S in gauge_rows(model, component, where).items()}
-    refuse_large(gauges, contact.B.shape[0], where)
+    gauges = _gauges(model, spread, component, contact, where)
     own, swap = _swapped((tied, contact, _reduced(tied, contact, component, where)), component, places, crossed, where)
     reduction = replace(own, Phi=spread @ own.Phi)
     responses = np.empty((len(model.held), 0)) if own.responses is None else spread @ own.responses
@@ -128,7 +127,7 @@ def reduce_component(
         quality=reduction.quality | checked | {"rigid_motions": len(model.rigid_twists)},
         tractions={key: one for key, one in modes.items() if isinstance(one, TractionModes)},
         loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
-        gauges=gauge_modes(component, gauges, tied, contact.B, own, turning),
+        gauges=gauge_modes(component, gauges, tied, contact.B, own, turning, weighs=bool(pulled) and model.held.any()),
         static_responses=static if static.columns and model.mesh.cell_type == "tetra10" else None,
         tangential_spans=dict(contact.tangential_spans), **vars(errors),
     )  # fmt: skip
@@ -152,6 +151,16 @@ def _swapped(
         raise InputError(f"{where}.{error}") from None
     except StageError as error:
         raise StageError(f"{where}: {error}") from error
+
+
+def _gauges(
+    model: FEModel, spread: sparse.csr_matrix, component: Component, contact: ContactRows, where: str
+) -> GaugeRows:
+    """Return the rows of all gauges over the dofs that `spread` keeps."""
+    kinds = gauge_rows(model, component, where), body_force_rows(model, component, where)
+    found = GaugeRows(*({key: sparse.csr_matrix(S @ spread) for key, S in rows.items()} for rows in kinds))
+    refuse_large(found.values, contact.B.shape[0], where)
+    return found
 
 
 def _patches(places: Mapping[str, ContactPoints | TractionSpace | Tie]) -> dict[str, Any]:

@@ -32,6 +32,12 @@ def turned_vectors(settings: Body, vectors: np.ndarray | tuple[float, ...]) -> n
     return found if Q is None else found @ Q.T
 
 
+def own_vectors(settings: Body, vectors: np.ndarray) -> np.ndarray:
+    """Return vectors of a body in the axes of its component, (..., 3), of those in the axes of the scene, (..., 3)."""
+    Q = rotation(settings)
+    return vectors if Q is None else vectors @ Q
+
+
 def turned_design(design: MorphRecord, Q: np.ndarray | None) -> MorphRecord:
     """Return a design with its points, inertia and rigid motions turned; itself where Q is None."""
     if Q is None:
@@ -87,6 +93,7 @@ def turned_modes(modal: ModalRecord, Q: np.ndarray | None) -> ModalRecord:
             name: replace(
                 gauge,
                 residual=_turned_columns(gauge.residual, loads),
+                weights=_vectors(gauge.weights, Q),
                 centrifugal=None if gauge.centrifugal is None else np.einsum("ia,jb,kab->kij", Q, Q, gauge.centrifugal),
             )
             for name, gauge in modal.gauges.items()

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gudgeon.solver.bodies.placing import own_vectors
 from gudgeon.solver.system.system import System
 
 
@@ -21,7 +22,7 @@ def left_text(system: System, times: np.ndarray, snapshots: np.ndarray) -> str:
             position[system.rigid] = snapshot[: len(system.rigid)]
             beside = over.weights(system.slid(contact, position))[2] & ~before
             if beside.any() and (first is None or time < first[0]):
-                place = contact.points[int(np.flatnonzero(beside)[0])]
+                place = own_vectors(system.scene.body[contact.body], contact.points)[int(np.flatnonzero(beside)[0])]
                 at = ", ".join(f"{x:.4g}" for x in place)
                 first = (
                     float(time),

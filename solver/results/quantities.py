@@ -3,6 +3,7 @@
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
+from gudgeon.solver.bodies.placing import own_vectors
 from gudgeon.solver.contact.pressure import patches, pressure_peak
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import Outcome
@@ -36,6 +37,7 @@ def quantities(system: System, end: Outcome, states: tuple[np.ndarray, np.ndarra
         if contact.edge.any() and pressed > 0:
             values["edge_share"] = (float(end.impulses[contact.rows][contact.edge].sum()) / pressed, "1")
         values |= impact_quantities(end.impacts[number], system.window)
+        points = own_vectors(system.scene.body[contact.body], contact.points)
         if size > 0 and not system.scene.capabilities.turns:
             values |= _rebound(system, end, contact, impulse / size)
         if system.scene.contact[contact.name].friction is not None and len(end.rubbed):
@@ -43,9 +45,10 @@ def quantities(system: System, end: Outcome, states: tuple[np.ndarray, np.ndarra
         if number < len(end.slips):
             values |= _of_slips(end.slips[number])
         if contact.areas is not None and multipliers.any():
-            values |= _of_pressure(contact, times, multipliers[:, contact.rows], end.impulses[contact.rows])
-        if len(contact.points) > 1 and np.any(multipliers[:, contact.rows]):
-            values |= _of_area(contact, multipliers[:, contact.rows])
+            values |= _of_pressure((points, contact.areas), times, multipliers[:, contact.rows],
+                                   end.impulses[contact.rows])  # fmt: skip
+        if len(points) > 1 and np.any(multipliers[:, contact.rows]):
+            values |= _of_area(points, contact.areas, multipliers[:, contact.rows])
         found |= named(contact.name, values)
     for name, jumps in end.jumps.items():
         values = {"basis_changes": (float(len(jumps)), "1"), "energy_jump": (max(jumps, default=0.0), "1")}
@@ -82,39 +85,42 @@ def _leaving(system: System, end: Outcome) -> Json:
 
 
 def _of_pressure(
-    contact: ContactRows, times: np.ndarray, multipliers: np.ndarray, impulses: np.ndarray
+    surface: tuple[np.ndarray, np.ndarray], times: np.ndarray, multipliers: np.ndarray, impulses: np.ndarray
 ) -> dict[str, Quantity]:
     """Return the largest mean pressure over a patch, the patch's area, time and place; the share of slivers.
 
     Args:
+        surface: The contact's points in the component's axes [m], (c, 3), and their areas [m²], (c,).
         times: [s], (f,)
         multipliers: Of the contact's points [N], (f, c).
         impulses: [N s], (c,)
     """
-    assert contact.areas is not None
-    over = patches(contact.points, contact.areas)
+    points, areas = surface
+    over = patches(points, areas)
     most = pressure_peak(over, multipliers)
     values: dict[str, Quantity] = {
         "pressure_peak": (most.pressure, "Pa"),
         "pressure_patch": (most.area, "m^2"),
         "pressure_time": (float(times[most.frame]), "s"),
     }
-    values |= {f"pressure_{x}": (float(at), "m") for x, at in zip("xyz", contact.points[most.point], strict=True)}
+    values |= {f"pressure_{x}": (float(at), "m") for x, at in zip("xyz", points[most.point], strict=True)}
     share = float(impulses[over.slivers].sum())
     return values | ({"sliver_share": (share / float(impulses.sum()), "1")} if share > 0 else {})
 
 
-def _of_area(contact: ContactRows, multipliers: np.ndarray) -> dict[str, Quantity]:
+def _of_area(points: np.ndarray, areas: np.ndarray | None, multipliers: np.ndarray) -> dict[str, Quantity]:
     """Return the centre of pressure at the largest force, and the area that is pressed then where areas are known.
 
     Args:
-        multipliers: Of the contact's points [N], (f, c).
+        points: Of the contact, in the component's axes [m], (c, 3).
+        areas: Of them [m²], (c,).
+        multipliers: Of them [N], (f, c).
     """
     most = multipliers[int(multipliers.sum(axis=1).argmax())]
-    centre = most @ contact.points / most.sum()
+    centre = most @ points / most.sum()
     values: dict[str, Quantity] = {f"centre_{x}": (float(at), "m") for x, at in zip("xyz", centre, strict=True)}
-    if contact.areas is not None:
-        values["contact_area"] = (float(contact.areas[most > 0].sum()), "m^2")
+    if areas is not None:
+        values["contact_area"] = (float(areas[most > 0].sum()), "m^2")
     return values
 
 

@@ -51,7 +51,7 @@ class ForceProbe(Strict):
         description="force: resultant on the body of a contact or joint, or what a motion needs, mean over each sample"
         " interval; of a body the force by which its supports and its restricted freedom hold it, also a mean; the"
         " tension of a spring; force and moment of a bushing on its body [N, N m]; centre: centre of"
-        " pressure of a contact in the body's own design position [m], NaN where it is open"
+        " pressure of a contact in the axes of the body's component, from its origin [m], NaN where it is open"
     )
     of: str = Field(description="contact.NAME, joint.NAME, force.NAME, motion.NAME or body.NAME")
 

@@ -132,7 +132,7 @@ def assembled(
         overlaps=np.zeros(len(arrays["gap"]), np.bool_),
         fields=Fields([], joined([])) if fields is None else fields, bores=bores or {},
         terms=terms, probes=compile_probes(scene, bodies, contacts, springs, size), **arrays,
-        **compile_gauges(bodies, contacts, size),
+        **compile_gauges(bodies, contacts, size, scene.run.gravity),
     )  # fmt: skip
     if whole.capabilities.turns:
         return system

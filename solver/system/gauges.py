@@ -1,5 +1,6 @@
 """Compiled gauges: their rows over coordinates and contact forces."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,15 +10,20 @@ from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.contact.shares import shared_columns
 
 
-def compile_gauges(bodies: dict[str, FlexibleBody], contacts: list[ContactRows], size: int) -> dict[str, Any]:
-    """Return names and rows of all gauges over the coordinates, (G, size), and over the contact forces, (G, c)."""
+def compile_gauges(
+    bodies: dict[str, FlexibleBody], contacts: list[ContactRows], size: int, gravity: Sequence[float]
+) -> dict[str, Any]:
+    """Return names and rows of all gauges over the coordinates, (G, size), and over the contact forces, (G, c); what
+    they show under gravity [m/s²] beside that, (G,)."""
     names, rows, residual = [], [np.empty((0, size))], [np.empty((0, sum(len(item.points) for item in contacts)))]
+    weighed = [np.empty(0)]
     for name, body in bodies.items():
         for key, gauge in body.modal.gauges.items():
             k = len(gauge.rows)
             names += [f"{name}.{key}"] * k
             over, pressed = np.zeros((k, size)), np.zeros((k, residual[0].shape[1]))
             over[:, body.elastic] = gauge.rows
+            weighed.append(np.zeros(k) if gauge.weights is None else gauge.weights @ np.asarray(gravity, float))
             for contact in contacts:
                 for owner, interface, share, *_ in contact.sides:
                     if owner == name and gauge.residual.size:  # A mechanism reads none.
@@ -26,4 +32,7 @@ def compile_gauges(bodies: dict[str, FlexibleBody], contacts: list[ContactRows],
                         pressed[:, contact.rows] -= shared_columns(share, gauge.residual[:, begin:end])
             rows.append(over)
             residual.append(pressed)
-    return {"gauges": names, "gauge_rows": np.vstack(rows), "gauge_residual": np.vstack(residual)}
+    return {
+        "gauges": names, "gauge_rows": np.vstack(rows), "gauge_residual": np.vstack(residual),
+        "gauge_weights": np.concatenate(weighed),
+    }  # fmt: skip

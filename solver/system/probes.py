@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from gudgeon.solver.bodies.placing import turned_vectors
+from gudgeon.solver.bodies.placing import own_vectors, turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.contact.shares import shared_columns
@@ -100,7 +100,7 @@ def _block(
     """Return one probe; shape: numbers of coordinates and contact rows."""
     probe = scene.probe[name]
     if isinstance(probe, ForceProbe):
-        return _force_block(name, probe.of, bodies, (contacts, springs), shape)
+        return _force_block(scene, name, bodies, (contacts, springs), shape)
     readings = [(1.0, _reading(scene, f"probe.{name}", probe, bodies))]
     if isinstance(probe, DistanceProbe):
         other = PointProbe(kind="displacement", body=probe.against, interface=probe.against_interface,
@@ -137,14 +137,16 @@ def _block(
 
 
 def _force_block(
+    scene: Scene,
     name: str,
-    of: str,
     bodies: Mapping[str, FlexibleBody],
     members: tuple[list[ContactRows], Springs],
     shape: tuple[int, int],
 ) -> Probes:
     """Return the values from which a force follows: elongations and rates, moments of contact forces, or a momentum."""
-    kind, _, owner = of.partition(".")
+    probe = scene.probe[name]
+    assert isinstance(probe, ForceProbe)
+    kind, _, owner = probe.of.partition(".")
     contacts, springs = members
     rows = rates = np.zeros((0, shape[0]))
     pressed, offset, readings = np.zeros((0, shape[1])), np.zeros(0), ()
@@ -159,7 +161,8 @@ def _force_block(
     elif kind == "contact":
         contact = next(one for one in contacts if one.name == owner)
         pressed = np.zeros((4, shape[1]))
-        pressed[0, contact.rows], pressed[1:, contact.rows] = 1.0, contact.points.T
+        points = own_vectors(scene.body[contact.body], contact.points)
+        pressed[0, contact.rows], pressed[1:, contact.rows] = 1.0, points.T
         rows, rates, offset = np.zeros((4, shape[0])), np.zeros((4, shape[0])), np.zeros(4)
     return Probes(
         [name], [slice(len(offset))], rows, rates, pressed=pressed, offset=offset, readings=[readings], columns=[AXES],

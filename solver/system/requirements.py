@@ -159,6 +159,8 @@ def _own_side(name: str, contact: Contact, *, elastic: bool) -> Iterator[Term]:
         (f"{path}/areas",),
     )  # fmt: skip
     yield Term(f"restitution of {name}", body, bounce, f"method is '{contact.method}'")
+    worn = contact.wear is not None
+    yield Term(f"wear of {name}", body, worn, f"wear {'is' if worn else 'is not'} given", (f"{path}/areas",))
     rubs, moves = contact.friction is not None, isinstance(contact.against, Plane) and any(contact.against.velocity)
     yield _friction(name, contact, (body, contact.interface), elastic=elastic)
     reason = f"the obstacle {'moves' if moves else 'does not move'}" if rubs else "the contact has no friction"
@@ -268,6 +270,10 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
         reason = "contacts press on it" if pressed else other
         fields = tuple(f"modes:gauges/{name}/residual" for name in settings.gauges)
         yield Term("gauges' quasi-static part", body, acts, reason, fields)
+        deformed = any(scene.run.gravity) and stock.elastic and stock.held
+        reason = f"gravity {'deforms' if deformed else 'does not deform'} the body"
+        fields = tuple(f"modes:gauges/{name}/weights" for name in settings.gauges)
+        yield Term("gauges under gravity", body, deformed, reason, fields)
     given = settings.damping is not None
     reason = f"body.{body}.damping {'is' if given else 'is not'} given"
     if given and not stock.elastic:

@@ -81,6 +81,8 @@ class System:
     """(G, m)"""
     gauge_residual: np.ndarray
     """Quasi-static value per contact force, (G, c)."""
+    gauge_weights: np.ndarray
+    """Value under gravity that the coordinates lack, (G,)."""
     driving: Driving
     loads: np.ndarray
     """Loads and joint forces at the start, (L,)."""

@@ -334,6 +334,13 @@ def check_modes_16(record: Any) -> None:
     assert np.array_equal(record.inertia_couplings.centrifugal_compliance, ramp(3, 3, 3, 3, start=31.0))
 
 
+def check_modes_17(record: Any) -> None:
+    """Version 17 has what gauges show under gravity."""
+    check_modes_16(record)
+    assert np.array_equal(record.gauges["crown"].weights, ramp(2, 3, start=27.0))
+    assert record.gauges["skin"].weights is None
+
+
 def check_trajectory_7(record: Any) -> None:
     check_trajectory_2(record)
     assert np.array_equal(record.impacts["bore"], ramp(2, 9, start=7.0))
@@ -431,6 +438,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v14": {"mesh": check_mesh_10, "modes": check_modes_14, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
     "v15": {"mesh": check_mesh_10, "modes": check_modes_14, "nodal": check_nodal_5, "trajectory": check_trajectory_15},
     "v16": {"mesh": check_mesh_10, "modes": check_modes_16, "nodal": check_nodal_5, "trajectory": check_trajectory_15},
+    "v17": {"mesh": check_mesh_10, "modes": check_modes_17, "nodal": check_nodal_5, "trajectory": check_trajectory_15},
 }
 """What those of one version hold, or lack."""
 

@@ -127,7 +127,7 @@ def modes() -> ModalRecord:
             "gas": LoadModes(ramp(1, 3, start=16.0), ramp(1, 6, start=17.0), ramp(3, start=18.0), "Pa"),
         },
         gauges={
-            "crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 79, start=20.0), "Pa"),
+            "crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 79, start=20.0), "Pa", weights=ramp(2, 3, start=27.0)),
             "skin": GaugeModes(
                 ramp(12, 3), ramp(12, 79, start=23.0), "1", np.array([0, 3]), centrifugal=ramp(12, 3, 3, start=32.0)
             ),

@@ -40,7 +40,7 @@ def assemble_beam(mesh: MeshRecord, material: Material, geometry: BaseModel | No
     twists[0, 2], twists[1, 3:] = 1 / np.sqrt(mass), turn / np.sqrt(second + rotary)
     rotations = np.array([np.zeros(3), turn])
     shares = np.array([0.0, 1.0, 0.5])[: dofs.shape[1] // 2]
-    parts = LineStiffness(blocks[0], dofs, h[:, None] * shares)
+    parts = LineStiffness(blocks[0], dofs, h[:, None] * shares, masses=blocks[1])
     return FEModel(
         K=K, M=M, mesh=mesh, directions=DIRECTIONS, rotations=rotations, properties=properties, rigid_twists=twists,
         held=np.zeros(K.shape[0], bool), parts=parts,
@@ -53,8 +53,8 @@ def element_lengths(mesh: MeshRecord) -> np.ndarray:
     return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
 
 
-def turn_gradient(mesh: MeshRecord, node: int) -> np.ndarray:
-    """Return θ′ at a node as a row over the dofs [1/m], the mean of its elements, (dofs,).
+def turn_gradient(mesh: MeshRecord, node: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the elements at a node, (c,), and θ′ there as rows over the dofs of each [1/m], (c, n).
 
     The axial strain of a fibre at height z is z θ′, in both theories: θ′ = −w″ without shear.
     """
@@ -65,8 +65,8 @@ def turn_gradient(mesh: MeshRecord, node: int) -> np.ndarray:
     )
 
 
-def shear_force(mesh: MeshRecord, node: int, material: Material, beam: Beam) -> np.ndarray:
-    """Return the shear force at a node as a row over the dofs [N/m, N/rad], the mean of its elements, (dofs,).
+def shear_force(mesh: MeshRecord, node: int, material: Material, beam: Beam) -> tuple[np.ndarray, np.ndarray]:
+    """Return the elements at a node, (c,), and the shear force as rows over the dofs of each [N/m, N/rad], (c, n).
 
     It acts along z from the side of the end `right` on the other: κ G A (w′ + θ), E I θ″ without shear.
     """
@@ -82,18 +82,18 @@ def shear_force(mesh: MeshRecord, node: int, material: Material, beam: Beam) -> 
     return _at_node(mesh, node, sheared)
 
 
-def _at_node(mesh: MeshRecord, node: int, values: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
-    """Return what elements have at a node as a row over the dofs, their mean, (dofs,).
+def _at_node(
+    mesh: MeshRecord, node: int, values: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the elements at a node, (c,), and what each has there as a row over its dofs, (c, n).
 
     Args:
         values: Rows over the dofs of elements of length h (e,) at ξ (q,), (e, q, n).
     """
-    row, h = np.zeros(2 * len(mesh.nodes)), element_lengths(mesh)
-    cells, places = np.nonzero(mesh.cells == node)
-    for cell, place in zip(cells, places, strict=True):
-        own = values(h[cell : cell + 1], np.array([(-1.0, 1.0, 0.0)[place]]))
-        row[(2 * mesh.cells[cell][:, None] + np.arange(2)).ravel()] += own[0, 0] / len(cells)
-    return row
+    h, (cells, places) = element_lengths(mesh), np.nonzero(mesh.cells == node)
+    ends = np.array([-1.0, 1.0, 0.0])[places]
+    rows = [values(h[cell : cell + 1], end[None])[0, 0] for cell, end in zip(cells, ends, strict=True)]
+    return cells, np.array(rows)
 
 
 def _euler_bernoulli(h: np.ndarray, material: Material, beam: Beam) -> tuple[np.ndarray, np.ndarray]:

@@ -58,7 +58,7 @@ def assemble_frame(mesh: MeshRecord, material: Material, geometry: BaseModel | N
     return FEModel(
         K=scatter(K, dofs, size), M=scatter(M, dofs, size), mesh=mesh, directions=DIRECTIONS, rotations=ROTATIONS,
         properties=properties, rigid_twists=twists, held=np.zeros(size, bool),
-        parts=LineStiffness(K, dofs, relative=relative),
+        parts=LineStiffness(K, dofs, relative=relative, masses=M),
     )  # fmt: skip
 
 

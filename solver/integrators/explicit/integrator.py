@@ -51,7 +51,8 @@ class Explicit(capabilities.Explicit):
     def _gauges(self) -> np.ndarray:
         """Return the gauges at the last impulse, (G,): the coordinates have moved on from it by half a step."""
         state, (_, qv, _, vv) = self._state, self._constants.flight
-        return self._system.gauge_rows @ (vv * state.q - qv * state.v) + self._system.gauge_residual @ state.multipliers
+        coordinates = self._system.gauge_rows @ (vv * state.q - qv * state.v)
+        return coordinates + self._system.gauge_residual @ state.multipliers + self._system.gauge_weights
 
     def impacts(self) -> list[np.ndarray]:
         return self._located.impacts()

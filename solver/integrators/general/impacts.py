@@ -263,9 +263,12 @@ def _strike(arrays, number, time):  # type: ignore[no-untyped-def]
         state.impulses[i] += impulses[i]
         state.sudden_impulses[0, i] += impulses[i]
         middle = 0.5 * (state.rate[i] + moved(constants.rows, i, state.v))
-        lost -= impulses[i] * (middle - constants.belt[i])
+        own = -impulses[i] * (middle - constants.belt[i])
+        lost += own
         state.parts[WORK] += impulses[i] * constants.belt[i]
-        if constants.block[i] == i:
+        if constants.block[i] != i:
+            state.rubbed[constants.contact[i]] += own
+        else:
             taken -= 0.5 * impulses[i] * min(0.0, state.rate[i]) / (1.0 + constants.restitution[i])
     state.extreme[EXCHANGED] = max(state.extreme[EXCHANGED], taken)
     for k in range(len(state.v)):

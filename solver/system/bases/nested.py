@@ -92,6 +92,9 @@ def truncated(modal: ModalRecord, share: float) -> ModalRecord:
         if gauge.residual.shape[1]:
             static = gauge.residual + (gauge.rows[:, dropped] / omega[dropped]) @ flexible.T
             gauges[name] = replace(gauges[name], residual=static)
+        if gauge.weights is not None and modal.participation is not None:
+            sag = gauge.rows[:, dropped] / omega[dropped] ** 2 @ modal.participation[:, dropped].T
+            gauges[name] = replace(gauges[name], weights=gauge.weights + sag)
     return replace(restricted(modal, kept), gauges=gauges, residual_flexibility=residual)
 
 

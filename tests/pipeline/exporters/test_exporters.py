@@ -261,6 +261,37 @@ def test_all_frames_are_exported_unless_fewer_are_asked_for(tmp_path: Path, caps
     assert capsys.readouterr().out == f"{every[-1]}: {-(-count // 3)} frames of 1 body\n"
 
 
+def test_a_turned_body_is_exported_as_it_stands_in_the_scene(tmp_path: Path) -> None:
+    """The rod along x, turned to y and moved, struck at its end: it moves along y and is compressed along it."""
+    plane = "point = [1.0, 0.0, 0.0], normal = [-1.0, 0.0, 0.0]"
+    text = rod_scene(0.1, 3, 40, 7).replace(plane, "point = [0.0, 1.5, 0.0], normal = [0.0, -1.0, 0.0]")
+    text = text.replace(
+        "velocity = [1.0, 0.0, 0.0]",
+        """velocity = [0.0, 1.0, 0.0]
+position = [0.2, 0.5, 0.0]
+orientation = { axis = [0.0, 0.0, 1.0], angle = 90.0 }""",
+    )
+    (tmp_path / "scene.toml").write_text(text)
+    places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    assert main(["export", str(tmp_path), "results", *places]) == 0
+    job = open_job(tmp_path, db=tmp_path / "db")
+    found = modaldb.open(tmp_path / "db").get(job.trajectory().key, "trajectory")
+    for frame in (0, len(found.frame_times) - 1):
+        back = meshio.read(tmp_path / "out" / "vtu" / "rod" / f"frame_{frame:03d}.vtu")
+        assert np.ptp(back.points[:, 0]) < 1e-15
+        assert back.points[:, 0] == pytest.approx(np.full(len(back.points), 0.2))
+        assert sorted(back.points[:, 1])[:: len(back.points) - 1] == pytest.approx([0.5, 1.5])
+        moved, rates = back.point_data["displacement"], back.point_data["velocity"]
+        assert np.abs(moved[:, [0, 2]]).max() < 1e-15
+        assert np.abs(rates[:, [0, 2]]).max() < 1e-12
+        mass = 7850.0 * 3.1416e-4
+        centre = np.sqrt(mass) * moved[:, 1].mean()
+        assert centre == pytest.approx(found.frames[frame, 0], rel=0.05)
+    struck = meshio.read(tmp_path / "out" / "vtu" / "rod" / "frame_001.vtu")
+    tip, tail = struck.points[:, 1].argmax(), struck.points[:, 1].argmin()
+    assert struck.point_data["displacement"][tip, 1] < struck.point_data["displacement"][tail, 1]
+
+
 @pytest.mark.parametrize("name", EXPORTERS)
 def test_every_exporter_refuses_in_one_line(
     name: str, mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord, trajectory: Trajectory, tmp_path: Path

@@ -148,6 +148,7 @@ def test_files(made: tuple[Path, Job, Document]) -> None:
         table = list(csv.DictReader(file))
     assert [row["name"] for row in table] == [run.name for run in document.runs]
     assert (folder / "out" / "report.png").stat().st_size > 20_000
+    assert (folder / "out" / "report-force.png").stat().st_size > 20_000
     assert "residual, 12 modes" in (folder / "out" / "report.html").read_text()
 
 

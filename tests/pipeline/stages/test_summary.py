@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.cli.results import prefixed, quantity_line, quantity_lines
+from gudgeon.pipeline.stages.run import _energy_notes
 from gudgeon.pipeline.stages.summary import write_summary
 
 
@@ -56,3 +58,25 @@ def test_references_come_first_and_round_off_is_not_printed(tmp_path: Path) -> N
         ["with", "a", "reference"], ["ball.velocity_x", "2", "mm/s"], ["wall.impulse", "2.1", "N", "s"],
         ["wall"], ["start", "1", "s"],
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "run", "said"),
+    [
+        ({"energy_drift": 9.9e-4}, {}, None),
+        ({"energy_drift": 1.1e-3, "result": "ENERGY"}, {}, None),
+        ({"energy_drift": 1.1e-3}, {}, "an error of 0.11% of the energy exchanged in contact (integrator 'implicit');"
+         " reduce run.accuracy"),
+        ({"energy_drift": 0.04}, {"step": 1e-6}, "4.00% of the energy exchanged in contact (integrator 'implicit');"
+         " reduce run.step"),
+        ({"energy_drift": 0.04}, {"checks": False}, "set run.checks = true"),
+    ],
+)  # fmt: skip
+def test_an_energy_drift_above_a_thousandth_is_said(
+    changes: dict[str, Any], run: dict[str, Any], said: str | None
+) -> None:
+    summary = {"energy_drift": 0.0, "result": "FINISHED", "counts": {"integrator": "implicit"}} | changes
+    job: Any = SimpleNamespace(scene=SimpleNamespace(run=SimpleNamespace(**{"step": None, "checks": True} | run)))
+    notes = _energy_notes(job, summary)
+    assert len(notes) == (said is not None)
+    assert said is None or said in notes[0]

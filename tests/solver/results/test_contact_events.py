@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gudgeon.solver.registry import definition
 from gudgeon.solver.results.contact_events import departure, impact_quantities, impacts_in, rebound, restitution
 
 HISTORY = np.array([0.0, 2.0, 6.0, 0.0, 4.0, 0.0, 0.0, 0.0, 8.0, 1.0])
@@ -67,6 +68,10 @@ def test_rebound_is_along_the_impulse() -> None:
     up, own, other = np.array([0.0, 0.0, 1.0]), np.array([5.0, 0.0, 0.5]), np.array([0.0, 0.0, -0.5])
     assert rebound(up, own, other) == {"rebound_velocity": (0.5, "m/s"), "rebound_velocity_other": (-0.5, "m/s")}
     assert rebound(up, own, None) == {"rebound_velocity": (0.5, "m/s")}
+    # The other body leaves, and its number is negative: the page says so.
+    found = definition("rebound_velocity_other", ["contact"])
+    assert found is not None
+    assert found.sign == "positive: along the impulse on the contact's body; negative: away from it"
 
 
 def test_restitution_is_of_the_velocity_along_the_impulse() -> None:

@@ -1,5 +1,6 @@
 """Gauges of several components under the integrators that read them, and quantities made of them."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 
 from gudgeon.modaldb.records.modes import GaugeModes
 from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.cli import main
 from gudgeon.solver.registry import definition
 from gudgeon.solver.simulate import simulate
 from tests.solver.systems import block_records, block_scene, build
@@ -81,3 +83,46 @@ def test_peak_of_a_gauge_of_one_number(tmp_path: Path, unit: str, peak: str) -> 
         known = definition(name, ["gauge"])
         assert known is not None
         assert known.unit == found.quantities[f"part.g.{name}"]["unit"]
+
+
+SAGGING = """
+[component.arm]
+geometry = { kind = "beam", length = 0.8, section = { kind = "rectangle", width = 0.02, height = 0.006 } }
+material = { E = 70e9, nu = 0.33, rho = 2700.0 }
+mesh.size = 0.1
+supports = ["left"]
+interface.tip = { surface = "right-bottom" }
+modes.normal_count = 6
+gauge.root = { station = "left", quantity = "shear-force" }
+[body.arm]
+gauges = ["root"]
+[contact.floor]
+body = "arm"
+interface = "tip"
+against = { shape = "plane", point = [0.0, 0.0, -0.03], normal = [0.0, 0.0, 1.0] }
+[run]
+duration = 1e-3
+gravity = [0.0, 0.0, -9.81]
+"""
+
+
+@pytest.mark.parametrize("step", ["unset", 1e-5])
+@pytest.mark.parametrize("integrator", ["auto", "event", "implicit", "explicit", "collocation", "discrete-gradient"])
+def test_gravity_gauges_and_a_given_step_run_or_are_refused_in_one_line(
+    integrator: str, step: str | float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "scene.toml").write_text(SAGGING)
+    places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    changes = ["--set", f"run.integrator={integrator}", "--set", f"run.step={step}"]
+    code = main(["solve", str(tmp_path), *changes, *places])
+    said = capsys.readouterr()
+    if code == 2:
+        assert len([line for line in said.err.splitlines() if "gudgeon:" in line]) == 1
+        assert "run." in said.err
+        assert integrator not in ("auto", "implicit")
+        return
+    assert code == 0
+    assert "Traceback" not in said.err
+    weight = 2700.0 * 9.81 * 0.02 * 0.006 * 0.8
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["quantities"]["arm.root.shear_force_peak"]["value"] == pytest.approx(-weight, rel=1e-6)

@@ -139,3 +139,29 @@ def test_probes_of_what_does_not_exist_are_refused(probe: dict[str, Any], messag
 def test_probes_that_an_interface_cannot_give_are_refused(probe: dict[str, Any], message: str, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=message):
         build(tmp_path, piston_records(6), {"body": {"part": {}}, "probe": {"p": probe}, "run": {"duration": 1e-3}})
+
+
+def test_places_of_a_contact_are_those_of_the_part_however_it_is_placed(tmp_path: Path) -> None:
+    """A block that falls with a tilt on a layer: turned with its plane and velocity it has the same centres."""
+    corners = [[x, y, -0.01] for x in (-0.02, 0.03) for y in (-0.03, 0.01)]
+    records = rigid_records(2.0, {"foot": (corners, [0, 0, -1])}, (1e-3, 2e-3, 2e-3))
+    found = []
+    for angle in (0.0, 35.0):
+        turn = np.deg2rad(angle)
+        Q = np.array([[np.cos(turn), 0, np.sin(turn)], [0, 1, 0], [-np.sin(turn), 0, np.cos(turn)]])
+        plane = {"shape": "plane", "point": (Q @ [0, 0, -0.01]).tolist(), "normal": Q[:, 2].tolist()}
+        contact = {"body": "part", "interface": "foot", "against": plane, "surface_stiffness": 1e11}
+        body = {"orientation": {"axis": [0, 1, 0], "angle": angle}, "velocity": (Q @ [0, 0, -0.1]).tolist(),
+                "angular_velocity": (Q @ [1.0, 0.5, 0.0]).tolist()}  # fmt: skip
+        scene = {
+            "body": {"part": body}, "contact": {"floor": contact},
+            "probe": {"centre": {"kind": "centre", "of": "contact.floor"}},
+            "run": RUN | {"duration": 2e-3, "integrator": "implicit", "step": 1e-5},
+        }  # fmt: skip
+        found.append(simulate(build(tmp_path / str(angle), records, scene)))
+    names = [f"floor.{kind}_{axis}" for kind in ("centre", "pressure") for axis in "xyz"]
+    own, turned = ([one.quantities[name]["value"] for name in names] for one in found)
+    np.testing.assert_allclose(turned, own, rtol=0, atol=1e-9)
+    assert own[2] == pytest.approx(-0.01, abs=1e-12)
+    assert abs(own[0]) > 1e-3
+    np.testing.assert_allclose(found[1].probes["centre"].values, found[0].probes["centre"].values, rtol=0, atol=1e-9)

@@ -6,7 +6,16 @@ from typing import Any
 import pytest
 
 from gudgeon.solver.simulate import simulate
-from tests.solver.systems import LENGTH, build, build_all, rigid_records, rod_records, rod_scene
+from tests.solver.systems import (
+    LENGTH,
+    block_records,
+    block_scene,
+    build,
+    build_all,
+    rigid_records,
+    rod_records,
+    rod_scene,
+)
 
 FLOOR = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
 
@@ -130,3 +139,23 @@ def test_a_held_body_has_no_rebound_velocity(tmp_path: Path) -> None:
         found = simulate(build_all(tmp_path / str(held), records, scene | {"body": body}))
         assert found.result == "FINISHED"
         assert {name[5:] for name in found.quantities if "rebound" in name} == names
+
+
+@pytest.mark.parametrize("step", [None, 1e-6])
+@pytest.mark.parametrize("e", [1.0, 0.5, None])
+def test_frictionless_rigid_contact_of_elastic_bodies_gains_no_velocity(
+    e: float | None, step: float | None, tmp_path: Path
+) -> None:
+    """Without damping, by the implicit loop; with restitution 1 their energy is kept, too."""
+    own = {"method": "constraint"} if e is None else {"method": "impact", "restitution": e}
+    run = {"integrator": "implicit", "checks": False} | ({} if step is None else {"step": step})
+    for name, records, scene in (
+        ("block", block_records(5), block_scene(4e-4, **own)), ("rod", rod_records(20), rod_scene(6e-4, **own)),
+    ):  # fmt: skip
+        scene["run"] |= run
+        found = simulate(build(tmp_path / name, records, scene))
+        assert found.result == "FINISHED"
+        assert found.quantities["wall.impulse"]["value"] > 0
+        assert found.quantities.get("wall.restitution", {"value": 0.0})["value"] <= 1 + 1e-9
+        if e == 1.0:
+            assert found.energies[:, :3].sum(axis=1).max() <= found.energies[0, :3].sum() * (1 + 1e-9)

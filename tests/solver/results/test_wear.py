@@ -48,6 +48,56 @@ def test_volume_is_force_times_sliding_speed(frames: int, tmp_path: Path) -> Non
     assert "floor.against_worn_volume" not in values
 
 
+@pytest.mark.parametrize("law", [None, {"kind": "linear", "stiffness": 1e8}])
+def test_what_has_no_layer_wears_too(law: dict[str, Any] | None, tmp_path: Path) -> None:
+    changes = {"contact.floor.surface_stiffness": "unset"}
+    if law is not None:
+        changes |= {"contact.floor.method": "penalty", "contact.floor.law": law}
+    found = worn(tmp_path, scene(), changes)
+    values = {name: one["value"] for name, one in found.quantities.items()}
+    assert values["floor.impulse"] > 0
+    assert values["floor.slide"] == pytest.approx(SPEED * values["floor.impulse"], rel=1e-12)
+    assert 0 < values["floor.worn_depth"] < np.inf
+
+
+BALL = """
+[component.ball]
+interface.foot.surface = "foot"
+[component.ball.geometry]
+kind = "rigid"
+mass = 2.0
+inertia = [0.01, 0.01, 0.01]
+points.foot = { at = [0.0, 0.0, -0.05], normal = [0.0, 0.0, -1.0], area = 1e-4 }
+[body.ball]
+position = [0.0, 0.0, 0.051]
+velocity = [3.0, 0.0, -1.0]
+[contact.floor]
+body = "ball"
+interface = "foot"
+against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
+[run]
+duration = 0.003
+"""
+
+
+@pytest.mark.parametrize(
+    ("own", "slide"),
+    [
+        ({"method": "impact", "restitution": 0.5}, 3.0 * SPEED),
+        ({"method": "impact", "restitution": 0.5, "friction.static": 0.2}, 1.71 / 0.2),
+        ({"method": "constraint", "friction.static": 0.2, "friction.direction": [1.0, 0.0, 0.0]}, 2.0 * 2.9 * 1.0),
+    ],
+)
+def test_rigid_contact_wears(own: dict[str, Any], slide: float, tmp_path: Path) -> None:
+    """An impact wears by its impulse times the mean of the sliding speeds before and after it."""
+    own = {"body.ball.freedom": ["x", "y", "z"]} | {f"contact.floor.{key}": one for key, one in own.items()}
+    if "contact.floor.friction.direction" in own:
+        own["body.ball.freedom"] = ["x", "z"]
+    values = worn(tmp_path, BALL + WEAR, own).quantities
+    assert values["floor.slide"]["value"] == pytest.approx(slide, rel=1e-9)
+    assert values["floor.worn_depth"]["value"] == pytest.approx(K / HARD * slide / 1e-4, rel=1e-9)
+
+
 def test_a_floor_that_moves_with_the_block_wears_nothing(tmp_path: Path) -> None:
     belt = scene().replace("normal = [0.0, 0.0, 1.0] }", f"normal = [0.0, 0.0, 1.0], velocity = [{SPEED}, 0.0, 0.0] }}")
     values = worn(tmp_path, belt).quantities
