@@ -81,7 +81,8 @@ def inertia_couplings(
     for number, (i, j) in enumerate(PAIRS):
         own[i, j] = own[j, i] = K[number]
     static = per_square(per_square(0.5 * (compliance + compliance.T)).transpose(1, 2, 0))
-    return InertiaCouplings(translation, rotation, gradient, S, G, own, static), K[len(PAIRS) :]
+    found = InertiaCouplings(translation, rotation, gradient, S, G, own, centrifugal_compliance=static)
+    return found, K[len(PAIRS) :]
 
 
 def centrifugal_loads(model: FEModel, component: Component) -> np.ndarray:

@@ -127,7 +127,7 @@ def reduce_component(
         quality=reduction.quality | checked | {"rigid_motions": len(model.rigid_twists)},
         tractions={key: one for key, one in modes.items() if isinstance(one, TractionModes)},
         loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
-        gauges=gauge_modes(component, gauges, tied, contact.B, own, turning, weighs=bool(pulled) and model.held.any()),
+        gauges=gauge_modes(component, gauges, tied, contact.B, own, turning, weighs=bool(pulled and model.held.any())),
         static_responses=static if static.columns and model.mesh.cell_type == "tetra10" else None,
         tangential_spans=dict(contact.tangential_spans), **vars(errors),
     )  # fmt: skip

@@ -160,7 +160,9 @@ def _turned_couplings(found: InertiaCouplings | None, Q: np.ndarray) -> InertiaC
     D = found.centrifugal_compliance
     if D is not None:
         D = np.einsum("ia,jb,kc,ld,abcd->ijkl", Q, Q, Q, Q, D, optimize=True)
-    return InertiaCouplings(_columns(found.translation, Q), _columns(found.rotation, Q), gradient, *turned, D)
+    translation, rotation = _columns(found.translation, Q), _columns(found.rotation, Q)
+    S, G, K = turned
+    return InertiaCouplings(translation, rotation, gradient, S, G, K, centrifugal_compliance=D)
 
 
 def _vectors(values: Any, Q: np.ndarray) -> Any:

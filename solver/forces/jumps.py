@@ -53,7 +53,7 @@ def pole_of(course: Callable[[np.ndarray], np.ndarray], times: np.ndarray) -> fl
         return None
     found = np.abs(found[:, -1])
     at = times[(found > np.append(0.0, found[:-1])) & (found >= np.append(found[1:], 0.0))]
-    clear = np.full(len(at), True)
+    clear, before, last = np.full(len(at), True), np.zeros(len(at)), np.zeros(len(at))
     for number in range(2 * CLOSER):
         gap *= 0.5
         near = np.clip(at + gap * np.array([[-1.0], [0.0], [1.0]]), times[0], times[-1])
@@ -64,7 +64,7 @@ def pole_of(course: Callable[[np.ndarray], np.ndarray], times: np.ndarray) -> fl
         if number < CLOSER:
             before = last = beside
         last = np.where(clear, beside, last)
-    grows = last >= GROWS * before
+    grows = np.asarray(last >= GROWS * before)
     return float(at[grows][0]) if grows.any() else None
 
 

@@ -91,7 +91,7 @@ def draw_film(drawing: Drawing) -> None:
         )  # fmt: skip
         with writer:
             for number, frame in enumerate(frames):
-                picture = _bodies_at(number, float(times[frame]), bodies, arrows, view, largest, walls)
+                picture = _bodies_at((number, float(times[frame])), bodies, arrows, view, largest=largest, walls=walls)
                 shot, time = ground.copy(), float(times[frame]) * scale
                 shot.paste(picture, BOX[:2])
                 pen = ImageDraw.Draw(shot)
@@ -164,10 +164,11 @@ def _arrows(drawing: Drawing, times: np.ndarray, bodies: Sequence[Shown]) -> lis
 
 
 def _bodies_at(
-    number: int, time: float, bodies: Sequence[Shown], arrows: Sequence[Arrow], view: View, largest: float,
+    frame: tuple[int, float], bodies: Sequence[Shown], arrows: Sequence[Arrow], view: View, *, largest: float,
     walls: Sequence[np.ndarray],
 ) -> Image.Image:  # fmt: skip
-    """Return the picture of a frame at a time [s]."""
+    """Return the picture of a frame, its number and time [s]."""
+    number, time = frame
     size = (FINER * (BOX[2] - BOX[0]), FINER * (BOX[3] - BOX[1]))
     picture = Image.new("RGB", size, "white")
     pen = ImageDraw.Draw(picture)
