@@ -216,8 +216,8 @@ class Scene(Strict):
         demands = list(_demands(self))
         able = [name for name in INTEGRATORS if not lacking(demands, name)]
         # Fields, sliding pairs and cranks alone make no mechanism of a scene.
-        small = not {Feature.FIELD, Feature.SLIDING_PAIR, Feature.JOINT}.isdisjoint(one.feature for one in demands)
-        return sorted(able, key=lambda name: not prefers(demands, name) or (small and INTEGRATORS[name].turns))
+        small = any(not INTEGRATORS[name].turns for name in able)
+        return sorted(able, key=lambda name: (small and INTEGRATORS[name].turns, not prefers(demands, name)))
 
     def alternatives(self) -> list[str]:
         """Return the integrators that support the scene and turn its bodies as its own one does."""

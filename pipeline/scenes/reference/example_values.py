@@ -68,7 +68,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "Orientation": {"quaternion": [0.9238795325, 0.0, 0.0, 0.3826834324], "euler": [30.0, 0.0, 10.0], "order": "zxz"},
     "Orthotropic": {"E": [1.35e11, 1e10, 1e10], "nu": [0.3, 0.3, 0.4], "G": [5e9, 5e9, 3.5e9]},
     "PlaneFile": {"path": "section.msh"},
-    "Friction": {"speed": 1e-3},
+    "Friction": {"speed": 1e-3, "stiffness": 1e7},
     "JournalBearing": {
         "component": "bush", "interface": "bore", "foundation": 1e13, "length": 0.02, "load": 1e5,
     },

@@ -37,8 +37,8 @@ def test_every_example_is_such_a_table(title: str) -> None:
     [
         (
             "contact.wall.friction=0.2",
-            "contact.wall.friction: 0.2 given; allowed: a table of static, kinetic, direction, speed, such as"
-            " friction = { static = 0.2 }",
+            "contact.wall.friction: 0.2 given; allowed: a table of static, kinetic, direction, speed, stiffness, such"
+            " as friction = { static = 0.2 }",
         ),
         ("component.rod.mesh=0.004", "mesh: 0.004 given; allowed: a table of size, such as mesh = { size = 0.004 }"),
         ("contact.wall.against=3", f"contact.wall.against: 3 given; allowed: a table, such as {PLANE}"),

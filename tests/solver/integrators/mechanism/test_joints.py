@@ -210,7 +210,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"kind": "distance", "body": "part"}, "against_at is needed"),
     ({"kind": "revolute", "body": "part", "axis": [0, 0, 1], "against_axis": [0, 0, -1]}, "reverse one of them"),
     ({"kind": "revolute", "body": "part", "against": "part", "axis": [0, 0, 1]}, "two bodies"),
-    ({"kind": "gear", "joint": "pin", "other": "pin", "ratio": -2.0}, "greater than 0"),
+    ({"kind": "gear", "joint": "pin", "other": "pin", "ratio": -2.0}, "above 0"),
     ({"kind": "gear", "joint": "pin", "other": "pni", "ratio": 2.0}, "did you mean 'pin'"),
     ({"kind": "driven", "joint": "pnn", "expression": "t"}, "no joint 'pnn'"),
     ({"kind": "driven", "joint": "pin"}, "give one of: table, values, expression"),
