@@ -4,21 +4,16 @@
 twice as much, with the same steps, differs by what that does: a force that hangs on the layer is as sure as it is.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.solver.checks.basis import differences, fastest_body, pushes
+from gudgeon.solver.checks.basis import Run, differences, fastest_body, pushes
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.compile import assembled
 from gudgeon.solver.system.system import System
-
-Run = Callable[[System, float], Trajectory]
-"""Integrates a system with the steps of the run, and samples at most so far apart [s]."""
-
 
 NOTICED = 0.02
 """Share of the compliance of a contact: less changes forces by less than about half of it."""

@@ -7,14 +7,13 @@ the shapes of the modes and the residual flexibility, whose own error is that of
 of a contact patch lack is an error of the force by itself, see `contact_points`.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.records.trajectory import PATCH_POINTS, Trajectory
-from gudgeon.solver.checks.basis import differences, fastest_body
+from gudgeon.solver.checks.basis import Run, differences, fastest_body
 from gudgeon.solver.checks.contact_points import patch_errors
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
@@ -27,8 +26,6 @@ COARSE = 0.05
 """Error of a force by the points of a patch from which they are counted: a radius of five spacings."""
 LARGEST = 0.5
 """Largest relative error of a frequency that is taken off: estimates above it are of modes that are none."""
-Run = Callable[[System, float], Trajectory]
-"""Integrates a system with the steps of the run, and samples at most so far apart [s]."""
 
 
 def with_mesh_estimates(system: System, found: Trajectory, run: Run) -> Trajectory:
