@@ -97,17 +97,21 @@ def with_step_estimates(system: System, found: Trajectory, plan: Plan, run: Call
     """Return the run of a given step with its estimated errors: the differences from a run with twice the step.
 
     With order 1, the least, that difference is the error. Where twice the step is above the limit of the integrator,
-    the other run has half of it, and its differences are doubled; so it has where motions are compared and frames are
-    at other times with twice the step. Unchanged where it fails.
+    or a run with it fails, the other run has half of it, and its differences are doubled; so it has where motions are
+    compared and frames are at other times with twice the step. Unchanged where both fail.
     """
     settings = system.scene.run
     if settings.step is None:
         return found
     doubled = settings.model_copy(update={"step": 2 * settings.step})
     other = plan_run(replace(system, scene=system.scene.model_copy(update={"run": doubled})))
-    longer = other.schedule.dt > LONGER * plan.schedule.dt
-    longer = longer and (bool(system.contacts) or other.schedule.frames == plan.schedule.frames)
-    against = run(other if longer else plan.finer(1, settings.samples))
+    alike = bool(system.contacts) or other.schedule.frames == plan.schedule.frames
+    # An integrator of own steps leaves a step to its accuracy that would step over impacts.
+    given = (other.fixed_step is None) == (plan.fixed_step is None)
+    longer = given and alike and other.step > LONGER * plan.step
+    against = run(other if longer else plan.halved(settings.samples))
+    if longer and against.result != Result.STOPPED.name and not Result[against.result].ok:
+        longer, against = False, run(plan.halved(settings.samples))
     if against.result == Result.STOPPED.name:
         raise RunStopped
     if not Result[against.result].ok:

@@ -93,9 +93,10 @@ def adjusted_notes(system: System) -> list[str]:
 def _simulated(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     """Integrate a system with the steps of a plan, or with controlled ones."""
     run = system.scene.run
-    if not run.checks or plan.integrator.turns:
+    given = plan.fixed_step is not None or (run.step is not None and not plan.integrator.own_steps)
+    if not run.checks or (plan.integrator.turns and not given):
         return _march(system, plan, progress)
-    if plan.integrator.own_steps or run.step is not None:
+    if plan.integrator.own_steps or given:
         found = _march(system, plan, progress)
     else:
         found, plan = controlled(system, plan_run(system, COARSER), lambda one: _march(system, one, progress))
@@ -109,8 +110,10 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
         return run
 
     try:
-        if run.step is not None and not plan.integrator.own_steps:
+        if given:
             found = with_step_estimates(system, found, plan, lambda one: _march(system, one, progress))
+        if plan.integrator.turns:
+            return found
         for estimated in (with_basis_estimates, with_mesh_estimates, with_layer_estimates):
             found = estimated(system, found, compared)
         return found

@@ -80,6 +80,15 @@ class Plan:
         """Return the plan with finer steps, see `Schedule.finer`."""
         return replace(self, schedule=self.schedule.finer(halvings, samples))
 
+    @property
+    def step(self) -> float:
+        """Step of its integrator [s]; the sample interval where the integrator chooses its steps."""
+        return self.schedule.dt if self.fixed_step is None else self.fixed_step
+
+    def halved(self, samples: int) -> "Plan":
+        """Return the plan with half of a given step."""
+        return self.finer(1, samples) if self.fixed_step is None else replace(self, fixed_step=self.fixed_step / 2)
+
     def sampled(self, interval: float) -> "Plan":
         """Return the plan with the same steps and closer samples, see `Schedule.sampled`."""
         return replace(self, schedule=self.schedule.sampled(interval, divides=self.integrator.own_steps))
