@@ -8,7 +8,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import FRICTION_NOTES, ROTATION_NOTES, Trajectory
 from gudgeon.solver.accuracy import controlled, with_step_estimates
-from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.capabilities import INTEGRATORS, Mechanism
 from gudgeon.solver.checks.basis import with_basis_estimates
 from gudgeon.solver.checks.layer import with_layer_estimates
 from gudgeon.solver.checks.mesh import with_mesh_estimates
@@ -33,6 +33,9 @@ CREATED_ENERGY = 0.05
 """Energy error over energy exchanged in contact above which a run ends as `Result.ENERGY`."""
 COARSER = 2.0
 """First step of a run whose step is controlled, over the default step: the next one is the default."""
+
+COMPARED = 1e-5
+"""run.accuracy of the runs of a mechanism by which errors of basis, mesh and layer are estimated."""
 
 Progress = Callable[[float], None]
 """Called with the completed share after every frame. `RunStopped` ends the run with its frames so far as the result;
@@ -94,7 +97,7 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
     """Integrate a system with the steps of a plan, or with controlled ones."""
     run = system.scene.run
     given = plan.fixed_step is not None or (run.step is not None and not plan.integrator.own_steps)
-    if not run.checks or (plan.integrator.turns and not given):
+    if not run.checks:
         return _march(system, plan, progress)
     if plan.integrator.own_steps or given:
         found = _march(system, plan, progress)
@@ -104,6 +107,8 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
         return found
 
     def compared(other: System, interval: float) -> Trajectory:
+        if plan.integrator.turns:
+            other = _coarsely(other)
         run = _march(other, plan.sampled(interval), progress)
         if run.result == Result.STOPPED.name:
             raise RunStopped
@@ -112,13 +117,19 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
     try:
         if given:
             found = with_step_estimates(system, found, plan, lambda one: _march(system, one, progress))
-        if plan.integrator.turns:
-            return found
         for estimated in (with_basis_estimates, with_mesh_estimates, with_layer_estimates):
             found = estimated(system, found, compared)
         return found
     except RunStopped:
         return replace(found, result=Result.STOPPED.name, counts=found.counts | {"reason": ESTIMATING})
+
+
+def _coarsely(system: System) -> System:
+    """Return a system whose motion is integrated to `COMPARED` at the most, which is enough to compare it."""
+    run = system.scene.run
+    accuracy = max(run.accuracy or Mechanism.accuracy, COMPARED)
+    scene = system.scene.model_copy(update={"run": run.model_copy(update={"accuracy": accuracy})})
+    return replace(system, scene=scene)
 
 
 def start(system: System, plan: Plan) -> Marching:

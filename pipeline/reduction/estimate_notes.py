@@ -18,7 +18,7 @@ RESOLVING = ("bar", "beam", "frame")
 """Geometries that a contact law and residual flexibility can be combined on: they have no local compliance."""
 COUNTED = {
     "macneal": "normal_count", "normal+static": "normal_count", "fixed-reference": "normal_count",
-    "rubin": "normal_count", "ritz": "normal_count", "craig-bampton": "fixed_count",
+    "rubin": "normal_count", "rubin-macneal": "normal_count", "ritz": "normal_count", "craig-bampton": "fixed_count",
     "row-craig-bampton": "fixed_count", "interface": "fixed_count",
     "partial-interface": "fixed_count",
 }  # fmt: skip
@@ -144,12 +144,15 @@ def _touching(scene: SceneFile, contact: str) -> list[str]:
 
 
 def _methods(scene: SceneFile) -> list[str]:
-    """Return method 'residual' for each penalty contact whose records store R, and where it does not count twice."""
-    ways = []
+    """Return method 'residual' for each penalty contact whose records store R, and where it does not count twice.
+
+    Bodies that turn have it without a law.
+    """
+    ways, turns = [], scene.capabilities.turns
     for name, contact in scene.contact.items():
         method, parts = METHODS[contact.method], [scene.component[one] for one in _touching(scene, name)]
         stored = parts and all(part.modes.reduction != "normal+static" for part in parts)
-        once = contact.law is None or all(part.geometry.kind in RESOLVING for part in parts)
+        once = contact.law is None or (not turns and all(part.geometry.kind in RESOLVING for part in parts))
         if stored and once and not (method.flexible or method.rigid):
             ways.append(f"contact.{name}.method = 'residual'")
     return ways

@@ -10,10 +10,13 @@ from gudgeon.pipeline.scenes.gauge import Sensor
 from gudgeon.pipeline.scenes.report import Plot, Report
 from gudgeon.pipeline.scenes.robustness import Robustness
 from gudgeon.solver.numbers import Name
+from gudgeon.solver.scene.oblique import oblique
 from gudgeon.solver.scene.scene import Scene
 
 CONTACT_KINDS = ("points", "patch")
 """Kinds of interface that have contact points."""
+ALONG = ("bar",)
+"""Geometries that do not move across their axis."""
 AXIS_DIGITS = 12
 """Digits of the direction of gravity by which modes are found again."""
 
@@ -45,16 +48,20 @@ class SceneFile(Scene):
         return raw | {"contact": contacts | found} if found else raw
 
     def rubbed_of(self, component: str) -> list[str]:
-        """Return the interfaces of an elastic component on which a contact of one of its bodies has friction, sorted.
+        """Return the interfaces of an elastic component that need tangential rows, sorted.
 
-        They need tangential rows. Points of a rigid component need none: its rigid motion is known everywhere; its
-        traction spaces need the resultants of their tractions.
+        A contact of one of its bodies has friction there, or presses at a slant. Points of a rigid component need none:
+        its rigid motion is known everywhere; its traction spaces need the resultants of their tractions.
         """
         rigid, spaces = self.component[component].modes.reduction == "rigid", self.component[component].interface
         rubbed, own = self.rubbed(), [body for body in self.body if self.component_of(body) == component]
         found = {name for body in own for name in rubbed[body]}
         if rigid:
             return sorted(name for name in found if name in spaces and spaces[name].kind == "traction")
+        spots = {n for n, one in self.component[component].interface.items() if one.kind in CONTACT_KINDS}
+        if self.component[component].geometry.kind not in ALONG:
+            slanting = oblique(self)
+            found |= {name for body in own for name in slanting[body] if name in spots}
         if self.turning(component):  # What turns is not pressed along its normals alone.
             found |= {contact.interface for contact in self.contact.values() if contact.body in own}
         return sorted(found)

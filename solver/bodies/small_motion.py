@@ -1,7 +1,7 @@
 """A flexible body of the solver: rigid twists, frequencies and rows from its modal record."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
 
@@ -34,6 +34,8 @@ class FlexibleBody:
     damping: Damping | None
     first: int
     """Its first coordinate in the system."""
+    pressed: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Unit vectors along which interfaces have their rows, (c, 3, 3), where not along normals, see `slanting`."""
 
     @property
     def rigid_count(self) -> int:
@@ -118,14 +120,22 @@ class FlexibleBody:
         return self.modal.residual_flexibility[here, there]
 
     def contact_frame(self, interface: str) -> np.ndarray:
-        """Return outward normal, t1 and t2 at each contact point, right-handed unit vectors, (c, 3, 3).
+        """Return the directions of the rows of each contact point, right-handed unit vectors, (c, 3, 3).
+
+        The first is the outward normal, or against the direction of the obstacle that presses at a slant.
 
         Raises:
             SceneError: see `contact_rows`.
         """
+        if interface in self.pressed:
+            return self.pressed[interface]
         found = self._with_tangents(interface)
         along = tangents(found.normals) if found.tangents is None else found.tangents
         return np.concatenate([found.normals[:, None], along], axis=1)
+
+    def outward(self, interface: str) -> np.ndarray:
+        """Return the unit vectors along which contact points have their normal rows, (c, 3)."""
+        return self.pressed[interface][:, 0] if interface in self.pressed else self.modal.interfaces[interface].normals
 
     def contact_rows(self, interface: str) -> np.ndarray:
         """Return the displacement along outward normal, t1, t2 of points per elastic coordinate [kg^-½], (c, 3, m).

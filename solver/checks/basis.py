@@ -75,7 +75,7 @@ def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Traject
         modes cannot start, or fails, or where a body that touches has a single coordinate or none that is a mode, the
         first two are 1 and `counts` has the reason. Unchanged where nothing touches or no body has elastic coordinates.
     """
-    if not any(np.any(contact.force) for contact in found.contacts.values()):
+    if not touches(system, found):
         return found
     if reason := _too_few(system, found):
         return _unknown(found, reason)
@@ -92,7 +92,9 @@ def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Traject
     for other in runs[1:]:
         if not Result[other.result].ok:
             return _unknown(found, other.counts.get("reason", Result[other.result].value))
-    speed, errors, known = fastest_body(system), _least(system, systems[0], found), set[str]()
+    speed, errors, known = fastest_body(system), dict.fromkeys(STIFFENED, 0.0), set[str]()
+    if not system.scene.capabilities.turns:
+        errors = _least(system, systems[0], found)
     for name, value in _by_mass(system, own, run).items():
         errors[f"basis.{name}"] = max(errors[f"basis.{name}"], MARGIN * value)
     for number, window in enumerate(windows):
@@ -103,8 +105,15 @@ def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Traject
     return replace(found, estimates=found.estimates | {name: errors[name] for name in errors if name in known})
 
 
+def touches(system: System, found: Trajectory) -> bool:
+    """Return whether one of the contacts of a system had a force; joints with clearance are none."""
+    return any(np.any(found.contacts[contact.name].force) for contact in system.contacts)
+
+
 def _by_mass(system: System, own: Trajectory, run: Run) -> dict[str, float]:
     """Return the differences of a run from one in which a part of R has a mass; none where there is no such run."""
+    if system.scene.capabilities.turns:
+        return {}
     try:
         other = weighed(system, {contact.name: pushes(own, contact.name) for contact in system.contacts})
     except SceneError:

@@ -42,7 +42,7 @@ def with_layer_estimates(system: System, found: Trajectory, run: Run) -> Traject
         return found
     changed = scene.model_copy(update={"contact": scene.contact | stiffer})
     try:
-        other = assembled(changed, system.bodies, system.terms, fields=system.fields)
+        other = assembled(changed, system.bodies, system.terms, fields=system.fields, bores=system.bores)
         against = run(other, float(found.times[0]))
     except (SceneError, SolverError):
         return found

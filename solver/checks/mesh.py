@@ -13,7 +13,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.records.trajectory import PATCH_POINTS, Trajectory
-from gudgeon.solver.checks.basis import Run, differences, fastest_body
+from gudgeon.solver.checks.basis import Run, differences, fastest_body, touches
 from gudgeon.solver.checks.contact_points import patch_errors
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
@@ -58,7 +58,7 @@ def _with_patches(system: System, found: Trajectory) -> Trajectory:
 def _with_frequencies(system: System, found: Trajectory, run: Run) -> Trajectory:
     """Return a run with its errors due to the frequencies of the bodies' meshes."""
     continuum = _continuum(system)
-    if continuum is None or not any(np.any(contact.force) for contact in found.contacts.values()):
+    if continuum is None or not touches(system, found):
         return found
     try:
         other = run(continuum, float(found.times[0]))
@@ -78,7 +78,7 @@ def _continuum(system: System) -> System | None:
     }
     if all(body is system.bodies[name] for name, body in bodies.items()):
         return None
-    return assembled(system.scene, bodies, system.terms, fields=system.fields)
+    return assembled(system.scene, bodies, system.terms, fields=system.fields, bores=system.bores)
 
 
 def _corrected(modal: ModalRecord) -> ModalRecord | None:

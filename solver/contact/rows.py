@@ -8,6 +8,7 @@ from scipy import sparse
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
 from gudgeon.modaldb.records.types import Json
 from gudgeon.modaldb.traction import along_direction, chart_coordinates, cubic_weights, inside, spline_weights
+from gudgeon.solver.bodies.slanting import FACING
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.missing_compliance import Side, check_compliance
 from gudgeon.solver.contact.pairs import OtherBlock, faced
@@ -21,8 +22,6 @@ from gudgeon.solver.vectors import unit
 
 TOUCHING = 1e-9
 """Depth relative to the size of the points' coordinates up to which points touch and do not penetrate."""
-FACING = 0.99
-"""Least cosine between a surface's normal and the direction to its obstacle: rows act along the normal."""
 PER_ROW = {"gap": (), "layer": (), "dashpot": (), "restitution": (), "law": (4,), "friction": (2,), "belt": ()}
 """Shape of the entry per contact row of the arrays of `System` that every contact contributes to."""
 
@@ -196,7 +195,7 @@ def _areas(contact: Contact, interface: InterfaceModes) -> np.ndarray | None:
 def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.ndarray) -> None:
     """Raise a SceneError for points [m], (c, 3), whose normals do not lead to the obstacle; cosines of the angle, (c,).
 
-    Rows act along the normal, so that the obstacle must lie in this direction.
+    Gaps are those in small motion, of points that stay before the obstacle.
     """
     away = np.flatnonzero(cosines < FACING)
     if not len(away):

@@ -132,7 +132,8 @@ def _contact_side(
     if body.modal.residual_flexibility is None and not len(body.modal.angular_frequencies):
         return Side(body, rigid, np.empty((count * each, 0), np.int64), np.empty((count * each, 0)), flexible)
     first, _ = body.modal.interface_rows[interface]
-    # The normal row acts along the outward normal of the record, also where the obstacle's differs slightly.
+    # The normal row acts along the outward normal, also where that of a curved obstacle differs slightly; of points
+    # that are pressed at a slant, along the obstacle's.
     numbers, amounts = padded(share)
     normals = body.modal.interfaces[interface].normals[numbers]
     sense = np.sign(np.einsum("ci,cni->cn", directions[:, 0], normals))

@@ -12,6 +12,7 @@ from gudgeon.modaldb.errors import RecordMismatch
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.solver.bodies.placing import rotation, turned_design, turned_modes, turned_vectors
+from gudgeon.solver.bodies.slanting import along_obstacles
 from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
 from gudgeon.solver.contact.blocks import summed
 from gudgeon.solver.contact.bores import ElasticBore, read_bores
@@ -69,6 +70,7 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
             " motion"
         )
     bores = read_bores(store, scene, morphs)
+    bodies = along_obstacles(scene, bodies)
     return assembled(scene, bodies, terms, fields=read_fields(store, scene, bodies), bores=bores)
 
 

@@ -229,7 +229,7 @@ def _at_point(
     apart = np.linalg.norm(points - (points[0] if at is None else at), axis=1)
     nearest = int(apart.argmin())
     modes = body.modal.interfaces[name]
-    normal = modes.normals[nearest]
+    normal = body.outward(name)[nearest]
     sign = 1.0 if direction is None else float(unit(direction) @ normal)
     if abs(abs(sign) - 1) > 1e-3:
         raise SceneError(

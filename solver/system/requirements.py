@@ -10,6 +10,7 @@ from gudgeon.solver.joints.markers import Marked
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles import Plane
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
+from gudgeon.solver.scene.oblique import oblique
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe
 from gudgeon.solver.scene.scene import Scene
 
@@ -111,10 +112,12 @@ def _contacts(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     for name, contact in scene.contact.items():
         if contact.body == body:
             yield from _own_side(name, contact, elastic=stock.elastic)
-            if scene.capabilities.turns and stock.elastic:
+            slanting = contact.interface in oblique(scene)[body]
+            if (scene.capabilities.turns or slanting) and stock.elastic:
                 path = f"modes:interfaces/{contact.interface}"
                 fields = (f"{path}/tangents", f"{path}/tangential_rows")
-                yield Term(f"motion across {name}", body, True, "the body turns before its obstacle", fields)
+                reason = "is pressed at a slant" if slanting else "the body turns before its obstacle"
+                yield Term(f"motion across {name}", body, True, reason, fields)
     for name, over in masters.items():
         if over.body == body:
             reason = f"contact {name} slides over it"
@@ -129,7 +132,9 @@ def _contacts(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
                 across = friction.fields if contact.friction is not None else ()
                 yield Term(f"other side of {name}", body, True, "the body meets itself", fields + across)
             else:
-                yield Term(f"contact {name}", body, True, "faces another body", fields)
+                slants = other.interface in oblique(scene)[body] and stock.elastic
+                across = friction.fields if slants else ()
+                yield Term(f"contact {name}", body, True, "faces another body", fields + across)
                 if contact.friction is not None:
                     yield friction
 

@@ -229,7 +229,7 @@ def _line(
     if np.linalg.norm(apart) > ASIDE * bodies[force.body].gyration:
         return unit(apart)
     if force.interface in modal.interfaces:
-        return modal.interfaces[force.interface].normals[0]
+        return bodies[force.body].outward(force.interface)[0]
     raise SceneError(f"force.{name}.direction: it is needed, since its ends do not give a line")
 
 
@@ -267,7 +267,7 @@ def _end(scene: Scene, name: str, motions: np.ndarray, at: tuple[FlexibleBody, s
             raise SceneError(f"force.{name}: '{interface}' is of kind 'mean', which has no rotations; use kind 'tie'")
         mix = motions[:, : len(load.rows)]
         return End(body.name, body.wrench_rows(mix @ load.resultant), interface, mix)
-    normal = body.modal.interfaces[interface].normals[0]
+    normal = body.outward(interface)[0]
     along = motions[:, :3] @ normal
     if motions[:, 3:].any() or (np.abs(motions[:, :3] - along[:, None] * normal) > ASIDE).any():
         raise SceneError(

@@ -38,11 +38,14 @@ class Part:
         """Return points in the scene [m], (..., 3), of their places on the mesh [m], (..., 3)."""
         return points @ self.rotation.T + self.position
 
-    def contact_rows(self, name: str, where: str) -> tuple[ContactPoints, sparse.csr_matrix]:
+    def contact_rows(
+        self, name: str, where: str, along: np.ndarray | None = None
+    ) -> tuple[ContactPoints, sparse.csr_matrix]:
         """Return the points of an interface and their outward normal displacement, (c, dofs of the body).
 
         Args:
             where: The key that names it, for messages.
+            along: Unit vectors in the axes of the scene along which they are displaced instead, (c, 3) or (3,).
 
         Raises:
             InputError: there is no such interface, or it is of another kind or does not fit its surface.
@@ -56,7 +59,10 @@ class Part:
                 f"{where}: '{name}' is of kind '{interface.kind}', report.full_fe allows 'points', 'patch'"
             )
         points = POINT_FINDERS[interface.kind](self.model.mesh, interface, where)
-        return points, sparse.csr_matrix(normal_rows(self.model, interface, points) @ self.reduction)
+        turned = points
+        if along is not None:
+            turned = replace(points, normals=np.broadcast_to(along @ self.rotation, points.normals.shape))
+        return points, sparse.csr_matrix(normal_rows(self.model, interface, turned) @ self.reduction)
 
 
 def load_part(job: Job, name: str, field: np.ndarray) -> Part:

@@ -9,11 +9,14 @@ from gudgeon.pipeline.nodal.scene.body import Part, load_part
 from gudgeon.pipeline.nodal.scene.facets import faced_rows, surface_of
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.solver.obstacles import obstacle_of
+from gudgeon.solver.scene.oblique import oblique
 
 INSIDE = 1e-9
 """Penetration allowed at the start, relative to the points' coordinates: round-off."""
 MATCHING = 1e-6
 """Offset of paired points, relative to the extent of the surface, above which the facets of the other are met."""
+FLAT = 1e-9
+"""Difference of the normals of a flat face."""
 MISSES = 1e3
 """Gap of points that meet nothing, over the extent of the surface."""
 METHODS = ("residual", "penalty", "constraint")
@@ -53,7 +56,7 @@ def refuse_contacts(job: Job) -> None:
 
 def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
     contact, names = job.scene.contact[name], [part.name for part in parts]
-    own = names.index(contact.body)
+    own, slanting = names.index(contact.body), oblique(job.scene)
     points, outward = parts[own].contact_rows(contact.interface, f"contact.{name}.interface")
     placed, normals = parts[own].placed(points.points), points.normals @ parts[own].rotation.T
     rows: list[sparse.csr_matrix | None] = [None] * len(parts)
@@ -61,7 +64,9 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
     if contact.against.shape == "body":
         other = names.index(contact.against.body)
         where = f"contact.{name}.against.interface"
-        far, there = parts[other].contact_rows(contact.against.interface, where)
+        flat = contact.against.interface in slanting[contact.against.body] and np.ptp(normals, axis=0).max() < FLAT
+        along = -normals[0] if flat else None
+        far, there = parts[other].contact_rows(contact.against.interface, where, along)
         order, gap, beside = _facing(placed, normals, parts[other].placed(far.points))
         equal = len(far.points) == len(placed) and len(np.unique(order)) == len(order)
         surfaces = []
@@ -83,6 +88,8 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
     else:
         other, obstacle = None, obstacle_of(contact.against.model_dump())
         gap, directions = obstacle.gap(placed), obstacle.direction(placed)
+        if contact.interface in slanting[contact.body]:
+            rows[own] = -parts[own].contact_rows(contact.interface, f"contact.{name}.interface", -directions)[1]
     allowed, deformed = INSIDE * float(np.abs(placed).max()), gap.copy()
     for row, part in zip(rows, parts, strict=True):
         deformed += 0.0 if row is None else row @ part.body.start[0]

@@ -24,6 +24,7 @@ from gudgeon.pipeline.nodal.sliding.weights import sliding_weights
 from gudgeon.pipeline.nodal.start import static_start
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.solver.obstacles import basic_surface, obstacle_of
+from gudgeon.solver.scene.oblique import oblique
 
 LINES = ("bar", "beam", "frame", "rigid")
 """Geometries with few contact points."""
@@ -118,7 +119,8 @@ def _solid(job: Job, name: str, field: np.ndarray) -> Part:
 
 def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalContact:
     contact = job.scene.contact[name]
-    points, rows = slave.contact_rows(contact.interface, f"contact.{name}.interface")
+    where = f"contact.{name}.interface"
+    points, rows = slave.contact_rows(contact.interface, where)
     placed = slave.placed(points.points)
     if name in job.scene.masters():
         assert master is not None
@@ -126,8 +128,10 @@ def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalCont
         obstacle = basic_surface(turned_chart(space.chart, master.rotation), master.position)
     else:
         surface, obstacle = None, obstacle_of(contact.against.model_dump())
-    stiffness = contact.surface_stiffness * points.areas
-    return NodalContact(-rows, obstacle.gap(placed), stiffness, obstacle.direction(placed), surface)
+    directions, stiffness = obstacle.direction(placed), contact.surface_stiffness * points.areas
+    if contact.interface in oblique(job.scene)[contact.body]:
+        rows = slave.contact_rows(contact.interface, where, -directions)[1]
+    return NodalContact(-rows, obstacle.gap(placed), stiffness, directions, surface)
 
 
 def _surface(job: Job, name: str, slave: Part, master: Part, placed: np.ndarray) -> tuple[SlidingSurface, SplineGrid]:

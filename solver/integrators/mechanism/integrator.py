@@ -30,7 +30,7 @@ from gudgeon.solver.integrators.mechanism.implicit.steps import ImplicitSteps
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.start import start_of
 from gudgeon.solver.integrators.mechanism.step import keep_angles, observe
-from gudgeon.solver.integrators.mechanism.stepping import Stepping
+from gudgeon.solver.integrators.mechanism.stepping import Stepping, breaks_in
 from gudgeon.solver.integrators.mechanism.steps import ExplicitSteps, Steps, Tried, Within
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
 from gudgeon.solver.integrators.mechanism.touching.sections import refuse_overlap
@@ -90,7 +90,8 @@ class Mechanism(Capabilities):
         self._methods = self._methods_of(fixed=fixed_step is not None)
         self._choice = Choice(self.model, self._methods)
         self._steps = self._choice.steps
-        self._stepping = Stepping(self._steps, self.work, self._duration, fixed=fixed_step)
+        breaks = breaks_in(self._given, [one.values for _, one in self._loads if one.values], self._duration)
+        self._stepping = Stepping(self._steps, self.work, self._duration, breaks, fixed=fixed_step)
         self._parts, self._target = self._shares(), 0.0
         self._vectors = np.zeros((n, 3))
         self._vectors, self._turned_at = self._turned(self._state), 0.0

@@ -1,7 +1,10 @@
 """The steps of a mechanism: their size by the estimated error, and how they pass singular positions."""
 
+from collections.abc import Callable, Iterable
+
 import numpy as np
 
+from gudgeon.solver.forces.breaks import breaks_of, kinks_of
 from gudgeon.solver.integrators.mechanism.arrays import Work
 from gudgeon.solver.integrators.mechanism.steps import Steps, Tried
 
@@ -35,18 +38,37 @@ LEAPS = (1.0, 0.8, 1.25, 0.63, 1.6, 0.5, 0.37, 2.0, 0.27)
 """These sizes, over that of the last step elsewhere: stages that are not so near to the singular position serve."""
 
 
+Given = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""Drives (t, d, 3) and loads (t, l) at times [s], (t,)."""
+
+
+def breaks_in(given: Given, tables: Iterable[tuple[tuple[float, float], ...]], duration: float) -> np.ndarray:
+    """Return the times of a run at which steps end, ascending [s], (b,): for its drives and loads, and at the kinks of
+    the tables of loads."""
+
+    def read(times: np.ndarray) -> np.ndarray:
+        return np.hstack([one.reshape(len(times), -1) for one in given(times)])
+
+    if not read(np.zeros(1)).size:
+        return np.empty(0)
+    return np.unique(np.concatenate([breaks_of(read, duration), *(kinks_of(one, duration) for one in tables)]))
+
+
 class Stepping:
     """Chooses steps."""
 
-    def __init__(self, steps: Steps, work: Work, duration: float, *, fixed: float | None = None) -> None:
+    def __init__(
+        self, steps: Steps, work: Work, duration: float, breaks: np.ndarray, *, fixed: float | None = None
+    ) -> None:
         """Begin with a small step, or take steps of one size.
 
         Args:
             duration: Of the run [s].
-            fixed: Size of all steps [s].
+            breaks: Times within it at which steps end, ascending [s], (b,).
+            fixed: Size of all other steps [s].
         """
         self.steps, self._work = steps, work
-        self._duration, self._fixed = duration, fixed
+        self._duration, self._fixed, self._ends = duration, fixed, np.append(breaks, duration)
         self._next = FIRST * duration if fixed is None else fixed
         self._regular = self._next
         self._former, self._usual = LEAST_ERROR, 0.0
@@ -57,11 +79,12 @@ class Stepping:
 
     def take(self, state: np.ndarray, time: float) -> Tried | None:
         """Return the next step from a state at a time [s]; None where none is short enough."""
-        rest, leapt, tries = self._duration - time, False, 0
+        rest, leapt, tries = self._rest(time), False, 0
         if self._fixed is None:
             if self.longest < self._shortest:
                 return None
             self._next = min(self._next, self.longest)
+        wanted = self._next
         while True:
             one = self._tried(state, time, self._fitted(self._next, rest))
             if self._fixed is not None:
@@ -79,6 +102,8 @@ class Stepping:
             if self._next < self._shortest:
                 return None
         self._next = one.h * min(1.0 if tries else MOST, self._growth(one.error))
+        if not tries and one.h < wanted:  # It was cut short, and says little about a longer one.
+            self._next = max(self._next, wanted)
         if self.near_singular(one) and self._next < self._shortest:
             return None  # Ever shorter steps towards a position that it cannot pass.
         if not self.near_singular(one):
@@ -113,6 +138,11 @@ class Stepping:
         self._former = max(error, LEAST_ERROR)
         return 1.0 if 1.0 <= found < self.steps.holds else min(MOST, found)
 
+    def _rest(self, time: float) -> float:
+        """Return how long a step may be at most from a time on [s]: to the next break, or the end of the run."""
+        at = int(np.searchsorted(self._ends, time + SHORTEST * self._duration))
+        return float(self._ends[min(at, len(self._ends) - 1)]) - time
+
     @property
     def _shortest(self) -> float:
         """Least step [s]."""
@@ -131,7 +161,7 @@ class Stepping:
 
     @staticmethod
     def _fitted(h: float, rest: float) -> float:
-        """Return a step that ends with the run where it would end just before or beyond [s]."""
+        """Return a step that ends where steps have to, where it would end just before or beyond [s]."""
         return rest if rest < 1.001 * h else h
 
     def _tried(self, state: np.ndarray, time: float, h: float) -> Tried:

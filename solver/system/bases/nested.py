@@ -21,6 +21,7 @@ import numpy as np
 from gudgeon.modaldb.records.modes import (
     SHAPE_ERRORS,
     GaugeModes,
+    InertiaCouplings,
     InterfaceModes,
     LoadModes,
     ModalRecord,
@@ -39,18 +40,21 @@ def nested(system: System, share: float = HALF) -> System | None:
     """Return a system with the lower part of each body's modes, by frequency; one at least.
 
     Static shapes and Ritz vectors that are no modes are left out too, unless a body has nothing else: a basis that
-    kept them would lack the same modes.
+    kept them would lack the same modes. Bodies that turn keep them where joints or forces act on an interface, which
+    move without R.
 
     Returns:
         None where no body has a coordinate to leave out.
     """
-    bodies, first = {}, 0
+    bodies, first, turns = {}, 0, system.scene.capabilities.turns
     for name, body in system.bodies.items():
-        bodies[name] = replace(body, modal=truncated(body.modal, share), first=first)
+        modal = truncated(body.modal, share, held=turns and bool(body.modal.loads))
+        bodies[name] = replace(body, modal=modal, first=first)
         first = bodies[name].elastic.stop
     if first == len(system.velocity):
         return None
-    return assembled(system.scene, bodies, system.terms, sag=_sag(system, share), fields=system.fields)
+    sag = None if turns else _sag(system, share)
+    return assembled(system.scene, bodies, system.terms, sag=sag, fields=system.fields, bores=system.bores)
 
 
 def _sag(system: System, share: float) -> np.ndarray:
@@ -64,25 +68,30 @@ def _sag(system: System, share: float) -> np.ndarray:
     return np.subtract(*gaps, out=np.zeros_like(gaps[0]), where=np.isfinite(gaps[0]))
 
 
-def _parted(modal: ModalRecord, share: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of the modes of lower frequency, in order, and those of the other coordinates."""
+def _parted(modal: ModalRecord, share: float, *, held: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of the modes of lower frequency, in order, and those of the other coordinates.
+
+    Args:
+        held: Whether coordinates that are no modes are kept.
+    """
     modes = modal.are_modes
     if not modes.any():
         modes = ~modes
     order = np.lexsort((modal.angular_frequencies, ~modes))
-    count = int(np.ceil(share * modes.sum()))
-    return np.sort(order[:count]), order[count:]
+    first, last = int(np.ceil(share * modes.sum())), int(modes.sum()) if held else len(modes)
+    return np.sort(np.concatenate([order[:first], order[last:]])), order[first:last]
 
 
-def truncated(modal: ModalRecord, share: float) -> ModalRecord:
+def truncated(modal: ModalRecord, share: float, *, held: bool = False) -> ModalRecord:
     """Return a modal record with the lower part of its modes; R answers for the other coordinates.
 
     Args:
         modal: With the fields that a scene reads.
         share: Of the number of modes; the number is rounded up.
+        held: Whether coordinates that are no modes are kept.
     """
     omega = modal.angular_frequencies
-    kept, dropped = _parted(modal, share)
+    kept, dropped = _parted(modal, share, held=held)
     places = {**modal.interfaces, **modal.tractions, **modal.loads}
     flexible = responses(places, modal, dropped)
     residual, gauges = modal.residual_flexibility, _fewer(modal.gauges, kept)
@@ -107,10 +116,11 @@ def restricted(modal: ModalRecord, kept: np.ndarray) -> ModalRecord:
         angular_frequencies=modal.angular_frequencies[kept],
         interfaces=_fewer(modal.interfaces, kept),
         tractions=_fewer(modal.tractions, kept),
-        loads=_fewer(modal.loads, kept),
+        loads={name: _fewer_shapes(load, kept) for name, load in _fewer(modal.loads, kept).items()},
         gauges=_fewer(modal.gauges, kept),
         participation=None if modal.participation is None else modal.participation[:, kept],
-        shapes=None, inertia_couplings=None, residuals=None, algebraic_errors=None, discretisation_errors=None,
+        inertia_couplings=None if modal.inertia_couplings is None else _fewer_couplings(modal.inertia_couplings, kept),
+        shapes=None, residuals=None, algebraic_errors=None, discretisation_errors=None,
         swap=None,
     )  # fmt: skip
 
@@ -124,6 +134,34 @@ def _fewer(places: Mapping[str, Rows], kept: np.ndarray) -> dict[str, Rows]:
             fewer = replace(fewer, tangential_rows=fewer.tangential_rows[:, :, kept])
         found[name] = fewer
     return found
+
+
+def _fewer_shapes(load: LoadModes, kept: np.ndarray) -> LoadModes:
+    """Return a load whose stress stiffens some of the shapes, and the rotations after them."""
+    if (found := load.stress_stiffness) is None:
+        return load
+    return replace(load, stress_stiffness=_with_rotations(found, kept))
+
+
+def _with_rotations(stiffness: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return the last two axes of a stiffness (..., m + 3, m + 3) of some of the shapes and of all rotations."""
+    m = stiffness.shape[-1] - 3
+    those = np.concatenate([kept, np.arange(m, m + 3)])
+    return stiffness[..., those[:, None], those]
+
+
+def _fewer_couplings(couplings: InertiaCouplings, kept: np.ndarray) -> InertiaCouplings:
+    """Return the tensors of a floating frame of some of the shapes."""
+    one, both = couplings.position_moments, couplings.shape_moments
+    stiffness = couplings.centrifugal_stiffness
+    return replace(
+        couplings,
+        translation=couplings.translation[:, kept], rotation=couplings.rotation[:, kept],
+        rotation_gradient=couplings.rotation_gradient[:, kept[:, None], kept],
+        position_moments=None if one is None else one[:, :, kept],
+        shape_moments=None if both is None else both[:, :, kept[:, None], kept],
+        centrifugal_stiffness=None if stiffness is None else _with_rotations(stiffness, kept),
+    )  # fmt: skip
 
 
 def responses(places: Mapping[str, Rows], modal: ModalRecord, columns: np.ndarray) -> np.ndarray:

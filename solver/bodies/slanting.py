@@ -1,0 +1,103 @@
+"""Bodies whose interfaces are pressed at a slant: the rows of their contact points along the obstacle's direction.
+
+The record has the rows of each point along its outward normal n and two tangents. With F these three unit vectors and
+F' those of which the first is against the direction d of the obstacle's force, in rows,
+
+  B' = F' Fᵀ B,   R' = F' Fᵀ R F F'ᵀ,   F'₁ = −d,
+
+for the rows B of the elastic coordinates, and R and the columns of gauges alike.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.obstacles import basic_surface
+from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
+from gudgeon.solver.scene.scene import Scene
+
+FACING = 0.99
+"""Least cosine between a surface's normal and the direction to its obstacle."""
+ALIKE = 1e-9
+"""Largest difference of directions that are the same."""
+
+
+def along_obstacles(scene: Scene, bodies: Mapping[str, FlexibleBody]) -> dict[str, FlexibleBody]:
+    """Return bodies with rows along the directions of what their interfaces meet, where their records have tangents.
+
+    Points that do not face an obstacle keep their rows: the contact refuses them.
+
+    Raises:
+        SceneError: an interface meets obstacles of two directions.
+    """
+    found = dict(bodies)
+    if scene.capabilities.turns:
+        return found
+    for name, contact in scene.contact.items():
+        for body, interface, directions in _met(scene, contact, bodies):
+            one = found[body]
+            if one.modal.interfaces[interface].tangential_rows is None:
+                continue
+            if (np.einsum("ci,ci->c", directions, one.modal.interfaces[interface].normals) < FACING).any():
+                continue
+            if (known := one.pressed.get(interface)) is not None:
+                if np.abs(known[:, 0] - directions).max(initial=0.0) > ALIKE:
+                    raise SceneError(
+                        f"contact.{name}: interface '{interface}' of body '{body}' meets obstacles of two directions;"
+                        " give each contact an interface of its own on the same surface"
+                    )
+            elif np.abs(directions - one.contact_frame(interface)[:, 0]).max(initial=0.0) > ALIKE:
+                found[body] = _pressed(one, interface, directions)
+    return found
+
+
+def _met(scene: Scene, contact: Contact, bodies: Mapping[str, FlexibleBody]) -> list[tuple[str, str, np.ndarray]]:
+    """Return body, interface, and unit vectors to the obstacle, (c, 3), of each side of a contact with points."""
+    own, against = bodies[contact.body].modal.interfaces.get(contact.interface), contact.against
+    if own is None or not len(own.normals):
+        return []
+    if isinstance(against, OtherBody):
+        far = bodies[against.body].modal.interfaces.get(against.interface)
+        # Forces act along the normals of the first side: of one direction, if its face is flat.
+        if far is None or not len(far.normals) or np.ptp(own.normals, axis=0).max() > ALIKE:
+            return []
+        return [(against.body, against.interface, np.tile(-own.normals[0], (len(far.normals), 1)))]
+    placed = bodies[contact.body].morph.points[contact.interface] + np.asarray(scene.body[contact.body].position)
+    if isinstance(against, MasterSurface):
+        space = bodies[against.body].modal.tractions.get(against.interface)
+        if space is None or space.chart["kind"] == "patch":
+            return []
+        against = basic_surface(space.chart, np.asarray(scene.body[against.body].position))
+    return [(contact.body, contact.interface, -against.direction(placed))]
+
+
+def _pressed(body: FlexibleBody, interface: str, normals: np.ndarray) -> FlexibleBody:
+    """Return a body with rows of an interface along other unit vectors, (c, 3), and tangents across them."""
+    modal, frame, rows = body.modal, body.contact_frame(interface), body.contact_rows(interface)
+    first = frame[:, 1] - np.einsum("ci,ci->c", frame[:, 1], normals)[:, None] * normals
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    new = np.stack([normals, first, np.cross(normals, first)], axis=1)
+    turn = np.einsum("cai,cbi->cab", new, frame)
+    turned, places = np.einsum("cab,cbm->cam", turn, rows), body.contact_places(interface).reshape(-1, 3)
+    R = modal.residual_flexibility
+    if R is not None:
+        R = R.copy()
+        R[places] = np.einsum("cab,cbk->cak", turn, R[places])
+        R[:, places] = np.einsum("cab,kcb->kca", turn, R[:, places])
+    gauges = dict(modal.gauges)
+    for name, gauge in gauges.items():
+        if gauge.residual.shape[1]:
+            columns = gauge.residual.copy()
+            columns[:, places] = np.einsum("cab,kcb->kca", turn, columns[:, places])
+            gauges[name] = replace(gauge, residual=columns)
+    item = replace(modal.interfaces[interface], rows=turned[:, 0], tangential_rows=turned[:, 1:])
+    return replace(
+        body,
+        modal=replace(
+            modal, interfaces=modal.interfaces | {interface: item}, residual_flexibility=R, gauges=gauges
+        ),
+        pressed={**body.pressed, interface: new},
+    )  # fmt: skip
