@@ -20,44 +20,81 @@ APART = 4
 """Intervals between two points of one span at most."""
 MOST_ROWS = 5000
 """Rows of a table at whose kinks steps end at most."""
+NARROWER = 26
+"""Grids on which a kink or a jump is looked for, each a quarter of the one before."""
+RESOLVED = 1e-12
+"""Second difference of a function over its range that is above round-off."""
+SMOOTHER = 0.05
+"""Least second difference of a kink over that of one which decreases as the spacing."""
+JUMP = 1e-6
+"""Least change at a jump over the range of a function."""
 KINK = 1e-6
 """Deviation of a row from the line through its neighbours, over the range of the table, that is a kink."""
 
 
 def breaks_of(read: Callable[[np.ndarray], np.ndarray], duration: float) -> np.ndarray:
-    """Return the times at which steps should end, ascending (b,) [s].
+    """Return the times at which steps should end, and where the next ones begin, (b, 2) [s], ascending.
+
+    The two differ, by round-off, where a function jumps, which may have any value there.
 
     Args:
         read: Values of functions at times, (t,) → (t, k).
         duration: Of the run [s].
     """
     values = read(np.linspace(0.0, duration, FINEST + 1)).reshape(FINEST + 1, -1)
-    found = [np.empty(0)]
+    size = np.ptp(values, axis=0)
+    size[size == 0] = np.inf
+    found, sharp = list[np.ndarray](), np.empty((0, 2))
     for grid in range(GRIDS):
         every = COARSER**grid
-        here, spacing = values[::every], duration * every / FINEST
-        size = np.ptp(values, axis=0)
-        bent = np.abs(np.diff(here, 2, axis=0)) > NOTICED * np.where(size > 0, size, np.inf)
+        spacing = duration * every / FINEST
+        bent = np.abs(np.diff(values[::every], 2, axis=0)) > NOTICED * size
         at = 1 + np.flatnonzero(bent.any(axis=1))
-        if len(at):
-            gaps = np.diff(at) > APART
-            first, last = at[np.append(True, gaps)], at[np.append(gaps, True)]
-            found.append(spacing * np.concatenate([first - 1, last + 1]))
-    return _within(found, duration)
+        if not len(at):
+            continue
+        gaps = np.diff(at) > APART
+        first, last = at[np.append(True, gaps)], at[np.append(gaps, True)]
+        found.append(np.repeat(spacing * np.concatenate([first - 1, last + 1])[:, None], 2, axis=1))
+        if grid == 0 and len(at) <= MOST_ROWS:
+            sharp = _sharp(lambda times: read(times).reshape(len(times), -1) / size, spacing * at, spacing)
+    return within([*found, sharp], duration)
+
+
+def _sharp(read: Callable[[np.ndarray], np.ndarray], at: np.ndarray, spacing: float) -> np.ndarray:
+    """Return the kinks and jumps of functions of range 1 about some times, (n,), each between two times, (b, 2) [s].
+
+    The place of the largest second difference is looked for on ever finer grids. From one to the next it decreases as
+    the spacing at a kink, not at all at a jump, and as its square where a function is smooth.
+    """
+    half, begun, last = np.full(len(at), spacing), np.zeros(len(at)), np.zeros(len(at))
+    kink, round_off = np.full(len(at), True), 8 * np.spacing(float(at.max()) + spacing)
+    for number in range(NARROWER):
+        times = at[:, None] + half[:, None] * np.linspace(-1.0, 1.0, 9)
+        bent = np.abs(np.diff(read(times.ravel()).reshape(len(at), 9, -1), 2, axis=1)).max(axis=2)
+        place, now = bent.argmax(axis=1), bent.max(axis=1)
+        begun = now if number == 0 else begun
+        clear = (now > RESOLVED) & (half > round_off)
+        kink &= ~clear | (now > SMOOTHER * begun * 4.0**-number)
+        at = np.where(clear, times[np.arange(len(at)), 1 + place], at)
+        half, last = np.where(clear, 0.25 * half, half), np.where(clear, now, last)
+    jump = kink & (last > JUMP)
+    at, half = at[kink], np.where(jump, 4 * half + round_off, 0.0)[kink]
+    return np.column_stack([at - half, at + half])
 
 
 def kinks_of(values: Iterable[tuple[float, float]], duration: float) -> np.ndarray:
-    """Return the times of the rows of a table that is linear between them at which it has a kink, (b,) [s]."""
+    """Return the times of the rows of a table that is linear between them at which it has a kink, (b, 2) [s]."""
     times, amounts = np.array(list(values), float).T
     size = float(np.ptp(amounts))
     if len(times) < 3 or len(times) > MOST_ROWS or size == 0:
-        return np.empty(0)
+        return np.empty((0, 2))
     share = (times[1:-1] - times[:-2]) / (times[2:] - times[:-2])
     line = amounts[:-2] + share * (amounts[2:] - amounts[:-2])
-    return _within([times[1:-1][np.abs(amounts[1:-1] - line) > KINK * size]], duration)
+    kinks = times[1:-1][np.abs(amounts[1:-1] - line) > KINK * size]
+    return within([np.column_stack([kinks, kinks])], duration)
 
 
-def _within(times: list[np.ndarray], duration: float) -> np.ndarray:
-    """Return times inside of a run, ascending, each once."""
-    found = np.unique(np.concatenate(times))
-    return found[(found > 0) & (found < duration)]
+def within(times: Iterable[np.ndarray], duration: float) -> np.ndarray:
+    """Return those of some pairs of times that are inside of a run, ascending and each once, (b, 2) [s]."""
+    found = np.unique(np.concatenate([np.empty((0, 2)), *times]), axis=0)
+    return found[(found[:, 0] > 0) & (found[:, 1] < duration)]

@@ -265,7 +265,7 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     yield Term("gauges", body, read, reason, tuple(f"modes:gauges/{name}/rows" for name in settings.gauges))
     if read and scene.capabilities.turns:
         answers = [f"modes:gauges/{name}/{part}" for name in settings.gauges for part in ("residual", "centrifugal")]
-        reason = "rotation and the forces of joints, loads and springs act on it"
+        reason = "rotation and the forces of joints, loads, springs and obstacles act on it"
         if not stock.elastic:
             reason = "a rigid body does not deform"
         yield Term("gauges' quasi-static part", body, stock.elastic, reason, tuple(answers))

@@ -85,8 +85,10 @@ class Recorder:
     def static_gauges(self, amounts: np.ndarray) -> np.ndarray:
         """Return what the modes lack of the gauges at the last samples, (s, G), with loads (s, l)."""
         last = self.samples[len(self.samples) - len(amounts) :]
-        every = _readings(last)
-        return self._statics.values(_states_of(last, every, 0.0), every.holds, amounts)
+        every, forces = _readings(last), np.array([one.pressed for one in last])
+        contacts = zip(self._linkage.system.contacts, self._touching.tracks, strict=True)
+        pressed = {one.name: forces[:, track.sections] for one, track in contacts}
+        return self._statics.values(_states_of(last, every, 0.0), every.holds, amounts, pressed)
 
     def found(self, interval: float, notes: list[str], end: tuple[np.ndarray, float], count: int) -> LinkageHistories:
         """Return the histories of the first samples.

@@ -83,7 +83,7 @@ class Mechanism(Capabilities):
         self._duration = system.scene.run.duration
         self._size, n = reach_of(self.linkage), len(self.model.mass)
         self._before, self._time, self._state = 0.0, 0.0, self.start.state.copy()
-        self._end, self._until = self._state, 0.0
+        self._end, self._until, self._jumps = self._state, 0.0, False
         self._rows = [_to_coordinates(body) for body in system.bodies.values()]
         self._keep_angles, self._observe = Prepared(keep_angles), Prepared(observe)
         self._within: Within = lambda x: self._state
@@ -284,7 +284,7 @@ class Mechanism(Capabilities):
         """Set the interpolation of a step from the present state, if a sample or an event may be within it; False where
         it overflows, of a given step that is too long."""
         self._before, self._end = self._time, one.state
-        self._until = self._duration if self._time + one.h >= self._duration else self._time + one.h
+        self._until, self._jumps = self._stepping.end(self._time + one.h)
         if not self.touching and self._target > self._until:
             return True
         self._within = self._steps.within(one, self._state)
@@ -304,7 +304,7 @@ class Mechanism(Capabilities):
         if self._fastest[1] > 0:
             self._stepping.longest = LONGEST / self._fastest[1]
         self._steps.accept(one)
-        if self._choice.note(one, self._stepping.rejected, singular=near):
+        if self._choice.note(one, self._stepping.rejected, singular=near) or self._jumps:
             self._steps = self._stepping.steps = self._choice.steps
             self._steps.restart(self._state, self._time)
 

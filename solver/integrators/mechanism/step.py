@@ -185,7 +185,8 @@ def step(model, work, course, y, h, out):  # type: ignore[no-untyped-def]
     third = _error(model, work, course, table.third, h)
     if fifth == 0.0:
         return 0.0, left
-    return fifth * fifth / np.sqrt(fifth * fifth + 0.01 * third * third), left
+    share = third / fifth  # Squares of either may underflow.
+    return fifth / np.sqrt(1.0 + 0.01 * share * share), left
 
 
 @entry

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from gudgeon.solver.forces.breaks import breaks_of, kinks_of
+from gudgeon.solver.forces.breaks import breaks_of, kinks_of, within
 from gudgeon.solver.integrators.mechanism.arrays import Work
 from gudgeon.solver.integrators.mechanism.steps import Steps, Tried
 
@@ -43,15 +43,15 @@ Given = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def breaks_in(given: Given, tables: Iterable[tuple[tuple[float, float], ...]], duration: float) -> np.ndarray:
-    """Return the times of a run at which steps end, ascending [s], (b,): for its drives and loads, and at the kinks of
-    the tables of loads."""
+    """Return the times of a run at which steps end and the next begin, (b, 2) [s]: for its drives and loads, and at the
+    kinks of the tables of loads."""
 
     def read(times: np.ndarray) -> np.ndarray:
         return np.hstack([one.reshape(len(times), -1) for one in given(times)])
 
     if not read(np.zeros(1)).size:
-        return np.empty(0)
-    return np.unique(np.concatenate([breaks_of(read, duration), *(kinks_of(one, duration) for one in tables)]))
+        return np.empty((0, 2))
+    return within([breaks_of(read, duration), *(kinks_of(one, duration) for one in tables)], duration)
 
 
 class Stepping:
@@ -64,11 +64,11 @@ class Stepping:
 
         Args:
             duration: Of the run [s].
-            breaks: Times within it at which steps end, ascending [s], (b,).
+            breaks: Times within it at which steps end, and where the next ones begin, ascending [s], (b, 2).
             fixed: Size of all other steps [s].
         """
         self.steps, self._work = steps, work
-        self._duration, self._fixed, self._ends = duration, fixed, np.append(breaks, duration)
+        self._duration, self._fixed, self._ends = duration, fixed, np.vstack([breaks, [duration, duration]])
         self._next = FIRST * duration if fixed is None else fixed
         self._regular = self._next
         self._former, self._usual = LEAST_ERROR, 0.0
@@ -140,8 +140,17 @@ class Stepping:
 
     def _rest(self, time: float) -> float:
         """Return how long a step may be at most from a time on [s]: to the next break, or the end of the run."""
-        at = int(np.searchsorted(self._ends, time + SHORTEST * self._duration))
-        return float(self._ends[min(at, len(self._ends) - 1)]) - time
+        ends = self._ends[:, 0]
+        at = int(np.searchsorted(ends, time + SHORTEST * self._duration))
+        return float(ends[min(at, len(ends) - 1)]) - time
+
+    def end(self, time: float) -> tuple[float, bool]:
+        """Return when the next step begins after one that ends at a time [s], and whether something jumps between."""
+        near = SHORTEST * SHORTEST * self._duration + 4 * np.spacing(time)
+        at = int(np.searchsorted(self._ends[:, 0], time - near))
+        if at == len(self._ends) or self._ends[at, 0] > time + near:
+            return time, False
+        return float(self._ends[at, 1]), bool(self._ends[at, 1] > self._ends[at, 0])
 
     @property
     def _shortest(self) -> float:

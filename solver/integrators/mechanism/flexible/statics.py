@@ -4,16 +4,21 @@ The load by a rotation ω is ρ C x with C = ω² 1 − ω ωᵀ. The inertia of
 forces, and is part of the answer to them. What is left out varies slowly beside the modes that are left out.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.integrators.mechanism.arrays import SPIN, TURN, Model
+from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPIN, TURN, Model
 from gudgeon.solver.integrators.mechanism.build import Linkage
 from gudgeon.solver.integrators.mechanism.energy import bodies_of
 from gudgeon.solver.integrators.mechanism.flexible.acting import forces_of_elements, forces_of_joints
 from gudgeon.solver.integrators.mechanism.probes import States
 from gudgeon.solver.integrators.mechanism.rotation import matrices
+from gudgeon.solver.obstacles import Plane
+from gudgeon.solver.obstacles.bore import Bore
 
 
 def squares_of(model: Model, states: np.ndarray, b: int) -> np.ndarray:
@@ -45,12 +50,15 @@ class Statics:
                 )
             self._bodies.append((name, b))
 
-    def values(self, states: States, holds: np.ndarray, amounts: np.ndarray) -> np.ndarray:
+    def values(
+        self, states: States, holds: np.ndarray, amounts: np.ndarray, pressed: Mapping[str, np.ndarray]
+    ) -> np.ndarray:
         """Return what all gauges of the system lack at states, (s, G).
 
         Args:
             holds: As `Reading.holds`, (s, J, 6).
             amounts: Of the loads, (s, l).
+            pressed: Forces on the points of each contact [N], (s, c).
         """
         system = self._linkage.system
         found, owners = (
@@ -66,15 +74,36 @@ class Statics:
             acting = forces_of_joints(*given, holds, name) + forces_of_elements(*given, amounts, name)
             for interface, forces in acting:
                 found[:, columns] += forces @ _residual(body, interface).T
+            for contact in system.contacts:
+                if contact.body == name:
+                    found[:, columns] += self._touched(states, b, contact, pressed[contact.name])
         return found
+
+    def _touched(self, states: States, b: int, contact: ContactRows, forces: np.ndarray) -> np.ndarray:
+        """Return what the gauges of a body lack of the forces of a plane or a bore on its points, (s, G)."""
+        system = self._linkage.system
+        body, obstacle = system.bodies[contact.body], system.scene.contact[contact.name].against
+        if not isinstance(obstacle, Plane | Bore) or not forces.any():
+            return np.zeros((len(forces), sum(len(gauge.rows) for gauge in body.modal.gauges.values())))
+        at = bodies_of(self._model, states.samples)[:, b]
+        turn, arms = matrices(at[:, TURN : TURN + 4]), contact.points - body.morph.centre
+        places = at[:, None, PLACE : PLACE + 3] + np.einsum("sij,cj->sci", turn, arms)
+        directions = obstacle.direction(places.reshape(-1, 3)).reshape(places.shape)
+        pushed = forces[:, :, None] * np.einsum("sij,sci->scj", turn, directions)
+        along = np.einsum("scj,caj->sca", pushed, body.contact_frame(contact.interface))
+        return along.reshape(len(forces), -1) @ _columns(body, body.contact_places(contact.interface)).T
 
 
 def _residual(body: FlexibleBody, interface: str) -> np.ndarray:
     """Return what the gauges of a body lack per force at an interface, (G, k); zero where the record has no R."""
-    rows = slice(*body.modal.interface_rows[interface])
-    size = len(body.modal.loads[interface].rows)
+    first, _ = body.modal.interface_rows[interface]
+    return _columns(body, first + np.arange(len(body.modal.loads[interface].rows)))
+
+
+def _columns(body: FlexibleBody, rows: np.ndarray) -> np.ndarray:
+    """Return what the gauges of a body lack per force of rows of R, (G, k); zero of those that have no part of R."""
     parts = [
-        gauge.residual[:, rows] if gauge.residual.shape[1] else np.zeros((len(gauge.rows), size))
+        gauge.residual[:, rows] if gauge.residual.shape[1] else np.zeros((len(gauge.rows), len(rows)))
         for gauge in body.modal.gauges.values()
     ]
     return np.concatenate(parts)
