@@ -36,8 +36,8 @@ class Result(Enum):
         " shorten run.duration, increase run.accuracy, or set run.step, whose error is then estimated, not limited"
     )
     ENERGY = (
-        "the energy error exceeds 5 % of the energy exchanged in contact; reduce the step where the integrator has"
-        " one, or set run.accuracy"
+        "the energy error exceeds 5 % of the energy exchanged, in contacts where there are; reduce the step where it"
+        " has one, or set run.accuracy"
     )
     SURFACE_LEFT = (
         "points left the sliding surface that they pressed, and the energy of what they pressed in was lost; widen"

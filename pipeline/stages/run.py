@@ -358,10 +358,7 @@ def _energy_notes(job: Job, summary: dict[str, Any]) -> list[str]:
     way = "reduce run.step" if run.step is not None else "reduce run.accuracy"
     if run.step is None and not run.checks and not INTEGRATORS[name].own_steps:
         way = "set run.checks = true, so that the step is controlled, or a smaller run.step"
-    return [
-        f"the energy balance has an error of {drift:.2%} of the energy exchanged in contact (integrator '{name}');"
-        f" {way}"
-    ]
+    return [f"the energy balance has an error of {drift:.2%} of the energy exchanged (integrator '{name}'); {way}"]
 
 
 def _gap_notes(job: Job, quantities: dict[str, Any]) -> list[str]:

@@ -47,6 +47,12 @@ class Gear(Strict):
         return -self.ratio if self.meshing == "external" else self.ratio
 
 
+BETWEEN = np.linspace(0.0, 1.0, 9)
+"""Places between two rows of a table at which its spline is read."""
+OVERSHOT = 0.25
+"""How far the spline of a table leaves the range of its rows, over that range, from which on it is said."""
+
+
 class Driven(Amount):
     """The angle or displacement of a joint, given over time, in addition to what it is at the start."""
 
@@ -87,6 +93,25 @@ class Driven(Amount):
         spline = _spline(tuple(self.values))
         inside = np.clip(times, spline.x[0], spline.x[-1])
         return np.column_stack([spline(inside, order) for order in range(3)])
+
+    def overshoot(self, duration: float) -> str | None:
+        """Return where the spline of a table leaves the range of its rows in a run [s] by much; None where not."""
+        if not self.values:
+            return None
+        (first, last), given = (0.0, duration), np.array(self.values, float)[:, 1]
+        low, high = float(given.min()), float(given.max())
+        knots = np.array(self.values, float)[:, 0]
+        times = np.unique(np.clip((knots[:-1, None] + np.diff(knots)[:, None] * BETWEEN).ravel(), first, last))
+        found = _spline(tuple(self.values))(times)
+        beyond = np.maximum(found - high, low - found)
+        most = int(beyond.argmax())
+        if beyond[most] <= OVERSHOT * (high - low):
+            return None
+        return (
+            f"values: the cubic spline through its rows, which lie between {low:.6g} and {high:.6g}, reaches"
+            f" {found[most]:.6g} at {times[most]:.6g} s; give rows as close together around a change as within it, or"
+            " an expression"
+        )
 
     def _course(self, times: np.ndarray) -> np.ndarray:
         assert self.expression is not None

@@ -339,7 +339,14 @@ def _law(found: Linkage, ends: tuple[Point, Point], spring) -> tuple[float, floa
     length = spring.length
     if length is None:
         length = float(np.linalg.norm(found.place(ends[1]) - found.place(ends[0]))) - spring.stretch
-    return stiffness, spring.damping, length - (spring.preload / stiffness if stiffness else 0.0)
+    free = length - (spring.preload / stiffness if stiffness else 0.0)
+    if free != 0 and np.array_equal(found.place(ends[0]), found.place(ends[1])):
+        (name,) = (key for key, one in found.system.scene.point_springs().items() if one is spring)
+        raise SceneError(
+            f"force.{name}: its ends are at one place at the start, where the force of a spring without force at"
+            f" {free:.6g} m has no direction; move body.{spring.body}.position, or an end"
+        )
+    return stiffness, spring.damping, free
 
 
 def reach_of(found: Linkage) -> float:

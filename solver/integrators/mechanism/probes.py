@@ -87,7 +87,8 @@ def spring_pulls(model: Model, states: States, number: int) -> np.ndarray:
     ends = np.array([one.springs[number] for one in states.motions])
     apart, speed = ends[:, 1, 0] - ends[:, 0, 0], ends[:, 1, 1] - ends[:, 0, 1]
     size = np.linalg.norm(apart, axis=1)
-    rate = (speed * apart).sum(axis=1) / size
+    along = (speed * apart).sum(axis=1)
+    rate = np.divide(along, size, out=np.zeros_like(size), where=size > 0)  # Where its ends meet, it has no line.
     return stiffness * (size - length) + damping * rate
 
 

@@ -25,6 +25,7 @@ from gudgeon.solver.integrators.mechanism.constraints.dependence import (
 from gudgeon.solver.integrators.mechanism.energy import inertia_factor, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.step import close, keep_angles, match, observe
+from gudgeon.solver.joints.coupled import Driven
 
 ASSEMBLED = 1e-12
 """Violation over the size of the scene up to which a mechanism is closed."""
@@ -75,7 +76,12 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     if model.elastic[:, 0].any() and not _closes(_stiff(model), work, state, given):
         state[:] = placed
     _assemble(found, model, work, state, given)
-    notes = [*_moved(found, placed, state, size), *_deformed(found, model, state, size)]
+    notes = [
+        *_overshot(found),
+        *_damped(found),
+        *_moved(found, placed, state, size),
+        *_deformed(found, model, state, size),
+    ]
     keep_angles(model, work, state)
     rank = _check_rows(found, model, work, state, given)
     work.within[0] &= rank == len(model.row_terms)
@@ -212,6 +218,14 @@ def _closes(model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> b
         if left <= ASSEMBLED:
             return True
     return False
+
+
+def _overshot(found: Linkage) -> list[str]:
+    """Return a sentence for each joint that is driven by a table whose spline leaves the range of its rows."""
+    scene = found.system.scene
+    drives = {name: one for name, one in scene.joint.items() if isinstance(one, Driven)}
+    texts = {name: one.overshoot(scene.run.duration) for name, one in drives.items()}
+    return [f"joint.{name}.{text}" for name, text in texts.items() if text is not None]
 
 
 def _moved(found: Linkage, placed: np.ndarray, state: np.ndarray, size: float) -> list[str]:

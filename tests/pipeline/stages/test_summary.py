@@ -65,9 +65,9 @@ def test_references_come_first_and_round_off_is_not_printed(tmp_path: Path) -> N
     [
         ({"energy_drift": 9.9e-4}, {}, None),
         ({"energy_drift": 1.1e-3, "result": "ENERGY"}, {}, None),
-        ({"energy_drift": 1.1e-3}, {}, "an error of 0.11% of the energy exchanged in contact (integrator 'implicit');"
+        ({"energy_drift": 1.1e-3}, {}, "an error of 0.11% of the energy exchanged (integrator 'implicit');"
          " reduce run.accuracy"),
-        ({"energy_drift": 0.04}, {"step": 1e-6}, "4.00% of the energy exchanged in contact (integrator 'implicit');"
+        ({"energy_drift": 0.04}, {"step": 1e-6}, "4.00% of the energy exchanged (integrator 'implicit');"
          " reduce run.step"),
         ({"energy_drift": 0.04}, {"checks": False}, "set run.checks = true"),
     ],

@@ -61,7 +61,8 @@ def forces_of_elements(
             found.append(Pushed(interface, amounts[:, number, None] * model.load[number]))
     for number, (name, spring) in enumerate(scene.point_springs().items()):
         apart = np.array([one.springs[number, 1, 0] - one.springs[number, 0, 0] for one in states.motions])
-        line = apart / np.linalg.norm(apart, axis=1, keepdims=True)
+        size = np.linalg.norm(apart, axis=1, keepdims=True)
+        line = np.divide(apart, size, out=np.zeros_like(apart), where=size > 0)
         wrenches = np.hstack([-spring_pulls(model, states, number)[:, None] * line, np.zeros_like(line)])
         ends = linkage.ends(spring, f"force.{name}")
         found += _pushes(linkage, model, states, (_sides(spring), ends), wrenches, body)
