@@ -78,7 +78,6 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     _assemble(found, model, work, state, given)
     notes = [
         *_overshot(found),
-        *_damped(found),
         *_moved(found, placed, state, size),
         *_deformed(found, model, state, size),
     ]
