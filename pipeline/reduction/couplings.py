@@ -92,6 +92,26 @@ def centrifugal_loads(model: FEModel, component: Component) -> np.ndarray:
     return np.column_stack([_centrifugal(model, i, j) for i, j in PAIRS])
 
 
+def centrifugal_fields(model: FEModel) -> np.ndarray:
+    """Return the fields x_i e_j + x_j e_i, x from the centre of mass, of each of `PAIRS` over the dofs of beams [m],
+    (dofs, 6): at the nodes, with the rotations by which they are linear along the elements there."""
+    arm, ends = model.nodes - model.properties.centre, model.mesh.cells[:, :2]
+    along = model.nodes[ends[:, 1]] - model.nodes[ends[:, 0]]
+    along = along / np.linalg.norm(along, axis=1, keepdims=True)
+    axes, count = np.zeros_like(arm), np.bincount(ends.ravel(), minlength=len(arm))
+    for side in range(2):
+        np.add.at(axes, ends[:, side], along)
+    axes /= np.maximum(count, 1)[:, None]
+    found = []
+    for i, j in PAIRS:
+        A = np.zeros((3, 3))
+        A[i, j] += 1.0
+        A[j, i] += 1.0
+        turned = np.cross(axes, axes @ A)
+        found.append(((arm @ A) @ model.directions.T + turned @ model.rotations.T).ravel())
+    return np.column_stack(found)
+
+
 def per_square(answers: np.ndarray) -> np.ndarray:
     """Return answers to each of `PAIRS`, (…, 6), as those T to the load ρ C x, Σ C_ij T_ij of a symmetric C,
     (…, 3, 3)."""

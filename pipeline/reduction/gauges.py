@@ -10,7 +10,7 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.interfaces.gauges import gauge_nodes
 from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.static import BLOCK
-from gudgeon.pipeline.reduction.couplings import per_square
+from gudgeon.pipeline.reduction.couplings import centrifugal_fields, per_square
 from gudgeon.pipeline.reduction.methods.reduction import Reduction
 from gudgeon.pipeline.scenes.component import Component
 
@@ -56,7 +56,9 @@ def gauge_modes(
         F = sparse.csr_matrix((model.M @ unit).T)
         weights = _lacking(S, model, F, own) + _beside(gauges, model, F, unit)
     if turning is not None:
-        centrifugal = per_square(_lacking(S, model, sparse.csr_matrix(turning.T), own))
+        F = sparse.csr_matrix(turning.T)
+        field = centrifugal_fields(model) if gauges.loads else 0.0
+        centrifugal = per_square(_lacking(S, model, F, own) + _beside(gauges, model, F, field))
     found, first = {}, 0
     for name, lines in gauges.values.items():
         gauge, here = component.gauge[name], slice(first, first + lines.shape[0])

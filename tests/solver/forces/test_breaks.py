@@ -1,0 +1,54 @@
+"""Where steps should end: pulses of any width, kinks and jumps, and functions that need none."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from gudgeon.solver.forces.breaks import FINEST, breaks_of, kinks_of
+
+DURATION = 10.0
+Function = Callable[[np.ndarray], np.ndarray]
+
+
+def found(function: Function) -> np.ndarray:
+    return breaks_of(lambda times: function(times)[:, None], DURATION)
+
+
+@pytest.mark.parametrize("width", [2e-4, 1e-3, 1e-2, 0.1, 0.5])
+def test_steps_end_before_and_after_a_pulse(width: float) -> None:
+    """Between two of them there is more than one part of it: 4 widths hold 0.9999 of a Gaussian."""
+    begins = np.concatenate([[0.0], found(lambda t: np.exp(-(((t - 3.7) / width) ** 2)))[:, 1], [DURATION]])
+    inside = (begins[1:] > 3.7 - 4 * width) & (begins[:-1] < 3.7 + 4 * width)
+    assert np.diff(begins)[inside].min() < 12 * width
+
+
+def test_a_jump_lies_between_the_end_of_a_step_and_the_next() -> None:
+    pairs = found(lambda t: 10.0 * ((t >= np.pi) * 1.0 - (t >= np.e)))
+    apart = pairs[pairs[:, 1] > pairs[:, 0]]
+    assert len(apart) == 2
+    for (before, after), at in zip(apart, (np.e, np.pi), strict=True):
+        assert before < at <= after
+        assert after - before < 1e-12
+
+
+def test_a_kink_is_found_to_round_off() -> None:
+    places = found(lambda t: np.maximum(0.0, 1.0 - np.abs((t - np.pi) / 5e-4)))[:, 0]
+    for at in (np.pi - 5e-4, np.pi, np.pi + 5e-4):
+        assert np.abs(places - at).min() < 1e-9
+
+
+@pytest.mark.parametrize("function", [np.zeros_like, np.ones_like, lambda t: 3.0 * t - 1.0, lambda t: t**2])
+def test_what_is_even_has_none(function: Function) -> None:
+    assert not len(found(function))
+
+
+def test_an_oscillation_has_few() -> None:
+    """200 periods, which take some thousand steps, add less than two a period."""
+    assert len(found(lambda t: np.sin(2 * np.pi * 20 * t))) < 400
+
+
+def test_rows_of_a_table_that_lie_on_a_line_are_none() -> None:
+    rows = [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (2.0 + 0.1 * DURATION / FINEST, 9.0), (3.0, 9.0), (10.0, 9.0)]
+    assert kinks_of(rows, DURATION)[:, 0].tolist() == [2.0, rows[3][0]]
+    assert not len(kinks_of([(0.0, 1.0), (10.0, 1.0)], DURATION))
