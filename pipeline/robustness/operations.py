@@ -40,7 +40,7 @@ def _in_equal_steps(subject: Subject) -> tuple[Subject, Trial | None]:
     Round-off would choose others of their thousands of steps, and results differ by `run.accuracy` then.
     """
     scene = subject.scene
-    loose = any(isinstance(one, Clearance) for one in scene.joint.values())
+    loose = any(isinstance(one, Clearance) for one in getattr(scene, "joint", {}).values())
     if not subject.turns or loose or subject.base.passing or scene.run.step is not None:
         return subject, None
     step = scene.run.duration / max(subject.base.steps, 1)
@@ -172,7 +172,8 @@ def step(subject: Subject, operation: Any) -> Trial:
     name, suggested = subject.known["step"]
     given = max(suggested * operation.factor, _mean_step(subject))
     changes = {"integrator": name, "step": given, "accuracy": "unset"}
-    if not subject.contacts or scene.run.step is not None:  # Its estimate alone says that a step is too long.
+    # Of what keeps its energy at any step the estimate alone says that one is too long.
+    if not subject.contacts or scene.run.step is not None or name == "implicit":
         changes["checks"] = True
     job, length = subject.changed({"run": changes}), _length(subject)
     return Trial(job, agreement=settings.AGREES, given_step=True, length=length)

@@ -48,6 +48,9 @@ MARGIN = 1.3
 ROUND_OFF = 1e-9
 SAMPLES = 4
 """Least number of samples in the window over which forces are compared."""
+MOST_SAMPLES = 5000
+"""Samples of bodies that turn in further runs, each of which takes longer than a step of small motion: where the window
+of forces is shorter than four of them, they are compared over four."""
 STIFFENED = {"basis.force": 0.11, "basis.impulse": 0.11, "basis.rebound": 0.11}
 """Least relative errors over the share of the compliance that a contact by a penalty lacks."""
 UNRESOLVED = {"basis.force": 0.2, "basis.impulse": 0.2, "basis.rebound": 0.3}
@@ -85,6 +88,9 @@ def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Traject
             return found
         windows = _windows(system, systems)
         closest = windows[0] / SAMPLES if windows[0] > 0 else float(found.times[0])
+        if system.scene.capabilities.turns:
+            closest = max(closest, min(system.scene.run.duration / MOST_SAMPLES, float(found.times[0])))
+            windows = [max(window, SAMPLES * closest) for window in windows]
         own = found if found.times[0] <= closest * (1 + ROUND_OFF) else run(system, closest)
         runs = [own, *(run(fewer, closest) for fewer in systems)]
     except (SceneError, SolverError) as error:
