@@ -91,6 +91,8 @@ def truncated(modal: ModalRecord, share: float, *, held: bool = False) -> ModalR
         held: Whether coordinates that are no modes are kept.
     """
     omega = modal.angular_frequencies
+    if not len(omega):
+        return modal
     kept, dropped = _parted(modal, share, held=held)
     places = {**modal.interfaces, **modal.tractions, **modal.loads}
     flexible = responses(places, modal, dropped)
