@@ -23,6 +23,8 @@ FACING = 0.99
 """Least cosine between a surface's normal and the direction to its obstacle."""
 ALIKE = 1e-9
 """Largest difference of directions that are the same."""
+APART = 1e-4
+"""Difference of the directions of two obstacles from which on an interface cannot have rows along both."""
 
 
 def along_obstacles(scene: Scene, bodies: Mapping[str, FlexibleBody]) -> dict[str, FlexibleBody]:
@@ -33,24 +35,22 @@ def along_obstacles(scene: Scene, bodies: Mapping[str, FlexibleBody]) -> dict[st
     Raises:
         SceneError: an interface meets obstacles of two directions.
     """
-    found = dict(bodies)
+    found, known = dict(bodies), dict[tuple[str, str], np.ndarray]()
     if scene.capabilities.turns:
         return found
     for name, contact in scene.contact.items():
         for body, interface, directions in _met(scene, contact, bodies):
-            one = found[body]
-            if one.modal.interfaces[interface].tangential_rows is None:
+            own = bodies[body].modal.interfaces[interface]
+            if own.tangential_rows is None or (np.einsum("ci,ci->c", directions, own.normals) < FACING).any():
                 continue
-            if (np.einsum("ci,ci->c", directions, one.modal.interfaces[interface].normals) < FACING).any():
-                continue
-            if (known := one.pressed.get(interface)) is not None:
-                if np.abs(known[:, 0] - directions).max(initial=0.0) > ALIKE:
-                    raise SceneError(
-                        f"contact.{name}: interface '{interface}' of body '{body}' meets obstacles of two directions;"
-                        " give each contact an interface of its own on the same surface"
-                    )
-            elif np.abs(directions - one.contact_frame(interface)[:, 0]).max(initial=0.0) > ALIKE:
-                found[body] = _pressed(one, interface, directions)
+            if np.abs(known.setdefault((body, interface), directions) - directions).max(initial=0.0) > APART:
+                raise SceneError(
+                    f"contact.{name}: interface '{interface}' of body '{body}' meets obstacles of two directions;"
+                    " give each contact an interface of its own on the same surface"
+                )
+    for (body, interface), directions in known.items():
+        if np.abs(directions - found[body].contact_frame(interface)[:, 0]).max(initial=0.0) > ALIKE:
+            found[body] = _pressed(found[body], interface, directions)
     return found
 
 
@@ -60,11 +60,12 @@ def _met(scene: Scene, contact: Contact, bodies: Mapping[str, FlexibleBody]) -> 
     if own is None or not len(own.normals):
         return []
     if isinstance(against, OtherBody):
-        far = bodies[against.body].modal.interfaces.get(against.interface)
+        far, here = bodies[against.body].modal.interfaces.get(against.interface), (contact.body, contact.interface)
         # Forces act along the normals of the first side: of one direction, if its face is flat.
         if far is None or not len(far.normals) or np.ptp(own.normals, axis=0).max() > ALIKE:
-            return []
-        return [(against.body, against.interface, np.tile(-own.normals[0], (len(far.normals), 1)))]
+            return [(*here, own.normals)]
+        there = np.tile(-own.normals[0], (len(far.normals), 1))
+        return [(*here, own.normals), (against.body, against.interface, there)]
     placed = bodies[contact.body].morph.points[contact.interface] + np.asarray(scene.body[contact.body].position)
     if isinstance(against, MasterSurface):
         space = bodies[against.body].modal.tractions.get(against.interface)
