@@ -129,7 +129,8 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("force", "deflection_end", "m", "Displacement under a moving force, along it, at the end of the run.",
              "positive: along the force"),
     *(
-        Quantity("joint", f"{kind}_{name}", unit if name == "peak" else "s", text.format(kind), _SIZE, "of the samples")
+        Quantity("joint", f"{kind}_{name}", unit if name == "peak" else "s", text.format(kind), _SIZE,
+                 "of the samples, and of steps in which contacts press harder than before")
         for kind, unit in (("force", "N"), ("moment", "N m"))
         for name, text in (
             ("peak", "Largest size of the {} of a joint of bodies that turn, on its body, about its point."),

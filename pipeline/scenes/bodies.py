@@ -15,8 +15,6 @@ from gudgeon.solver.scene.scene import Scene
 
 CONTACT_KINDS = ("points", "patch")
 """Kinds of interface that have contact points."""
-ALONG = ("bar",)
-"""Geometries that do not move across their axis."""
 AXIS_DIGITS = 12
 """Digits of the direction of gravity by which modes are found again."""
 
@@ -59,7 +57,7 @@ class SceneFile(Scene):
         if rigid:
             return sorted(name for name in found if name in spaces and spaces[name].kind == "traction")
         spots = {n for n, one in self.component[component].interface.items() if one.kind in CONTACT_KINDS}
-        if self.component[component].geometry.kind not in ALONG:
+        if _is_soft_across(self.component[component]):
             slanting = oblique(self)
             found |= {name for body in own for name in slanting[body] if name in spots}
         if self.turning(component):  # What turns is not pressed along its normals alone.
@@ -100,6 +98,13 @@ class SceneFile(Scene):
                 along = np.round(turned.T @ np.asarray(self.run.gravity) / size, AXIS_DIGITS) + 0.0
                 found.add(tuple((along * np.sign(along[np.flatnonzero(along)[0]]) + 0.0).tolist()))
         return sorted(found)
+
+
+def _is_soft_across(part: Component) -> bool:
+    """Whether a component deforms across the normals of its surfaces: a bar moves along its axis alone, a beam in a
+    plane across it."""
+    geometry = part.geometry
+    return geometry.kind != "bar" and not (geometry.kind == "beam" and geometry.motion == "plane")
 
 
 def _kind_against(raw: dict[str, Any], against: Any) -> str | None:

@@ -1,5 +1,6 @@
 """What a mechanism records at its samples: reactions and angles of its joints, and what probes read."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,9 @@ from gudgeon.solver.integrators.mechanism.touching.worn import (
 from gudgeon.solver.integrators.outcome import LinkageHistories
 from gudgeon.solver.integrators.prepared import Prepared
 
+Given = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""Drives (t, d, 3) and loads (t, l) at times [s], (t,)."""
+
 
 class Sample(NamedTuple):
     """What is recorded of one state."""
@@ -58,17 +62,34 @@ class Recorder:
         self._read, self._observe = Prepared(read), Prepared(observe)
         self.readers: list[Reader] = readers(linkage)
         self._statics = Statics(linkage, model)
+        self._hardest = 0.0
+        self._harder: list[tuple[float, np.ndarray]] = []
 
     def take(self, state: np.ndarray, vectors: np.ndarray, given: np.ndarray, amounts: np.ndarray) -> None:
         """Record a state with drives (d, 3) and loads (l,) at its time."""
+        self.samples.append(self._sampled(state, vectors, given, amounts))
+
+    def heed(self, state: np.ndarray, time: float, given: Given) -> None:
+        """Keep the forces of joints at a state in which what touches presses harder than ever before.
+
+        Between samples, an impact may be over.
+        """
+        pressed = float(np.abs(self._work.touch[:, FORCE] * self._work.touching).sum()) if self._touching else 0.0
+        if pressed > self._hardest and self._linkage.pairs:
+            self._hardest = pressed
+            drives, amounts = given(np.array([time]))
+            one = self._sampled(state, self.samples[-1].vectors, drives[0], amounts[0])
+            self._harder.append((time, one.reading.wrenches.copy()))
+
+    def _sampled(self, state: np.ndarray, vectors: np.ndarray, given: np.ndarray, amounts: np.ndarray) -> Sample:
+        """Return what is recorded of a state."""
         pairs = len(self._model.owner)
         zeros = [np.zeros(one) for one in (len(self._model.row_terms), (pairs, 6), (pairs, 6), pairs, pairs)]
         found = Reading(*zeros)
         if not self._touching:
             self._read(self._model, self._work, state, given, amounts, found)
             motion = motion_of(self._model, self._work, state, self._observe)
-            self.samples.append(Sample(state, vectors, found, motion, np.zeros(0), np.zeros((0, 2))))
-            return
+            return Sample(state, vectors, found, motion, np.zeros(0), np.zeros((0, 2)))
         pressing, slipping = self._work.touching.copy(), self._work.slipping.copy()
         # What was indented then may have parted since; of points before other bodies, those that pressed in the step.
         between = self._model.touch_shape == SURFACE
@@ -80,7 +101,7 @@ class Recorder:
         apart = [offsets(self._model, self._work, i)[BEARING] for i in self._touching.rubbed]
         motion = motion_of(self._model, self._work, state, self._observe)
         self._work.slipping[:], self._work.touching[:] = slipping, pressing
-        self.samples.append(Sample(state, vectors, found, motion, forces, np.array(apart).reshape(-1, 2)))
+        return Sample(state, vectors, found, motion, forces, np.array(apart).reshape(-1, 2))
 
     def static_gauges(self, amounts: np.ndarray) -> np.ndarray:
         """Return what the modes lack of the gauges at the last samples, (s, G), with loads (s, l)."""
@@ -112,8 +133,9 @@ class Recorder:
         lacks, notes = by_joints | by_rotation, [*notes, *said, *more]
         probes = {one.name: one.history(self._model, read_all) for one in self.readers} | self._orbits(kept)
         times = interval * np.arange(1, len(kept))
+        peaks = _quantities(linkage, times, wrenches[1:], angles[1:], self._harder)
         return LinkageHistories(
-            joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]) | self._pushes(end[0]) | lacks,
+            joints, probes, peaks | self._pushes(end[0]) | lacks,
             momentum_error(self._model, read_all.samples, read_all.motions, interval * (len(kept) - 1)), notes,
             impacts={name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
             wear={name: worn_cells(self._rubbed(name)) for name in self._wearing()},
@@ -186,9 +208,22 @@ def _states_of(samples: list[Sample], every: Reading, interval: float) -> States
     return States(states, [one.motion for one in samples], vectors, every.wrenches, every.multipliers, interval)
 
 
-def _quantities(linkage: Linkage, times: np.ndarray, wrenches: np.ndarray, angles: np.ndarray) -> Json:
-    """Return the quantities of joints, `JOINT.name` → {"value", "unit"}."""
+def _quantities(
+    linkage: Linkage,
+    times: np.ndarray,
+    wrenches: np.ndarray,
+    angles: np.ndarray,
+    harder: list[tuple[float, np.ndarray]],
+) -> Json:
+    """Return the quantities of joints, `JOINT.name` → {"value", "unit"}.
+
+    Args:
+        harder: Times between samples and wrenches (pairs, 6) there.
+    """
     found: Json = {}
+    if len(times) and (between := [one for one in harder if one[0] <= times[-1]]):
+        times = np.append(times, [time for time, _ in between])
+        wrenches = np.concatenate([wrenches, [one for _, one in between]])
     for name, pair in linkage.pairs.items() if len(times) else ():
         for key, unit, part in (("force", "N", slice(3)), ("moment", "N m", slice(3, 6))):
             sizes = np.linalg.norm(wrenches[:, pair, part], axis=1)

@@ -299,6 +299,7 @@ class Mechanism(Capabilities):
         near = self._stepping.near_singular(one)
         self._singular += self._dependence.passes(one.least, near=near)
         self._note_speeds(turned)
+        self._recorder.heed(self._state, self._time, self._given)
         if self._fastest[1] * (self._time - self._turned_at) > FOLLOWED:
             self._vectors, self._turned_at = self._turned(one.state), self._time
         if self._fastest[1] > 0:

@@ -173,3 +173,25 @@ def test_what_is_not_carried_is_refused(more: dict[str, Any], message: str, tmp_
     bodies = {"part": {"points": MIDDLE, "position": [0, 0, 1.0]}, "mate": {"points": MIDDLE, "inertia": INERTIA}}
     with pytest.raises(ValidationError, match=message):
         system_of(tmp_path, bodies, {}, contact={"floor": contact(**more)}, run={"duration": 0.1})
+
+
+def test_the_peak_of_a_joint_is_not_passed_over_between_samples(tmp_path: Path) -> None:
+    """A rod on a pin falls onto a stop beyond its centre of percussion: the forces of both are in one ratio, and the
+    impact is over within a sample."""
+    length, mass, J = 1.0, 2.0, 2.0 / 12
+    body = {
+        "mass": mass, "inertia": [1e-3, J, J], "points": {"foot": ([0.5 * length, 0.0, 0.0], [0.0, 0.0, -1.0])},
+        "position": [0.5 * length, 0.0, 0.1],
+    }  # fmt: skip
+    pin = hinge("revolute", at=[-0.5 * length, 0.0, 0.0], axis=[0.0, 1.0, 0.0])
+    run = {"duration": 0.3, "gravity": DOWN, "samples": 60}
+    floor = {
+        "floor": contact(
+            SPRING | {"stiffness": 1e8}, against={"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
+        )
+    }
+    found = solved(tmp_path, {"part": body}, {"pin": pin}, contact=floor, run=run)
+    # About the pin J a = F L, and the centre goes with a L/2: the pin takes m a L/2 − F = F/2 along the force.
+    peak = value(found, "impact1.force_peak_raw")
+    assert found.quantities["pin.force_peak"]["value"] == pytest.approx(0.5 * peak, rel=0.02)
+    assert np.linalg.norm(found.joints["pin"].force, axis=1).max() < 0.4 * peak
