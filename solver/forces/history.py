@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.breaks import breaks_of
 from gudgeon.solver.forces.expression import parsed, plain_values, values_of
 from gudgeon.solver.forces.jumps import pole_of
 from gudgeon.solver.numbers import Strict
@@ -14,6 +15,9 @@ from gudgeon.solver.numbers import Strict
 Point = tuple[float, float, float]
 GAUSS = np.polynomial.legendre.leggauss(4)
 """Places and weights of the mean of an expression over a step, of order 8."""
+PARTS = 8
+"""Parts of a span between two breaks over each of which an expression is integrated."""
+NONE = np.empty((0, 2))
 LOOKED_AT = 4001
 """Times of a run at which an expression is read to see whether it jumps or grows without bound."""
 
@@ -74,16 +78,38 @@ class Amount(Strict):
             return values_of(self.expression, times, f"{where}.expression")
         return np.interp(times, *np.array(self.values, float).T)
 
-    def means(self, start: np.ndarray, dt: float, where: str) -> np.ndarray:
-        """Return the means over steps dt [s] from `start` [s], (t,): exact of a table, by Gauss of an expression."""
+    def breaks(self, duration: float, where: str) -> np.ndarray:
+        """Return the times of a run [s] about which an expression changes within a short time, (b, 2), see `breaks`."""
+        if self.expression is None:
+            return np.empty((0, 2))
+        return breaks_of(lambda times: self.amounts(times, where), duration)
+
+    def means(self, start: np.ndarray, dt: float, where: str, breaks: np.ndarray = NONE) -> np.ndarray:
+        """Return the means over steps dt [s] from `start` [s], (t,): exact of a table, by Gauss of an expression.
+
+        Args:
+            breaks: Between which the expression is even, (b, 2): steps over them are taken in parts.
+        """
         if self.expression is not None:
-            places, weights = GAUSS
-            times = start[:, None] + 0.5 * dt * (1 + places)
-            return 0.5 * (self.amounts(times.ravel(), where).reshape(times.shape) @ weights)
+            found = self._integrals(start, np.full(len(start), dt), where) / dt
+            over = np.searchsorted(breaks[:, 0], start + dt) > np.searchsorted(breaks[:, 0], start)
+            for step in np.flatnonzero(over):
+                begin, end = start[step], start[step] + dt
+                own = breaks[(breaks[:, 0] > begin) & (breaks[:, 1] < end)].ravel()
+                edges = np.concatenate([[begin], own, [end]])
+                parts = (edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, PARTS + 1)[:-1]).ravel()
+                found[step] = self._integrals(parts, np.diff(np.append(parts, end)), where).sum() / dt
+            return found
         ends = self._integral(np.append(start, start[-1:] + dt)) if len(start) else np.zeros(1)
         consecutive = np.allclose(np.diff(start), dt, rtol=1e-9, atol=0)
         last = ends[1:] if consecutive else self._integral(start + dt)
         return (last - ends[:-1]) / dt
+
+    def _integrals(self, start: np.ndarray, size: np.ndarray, where: str) -> np.ndarray:
+        """Return the integrals of an expression over spans from `start` of given sizes [s], (t,), by Gauss."""
+        places, weights = GAUSS
+        times = start[:, None] + 0.5 * size[:, None] * (1 + places)
+        return 0.5 * size * (self.amounts(times.ravel(), where).reshape(times.shape) @ weights)
 
     def _integral(self, times: np.ndarray) -> np.ndarray:
         """Return ∫ amount dt from the first row of the table to given times, (t,); constant amounts outside of it."""

@@ -295,11 +295,13 @@ def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
         mix = force.mix()
         resultant, elastic = mix @ load.resultant, mix @ load.rows
 
+    breaks = force.breaks(scene.run.duration, where)
+
     def amounts(time: np.ndarray) -> np.ndarray:
         return force.amounts(time, where)[:, None] * force.share()
 
     def means(start: np.ndarray, dt: float) -> np.ndarray:
-        return force.means(start, dt, where)[:, None] * force.share()
+        return force.means(start, dt, where, breaks)[:, None] * force.share()
 
     return GivenLoad(name, body.name, interface, mix, resultant, amounts, travels=False, means=means), elastic
 

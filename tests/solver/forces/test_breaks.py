@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gudgeon.solver.forces.breaks import FINEST, breaks_of, kinks_of
+from gudgeon.solver.forces.given import GivenForce
 
 DURATION = 10.0
 Function = Callable[[np.ndarray], np.ndarray]
@@ -52,3 +53,19 @@ def test_rows_of_a_table_that_lie_on_a_line_are_none() -> None:
     rows = [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (2.0 + 0.1 * DURATION / FINEST, 9.0), (3.0, 9.0), (10.0, 9.0)]
     assert kinks_of(rows, DURATION)[:, 0].tolist() == [2.0, rows[3][0]]
     assert not len(kinks_of([(0.0, 1.0), (10.0, 1.0)], DURATION))
+
+
+@pytest.mark.parametrize("steps", [7, 100, 100_000])
+@pytest.mark.parametrize(
+    ("expression", "impulse"),
+    [
+        ("100*(step(t-5)-step(t-5.001))", 0.1), ("200*exp(-((t-5)/1e-3)**2)", 0.2 * np.sqrt(np.pi)),
+        ("100*max(0,1-abs(t-5)/5e-4)", 0.05), ("sin(t)", 1 - np.cos(DURATION)),
+    ],
+)  # fmt: skip
+def test_means_over_steps_have_the_impulse(expression: str, impulse: float, steps: int) -> None:
+    """A rigid body in small motion takes a step for each sample, over which pulses of no duration may lie."""
+    force = GivenForce(kind="force", body="part", interface="a", direction=(0.0, 0.0, 1.0), expression=expression)
+    dt = DURATION / steps
+    means = force.means(dt * np.arange(steps), dt, "force.f", force.breaks(DURATION, "force.f"))
+    assert means.sum() * dt == pytest.approx(impulse, rel=1e-3 if steps == 7 and "sin" in expression else 1e-6)
