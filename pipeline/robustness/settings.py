@@ -73,9 +73,9 @@ def gravity(subject: Subject, operation: Any) -> Trial:
     The first impact is then compared too, unless gravity deforms a held body: it may differ by the speed that gravity
     adds until its end, over that of the fastest body.
     """
-    scene, own = subject.scene, np.array(subject.scene.run.gravity)
     if not subject.contacts and not subject.turns:
         raise DoesNotApply(NO_CONTACT)
+    scene, own = subject.scene, np.array(subject.scene.run.gravity)
     down = approach(subject.job)[0] if subject.contacts else np.array([0.0, 0.0, 1.0])
     pull = 2 * own if own.any() else -operation.size * down
     speed = max(float(np.linalg.norm(body.velocity)) for body in scene.body.values())

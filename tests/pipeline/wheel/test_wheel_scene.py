@@ -362,3 +362,15 @@ def test_table_of_mistuning(tmp_path: Path) -> None:
         db=tmp_path / "db",
     )  # fmt: skip
     assert one.changes == (0.01, -0.02, 0.03, 0.0, 0.001, -0.5)
+
+
+def test_cases_of_runs_over_time_do_not_apply(made: tuple[Path, RunReport], tmp_path: Path) -> None:
+    """A wheel has neither a run nor joints, contacts or friction."""
+    chosen = "gravity,step,samples 50,duration 4,friction,field,repeated joint,rotation,turned"
+    texts = [text for key, value in SMALL.items() for text in ("--set", f"{key}={toml(value)}")]
+    places = ["--db", str(made[0] / "db"), "--out", str(tmp_path), "--jobs", "1"]
+    code = main(["robustness", str(DATA / "bladed-disk"), *texts, *places, "--only", chosen])
+    assert code == 0
+    counts = json.loads((tmp_path / "robustness.json").read_text(encoding="utf-8"))["counts"]
+    assert counts["wrong"] == counts["refused"] == 0
+    assert counts["does not apply"] > 10
