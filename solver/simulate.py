@@ -37,6 +37,10 @@ COARSER = 2.0
 COMPARED = 1e-5
 """run.accuracy of the runs of a mechanism by which errors of basis, mesh and layer are estimated."""
 
+FLAT = 1e-3
+"""Difference of the normals of a flat face."""
+SLANT = 0.01
+"""Angle between a face's normal and the direction to its obstacle from which on it is said [rad]."""
 Progress = Callable[[float], None]
 """Called with the completed share after every frame. `RunStopped` ends the run with its frames so far as the result;
 any other exception that it raises ends it without one."""
@@ -77,7 +81,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     plan = plan_run(system)
     notes = [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)
-    notes += adjusted_notes(system)
+    notes += adjusted_notes(system) + slanting_notes(system)
     found = _simulated(system, plan, progress)
     return replace(found, counts=found.counts | {FRICTION_NOTES: "\n".join(notes)}) if notes else found
 
@@ -91,6 +95,27 @@ def adjusted_notes(system: System) -> list[str]:
         for one, count in found
         if count
     ]
+
+
+def slanting_notes(system: System) -> list[str]:
+    """Return a sentence for each contact of a flat face that is off the direction to its obstacle, and whose body has
+    modes that lack rows across it. A bar, of one rigid motion, does not move across."""
+    notes = []
+    for contact in system.contacts if not system.scene.capabilities.turns else ():
+        modal = system.bodies[contact.body].modal
+        face = modal.interfaces[contact.interface]
+        known = face.tangential_rows is not None or not len(modal.angular_frequencies) or len(modal.rigid_twists) == 1
+        if known or np.ptp(face.normals, axis=0).max(initial=0.0) > FLAT:
+            continue
+        cosines = -np.einsum("ci,ci->c", contact.directions, face.normals)
+        angle = float(np.arccos(np.clip(cosines, -1.0, 1.0)).max(initial=0.0))
+        if angle > SLANT:
+            notes.append(
+                f"contact.{contact.name}: the face of '{contact.interface}' is {np.degrees(angle):.2g} degrees off the"
+                " direction to its obstacle, and modes act along its own normal; set"
+                f" contact.{contact.name}.friction.static = 1e-9, with which they have rows across it"
+            )
+    return notes
 
 
 def _simulated(system: System, plan: Plan, progress: Progress | None) -> Trajectory:

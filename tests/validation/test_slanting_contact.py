@@ -1,6 +1,7 @@
 """Contact of bodies that stand at a slant before their obstacle: small motion beside bodies that turn, and rows beside
 the shapes of the mesh. A slender part is much softer across its face's normal than along it."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ from gudgeon.pipeline.nodal.scene.points import meeting_problem
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.simulate import slanting_notes
+from tests.validation.test_block_on_floor import solved
 
 ANGLE = 4.0
 SCENE = """
@@ -60,11 +63,10 @@ def job_of(folder: Path, changes: dict[str, Any], text: str = SCENE) -> Job:
     return open_job(folder / "scene.toml", set=changes, db=folder / "db", out=folder / "out")
 
 
-def solved(job: Job) -> Trajectory:
-    done = run_job(job, until="solve")
-    assert done.result == "FINISHED", done.notes
-    found: Trajectory = job.store.get(done.stages["solve"].key, "trajectory")
-    return found
+def turn_of(job: Job) -> np.ndarray:
+    orientation = job.scene.body["block"].orientation
+    assert orientation is not None
+    return orientation.matrix()
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +93,7 @@ def test_small_motion_is_that_of_bodies_that_turn(changes: dict[str, Any], turni
 def test_rows_are_the_shapes_along_the_obstacle_and_full_fe_has_the_same(tmp_path: Path) -> None:
     job = job_of(tmp_path, {})
     run_job(job, until="morph")
-    record, turn = job.record("block"), job.scene.body["block"].orientation.matrix()
+    record, turn = job.record("block"), turn_of(job)
     shapes = record.shapes[record.interfaces["foot"].nodes]
     system = system_of(job)
     body = system.bodies["block"]
@@ -108,7 +110,7 @@ def test_the_other_body_moves_along_the_normal_of_the_first(tmp_path: Path) -> N
     job = job_of(tmp_path, {}, SCENE.replace(PLANE, FACE) + TWO)
     run_job(job, until="morph")
     system = system_of(job)
-    normal = job.scene.body["block"].orientation.matrix() @ [0.0, 0.0, -1.0]
+    normal = turn_of(job) @ [0.0, 0.0, -1.0]
     body, record = system.bodies["anvil"], job.record("anvil")
     share = next(one[2] for one in system.contacts[0].sides if one[0] == "anvil")
     expected = share @ np.einsum("i,cim->cm", normal, record.shapes[record.interfaces["face"].nodes])
@@ -137,3 +139,18 @@ surface_stiffness = 1e13
     run_job(job, until="morph")
     with pytest.raises(SceneError, match=r"contact\.ramp: interface 'foot' .* two directions"):
         system_of(job)
+
+
+def test_modes_without_rows_across_are_said(tmp_path: Path) -> None:
+    """A face that is slanted on its part, before a plane across an axis, or a record of another scene."""
+    upright = {"body.block.orientation": {"axis": [0.0, 0.0, 1.0], "angle": 90.0}}
+    job = job_of(tmp_path, upright)
+    run_job(job, until="morph")
+    system = system_of(job)
+    assert not slanting_notes(system)
+    (contact,) = system.contacts
+    tilted = np.tile([np.sin(0.07), 0.0, np.cos(0.07)], (len(contact.points), 1))
+    (note,) = slanting_notes(replace(system, contacts=[replace(contact, directions=tilted)]))
+    assert note.startswith("contact.floor: the face of 'foot' is 4 degrees off the direction to its obstacle")
+    run_job(slanted := job_of(tmp_path, {}), "morph")
+    assert not slanting_notes(system_of(slanted))

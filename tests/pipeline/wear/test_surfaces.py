@@ -114,12 +114,14 @@ def test_a_stopped_command_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(Surfaces, "cycle", counted)
     with pytest.raises(KeyboardInterrupt):
         worn(tmp_path / "cut", 1e3)
-    assert json.loads((tmp_path / "cut" / "out" / "wear.json").read_text())["updates"]
+    before = json.loads((tmp_path / "cut" / "out" / "wear.json").read_text())["updates"]
+    assert before
     monkeypatch.undo()
-    found = worn(tmp_path / "cut", 1e3).document["depths"]
-    assert found.keys() == whole.document["depths"].keys()
-    for cycles, depths in whole.document["depths"].items():  # Its modes are computed in a database of its own.
-        np.testing.assert_allclose(found[cycles]["bore"], depths["bore"], rtol=1e-12)
+    found = worn(tmp_path / "cut", 1e3).document
+    assert json.loads(json.dumps(found["updates"]))[: len(before)] == before
+    assert found["depths"].keys() == whole.document["depths"].keys()
+    for cycles, depths in whole.document["depths"].items():  # Equal cycles differ by the round-off of their sums.
+        np.testing.assert_allclose(found["depths"][cycles]["bore"], depths["bore"], rtol=1e-12)
 
 
 def test_a_wall_ends_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
