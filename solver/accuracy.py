@@ -21,8 +21,8 @@ ACCURACY = 1e-3
 MOST_HALVINGS = 12
 """Largest number of halvings of the first step."""
 PATIENCE = 7
-"""Halvings after which the differences must have decreased to half of the first; a train of impacts needs that many
-where a light body chatters."""
+"""Halvings after which the differences must have decreased to half of the largest; a train of impacts needs that many
+where a light body chatters. The first one may be small by chance, of steps in which all of the train is one impact."""
 LARGEST_JUMP = 3
 """Largest number of halvings at once."""
 LAG = 0.5
@@ -60,7 +60,7 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
     """
     settings = system.scene.run
     accuracy = settings.accuracy or ACCURACY
-    found, halvings, jump, first = run(plan), 0, 1, 0.0
+    found, halvings, jump, most = run(plan), 0, 1, 0.0
     # The loop over ports keeps its energy at any step: this does not tell when a step is too long. Differences of
     # irregular impacts are small by chance, too: two in a row have to be, of half the accuracy.
     unaided = system.scene.loop == "general"
@@ -83,11 +83,11 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
         found = replace(found, estimates=found.estimates | errors)
         error = max(errors.values(), default=0.0)
         worst = max(error, 0.0 if plan.integrator.conserves_energy else found.energy_drift)
-        first = first or largest
+        most = max(most, largest)
         if worst <= bound and last <= bound:
             return found, finer
         last = worst if unaided else 0.0
-        if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and largest > 0.5 * first):
+        if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and largest > 0.5 * most):
             return replace(found, result=Result.INACCURATE.name), finer
         needed = math.ceil(math.log2(max(worst / bound, 1.0)) / EXPECTED_ORDER)
         jump = min(max(1, needed), LARGEST_JUMP, MOST_HALVINGS - halvings)

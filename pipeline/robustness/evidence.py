@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import BEGINS, ENDS, IMPULSE, WINDOWED, Trajectory
+from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, ENDS, IMPULSE, WINDOWED, Trajectory
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.solver.capabilities import INTEGRATORS
 
@@ -84,6 +84,8 @@ class Evidence:
     """Energy dissipated [J]."""
     exchanged: float = 0.0
     """[J]"""
+    unrest: float | None = None
+    """Largest kinetic over the largest strain energy; None where nothing is deformed."""
     deepest: float | None = None
     """Deepest overlap at a frame beyond the deformation of the bodies [m]."""
     penetration: float | None = None
@@ -146,6 +148,28 @@ def passing_of(accuracy: float | None, found: Trajectory) -> float:
     """
     own = accuracy or INTEGRATORS[found.counts["integrator"]].accuracy
     return own if found.counts.get("singular_steps") else 0.0
+
+
+def exchanged_of(found: Trajectory) -> float:
+    """Return the energy that kinetic, strain and contact energy exchange [J]; samples do not resolve short impacts."""
+    exchanged = float(sum(np.ptp(found.energies[:, i]) for i in range(3)))
+    for impacts in found.impacts.values():
+        exchanged = max(exchanged, 0.25 * float((impacts[:, IMPULSE] * np.abs(impacts[:, CLOSING])).max(initial=0.0)))
+    return exchanged
+
+
+def rise_of(found: Trajectory) -> float | None:
+    """Return the largest increase of the mechanical energy less the work of the loads, over the energy exchanged."""
+    if not (exchanged := exchanged_of(found)) > 0:
+        return None
+    mechanical = found.energies[:, :3].sum(axis=1) - found.energies[:, 4]
+    return float((mechanical - np.minimum.accumulate(mechanical)).max()) / exchanged
+
+
+def unrest_of(found: Trajectory) -> float | None:
+    """Return the largest kinetic over the largest strain energy of a run; None where nothing is deformed."""
+    kinetic, strain = np.abs(found.energies[:, :2]).max(axis=0, initial=0.0)
+    return float(kinetic / strain) if strain > 0 else None
 
 
 def first_contact(trajectory: Trajectory) -> FirstContact | None:

@@ -10,7 +10,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.robustness import settings
 from gudgeon.pipeline.robustness.friction import friction, near_contact
 from gudgeon.pipeline.robustness.slivers import with_slivers
-from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
+from gudgeon.pipeline.robustness.subject import ALL_RIGID, NO_CONTACT, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import (
     Trial,
     approach,
@@ -30,8 +30,6 @@ from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.markers import Marked
 from gudgeon.solver.scene.run import LEAST_WINDOW
-
-ALL_RIGID = "all bodies are rigid"
 
 
 def _in_equal_steps(subject: Subject) -> tuple[Subject, Trial | None]:
@@ -388,8 +386,8 @@ OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "gravity": settings.gravity, "modes": settings.modes, "mesh": settings.mesh, "change": settings.change,
     "units": lambda subject, to: _in_units(subject, Units(to.mass, to.length, to.time)),
     "size": lambda subject, to: _in_units(subject, Units(to.factor**3, to.factor, to.factor)),
-    "material": material,
-    "turned": whole_turn,
+    "material": material, "turned": whole_turn, "sag": settings.sag,
+    "damping": lambda subject, operation: settings.damping(subject, operation, _in_units),
     "repeated-joint": repeated_joint,
     "voltage": settings.voltage,
     "gap": gap,

@@ -25,6 +25,8 @@ PER_STEP = 1e-16
 ROUND_OFFS = 16.0
 """Allowed number of round-offs of a position, a momentum or an energy in a result."""
 ORTHONORMAL = 1e-9
+AT_REST = 1e-9
+"""Allowed kinetic over strain energy of bodies that start in equilibrium."""
 SEEN = 1e-3
 """Share of the allowed overlap above which the overlaps of frames are compared."""
 SETTLED = 0.01
@@ -102,7 +104,9 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
     chosen = compared.turned and turns
     same = INTEGRATORS[found.integrator].promised_drift if chosen else compared.alike * found.contrast
     same = max(same, found.passing)
-    places = 0.0 if compared.measured else ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
+    # A gap that is round-off itself may be any: its start is known to its own size.
+    blur = min(found.gap_round_off, 1.0) + min(base.gap_round_off, 1.0)
+    places = 0.0 if compared.measured else ROUND_OFFS * blur
     pairs: list[tuple[float, float]] = []
     """Relative differences and their bounds."""
     if base.contact is not None:
@@ -322,6 +326,7 @@ BOUNDED: dict[str, tuple[str, Callable[[Evidence, Compared], float | None], str]
     "penetration": ("penetration", _pressed, "overlap within what the energy allows [m]"),
     "reuse": ("changed", lambda found, compared: 1.0, "estimated change over change.tolerance"),
     "rotation": ("turned", lambda found, compared: 1.0, "no body turns beyond run.limits.angle"),
+    "rest": ("unrest", lambda found, compared: AT_REST, "bodies in equilibrium stay at rest"),
     "orthogonality": ("orthogonality", lambda found, compared: ORTHONORMAL, "modes are orthonormal"),
 }
 """Rules that a value of the evidence stays within a bound: the value, its bound and the invariant."""

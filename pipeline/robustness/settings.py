@@ -1,5 +1,7 @@
 """Operations on settings that a result must not depend on, or whose effect is estimated: see docs/robustness.md."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,12 +9,14 @@ import numpy as np
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.interfaces.traction_space import MOST_FUNCTIONS, traction_space
 from gudgeon.pipeline.robustness.evidence import FirstContact
-from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
-from gudgeon.pipeline.robustness.trial import Trial, approach
+from gudgeon.pipeline.robustness.subject import ALL_RIGID, NO_CONTACT, DoesNotApply, Subject
+from gudgeon.pipeline.robustness.trial import Trial, approach, found_step
+from gudgeon.pipeline.robustness.units import Units
 from gudgeon.pipeline.scenes.change import moved_surface
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic
+from gudgeon.solver.obstacles import Bore, Plane
 
 AGREES = 0.01
 """Allowed relative difference of impulses and forces where steps differ."""
@@ -25,9 +29,12 @@ COMPARABLE = 0.1
 LEAST_MODES = 8
 """Least number of modes that is halved."""
 SAME_SPACE = 1e-6
-"""Allowed relative difference of an impulse with duplicate static shapes, and of a motion with a repeated joint."""
+"""Allowed relative difference of an impulse with duplicate static shapes, of a motion with a repeated joint, and of a
+damped impact in other units."""
 ALL = 100_000
 """Number of static shapes that includes one for each point of any interface."""
+LIGHT = 1e-6
+"""Acceleration under which no body reaches its obstacle, for the deflection per acceleration [m/s^2]."""
 STATIC = ("macneal", "normal+static")
 """Reductions with static correction modes in addition to normal modes."""
 
@@ -92,6 +99,60 @@ def gravity(subject: Subject, operation: Any) -> Trial:
         except InputError as error:
             reason = str(error)
     raise DoesNotApply(reason)
+
+
+def damping(subject: Subject, operation: Any, in_units: Callable[[Subject, Units], Trial]) -> Trial:
+    """Damp every elastic body in proportion to its stiffness, and compare with the same in km and g.
+
+    Forces and impulses are the same numbers in these.
+    """
+    elastic, first = subject.elastic(), subject.contact()
+    bodies = {n: one for n, one in subject.scene.body.items() if subject.scene.component_of(n) in elastic}
+    if not bodies:
+        raise DoesNotApply(ALL_RIGID)
+    if not first.duration > 0:
+        raise DoesNotApply("its impacts have no duration")
+    given = {"ratio": operation.ratio, "frequency": 0.5 / first.duration}
+    own = {name: dict.fromkeys(body.damping.model_fields_set, "unset") if body.damping else {} for name, body in
+           bodies.items()}  # fmt: skip
+    damped = {"body": {name: {"damping": unset | given} for name, unset in own.items()}}
+    automatic = {"run": {"integrator": "auto", "step": "unset", "accuracy": "unset"}}
+    try:
+        job = subject.changed(damped)
+    except InputError:  # Other integrators than its own have damping.
+        job = subject.changed(damped | automatic)
+    if not INTEGRATORS[job.scene.integrator].own_steps:  # A step that is found for each run may be another one.
+        step = job.scene.run.step or found_step(job)
+        job = replace(job, scene=job.scene.model_copy(
+            update={"run": job.scene.run.model_copy(update={"step": step, "checks": False})}
+        ))  # fmt: skip
+    found = in_units(replace(subject, job=job), Units(1e3, 1e-3, 1.0))
+    return replace(found, like=found.like or Trial(job), stretch=None, same=SAME_SPACE)
+
+
+def sag(subject: Subject, operation: Any) -> Trial:
+    """Let gravity press a held body on its obstacle: it starts in equilibrium on it, and stays there."""
+    scene, job = subject.scene, subject.job
+    if not subject.contacts:
+        raise DoesNotApply(NO_CONTACT)
+    if subject.turns or scene.force or scene.joint or scene.motion:
+        raise DoesNotApply("forces, joints or driven motions act on its bodies besides")
+    against = [one.against for one in scene.contact.values()]
+    still = [isinstance(one, Plane | Bore) and not any(getattr(one, "velocity", ())) for one in against]
+    system = system_of(job)
+    if not all(still) or any(body.rigid_count for body in system.bodies.values()):
+        raise DoesNotApply("bodies or obstacles move freely")
+    contact, (direction, least, _) = system.contacts[0], approach(job)
+    row = contact.rows.start + int(system.gap[contact.rows].argmin())
+    if not least > 0:
+        raise DoesNotApply("it touches its obstacle undeformed")
+    rest = {"integrator": "auto", "step": "unset", "accuracy": "unset", "start": "rest", "checks": False}
+    loaded = system_of(subject.changed({"run": rest | {"gravity": (-LIGHT * direction).tolist()}}))
+    falls = -float(loaded.rows[row] @ loaded.position)
+    if not falls > 0:
+        raise DoesNotApply("gravity does not bend a body towards its obstacle")
+    pull = -operation.factor * least / falls * LIGHT * direction
+    return Trial(subject.changed({"run": rest | {"gravity": pull.tolist()}}))
 
 
 def _end(first: FirstContact) -> float:

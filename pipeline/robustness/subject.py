@@ -11,6 +11,7 @@ from gudgeon.pipeline.robustness.trial import Trial
 from gudgeon.solver.scene.scene import Scene
 
 NO_CONTACT = "no contact occurs in the scene"
+ALL_RIGID = "all bodies are rigid"
 
 
 class DoesNotApply(Exception):

@@ -15,7 +15,7 @@ from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.field import PoseGridRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.modaldb.records.trajectory import CLOSING, IMPULSE, Trajectory
+from gudgeon.modaldb.records.trajectory import CLOSING, Trajectory
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 from gudgeon.pipeline.robustness.evidence import (
     Evidence,
@@ -23,10 +23,13 @@ from gudgeon.pipeline.robustness.evidence import (
     Impacts,
     Refusal,
     contrast_of,
+    exchanged_of,
     first_contact,
     passing_of,
     readings_of,
     restitution_of,
+    rise_of,
+    unrest_of,
 )
 from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.stages.change import change_estimates, change_notes, largest_changes
@@ -210,11 +213,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     """Return the evidence of a run."""
     eps = float(np.finfo(float).eps)
     elastic = {name: record for name, record in modes.items() if len(record.angular_frequencies)}
-    mechanical = found.energies[:, :3].sum(axis=1) - found.energies[:, 4]
-    exchanged = float(sum(np.ptp(found.energies[:, i]) for i in range(3)))
-    for impacts in found.impacts.values():  # Samples do not resolve short impacts.
-        exchanged = max(exchanged, 0.25 * float((impacts[:, IMPULSE] * np.abs(impacts[:, CLOSING])).max(initial=0.0)))
-    lowest = np.minimum.accumulate(mechanical) if len(mechanical) else mechanical
+    exchanged = exchanged_of(found)
     lagging = bool(system.dashpot.any())  # It recovers with a delay: its energy and depth are not in these figures.
     deepest, depth, allowed = (None, None, None) if lagging else _penetration(system, found)
     moved = any(body.rigid_count for body in system.bodies.values())
@@ -249,9 +248,10 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         energy_round_off=eps * float(np.abs(found.energies).max(initial=0.0)) / exchanged if exchanged > 0 else 0.0,
         force_round_off=_ringing(system, found, contact),
         gap_round_off=_blur(system),
-        rise=float((mechanical - lowest).max()) / exchanged if exchanged > 0 and not lagging else None,
+        rise=None if lagging else rise_of(found),
         loss=float(found.energies[-1, 3]) if len(found.energies) else 0.0,
         exchanged=exchanged,
+        unrest=unrest_of(found),
         deepest=deepest,
         penetration=depth,
         penetration_bound=allowed,
@@ -325,7 +325,7 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     slack += ROUND_OFF * float(found.counts["step"]) ** 2 * pulled
     # The explicit integrator ends a frame half a step after its contact forces.
     slack += 0.5 * found.counts["step"] * speed if INTEGRATORS[found.counts["integrator"]].staggered else 0.0
-    slack += _late(system, found, pressed @ system.residual)
+    slack += _late(system, found, pressed)
     rows = np.concatenate([np.arange(contact.rows.start, contact.rows.stop) for contact in plain])
     stiffness, exponent = system.law[rows, 0], system.law[rows, 1]
     yields = np.sqrt(2 * energy * system.layer[rows])
@@ -345,13 +345,11 @@ def _approach(system: System, found: Trajectory) -> float:
     return max(0.0, -float((system.gap + paths).min()))
 
 
-def _late(system: System, found: Trajectory, yielding: np.ndarray) -> float:
-    """Return by how much damped bodies are still pressed in by R after their forces, (f, c) of frames, fall [m]."""
+def _late(system: System, found: Trajectory, pressed: np.ndarray) -> float:
+    """Return by how much R may yield more than R λ [m], β ẇ of points under their forces `pressed` (f, c)."""
     beta = max((body.stiffness_factor for body in system.bodies.values()), default=0.0)
-    apart = np.diff(found.frame_times)
-    later = apart > 0  # Frames of peaks may stand twice.
-    rate = np.abs(np.diff(yielding, axis=0)[later]) / apart[later, None]
-    return min(beta * float(rate.max(initial=0.0)), float(np.abs(yielding).max(initial=0.0)))
+    speeds = np.abs(found.velocities @ system.rows.T)[pressed > 0]
+    return min(beta * float(speeds.max(initial=0.0)), float(np.abs(pressed @ system.residual).max(initial=0.0)))
 
 
 def _multipliers(system: System, found: Trajectory) -> np.ndarray:

@@ -59,6 +59,22 @@ class Gravity(Strict):
     size: PositiveAcceleration = Field(default=9.81, description="Acceleration [m/s^2]")
 
 
+class Damped(Strict):
+    """Damp every elastic body in proportion to its stiffness."""
+
+    kind: Literal["damping"]
+    ratio: Annotated[PositiveRatio, Field(lt=1)] = Field(
+        description="Damping ratio at the frequency whose half period is the duration of the first contact"
+    )
+
+
+class Sagging(Strict):
+    """Let gravity press a held body on its obstacle, so that it starts at rest on it."""
+
+    kind: Literal["sag"]
+    factor: PositiveRatio = Field(description="Deflection without contact over the gap, at the point of the least gap")
+
+
 class Rubbing(Strict):
     """Give every contact a coefficient of friction, while the surfaces of the first one move along each other."""
 
@@ -160,13 +176,14 @@ class Set(Strict):
 
 
 Operation = Annotated[
-    Scaled | Restitution | Penetration | Samples | Gravity | Rubbing | Reuse | Spin | PoissonRatio | Slivers | Collinear
-    | OtherUnits | Turned | Voltage | Gap | RepeatedJoint | Elasticity | Set,
+    Scaled | Restitution | Penetration | Samples | Gravity | Damped | Sagging | Rubbing | Reuse | Spin | PoissonRatio
+    | Slivers | Collinear | OtherUnits | Turned | Voltage | Gap | RepeatedJoint | Elasticity | Set,
     Field(discriminator="kind"),
 ]  # fmt: skip
 RuleName = Literal[
     "similarity", "frequencies", "collision", "loss", "agreement", "nested", "shear", "resolved", "momentum", "energy",
     "creation", "penetration", "monotone", "orthogonality", "rotation", "impact", "basis", "mesh", "reuse",
+    "rest",
 ]  # fmt: skip
 
 

@@ -45,6 +45,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
         "groups": {"ring": ["far-east", "far-west"]},
     },
     "Gauge": {"quantity": "strain", "direction": [1.0, 0.0, 0.0], "length": 3e-3},
+    "Damped": {"ratio": 0.01},
     "Gear": {"other": "shaft", "ratio": 2.5},
     "GivenForce": {"values": [[0.0, 0.0], [1e-3, 500.0]], "expression": "500*sin(2*pi*100*t)"},
     "GivenPressure": {"values": [[0.0, 0.0], [1e-3, 2e5]], "expression": "1e5*(1 + sin(2*pi*100*t))"},

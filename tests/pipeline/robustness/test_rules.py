@@ -18,7 +18,7 @@ SOUND = Evidence(
     frequencies={"rod": np.array([100.0, 200.0])}, shear={"rod": 8e10}, estimated=1e-3,
     orthogonality=1e-15, contact=replace(CONTACT, impulse=3.0), impacts=IMPACTS, integrator="event", energy_drift=1e-12,
     momentum_residual=1e-12, rise=1e-14, loss=0.75, exchanged=1.0, deepest=1e-6, penetration=1e-6,
-    penetration_bound=2e-6, turned=0.1, basis=1e-3, mesh=1e-3, changed=0.5, steps=100,
+    penetration_bound=2e-6, turned=0.1, unrest=1e-12, basis=1e-3, mesh=1e-3, changed=0.5, steps=100,
 )  # fmt: skip
 """(1 + e) m v = 3, ½ m v² (1 − e²) = 0.75."""
 LIKE = Compared(
@@ -44,6 +44,7 @@ WRONG: dict[str, dict[str, Any]] = {
     "basis": {"contact": replace(CONTACT, impulse=3.0 * 1.015)},
     "mesh": {"contact": replace(CONTACT, impulse=3.0 * 1.015)},
     "reuse": {"changed": 1.01},
+    "rest": {"unrest": 2e-9},
 }
 """What each rule must find."""
 NOTHING = Evidence(integrator="event")
@@ -121,6 +122,8 @@ def test_bounds_follow_the_last_digit_and_no_more() -> None:
 def test_a_start_at_once_is_known_to_a_share_of_the_contact() -> None:
     """Bodies that all but touch: their gap is round-off, what comes of the impact is not."""
     near = replace(SOUND, contact=replace(CONTACT, start=1e-15), gap_round_off=1e3)
+    wrong = replace(near, contact=replace(CONTACT, start=1e-15, impulse=4.1), gap_round_off=1e20)
+    assert judge(case("similarity"), wrong, replace(LIKE, base=near)).verdict == "wrong"
     like = replace(LIKE, base=replace(near, contact=replace(CONTACT, start=0.0)))
     assert judge(case("similarity"), near, like).verdict == "right"
     late = replace(near, contact=replace(CONTACT, start=2e-9 * CONTACT.duration))
