@@ -103,7 +103,9 @@ class Model(NamedTuple):
     row_pair: np.ndarray
     """Pair of markers whose joint a row belongs to; `NONE` of gears and drives, (m,)."""
     reach: np.ndarray
-    """Size by which the violation of a row is measured: a length of the scene, or 1, (m,)."""
+    """Size by which the violation of a row is measured: that of the mechanism, or 1 of angles, (m,)."""
+    size: float
+    """Of the mechanism [m]."""
     group: np.ndarray
     """First of the rows of the same joint along axes at right angles, and how many they are, (m, 2)."""
     pairs: np.ndarray

@@ -277,7 +277,7 @@ def model_of(found: Linkage) -> Model:
         constant=np.array([row.constant for row in rows], float),
         drive_of=np.array([row.drive for row in rows], np.int64),
         row_pair=np.array([found.pairs.get(row.joint, NONE) for row in rows], np.int64),
-        reach=np.array([size if row.length else 1.0 for row in rows], float),
+        reach=np.array([size if row.length else 1.0 for row in rows], float), size=size,
         group=groups([(row.joint, row.length) for row in rows]), pairs=pairs, envelope=envelope(pairs, len(rows)),
         spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
         load=np.array([_wrench(one) for one in loads.values()], float).reshape(-1, 6),

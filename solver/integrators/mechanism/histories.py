@@ -121,7 +121,7 @@ class Recorder:
         scene, linkage = self._linkage.system.scene, self._linkage
         every = _readings(kept)
         wrenches, angles = every.wrenches, every.angles
-        lengths = every.violations * self._model.reach.max(initial=0.0)
+        lengths = every.violations * self._model.size
         held = {**scene.hinges(), **scene.cranks()}
         joints = {
             name: JointHistory(held[name].body, "", angles[1:, pair], wrenches[1:, pair, :3].copy(), lengths[1:, pair])

@@ -220,15 +220,12 @@ def _gather(model, work, rows):  # type: ignore[no-untyped-def]
 def _move(model, work, y):  # type: ignore[no-untyped-def]
     """Move the bodies by M⁻¹ Gᵀ λ; return the largest motion over the size of the scene, or rotation [rad]."""
     _gather(model, work, work.light)
-    size = 0.0
-    for i in range(len(model.row_terms)):
-        size = max(size, model.reach[i])
     largest = 0.0
     for b in range(len(model.mass)):
         s, move = WIDTH * b, work.rate[b]
         for k in range(3):
             y[s + PLACE + k] += move[k]
-            largest = larger(largest, abs(move[k]) / size)
+            largest = larger(largest, abs(move[k]) / model.size)
             largest = larger(largest, abs(move[3 + k]))
         for k in range(model.elastic[b, 0]):
             y[model.elastic[b, 1] + k] += move[6 + k]

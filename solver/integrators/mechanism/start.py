@@ -339,7 +339,7 @@ def _singular(found: Linkage, rows: np.ndarray, rank: int, there: int) -> str:
     values, vectors = np.linalg.eigh(rows @ rows.T)
     within = np.abs(vectors[:, values <= DEPENDENT**2]).max(axis=1) > DEPENDENT
     names = list(dict.fromkeys(row.joint for row, one in zip(found.rows, within, strict=True) if one))
-    left, beside = 6 * len(found.names) - rank, 6 * len(found.names) - there
+    left, beside = rows.shape[1] - rank, rows.shape[1] - there
     if there > rank:
         so = f"{beside} beside it, so that the motion is not determined; start beside it"
     else:

@@ -21,10 +21,9 @@ LARGER = 2.0
 
 def roots(model: Model) -> list[np.ndarray]:
     """Return the motions of each body that have length 1: velocity, angular velocity, modal rates, (6 + m,) each."""
-    size = float(model.reach.max())
     # A coordinate of unit modal mass moves its body by about 1/√mass.
     return [
-        np.concatenate([np.full(3, size), np.ones(3), np.full(int(count), size * np.sqrt(mass))])
+        np.concatenate([np.full(3, model.size), np.ones(3), np.full(int(count), model.size * np.sqrt(mass))])
         for count, mass in zip(model.elastic[:, 0], model.mass, strict=True)
     ]
 

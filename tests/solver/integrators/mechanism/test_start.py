@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.integrators.mechanism.constraints.dependence import jacobian
+from gudgeon.solver.integrators.mechanism.integrator import Mechanism
 from gudgeon.solver.integrators.steps import plan_run
 from gudgeon.solver.simulate import simulate, start
-from tests.solver.integrators.mechanism.scenes import DOWN, hinge, moved, solved, system_of
+from tests.solver.integrators.mechanism.scenes import DOWN, INERTIA, hinge, moved, solved, system_of
 
 RUN = {"duration": 1e-3}
 
@@ -278,3 +280,23 @@ def test_what_a_mechanism_lacks_is_said(name: str, tmp_path: Path) -> None:
     bodies = tables.pop("bodies", {"part": {}})
     with pytest.raises(SceneError, match=text):
         simulate(system_of(tmp_path, bodies, {"pin": hinge("spherical")}, run=RUN | {"gravity": DOWN}, **tables))
+
+
+def test_how_rows_depend_on_each_other_does_not_depend_on_the_unit_of_length(tmp_path: Path) -> None:
+    """Two links, of 2 m and of 2 mm: rows scaled to length 1 are the same."""
+    found = []
+    for number, unit in enumerate((1.0, 1e-3)):
+        inertia = [unit**2 * one for one in INERTIA]
+        bodies: dict[str, Any] = {
+            "first": {"position": [0.5 * unit, 0, 0], "inertia": inertia},
+            "second": {"position": [1.5 * unit, 0, 0], "inertia": inertia},
+        }
+        joints = {
+            "a": hinge("revolute", "first", at=[-0.5 * unit, 0, 0]),
+            "b": hinge("revolute", "second", at=[-0.5 * unit, 0, 0], against="first", against_at=[0.5 * unit, 0, 0]),
+        }
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        one = Mechanism(system_of(folder, bodies, joints, run=RUN), 1e-3)
+        found.append(jacobian(one.model, one.work))
+    assert np.abs(found[1] - found[0]).max() < 1e-12
