@@ -51,6 +51,8 @@ BETWEEN = np.linspace(0.0, 1.0, 9)
 """Places between two rows of a table at which its spline is read."""
 OVERSHOT = 0.25
 """How far the spline of a table leaves the range of its rows, over that range, from which on it is said."""
+ASTRAY = 1e3
+"""The same from which on it is refused: rows that jump, which asks for an infinite acceleration."""
 
 
 class Driven(Amount):
@@ -94,8 +96,9 @@ class Driven(Amount):
         inside = np.clip(times, spline.x[0], spline.x[-1])
         return np.column_stack([spline(inside, order) for order in range(3)])
 
-    def overshoot(self, duration: float) -> str | None:
-        """Return where the spline of a table leaves the range of its rows in a run [s] by much; None where not."""
+    def overshoot(self, duration: float) -> tuple[str, bool] | None:
+        """Return where the spline of a table leaves the range of its rows in a run [s] by much, and whether by so much
+        that it is refused; None where not."""
         if not self.values:
             return None
         (first, last), given = (0.0, duration), np.array(self.values, float)[:, 1]
@@ -107,11 +110,12 @@ class Driven(Amount):
         most = int(beyond.argmax())
         if beyond[most] <= OVERSHOT * (high - low):
             return None
-        return (
+        text = (
             f"values: the cubic spline through its rows, which lie between {low:.6g} and {high:.6g}, reaches"
             f" {found[most]:.6g} at {times[most]:.6g} s; give rows as close together around a change as within it, or"
             " an expression"
         )
+        return text, bool(beyond[most] > ASTRAY * (high - low))
 
     def _course(self, times: np.ndarray) -> np.ndarray:
         assert self.expression is not None

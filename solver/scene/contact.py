@@ -167,10 +167,6 @@ class Contact(Strict):
              and isinstance(self.against, MasterSurface),
              "friction.direction and against.shape 'surface' cannot be combined: friction over another body's surface"
              " acts in its plane; remove the direction"),
-            (self.friction is not None and self.friction.speed is not None and isinstance(self.against, Plane)
-             and any(self.against.velocity),
-             "friction.speed and against.velocity cannot be combined: bodies that turn by any angle rub on planes at"
-             " rest"),
             (self.wear is not None and self.wear.against_coefficient > 0
              and not isinstance(self.against, MasterSurface),
              f"wear.against_coefficient given; it wears another body's traction space, and against.shape"

@@ -138,6 +138,8 @@ class Model(NamedTuple):
     touch_friction: np.ndarray
     """Of friction: coefficient [1], speed [m/s], and of a cone stiffness [N/m], which is else 0, and deflection by
     which its direction turns at least [m], (c, 4)."""
+    touch_belt: np.ndarray
+    """Velocity of the surface of its obstacle, which lies in it [m/s], (c, 3)."""
     worn_cells: np.ndarray
     """Number of cells of the worn shape of each section's bearing and journal, 0 where it is round, (c, 2)."""
     worn_soft: np.ndarray

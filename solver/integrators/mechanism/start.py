@@ -29,6 +29,8 @@ from gudgeon.solver.joints.coupled import Driven
 
 ASSEMBLED = 1e-12
 """Violation over the size of the scene up to which a mechanism is closed."""
+ROUGH = 3e-9
+"""Distance of neighbouring numbers at a place over the size of the mechanism beyond which joints do not close."""
 MORE = 20
 """Times that Newton's method goes on from where it ended."""
 OPEN = 1e-6
@@ -72,6 +74,7 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     if not len(model.row_terms):
         return Start(state, 0, 0, [])
     size, placed = reach_of(found), state.copy()
+    _check_nearness(found, size)
     # First as rigid bodies, where the joints can be closed so.
     if model.elastic[:, 0].any() and not _closes(_stiff(model), work, state, given):
         state[:] = placed
@@ -166,6 +169,21 @@ def _without_rates(model: Model, work: Work, state: np.ndarray) -> None:
         modal_parts(model, state, b)[1][:] = momenta[:m]
 
 
+def _check_nearness(found: Linkage, size: float) -> None:
+    """Raise a SceneError where a mechanism is so far from the origin that its joints cannot be closed in round-off.
+
+    Args:
+        size: Of the mechanism [m].
+    """
+    far = np.abs(found.centres).max(axis=1)
+    if (step := float(np.spacing(far.max()))) > ROUGH * size:
+        name = found.names[int(far.argmax())]
+        raise SceneError(
+            f"body.{name}.position: {far.max():.3g} m from the origin, where places are multiples of {step:.2g} m, too"
+            f" coarse for joints of a mechanism of {size:.3g} m; place the scene nearer to the origin"
+        )
+
+
 def _rates_given(found: Linkage, name: str) -> tuple[bool, bool]:
     """Return whether the scene gives the velocity and the angular velocity of a body."""
     settings = found.system.scene.body[name].model_fields_set
@@ -220,11 +238,20 @@ def _closes(model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> b
 
 
 def _overshot(found: Linkage) -> list[str]:
-    """Return a sentence for each joint that is driven by a table whose spline leaves the range of its rows."""
-    scene = found.system.scene
-    drives = {name: one for name, one in scene.joint.items() if isinstance(one, Driven)}
-    texts = {name: one.overshoot(scene.run.duration) for name, one in drives.items()}
-    return [f"joint.{name}.{text}" for name, text in texts.items() if text is not None]
+    """Return a sentence for each joint that is driven by a table whose spline leaves the range of its rows.
+
+    Raises:
+        SceneError: it leaves it by far, as where rows jump.
+    """
+    scene, texts = found.system.scene, []
+    for name, one in scene.joint.items():
+        if not isinstance(one, Driven) or (left := one.overshoot(scene.run.duration)) is None:
+            continue
+        text, refused = left
+        if refused:
+            raise SceneError(f"joint.{name}.{text}; a jump asks for an infinite acceleration")
+        texts.append(f"joint.{name}.{text}")
+    return texts
 
 
 def _moved(found: Linkage, placed: np.ndarray, state: np.ndarray, size: float) -> list[str]:

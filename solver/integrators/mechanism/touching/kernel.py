@@ -22,6 +22,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     PUSHES,
     SUMS,
     SURFACE,
+    WORK,
 )
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, press
 from gudgeon.solver.integrators.mechanism.touching.soft import soft_depth
@@ -71,9 +72,10 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
             size = np.sqrt(e0 * e0 + e1 * e1 + e2 * e2)
             over = 1.0 / size if size > 0.0 else 0.0
             n = (e0 * over, e1 * over, e2 * over)
-        v0 = work.speed[b, 0] + own[0] - work.speed[a, 0] - carried[0]
-        v1 = work.speed[b, 1] + own[1] - work.speed[a, 1] - carried[1]
-        v2 = work.speed[b, 2] + own[2] - work.speed[a, 2] - carried[2]
+        belt = model.touch_belt[i]
+        v0 = work.speed[b, 0] + own[0] - work.speed[a, 0] - carried[0] - belt[0]
+        v1 = work.speed[b, 1] + own[1] - work.speed[a, 1] - carried[1] - belt[1]
+        v2 = work.speed[b, 2] + own[2] - work.speed[a, 2] - carried[2] - belt[2]
         rate = n[0] * v0 + n[1] * v1 + n[2] * v2
         found[DEPTH], found[RATE] = size - clearance, rate
         for k in range(3):
@@ -235,12 +237,20 @@ def press_touches(model, work, sums):  # type: ignore[no-untyped-def]
         law = model.touch_law[i]
         elastic = law[0] * depth ** law[1]
         sums[LOST] += (found[LAW] - elastic) * found[RATE] * found[STRETCH]
+        sums[WORK] += belt_power(model, work, i)
         slow = model.touch_friction[i, 1]
         if model.touch_friction[i, 2] > 0.0:  # With what the spring stores, which `energy` takes off again.
             sums[LOST] += model.touch_friction[i, 0] * found[FORCE] * found[SLIDING]
         elif model.touch_friction[i, 0] > 0.0:
             square = found[SLIDING] * found[SLIDING]
             sums[LOST] += found[FORCE] * model.touch_friction[i, 0] * square / np.sqrt(square + slow * slow)
+
+
+@inner
+def belt_power(model, work, i):  # type: ignore[no-untyped-def]
+    """Return the power of an obstacle whose surface moves on a section that rubs on it [W]."""
+    drag, belt = work.touch[i, DRAG : DRAG + 3], model.touch_belt[i]
+    return drag[0] * belt[0] + drag[1] * belt[1] + drag[2] * belt[2]
 
 
 @inner

@@ -12,7 +12,13 @@ from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.arrays import NONE, SURFACE
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame
-from gudgeon.solver.integrators.mechanism.touching.sections import Section, by_flexibility, rows_of, rubbing_of
+from gudgeon.solver.integrators.mechanism.touching.sections import (
+    Section,
+    belt_of,
+    by_flexibility,
+    rows_of,
+    rubbing_of,
+)
 from gudgeon.solver.integrators.mechanism.touching.surfaces import WHOLE, Surfaces, no_surfaces
 from gudgeon.solver.laws.base import Coefficients
 from gudgeon.solver.methods import METHODS
@@ -121,7 +127,7 @@ def sections_of(found: list[Meeting], system: System) -> list[Section]:
             pressed = [Coefficients(1 / each, 1.0, 0.0, 0.0) for each in map(float, soft)]
         sections += [
             Section(one.contact.name, (0.0, 0.0, 0.0), law, rubbing_of(one.contact.name, settings, own, one.bodies[0]),
-                    SURFACE)
+                    belt_of(settings), SURFACE)
             for law, own in zip(laws, pressed, strict=True)
         ]  # fmt: skip
     return sections

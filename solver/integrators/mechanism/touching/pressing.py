@@ -4,7 +4,7 @@
 import numpy as np
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.mechanism.arrays import LOST, NONE, PLACE, SPEED, WIDTH
+from gudgeon.solver.integrators.mechanism.arrays import LOST, NONE, PLACE, SPEED, WIDTH, WORK
 from gudgeon.solver.integrators.mechanism.flexible.points import cross, rotated
 from gudgeon.solver.integrators.mechanism.touching.flexibility import forced_out, over, set_dents, set_forces
 from gudgeon.solver.integrators.mechanism.touching.kernel import (
@@ -21,6 +21,7 @@ from gudgeon.solver.integrators.mechanism.touching.kernel import (
     RATE,
     SLIDING,
     TWIST,
+    belt_power,
     set_cone,
 )
 from gudgeon.solver.integrators.mechanism.touching.splines import cubic, cubic_rates, height_at, interval
@@ -68,7 +69,7 @@ def _apart(model, work, y, s):  # type: ignore[no-untyped-def]
 
 @inner
 def _carried(model, work, y, s, p):  # type: ignore[no-untyped-def]
-    """Set the arms of a point; return its velocity relative to the body of the surface as if that were rigid [m/s]."""
+    """Set the arms of a point; return its velocity relative to the surface as if that were rigid [m/s]."""
     f, a, b = model.surfaces, model.surfaces.owner[s, 0], model.surfaces.owner[s, 1]
     m, at = model.elastic[a, 0], model.elastic[a, 1]
     u0, u1, u2 = f.arm[p, 0], f.arm[p, 1], f.arm[p, 2]
@@ -86,7 +87,8 @@ def _carried(model, work, y, s, p):  # type: ignore[no-untyped-def]
     v1 = y[here + SPEED + 1] + own[1] + w[1]
     v2 = y[here + SPEED + 2] + own[2] + w[2]
     if b == NONE:
-        return v0, v1, v2
+        belt = model.touch_belt[len(model.touch_pair) - len(f.arm) + p]
+        return v0 - belt[0], v1 - belt[1], v2 - belt[2]
     for k in range(3):
         arm[1, k] -= y[there + PLACE + k]
     other = cross(work.omega[b], arm[1])
@@ -298,6 +300,7 @@ def press_surfaces(model, work, sums):  # type: ignore[no-untyped-def]
             drag, d = own[DRAG : DRAG + 3], found.direction[p]
             total = (force * d[0] + drag[0], force * d[1] + drag[1], force * d[2] + drag[2])
             _push(model, work, s, p, total)
+            sums[WORK] += belt_power(model, work, first + p)
             if f.by_law[s]:
                 law = model.touch_law[first + p]
                 depth = own[DEPTH] + work.shift[first + p]

@@ -44,6 +44,8 @@ class Section(NamedTuple):
     law: Coefficients
     friction: Rubbing = (0.0, 1.0, 0.0, 0.0)
     """See `Model.touch_friction`."""
+    belt: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Velocity of the obstacle's surface [m/s]."""
     shape: int = JOURNAL
     pair: int = NONE
     """Of markers."""
@@ -105,7 +107,7 @@ def of_contact(
         axis, origin = unit(against.axis), np.asarray(against.origin, float)
         size, shape = (against.radius, 0.0, 0.0), JOURNAL
     rows = rows_of(body, frames[number], contact)
-    friction = rubbing_of(contact.name, settings, law.coefficients(), body)
+    friction, belt = rubbing_of(contact.name, settings, law.coefficients(), body), belt_of(settings)
     placed = contact.points + np.asarray(system.scene.body[contact.body].position)
     found = []
     for place, own in zip(placed, rows, strict=True):
@@ -113,7 +115,7 @@ def of_contact(
         ground = place - along * axis if shape == PLANE else origin + along * axis
         ends = Point(NONE, ground), Point(number, place - centres[number], own, np.zeros((6, *2 * own.shape[1:])))
         axes = np.array([frame_along(axis), np.eye(3)])
-        found.append((ends, axes, Section(contact.name, size, law.coefficients(), friction, shape)))
+        found.append((ends, axes, Section(contact.name, size, law.coefficients(), friction, belt, shape)))
     return found
 
 
@@ -129,26 +131,30 @@ def rubbing_of(name: str, settings: Contact, law: Coefficients, body: FlexibleBo
         law: By which a point presses.
 
     Raises:
-        SceneError: it has two coefficients, or a plane moves.
+        SceneError: it has two coefficients.
     """
-    friction, against = settings.friction, settings.against
+    friction = settings.friction
     if friction is None:
         return 0.0, 1.0, 0.0, 0.0
-    turning = "bodies turn by any angle (integrator 'mechanism')"
     if friction.sliding < friction.static:
         raise SceneError(
             f"contact.{name}.friction.kinetic: {friction.sliding:g} given and static {friction.static:g}, and"
-            f" {turning}, where friction has one coefficient; remove kinetic"
-        )
-    if isinstance(against, Plane) and any(against.velocity):
-        raise SceneError(
-            f"contact.{name}.against.velocity: {list(against.velocity)} given, and {turning}, which rub on planes at"
-            " rest; remove it, or friction"
+            " bodies turn by any angle (integrator 'mechanism'), where friction has one coefficient; remove kinetic"
         )
     if friction.speed is not None:
         return friction.static, friction.speed, 0.0, 0.0
     own = STICKING * law.exponent * law.stiffness * (USUAL * body.gyration) ** (law.exponent - 1)
     return friction.static, 1.0, friction.stiffness or own, WAY * body.gyration
+
+
+def belt_of(settings: Contact) -> tuple[float, float, float]:
+    """Return the velocity of the surface that points of a contact rub on, which lies in its plane [m/s]."""
+    against = settings.against
+    if not isinstance(against, Plane) or settings.friction is None:
+        return 0.0, 0.0, 0.0
+    normal, velocity = unit(against.normal), np.asarray(against.velocity, float)
+    x, y, z = map(float, velocity - (velocity @ normal) * normal)
+    return x, y, z
 
 
 def section_arrays(kept: list[Section]) -> dict[str, np.ndarray]:
@@ -159,6 +165,7 @@ def section_arrays(kept: list[Section]) -> dict[str, np.ndarray]:
         "touch_size": np.array([one.size for one in kept], float).reshape(-1, 3),
         "touch_law": np.array([one.law for one in kept], float).reshape(-1, 4),
         "touch_friction": np.array([one.friction for one in kept], float).reshape(-1, 4),
+        "touch_belt": np.array([one.belt for one in kept], float).reshape(-1, 3),
     }
     tables = [one.yielding.table if one.yielding else None for one in kept]
     return own | worn_arrays([one.worn for one in kept]) | yielding_arrays(tables)

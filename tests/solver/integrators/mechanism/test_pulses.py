@@ -81,6 +81,13 @@ def test_the_spline_of_a_table_that_leaves_its_rows_is_said(tmp_path: Path) -> N
     assert "spline" not in str(found.counts.get("linkage_notes", ""))
 
 
+def test_a_table_that_jumps_is_refused(tmp_path: Path) -> None:
+    """Its spline swings by 2e5 times the jump, which no run follows."""
+    drive = {"kind": "driven", "joint": "axle", "values": [[0.0, 0.0], [0.05, 0.0], [0.0500001, 1.0], [0.1, 1.0]]}
+    with pytest.raises(SceneError, match=r"joint\.drive\.values: the cubic spline .* a jump asks for an infinite"):
+        solved(tmp_path, {"part": {}}, AXLE | {"drive": drive}, run={"duration": 0.1})
+
+
 def test_a_spring_whose_ends_meet(tmp_path: Path) -> None:
     """Without a length it is a spring like any other; with one its force has no direction there."""
     guide = {"guide": hinge("translational", axis=[1.0, 0.0, 0.0])}

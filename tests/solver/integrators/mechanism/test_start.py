@@ -264,6 +264,20 @@ def test_a_mechanism_that_jams_ends_with_its_reason(tmp_path: Path) -> None:
     assert 0 < len(found.times) < 40 or not len(found.times)
 
 
+@pytest.mark.parametrize("far", [5e6, 1e8])
+def test_a_mechanism_far_from_the_origin(far: float, tmp_path: Path) -> None:
+    """A pendulum of 0.5 m: as at the origin to round-off, or refused by its place where numbers are 1.5e-8 m apart."""
+    pin, run = hinge("revolute", at=[-0.5, 0.0, 0.0], axis=[0.0, 1.0, 0.0]), {"duration": 0.5, "gravity": DOWN}
+    near = solved(tmp_path / "near", {"part": {}}, {"pin": pin}, run=run)
+    part = {"position": [0.0, far, 1.0]}
+    if far > 1e7:
+        with pytest.raises(SceneError, match=r"body\.part\.position: 1e\+08 m from .* 1\.5e-08 m, too coarse"):
+            solved(tmp_path / "far", {"part": part}, {"pin": pin}, run=run)
+        return
+    found = solved(tmp_path / "far", {"part": part}, {"pin": pin}, run=run)
+    np.testing.assert_allclose(found.joints["pin"].angle, near.joints["pin"].angle, atol=1e-7)
+
+
 BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no inertia": ({"bodies": {"part": {"inertia": (0.0, 0.1, 0.1)}}}, "needs all three moments of inertia"),
     "interface": (
