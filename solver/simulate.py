@@ -16,7 +16,7 @@ from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.implicit.energy import WORK
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, Marching, Outcome
-from gudgeon.solver.integrators.steps import Plan, own_step, plan_run
+from gudgeon.solver.integrators.steps import Plan, driven_step, own_step, plan_run, refuse_unread
 from gudgeon.solver.integrators.swapped import Swapped
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.uniqueness import friction_limits, refuse_ambiguous_friction
@@ -56,7 +56,7 @@ def suggested(system: System) -> float:
     name, critical = choose(system)
     if INTEGRATORS[name].own_steps:
         critical = system.critical_frequency()
-    return own_step(system.scene.run, INTEGRATORS[name], critical)
+    return min(own_step(system.scene.run, INTEGRATORS[name], critical), driven_step(system))
 
 
 def simulate(system: System, progress: Progress | None = None) -> Trajectory:
@@ -74,11 +74,13 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
 
     Raises:
         SolverError: the contact's compliance is singular.
-        SceneError: the contact force of a point is not determined with its friction.
+        SceneError: the contact force of a point is not determined with its friction, or steps of run.step pass over a
+            part of a driven motion.
     """
     refuse_ambiguous_friction(system)
     system = begun(system)
     plan = plan_run(system)
+    refuse_unread(system, plan.step)
     notes = [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)
     notes += adjusted_notes(system) + slanting_notes(system)

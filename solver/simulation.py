@@ -13,7 +13,7 @@ from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SolverError
 from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.integrators.general.integrator import General
-from gudgeon.solver.integrators.steps import largest_factor, own_step, parts_of
+from gudgeon.solver.integrators.steps import driven_step, largest_factor, own_step, parts_of, refuse_unread
 from gudgeon.solver.ports.members import function_ports
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import Kind
@@ -71,7 +71,9 @@ class Steps:
         self.system, integrator = system, INTEGRATORS["implicit"]
         critical, largest = critical_frequency(system), largest_factor(system, integrator)
         given = step or system.scene.run.step
-        self.dt = given or own_step(system.scene.run, integrator, choose(system)[1] or critical)
+        self.dt = given or min(
+            own_step(system.scene.run, integrator, choose(system)[1] or critical), driven_step(system)
+        )
         if not given and len(system.gap):
             self.dt /= parts_of(self.dt, critical, largest)
         if not self.dt > 0:
@@ -81,6 +83,7 @@ class Steps:
                 f"run.step: {self.dt:g} s exceeds the limit of integrator 'implicit',"
                 f" {largest / critical:.3g} s; use a smaller step"
             )
+        refuse_unread(system, self.dt)
         self.system = at_rest(system)
         self._run, self._done = General(self.system, self.dt), 0
         self._state, self._problem, self._log = self._run.arrays.state, self._run.arrays.problem, self._run.arrays.log

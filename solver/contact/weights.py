@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import entry
+from gudgeon.solver.compiled import entry, inner
+
+SHORT = 1e-7
+"""Distance slid in a step over the spacing below which the change of weights is round-off: their slopes tell it."""
 
 
 @entry
@@ -35,3 +38,17 @@ def weigh(places, chart, width, corner, along):  # type: ignore[no-untyped-def]
     for i in range(len(p)):
         u = 1 - p[i]
         p[i] = u * u * u / 6
+
+
+@inner
+def slope(last, b):  # type: ignore[no-untyped-def]
+    """Return how the weight b of four changes along, times the spacing, where the last one is given."""
+    t = (6.0 * max(last, 0.0)) ** (1.0 / 3.0)
+    u = 1.0 - t
+    if b == 0:
+        return -0.5 * u * u
+    if b == 1:
+        return 0.5 * t * (3.0 * t - 4.0)
+    if b == 2:
+        return 0.5 * u * (4.0 - 3.0 * u)
+    return 0.5 * t * t

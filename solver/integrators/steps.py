@@ -3,15 +3,22 @@
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED, Integrator
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.breaks import FINEST
 from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.ports.stick import sticks
 from gudgeon.solver.scene.run import Run
+from gudgeon.solver.system.drives import DrivenRows
 from gudgeon.solver.system.system import System
 
 MOST_SAMPLES = 200_000
 """Samples of a run at most where its scene asks for fewer."""
+FOLLOWED, PASSED_OVER = 0.02, 0.25
+"""Difference of a driven motion from the lines between the ends of steps, over its range: at most where steps are
+chosen, and that above which steps do not read it."""
 MOST_STEPS = 10**11
 """Steps of a run at most: hours of the fastest time loop."""
 
@@ -107,12 +114,63 @@ def plan_run(system: System, coarser: float = 1.0) -> Plan:
     run, integrator = system.scene.run, INTEGRATORS[name]
     if not integrator.own_steps:
         largest = largest_factor(system, integrator)
-        return Plan(name, critical, plan_steps(run, integrator, critical / coarser, largest))
+        # Errors by steps do not say what none of them reads.
+        read = integrator.step_factor / driven_step(system) if run.step is None else 0.0
+        return Plan(name, critical, plan_steps(run, integrator, max(critical / coarser, read), largest))
     # A given step that steps over impacts is left to the accuracy.
     parts = 1 if run.step is None else parts_of(run.step, critical_frequency(system), integrator.largest)
     per_frame = max(1, math.ceil(run.samples / run.frames))
     schedule = Schedule(run.duration / (run.frames * per_frame), parts, 1, per_frame, run.frames)
     return Plan(name, 0.0, schedule, run.step if parts == 1 else None)
+
+
+def driven_step(system: System) -> float:
+    """Return the longest step that reads all driven motions [s], at most one for each sample; infinite without any."""
+    run = system.scene.run
+    longest = run.duration / run.samples
+    for drive in system.driving.drives:
+        longest, _ = _followed(drive, run.duration, longest, FOLLOWED)
+    return longest if system.driving.drives else math.inf
+
+
+def refuse_unread(system: System, step: float) -> None:
+    """Raise a SceneError where steps [s] pass over a part of a driven motion."""
+    for drive in system.driving.drives:
+        longest, time = _followed(drive, system.scene.run.duration, step, PASSED_OVER)
+        if longest < step:
+            raise SceneError(
+                f"motion.{drive.name}: it moves and comes back near t = {time:.6g} s between the ends of two steps of"
+                f" {step:.3g} s, which do not read it; set run.step = {longest:.2g} or leave it out"
+            )
+
+
+def _followed(drive: DrivenRows, duration: float, step: float, share: float) -> tuple[float, float]:
+    """Return the longest step between whose ends a motion follows lines, by halvings of a given one [s], and the time
+    at which it differs most from them [s].
+
+    Args:
+        share: Of the range of the motion, by which it may differ.
+
+    Raises:
+        SceneError: it jumps.
+    """
+    where, knots = f"motion.{drive.name}", [time for time, _ in drive.motion.values if 0 < time < duration]
+    grid = np.union1d(np.linspace(0.0, duration, FINEST + 1), knots)
+    if (jump := drive.motion.jump(grid, where)) is not None:
+        raise SceneError(f"{where}.expression: it jumps at t = {jump:.6g} s; a body moves continuously")
+
+    def read(times: np.ndarray) -> np.ndarray:
+        return drive.motion.places(times, where)[:, 0]
+
+    values, worst = read(grid), 0.0
+    size = float(np.ptp(values))
+    while size > 0 and duration < step * len(grid):
+        ends = np.append(np.arange(0.0, duration, step), duration)
+        apart = np.abs(values - np.interp(grid, ends, read(ends)))
+        if apart.max() <= share * size:
+            break
+        worst, step = float(grid[apart.argmax()]), 0.5 * step
+    return step, worst
 
 
 def largest_factor(system: System, integrator: type[Integrator]) -> float:

@@ -11,10 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from gudgeon.modaldb.records.modes import LoadModes, ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.simulate import simulate
 from tests.solver.systems import LENGTH, MASS, SPEED, build, build_all, rigid_records, rod_records
 
@@ -63,6 +65,55 @@ def shaken(folder: Path, step: float, duration: float, W: float) -> tuple[Trajec
     roots = np.roots([m, c, k])
     shares = np.linalg.solve(np.array([[1, 1], roots]), [-A * H.imag, -A * (s * H).imag])
     return found, A * (H * np.exp(s * t)).imag + sum(a * np.exp(r * t) for a, r in zip(shares, roots, strict=True)).real
+
+
+def pulled(folder: Path, expression: str, **run: Any) -> Trajectory:
+    """A mass of 0.5 kg on a spring of 20 N/m and a dashpot of 50 N s/m to a base that moves along x."""
+    link = {
+        "kind": "spring",
+        "body": "mass",
+        "against": "base",
+        "direction": [1, 0, 0],
+        "stiffness": 20.0,
+        "damping": 50.0,
+    }
+    scene = {
+        "body": {"base": {"freedom": ["x"]}, "mass": {"freedom": ["x"]}},
+        "force": {"s": link},
+        "motion": {"pulse": {"kind": "translation", "body": "base", "direction": [1, 0, 0], "expression": expression}},
+        "probe": {"mass": {"kind": "displacement", "body": "mass", "direction": [1, 0, 0]}},
+        "run": {"duration": 0.1, "samples": 400, "frames": 100} | run,
+    }
+    return simulate(build_all(folder, {"base": rigid_records(3.0, UP), "mass": rigid_records(0.5, UP)}, scene))
+
+
+PULSE = "1e-4*exp(-((t - 0.03312)/2e-5)**2)"
+
+
+@pytest.mark.parametrize("run", [{}, {"checks": False}])
+def test_steps_read_motions_that_come_back_between_two_samples(tmp_path: Path, run: dict[str, Any]) -> None:
+    found = pulled(tmp_path, PULSE, **run)
+    at = np.arange(0.0331 - 1e-4, 0.1, 1e-7)
+    base = 1e-4 * np.exp(-(((at - 0.03312) / 2e-5) ** 2))
+    force = np.column_stack([20.0 * base - 50.0 * 2 * (at - 0.03312) / 4e-10 * base, at])
+    exact = solve_ivp(
+        lambda t, y: [y[1], (np.interp(t, at, force[:, 0]) - 20.0 * y[0] - 50.0 * y[1]) / 0.5],
+        (at[0], at[-1]), [0.0, 0.0], t_eval=found.times[(found.times > at[0]) & (found.times < at[-1])],
+        rtol=1e-9, atol=1e-15, max_step=5e-6,
+    )  # fmt: skip
+    peak = np.abs(exact.y[0]).max()
+    assert peak > 3e-7
+    assert np.abs(found.probes["mass"].values[:, 0]).max() == pytest.approx(peak, rel=0.01)
+
+
+def test_given_steps_that_pass_over_a_motion_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"motion\.pulse: it moves and comes back near t = 0\.0331.* set run\.step"):
+        pulled(tmp_path, PULSE, step=2.5e-4)
+
+
+def test_a_jump_and_back_between_two_looks_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"motion\.pulse\.expression: it jumps at t = 0\.03331"):
+        pulled(tmp_path, "1e-4*step(t - 0.033311)*step(0.033319 - t)")
 
 
 def test_shaken_oscillator_is_of_second_order(tmp_path: Path) -> None:

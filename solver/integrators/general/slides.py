@@ -12,7 +12,7 @@ import numpy as np
 
 from gudgeon.solver.compiled import copy, inner
 from gudgeon.solver.contact.pattern import between
-from gudgeon.solver.contact.weights import weigh
+from gudgeon.solver.contact.weights import SHORT, slope, weigh
 from gudgeon.solver.integrators.general.rows import displaced, moved
 
 NOW, BEFORE = range(2)
@@ -91,6 +91,16 @@ def _spread(slides, i, moment, amount, values):  # type: ignore[no-untyped-def]
             first, part = corner + b * width, amount * slides.along[moment, b, i]
             for a in range(4):
                 values[first + a] += part * slides.across[i, a]
+
+
+@inner
+def _spread_slope(slides, i, amount, values):  # type: ignore[no-untyped-def]
+    """Add an amount on a port to values of the functions that it touches, with the slopes of its weights along."""
+    corner, width = slides.corner[NOW, i], slides.width[i]
+    for b in range(4):
+        first, part = corner + b * width, amount * slope(slides.along[NOW, 3, i], b)
+        for a in range(4):
+            values[first + a] += part * slides.across[i, a]
 
 
 @inner
@@ -290,21 +300,25 @@ def place_surfaces(constants, state):  # type: ignore[no-untyped-def]
 
 @inner
 def drag_along(constants, state):  # type: ignore[no-untyped-def]
-    """Find the force [N] along the line of sliding on each deformed surface, λ̄ᵀ ΔN e / Δσ."""
+    """Find the force [N] along the line of sliding on each deformed surface, λ̄ᵀ ΔN e / Δσ.
+
+    Where ΔN is round-off, its slope takes the place of the quotient: a quotient of round-off by less is any force.
+    """
     slides = state.slides
     slip = slides.inward[1]
     for g in range(len(slides.drag)):
-        slid, total = slides.sigma[NOW, g] - slides.sigma[BEFORE, g], 0.0
-        slides.drag[g] = 0.0
-        if slid == 0.0:
-            continue
+        slid, total, spacing = slides.sigma[NOW, g] - slides.sigma[BEFORE, g], 0.0, slides.chart[g, 1]
         first = slides.surface[g, 0]
         last = first + slides.surface[g, 1] * slides.surface[g, 2]
         slip[first:last] = 0.0
         for i in range(slides.ports[g, 0], slides.ports[g, 1]):
-            if state.mean[i] != 0.0 and slides.corner[NOW, i] >= 0 and slides.corner[BEFORE, i] >= 0:
+            if state.mean[i] == 0.0 or slides.corner[NOW, i] < 0 or slides.corner[BEFORE, i] < 0:
+                continue
+            if abs(slid) > SHORT * spacing:
                 _spread(slides, i, NOW, state.mean[i] / slid, slip)
                 _spread(slides, i, BEFORE, -state.mean[i] / slid, slip)
+            else:
+                _spread_slope(slides, i, state.mean[i] / spacing, slip)
         for f in range(first, last):
             if slip[f] != 0.0:
                 by_forces = displaced(constants.residual, f, state.held, state.listed)

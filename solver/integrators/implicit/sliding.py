@@ -3,7 +3,7 @@
 from gudgeon.solver.compiled import copy, inner
 from gudgeon.solver.contact.compliance import Listed, combine, gather, pack, scatter, window
 from gudgeon.solver.contact.lcp import append, drop_expected
-from gudgeon.solver.contact.weights import weigh
+from gudgeon.solver.contact.weights import SHORT, slope, weigh
 from gudgeon.solver.integrators.implicit.open_contacts import least
 
 MARGIN = 1
@@ -240,7 +240,10 @@ def _drop_open(matrix, shifted, active, expected):  # type: ignore[no-untyped-de
 
 @inner
 def drag_along(modes, points, masters, matrix):  # type: ignore[no-untyped-def]
-    """Find the force [N] of each deformed master along the line of sliding, λ̄ᵀ ΔN e / Δσ; it acts in the next step."""
+    """Find the force [N] of each deformed master along the line of sliding, λ̄ᵀ ΔN e / Δσ; it acts in the next step.
+
+    Where ΔN is round-off, its slope takes the place of the quotient: a quotient of round-off by less is any force.
+    """
     drag, slid, corner, along = masters.drag, masters.slid, masters.corner, masters.along
     slip = masters.function_forces[2]
     slip[:] = 0.0
@@ -250,10 +253,13 @@ def drag_along(modes, points, masters, matrix):  # type: ignore[no-untyped-def]
         while matrix.block[k, 1] <= i:
             k += 1
         now, then, width = corner[0, i], corner[1, i], matrix.space[k, 1]
-        if slid[k] != 0.0 and now >= 0 and then >= 0:
-            amount = points.amounts[1, n] / slid[k]
+        if now >= 0 and then >= 0:
+            spacing = masters.chart[k, 1]
+            short = abs(slid[k]) <= SHORT * spacing
+            amount = points.amounts[1, n] / (spacing if short else slid[k])
             for b in range(4):
-                here, there = amount * along[0, b, i], amount * along[1, b, i]
+                here = amount * (slope(along[0, 3, i], b) if short else along[0, b, i])
+                there = 0.0 if short else amount * along[1, b, i]
                 for a in range(4):
                     slip[now + b * width + a] += here * matrix.across[i, a]
                     slip[then + b * width + a] -= there * matrix.across[i, a]

@@ -10,6 +10,7 @@ import pytest
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.modaldb.traction import cubic_weights
 from gudgeon.solver.contact.blocks import full
+from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System
 from tests.solver.systems import SPACING, block_records, build_all, march, pair_scene, plate_records
@@ -69,6 +70,25 @@ def test_at_rest_it_is_a_pair_with_fixed_weights(tmp_path: Path, damping: dict[s
     np.testing.assert_allclose(slides.velocities, stands.velocities, rtol=0, atol=ROUND_OFF)
     if damping is None:
         np.testing.assert_allclose(slides.energies, stands.energies, rtol=0, atol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("over_ports", [False, True])
+@pytest.mark.parametrize("speed", [1e-18, 1e-22])
+def test_drag_of_a_way_of_round_off_is_that_of_the_slope(
+    tmp_path: Path, over_ports: bool, speed: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The drag is a quotient of two changes in a step, both round-off where hardly anything slides."""
+    if over_ports:
+        monkeypatch.setattr(Scene, "general", property(lambda self: True))
+    slow, quick = (
+        simulate(pair(tmp_path / name, pair_scene(along, duration=2e-4, step=STEP, checks=False)))
+        for name, along in (("slow", speed), ("quick", 1e-6))
+    )
+    gained = [run.quantities["part.velocity_y"]["value"] for run in (slow, quick)]
+    assert gained[0] - speed == pytest.approx(gained[1] - 1e-6, rel=0.02)
+    assert impulse(slow) == pytest.approx(impulse(quick), rel=1e-9)
+    assert slow.energy_drift < DRIFT
+    assert slow.momentum_residual < ROUND_OFF
 
 
 def frozen(system: System) -> System:
