@@ -18,18 +18,19 @@ NOISE = 1e3 * float(np.finfo(float).eps)
 def jump_of(function: Callable[[np.ndarray], np.ndarray], times: np.ndarray) -> float | None:
     """Return a time between given ones, (t,), at which a function of times jumps; None without one."""
     found = function(times)
-    least = JUMP * max(float(np.abs(found).max()), float(np.finfo(float).tiny))
-    (k,) = np.nonzero(np.abs(np.diff(found)) > least)
+    largest = max(float(np.abs(found).max()), float(np.finfo(float).tiny))
+    (k,) = np.nonzero(np.abs(np.diff(found)) > JUMP * largest)
     if not len(k):
         return None
     begin, end, low, high = times[k], times[k + 1], found[k], found[k + 1]
     for _ in range(HALVINGS):
         middle = 0.5 * (begin + end)
         value = function(middle)
+        largest = max(largest, float(np.abs(value).max()))  # All of a pulse may lie between two of the times.
         later = np.abs(high - value) > np.abs(value - low)
         begin, low = np.where(later, middle, begin), np.where(later, value, low)
         end, high = np.where(later, end, middle), np.where(later, high, value)
-    jumps = np.abs(high - low) > least
+    jumps = np.abs(high - low) > JUMP * largest
     return float(end[jumps][0]) if jumps.any() else None
 
 

@@ -32,3 +32,14 @@ def test_jumps_are_found_where_they_are() -> None:
     grid = np.linspace(0, 1, 101)
     assert jump_of(lambda t: np.where(t < 0.3141, t, t + 1e-3), grid) == pytest.approx(0.3141, abs=1e-9)
     assert jump_of(lambda t: np.sin(50 * t), grid) is None
+
+
+def test_a_pulse_between_two_looks_is_no_jump() -> None:
+    """At the look at its end it is round-off of its sine, which is no measure of a jump."""
+    grid = np.linspace(0.0, 1.0, 4001)
+
+    def pulse(t: np.ndarray) -> np.ndarray:
+        return 1e-4 * np.sin(np.pi * (t - 0.3333) / 2e-4) ** 2 * np.heaviside(t - 0.3333, 1.0) * (t <= 0.3335)
+
+    assert 0.0 < pulse(grid).max() < 1e-20
+    assert jump_of(pulse, grid) is None
