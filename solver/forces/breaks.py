@@ -18,6 +18,9 @@ NOTICED = 1e-2
 """Second difference of a function over its range."""
 APART = 4
 """Intervals between two points of one span at most."""
+TRAIN, OFF = 8, 2.0
+"""Spans in a row, and the longest gap between two over the shorter of them, that are one: an oscillation, as a sine,
+whose stages are read in any step that follows it."""
 MOST_ROWS = 5000
 """Rows of a table at whose kinks steps end at most."""
 NARROWER = 26
@@ -32,7 +35,7 @@ KINK = 1e-6
 """Deviation of a row from the line through its neighbours, over the range of the table, that is a kink."""
 
 
-def breaks_of(read: Callable[[np.ndarray], np.ndarray], duration: float) -> np.ndarray:
+def breaks_of(read: Callable[[np.ndarray], np.ndarray], duration: float, *, trains: bool = True) -> np.ndarray:
     """Return the times at which steps should end, and where the next ones begin, (b, 2) [s], ascending.
 
     The two differ, by round-off, where a function jumps, which may have any value there.
@@ -40,6 +43,8 @@ def breaks_of(read: Callable[[np.ndarray], np.ndarray], duration: float) -> np.n
     Args:
         read: Values of functions at times, (t,) → (t, k).
         duration: Of the run [s].
+        trains: Whether each crest of an oscillation may be a span of its own, which steps with an error estimate need
+            not.
     """
     values = read(np.linspace(0.0, duration, FINEST + 1)).reshape(FINEST + 1, -1)
     size = np.ptp(values, axis=0)
@@ -53,11 +58,23 @@ def breaks_of(read: Callable[[np.ndarray], np.ndarray], duration: float) -> np.n
         if not len(at):
             continue
         gaps = np.diff(at) > APART
-        first, last = at[np.append(True, gaps)], at[np.append(gaps, True)]
-        found.append(np.repeat(spacing * np.concatenate([first - 1, last + 1])[:, None], 2, axis=1))
+        first, last = at[np.append(True, gaps)] - 1, at[np.append(gaps, True)] + 1
+        if not trains:
+            first, last = _without_trains(first, last)
+        found.append(np.repeat(spacing * np.concatenate([first, last])[:, None], 2, axis=1))
         if grid == 0 and len(at) <= MOST_ROWS:
             sharp = _sharp(lambda times: read(times).reshape(len(times), -1) / size, spacing * at, spacing)
     return within([*found, sharp], duration)
+
+
+def _without_trains(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where spans begin and end, of which many in a row with short gaps are one."""
+    lengths, gaps = last - first, first[1:] - last[:-1]
+    close = gaps <= OFF * np.minimum(lengths[1:], lengths[:-1])
+    number = np.append(0, np.cumsum(~close))
+    within = np.bincount(number)[number] >= TRAIN
+    inner = within[1:] & within[:-1] & close
+    return first[np.append(True, ~inner)], last[np.append(~inner, True)]
 
 
 def _sharp(read: Callable[[np.ndarray], np.ndarray], at: np.ndarray, spacing: float) -> np.ndarray:

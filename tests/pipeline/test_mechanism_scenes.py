@@ -195,6 +195,13 @@ def test_joints_that_close_by_deformation_say_so(tmp_path: Path) -> None:
         run(DATA / "elastic-slider-crank", set=changes, **places)
 
 
+def test_velocities_that_need_deformation_are_said(tmp_path: Path) -> None:
+    places: dict[str, Any] = {"db": tmp_path / "db", "out": tmp_path / "out", "until": "solve"}
+    done = run(DATA / "elastic-slider-crank", set=SHORTEST | {"body.slider.velocity": [5.0, 0.0, 0.0]}, **places)
+    text = "body.slider: its velocity at the start does not obey the joints of bodies that do not deform at the start;"
+    assert any(note.startswith(f"{text} it was changed by 5 m/s") for note in done.notes)
+
+
 @pytest.mark.parametrize("start", [0.0, 0.3])
 def test_a_drive_that_works_by_deformation_alone_is_said(start: float, tmp_path: Path) -> None:
     """At the dead centre a drive of the slider stretches the rod; beside it, the crank turns."""

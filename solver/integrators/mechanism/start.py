@@ -22,6 +22,7 @@ from gudgeon.solver.integrators.mechanism.constraints.dependence import (
     spans,
     unit_rows,
 )
+from gudgeon.solver.integrators.mechanism.constraints.nearness import check_nearness
 from gudgeon.solver.integrators.mechanism.energy import inertia_factor, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.step import close, keep_angles, match, observe
@@ -29,8 +30,6 @@ from gudgeon.solver.joints.coupled import Driven
 
 ASSEMBLED = 1e-12
 """Violation over the size of the scene up to which a mechanism is closed."""
-ROUGH = 3e-9
-"""Distance of neighbouring numbers at a place over the size of the mechanism beyond which joints do not close."""
 MORE = 20
 """Times that Newton's method goes on from where it ended."""
 OPEN = 1e-6
@@ -74,7 +73,7 @@ def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Sta
     if not len(model.row_terms):
         return Start(state, 0, 0, [])
     size, placed = reach_of(found), state.copy()
-    _check_nearness(found, size)
+    check_nearness(found.names, found.centres, size)
     # First as rigid bodies, where the joints can be closed so.
     if model.elastic[:, 0].any() and not _closes(_stiff(model), work, state, given):
         state[:] = placed
@@ -167,21 +166,6 @@ def _without_rates(model: Model, work: Work, state: np.ndarray) -> None:
         momenta = L @ (L.T @ np.concatenate([np.zeros(m), omega]))
         state[spin] = turn @ momenta[m:]
         modal_parts(model, state, b)[1][:] = momenta[:m]
-
-
-def _check_nearness(found: Linkage, size: float) -> None:
-    """Raise a SceneError where a mechanism is so far from the origin that its joints cannot be closed in round-off.
-
-    Args:
-        size: Of the mechanism [m].
-    """
-    far = np.abs(found.centres).max(axis=1)
-    if (step := float(np.spacing(far.max()))) > ROUGH * size:
-        name = found.names[int(far.argmax())]
-        raise SceneError(
-            f"body.{name}.position: {far.max():.3g} m from the origin, where places are multiples of {step:.2g} m, too"
-            f" coarse for joints of a mechanism of {size:.3g} m; place the scene nearer to the origin"
-        )
 
 
 def _rates_given(found: Linkage, name: str) -> tuple[bool, bool]:
@@ -295,14 +279,15 @@ def _changed(found: Linkage, model: Model, work: Work, wanted: np.ndarray, state
     spins = [motion_of(model, work, y).omega for y in (wanted, state)]
     largest = max(float(np.abs(y[:, SPEED : SPEED + 3]).max()) for y in (one, other))
     fastest = max(float(np.abs(spin).max()) for spin in spins)
+    stiff = " of bodies that do not deform at the start" if model.elastic[:, 0].any() else ""
     for b, name in enumerate(found.names):
         moves, turns = _rates_given(found, name)
         apart = float(np.linalg.norm(other[b, SPEED : SPEED + 3] - one[b, SPEED : SPEED + 3])) if moves else 0.0
         turned = float(np.linalg.norm(spins[1][b] - spins[0][b])) if turns else 0.0
         if apart > SAID * largest or turned > SAID * fastest:
             notes.append(
-                f"body.{name}: its velocity at the start does not obey the joints; it was changed by {apart:.3g} m/s"
-                f" and {turned:.3g} rad/s"
+                f"body.{name}: its velocity at the start does not obey the joints{stiff}; it was changed by"
+                f" {apart:.3g} m/s and {turned:.3g} rad/s"
             )
     return notes
 

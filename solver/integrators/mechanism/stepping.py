@@ -51,7 +51,7 @@ def breaks_in(given: Given, tables: Iterable[tuple[tuple[float, float], ...]], d
 
     if not read(np.zeros(1)).size:
         return np.empty((0, 2))
-    return within([breaks_of(read, duration), *(kinks_of(one, duration) for one in tables)], duration)
+    return within([breaks_of(read, duration, trains=False), *(kinks_of(one, duration) for one in tables)], duration)
 
 
 class Stepping:

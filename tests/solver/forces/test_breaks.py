@@ -1,6 +1,7 @@
 """Where steps should end: pulses of any width, kinks and jumps, and functions that need none."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
@@ -69,3 +70,26 @@ def test_means_over_steps_have_the_impulse(expression: str, impulse: float, step
     dt = DURATION / steps
     means = force.means(dt * np.arange(steps), dt, "force.f", force.breaks(DURATION, "force.f"))
     assert means.sum() * dt == pytest.approx(impulse, rel=1e-3 if steps == 7 and "sin" in expression else 1e-6)
+
+
+@pytest.mark.parametrize("periods", [64, 450, 3500])
+def test_an_oscillation_is_one_span(periods: int) -> None:
+    """On a grid of 32 to 42 points a period, only its crests bend by more than is noticed; steps do not end at each."""
+    read = partial(_sine, periods)
+    assert len(breaks_of(read, DURATION)) > periods
+    assert len(breaks_of(read, DURATION, trains=False)) <= 4
+
+
+def _sine(periods: int, times: np.ndarray) -> np.ndarray:
+    return np.sin(2 * np.pi * periods * times / DURATION + 0.3)[:, None]
+
+
+def test_pulses_far_apart_are_spans_of_their_own() -> None:
+    """A train of ten, each a hundredth of the time between two."""
+    middles = DURATION * (0.05 + 0.1 * np.arange(10))
+
+    def read(times: np.ndarray) -> np.ndarray:
+        return np.exp(-(((times[:, None] - middles) / 0.01) ** 2)).sum(axis=1)[:, None]
+
+    begins = breaks_of(read, DURATION, trains=False)[:, 0]
+    assert (np.abs(begins[:, None] - middles).min(axis=0) < 0.1).all()
