@@ -56,7 +56,7 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
         clearance, radius, offset = model.touch_size[i, 0], model.touch_size[i, 1], model.touch_size[i, 2]
         u = (work.axes[a, 0, 2], work.axes[a, 1, 2], work.axes[a, 2, 2])
         arm = (offset * work.axes[b, 0, 2], offset * work.axes[b, 1, 2], offset * work.axes[b, 2, 2])
-        sa, sb = work.spin[a], work.spin[b]
+        sa, sb, belt = work.spin[a], work.spin[b], model.touch_belt[i]
         d = (
             work.place[b, 0] + arm[0] - work.place[a, 0],
             work.place[b, 1] + arm[1] - work.place[a, 1],
@@ -72,7 +72,6 @@ def set_touches(model, work):  # type: ignore[no-untyped-def]
             size = np.sqrt(e0 * e0 + e1 * e1 + e2 * e2)
             over = 1.0 / size if size > 0.0 else 0.0
             n = (e0 * over, e1 * over, e2 * over)
-        belt = model.touch_belt[i]
         v0 = work.speed[b, 0] + own[0] - work.speed[a, 0] - carried[0] - belt[0]
         v1 = work.speed[b, 1] + own[1] - work.speed[a, 1] - carried[1] - belt[1]
         v2 = work.speed[b, 2] + own[2] - work.speed[a, 2] - carried[2] - belt[2]
