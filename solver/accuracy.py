@@ -63,7 +63,7 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
     found, halvings, jump, most = run(plan), 0, 1, 0.0
     # The loop over ports keeps its energy at any step: this does not tell when a step is too long. Differences of
     # irregular impacts are small by chance, too: two in a row have to be, of half the accuracy.
-    unaided = system.scene.loop == "general"
+    unaided = plan.name == "implicit" and system.scene.general
     last, bound = (np.inf, 0.5 * accuracy) if unaided else (0.0, accuracy)
     while True:
         before, halvings = found, halvings + jump

@@ -82,8 +82,23 @@ class Look:
                 f" {1e3 * face.residual:8.1g}  {' '.join(filter(None, (face.name, face.colour)))}".rstrip()
             )
         lines += ["", "[component.NAME.geometry.surfaces]    # for the scene: what you need, by names of your own"]
-        lines += [f"{surface_name(face)} = {self.rules[face.number]}" for face in self.faces]
+        lines += [self.rule_line(face) for face in self.faces]
         return "\n".join(lines)
+
+    def rule_line(self, face: Face) -> str:
+        """Return a face's name and rule as a line of a scene; of faces apart from each other, which they are."""
+        line, same = f"{surface_name(face)} = {self.rules[face.number]}", self.same_rule(face)
+        joined = [face]
+        for one in joined:
+            joined += [other for other in same if other not in joined and other.edges & one.edges]
+        if len(joined) == len(same):
+            return line
+        numbers = ", ".join(str(one.number) for one in same)
+        return f"{line}  # faces {numbers}; with `at`, a point on one of them, that one alone"
+
+    def same_rule(self, face: Face) -> list[Face]:
+        """Return the faces that the rule of a face describes."""
+        return [one for one in self.faces if self.rules[one.number] == self.rules[face.number]]
 
 
 def look_at(path: str, unit: float | None, solids: Sequence[str | int], picture: Path | None) -> Look:

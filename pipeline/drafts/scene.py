@@ -121,7 +121,7 @@ def draft(look: Look, unit: float | None, solids: Sequence[str | int]) -> str:
         size=" × ".join(f"{1e3 * length:.4g}" for length in extents), mass=7850.0 * volume_of(look),
         path=json.dumps(file, ensure_ascii=False), unit="" if unit is None else f"unit = {unit:g}\n", impact=first,
         solids=f"solids = {json.dumps(list(solids))}\n" if solids else "",
-        surfaces="\n".join(f"{surface_name(face)} = {look.rules[face.number]}" for face in chosen),
+        surfaces="\n".join(look.rule_line(face) for face in chosen),
         more=_more(name, _bore(look, chosen)), velocity=_list(SPEED * impact.direction), point=_list(foot),
         normal=_list(-impact.direction), duration=duration,
     )  # fmt: skip
@@ -172,7 +172,7 @@ def _bore(look: Look, faces: Sequence[Face]) -> Face | None:
     for face in faces:
         if face.kind != "cylinder" or not face.hollow:
             continue
-        points = [one.points for one in look.faces if look.rules[one.number] == look.rules[face.number]]
+        points = [one.points for one in look.same_rule(face)]
         _, angle, _ = cylindrical(np.concatenate(points), face.shape)
         angles = np.sort(angle)
         if np.diff(angles, append=angles[0] + 2 * np.pi).max() < TURN:

@@ -143,6 +143,6 @@ def refuse_large(gauges: dict[str, sparse.csr_matrix], forces: int, where: str) 
         if rows.shape[0] * forces > LARGEST:
             raise InputError(
                 f"{where}.gauge.{name}.surface: {rows.shape[0] // 6} nodes under {forces} rows of interfaces give"
-                f" {rows.shape[0] * forces:.2g} numbers, at most {LARGEST:.2g}; use a smaller surface or fewer contact"
-                " points"
+                f" {1e-6 * rows.shape[0] * forces:.4g} million numbers, allowed: {1e-6 * LARGEST:.4g}; use a smaller"
+                " surface or a coarser mesh, or leave the gauge out"
             )

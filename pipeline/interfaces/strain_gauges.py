@@ -22,6 +22,13 @@ TILT = 5.0
 FAR = 0.01
 """Distance outside the box of a solid part, over its largest extent, from which on a place is not on the part."""
 LINES = np.array([[0, 1], [1, 2], [2, 0]])
+LEVELS = 4
+"""How often a facet is divided around its nearest place, eight times along each edge: chords are then 1e-7 off it."""
+PARTS = np.array(
+    [[[i, j], [i + 1, j], [i, j + 1]] for i in range(8) for j in range(8 - i)]
+    + [[[i + 1, j], [i + 1, j + 1], [i, j + 1]] for i in range(7) for j in range(7 - i)]
+) / 8  # fmt: skip
+"""Corners s, t of the 64 parts of a triangle, (64, 3, 2), which run as its own."""
 
 
 def along(direction: np.ndarray) -> np.ndarray:
@@ -64,9 +71,7 @@ def _refuse_off(mesh: MeshRecord, point: np.ndarray, line: np.ndarray, where: st
             raise InputError(f"{where}.direction: it leaves the plane of the part; allowed: directions in x and y")
         return
     skin = _skin(mesh)
-    nearest, distance, facet = nearest_on(mesh.nodes[skin], point)
-    corners = mesh.nodes[skin[facet]]
-    size = float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max())
+    nearest, distance, corners, size = _nearest(mesh.nodes[skin], point)
     if distance > OFF * size:
         raise InputError(f"{where}.point: {point.tolist()} given, it lies {distance:.4g} m off the surface of the part;"
                          f" its nearest place is {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
@@ -89,14 +94,42 @@ def refuse_far(mesh: MeshRecord, point: np.ndarray, where: str) -> None:
     low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
     if (np.maximum(low - point, point - high) <= FAR * (high - low).max()).all():
         return
-    nearest, distance, _ = nearest_on(mesh.nodes[_skin(mesh)], point)
+    nearest, distance, *_ = _nearest(mesh.nodes[_skin(mesh)], point)
     raise InputError(f"{where}: {point.tolist()} given, it lies {distance:.4g} m off the part; its nearest place is"
                      f" {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
 
 
 def _skin(mesh: MeshRecord) -> np.ndarray:
-    """Return the corner nodes of the facets of a solid part's surface, (f, 3)."""
-    return mesh.cells[:, FACES][side_counts(mesh.cells, FACES) == 1][:, :3]
+    """Return the nodes of the facets of a solid part's surface, corners first, (f, 6)."""
+    return mesh.cells[:, FACES][side_counts(mesh.cells, FACES) == 1]
+
+
+def _nearest(facets: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, float]:
+    """Return the nearest place of curved facets (f, 6, 3) to a point [m], its distance, three points on the facet
+    around it, (3, 3), which run as its corners, and the facet's longest edge [m]."""
+    corners = facets[:, :3]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    sag = np.linalg.norm(facets[:, 3:] - 0.5 * (corners + np.roll(corners, -1, axis=1)), axis=2).max(axis=1)
+    nearest, distance, best = nearest_on(corners, point)
+    near = np.linalg.norm(corners.mean(axis=1) - point, axis=1) - edges - 2 * sag <= distance + 2 * sag.max()
+    around = corners[best]
+    facets, edges = facets[near], edges[near]
+    number = np.repeat(np.arange(len(facets)), len(PARTS))
+    places = np.tile(PARTS, (len(facets), 1, 1))
+    for _ in range(LEVELS):
+        flat = np.einsum("pka,pax->pkx", _shapes(places), facets[number])
+        nearest, distance, best = nearest_on(flat, point)
+        around, number = flat[best], np.full(len(PARTS), number[best])
+        weights = np.stack([1 - PARTS.sum(axis=2), PARTS[..., 0], PARTS[..., 1]], axis=2)
+        places = weights @ places[best]
+    return nearest, distance, around, float(edges[number[0]])
+
+
+def _shapes(places: np.ndarray) -> np.ndarray:
+    """Return the shape functions of six-node triangles at places s, t, (..., 2), as (..., 6)."""
+    s, t = places[..., 0], places[..., 1]
+    r = 1 - s - t
+    return np.stack([r * (2 * r - 1), s * (2 * s - 1), t * (2 * t - 1), 4 * r * s, 4 * s * t, 4 * t * r], axis=-1)
 
 
 def nearest_on(corners: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, int]:

@@ -49,11 +49,17 @@ def field_frequency(system: System) -> float:
     return float(np.sqrt(np.abs(found).max()))
 
 
+def _over_flexibility(system: System) -> bool:
+    """Return whether all contacts are over flexibility alone, without rigid points and laws."""
+    return not system.rigid_contact.any() and all(one.law is None for one in system.scene.contact.values())
+
+
 def choose(system: System) -> tuple[str, float]:
     """Return the integrator that runs a system, and ω_c that sets its step [rad/s]; 0 where it chooses its steps.
 
-    Of those that `auto` can take, exact motion between located events is the better one while points are few, and
-    explicit contact gives way to implicit contact where stiff surfaces ask for too many steps.
+    Of those that `auto` can take, exact motion between located events is the better one while points are few: where a
+    face of many points over flexibility closes at once, its events follow each other without end. Explicit contact
+    gives way to implicit contact where stiff surfaces ask for too many steps.
 
     Raises:
         SolverError: the contact's compliance is singular.
@@ -63,6 +69,8 @@ def choose(system: System) -> tuple[str, float]:
     if run.integrator == "auto":
         if name == "implicit" and points <= FEW_POINTS and "event" in scene.carriers() and run.step is None:
             name = "event"
+        elif name == "event" and points > FEW_POINTS and _over_flexibility(system):
+            name = "implicit"
         elif name == "explicit" and "implicit" in scene.carriers():
             steps = run.duration * critical() / INTEGRATORS[name].step_factor
             name = "implicit" if steps * max(1, points) > MANY else name

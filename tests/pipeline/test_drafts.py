@@ -35,6 +35,26 @@ def test_every_rule_describes_its_face(step: Path, look: Look) -> None:
             assert chosen == [face.number], look.rules[face.number]
 
 
+def stepped(occ: Any) -> None:
+    occ.fuse([(3, occ.addCylinder(0, 0, 0, 40, 0, 0, 8))], [(3, occ.addCylinder(40, 0, 0, 80, 0, 0, 12)),
+                                                          (3, occ.addCylinder(120, 0, 0, 40, 0, 0, 8))])  # fmt: skip
+
+
+def test_a_rule_of_faces_apart_from_each_other_says_so(tmp_path: Path, look: Look) -> None:
+    """The journals of a shaft at both ends are one true surface, which `at` divides."""
+    path = write_cad(tmp_path / "shaft.step", stepped)
+    shaft = look_at(str(path), None, (), None)
+    journals = [face for face in shaft.faces if face.kind == "cylinder" and face.shape["radius"] == pytest.approx(8e-3)]
+    assert len(journals) == 2
+    numbers = ", ".join(str(one.number) for one in journals)
+    for one in journals:
+        assert shaft.rule_line(one).endswith(f"  # faces {numbers}; with `at`, a point on one of them, that one alone")
+    with opened(part(path)) as found:
+        rule = FaceRule.model_validate({"cylinder_radius": 0.008, "at": journals[1].points[0].tolist()})
+        assert [one.number for one in chosen_faces(rule, found.faces, found.away, "here")] == [journals[1].number]
+    assert not any("#" in look.rule_line(face) for face in look.faces)
+
+
 def test_faces_prints_and_draws(
     step: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon.modaldb.records.modes import GaugeModes
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.contact.blocks import full
 from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.steps import plan_steps
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.run import Run
@@ -21,6 +23,7 @@ from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System
 from tests.solver.systems import LENGTH, MASS, SPEED, block_records, block_scene, build, rod_records, rod_scene
 
+LINEAR = {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e9}}
 ROUND_OFF = 1e-11
 SPLITTING = 0.2**2 / 8
 """Energy error of the split step on an oscillator at ω_c with dt = 0.2/ω_c, the worst that a system can show."""
@@ -209,3 +212,17 @@ def test_reduction_without_residual_needs_springs(tmp_path: Path) -> None:
     modal, morph = rod_records(5)
     with pytest.raises(SceneError, match=r"contact\.wall\.method"):
         build(tmp_path, (replace(modal, residual_flexibility=None, reduction="normal+static"), morph), rod_scene())
+
+
+@pytest.mark.parametrize(("contact", "count", "name"), [({}, 20, "implicit"), ({}, 4, "event"), (LINEAR, 20, "event")])
+def test_auto_takes_located_events_of_a_few_points_over_flexibility(
+    tmp_path: Path, contact: dict[str, Any], count: int, name: str
+) -> None:
+    """With a gauge and gravity, which the fastest loops lack; a law keeps its events."""
+    modal, morph = block_records(count)
+    values, quasi = np.ones((6, 8)), np.zeros((6, count))
+    modal = replace(modal, gauges={"strain": GaugeModes(values, quasi, "Pa")})
+    scene = block_scene(**contact)
+    scene["body"]["part"]["gauges"] = ["strain"]
+    scene["run"]["gravity"] = [0.0, 0.0, -9.81]
+    assert choose(build(tmp_path, (modal, morph), scene))[0] == name

@@ -17,7 +17,7 @@ PIECE, FARTHEST = 0.1, 1.5
 
 @dataclass(frozen=True)
 class Moving:
-    """A body with its points: those of its joints and contacts and, last, its centre of mass."""
+    """A body with its points: those of its joints, springs and contacts and, last, its centre of mass."""
 
     name: str
     points: np.ndarray
@@ -66,6 +66,7 @@ def moving_bodies(drawing: Drawing) -> list[Moving]:
     """Return the bodies of a mechanism."""
     scene, found = drawing.scene, []
     hinges = [one for one in scene["joint"].values() if "body" in one]
+    hinges += [one for one in scene.get("force", {}).values() if one["kind"] in ("spring", "bushing")]
     for name in drawing.trajectory.bodies:
         settings = Body.model_validate(scene["body"][name])
         centre = np.asarray(settings.position) + drawing.design(name, ["centre"]).centre

@@ -1,5 +1,7 @@
 """`mechanism.png`: the bodies of a mechanism at some times, with the paths of their points, angles and reactions."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -10,10 +12,13 @@ from gudgeon.pipeline.plots.mechanism.motion import Moving, moving_bodies
 
 SHOWN, MOST = 5, 8
 """Positions that are drawn, and joints whose histories are."""
-LINES = "bodies as lines between joints, contacts and centres"
+LINES = "bodies as lines between joints, contacts, springs and centres"
 FLAT = 1e-3
 """Extent of a mechanism across a plane over its own, below which it is drawn in the plane."""
 NAMES = ("x", "y", "z")
+THIN, TICKS, ZOOM, PAD = 0.2, 5, 1.15, 10.0
+"""Least width of an axis in space over the longest, ticks along the longest, size over that of matplotlib, and room
+between ticks and the axis' name [points]."""
 
 
 def draw_mechanism(drawing: Drawing) -> None:
@@ -44,7 +49,7 @@ def _bodies(figure: Figure, place, bodies: list[Moving], drawing: Drawing) -> No
     """Draw lines through the points of each body at some samples, and the paths of the points."""
     every = [body.places(slice(None)) for body in bodies]
     cloud = np.concatenate([one.reshape(-1, 3) for one in every])
-    extent, shown = np.ptp(cloud, axis=0), plane_of(every)
+    shown = plane_of(every)
     flat = len(shown) == 2
     axes = figure.add_subplot(place) if flat else figure.add_subplot(place, projection="3d")
     samples = np.unique(np.linspace(0, len(every[0]) - 1, SHOWN).astype(int))
@@ -72,8 +77,18 @@ def _bodies(figure: Figure, place, bodies: list[Moving], drawing: Drawing) -> No
         _obstacles(axes, drawing, cloud[:, shown], shown)
     else:
         axes.set_zlabel(labels[2])  # type: ignore[attr-defined]
-        axes.locator_params(nbins=5)
-        axes.set_box_aspect(np.maximum(extent, 0.2 * extent.max()))  # type: ignore[arg-type]
+        _same_scale(axes, cloud)
+
+
+def _same_scale(axes: Any, cloud: np.ndarray) -> None:
+    """Give all three axes one scale, and each as many ticks as its length has room for."""
+    middle, extent = 0.5 * (cloud.min(axis=0) + cloud.max(axis=0)), np.ptp(cloud, axis=0)
+    widths = 1.05 * np.maximum(extent, THIN * extent.max())
+    for name, centre, width in zip(NAMES, middle, widths, strict=True):
+        axes.set(**{f"{name}lim": (centre - width / 2, centre + width / 2)})
+        getattr(axes, f"{name}axis").labelpad = PAD
+        axes.locator_params(axis=name, nbins=max(2, round(TICKS * width / widths.max())))
+    axes.set_box_aspect(widths, zoom=ZOOM)
 
 
 def plane_of(every: list[np.ndarray]) -> np.ndarray:

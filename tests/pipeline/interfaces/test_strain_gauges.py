@@ -1,5 +1,6 @@
 """Strain gauges on solids and beams: uniform strains, bent beams in closed form, and places that are refused."""
 
+import json
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,24 @@ def test_gauges_off_the_surface_are_refused(gauge: dict[str, Any], message: str)
     given = {"point": [0.0, 0.0, 0.01], "direction": [1, 0, 0], "quantity": "strain"} | gauge
     with pytest.raises(InputError, match=message):
         rows_of(BOX, {"g": given}, 0.008)
+
+
+TUBE = {"kind": "liner", "bore_radius": 0.01, "wall": 0.004, "length": 0.03, "flange_height": 0.004,
+        "flange_width": 0.004}  # fmt: skip
+
+
+@pytest.mark.parametrize("radius", [0.01, 0.014])
+def test_places_of_a_curved_surface_are_those_of_its_elements(radius: float) -> None:
+    """Hollow and round: chords of the elements are half a millimetre off the surface, to which gauges stick."""
+    gauge = {"direction": [0, 0, 1], "quantity": "strain"}
+    at = radius * np.array([np.cos(0.3), np.sin(0.3)])
+    with pytest.raises(InputError, match="its nearest place is") as refused:
+        rows_of(TUBE, {"g": gauge | {"point": [*(at * (1 + 100 * (radius - 0.012))), 0.013]}}, 0.006)
+    nearest = json.loads(str(refused.value).split("its nearest place is ")[1])
+    assert np.hypot(*nearest[:2]) == pytest.approx(radius, rel=2e-3)
+    for place in (nearest, [*at, 0.013]):
+        model, rows = rows_of(TUBE, {"g": gauge | {"point": place}}, 0.006)
+        assert rows["g"] @ (model.nodes * [0.0, 0.0, 1e-3]).ravel() == pytest.approx(1e-3, rel=1e-9)
 
 
 @pytest.mark.parametrize("turned", [False, True])

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -66,6 +67,26 @@ checks = false
 """
 
 
+ROTOR = """
+[component.rotor]
+geometry = { kind = "rigid", mass = 1.0, inertia = [1e-4, 1e-3, 1e-3] }
+[body.rotor]
+angular_velocity = [100.0, 0.0, 0.0]
+[joint.left]
+kind = "revolute"
+body = "rotor"
+at = [-0.1, 0.0, -0.001]
+axis = [1.0, 0.0, 0.0]
+[force.right]
+kind = "bushing"
+body = "rotor"
+at = [0.1, 0.0, -0.001]
+stiffness = [1e3, 1e3, 1e3]
+[run]
+duration = 0.02
+samples = 20
+accuracy = 1e-4
+"""
 STOP = {"body": "bob", "against": {"shape": "plane", "point": [0.0, 0.0, -0.05], "normal": [0.0, 0.0, 1.0]}}
 
 
@@ -144,3 +165,21 @@ def test_paths_have_a_place_at_each_sample_and_are_seen(turned: Drawing) -> None
     assert sum(to_hex(line.get_color()) == style.GREY and len(line.get_xdata()) >= 20 for line in lines) == 5
     tone = np.array(to_rgb(style.GREY)) @ [0.2126, 0.7152, 0.0722]
     assert tone < 0.65
+
+
+def test_axes_in_space_have_one_scale_and_ticks_that_fit(tmp_path: Path) -> None:
+    """A rotor whose centre is a millimetre off its axis, on a bushing at its end, to which it is drawn."""
+    (tmp_path / "scene.toml").write_text(ROTOR)
+    key = run_job(open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out"), "solve").stages["solve"].key
+    drawing = Drawing(modaldb.open(tmp_path / "db"), key, "rotor", tmp_path, tmp_path, lambda _: None)
+    figure = picture._figure(drawing)
+    figure.canvas.draw()
+    axes: Any = figure.axes[0]
+    widths = np.ptp([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()], axis=1)
+    box = axes._box_aspect
+    np.testing.assert_allclose(widths / widths.max(), box / box.max(), rtol=0.02)
+    for axis, limits in ((axes.yaxis, axes.get_ylim()), (axes.zaxis, axes.get_zlim())):
+        ticks = axis.get_major_locator()()
+        assert 2 <= ((ticks >= limits[0]) & (ticks <= limits[1])).sum() <= 3
+    (rotor,) = moving_bodies(drawing)
+    np.testing.assert_allclose((rotor.points + rotor.centre)[:2, 0], [-0.1, 0.1], rtol=0, atol=1e-12)
