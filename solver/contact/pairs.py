@@ -157,9 +157,9 @@ def _unpaired(scene: Scene, name: str, surfaces: tuple[InterfaceModes, Interface
     )
     return (
         f"contact.{name}.against.interface: has {counts[1]} points, {counts[0]} face them; the numbers must be equal,"
-        f" since interface '{interface}' of body '{body}' has no facets, as points of rigid bodies have none; let single"
-        " points meet an interface of kind 'patch', or of kind 'traction' with shape = 'surface'; points of a named"
-        " surface of a mesh have facets, with modes made by this version (`gudgeon modes SCENE`)"
+        f" since interface '{interface}' of body '{body}' has no facets, as points of rigid bodies have none; let these"
+        " meet an interface of kind 'patch', or of kind 'traction' with shape = 'surface'; points of a named surface of"
+        " a mesh have facets, with modes made by this version (`gudgeon modes SCENE`)"
     )
 
 
