@@ -382,7 +382,7 @@ def test_a_scene_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert {v for name, v in verdicts.items() if name != "initial penetration"} == {"right"}
     assert {row["rule"] for row in document["rows"] if row["group"] == "units"} == {"similarity"}
     assert next(row for row in document["rows"] if row["case"] == "step 1000")["substeps"] > 1
-    assert "7 right, 1 refused, 0 wrong" in told
+    assert "8 right, 1 refused, 0 wrong" in told
     assert (tmp_path / "out" / "robustness.png").stat().st_size > 20_000
     lines = (tmp_path / "out" / "robustness.csv").read_text().splitlines()
     assert len(lines) == 1 + len(document["rows"])
