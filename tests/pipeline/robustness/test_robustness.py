@@ -374,7 +374,7 @@ def test_a_scene_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     )
     places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
     chosen = ["--only", "units,restitution,falls,initial penetration,step 1000", "--cases", str(own)]
-    assert main(["robustness", str(tmp_path / "two.toml"), *places, *chosen]) == 0  # Seven of eight are right.
+    assert main(["robustness", str(tmp_path / "two.toml"), *places, *chosen]) == 0  # Eight of nine are right.
     told = capsys.readouterr().out
     document = json.loads((tmp_path / "out" / "robustness.json").read_text())
     verdicts = {row["case"]: row["verdict"] for row in document["rows"]}
