@@ -107,9 +107,3 @@ def test_what_it_does_not_carry(friction: dict[str, Any], why: str, tmp_path: Pa
             contact={"floor": contact(friction=friction)},
             run={"duration": 0.1},
         )
-
-
-def test_planes_that_move_are_refused(tmp_path: Path) -> None:
-    belt = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1], "velocity": [1.0, 0.0, 0.0]}
-    with pytest.raises(ValidationError, match=r"planes at rest"):
-        system_of(tmp_path, {"part": {"points": MIDDLE}}, {}, contact=rubbing(0.2, against=belt), run={"duration": 0.1})
