@@ -131,9 +131,11 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
             if compared.turned and name.endswith(ALONG):
                 continue
             if unit in SCALED and name in found.readings and (size := largest.get(unit, 0.0)) > 0:
-                apart = abs(found.readings[name][0] / units.of(unit) - value)
-                apart /= abs(value) if abs(value) > NOTHING * size else size
-                pairs.append((apart, same + places))
+                over = abs(value) if abs(value) > NOTHING * size else size
+                apart = abs(found.readings[name][0] / units.of(unit) - value) / over
+                # A displacement is the difference of two places.
+                placed = ROUND_OFFS * np.finfo(float).eps * compared.length / over if unit == "m" else 0.0
+                pairs.append((apart, same + places + placed))
     if not pairs:
         return None
     what = "first contact" if base.contact is not None else "readings"
