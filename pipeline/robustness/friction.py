@@ -49,7 +49,7 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
     rubbing = _rubbing(subject, operation.coefficient, operation.press)
     if operation.compared != "alone":  # A step that is found for each run may be another one.
         step = rubbing.scene.run.step or found_step(rubbing)
-        rubbing = replace(rubbing, scene=_with_step(rubbing.scene, step))
+        rubbing = replace(rubbing, scene=with_step(rubbing.scene, step))
     plain = Trial(rubbing)
     if operation.compared == "units":
         found = in_units(replace(subject, job=rubbing), Units(1e3, 1e-3, 1.0))
@@ -58,12 +58,12 @@ def friction(subject: Subject, operation: Any, in_units: InUnits) -> Trial:
         return Trial(replace(rubbing, scene=turned(rubbing.scene)), units=Units(), like=plain)
     if operation.compared == "frictionless":
         without = _rubbing(subject, 0.0, operation.press)
-        like = replace(without, scene=_with_step(without.scene, rubbing.scene.run.step))
+        like = replace(without, scene=with_step(without.scene, rubbing.scene.run.step))
         return replace(plain, like=Trial(like), agreement=VANISHING)
     return plain
 
 
-def _with_step(scene: Any, step: float) -> Any:
+def with_step(scene: Any, step: float) -> Any:
     """Return a scene with a given step [s], whose errors are not estimated: runs with the same one are compared."""
     return scene.model_copy(update={"run": scene.run.model_copy(update={"step": step, "checks": False})})
 

@@ -9,6 +9,7 @@ import numpy as np
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.interfaces.traction_space import MOST_FUNCTIONS, traction_space
 from gudgeon.pipeline.robustness.evidence import FirstContact
+from gudgeon.pipeline.robustness.friction import with_step
 from gudgeon.pipeline.robustness.subject import ALL_RIGID, NO_CONTACT, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import Trial, approach, found_step
 from gudgeon.pipeline.robustness.units import Units
@@ -122,10 +123,7 @@ def damping(subject: Subject, operation: Any, in_units: Callable[[Subject, Units
     except InputError:  # Other integrators than its own have damping.
         job = subject.changed(damped | automatic)
     if not INTEGRATORS[job.scene.integrator].own_steps:  # A step that is found for each run may be another one.
-        step = job.scene.run.step or found_step(job)
-        job = replace(job, scene=job.scene.model_copy(
-            update={"run": job.scene.run.model_copy(update={"step": step, "checks": False})}
-        ))  # fmt: skip
+        job = replace(job, scene=with_step(job.scene, job.scene.run.step or found_step(job)))
     found = in_units(replace(subject, job=job), Units(1e3, 1e-3, 1.0))
     return replace(found, like=found.like or Trial(job), stretch=None, same=SAME_SPACE)
 
