@@ -80,7 +80,8 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     refuse_ambiguous_friction(system)
     system = begun(system)
     plan = plan_run(system)
-    refuse_unread(system, plan.step)
+    if system.scene.run.step is not None or plan.integrator.own_steps:  # Others are chosen so that they read them.
+        refuse_unread(system, plan.step)
     notes = [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)
     notes += adjusted_notes(system) + slanting_notes(system)
