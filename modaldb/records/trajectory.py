@@ -13,10 +13,12 @@ IMPACT_COLUMNS = 9
 BASIS_REASON = "basis_reason"
 """Entry of `Trajectory.counts`: why the run that estimates the error of the modal basis failed, or `ONE_COORDINATE`."""
 ONE_COORDINATE = "one elastic coordinate is kept"
+"""Reason why there is no such run: half of the coordinates of a body would be none."""
 NO_MODE = "no elastic coordinate is a mode of the body"
 PATCH_POINTS = "patch_points"
 """Entry of `Trajectory.counts`: points of each contact's patch on a curved surface, where they resolve it poorly."""
-"""Reason why there is no such run: half of the coordinates of a body would be none."""
+COARSE_MESHES = "coarse_meshes"
+"""Entry of `Trajectory.counts`: those of several components whose meshes have most of the mesh's error."""
 FRICTION_NOTES = "friction_notes"
 """Entry of `Trajectory.counts`: what is to be said of the coefficients of friction and of the start of contacts, one
 sentence a line."""

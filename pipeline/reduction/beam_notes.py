@@ -18,6 +18,8 @@ KAPPA = 5 / 6
 def beam_notes(components: Mapping[str, Component], records: Mapping[str, ModalRecord]) -> list[str]:
     """Return a note for each Euler-Bernoulli beam whose kept modes have half-waves near the height of its section.
 
+    None where the scene names this theory, which is then meant.
+
     The half-wave of a frequency ω is π/k, k⁴ = ρ A ω² / (E I), but for modes at the ends of the beam. Timoshenko's
     frequency is lower by the factor (1 + k² r² (1 + E/(κ G)))^½ to first order, r² = I/A.
 
@@ -28,6 +30,8 @@ def beam_notes(components: Mapping[str, Component], records: Mapping[str, ModalR
     for name, record in records.items():
         geometry, material = components[name].geometry, components[name].material
         if not isinstance(geometry, Beam) or geometry.theory != "euler-bernoulli" or material is None:
+            continue
+        if "theory" in geometry.model_fields_set:
             continue
         section, omega = geometry.section, record.angular_frequencies[: record.normal_count]
         k = (material.rho * section.area / (material.E * section.second_moment) * omega**2) ** 0.25

@@ -1,14 +1,12 @@
 """Notes on the estimated errors of a given step, modal basis and mesh in a run, each with the key that reduces it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from gudgeon.modaldb.records.trajectory import NO_MODE, ONE_COORDINATE
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.solver.methods import METHODS
 
-NOTICED = 0.01
-"""Estimated relative error above which a run gives a note."""
 ASYMPTOTIC = 0.1
 """Estimated relative error of a step above which runs of two steps do not tell how far both are off."""
 WORDS = {"impulse": "impulse", "force": "windowed force", "rebound": "rebound velocity"}
@@ -36,27 +34,35 @@ def estimate_notes(
     window: float = 0.0,
     *,
     patches: Mapping[str, int] = MappingProxyType({}),
+    coarse: Sequence[str] = (),
 ) -> list[str]:
-    """Return a note where the estimated error of basis or mesh is above `NOTICED`; it names the keys that reduce it.
+    """Return a note where the estimated error of step, basis or mesh is above run.tolerance, with keys that reduce it.
 
     Args:
         estimates: Estimated relative errors of a run, see `Trajectory.estimates`.
         reason: Why the run that estimates those of the basis failed, or `ONE_COORDINATE`, `NO_MODE`.
         window: Of the windowed forces [s].
         patches: Contacts with few points, whose error of the force is that of `patch_notes`.
+        coarse: Components whose meshes have most of the mesh's error; default: all that touch.
     """
     others = {name: error for name, error in estimates.items() if not (patches and name == "mesh.force")}
-    return _step_notes(scene, estimates) + basis_notes(scene, estimates, reason, window) + mesh_notes(scene, others)
+    return (
+        _step_notes(scene, estimates)
+        + basis_notes(scene, estimates, reason, window)
+        + mesh_notes(scene, others, coarse)
+    )
 
 
-def _noticed(estimates: Mapping[str, float], source: str) -> dict[str, float]:
-    """Return the estimated errors of a source that are above `NOTICED`, by their name in words."""
-    return {word: error for name, word in WORDS.items() if (error := estimates.get(f"{source}.{name}", 0.0)) > NOTICED}
+def _noticed(estimates: Mapping[str, float], source: str, tolerance: float) -> dict[str, float]:
+    """Return the estimated errors of a source that are above `tolerance`, by their name in words."""
+    return {
+        word: error for name, word in WORDS.items() if (error := estimates.get(f"{source}.{name}", 0.0)) > tolerance
+    }
 
 
 def _step_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
-    """Return a note where the estimated error of a given step is above `NOTICED`, ten times the default accuracy."""
-    if scene.run.step is None or not (errors := _noticed(estimates, "step")):
+    """Return a note where the estimated error of a given step is above run.tolerance."""
+    if scene.run.step is None or not (errors := _noticed(estimates, "step", scene.run.tolerance)):
         return []
     told = ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())
     if max(errors.values()) > ASYMPTOTIC:
@@ -66,12 +72,17 @@ def _step_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
             " sets it, or give a shorter one"]  # fmt: skip
 
 
-def mesh_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
-    """Return a note where the estimated error of the mesh is above `NOTICED`, with half the size of elements."""
-    if not (errors := _noticed(estimates, "mesh")):
+def mesh_notes(scene: SceneFile, estimates: Mapping[str, float], coarse: Sequence[str] = ()) -> list[str]:
+    """Return a note where the estimated error of the mesh is above run.tolerance, with half the size of elements.
+
+    Args:
+        estimates: As in `estimate_notes`.
+        coarse: As there.
+    """
+    if not (errors := _noticed(estimates, "mesh", scene.run.tolerance)):
         return []
     ways = []
-    for name in dict.fromkeys(part for contact in scene.contact for part in _touching(scene, contact)):
+    for name in coarse or dict.fromkeys(part for contact in scene.contact for part in _touching(scene, contact)):
         component = scene.component[name]
         if component.from_file:
             ways.append(f"refine the mesh of component.{name}.geometry.path")
@@ -119,8 +130,8 @@ def _finer(scene: SceneFile, contact: str) -> list[str]:
 
 
 def basis_notes(scene: SceneFile, estimates: Mapping[str, float], reason: str = "", window: float = 0.0) -> list[str]:
-    """Return a note where the estimated error of the basis is above `NOTICED`, see `estimate_notes`."""
-    if not (errors := _noticed(estimates, "basis")):
+    """Return a note where the estimated error of the basis is above run.tolerance, see `estimate_notes`."""
+    if not (errors := _noticed(estimates, "basis", scene.run.tolerance)):
         return []
     if reason:
         why = reason

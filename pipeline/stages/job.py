@@ -100,8 +100,8 @@ class Job(SceneJob):
         return key if self.store.has(key) else None
 
     def dynamics(self) -> dict[str, Any]:
-        """Return the solver's part of the scene, as JSON."""
-        return self.scene.model_dump(mode="json", include={*Scene.model_fields})
+        """Return the solver's part of the scene, as JSON, without what only decides which notes are given."""
+        return self.scene.model_dump(mode="json", include={*Scene.model_fields}, exclude={"run": {"tolerance"}})
 
     def trajectory(self) -> Product:
         """Return the product of the solve stage."""

@@ -15,6 +15,7 @@ from gudgeon.modaldb.hdf5 import record_bytes
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.trajectory import (
     BASIS_REASON,
+    COARSE_MESHES,
     NOTES,
     PATCH_POINTS,
     Trajectory,
@@ -246,7 +247,8 @@ def _report(job: Job, summary: dict[str, Any], stages: dict[str, StageReport]) -
     reason, estimates = summary["counts"].get(BASIS_REASON, ""), summary["estimates"]
     patches = summary["counts"].get(PATCH_POINTS, {})
     own += patch_notes(job.scene, estimates, patches)
-    own += estimate_notes(job.scene, estimates, reason, max(windows, default=0.0), patches=patches)
+    window, coarse = max(windows, default=0.0), summary["counts"].get(COARSE_MESHES, ())
+    own += estimate_notes(job.scene, estimates, reason, window, patches=patches, coarse=coarse)
     own += [note for note in [uncached_note()] if note is not None]
     outcome = Result[summary["result"]]
     return RunReport(

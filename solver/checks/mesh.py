@@ -7,12 +7,13 @@ the shapes of the modes and the residual flexibility, whose own error is that of
 of a contact patch lack is an error of the force by itself, see `contact_points`.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.modaldb.records.trajectory import PATCH_POINTS, Trajectory
+from gudgeon.modaldb.records.trajectory import COARSE_MESHES, PATCH_POINTS, Trajectory
 from gudgeon.solver.checks.basis import Run, differences, fastest_body, touches
 from gudgeon.solver.checks.contact_points import patch_errors
 from gudgeon.solver.errors import SceneError, SolverError
@@ -24,6 +25,8 @@ MARGIN = 1.5
 """Factor on differences."""
 COARSE = 0.05
 """Error of a force by the points of a patch from which they are counted: a radius of five spacings."""
+SHARE = 0.5
+"""Share of the largest error by one component's mesh from which on that of another one counts."""
 LARGEST = 0.5
 """Largest relative error of a frequency that is taken off: estimates above it are of modes that are none."""
 
@@ -38,6 +41,7 @@ def with_mesh_estimates(system: System, found: Trajectory, run: Run) -> Trajecto
 
     Returns:
         Its `estimates` with `mesh.impulse`, `mesh.force` and `mesh.rebound`, relative to what those of the basis are.
+        Where they are above run.tolerance and several components have such errors, `counts` names those that matter.
         Where the points of a patch resolve it poorly, `mesh.force` is at least their error, and `counts` has their
         number. Unchanged where nothing touches, or else no record has estimates of its frequencies, or the other run is
         impossible.
@@ -57,27 +61,34 @@ def _with_patches(system: System, found: Trajectory) -> Trajectory:
 
 def _with_frequencies(system: System, found: Trajectory, run: Run) -> Trajectory:
     """Return a run with its errors due to the frequencies of the bodies' meshes."""
-    continuum = _continuum(system)
-    if continuum is None or not touches(system, found):
+    scene, corrected = system.scene, {name: _corrected(body.modal) for name, body in system.bodies.items()}
+    components = list(dict.fromkeys(scene.component_of(name) for name, one in corrected.items() if one is not None))
+
+    def errors(only: list[str]) -> dict[str, float]:
+        """Return the errors by the meshes of some components; none where the run of the continuum is impossible."""
+        modes = {name: one for name, one in corrected.items() if scene.component_of(name) in only and one is not None}
+        try:
+            other = run(_continuum(system, modes), float(found.times[0]))
+        except (SceneError, SolverError):
+            return {}
+        if not Result[other.result].ok:
+            return {}
+        apart = differences(found, (found, other), system.window, fastest_body(system))
+        return {f"mesh.{name}": MARGIN * one for name, one in apart.items()}
+
+    if not components or not touches(system, found):
         return found
-    try:
-        other = run(continuum, float(found.times[0]))
-    except (SceneError, SolverError):
-        return found
-    if not Result[other.result].ok:
-        return found
-    apart = differences(found, (found, other), system.window, fastest_body(system))
-    return replace(found, estimates=found.estimates | {f"mesh.{name}": MARGIN * one for name, one in apart.items()})
+    whole, counts = errors(components), found.counts
+    if len(components) > 1 and max(whole.values(), default=0.0) > scene.run.tolerance:
+        each = {name: max(errors([name]).values(), default=0.0) for name in components}
+        coarse = [name for name, one in each.items() if one >= SHARE * max(each.values())]
+        counts = counts | {COARSE_MESHES: coarse}
+    return replace(found, estimates=found.estimates | whole, counts=counts)
 
 
-def _continuum(system: System) -> System | None:
-    """Return a system whose modes have the estimated frequencies of the continuum; None if none has an estimate."""
-    bodies = {
-        name: replace(body, modal=modal) if (modal := _corrected(body.modal)) is not None else body
-        for name, body in system.bodies.items()
-    }
-    if all(body is system.bodies[name] for name, body in bodies.items()):
-        return None
+def _continuum(system: System, modes: Mapping[str, ModalRecord]) -> System:
+    """Return a system with other modes of some bodies, those with the estimated frequencies of the continuum."""
+    bodies = {name: replace(body, modal=modes.get(name, body.modal)) for name, body in system.bodies.items()}
     return assembled(system.scene, bodies, system.terms, fields=system.fields, bores=system.bores)
 
 

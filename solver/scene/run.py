@@ -68,6 +68,14 @@ class Run(Strict):
         description="Whether the errors of the step and of the modal basis are estimated by further runs, and the step"
         " is chosen by them; false saves the time, and a step left out is then the first one of the integrator",
     )
+    tolerance: float = Field(
+        default=0.01,
+        gt=0,
+        le=1,
+        description="Estimated relative error of a given step, the modal basis or the mesh above which a run names the"
+        " key that reduces it; the estimates are printed in any case",
+        json_schema_extra={"unit": "1"},
+    )
     window: Duration | None = Field(
         default=None,
         description="Window of peak forces [s]: the mean over it of the mean force over it is reported, and impacts"

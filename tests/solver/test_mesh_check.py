@@ -65,6 +65,42 @@ def test_the_note_names_a_smaller_mesh(tmp_path: Path) -> None:
     assert "component.bar.mesh.size = 0.005" in note
 
 
+PAIR = """
+component.coarse.geometry = { kind = "bar", length = 1.0, area = 3.14e-4 }
+component.coarse.material = { E = 210e9, nu = 0.3, rho = 7850 }
+component.coarse.mesh.size = 0.04
+component.coarse.modes.normal_count = 40
+component.coarse.interface.back.surface = "left"
+component.fine.geometry = { kind = "bar", length = 0.6, area = 3.14e-4 }
+component.fine.material = { E = 210e9, nu = 0.3, rho = 7850 }
+component.fine.mesh.size = 0.002
+component.fine.modes.normal_count = 40
+component.fine.interface.front.surface = "right"
+body.coarse.position = [0.6, 0, 0]
+body.fine.velocity = [1.0, 0, 0]
+contact.pair = { body = "fine", interface = "front", against = { shape = "body", body = "coarse", interface = "back" } }
+run = { duration = 8e-4, tolerance = 2e-3 }
+"""
+
+
+def test_the_note_names_the_mesh_that_matters(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(PAIR)
+    report = run(tmp_path, until="solve", db=tmp_path / "db", out=tmp_path / "out")
+    (note,) = [one for one in report.notes if "error of the mesh" in one]
+    assert "component.coarse.mesh.size = 0.02" in note
+    assert "component.fine" not in note
+
+
+def test_a_scene_states_which_errors_are_noticed(tmp_path: Path) -> None:
+    """The key changes no result, so that the run is not repeated."""
+    (tmp_path / "scene.toml").write_text(LIGHT)
+    own = {"db": tmp_path / "db", "out": tmp_path / "out"}
+    assert any("error of the mesh" in one for one in run(tmp_path, until="solve", **own).notes)
+    again = run(tmp_path, until="solve", set={"run.tolerance": 0.1}, **own)
+    assert again.stages["solve"].state == "fresh"
+    assert not any("error of the mesh" in one for one in again.notes)
+
+
 @pytest.mark.parametrize("changes", [{"run__checks": False}, {"body__mass__velocity": [-1.0, 0, 0]}])
 def test_a_run_without_checks_or_contact_has_none(changes: dict[str, Any], tmp_path: Path) -> None:
     assert not any(name.startswith("mesh.") for name in solved(tmp_path, **changes).estimates)

@@ -27,7 +27,8 @@ class Beam(Strict):
     section: Section = Field(description="Cross-section")
     theory: Literal["euler-bernoulli", "timoshenko"] = Field(
         default="euler-bernoulli",
-        description="euler-bernoulli: slender, no shear and no rotary inertia; timoshenko: both",
+        description="euler-bernoulli: slender, no shear and no rotary inertia; timoshenko: both. Where it is left out,"
+        " modes that are too short for the former are named",
     )
     along: Literal["x", "y"] = Field(default="x", description="Axis of the beam")
     motion: Literal["plane", "space"] = Field(

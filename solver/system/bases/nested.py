@@ -32,6 +32,8 @@ from gudgeon.solver.system.system import System
 
 Rows = TypeVar("Rows", InterfaceModes, TractionModes, LoadModes, GaugeModes)
 
+RIGID = 6
+"""Rigid motions of a body that turns."""
 HALF = 0.5
 """Share of the elastic coordinates of each body that a nested system keeps."""
 
@@ -41,7 +43,7 @@ def nested(system: System, share: float = HALF) -> System | None:
 
     Static shapes and Ritz vectors that are no modes are left out too, unless a body has nothing else: a basis that
     kept them would lack the same modes. Bodies that turn keep them where joints or forces act on an interface, which
-    move without R.
+    move without R, and of their modes at least as many as the rows of these interfaces need to move apart.
 
     Returns:
         None where no body has a coordinate to leave out.
@@ -72,13 +74,17 @@ def _parted(modal: ModalRecord, share: float, *, held: bool = False) -> tuple[np
     """Return the numbers of the modes of lower frequency, in order, and those of the other coordinates.
 
     Args:
-        held: Whether coordinates that are no modes are kept.
+        held: Whether coordinates that are no modes are kept, and enough for the rows of loads.
     """
     modes = modal.are_modes
-    if not modes.any():
+    if not modes.any() and not held:
         modes = ~modes
-    order = np.lexsort((modal.angular_frequencies, ~modes))
-    first, last = int(np.ceil(share * modes.sum())), int(modes.sum()) if held else len(modes)
+    order, count = np.lexsort((modal.angular_frequencies, ~modes)), int(modes.sum())
+    first, last = int(np.ceil(share * count)), count if held else len(modes)
+    if held:
+        needed = sum(len(load.rows) for load in modal.loads.values()) - RIGID
+        spare = min(count, max(0, len(modes) - needed))
+        first = count - int((1 - share) * spare)
     return np.sort(np.concatenate([order[:first], order[last:]])), order[first:last]
 
 

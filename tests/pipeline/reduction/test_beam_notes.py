@@ -48,3 +48,10 @@ def test_a_beam_in_a_plane_takes_the_theory_with_what_it_needs() -> None:
     assert hint("general", "plane", [1e6]) == "set 'timoshenko' and geometry.section.shear_coefficient"
     kept = "set component.rod.modes.normal_count = 1"
     assert hint("circle", "plane", [1e3, 1e6]) == f"set 'timoshenko', or {kept}"
+
+
+def test_a_theory_that_is_named_is_meant() -> None:
+    geometry = {"kind": "beam", "length": 0.3, "section": SECTIONS["circle"], "theory": "euler-bernoulli"}
+    component = Component.model_validate({"geometry": geometry, "material": STEEL, "mesh": {"size": 0.01}})
+    record: Any = SimpleNamespace(angular_frequencies=np.array([1e3, 1e6]), normal_count=2)
+    assert not beam_notes({"rod": component}, {"rod": record})

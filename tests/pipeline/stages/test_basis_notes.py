@@ -49,7 +49,7 @@ def test_a_note_names_the_key(
 def test_a_force_alone_gets_more_modes_or_a_wider_window() -> None:
     """Where impulse and rebound are accurate, the force over one period converges slowly at rigid contact."""
     (note,) = notes("skirt", {"basis.force": 0.2, "basis.impulse": 0.009, "basis.rebound": 0.001})
-    assert note.endswith("component.skirt.modes.normal_count = 60 or run.window = 1e-05")
+    assert note.endswith("component.skirt.modes.normal_count = 240 or run.window = 1e-05")
     assert "run.window" not in notes("skirt", {"basis.force": 0.2, "basis.impulse": 0.011})[0]
     assert "run.window" not in notes("skirt", {"basis.force": 0.2}, run__duration=9e-6)[0]
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.records.modes import GaugeModes, ModalRecord
+from gudgeon.modaldb.records.modes import GaugeModes, LoadModes, ModalRecord
 from gudgeon.solver.contact.blocks import Blocks
 from gudgeon.solver.system.bases.nested import nested, truncated
 from gudgeon.solver.system.equilibrium import _gaps
@@ -168,3 +168,13 @@ def test_nothing_is_left_out_of_a_body_with_one_elastic_coordinate(tmp_path: Pat
     if not count:
         records = (replace(records[0], reduction="rigid", residual_flexibility=None), records[1])
     assert nested(build(tmp_path, records, block_scene(surface_stiffness=1e13))) is None
+
+
+@pytest.mark.parametrize(("rows", "left"), [(6, 4), (8, 5), (14, 8), (20, 8)])
+def test_bodies_that_joints_hold_keep_what_moves_their_interfaces_apart(rows: int, left: int) -> None:
+    """Of 8 modes and 6 rigid motions, 8 rows leave 6 to choose from and 14 none; half of these are left out."""
+    modal, _ = block_records(4)
+    load = LoadModes(np.ones((rows, 8)), np.zeros((rows, 6)), np.zeros(3), "N")
+    tied = replace(modal, loads={"tie": load}, interface_rows=modal.interface_rows | {"tie": (4, 4 + rows)})
+    tied = replace(tied, residual_flexibility=None)
+    assert len(truncated(tied, 0.5, held=True).angular_frequencies) == left
