@@ -6,6 +6,7 @@ import numpy as np
 
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.ports.stick import stick_frequency
+from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.fields.reading import evaluated, field_loads, start_pose, stiffness
 from gudgeon.solver.system.system import System
 
@@ -52,6 +53,21 @@ def field_frequency(system: System) -> float:
 def _over_flexibility(system: System) -> bool:
     """Return whether all contacts are over flexibility alone, without rigid points and laws."""
     return not system.rigid_contact.any() and all(one.law is None for one in system.scene.contact.values())
+
+
+def by_size(scene: Scene) -> dict[str, str]:
+    """Return the other integrators that `choose` may take of a scene, each with the size of its contacts that decides;
+    none where one is named."""
+    if scene.run.integrator != "auto":
+        return {}
+    name, carriers = scene.integrator, scene.carriers()
+    if name == "implicit" and "event" in carriers and scene.run.step is None:
+        return {"event": f"up to {FEW_POINTS} contact points"}
+    if name == "event" and scene.contact and all(one.law is None for one in scene.contact.values()):
+        return {"implicit": f"more than {FEW_POINTS} contact points, all over flexibility"}
+    if name == "explicit" and "implicit" in carriers:
+        return {"implicit": f"steps times contact points above {MANY:.0e}".replace("e+0", "e")}
+    return {}
 
 
 def choose(system: System) -> tuple[str, float]:
