@@ -4,18 +4,13 @@ from functools import cache
 
 import numpy as np
 
-from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.capabilities import FEW_POINTS, INTEGRATORS, MANY
 from gudgeon.solver.ports.stick import stick_frequency
-from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.fields.reading import evaluated, field_loads, start_pose, stiffness
 from gudgeon.solver.system.system import System
 
 RESOLVED = 40.0
 """ω_c over the frequency of an electrostatic field, so that a default step is a tenth of its inverse."""
-FEW_POINTS = 8
-"""Contact points up to which `auto` takes located events where it can."""
-MANY = 5e7
-"""Steps times contact points from which `auto` takes implicit contact, whose step stiff surfaces do not shorten."""
 
 
 def critical_frequency(system: System) -> float:
@@ -53,21 +48,6 @@ def field_frequency(system: System) -> float:
 def _over_flexibility(system: System) -> bool:
     """Return whether all contacts are over flexibility alone, without rigid points and laws."""
     return not system.rigid_contact.any() and all(one.law is None for one in system.scene.contact.values())
-
-
-def by_size(scene: Scene) -> dict[str, str]:
-    """Return the other integrators that `choose` may take of a scene, each with the size of its contacts that decides;
-    none where one is named."""
-    if scene.run.integrator != "auto":
-        return {}
-    name, carriers = scene.integrator, scene.carriers()
-    if name == "implicit" and "event" in carriers and scene.run.step is None:
-        return {"event": f"up to {FEW_POINTS} contact points"}
-    if name == "event" and scene.contact and all(one.law is None for one in scene.contact.values()):
-        return {"implicit": f"more than {FEW_POINTS} contact points, all over flexibility"}
-    if name == "explicit" and "implicit" in carriers:
-        return {"implicit": f"steps times contact points above {MANY:.0e}".replace("e+0", "e")}
-    return {}
 
 
 def choose(system: System) -> tuple[str, float]:
