@@ -8,6 +8,11 @@ import math
 from enum import Enum
 from typing import ClassVar
 
+FEW_POINTS = 8
+"""Contact points up to which `auto` takes located events where it can."""
+MANY = 5e7
+"""Steps times contact points from which `auto` takes implicit contact, whose step stiff surfaces do not shorten."""
+
 
 class Feature(Enum):
     """Features of a scene that not every integrator supports."""

@@ -124,7 +124,8 @@ def plan_command(options: argparse.Namespace) -> int:
         print(f"     {row['member']:38} {count:>15}  {row['kind']}, {' and '.join(row['bodies'])}, {row['rows']} rows")
     if "integrator" in rows:
         steps = f", steps {rows['stepping']}" if rows.get("stepping") else ""
-        print(f"\nintegrator {rows['integrator']}{steps}")
+        others = "".join(f"; {name} with {size}" for name, size in rows.get("by_size", {}).items())
+        print(f"\nintegrator {rows['integrator']}{steps}{others}")
     known, missing = rows["bytes"], "the number of bytes is available after `gudgeon modes`"
     print(f"\n{missing if known is None else f'the solver reads {known:,} bytes'}")
     return 0

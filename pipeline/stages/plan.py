@@ -21,7 +21,7 @@ NUMBER = 8
 
 def plan(job: Job) -> dict[str, Any]:
     """Return the terms that the solver reads and omits, with reason, fields and bytes, the ports of the scene, the
-    bytes read in all, and the integrator that the scene's features select."""
+    bytes read in all, the integrator that the scene's features select, and those that the size of its contacts may."""
     from gudgeon.solver.ports.listing import port_rows
     from gudgeon.solver.system.requirements import Stock, scene_terms
 
@@ -46,6 +46,7 @@ def plan(job: Job) -> dict[str, Any]:
         "ports": ports,
         "bytes": total(read.values()),
         "integrator": job.scene.integrator,
+        "by_size": job.scene.by_size(),
         "stepping": _stepping(job.scene),
         "inertia": inertia_orders(job.scene, [name for name, stock in stocks.items() if stock.elastic]),
         "turning": turning_reason(job.scene),

@@ -4,17 +4,13 @@ from functools import cache
 
 import numpy as np
 
-from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.capabilities import FEW_POINTS, INTEGRATORS, MANY
 from gudgeon.solver.ports.stick import stick_frequency
 from gudgeon.solver.system.fields.reading import evaluated, field_loads, start_pose, stiffness
 from gudgeon.solver.system.system import System
 
 RESOLVED = 40.0
 """ω_c over the frequency of an electrostatic field, so that a default step is a tenth of its inverse."""
-FEW_POINTS = 8
-"""Contact points up to which `auto` takes located events where it can."""
-MANY = 5e7
-"""Steps times contact points from which `auto` takes implicit contact, whose step stiff surfaces do not shorten."""
 
 
 def critical_frequency(system: System) -> float:
