@@ -7,6 +7,7 @@ from typing import Any
 
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.solver.capabilities import FEW_POINTS, MANY
 from gudgeon.solver.scene.scene import Scene
 
 PLACES = {
@@ -46,7 +47,7 @@ def plan(job: Job) -> dict[str, Any]:
         "ports": ports,
         "bytes": total(read.values()),
         "integrator": job.scene.integrator,
-        "by_size": job.scene.by_size(),
+        "by_size": by_size(job.scene),
         "stepping": _stepping(job.scene),
         "inertia": inertia_orders(job.scene, [name for name, stock in stocks.items() if stock.elastic]),
         "turning": turning_reason(job.scene),
@@ -70,6 +71,20 @@ def inertia_orders(scene: Scene, elastic: Collection[str]) -> dict[str, str]:
             order = "second order (geometric stiffness)" if body.geometric_stiffness else "first order"
             found[name] = f"floating frame {frame}: couplings by displacements of {order}"
     return found
+
+
+def by_size(scene: Scene) -> dict[str, str]:
+    """Return the other integrators that `auto` may take of the compiled scene, each with the size that decides."""
+    name, carriers = scene.integrator, scene.carriers()
+    if scene.run.integrator != "auto":
+        return {}
+    if name == "implicit" and "event" in carriers and scene.run.step is None:
+        return {"event": f"up to {FEW_POINTS} contact points"}
+    if name == "event" and scene.contact and all(one.law is None for one in scene.contact.values()):
+        return {"implicit": f"more than {FEW_POINTS} contact points, all over flexibility"}
+    if name == "explicit" and "implicit" in carriers:
+        return {"implicit": f"steps times contact points above {MANY:.0e}".replace("e+0", "e")}
+    return {}
 
 
 def turning_reason(scene: Scene) -> str:

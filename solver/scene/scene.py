@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from pydantic import Field, model_validator
 
-from gudgeon.solver.capabilities import FEW_POINTS, INTEGRATORS, MANY, Feature, Integrator
+from gudgeon.solver.capabilities import INTEGRATORS, Feature, Integrator
 from gudgeon.solver.forces import Force, OverTime
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.external import ExternalForce
@@ -223,19 +223,6 @@ class Scene(Strict):
         """Return the integrators that support the scene and turn its bodies as its own one does."""
         turns = self.capabilities.turns
         return [name for name in self.carriers() if INTEGRATORS[name].turns == turns]
-
-    def by_size(self) -> dict[str, str]:
-        """Return the other integrators that `auto` may take of the compiled scene, each with the size that decides."""
-        name, carriers = self.integrator, self.carriers()
-        if self.run.integrator != "auto":
-            return {}
-        if name == "implicit" and "event" in carriers and self.run.step is None:
-            return {"event": f"up to {FEW_POINTS} contact points"}
-        if name == "event" and self.contact and all(one.law is None for one in self.contact.values()):
-            return {"implicit": f"more than {FEW_POINTS} contact points, all over flexibility"}
-        if name == "explicit" and "implicit" in carriers:
-            return {"implicit": f"steps times contact points above {MANY:.0e}".replace("e+0", "e")}
-        return {}
 
     @property
     def general(self) -> bool:
