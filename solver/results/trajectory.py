@@ -15,6 +15,15 @@ from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.contact_events import impact_quantities, named
 from gudgeon.solver.results.gauges import gauge_quantities, recorded_gauges
+from gudgeon.solver.results.held import (
+    held_histories,
+    held_notes,
+    held_quantities,
+    joint_wrenches,
+    recorded,
+    recorded_offsets,
+    without_joints,
+)
 from gudgeon.solver.results.momentum import momentum_residual
 from gudgeon.solver.results.nearest import nearest
 from gudgeon.solver.results.paths import empty_paths, recorded_paths
@@ -87,6 +96,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
     peaks = Peaks(*(part[closed] for part in samples.peaks))
     peak_masters = _outward(system, peaks)
     readings = recorded_gauges(system, samples.gauges)
+    wrenches, readings = joint_wrenches(readings), without_joints(readings)
     peak_times = interval * peaks.sample
     states = np.append(frame_times, peak_times), np.concatenate([found.multipliers, peaks.multipliers])
     contacts = {
@@ -105,26 +115,27 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         for number, contact in enumerate(system.contacts)
     }
     contacts = _with_friction(contacts, system, found.friction, peaks.friction)
-    joints = _joints(system, times, samples)
-    probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads))
+    joints = _joints(system, times, samples) | held_histories(system, wrenches)
+    probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads), wrenches)
     whole = Trajectory(
         result=ending.result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},
-        coordinate_offsets=dict(system.offsets),
+        coordinate_offsets=recorded_offsets(system),
         times=times,
         energies=samples.energies,
         contacts=contacts,
         frame_times=frame_times,
-        frames=found.frames,
-        velocities=found.velocities,
+        frames=recorded(system, found.frames),
+        velocities=recorded(system, found.velocities),
         quantities=quantities(system, end, states)
         | gauge_quantities(system, times, readings)
         | probe_quantities(times, probes)
+        | held_quantities(system, times, wrenches)
         | deflections(system, frame_times, found.frames)
         | nearest(system, end, frame_times, found.frames, found.velocities),
         energy_drift=ending.drift,
         momentum_residual=momentum_residual(system, end, interval * samples.loads.sum(axis=0), interval * len(times)),
-        counts=_counts(system, plan, end) | ({"reason": ending.reason} if ending.reason else {}),
+        counts=_counts(system, plan, end, ending.reason) | held_notes(system, wrenches),
         joints=joints,
         probes=probes,
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
@@ -132,8 +143,8 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         gauges=readings,
         peaks={system.contacts[number].name: place for place, number in enumerate(closed)},
         peak_times=peak_times,
-        peak_frames=peaks.q,
-        peak_velocities=peaks.v,
+        peak_frames=recorded(system, peaks.q),
+        peak_velocities=recorded(system, peaks.v),
     )
     whole = _with_wear(whole, system, schedule, found) if wears(system) else whole
     return whole if end.linkage is None else _with_linkage(whole, end.linkage(len(times)), system.scene.probe)
@@ -172,20 +183,24 @@ def _with_linkage(found: Trajectory, own: LinkageHistories, asked: Iterable[str]
     )  # fmt: skip
 
 
-def _counts(system: System, plan: Plan, end: Outcome) -> Json:
-    """Return the integrator, its step, and numbers of operations."""
-    return {
-        "integrator": plan.name,
-        "steps": plan.schedule.steps,
-        "substeps": plan.schedule.substeps,
-        "step": plan.schedule.dt,
-        "critical_frequency": plan.critical,
-        "contact_steps": int(end.counts[CONTACT_STEPS]),
-        "pivots": int(end.counts[PIVOTS]),
-        "coordinates": len(end.q),
-        "contact_rows": len(system.gap),
-        "functions": len(system.functions),
-    } | end.work
+def _counts(system: System, plan: Plan, end: Outcome, reason: str) -> Json:
+    """Return the integrator, its step, numbers of operations, and the reason of an early end, where there is one."""
+    return (
+        {
+            "integrator": plan.name,
+            "steps": plan.schedule.steps,
+            "substeps": plan.schedule.substeps,
+            "step": plan.schedule.dt,
+            "critical_frequency": plan.critical,
+            "contact_steps": int(end.counts[CONTACT_STEPS]),
+            "pivots": int(end.counts[PIVOTS]),
+            "coordinates": len(end.q),
+            "contact_rows": len(system.gap),
+            "functions": len(system.functions),
+        }
+        | end.work
+        | ({"reason": reason} if reason else {})
+    )
 
 
 def _outward(system: System, peaks: Peaks) -> np.ndarray:

@@ -1,0 +1,90 @@
+"""What joints of small motion add to the record of a run: their forces and moments, and coordinates of the records."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from gudgeon.modaldb.records.trajectory import LINKAGE_NOTES, JointHistory
+from gudgeon.modaldb.records.types import Json
+from gudgeon.solver.bodies.holding import HELD
+from gudgeon.solver.joints.reactions import SAID, joint_lack, lacking_text, wrench_peaks
+from gudgeon.solver.system.system import System
+
+Readings = Mapping[str, np.ndarray]
+
+
+def joint_wrenches(readings: Readings) -> dict[str, np.ndarray]:
+    """Return force and moment of each joint that holds a body [N, N m], (s, 6), from the values of all gauges."""
+    parts = {name: name.partition(".")[2] for name in readings}
+    return {one.removeprefix(HELD): readings[name] for name, one in parts.items() if one.startswith(HELD)}
+
+
+def without_joints(readings: Readings) -> dict[str, np.ndarray]:
+    """Return the values of the scene's own gauges."""
+    return {name: one for name, one in readings.items() if not name.partition(".")[2].startswith(HELD)}
+
+
+def held_histories(system: System, wrenches: Readings) -> dict[str, JointHistory]:
+    """Return the histories of joints that hold bodies, which do not move."""
+    return {
+        name: JointHistory(system.scene.hinges()[name].body, "", np.zeros(len(one)), one[:, :3].copy(),
+                           np.zeros(len(one)))
+        for name, one in wrenches.items()
+    }  # fmt: skip
+
+
+def held_quantities(system: System, times: np.ndarray, wrenches: Readings) -> Json:
+    """Return the largest forces and moments of joints that hold bodies, and of each body what its modes lack there."""
+    found: Json = {}
+    for name, one in wrenches.items() if len(times) else ():
+        found |= wrench_peaks(name, times, one)
+    return found | {f"{name}.joint_lack": {"value": share, "unit": "1"} for name, share in _lacks(system, wrenches)}
+
+
+def held_notes(system: System, wrenches: Readings) -> Json:
+    """Return the entry of `Trajectory.counts` of bodies whose modes lack much of the strain energy under joints."""
+    found = [(name, share) for name, share in _lacks(system, wrenches) if share > SAID]
+    lines = [lacking_text(name, system.scene.component_of(name), share) for name, share in found]
+    return {LINKAGE_NOTES: "\n".join(lines)} if lines else {}
+
+
+def _lacks(system: System, wrenches: Readings) -> list[tuple[str, float]]:
+    """Return the share of the strain energy that a body's modes lack under its joints, of each that joints hold."""
+    found = []
+    for name, body in system.bodies.items():
+        own = body.holding
+        if own is None or body.modal.residual_flexibility is None or not set(own.joints) <= wrenches.keys():
+            continue
+        forces = np.hstack([wrenches[joint] for joint in own.joints])
+        found.append((name, joint_lack(forces, own.lack, own.carried)))
+    return found
+
+
+def recorded(system: System, states: np.ndarray) -> np.ndarray:
+    """Return states, (f, m), over the coordinates of the bodies' records, (f, n)."""
+    parts = [np.empty((len(states), 0))]
+    for body in system.bodies.values():
+        own = states[:, body.coordinates]
+        parts.append(own if body.holding is None else own @ body.holding.basis.T)
+    return np.hstack(parts)
+
+
+def of_records(system: System, states: np.ndarray) -> np.ndarray:
+    """Return states over the coordinates of the bodies' records, (f, n), over those of a system, (f, m)."""
+    parts, first = [np.empty((len(states), 0))], 0
+    for body in system.bodies.values():
+        basis = None if body.holding is None else body.holding.basis
+        count = len(body.stiffness) if basis is None else len(basis)
+        own = states[:, first : first + count]
+        parts.append(own if basis is None else own @ basis)
+        first += count
+    return np.hstack(parts)
+
+
+def recorded_offsets(system: System) -> dict[str, int]:
+    """Return the first coordinate of each body over the coordinates of the records."""
+    found, first = {}, 0
+    for name, body in system.bodies.items():
+        found[name] = first
+        first += len(body.stiffness) if body.holding is None else len(body.holding.basis)
+    return found
