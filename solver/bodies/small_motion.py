@@ -54,6 +54,11 @@ class FlexibleBody:
     """Of a body that joints hold, whose coordinates are not those of its records, see `holding`."""
 
     @property
+    def record_count(self) -> int:
+        """Number of coordinates of its records, rigid and elastic ones."""
+        return len(self.stiffness) if self.holding is None else len(self.holding.basis)
+
+    @property
     def rigid_count(self) -> int:
         """Number of rigid coordinates, r."""
         return len(self.twists)

@@ -13,15 +13,12 @@ from gudgeon.solver.system.system import System
 Readings = Mapping[str, np.ndarray]
 
 
-def joint_wrenches(readings: Readings) -> dict[str, np.ndarray]:
-    """Return force and moment of each joint that holds a body [N, N m], (s, 6), from the values of all gauges."""
-    parts = {name: name.partition(".")[2] for name in readings}
-    return {one.removeprefix(HELD): readings[name] for name, one in parts.items() if one.startswith(HELD)}
-
-
-def without_joints(readings: Readings) -> dict[str, np.ndarray]:
-    """Return the values of the scene's own gauges."""
-    return {name: one for name, one in readings.items() if not name.partition(".")[2].startswith(HELD)}
+def parted(readings: Readings) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Return the values of the scene's own gauges, and force and moment of each joint that holds a body [N, N m],
+    (s, 6), of those of all gauges."""
+    own = {name: name.partition(".")[2] for name in readings}
+    joints = {one.removeprefix(HELD): readings[name] for name, one in own.items() if one.startswith(HELD)}
+    return {name: readings[name] for name, one in own.items() if not one.startswith(HELD)}, joints
 
 
 def held_histories(system: System, wrenches: Readings) -> dict[str, JointHistory]:
@@ -69,22 +66,10 @@ def recorded(system: System, states: np.ndarray) -> np.ndarray:
     return np.hstack(parts)
 
 
-def of_records(system: System, states: np.ndarray) -> np.ndarray:
-    """Return states over the coordinates of the bodies' records, (f, n), over those of a system, (f, m)."""
-    parts, first = [np.empty((len(states), 0))], 0
-    for body in system.bodies.values():
-        basis = None if body.holding is None else body.holding.basis
-        count = len(body.stiffness) if basis is None else len(basis)
-        own = states[:, first : first + count]
-        parts.append(own if basis is None else own @ basis)
-        first += count
-    return np.hstack(parts)
-
-
 def recorded_offsets(system: System) -> dict[str, int]:
     """Return the first coordinate of each body over the coordinates of the records."""
     found, first = {}, 0
     for name, body in system.bodies.items():
         found[name] = first
-        first += len(body.stiffness) if body.holding is None else len(body.holding.basis)
+        first += body.record_count
     return found

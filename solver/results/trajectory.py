@@ -19,10 +19,9 @@ from gudgeon.solver.results.held import (
     held_histories,
     held_notes,
     held_quantities,
-    joint_wrenches,
+    parted,
     recorded,
     recorded_offsets,
-    without_joints,
 )
 from gudgeon.solver.results.momentum import momentum_residual
 from gudgeon.solver.results.nearest import nearest
@@ -91,12 +90,10 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
     schedule, interval, samples = plan.schedule, plan.schedule.interval, found.samples
     times = interval * np.arange(1, len(samples.forces) + 1)
     frame_times = interval * schedule.samples_per_frame * np.arange(1, len(found.frames) + 1)
-    paths = recorded_paths(system, samples.paths.values)
-    closed = np.flatnonzero(samples.peaks.force > 0)
+    paths, closed = recorded_paths(system, samples.paths.values), np.flatnonzero(samples.peaks.force > 0)
     peaks = Peaks(*(part[closed] for part in samples.peaks))
     peak_masters = _outward(system, peaks)
-    readings = recorded_gauges(system, samples.gauges)
-    wrenches, readings = joint_wrenches(readings), without_joints(readings)
+    readings, wrenches = parted(recorded_gauges(system, samples.gauges))
     peak_times = interval * peaks.sample
     states = np.append(frame_times, peak_times), np.concatenate([found.multipliers, peaks.multipliers])
     contacts = {
@@ -115,7 +112,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         for number, contact in enumerate(system.contacts)
     }
     contacts = _with_friction(contacts, system, found.friction, peaks.friction)
-    joints = _joints(system, times, samples) | held_histories(system, wrenches)
+    joints = _joints(system, times, samples, wrenches)
     probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads), wrenches)
     whole = Trajectory(
         result=ending.result.name,
@@ -214,8 +211,10 @@ def _recorded(masters: np.ndarray, contact: ContactRows) -> np.ndarray | None:
     return None if over is None else masters[:, contact.functions][:, np.argsort(over.order)]
 
 
-def _joints(system: System, times: np.ndarray, samples: Samples) -> dict[str, JointHistory]:
-    histories = {}
+def _joints(
+    system: System, times: np.ndarray, samples: Samples, wrenches: dict[str, np.ndarray]
+) -> dict[str, JointHistory]:
+    histories = held_histories(system, wrenches)
     for number, held in enumerate(system.driving.joints):
         along, lateral = held.joint.axes
         loads = samples.loads[:, 2 * number : 2 * number + 2]

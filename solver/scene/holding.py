@@ -1,47 +1,55 @@
 """Joints that hold bodies on the ground where nothing turns: what makes small motion of a scene with joints."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
 
+from gudgeon.solver.joints import Joint
 from gudgeon.solver.joints.markers import Fixed, Marked
 from gudgeon.solver.joints.slider_crank import SliderCrank
-from gudgeon.solver.scene.probe import PointProbe
+from gudgeon.solver.scene.body import Body
+from gudgeon.solver.scene.probe import PointProbe, Probe
+from gudgeon.solver.scene.run import Run
 
-if TYPE_CHECKING:
-    from gudgeon.solver.scene.scene import Scene
 
-
-def turning_cause(scene: "Scene") -> str | None:
+def turning_cause(
+    joints: Mapping[str, Joint], bodies: Mapping[str, Body], probes: Mapping[str, Probe], run: Run,
+    deforms: Callable[[str], bool],
+) -> str | None:  # fmt: skip
     """Return what makes the bodies of a scene with joints of two markers turn by any angle; None where each of them
-    holds an interface of a body on the ground, and nothing asks for frames that turn."""
-    for name, joint in scene.joint.items():
-        if not isinstance(joint, SliderCrank | Fixed):
-            return f"joint '{name}' of kind '{joint.kind}'" if isinstance(joint, Marked) else f"joint '{name}'"
-    for name, joint in scene.hinges().items():
-        if joint.against is not None:
-            return f"joint '{name}' against body '{joint.against}'"
-        if joint.interface is None or joint.against_at is not None:
-            return f"joint '{name}' at a point" if joint.interface is None else f"joint '{name}' with against_at"
-        if not scene.deforms(joint.body):
-            return f"joint '{name}' on body '{joint.body}', which does not deform"
-    held = {joint.body for joint in scene.hinges().values()}
-    for name, crank in scene.cranks().items():
-        if crank.body in held:
-            return f"joint '{name}' on body '{crank.body}', which another joint holds"
-    return _asked(scene, held)
+    holds an interface of a body on the ground, and nothing asks for frames that turn.
+
+    Args:
+        deforms: Whether a body may deform.
+    """
+    held = {joint.body for joint in joints.values() if isinstance(joint, Marked)}
+    for name, joint in joints.items():
+        what = f"joint '{name}'"
+        if isinstance(joint, SliderCrank):
+            if joint.body in held:
+                return f"{what} on body '{joint.body}', which another joint holds"
+        elif not isinstance(joint, Fixed):
+            return f"{what} of kind '{joint.kind}'"
+        elif joint.against is not None:
+            return f"{what} against body '{joint.against}'"
+        elif joint.interface is None:
+            return f"{what} at a point"
+        elif joint.against_at is not None:
+            return f"{what} with against_at"
+        elif not deforms(joint.body):
+            return f"{what} on body '{joint.body}', which does not deform"
+    return _asked({name: bodies[name] for name in sorted(held)}, probes, run)
 
 
-def _asked(scene: "Scene", held: set[str]) -> str | None:
-    """Return what of bodies that joints hold, by name, asks for frames that turn."""
-    if scene.run.stepping != "auto":
-        return f"run.stepping '{scene.run.stepping}'"
-    for name in sorted(held):
-        body = scene.body[name]
+def _asked(held: Mapping[str, Body], probes: Mapping[str, Probe], run: Run) -> str | None:
+    """Return what of bodies that joints hold asks for frames that turn."""
+    if run.stepping != "auto":
+        return f"run.stepping '{run.stepping}'"
+    for name, body in held.items():
         if given := {"attachment", "geometric_stiffness"} & body.model_fields_set:
             return f"body.{name}.{min(given)}"
         if any(body.velocity) or any(body.angular_velocity):
             return f"the velocity of body '{name}', which a joint holds"
-    for name, probe in scene.probe.items():
-        framed = isinstance(probe, PointProbe) and probe.kind == "rotation" and probe.interface is None
-        if framed and probe.body in held:
-            return f"probe '{name}' of the rotation of a frame"
+    for name, probe in probes.items():
+        if isinstance(probe, PointProbe) and probe.kind == "rotation" and probe.interface is None:
+            if probe.body in held:
+                return f"probe '{name}' of the rotation of a frame"
     return None

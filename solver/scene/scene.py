@@ -126,8 +126,8 @@ class Scene(Strict):
     def held(self) -> dict[str, Marked]:
         """Return the joints of two markers that hold bodies in small motion by name: all, where nothing turns and an
         integrator of small motion carries the rest of the scene, or none."""
-        hinges = self.hinges()
-        if not hinges or self.run.integrator == "mechanism" or turning_cause(self) is not None or self._fast:
+        hinges, parts = self.hinges(), (self.joint, self.body, self.probe, self.run, self.deforms)
+        if not hinges or self.run.integrator == "mechanism" or turning_cause(*parts) is not None or self._fast:
             return {}
         demands = list(_demands(self.model_copy(update={"joint": self.cranks()})))
         return hinges if any(not one.turns and not lacking(demands, name) for name, one in INTEGRATORS.items()) else {}
@@ -358,7 +358,7 @@ def _demands(scene: Scene) -> Iterator[Demand]:
         at, crank = f"joint.{name}", isinstance(joint, SliderCrank)
         if crank or name not in held:
             yield Demand(at, Feature.JOINT if crank else Feature.MECHANISM, at)
-        elif any(master.body == joint.body for master in scene.masters().values()):
+        elif held[name].body in {master.body for master in scene.masters().values()}:
             yield Demand(f"{at}, which holds what points slide over,", Feature.GAUGES, at)
     for at in (f"motion.{name}" for name in scene.motion):
         yield Demand(at, Feature.MOTION, at)
