@@ -49,7 +49,6 @@ def _asked(held: Mapping[str, Body], probes: Mapping[str, Probe], run: Run) -> s
         if any(body.velocity) or any(body.angular_velocity):
             return f"the velocity of body '{name}', which a joint holds"
     for name, probe in probes.items():
-        if isinstance(probe, PointProbe) and probe.kind == "rotation" and probe.interface is None:
-            if probe.body in held:
-                return f"probe '{name}' of the rotation of a frame"
+        if isinstance(probe, PointProbe) and (probe.kind, probe.interface) == ("rotation", None) and probe.body in held:
+            return f"probe '{name}' of the rotation of a frame"
     return None
