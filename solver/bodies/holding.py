@@ -10,14 +10,21 @@ of low frequencies beside those of static shapes. With q = T q', T = Z V, TᵀT 
 
     q̈' + c' q̇' + ω'² q' = Tᵀ f
 
-are modes of the held body, and its record gets their rows. The record's modes have the static shapes of the ties, whose
-R is zero: that of other rows stays, and what loads or gravity do at rest is exact. Damping acts in each mode as its
-stress does, so that joints bear it too:
+are modes of the held body, and its record gets their rows. Damping acts in each of them as its stress does, so that
+joints bear it too:
 
     λ = (Cᵀ)⁺ (Λ T (q' + c' q̇'/ω'²) − f).
 
 These six values of each joint are a gauge of the body. Where rows imply others they are those of least norm, of rows
 that are scaled to one.
+
+At rest joints bear λ = L₀ f in these coordinates, and L f = (L₀ + D) f of the whole body, which R knows. With the rows
+B of R over elastic coordinates, those of ties B_t, E = B Λ⁻¹ Bᵀ, W₀ = (1, L₀) and W = (1, L), forces with reactions,
+
+    (E + R)_tt D + C_r s = −R_t W₀,   C_rᵀ D = 0,   R' = Wᵀ R W + Dᵀ E_tt D,   S' = S W + G Λ⁻¹ B_tᵀ D,
+
+for gauges with rows G and residual S: what loads and contacts do at rest is exact with any modes. D is zero where modes
+have the static shapes of the ties.
 """
 
 from collections.abc import Mapping
@@ -28,7 +35,7 @@ import numpy as np
 from gudgeon.modaldb.records.gauges import GaugeModes
 from gudgeon.modaldb.records.modes import SHAPE_ERRORS, InterfaceModes, LoadModes, TractionModes
 from gudgeon.modaldb.tangents import tangents
-from gudgeon.solver.bodies.small_motion import FlexibleBody, Holding, named
+from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.errors import SceneError
 
 HELD = "joint."
@@ -37,6 +44,8 @@ IMPLIED = 1e-7
 """Singular value of the scaled rows, over the largest, below which others imply them."""
 RIGID = 1e-9
 """Frequency over the largest below which a motion is rigid."""
+ALIKE = 1e-12
+"""Compliance of a combination of the scaled rows, over the largest, that is none: another joint holds it."""
 KNOWN = 0.5
 """Share of a mode's energy whose errors of frequencies must be known for an estimate of its own."""
 
@@ -50,7 +59,7 @@ def held_body(body: FlexibleBody, joints: Mapping[str, str]) -> FlexibleBody:
     Raises:
         SceneError: it has no such interface, does not deform, its bases change, or the joints leave no motion.
     """
-    modal, ties = body.modal, list(joints.values())
+    modal = body.modal
     loads = [_tie(body, interface, f"joint.{name}") for name, interface in joints.items()]
     if modal.swap is not None:
         raise SceneError(f"body.{body.name}: its bases change, and joint.{min(joints)} holds it; hold it by supports")
@@ -66,13 +75,8 @@ def held_body(body: FlexibleBody, joints: Mapping[str, str]) -> FlexibleBody:
         raise SceneError(f"joint.{min(joints)}: body '{body.name}' still moves as a whole; set integrator 'mechanism'")
     # (Cᵀ)⁺ of the scaled rows.
     inverse = scale[:, None] * ((left[:, :rank] / sizes[:rank]) @ right[:rank])
-    gauges = {name: replace(gauge, rows=_over(body, gauge.rows) @ T) for name, gauge in modal.gauges.items()}
-    rows, weight = inverse @ (body.stiffness[:, None] * T), _weight(body)
-    static = -inverse @ _all_rows(body).T
-    for number, name in enumerate(joints):
-        own = slice(6 * number, 6 * number + 6)
-        gauges[HELD + name] = GaugeModes(rows[own], static[own], "N, N m", weights=-(inverse @ weight.T)[own])
-    elastic = np.vstack([load.rows for load in loads])
+    weight, every = _weight(body), _all_rows(body)
+    gauges, R = _answers(body, joints, (inverse, scale), (omega, T), np.vstack([every, weight]))
     top = modal.angular_frequencies[modal.are_modes].max(initial=0.0)
     changed = replace(
         modal,
@@ -80,17 +84,96 @@ def held_body(body: FlexibleBody, joints: Mapping[str, str]) -> FlexibleBody:
         quality={name: value for name, value in modal.quality.items() if name != SHAPE_ERRORS},
         interfaces={name: _held_points(body, name, one, T) for name, one in modal.interfaces.items()},
         tractions={name: _held_space(body, one, T) for name, one in modal.tractions.items()},
-        loads={
-            name: replace(load, rows=np.column_stack([body.wrench_rows(load.resultant), load.rows]) @ T,
-                          stress_stiffness=None)
-            for name, load in modal.loads.items()
-        },
-        gauges=gauges, participation=weight @ T, discretisation_errors=_errors(body, T, omega),
+        loads={name: _held_load(body, one, T) for name, one in modal.loads.items()},
+        residual_flexibility=R, gauges=gauges, participation=weight @ T, discretisation_errors=_errors(body, T, omega),
         shapes=None, inertia_couplings=None, residuals=None, algebraic_errors=None, static_responses=None,
     )  # fmt: skip
-    lack = np.block([[body.residual(one, other) for other in ties] for one in ties])
-    holding = Holding(T, tuple(joints), lack, (elastic / modal.angular_frequencies**2) @ elastic.T)
-    return replace(body, modal=changed, twists=np.empty((0, 6)), holding=holding)
+    return replace(body, modal=changed, twists=np.empty((0, 6)), basis=T)
+
+
+def _answers(
+    body: FlexibleBody,
+    joints: Mapping[str, str],
+    rows_held: tuple[np.ndarray, np.ndarray],
+    modes: tuple[np.ndarray, np.ndarray],
+    forces: np.ndarray,
+) -> tuple[dict[str, GaugeModes], np.ndarray | None]:
+    """Return the gauges of a held body, with those of its joints, and R'.
+
+    Args:
+        rows_held: (Cᵀ)⁺, (6 k, r + m), and the factors of the rows, (6 k,).
+        modes: Frequencies [rad/s], (n,), and T, (r + m, n).
+        forces: Rows of unit forces on all rows of R, then of gravity along x, y, z, (C + 3, r + m).
+    """
+    modal, (inverse, scale), (omega, T), count = body.modal, rows_held, modes, len(forces) - 3
+    ties = np.concatenate([np.arange(*modal.interface_rows[one]) for one in joints.values()])
+    rows, direct = inverse @ (body.stiffness[:, None] * T), inverse @ forces.T
+    borne = (rows / omega**2) @ (forces @ T).T - direct
+    flexible = _Statics(body, ties, forces[ties])
+    more = flexible.further(borne, scale)
+    gauges = {
+        name: replace(
+            gauge, rows=_over(body, gauge.rows) @ T, residual=flexible.read(gauge, borne[:, :count], more[:, :count]),
+            weights=flexible.weighed(gauge, borne[:, count:], more[:, count:]),
+        )
+        for name, gauge in modal.gauges.items()
+    }  # fmt: skip
+    for number, name in enumerate(joints):
+        own = slice(6 * number, 6 * number + 6)
+        static = (more - direct)[own]
+        gauges[HELD + name] = GaugeModes(rows[own], static[:, :count], "N, N m", weights=static[:, count:])
+    return gauges, flexible.residual(borne[:, :count], more[:, :count])
+
+
+class _Statics:
+    """What a body that joints hold answers at rest, over all C rows of R, k of which are its ties; theirs are rows."""
+
+    def __init__(self, body: FlexibleBody, ties: np.ndarray, rows: np.ndarray) -> None:
+        self._ties, self._R, r = ties, body.modal.residual_flexibility, body.rigid_count
+        self._rigid, self._answers = rows[:, :r], rows[:, r:] / body.modal.angular_frequencies**2
+        self._carried = self._answers @ rows[:, r:].T
+
+    def further(self, borne: np.ndarray, scale: np.ndarray) -> np.ndarray:
+        """Return D for n forces of which joints bear `borne` in the coordinates, (k, n): those on all rows of R first.
+
+        Args:
+            scale: Factors of the rows of ties, (k,).
+        """
+        if self._R is None:
+            return np.zeros_like(borne)
+        lack = self._R[np.ix_(self._ties, self._ties)]
+        asked = lack @ borne
+        asked[:, : len(self._R)] += self._R[self._ties]
+        k, C = len(scale), scale[:, None] * self._rigid
+        flexibility = np.outer(scale, scale) * (self._carried + lack)
+        typical = float(flexibility.diagonal().max())
+        size = np.maximum(np.linalg.norm(C, axis=0), np.finfo(float).tiny)
+        statics = np.zeros((k + C.shape[1],) * 2)
+        statics[:k, :k], statics[:k, k:], statics[k:, :k] = flexibility / typical, C / size, (C / size).T
+        inverse = np.linalg.pinv(statics, rcond=ALIKE, hermitian=True)[:k, :k]
+        return -scale[:, None] * (inverse @ (scale[:, None] * asked)) / typical
+
+    def residual(self, borne: np.ndarray, more: np.ndarray) -> np.ndarray | None:
+        """Return R', (C, C)."""
+        if self._R is None:
+            return None
+        acting, through = borne + more, self._R[:, self._ties]
+        beside = through @ acting
+        found = self._R + beside + beside.T + acting.T @ through[self._ties] @ acting + more.T @ self._carried @ more
+        return 0.5 * (found + found.T)
+
+    def read(self, gauge: GaugeModes, borne: np.ndarray, more: np.ndarray) -> np.ndarray:
+        """Return S' of a gauge, (g, C)."""
+        if not gauge.residual.size:
+            return gauge.residual
+        return gauge.residual + gauge.residual[:, self._ties] @ (borne + more) + gauge.rows @ self._answers.T @ more
+
+    def weighed(self, gauge: GaugeModes, borne: np.ndarray, more: np.ndarray) -> np.ndarray | None:
+        """Return what a gauge shows of unit gravity beside its coordinates, (g, 3)."""
+        if not gauge.residual.size:
+            return gauge.weights
+        found = gauge.residual[:, self._ties] @ (borne + more) + gauge.rows @ self._answers.T @ more
+        return found if gauge.weights is None else found + gauge.weights
 
 
 def _tie(body: FlexibleBody, interface: str, where: str) -> LoadModes:
@@ -153,6 +236,12 @@ def _held_space(body: FlexibleBody, one: TractionModes, T: np.ndarray) -> Tracti
         return replace(one, rows=rows)
     across = body.wrench_rows(one.tangential_resultant.reshape(-1, 6)).reshape(len(rows), 2, body.rigid_count)
     return replace(one, rows=rows, tangential_rows=np.concatenate([across, one.tangential_rows], axis=2) @ T)
+
+
+def _held_load(body: FlexibleBody, one: LoadModes, T: np.ndarray) -> LoadModes:
+    if not len(one.rows):
+        return replace(one, rows=np.zeros((0, T.shape[1])), stress_stiffness=None)
+    return replace(one, rows=np.column_stack([body.wrench_rows(one.resultant), one.rows]) @ T, stress_stiffness=None)
 
 
 def _all_rows(body: FlexibleBody) -> np.ndarray:

@@ -22,20 +22,6 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Holding:
-    """What joints that hold a body take from its record's coordinates."""
-
-    basis: np.ndarray
-    """T: the record's rigid and elastic coordinates per coordinate that is left, (r + m, n)."""
-    joints: tuple[str, ...]
-    """k of them."""
-    lack: np.ndarray
-    """R over the rows of their ties, (6 k, 6 k)."""
-    carried: np.ndarray
-    """Static compliance of the modes over these rows, (6 k, 6 k)."""
-
-
-@dataclass(frozen=True)
 class FlexibleBody:
     """One body's part of the generalised coordinates: r rigid ones, then m elastic ones."""
 
@@ -50,13 +36,14 @@ class FlexibleBody:
     """Its first coordinate in the system."""
     pressed: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Unit vectors along which interfaces have their rows, (c, 3, 3), where not along normals, see `slanting`."""
-    holding: Holding | None = None
-    """Of a body that joints hold, whose coordinates are not those of its records, see `holding`."""
+    basis: np.ndarray | None = None
+    """Coordinates of its records, rigid and elastic ones, per coordinate of a body that joints hold, (n, m), see
+    `holding`; None: they are its own."""
 
     @property
     def record_count(self) -> int:
         """Number of coordinates of its records, rigid and elastic ones."""
-        return len(self.stiffness) if self.holding is None else len(self.holding.basis)
+        return len(self.stiffness if self.basis is None else self.basis)
 
     @property
     def rigid_count(self) -> int:

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import LINKAGE_NOTES, JointHistory
+from gudgeon.modaldb.records.trajectory import JointHistory
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.bodies.holding import HELD
-from gudgeon.solver.joints.reactions import SAID, joint_lack, lacking_text, wrench_peaks
+from gudgeon.solver.joints.reactions import wrench_peaks
 from gudgeon.solver.system.system import System
 
 Readings = Mapping[str, np.ndarray]
@@ -30,30 +30,11 @@ def held_histories(system: System, wrenches: Readings) -> dict[str, JointHistory
     }  # fmt: skip
 
 
-def held_quantities(system: System, times: np.ndarray, wrenches: Readings) -> Json:
-    """Return the largest forces and moments of joints that hold bodies, and of each body what its modes lack there."""
+def held_quantities(times: np.ndarray, wrenches: Readings) -> Json:
+    """Return the largest forces and moments of joints that hold bodies, and their times of the samples [s], (s,)."""
     found: Json = {}
     for name, one in wrenches.items() if len(times) else ():
         found |= wrench_peaks(name, times, one)
-    return found | {f"{name}.joint_lack": {"value": share, "unit": "1"} for name, share in _lacks(system, wrenches)}
-
-
-def held_notes(system: System, wrenches: Readings) -> Json:
-    """Return the entry of `Trajectory.counts` of bodies whose modes lack much of the strain energy under joints."""
-    found = [(name, share) for name, share in _lacks(system, wrenches) if share > SAID]
-    lines = [lacking_text(name, system.scene.component_of(name), share) for name, share in found]
-    return {LINKAGE_NOTES: "\n".join(lines)} if lines else {}
-
-
-def _lacks(system: System, wrenches: Readings) -> list[tuple[str, float]]:
-    """Return the share of the strain energy that a body's modes lack under its joints, of each that joints hold."""
-    found = []
-    for name, body in system.bodies.items():
-        own = body.holding
-        if own is None or body.modal.residual_flexibility is None or not set(own.joints) <= wrenches.keys():
-            continue
-        forces = np.hstack([wrenches[joint] for joint in own.joints])
-        found.append((name, joint_lack(forces, own.lack, own.carried)))
     return found
 
 
@@ -62,7 +43,7 @@ def recorded(system: System, states: np.ndarray) -> np.ndarray:
     parts = [np.empty((len(states), 0))]
     for body in system.bodies.values():
         own = states[:, body.coordinates]
-        parts.append(own if body.holding is None else own @ body.holding.basis.T)
+        parts.append(own if body.basis is None else own @ body.basis.T)
     return np.hstack(parts)
 
 

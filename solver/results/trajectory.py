@@ -17,7 +17,6 @@ from gudgeon.solver.results.contact_events import impact_quantities, named
 from gudgeon.solver.results.gauges import gauge_quantities, recorded_gauges
 from gudgeon.solver.results.held import (
     held_histories,
-    held_notes,
     held_quantities,
     parted,
     recorded,
@@ -127,12 +126,12 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         quantities=quantities(system, end, states)
         | gauge_quantities(system, times, readings)
         | probe_quantities(times, probes)
-        | held_quantities(system, times, wrenches)
+        | held_quantities(times, wrenches)
         | deflections(system, frame_times, found.frames)
         | nearest(system, end, frame_times, found.frames, found.velocities),
         energy_drift=ending.drift,
         momentum_residual=momentum_residual(system, end, interval * samples.loads.sum(axis=0), interval * len(times)),
-        counts=_counts(system, plan, end, ending.reason) | held_notes(system, wrenches),
+        counts=_counts(system, plan, end, ending.reason),
         joints=joints,
         probes=probes,
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},

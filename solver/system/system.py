@@ -203,8 +203,8 @@ class System:
         """Return states, (f, m), of those over the coordinates of the bodies' records, (f, n)."""
         bodies = list(self.bodies.values())
         parts = np.split(states, np.cumsum([body.record_count for body in bodies])[:-1], axis=1)
-        held = [body.holding for body in bodies]
-        return np.hstack([own if one is None else own @ one.basis for one, own in zip(held, parts, strict=True)])
+        bases = [body.basis for body in bodies]
+        return np.hstack([own if one is None else own @ one for one, own in zip(bases, parts, strict=True)])
 
     def moved_gaps(self, position: np.ndarray) -> np.ndarray:
         """Return the change of the gaps by coordinates, (m,), with points over traction spaces slid by them [m], (c,).

@@ -17,8 +17,9 @@ from gudgeon.solver.integrators.mechanism.energy import modal_parts
 from gudgeon.solver.integrators.mechanism.flexible.acting import forces_of_joints
 from gudgeon.solver.integrators.mechanism.flexible.statics import squares_of
 from gudgeon.solver.integrators.mechanism.probes import States
-from gudgeon.solver.joints.reactions import SAID, joint_lack, lacking_text, share_of
 
+SAID = 0.01
+"""Share of the strain energy from which on it is said."""
 BY_HELD_MODES = ("row-craig-bampton", "craig-bampton", "interface", "partial-interface")
 """Reductions whose shapes are made more numerous by `fixed_count`."""
 
@@ -39,10 +40,16 @@ def joint_lacks(linkage: Linkage, model: Model, states: States, holds: np.ndarra
             continue
         forces = np.hstack([one for _, one in held])[1:]
         lack, carried = _compliances(body, [interface for interface, _ in held])
-        share = joint_lack(forces, lack, carried)
+        lost, kept = (0.5 * np.einsum("si,ij,sj->s", forces, matrix, forces) for matrix in (lack, carried))
+        share = _share(lost, kept)
         found[f"{name}.joint_lack"] = {"value": share, "unit": "1"}
         if share > SAID:
-            notes.append(lacking_text(name, linkage.system.scene.component_of(name), share))
+            component = linkage.system.scene.component_of(name)
+            notes.append(
+                f"body.{name}: its modes lack {share:.2g} of the strain energy that the forces of its joints would"
+                f" cause as static ones; increase component.{component}.modes.fixed_count, or set reduction"
+                " 'rubin-macneal', whose shapes lack none"
+            )
     return found, notes
 
 
@@ -59,7 +66,7 @@ def inertia_lacks(linkage: Linkage, model: Model, states: States) -> tuple[Json,
         whole = 0.5 * np.einsum("sij,ijkl,skl->s", C, couplings.centrifugal_compliance, C, optimize=True)
         kept = 0.5 * ((np.einsum("sij,ijk->sk", C, couplings.position_moments) / omega) ** 2).sum(axis=1)
         lost = np.maximum(whole - kept, 0.0)
-        share = share_of(lost, kept)
+        share = _share(lost, kept)
         found[f"{name}.inertia_lack"] = {"value": share, "unit": "1"}
         strain = 0.5 * modal_parts(model, states.samples, b)[0] ** 2 @ omega**2
         if share > SAID and float(lost.max()) > SAID * float(strain.max()):
@@ -71,6 +78,12 @@ def inertia_lacks(linkage: Linkage, model: Model, states: States) -> tuple[Json,
                 f" component.{component}.modes.{key}"
             )
     return found, notes
+
+
+def _share(lost: np.ndarray, kept: np.ndarray) -> float:
+    """Return the largest of what is lost over the largest whole energy."""
+    whole = float((lost + kept).max(initial=0.0))
+    return max(0.0, float(lost.max())) / whole if whole > 0 else 0.0
 
 
 def _compliances(body: FlexibleBody, interfaces: list[str]) -> tuple[np.ndarray, np.ndarray]:
