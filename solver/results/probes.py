@@ -96,7 +96,7 @@ def _reaction(system: System, name: str, read: tuple[np.ndarray, np.ndarray, np.
         if contact.master is not None and contact.master.body == name:
             held = held + force
     for joint in parts[1].values():
-        if joint.body == name:
+        if joint.body == name and body.basis is None:  # Joints of two markers hold it as supports do.
             held = held - joint.force
     for push, at in [*system.driving.given_rows(), *system.driving.driven_rows()]:
         if push.body == name:

@@ -131,7 +131,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         | nearest(system, end, frame_times, found.frames, found.velocities),
         energy_drift=ending.drift,
         momentum_residual=momentum_residual(system, end, interval * samples.loads.sum(axis=0), interval * len(times)),
-        counts=_counts(system, plan, end, ending.reason),
+        counts=_counts(system, plan, end) | ({"reason": ending.reason} if ending.reason else {}),
         joints=joints,
         probes=probes,
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
@@ -179,24 +179,20 @@ def _with_linkage(found: Trajectory, own: LinkageHistories, asked: Iterable[str]
     )  # fmt: skip
 
 
-def _counts(system: System, plan: Plan, end: Outcome, reason: str) -> Json:
-    """Return the integrator, its step, numbers of operations, and the reason of an early end, where there is one."""
-    return (
-        {
-            "integrator": plan.name,
-            "steps": plan.schedule.steps,
-            "substeps": plan.schedule.substeps,
-            "step": plan.schedule.dt,
-            "critical_frequency": plan.critical,
-            "contact_steps": int(end.counts[CONTACT_STEPS]),
-            "pivots": int(end.counts[PIVOTS]),
-            "coordinates": len(end.q),
-            "contact_rows": len(system.gap),
-            "functions": len(system.functions),
-        }
-        | end.work
-        | ({"reason": reason} if reason else {})
-    )
+def _counts(system: System, plan: Plan, end: Outcome) -> Json:
+    """Return the integrator, its step, and numbers of operations."""
+    return {
+        "integrator": plan.name,
+        "steps": plan.schedule.steps,
+        "substeps": plan.schedule.substeps,
+        "step": plan.schedule.dt,
+        "critical_frequency": plan.critical,
+        "contact_steps": int(end.counts[CONTACT_STEPS]),
+        "pivots": int(end.counts[PIVOTS]),
+        "coordinates": len(end.q),
+        "contact_rows": len(system.gap),
+        "functions": len(system.functions),
+    } | end.work
 
 
 def _outward(system: System, peaks: Peaks) -> np.ndarray:
