@@ -81,7 +81,7 @@ def compiled(folder: Path, name: str, changes: dict[str, Any]) -> System:
 
 
 def test_it_runs_in_small_motion_as_the_mechanism_moves(folder: Path) -> None:
-    """Second-order terms are those of a slope of 1e-4; forces have the ringing of the stiffest shapes; of the strain the
+    """Second-order terms are those of a slope of 1e-4; forces have the ringing of the stiffest shapes; of strain the
     modes lack 2 %, which follow the loads here, and loads and reactions there."""
     small = solved(folder, "small", CLAMPED | {"run.step": 1e-6})
     turning = solved(folder, "turning", CLAMPED | {"run.integrator": "mechanism", "run.accuracy": 1e-8})
