@@ -10,6 +10,7 @@ from gudgeon import modaldb
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.pipeline.reduction.expansion import displacement
 from gudgeon.pipeline.stages.plan import plan
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.gauges import gauge_loads
@@ -132,6 +133,20 @@ def test_joints_bear_the_change_of_momentum(folder: Path) -> None:
     forces = loads @ pull.resultant[:, :3] + MASS * np.array([1.0, 2.0, -9.81])
     assert body.modal.participation is not None
     np.testing.assert_allclose(found[own[:3]], body.modal.participation @ rates - forces, rtol=1e-6)
+
+
+def test_frames_are_over_the_coordinates_of_records(folder: Path) -> None:
+    """Pictures and exports read them with the shapes of the free body, its rigid motions included."""
+    found, store = solved(folder, "frames", CLAMPED | {"run.step": 1e-6}), modaldb.open(folder / "db")
+    morph = store.get(found.bodies["bar"], "morph")
+    modal = store.get(morph.modes_key, "modes")
+    assert found.frames.shape == (10, 6 + len(modal.angular_frequencies))
+    moved = displacement(store.get(morph.mesh_key, "mesh").nodes, morph, modal, found.frames[-1])
+    nodes = store.get(morph.mesh_key, "mesh").nodes
+    foot, end = np.isclose(nodes[:, 2], 0.0), np.isclose(nodes[:, 2], LENGTH)
+    size = np.abs(moved).max()
+    np.testing.assert_allclose(moved[foot], 0.0, atol=1e-9 * size)
+    np.testing.assert_allclose(moved[end].mean(axis=0), found.probes["tip"].values[-1], atol=1e-2 * size)
 
 
 def test_a_turned_body_moves_with_its_axes(folder: Path) -> None:
