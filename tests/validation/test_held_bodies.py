@@ -160,6 +160,14 @@ def test_a_turned_body_moves_with_its_axes(folder: Path) -> None:
             np.testing.assert_allclose(two[:, here : here + 3], expected, atol=1e-6 * np.abs(one).max())
 
 
+def test_modes_are_those_on_supports(folder: Path) -> None:
+    """Of bases with all rows held, which are one space; low frequencies keep their digits beside the highest."""
+    held, supported = (np.sort(compiled(folder, f"modes-{name}", changes).stiffness)
+                       for name, changes in (("held", CLAMPED), ("supported", SUPPORTED)))  # fmt: skip
+    np.testing.assert_allclose(held, supported, rtol=1e-9)
+    assert held[-1] > 1e4 * held[0]
+
+
 def test_statics_are_exact_with_any_modes(folder: Path) -> None:
     """Answers to forces on the end: those of a body on supports, whatever the modes lack of joint or load."""
     end = []
@@ -226,6 +234,48 @@ def test_a_contact_presses_as_on_supports(folder: Path) -> None:
     np.testing.assert_allclose(one, other, atol=1e-3 * np.abs(other).max())
     assert held.quantities["wall.impulse"]["value"] == pytest.approx(supported.quantities["wall.impulse"]["value"],
                                                                     rel=1e-4)  # fmt: skip
+
+
+STRUCK: dict[str, Any] = {
+    "component.bar.interface.face": {"surface": "top"},
+    "component.block": {
+        "geometry": {"kind": "box", "lx": 0.03, "ly": 0.03, "lz": 0.1}, "mesh": {"size": 0.03},
+        "material": {"E": 2.1e11, "nu": 0.3, "rho": 7800.0}, "interface": {"low": {"surface": "bottom"}},
+        "modes": {"normal_count": 8},
+    },
+    "body.block": {"position": [0.0, 0.0, 0.500001], "velocity": [0.02, 0.0, -0.5]},
+    "run.duration": 4e-4,
+}  # fmt: skip
+HIT = {"body": "block", "interface": "low", "against": {"shape": "body", "body": "bar", "interface": "face"}}
+STRIKES: dict[str, dict[str, Any]] = {
+    "explicit": {"surface_stiffness": 1e13},
+    "implicit": {"surface_stiffness": 1e13, "friction": {"static": 0.2}},
+    "event": {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e8}},
+    "collocation": {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e8}},
+    "discrete-gradient": {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e8}},
+}
+
+
+@pytest.mark.parametrize("integrator", STRIKES)
+def test_a_block_strikes_it_as_on_supports(integrator: str, folder: Path) -> None:
+    """By every integrator, with the same estimates of basis, mesh and layer; the joint bears what supports bear."""
+    path = folder / f"{integrator}.toml"
+    path.write_text(SCENE[: SCENE.index("[force.pull]")] + SCENE[SCENE.index("[run]") :])
+    more = STRUCK | {"contact.hit": HIT | STRIKES[integrator], "run.integrator": integrator}
+    found = []
+    for name, changes in (("held", CLAMPED), ("supported", SUPPORTED)):
+        own = {key: value for key, value in (more | changes).items() if key != "probe.reaction"}
+        report = run(path, set=own, db=folder / "db", out=folder / f"{integrator}-{name}", until="solve")
+        found.append(modaldb.open(folder / "db").get(report.stages["solve"].key, "trajectory"))
+    held, supported = found
+    forces = [one.contacts["hit"].force for one in found]
+    assert np.abs(forces[1]).max() > 1e3
+    np.testing.assert_allclose(*forces, atol=1e-7 * np.abs(forces[1]).max())
+    assert held.estimates == pytest.approx(supported.estimates, rel=1e-3, abs=1e-7)
+    assert held.estimates
+    assert held.quantities["clamp.force_peak"]["value"] > 1e3
+    np.testing.assert_allclose(held.gauges["bar.root"], supported.gauges["bar.root"],
+                               atol=1e-7 * np.abs(supported.gauges["bar.root"]).max())  # fmt: skip
 
 
 def test_plans_say_what_decided(folder: Path) -> None:
