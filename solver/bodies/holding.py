@@ -158,9 +158,12 @@ class _Statics:
         if self._R is None:
             return None
         acting, through = borne + more, self._R[:, self._ties]
-        beside = through @ acting
-        found = self._R + beside + beside.T + acting.T @ through[self._ties] @ acting + more.T @ self._carried @ more
-        return 0.5 * (found + found.T)
+        # R may be large: its half with one product of thin matrices, then the other half.
+        half = 0.5 * (acting.T @ through[self._ties] @ acting + more.T @ self._carried @ more)
+        half += through @ acting
+        half += half.T.copy()
+        half += self._R
+        return half
 
     def read(self, gauge: GaugeModes, borne: np.ndarray, more: np.ndarray) -> np.ndarray:
         """Return S' of a gauge, (g, C)."""

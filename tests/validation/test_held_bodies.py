@@ -186,11 +186,12 @@ def test_statics_are_exact_with_any_modes(folder: Path) -> None:
         np.testing.assert_allclose(one / size, end[0] / size, atol=1e-7)
 
 
-@pytest.mark.parametrize("count", [2, 12])
-def test_at_rest_the_joint_bears_load_and_weight(count: int, folder: Path) -> None:
+@pytest.mark.parametrize(("count", "tie"), [(2, "rbe2"), (12, "rbe2"), (6, "rbe3")])
+def test_at_rest_the_joint_bears_load_and_weight(count: int, tie: str, folder: Path) -> None:
     """Force and moment at the foot balance the wrench on the end, 0.5 m above, and the weight 0.25 m above."""
     force, moment, g = np.array([30.0, -20.0, 10.0]), np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, -9.81])
     found = solved(folder, f"rest-{count}", CLAMPED | {
+        "component.bar.interface.foot.tie": tie,
         "force.pull.force": force.tolist(), "force.pull.moment": moment.tolist(), "force.pull.expression": "1",
         "run.gravity": g.tolist(), "component.bar.modes.fixed_count": count,
     })  # fmt: skip
