@@ -8,6 +8,8 @@ from typing import Any
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.solver.capabilities import FEW_POINTS, MANY
+from gudgeon.solver.joints.markers import Fixed
+from gudgeon.solver.scene.holding import turning_cause
 from gudgeon.solver.scene.scene import Scene
 
 PLACES = {
@@ -97,12 +99,17 @@ def turning_reason(scene: Scene) -> str:
     )
     bound = f"run.limits.angle, {limit:g} rad"
     if not scene.capabilities.turns:
+        if held := list(scene.held()):
+            more = f" and {len(held) - 1} more hold" if len(held) > 1 else " holds"
+            return f"small motion: joint '{held[0]}'{more} what deforms on the ground, and nothing turns beyond {bound}"
         if spins[fastest] * duration > limit:
             return f"small motion: {scene.integrator} ends the run where a body turns beyond {bound}"
         return f"small motion: {turned if spins[fastest] else 'no body has an angular velocity'}, within {bound}"
     if joints := list(scene.hinges()):
         more = f" and {len(joints) - 1} more" if len(joints) > 1 else ""
-        return f"any angle: joint '{joints[0]}'{more} of two markers"
+        fixed = all(isinstance(one, Fixed) and one.against is None for one in scene.hinges().values())
+        cause = turning_cause(scene.joint, scene.body, scene.probe, scene.run, scene.deforms) if fixed else None
+        return f"any angle: joint '{joints[0]}'{more} of two markers" + (f", by {cause}" if cause else "")
     if scene.run.integrator == "mechanism":
         return "any angle: run.integrator is 'mechanism'"
     return f"any angle: {turned}, beyond {bound}"
