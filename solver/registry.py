@@ -51,8 +51,8 @@ REGISTRY: tuple[Quantity, ...] = (
              "positive: along the impulse on the contact's body; negative: away from it"),
     Quantity("contact", "restitution", "1", "Newton's ratio −(w·v after) / (w·v before) of the normal velocities of"
              " the rigid-body motion at the contact point, w the impulse of the normal forces on the rigid coordinates:"
-             " the mean over the points, weighted by their impulses. Absent with other contacts, joints, forces or"
-             " gravity, without an approach, and while the contact still pushes at the end of the run.",
+             " the mean over the points, weighted by their impulses. Absent with other contacts, slider-cranks, forces"
+             " or gravity, without an approach, and while the contact still pushes at the end of the run.",
              "negative: the points still approach"),
     Quantity("contact", "impactN.start", "s", "Start of impact N, of the first ten.", _SIZE),
     Quantity("contact", "impactN.end", "s", "End of impact N.", _SIZE),
@@ -130,10 +130,10 @@ REGISTRY: tuple[Quantity, ...] = (
              "positive: along the force"),
     *(
         Quantity("joint", f"{kind}_{name}", unit if name == "peak" else "s", text.format(kind), _SIZE,
-                 "of the samples, and of steps in which contacts press harder than before")
+                 "of the samples, and of steps in which contacts of mechanisms press harder than before")
         for kind, unit in (("force", "N"), ("moment", "N m"))
         for name, text in (
-            ("peak", "Largest size of the {} of a joint of bodies that turn, on its body, about its point."),
+            ("peak", "Largest size of the {} of a joint of two markers, on its body, about its point."),
             ("peak_time", "Time of the largest {} of a joint."),
         )
     ),

@@ -20,7 +20,7 @@ beside it. The default of full FE is two steps with a law, else the shortest per
 """
 TITLES = {
     "contact": "`CONTACT.`: contacts", "body": "`BODY.`: bodies with rigid motions", "force": "`FORCE.`: moving forces",
-    "joint": "`JOINT.`: joints of bodies that turn",
+    "joint": "`JOINT.`: joints of two markers",
     "gauge": "`BODY.GAUGE.`: gauges", "probe": "`PROBE.`: probes",
     "component": "`COMPONENT.`: components",
 }  # fmt: skip

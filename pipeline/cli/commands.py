@@ -78,6 +78,8 @@ def _print_run(report: Any) -> None:
 
 def _print_quantities(report: Any) -> None:
     print()
+    if report.reason is not None:
+        print("of an incomplete run, up to its end:")
     for line in (*quantity_lines(report.quantities), *check_lines(report)):
         print(line)
     pictures = {Path(picture).name: Path(picture) for picture in report.pictures}

@@ -68,7 +68,7 @@ def static_table(found: "Linearised", force: str | None, at: tuple[str, ...]) ->
     Raises:
         SceneError: no such port, none at all, or a force moves a body that nothing holds.
     """
-    from gudgeon.solver.linear.state import places
+    from gudgeon.solver.linear.state import places, read_as
     from gudgeon.solver.linear.static import static_response
     from gudgeon.solver.scene.probe import PointProbe
 
@@ -84,7 +84,7 @@ def static_table(found: "Linearised", force: str | None, at: tuple[str, ...]) ->
             raise SceneError(f"--force '{one.label}': a unit force acts at a contact, joint or force")
     probes = [f"probe.{name}" for name, one in system.scene.probe.items()
               if isinstance(one, PointProbe) and one.kind in ("displacement", "rotation")]  # fmt: skip
-    wanted = at or (*(f"gauge.{name}" for name in dict.fromkeys(system.gauges)), *probes, *given)
+    wanted = at or (*map(read_as, dict.fromkeys(system.gauges)), *probes, *given)
     read = [one for name in wanted for one in places(found, name, "--at")]
     values = static_response(found, pushed, read)
     names = [_named(found, one) for one in pushed]

@@ -71,7 +71,7 @@ def _is_cut(scene: SceneFile, name: str, quantities: Quantities, impacts: list[d
     other = scene.others().get(name)
     sides = [scene.contact[name].body, *([other.body] if other is not None else [])]
     free = any(f"{side}.velocity_{axis}" in quantities for side in sides for axis in "xyz")
-    if not free or scene.force or scene.joint or not impacts:
+    if not free or scene.force or (scene.joint and not scene.held()) or not impacts:
         return False
     last = max(impacts, key=lambda one: one["end"])
     fallen = float(np.linalg.norm(scene.run.gravity)) * (last["end"] - last["start"])

@@ -211,6 +211,7 @@ def turns_freely(job: Job, name: str) -> bool:
 
 def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, ModalRecord]) -> Evidence:
     """Return the evidence of a run."""
+    found = replace(found, **{part: system.of_records(getattr(found, part)) for part in ("frames", "velocities")})
     eps = float(np.finfo(float).eps)
     elastic = {name: record for name, record in modes.items() if len(record.angular_frequencies)}
     exchanged = exchanged_of(found)

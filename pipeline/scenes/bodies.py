@@ -64,6 +64,11 @@ class SceneFile(Scene):
             found |= {contact.interface for contact in self.contact.values() if contact.body in own}
         return sorted(found)
 
+    def deforms(self, body: str) -> bool:
+        """Whether the component of a body deforms."""
+        part = self.component.get(self.component_of(body))
+        return part is None or part.modes.reduction != "rigid"
+
     def turning(self, component: str) -> bool:
         """Whether a component deforms and one of its bodies turns by any angle: it needs a floating frame."""
         deforms = self.component[component].modes.reduction != "rigid"

@@ -154,7 +154,7 @@ def _pressed_interfaces(scene: "SceneFile") -> list[tuple[str, str, str, tuple[s
 
 def _without_statics(scene: "SceneFile") -> list[str]:
     """List joints at interfaces whose static shapes the body's modes lack: residual flexibility does not act there."""
-    if not scene.capabilities.turns:
+    if not (scene.capabilities.turns or scene.held()):
         return []
     lines = []
     for where, body, interface, _ in _held_interfaces(scene) + _pressed_interfaces(scene):

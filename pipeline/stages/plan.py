@@ -7,6 +7,9 @@ from typing import Any
 
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.solver.capabilities import FEW_POINTS, MANY
+from gudgeon.solver.joints.markers import Fixed
+from gudgeon.solver.scene.holding import turning_cause
 from gudgeon.solver.scene.scene import Scene
 
 PLACES = {
@@ -46,7 +49,7 @@ def plan(job: Job) -> dict[str, Any]:
         "ports": ports,
         "bytes": total(read.values()),
         "integrator": job.scene.integrator,
-        "by_size": job.scene.by_size(),
+        "by_size": by_size(job.scene),
         "stepping": _stepping(job.scene),
         "inertia": inertia_orders(job.scene, [name for name, stock in stocks.items() if stock.elastic]),
         "turning": turning_reason(job.scene),
@@ -72,6 +75,20 @@ def inertia_orders(scene: Scene, elastic: Collection[str]) -> dict[str, str]:
     return found
 
 
+def by_size(scene: Scene) -> dict[str, str]:
+    """Return the other integrators that `auto` may take of the compiled scene, each with the size that decides."""
+    name, carriers = scene.integrator, scene.carriers()
+    if scene.run.integrator != "auto":
+        return {}
+    if name == "implicit" and "event" in carriers and scene.run.step is None:
+        return {"event": f"up to {FEW_POINTS} contact points"}
+    if name == "event" and scene.contact and all(one.law is None for one in scene.contact.values()):
+        return {"implicit": f"more than {FEW_POINTS} contact points, all over flexibility"}
+    if name == "explicit" and "implicit" in carriers:
+        return {"implicit": f"steps times contact points above {MANY:.0e}".replace("e+0", "e")}
+    return {}
+
+
 def turning_reason(scene: Scene) -> str:
     """Return which bound decided whether the bodies of a scene turn by any angle."""
     limit, duration = scene.run.limits.angle, scene.run.duration
@@ -82,12 +99,17 @@ def turning_reason(scene: Scene) -> str:
     )
     bound = f"run.limits.angle, {limit:g} rad"
     if not scene.capabilities.turns:
+        if held := list(scene.held()):
+            more = f" and {len(held) - 1} more hold" if len(held) > 1 else " holds"
+            return f"small motion: joint '{held[0]}'{more} what deforms on the ground, and nothing turns beyond {bound}"
         if spins[fastest] * duration > limit:
             return f"small motion: {scene.integrator} ends the run where a body turns beyond {bound}"
         return f"small motion: {turned if spins[fastest] else 'no body has an angular velocity'}, within {bound}"
     if joints := list(scene.hinges()):
         more = f" and {len(joints) - 1} more" if len(joints) > 1 else ""
-        return f"any angle: joint '{joints[0]}'{more} of two markers"
+        fixed = all(isinstance(one, Fixed) and one.against is None for one in scene.hinges().values())
+        cause = turning_cause(scene.joint, scene.body, scene.probe, scene.run, scene.deforms) if fixed else None
+        return f"any angle: joint '{joints[0]}'{more} of two markers" + (f", by {cause}" if cause else "")
     if scene.run.integrator == "mechanism":
         return "any angle: run.integrator is 'mechanism'"
     return f"any angle: {turned}, beyond {bound}"

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -44,13 +45,22 @@ Found = tuple[Sequence[Sequence[Any]], Mapping[int, Row]]
 """Values of each design, and rows by the number of the design."""
 
 
-def draw(path: Path, name: str, paths: Sequence[str], found: Found, patterns: Sequence[str] = ()) -> bool:
+def draw(
+    path: Path,
+    name: str,
+    paths: Sequence[str],
+    found: Found,
+    patterns: Sequence[str] = (),
+    *,
+    units: Mapping[str, str] = MappingProxyType({}),
+) -> bool:
     """Draw quantities over parameters; return False and remove an earlier picture where there is nothing to show.
 
     Args:
         name: Of the scene.
         paths: Of the parameters.
         patterns: Of the names of quantities that are shown; default: a choice of those that vary.
+        units: Of the parameters that have one, by their paths.
 
     Raises:
         InputError: a pattern fits no quantity of any design.
@@ -61,7 +71,7 @@ def draw(path: Path, name: str, paths: Sequence[str], found: Found, patterns: Se
         path.unlink(missing_ok=True)
         return False
     with style.styled():
-        style.save(_figure(name, paths, found, shown, (varied, left)), path)
+        style.save(_figure(name, {one: units.get(one, "") for one in paths}, found, shown, (varied, left)), path)
     return True
 
 
@@ -85,10 +95,10 @@ def _shown(rows: Mapping[int, Row], patterns: Sequence[str]) -> tuple[list[str],
 
 
 def _figure(
-    name: str, paths: Sequence[str], found: Found, shown: Sequence[str], which: tuple[Sequence[int], int]
+    name: str, units: Mapping[str, str], found: Found, shown: Sequence[str], which: tuple[Sequence[int], int]
 ) -> Figure:
     """Return the figure: a row of axes for each quantity, a column for each parameter that varies."""
-    designs, rows = found
+    paths, (designs, rows) = list(units), found
     columns, left = which[0][:MOST_COLUMNS], which[1]
     failed = sum(row.result != Result.FINISHED.name for row in rows.values())
     parts = [f"{len(rows)} designs"]
@@ -104,7 +114,8 @@ def _figure(
         lines = _lines(designs, rows, parameter, which[0])
         for quantity, here in zip(shown, axes[:, column], strict=True):
             _panel(here, quantity, lines, rows, [one[parameter] for one in designs])
-        axes[-1, column].set_xlabel(_wrapped(paths[parameter], LABEL // len(columns)))
+        unit = f" [{units[paths[parameter]]}]" if units[paths[parameter]] else ""
+        axes[-1, column].set_xlabel(_wrapped(paths[parameter], LABEL // len(columns)) + unit)
         _abscissa(axes[-1, column], [one[parameter] for one in designs], 3 if len(columns) > 2 else 5)
         _legend(axes[0, column], lines, paths, failed > 0 and column == 0)
     for quantity, here in zip(shown, axes[:, 0], strict=True):

@@ -15,6 +15,7 @@ from gudgeon.pipeline.errors import InputError, pandas
 from gudgeon.pipeline.files import write_sealed
 from gudgeon.pipeline.kinds import kind_of, open_job
 from gudgeon.pipeline.scenes.reading import override_text, override_texts
+from gudgeon.pipeline.scenes.reference.units import unit_at
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.folder import claim, held
 from gudgeon.pipeline.stages.run_report import Progress, image_html
@@ -244,7 +245,10 @@ def _write(
     with held(job.out):
         write_sealed(job.out / STUDY, document)  # Another study may have begun here since.
         files = write_table(job.out, table)
-        files += [PICTURE] if picture.draw(job.out / PICTURE, job.name, paths, (designs, found), shown) else []
+        schema = type(job.scene).model_json_schema()
+        units = {one: unit_at(schema, one) for one in paths}
+        drawn = picture.draw(job.out / PICTURE, job.name, paths, (designs, found), shown, units=units)
+        files += [PICTURE] if drawn else []
     column = table.heads.index("result")
     results = [row[column : column + 2] for row in table.rows]
     return StudyReport(

@@ -36,6 +36,14 @@ class FlexibleBody:
     """Its first coordinate in the system."""
     pressed: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Unit vectors along which interfaces have their rows, (c, 3, 3), where not along normals, see `slanting`."""
+    basis: np.ndarray | None = None
+    """Coordinates of its records, rigid and elastic ones, per coordinate of a body that joints hold, (n, m), see
+    `holding`; None: they are its own."""
+
+    @property
+    def record_count(self) -> int:
+        """Number of coordinates of its records, rigid and elastic ones."""
+        return len(self.stiffness if self.basis is None else self.basis)
 
     @property
     def rigid_count(self) -> int:

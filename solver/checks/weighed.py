@@ -42,7 +42,7 @@ def weighed(system: System, forces: Mapping[str, np.ndarray]) -> System | None:
     for name, body in system.bodies.items():
         modal = _with_mass(body.modal, _on_rows(system, name, forces))
         changed = changed or modal is not body.modal
-        bodies[name] = replace(body, modal=modal, first=first)
+        bodies[name] = replace(body, modal=modal, first=first, basis=None)
         first = bodies[name].elastic.stop
     return assembled(system.scene, bodies, system.terms, fields=system.fields) if changed else None
 

@@ -106,7 +106,8 @@ class Axial(Marked):
 
 
 class Fixed(Marked):
-    """Holds both markers together."""
+    """Holds both markers together. A scene whose joints all hold interfaces of bodies that deform on the ground runs in
+    small motion, see docs/mechanisms.md."""
 
     squares = LOCKED
     kind: Literal["fixed"]

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gudgeon.solver.bodies.holding import HELD
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.ports.members import (
@@ -162,7 +163,7 @@ class Place:
 
 def places(found: Linearised, name: str, key: str) -> list[Place]:
     """Return the places of `contact.NAME`, `joint.NAME`, `force.NAME`, `motion.NAME`, `probe.NAME` or
-    `gauge.BODY.NAME`, one a row.
+    `gauge.BODY.NAME`, one a row; of a joint that holds a body its force and moment.
 
     `NAME[2]` is the second row of several.
 
@@ -173,8 +174,8 @@ def places(found: Linearised, name: str, key: str) -> list[Place]:
     system, ports = found.system, found.ports
     read = {f"probe.{n}": n for n, one in system.scene.probe.items()
             if isinstance(one, PointProbe) and one.kind in ("displacement", "rotation")}  # fmt: skip
-    gauges = [f"gauge.{name}" for name in dict.fromkeys(system.gauges)]
-    able = [block.name for block in ports.blocks if block.kind != Kind.SURFACE] + list(read) + gauges
+    gauges = {read_as(name): name for name in system.gauges}
+    able = [block.name for block in ports.blocks if block.kind != Kind.SURFACE] + list(read) + list(gauges)
     if base not in able:
         probe = system.scene.probe.get(base.removeprefix("probe.")) if base.startswith("probe.") else None
         if probe is not None:
@@ -184,7 +185,7 @@ def places(found: Linearised, name: str, key: str) -> list[Place]:
             )
         raise SceneError(f"{key} '{name}': {known(base, able)}")
     if base in gauges:
-        own = gauge_places(found, base.removeprefix("gauge."))
+        own = gauge_places(found, gauges[base])
     elif base in read:
         here, through = system.probes.places[system.probes.names.index(read[base])], probe_ports(system, ports)
         own = [Place(f"{base}[{b + 1}]", system.probes.rows[i], np.stack([through[i], 0 * through[i]]), -1)
@@ -204,15 +205,22 @@ def places(found: Linearised, name: str, key: str) -> list[Place]:
     return [own[int(text) - 1]]
 
 
+def read_as(gauge: str) -> str:
+    """Return the name by which a gauge, `BODY.NAME`, is read: `gauge.BODY.NAME`, or that of a joint."""
+    _, _, own = gauge.partition(".")
+    return own if own.startswith(HELD) else f"gauge.{gauge}"
+
+
 def gauge_places(found: Linearised, gauge: str) -> list[Place]:
-    """Return the values of a gauge, `BODY.NAME`, as places where nothing acts."""
+    """Return the values of a gauge, `BODY.NAME`, as places where nothing acts; of a joint that holds a body six."""
     system, body, name = found.system, *gauge.split(".", 1)
     numbers = [i for i, one in enumerate(system.gauges) if one == gauge]
     through, unit = gauge_ports(system, found.ports)[numbers], system.bodies[body].modal.gauges[name].unit
-    labels = [f"gauge.{gauge}[{b + 1}]" for b in range(len(numbers))]
+    labels, parts = [f"{read_as(gauge)}[{b + 1}]" for b in range(len(numbers))], unit.split(", ")
+    units = [parts[b * len(parts) // len(numbers)] for b in range(len(numbers))]
     return [
-        Place(label, system.gauge_rows[i], np.stack([line, 0 * line]), -1, unit=unit)
-        for label, i, line in zip(labels, numbers, through, strict=True)
+        Place(label, system.gauge_rows[i], np.stack([line, 0 * line]), -1, unit=one)
+        for label, i, line, one in zip(labels, numbers, through, units, strict=True)
     ]
 
 

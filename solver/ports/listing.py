@@ -66,6 +66,7 @@ def _joints(scene: Scene) -> Iterator[PortRow]:
         turns = scene.capabilities.turns
         count, rows = (1, "moving") if turns else (BLOCK[Kind.BILATERAL], "constant")
         yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], count, (crank.body,), rows)
+    held = scene.held()
     for name, joint in scene.joint.items():
         if isinstance(joint, Gear | Driven):
             held = [scene.hinges()[one] for one in joint.joints]
@@ -73,7 +74,8 @@ def _joints(scene: Scene) -> Iterator[PortRow]:
             yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], 1, bodies, "moving")
         elif isinstance(joint, Marked):
             bodies = (joint.body, *((joint.against,) if joint.against is not None else ()))
-            yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], joint.row_count, bodies, "moving")
+            rows = "constant" if name in held else "moving"
+            yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], joint.row_count, bodies, rows)
 
 
 def _forces(scene: Scene, counts: Counts) -> Iterator[PortRow]:

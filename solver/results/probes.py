@@ -15,13 +15,16 @@ Parts = tuple[Mapping[str, ContactHistory], Mapping[str, JointHistory], np.ndarr
 WRENCH = ("x", "y", "z", "moment x", "moment y", "moment z")
 
 
-def recorded_probes(system: System, times: np.ndarray, values: np.ndarray, parts: Parts) -> dict[str, ProbeHistory]:
+def recorded_probes(
+    system: System, times: np.ndarray, values: np.ndarray, parts: Parts, wrenches: Mapping[str, np.ndarray]
+) -> dict[str, ProbeHistory]:
     """Return the history of each probe.
 
     Args:
         times: Ends of the sample intervals [s], (s,).
         values: What the run recorded for all of them, (s, P).
         parts: Contacts and joints of the run, and the mean of each load row, (s, L).
+        wrenches: Force and moment of each joint that holds a body, (s, 6).
     """
     probes, found = system.probes, {}
     for number, name in enumerate(probes.names):
@@ -37,6 +40,8 @@ def recorded_probes(system: System, times: np.ndarray, values: np.ndarray, parts
         elif probe.kind == "centre":
             with np.errstate(invalid="ignore", divide="ignore"):
                 own = np.where(own[:, :1] > 0, own[:, 1:] / own[:, :1], np.nan)
+        elif (joint := probe.of.removeprefix("joint.")) in wrenches and probe.of.startswith("joint."):
+            own, columns, unit = wrenches[joint], WRENCH, "N, N m"
         else:
             start = probes.values(system.position[None], system.velocity[None])[:, probes.places[number]]
             own, columns, unit = _force(system, probe.of, (start, own, times[:1]), parts)
@@ -91,7 +96,7 @@ def _reaction(system: System, name: str, read: tuple[np.ndarray, np.ndarray, np.
         if contact.master is not None and contact.master.body == name:
             held = held + force
     for joint in parts[1].values():
-        if joint.body == name:
+        if joint.body == name and body.basis is None:  # Joints of two markers hold it as supports do.
             held = held - joint.force
     for push, at in [*system.driving.given_rows(), *system.driving.driven_rows()]:
         if push.body == name:

@@ -147,7 +147,7 @@ def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarr
     speeds = [body.centre_motion(end.v[body.rigid])[:3] if body.rigid_count else None for body in bodies]
     values = rebound(along, speeds[0], speeds[1] if len(speeds) > 1 else None)
     scene, rigid = system.scene, system.rigid
-    if len(system.contacts) > 1 or any(scene.run.gravity) or scene.force or scene.joint:
+    if len(system.contacts) > 1 or any(scene.run.gravity) or scene.force or scene.cranks():
         return values
     if (end.multipliers[contact.rows] * ~system.rigid_contact[contact.rows]).any():
         return values  # The impact goes on: the velocities after it are not known.

@@ -15,6 +15,13 @@ from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.contact_events import impact_quantities, named
 from gudgeon.solver.results.gauges import gauge_quantities, recorded_gauges
+from gudgeon.solver.results.held import (
+    held_histories,
+    held_quantities,
+    parted,
+    recorded,
+    recorded_offsets,
+)
 from gudgeon.solver.results.momentum import momentum_residual
 from gudgeon.solver.results.nearest import nearest
 from gudgeon.solver.results.paths import empty_paths, recorded_paths
@@ -82,11 +89,10 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
     schedule, interval, samples = plan.schedule, plan.schedule.interval, found.samples
     times = interval * np.arange(1, len(samples.forces) + 1)
     frame_times = interval * schedule.samples_per_frame * np.arange(1, len(found.frames) + 1)
-    paths = recorded_paths(system, samples.paths.values)
-    closed = np.flatnonzero(samples.peaks.force > 0)
+    paths, closed = recorded_paths(system, samples.paths.values), np.flatnonzero(samples.peaks.force > 0)
     peaks = Peaks(*(part[closed] for part in samples.peaks))
     peak_masters = _outward(system, peaks)
-    readings = recorded_gauges(system, samples.gauges)
+    readings, wrenches = parted(recorded_gauges(system, samples.gauges))
     peak_times = interval * peaks.sample
     states = np.append(frame_times, peak_times), np.concatenate([found.multipliers, peaks.multipliers])
     contacts = {
@@ -105,21 +111,22 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         for number, contact in enumerate(system.contacts)
     }
     contacts = _with_friction(contacts, system, found.friction, peaks.friction)
-    joints = _joints(system, times, samples)
-    probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads))
+    joints = _joints(system, times, samples, wrenches)
+    probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads), wrenches)
     whole = Trajectory(
         result=ending.result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},
-        coordinate_offsets=dict(system.offsets),
+        coordinate_offsets=recorded_offsets(system),
         times=times,
         energies=samples.energies,
         contacts=contacts,
         frame_times=frame_times,
-        frames=found.frames,
-        velocities=found.velocities,
+        frames=recorded(system, found.frames),
+        velocities=recorded(system, found.velocities),
         quantities=quantities(system, end, states)
         | gauge_quantities(system, times, readings)
         | probe_quantities(times, probes)
+        | held_quantities(times, wrenches)
         | deflections(system, frame_times, found.frames)
         | nearest(system, end, frame_times, found.frames, found.velocities),
         energy_drift=ending.drift,
@@ -132,8 +139,8 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         gauges=readings,
         peaks={system.contacts[number].name: place for place, number in enumerate(closed)},
         peak_times=peak_times,
-        peak_frames=peaks.q,
-        peak_velocities=peaks.v,
+        peak_frames=recorded(system, peaks.q),
+        peak_velocities=recorded(system, peaks.v),
     )
     whole = _with_wear(whole, system, schedule, found) if wears(system) else whole
     return whole if end.linkage is None else _with_linkage(whole, end.linkage(len(times)), system.scene.probe)
@@ -199,8 +206,10 @@ def _recorded(masters: np.ndarray, contact: ContactRows) -> np.ndarray | None:
     return None if over is None else masters[:, contact.functions][:, np.argsort(over.order)]
 
 
-def _joints(system: System, times: np.ndarray, samples: Samples) -> dict[str, JointHistory]:
-    histories = {}
+def _joints(
+    system: System, times: np.ndarray, samples: Samples, wrenches: dict[str, np.ndarray]
+) -> dict[str, JointHistory]:
+    histories = held_histories(system, wrenches)
     for number, held in enumerate(system.driving.joints):
         along, lateral = held.joint.axes
         loads = samples.loads[:, 2 * number : 2 * number + 2]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from pydantic import Field, model_validator
 
-from gudgeon.solver.capabilities import FEW_POINTS, INTEGRATORS, MANY, Feature, Integrator
+from gudgeon.solver.capabilities import INTEGRATORS, Feature, Integrator
 from gudgeon.solver.forces import Force, OverTime
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.external import ExternalForce
@@ -30,6 +30,7 @@ from gudgeon.solver.numbers import Name, Strict
 from gudgeon.solver.scene.body import Body
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
 from gudgeon.solver.scene.demands import Demand, conflict, contact_demands, lacking, prefers
+from gudgeon.solver.scene.holding import turning_cause
 from gudgeon.solver.scene.motion import Motion
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe, Probe
 from gudgeon.solver.scene.refusals import listed, refuse_step, turning_refusal
@@ -119,8 +120,17 @@ class Scene(Strict):
         return {n: j for n, j in self.joint.items() if isinstance(j, SliderCrank)}
 
     def hinges(self) -> dict[str, Marked]:
-        """Return the joints of two markers by name, whose bodies turn by any angle."""
+        """Return the joints of two markers by name."""
         return {n: j for n, j in self.joint.items() if isinstance(j, Marked)}
+
+    def held(self) -> dict[str, Marked]:
+        """Return the joints of two markers that hold bodies in small motion by name: all, where nothing turns and an
+        integrator of small motion carries the rest of the scene, or none."""
+        hinges, parts = self.hinges(), (self.joint, self.body, self.probe, self.run, self.deforms)
+        if not hinges or self.run.integrator == "mechanism" or turning_cause(*parts) is not None or self._fast:
+            return {}
+        demands = list(_demands(self.model_copy(update={"joint": self.cranks()})))
+        return hinges if any(not one.turns and not lacking(demands, name) for name, one in INTEGRATORS.items()) else {}
 
     def bearings(self) -> dict[str, str]:
         """Return the components of elastic bearings by the joint that has one."""
@@ -139,9 +149,10 @@ class Scene(Strict):
 
     @property
     def turns_by_choice(self) -> bool:
-        """Whether its bodies turn by any angle: they have joints of two markers, their integrator is named, or a free
-        one turns far and that integrator carries the scene."""
-        return bool(self.hinges()) or self.run.integrator == "mechanism" or self._turns_freely
+        """Whether its bodies turn by any angle: they have joints of two markers that do more than hold bodies on the
+        ground, their integrator is named, or a free one turns far and that integrator carries the scene."""
+        named = self.run.integrator == "mechanism"
+        return named or (bool(self.hinges()) and not self.held()) or self._turns_freely
 
     def fields(self) -> dict[str, Electrostatic | ParallelPlates | Adhesion]:
         """Return the electrostatic fields and adhesions of the scene by name."""
@@ -224,19 +235,6 @@ class Scene(Strict):
         turns = self.capabilities.turns
         return [name for name in self.carriers() if INTEGRATORS[name].turns == turns]
 
-    def by_size(self) -> dict[str, str]:
-        """Return the other integrators that `auto` may take of the compiled scene, each with the size that decides."""
-        name, carriers = self.integrator, self.carriers()
-        if self.run.integrator != "auto":
-            return {}
-        if name == "implicit" and "event" in carriers and self.run.step is None:
-            return {"event": f"up to {FEW_POINTS} contact points"}
-        if name == "event" and self.contact and all(one.law is None for one in self.contact.values()):
-            return {"implicit": f"more than {FEW_POINTS} contact points, all over flexibility"}
-        if name == "explicit" and "implicit" in carriers:
-            return {"implicit": f"steps times contact points above {MANY:.0e}".replace("e+0", "e")}
-        return {}
-
     @property
     def general(self) -> bool:
         """Whether the implicit integrator runs it by its loop over ports: sliding pairs, and loads on bodies without
@@ -284,7 +282,7 @@ class Scene(Strict):
 
     def _turning_refusal(self) -> str | None:
         """Return a line of what its bodies, which turn by any angle, do not carry; None where they do not turn."""
-        why = [f"joint.{name}.kind is '{self.joint[name].kind}'" for name in self.hinges()]
+        why = [f"joint.{name}.kind is '{self.joint[name].kind}'" for name in self.hinges() if not self.held()]
         why += [f"the line of force.{name} turns" for name in self.point_springs()]
         lacks = lacking(list(_demands(self)), "mechanism")
         tables = {"contact": self.contact, "force": self.force, "motion": self.motion}
@@ -302,12 +300,13 @@ class Scene(Strict):
     def _turns_freely(self) -> bool:
         """Whether `auto` selects bodies that turn by any angle: none touches anything, and one that keeps its angular
         velocity would turn beyond run.limits.angle."""
-        if self.run.integrator != "auto" or self.contact:
-            return False
+        return self.run.integrator == "auto" and not self.contact and self._fast and self.may_turn
+
+    @property
+    def _fast(self) -> bool:
+        """Whether a body that keeps its angular velocity would turn beyond run.limits.angle."""
         spins = [math.hypot(*body.angular_velocity) for body in self.body.values()]
-        if max(spins) * self.run.duration <= self.run.limits.angle:
-            return False
-        return self.may_turn
+        return max(spins) * self.run.duration > self.run.limits.angle
 
     @property
     def may_turn(self) -> bool:
@@ -319,6 +318,10 @@ class Scene(Strict):
     def capabilities(self) -> type[Integrator]:
         """Features, order and step limits of this integrator."""
         return INTEGRATORS[self.integrator]
+
+    def deforms(self, body: str) -> bool:
+        """Whether a body may deform; what knows its component says more."""
+        return body in self.body
 
     def component_of(self, body: str) -> str:
         """Return the component that a body is made of."""
@@ -350,9 +353,13 @@ def _demands(scene: Scene) -> Iterator[Demand]:
             yield Demand(f"{at}.gauges", Feature.GAUGES, at)
     for at in (f"probe.{name}" for name in scene.probe):
         yield Demand(at, Feature.PROBES, at)
+    held = scene.held()
     for name, joint in scene.joint.items():
         at, crank = f"joint.{name}", isinstance(joint, SliderCrank)
-        yield Demand(at, Feature.JOINT if crank else Feature.MECHANISM, at)
+        if crank or name not in held:
+            yield Demand(at, Feature.JOINT if crank else Feature.MECHANISM, at)
+        elif held[name].body in {master.body for master in scene.masters().values()}:
+            yield Demand(f"{at}, which holds what points slide over,", Feature.GAUGES, at)
     for at in (f"motion.{name}" for name in scene.motion):
         yield Demand(at, Feature.MOTION, at)
     for name in scene.given():

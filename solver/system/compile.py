@@ -11,6 +11,7 @@ from scipy import sparse
 from gudgeon.modaldb.errors import RecordMismatch
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.stores.base import Store
+from gudgeon.solver.bodies.holding import held_body
 from gudgeon.solver.bodies.placing import rotation, turned_design, turned_modes, turned_vectors
 from gudgeon.solver.bodies.slanting import along_obstacles
 from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
@@ -56,13 +57,15 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     # Without modes, reading them raises the error that says so.
     modes = {name: morph.modes_key for name, morph in designs.items()}
     stocks = {name: Stock.of(store.sizes(key)) if store.has(key) else Stock() for name, key in modes.items()}
-    terms, bodies, size = scene_terms(scene, stocks), {}, 0
+    terms, bodies, size, held = scene_terms(scene, stocks), {}, 0, scene.held()
     for name, settings in scene.body.items():
         Q = rotation(settings)
         modal = turned_modes(_checked_modes(store, name, designs[name], fields_read(terms, name, "modes")), Q)
         design = turned_design(designs[name], Q)
         twists = free_twists(design, settings, name)
-        bodies[name] = FlexibleBody(name, keys[name], design, modal, twists, settings.damping, first=size)
+        body = FlexibleBody(name, keys[name], design, modal, twists, settings.damping, first=size)
+        joints = {joint: one.interface for joint, one in held.items() if one.body == name and one.interface is not None}
+        bodies[name] = held_body(body, joints) if joints else body
         size = bodies[name].elastic.stop
     if not size:
         raise SceneError(

@@ -1,4 +1,4 @@
-"""Forces by which supports and restricted freedom hold bodies, from their momentum.
+"""Forces by which supports, restricted freedom and joints of two markers hold bodies, from their momentum.
 
 The mean reaction over an interval is the change of the momentum Tᵀ M ẋ of the body less the impulses of all other
 forces on it. Statically it is exact with any number of modes: what the kept ones lack is massless.

@@ -95,6 +95,8 @@ def fields_read(terms: list[Term], body: str, record: str) -> list[str]:
 def _motion(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     turns = scene.capabilities.turns
     reason = "turns by any angle, with gyroscopic terms" if turns else "motions that supports and freedom leave free"
+    if any(joint.body == body for joint in scene.held().values()):
+        reason = "joints hold it: it is a part of its modes"
     yield Term(
         "rigid motion", body, True, reason,
         ("morph:centre", "morph:inertia", "morph:rigid_twists"),
@@ -193,8 +195,9 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
         for n, j in scene.cranks().items()
         if j.body == body
     ]
+    still = " takes its rows from the coordinates" if scene.held() else ""
     joints += [
-        Term(f"joint {n}", body, True, f"a {scene.joint[n].kind} joint", _hinge_fields(j, body))
+        Term(f"joint {n}", body, True, f"a {scene.joint[n].kind} joint{still}", _hinge_fields(j, body))
         for n, j in scene.hinges().items()
         if body in (j.body, j.against)
     ]

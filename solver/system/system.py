@@ -83,6 +83,8 @@ class System:
     """Quasi-static value per contact force, (G, c)."""
     gauge_weights: np.ndarray
     """Value under gravity that the coordinates lack, (G,)."""
+    gauge_rates: np.ndarray
+    """Value per rate of a coordinate, (G, m)."""
     driving: Driving
     loads: np.ndarray
     """Loads and joint forces at the start, (L,)."""
@@ -192,6 +194,17 @@ class System:
             return given
         jumps = not all(one.smooth_law for one in self.scene.contact.values())
         return min((RINGS if jumps else 1.0) * self.resolution, self.scene.run.duration)
+
+    def gauged(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Return what gauges show of coordinates and their rates, (t, m) each, and of gravity, (t, G)."""
+        return position @ self.gauge_rows.T + velocity @ self.gauge_rates.T + self.gauge_weights
+
+    def of_records(self, states: np.ndarray) -> np.ndarray:
+        """Return states, (f, m), of those over the coordinates of the bodies' records, (f, n)."""
+        bodies = list(self.bodies.values())
+        parts = np.split(states, np.cumsum([body.record_count for body in bodies])[:-1], axis=1)
+        bases = [body.basis for body in bodies]
+        return np.hstack([own if one is None else own @ one for one, own in zip(bases, parts, strict=True)])
 
     def moved_gaps(self, position: np.ndarray) -> np.ndarray:
         """Return the change of the gaps by coordinates, (m,), with points over traction spaces slid by them [m], (c,).

@@ -67,7 +67,7 @@ def test_a_basis_without_static_shapes_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "arm.toml"
     modes = ARM.replace('reduction = "row-craig-bampton", normal_count = 0, fixed_count = 2', 'reduction = "macneal"')
     path.write_text(f'{modes}\n[force.act]\nbody = "arm"\ninterface = "tip"\n{ACTS["wrench"][0]}')
-    with pytest.raises(InputError, match=r"so that force\.act would act on a body that is too stiff"):
+    with pytest.raises(InputError, match=r"so that joint\.clamp would act on a body that is too stiff"):
         run(path, db=tmp_path / "db", out=tmp_path / "out")
 
 

@@ -49,6 +49,9 @@ def nodal_problem(job: Job) -> NodalProblem | PointProblem:
     for name, force in scene.over_time().items():
         where = f"{job.path}: report.full_fe: force.{name}"
         raise InputError(f"{where}: forces of kind '{force.kind}' are not supported; remove it")
+    for name in scene.hinges():
+        raise InputError(f"{job.path}: report.full_fe: joint.{name}: joints of two markers are not supported; hold the"
+                         " body by component supports")  # fmt: skip
     for name in scene.motion:
         raise InputError(f"{job.path}: report.full_fe: driven bodies are not supported; remove motion.{name}")
     for name in scene.moving() if scene.contact or scene.joint else ():

@@ -176,7 +176,9 @@ class Drawing:
     @property
     def driven(self) -> bool:
         """Whether a crank drives the scene, so that the rigid motion is large and mostly prescribed."""
-        return bool(self.trajectory.joints) and not self.turning
+        known = self.scene.get("joint", {})
+        kinds = {known.get(name, {}).get("kind", "slider-crank") for name in self.trajectory.joints}
+        return "slider-crank" in kinds and not self.turning
 
     @property
     def turning(self) -> bool:

@@ -95,7 +95,10 @@ class Cycle:
 
 def drive_of(drawing: Drawing) -> Drive:
     """Return the first joint of a driven scene, as its scene describes it."""
-    name, history = next(iter(drawing.trajectory.joints.items()))
+    known = drawing.scene.get("joint", {})
+    cranks = {n: one for n, one in drawing.trajectory.joints.items()
+              if known.get(n, {}).get("kind", "slider-crank") == "slider-crank"}  # fmt: skip
+    name, history = next(iter(cranks.items()))
     joint = drawing.scene.get("joint", {}).get(name, {})
     along = unit(joint.get("along", (0.0, 0.0, 1.0)))
     right = -unit(joint.get("lateral", (1.0, 0.0, 0.0)))

@@ -113,7 +113,7 @@ def _key(name: str, node: Mapping[str, Any], needed: bool, example: Any, below: 
     return Key(
         name=name,
         form=_form(node),
-        unit=_unit(node),
+        unit=unit_of(node),
         default="needed" if needed else "" if silent else as_toml(default),
         allowed=_allowed(node),
         meaning=" ".join(node["description"].split()),
@@ -141,7 +141,7 @@ def _form(node: Mapping[str, Any]) -> str:
     return FORMS.get(node.get("type", ""), "any value")
 
 
-def _unit(node: Any) -> str:
+def unit_of(node: Any) -> str:
     """Return the unit of a value, or those of the columns of rows."""
     if isinstance(node, Mapping):
         if "unit" in node:
@@ -150,7 +150,7 @@ def _unit(node: Any) -> str:
         if isinstance(node.get("additionalProperties"), dict) or "$ref" in node:
             return ""
     below = node.values() if isinstance(node, Mapping) else node if isinstance(node, list) else ()
-    return next((unit for one in below if (unit := _unit(one))), "")
+    return next((unit for one in below if (unit := unit_of(one))), "")
 
 
 def _allowed(node: Mapping[str, Any]) -> str:

@@ -111,7 +111,7 @@ class General:
             out.probes[:] = system.probes.values(found.q, found.v) + np.where(
                 self._probes.any(axis=1), found.ports @ self._probes.T, contacts
             )
-        out.gauges[:] = found.q @ system.gauge_rows.T + found.ports @ self._gauges.T + system.gauge_weights
+        out.gauges[:] = system.gauged(found.q, found.v) + found.ports @ self._gauges.T
         out.snapshots[:, 2 * len(system.rigid) :] = found.lengths
         pushed, dragged = found.ports[:, self._functions], self._friction(found.ports) if system.rubbing else None
         out.peaks.keep_highest(first // stride, out.forces, found.q, found.v, pressed, pushed, friction=dragged)

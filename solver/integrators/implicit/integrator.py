@@ -16,6 +16,7 @@ from gudgeon.solver.integrators.implicit.open_contacts import bounds
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.integrators.prepared import Prepared
 from gudgeon.solver.result import Result
+from gudgeon.solver.system.gauges import gauge_loads
 from gudgeon.solver.system.system import System
 
 AHEAD = 4096
@@ -45,16 +46,29 @@ class Implicit(capabilities.Implicit):
         self._located = Located(self._arrays.log)
         self._ahead = 0, Drive(np.empty((0, 0)), np.empty((0, 0, 0)))
         self._march = Prepared(march)
+        self._pushed = gauge_loads(system.bodies, system.driving.places(), len(system.driving.rows))
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
-        """Fill all but the gauges of samples of `stride` steps; False where the run cannot continue."""
-        given = self._arrays, self._drive(first, len(out.forces) * stride), out, first, stride
-        if not self._march(*given):
-            return False
+        """Fill samples of `stride` steps; False where the run cannot continue."""
+        # The compiled loop computes no gauges: with gauges it is called for one sample at a time.
+        pieces = len(out.forces) if out.gauges.shape[1] else 1
+        for number in range(pieces):
+            own = out.part(slice(number, number + 1)) if out.gauges.shape[1] else out
+            begin, steps = first + number * stride, len(own.forces) * stride
+            if not self._march(self._arrays, self._drive(begin, steps), own, begin, stride):
+                return False
+            if out.gauges.shape[1]:
+                own.gauges[0] = self._gauged((begin + steps) * self._dt)
         if not self._located.take():
             self.failure = Result.IMPACTS
             return False
         return True
+
+    def _gauged(self, time: float) -> np.ndarray:
+        """Return the gauges at the end of a step [s], (G,)."""
+        system, loads = self._system, self._system.driving.loads(np.array([time]), 0.0)[0]
+        moved = system.gauged(self.modes.q[None], self.modes.v[None])[0]
+        return moved + system.gauge_residual @ self.points.multipliers + self._pushed @ loads
 
     def impacts(self) -> list[np.ndarray]:
         return self._located.impacts()

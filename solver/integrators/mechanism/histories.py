@@ -34,6 +34,7 @@ from gudgeon.solver.integrators.mechanism.touching.worn import (
 )
 from gudgeon.solver.integrators.outcome import LinkageHistories
 from gudgeon.solver.integrators.prepared import Prepared
+from gudgeon.solver.joints.reactions import wrench_peaks
 
 Given = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Drives (t, d, 3) and loads (t, l) at times [s], (t,)."""
@@ -225,11 +226,7 @@ def _quantities(
         times = np.append(times, [time for time, _ in between])
         wrenches = np.concatenate([wrenches, [one for _, one in between]])
     for name, pair in linkage.pairs.items() if len(times) else ():
-        for key, unit, part in (("force", "N", slice(3)), ("moment", "N m", slice(3, 6))):
-            sizes = np.linalg.norm(wrenches[:, pair, part], axis=1)
-            most = int(sizes.argmax())
-            found[f"{name}.{key}_peak"] = {"value": float(sizes[most]), "unit": unit}
-            found[f"{name}.{key}_peak_time"] = {"value": float(times[most]), "unit": "s"}
+        found |= wrench_peaks(name, times, wrenches[:, pair])
         if getattr(linkage.system.scene.joint[name], "turns", False):
             found[f"{name}.angle_end"] = {"value": float(angles[-1, pair]), "unit": "rad"}
     return found

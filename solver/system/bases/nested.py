@@ -51,7 +51,7 @@ def nested(system: System, share: float = HALF) -> System | None:
     bodies, first, turns = {}, 0, system.scene.capabilities.turns
     for name, body in system.bodies.items():
         modal = truncated(body.modal, share, held=turns and bool(body.modal.loads))
-        bodies[name] = replace(body, modal=modal, first=first)
+        bodies[name] = replace(body, modal=modal, first=first, basis=None)
         first = bodies[name].elastic.stop
     if first == len(system.velocity):
         return None

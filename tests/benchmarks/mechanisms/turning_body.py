@@ -2,7 +2,7 @@
 
 `python -m tests.benchmarks.mechanisms.turning_body` prints the CPU time of whole runs after the system is compiled, by
 the integrator that each is given, at equal `run.accuracy`: a body at rest runs by small motions, exact in its modes,
-one that turns in a floating frame. Held by a joint it is part of a mechanism, held by supports it moves little.
+one that turns in a floating frame. Held by a joint or by supports it does not turn.
 """
 
 import tempfile

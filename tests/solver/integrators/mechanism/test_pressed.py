@@ -66,6 +66,6 @@ def test_a_spring_of_a_fixed_direction_is_refused(tmp_path: Path) -> None:
         (SceneError, ValidationError, ValueError), match=r"force\.pull\.direction: given; springs there"
     ):
         build_all(tmp_path, {"part": cloud(SOFT)}, {
-            "body": {"part": {}}, "joint": {"pin": {"kind": "fixed", "body": "part", "interface": "pin"}},
+            "body": {"part": {}}, "joint": {"pin": {"kind": "spherical", "body": "part", "interface": "pin"}},
             "force": {"pull": along}, "run": {"duration": 0.1},
         })  # fmt: skip

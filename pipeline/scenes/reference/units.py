@@ -1,0 +1,42 @@
+"""Units of the keys of a scene by their paths, from the JSON schema of its model."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from gudgeon.pipeline.scenes.reference.key_reference import unit_of
+
+Schema = Mapping[str, Any]
+
+
+def unit_at(schema: Schema, path: str) -> str:
+    """Return the unit of a key, such as `component.bar.geometry.length` or `body.bar.velocity.0`.
+
+    Args:
+        schema: Of the model of the scene.
+
+    Returns:
+        Empty where it has none, or where kinds of its table have different ones.
+    """
+    definitions, nodes, last = schema.get("$defs", {}), [schema], list[Schema]()
+    for part in path.split("."):
+        last, nodes = nodes, [below for node in nodes for below in _below(definitions, node, part)]
+    found = {unit for node in nodes if (unit := unit_of(node))}
+    if not found and path.rpartition(".")[2].isdecimal():  # Items have the unit that stands beside their list.
+        found = {unit for node in last if (unit := unit_of(node))}
+    return found.pop() if len(found) == 1 and ", " not in min(found) else ""
+
+
+def _below(definitions: Schema, node: Schema, part: str) -> Iterator[Schema]:
+    """Yield what a part of a path may name within a node."""
+    if "$ref" in node:
+        yield from _below(definitions, definitions[node["$ref"].rpartition("/")[2]], part)
+    for one in (*node.get("anyOf", ()), *node.get("oneOf", ())):
+        yield from _below(definitions, one, part)
+    if part in node.get("properties", {}):
+        yield node["properties"][part]
+    elif isinstance(node.get("additionalProperties"), Mapping):
+        yield node["additionalProperties"]
+    elif part.isdecimal():
+        if isinstance(node.get("items"), Mapping):
+            yield node["items"]
+        yield from node.get("prefixItems", ())[int(part) : int(part) + 1]
