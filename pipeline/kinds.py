@@ -318,6 +318,12 @@ def report(
     return shown(document)
 
 
+def schema_of(job: SceneJob) -> dict[str, Any]:
+    """Return the JSON schema of the model of a scene's kind."""
+    found: dict[str, Any] = _found(kind_of(job).model).model_json_schema()
+    return found
+
+
 def schema() -> dict[str, Any]:
     """Return the JSON schema of complete scenes of any kind, as their models describe them."""
     from gudgeon.pipeline.scenes.reference.file_schema import described

@@ -13,7 +13,7 @@ from typing import Any
 
 from gudgeon.pipeline.errors import InputError, pandas
 from gudgeon.pipeline.files import write_sealed
-from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon.pipeline.kinds import kind_of, open_job, schema_of
 from gudgeon.pipeline.scenes.reading import override_text, override_texts
 from gudgeon.pipeline.scenes.reference.units import unit_at
 from gudgeon.pipeline.stages.base import SceneJob
@@ -245,7 +245,7 @@ def _write(
     with held(job.out):
         write_sealed(job.out / STUDY, document)  # Another study may have begun here since.
         files = write_table(job.out, table)
-        schema = type(job.scene).model_json_schema()
+        schema = schema_of(job)
         units = {one: unit_at(schema, one) for one in paths}
         drawn = picture.draw(job.out / PICTURE, job.name, paths, (designs, found), shown, units=units)
         files += [PICTURE] if drawn else []
