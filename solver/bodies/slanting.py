@@ -90,7 +90,7 @@ def _pressed(body: FlexibleBody, interface: str, normals: np.ndarray) -> Flexibl
         R[:, places] = np.einsum("cab,kcb->kca", turn, R[:, places])
     gauges = dict(modal.gauges)
     for name, gauge in gauges.items():
-        if gauge.residual.shape[1]:
+        if gauge.residual.size:
             columns = gauge.residual.copy()
             columns[:, places] = np.einsum("cab,kcb->kca", turn, columns[:, places])
             gauges[name] = replace(gauge, residual=columns)

@@ -106,7 +106,7 @@ def truncated(modal: ModalRecord, share: float, *, held: bool = False) -> ModalR
     if residual is not None:
         residual = residual + flexible @ flexible.T
     for name, gauge in modal.gauges.items():
-        if gauge.residual.shape[1]:
+        if gauge.residual.size:  # Where the scene reads it.
             static = gauge.residual + (gauge.rows[:, dropped] / omega[dropped]) @ flexible.T
             gauges[name] = replace(gauges[name], residual=static)
         if gauge.weights is not None and modal.participation is not None:

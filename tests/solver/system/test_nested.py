@@ -178,3 +178,11 @@ def test_bodies_that_joints_hold_keep_what_moves_their_interfaces_apart(rows: in
     tied = replace(modal, loads={"tie": load}, interface_rows=modal.interface_rows | {"tie": (4, 4 + rows)})
     tied = replace(tied, residual_flexibility=None)
     assert len(truncated(tied, 0.5, held=True).angular_frequencies) == left
+
+
+def test_a_gauge_whose_static_answer_the_scene_does_not_read_has_its_modes_alone() -> None:
+    modal, _ = block_records(4)
+    gauge = GaugeModes(np.ones((2, 8)), np.empty(0), "Pa")
+    fewer = truncated(replace(modal, gauges={"g": gauge}), 0.5)
+    assert fewer.gauges["g"].rows.shape == (2, 4)
+    assert not fewer.gauges["g"].residual.size
