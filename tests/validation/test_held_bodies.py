@@ -10,6 +10,7 @@ from gudgeon import modaldb
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.reduction.expansion import displacement
 from gudgeon.pipeline.stages.plan import plan
 from gudgeon.solver.system.compile import compile_system
@@ -133,6 +134,20 @@ def test_joints_bear_the_change_of_momentum(folder: Path) -> None:
     forces = loads @ pull.resultant[:, :3] + MASS * np.array([1.0, 2.0, -9.81])
     assert body.modal.participation is not None
     np.testing.assert_allclose(found[own[:3]], body.modal.participation @ rates - forces, rtol=1e-6)
+
+
+def test_pictures_show_all_of_its_displacement(folder: Path) -> None:
+    """Of a free body they leave the rigid part out; this one moves by deformation alone, and its foot stays."""
+    path = folder / "drawn.toml"
+    path.write_text(SCENE)
+    report = run(path, set=CLAMPED | {"run.step": 1e-6}, until="solve", db=folder / "db", out=folder / "drawn")
+    key = report.stages["solve"].key
+    drawing = Drawing(modaldb.open(folder / "db"), key, "drawn", folder, folder, print)
+    body = drawing.body("bar")
+    moved = np.linalg.norm(body.elastic(5), axis=1)
+    foot = body.nodes[:, 2] < 1e-9
+    assert moved[foot].max() < 1e-9 * moved.max()
+    assert not body.rigid(5).any()
 
 
 def test_frames_are_over_the_coordinates_of_records(folder: Path) -> None:

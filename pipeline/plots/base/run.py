@@ -62,6 +62,8 @@ class BodyMotion:
     """Nodal positions of the design [m], (n, 3)."""
     coordinates: np.ndarray
     """Rigid, then elastic coordinates at each frame, (f, r + m)."""
+    held: bool = False
+    """Whether joints hold it on the ground in small motion: all of its displacement is deformation."""
 
     @property
     def size(self) -> float:
@@ -86,13 +88,17 @@ class BodyMotion:
         return min(holders, key=lambda one: len(one.facets), default=None)
 
     def elastic(self, frame: int) -> np.ndarray:
-        """Return the displacement without its rigid part [m], (n, 3)."""
+        """Return the displacement without its rigid part [m], (n, 3); of a body that joints hold, all of it."""
+        if self.held:
+            return self.total(frame)
         coordinates = self.coordinates[frame].copy()
         coordinates[: len(self.morph.rigid_twists)] = 0.0
         return displacement(self.nodes, self.morph, self.modal, coordinates)
 
     def twist(self, frame: int) -> np.ndarray:
-        """Return translation and rotation of the centre of mass [m, rad], (6,)."""
+        """Return translation and rotation of the centre of mass [m, rad], (6,); none of a body that joints hold."""
+        if self.held:
+            return np.zeros(6)
         return self.coordinates[frame, : len(self.morph.rigid_twists)] @ self.morph.rigid_twists
 
     def rigid(self, frame: int) -> np.ndarray:
@@ -156,7 +162,8 @@ class Drawing:
         first = self.trajectory.coordinate_offsets[name]
         count = len(morph.rigid_twists) + len(modal.angular_frequencies)
         nodes = mesh.nodes if morph.nodes is None else morph.nodes
-        return BodyMotion(name, mesh, modal, morph, nodes, self.trajectory.frames[:, first : first + count])
+        coordinates = self.trajectory.frames[:, first : first + count]
+        return BodyMotion(name, mesh, modal, morph, nodes, coordinates, held=name in self.held)
 
     def design(self, body: str, only: Sequence[str] | None = None) -> MorphRecord:
         """Return a body's design, or some fields of it, turned as the scene places it."""
@@ -172,6 +179,12 @@ class Drawing:
         """Return the rotation matrix of a body, (3, 3); None where the scene does not turn it."""
         settings = self.scene.get("body", {}).get(body)
         return None if settings is None else rotation(Body.model_validate(settings))
+
+    @property
+    def held(self) -> set[str]:
+        """The bodies that joints hold on the ground in small motion."""
+        joints = self.scene.get("joint", {}).values()
+        return set() if self.turning else {one["body"] for one in joints if one["kind"] == "fixed"}
 
     @property
     def driven(self) -> bool:
