@@ -1,13 +1,14 @@
 """Where the machine code of compiled functions is kept, and which time loops stand there; light, without a compiler.
 
 numba keeps machine code by the file that a function stands in, and does not see that another file which it was compiled
-with has changed, nor that a type of its arguments is gone. So the folder of a file is named by a digest of its text, of
-all that it imports, and of all named tuples: `~/.cache/gudgeon/kernels/<digest>`, or below `XDG_CACHE_HOME`; where that
-cannot be written, `gudgeon-<uid>` in the folder of temporary files. `NUMBA_CACHE_DIR` goes before all. Places and times
-of files do not count: copies of one version share their machine code, and a change compiles what depends on it alone.
+with has changed, nor that a type of its arguments is gone. So the folder of a file is named by a digest of its code, of
+all constants and compiled functions that it imports, and of all named tuples: `~/.cache/gudgeon/kernels/<digest>`, or
+below `XDG_CACHE_HOME`; where that cannot be written, `gudgeon-<uid>` in the folder of temporary files. `NUMBA_CACHE_DIR` goes before
+all. Places and times of files do not count: copies of one version share their machine code, and a change compiles what depends on it alone.
 The digests of all files take a tenth of a second and are kept there, too (`source_state`).
 """
 
+import ast
 import contextlib
 import hashlib
 import os
@@ -129,9 +130,12 @@ class Sources:
     def __init__(self, root: Path) -> None:
         self._root = root.resolve()
         self._texts: dict[Path, str] = {}
+        self._codes: dict[Path, str] = {}
         self._imported: dict[Path, list[Path]] = {}
         self._files = sorted(path for pattern in SOURCES for path in self._root.glob(pattern))
-        tuples = "".join(part for path in self._files for part in TUPLES.findall(self._text(path)))
+        tuples = "".join(
+            sorted(compiled_code(part) for path in self._files for part in TUPLES.findall(self._text(path)))
+        )
         self._common = f"{version('numba')} {sys.version} {tuples}"
 
     def digest(self, *paths: Path) -> str:
@@ -142,9 +146,14 @@ class Sources:
             found |= new
             left += new
         digest = hashlib.sha256(self._common.encode())
-        for path in sorted(found):
-            digest.update(f"{_name(self._root, path)}\n{self._text(path)}".encode())
+        for code in sorted(self._code(path) for path in found):
+            digest.update(code.encode())
         return digest.hexdigest()[:16]
+
+    def _code(self, path: Path) -> str:
+        if path not in self._codes:
+            self._codes[path] = compiled_code(self._text(path))
+        return self._codes[path]
 
     def digests(self) -> dict[str, str]:
         """Return the digest of each compiled file by its path below the folder, and that of all by an empty one."""
@@ -170,6 +179,36 @@ class Sources:
         else:
             tried = [base.with_suffix(".py")]
         yield from (path for path in tried if path != self._root / ITSELF and path.is_file())
+
+
+def compiled_code(text: str) -> str:
+    """Return what machine code can depend on in a source file, as text without comments, docstrings and imports.
+
+    That is all statements of a file with compiled functions, and the constants and classes of any other.
+    """
+    kept: tuple[type[ast.stmt], ...] = (ast.Assign, ast.AnnAssign, ast.ClassDef)
+    tree = ast.parse(text)
+    if not COMPILES.search(text):
+        values = [s for s in tree.body if isinstance(s, kept) and not _has_methods_alone(s)]
+    else:
+        values = [s for s in tree.body if not isinstance(s, ast.Import | ast.ImportFrom)]
+    return "".join(ast.dump(_without_docstrings(statement)) for statement in values)
+
+
+def _has_methods_alone(statement: ast.stmt) -> bool:
+    """Whether a statement is a class that gives compiled functions no value: neither a tuple nor an enumeration."""
+    if not isinstance(statement, ast.ClassDef):
+        return False
+    names = {ast.unparse(base).rpartition(".")[2] for base in statement.bases}
+    return not any(name == "NamedTuple" or name.endswith("Enum") for name in names)
+
+
+def _without_docstrings(statement: ast.stmt) -> ast.stmt:
+    for node in ast.walk(statement):
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            node.body = [s for s in body if not (isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant))]  # type: ignore[attr-defined]
+    return statement
 
 
 def _name(root: Path, path: Path) -> str:

@@ -142,11 +142,13 @@ def tree(tmp_path: Path) -> Path:
         ("solver/loop.py", "hertz", "heavy", True),
         ("solver/arrays.py", "int", "str", True),
         ("solver/laws/__init__.py", "1", "2", True),
-        ("solver/laws/hertz.py", "TWO", "ONE", True),
+        ("solver/laws/hertz.py", "numbers", "text", True),
         ("solver/numbers.py", "2", "3", True),
         ("solver/state.py", "    a: int\n    b", "    b: int\n    a", True),
         ("solver/state.py", "REST = 1", "REST = 2", False),
         ("solver/text.py", "x", "y", False),
+        ("solver/numbers.py", "TWO = 2", "TWO = 2  # a comment", False),
+        ("solver/numbers.py", "TWO = 2", "TWO = 2\n\n\ndef f():\n    return 1", False),
     ],
 )
 def test_what_a_file_depends_on_names_its_folder(tree: Path, name: str, old: str, new: str, changed: bool) -> None:
