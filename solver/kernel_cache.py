@@ -3,9 +3,10 @@
 numba keeps machine code by the file that a function stands in, and does not see that another file which it was compiled
 with has changed, nor that a type of its arguments is gone. So the folder of a file is named by a digest of its code, of
 all constants and compiled functions that it imports, and of all named tuples: `~/.cache/gudgeon/kernels/<digest>`, or
-below `XDG_CACHE_HOME`; where that cannot be written, `gudgeon-<uid>` in the folder of temporary files. `NUMBA_CACHE_DIR` goes before
-all. Places and times of files do not count: copies of one version share their machine code, and a change compiles what depends on it alone.
-The digests of all files take a tenth of a second and are kept there, too (`source_state`).
+below `XDG_CACHE_HOME`; where that cannot be written, `gudgeon-<uid>` in the folder of temporary files.
+`NUMBA_CACHE_DIR` goes before all. Places and times of files do not count: copies of one version share their machine
+code, and a change compiles what depends on it alone. The digests of all files take a tenth of a second and are kept
+there, too (`source_state`).
 """
 
 import ast
