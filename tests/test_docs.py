@@ -120,11 +120,11 @@ def test_what_has_no_docstring_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_p
 def test_the_table_of_commands_is_replaced_alone() -> None:
     """Of the page as it is; a command that fails is no measurement."""
     page = PAGE.read_text()
-    text = table([Cost("one", 0.123, 0.5), Cost("other", 1.0, float("nan"))], 0.5)
+    text = table([Cost("one", 0.123, 0.5), Cost("other", 1.0, float("nan"))])
     assert text.splitlines()[2:] == ["| one | 0.12 | 0.50 |", "| other | 1.00 |  |"]
     changed = written(page, text)
     assert text in changed
-    assert written(changed, table([], 0.5)).count("|---|---:|---:|\n\nThe aims") == 1
+    assert written(changed, table([])).count("|---|---:|---:|\n\nThe first row is five runs") == 1
     assert changed.partition("## Whole")[0] == page.partition("## Whole")[0]
     assert changed.partition("## Normal modes")[2] == page.partition("## Normal modes")[2]
     with pytest.raises(SystemExit, match="ended with 3"):

@@ -117,9 +117,9 @@ def rows(db: str, out: str, runs: int, demo: bool) -> list[Cost]:
     return found
 
 
-def table(found: list[Cost], load: float) -> str:
-    """Return the rows as Markdown, under the load at which they were taken; a wall time not known is left out."""
-    lines = [f"| at a load of {load:.1f} on {os.cpu_count()} cores | CPU s | wall s |", "|---|---:|---:|"]
+def table(found: list[Cost]) -> str:
+    """Return the rows as Markdown; a wall time not known is left out."""
+    lines = [f"| one thread, {os.cpu_count()} cores | CPU s | wall s |", "|---|---:|---:|"]
     for one in found:
         wall = "" if math.isnan(one.wall) else f"{one.wall:.2f}"
         lines.append(f"| {one.what} | {one.cpu:.2f} | {wall} |")
@@ -141,7 +141,7 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="replace the table in docs/benchmarks.md")
     asked = parser.parse_args()
     found = rows(str(ROOT / ".gudgeon"), str(ROOT / "out/command-cost"), asked.runs, asked.demo)
-    text = table(found, os.getloadavg()[0])
+    text = table(found)
     print(text)
     if asked.write:
         PAGE.write_text(written(PAGE.read_text(), text))
