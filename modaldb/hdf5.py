@@ -7,12 +7,11 @@ HDF5's library writes records, in memory; they are read by `structure`, which a 
 
 import hashlib
 import json
-import os
 import typing
 import uuid
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -23,15 +22,14 @@ from gudgeon.modaldb.blocks import USERBLOCK, Malformed, Source
 from gudgeon.modaldb.contents import check_contents
 from gudgeon.modaldb.errors import RecordMismatch
 from gudgeon.modaldb.keys import canonical_json
-from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
-from gudgeon.modaldb.records.types import ARRAY, COLUMNS
+from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
+from gudgeon.modaldb.records.types import ARRAY
 from gudgeon.modaldb.schema import (
     Outline,
     base_type,
     check_paths,
     check_values,
     checked_outline,
-    file_name,
     member_type,
     type_hints,
 )
@@ -95,15 +93,6 @@ def record_bytes(kind: str, record: Any, inputs: dict[str, Any] | str) -> tuple[
     return user_block(digest.hexdigest(), kind.encode()), image
 
 
-def write_record(path: Path, kind: str, record: Any, inputs: dict[str, Any]) -> None:
-    """Write a record to the new file `path` and flush it to the disk; see `record_bytes`."""
-    with path.open("xb") as raw:
-        for part in record_bytes(kind, record, inputs):
-            raw.write(part)
-        raw.flush()
-        os.fsync(raw.fileno())
-
-
 def read_head(
     source: Source, place: Path | str, kind: str | None = None, known: tuple[str, dict[str, Any]] | None = None
 ) -> Head:
@@ -125,11 +114,8 @@ def read_head(
         if (encoding != f"gudgeon-{kind}") if kind is not None else (found not in KINDS):
             expected = f"gudgeon-{kind}" if kind is not None else f"one of {', '.join(KINDS)}"
             raise Malformed(f"holds {encoding}, expected {expected}")
-        if version not in READABLE_VERSIONS:
-            readable = ", ".join(map(str, READABLE_VERSIONS))
-            newer = isinstance(version, int) and version > READABLE_VERSIONS[-1]
-            later = "; gudgeon reads it from the release on that wrote it" if newer else ""
-            raise Malformed(f"schema version {version}, this release reads {readable}{later}")
+        if version != SCHEMA_VERSION:
+            raise Malformed(f"schema version {version}, this release reads {SCHEMA_VERSION}")
         text = root.attributes.get("provenance")
         inputs = known[1] if known is not None and known[0] == text else _json(text, "provenance")
         return Head(found, root, checked_outline(root, KINDS[found], BESIDE), inputs)
@@ -198,16 +184,9 @@ class _Reader:
         """Return a dataclass."""
         hints, values = type_hints(cls), {}
         for entry in fields(cls):
-            name, hint = file_name(entry, group), hints[entry.name]
-            value, path = group.members.get(name, group.attributes.get(name)), prefix + entry.name
-            if value is None:  # The file is older than the field, or has none: its default holds.
-                if entry.default is MISSING and entry.default_factory is MISSING:
-                    values[entry.name] = None
-                continue
-            read = self._field(value, hint, path, entry.metadata.get(ARRAY))
-            if (columns := entry.metadata.get(COLUMNS)) is not None:
-                read = {item: _widened(array, columns) for item, array in read.items()}
-            values[entry.name] = read
+            name, rule = entry.name, entry.metadata.get(ARRAY)
+            value = group.members.get(name, group.attributes.get(name))
+            values[name] = None if value is None else self._field(value, hints[name], prefix + name, rule)
         return cls(**values)
 
     def _field(self, value: Any, hint: Any, path: str, rule: Any) -> Any:
@@ -258,10 +237,3 @@ def _json(text: Any, path: str) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise Malformed(f"{path}: no JSON object")
     return found
-
-
-def _widened(array: np.ndarray, columns: int) -> np.ndarray:
-    """Return an array (b, k) of an older version with further columns of NaN, (b, columns)."""
-    if array.ndim < 2 or array.shape[1] == columns:
-        return array
-    return _sealed(np.column_stack([array, np.full((len(array), columns - array.shape[1]), np.nan)]))

@@ -3,7 +3,7 @@
 import types
 import typing
 from collections.abc import Collection, Iterator
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from dataclasses import Field, dataclass, field, fields, is_dataclass
 from functools import cache
 from typing import Any
 from urllib.parse import unquote
@@ -11,10 +11,10 @@ from urllib.parse import unquote
 import numpy as np
 
 from gudgeon.modaldb.blocks import Malformed
-from gudgeon.modaldb.records.types import ARRAY, FORMER, ArrayRule
+from gudgeon.modaldb.records.types import ARRAY, ArrayRule
 from gudgeon.modaldb.structure import Dataset, Group
 
-DTYPES = {"float": ("<f8",), "int": ("<i8", "<i4"), "bool": ("?",)}
+DTYPES = {"float": "<f8", "int": "<i8", "bool": "?"}
 Letters = dict[str, int]
 """Dimensions by their letter, see `ArrayRule`."""
 
@@ -40,7 +40,7 @@ def checked_outline(root: Group, cls: type, beside: set[str]) -> Outline:
     found = Outline()
     rules = list(_walk(root, cls, "", beside))
     for path, dataset, rule, own in rules:
-        if dataset.dtype not in DTYPES[rule.dtype]:
+        if dataset.dtype != DTYPES[rule.dtype]:
             raise Malformed(f"{path}: numbers of type {dataset.dtype}, expected {rule.dtype}")
         if not any(_fits(dataset.shape, shape.split(), found.letters, own) for shape in rule.shape.split(" or ")):
             known = {**found.letters, **own}
@@ -50,12 +50,6 @@ def checked_outline(root: Group, cls: type, beside: set[str]) -> Outline:
             raise Malformed(f"{path}: shape {dataset.shape}, expected ({expected}){with_known}")
         found.shapes[path] = dataset.shape
     return found
-
-
-def file_name(entry: Field, group: Group) -> str:
-    """Return the name of a field in a file: its own, or the one that it had in older versions."""
-    former = entry.metadata.get(FORMER, entry.name)
-    return former if former in group.members or former in group.attributes else entry.name
 
 
 @cache
@@ -110,15 +104,13 @@ def _walk(group: Group, cls: type, prefix: str, beside: set[str]) -> Found:
     """Yield every array of a record with its rule and the letters of its member, and check all else."""
     hints, expected, own = type_hints(cls), set(beside), Letters()
     for entry in fields(cls):
-        name, hint = file_name(entry, group), hints[entry.name]
+        name, hint = entry.name, hints[entry.name]
         expected.add(name)
-        path, base = prefix + entry.name, base_type(hint)
+        path, base = prefix + name, base_type(hint)
         value = group.members.get(name, group.attributes.get(name))
-        if value is None:
-            optional = base is not hint or entry.default is not MISSING or entry.default_factory is not MISSING
-            if not optional:
-                raise Malformed(f"{path}: missing")
-        else:
+        if value is None and base is hint:
+            raise Malformed(f"{path}: missing")
+        if value is not None:
             yield from _field(value, base, entry, path, own)
     if unknown := (group.attributes.keys() | group.members.keys()) - expected:
         raise Malformed(f"{prefix}{unquote(min(unknown))}: no field of such a record")

@@ -19,10 +19,9 @@ DEEPEST = 4
 DTYPES = {
     "11203f000800000000004000340b0034ff030000": "<f8",
     "100800000800000000004000": "<i8",
-    "100800000400000000002000": "<i4",
     "380200000100000010080000010000000000080046414c53450054525545000001": "?",
 }
-"""Datatype messages [IV.A.2.d] of arrays; `<i4` is read, not written."""
+"""Datatype messages [IV.A.2.d] of arrays."""
 TEXT = "1901010010000000100000000100000000000800"
 """That of a UTF-8 text of variable length."""
 DATASPACE, LINK_INFO, DATATYPE, OLD_FILL, FILL, LINK = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06
@@ -42,7 +41,7 @@ class Dataset(NamedTuple):
     """An array: what it is and where it stands."""
 
     dtype: str
-    """As numpy names it: `<f8`, `<i8`, `<i4` or `?`."""
+    """As numpy names it: `<f8`, `<i8` or `?`."""
     shape: tuple[int, ...]
     offset: int
     """Of its first byte in the file."""
@@ -193,7 +192,7 @@ class _Objects:
         if layout[:2] not in (b"\3\1", b"\4\1"):
             raise Malformed(f"{path}: an array that is not contiguous")
         address, size = struct.unpack_from("<QQ", layout, 2)
-        nbytes = math.prod(shape) * {"<f8": 8, "<i8": 8, "<i4": 4, "?": 1}[dtype]
+        nbytes = math.prod(shape) * (1 if dtype == "?" else 8)
         if size != nbytes or (nbytes and address + nbytes > self._blocks.length):
             raise Malformed(f"{path}: {nbytes} bytes by its shape {shape}, not these in the file")
         if max(shape, default=0) > 2**40:  # With another dimension of zero.

@@ -50,9 +50,9 @@ def _write_field(group: Any, name: str, value: Any, field: tuple[Any, Any, str])
     """Write a value under a name; `field` has its type, the rule of its arrays and its path."""
     hint, rule, path = field
     if isinstance(value, np.ndarray):
-        array = (
-            value.astype(float) if rule.dtype == "float" and value.dtype.kind in "iu" else np.ascontiguousarray(value)
-        )
+        array = np.ascontiguousarray(value)
+        if value.dtype.kind in "iu":
+            array = array.astype(float if rule.dtype == "float" else np.int64)
         check_values(array, rule, {}, path)
         dataset = _write_array(group, name, array)
         for attribute, text in zip(LABELS, (rule.unit, rule.name, rule.columns), strict=True):

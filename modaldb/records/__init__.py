@@ -13,9 +13,8 @@ from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.report import MeasurementRecord, ReportRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 
-SCHEMA_VERSION = 17
-READABLE_VERSIONS = (1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17)
-"""A field that an older version lacks takes its default; a renamed field has its former name in its metadata."""
+SCHEMA_VERSION = 1
+"""Version of the fields of all kinds, of their names, shapes and units: docs/format.md."""
 
 KINDS: dict[str, type] = {
     "mesh": MeshRecord,

@@ -38,4 +38,4 @@ class GaugeModes:
         default=None, metadata=rule("k' 3 3", unit="unit s^2", name="quasi-static gauge value under centrifugal loads")
     )
     """T, by which the load ρ C x with a symmetric C adds Σ C_ij T_ij, what the coordinates lack of its static answer,
-    (k, 3, 3); x is from the centre of mass. None where no body of the scene turns, and before version 16."""
+    (k, 3, 3); x is from the centre of mass. None where no body of the scene turns."""

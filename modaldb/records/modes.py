@@ -6,7 +6,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.gauges import GaugeModes
 from gudgeon.modaldb.records.labelled import Labelled
-from gudgeon.modaldb.records.types import FORMER, Array, Json, rule
+from gudgeon.modaldb.records.types import Array, Json, rule
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class InterfaceModes:
     )
     """Facets all of whose contact points belong to the interface, by the numbers of these points, (f, 3): the mid-side
     nodes of a triangle in the order of its edges, outward; the ends and the middle of an edge of a plane part. Empty
-    where points are no nodes of facets; None before version 12."""
+    where points are no nodes of facets."""
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,7 @@ class InertiaCouplings:
         metadata=rule("3 3 3 3", unit="kg m^2 s^2", name="twice the static strain energy of centrifugal loads"),
     )
     """D of the strain energy ½ C : D : C that the load ρ C x would cause as a static one [kg m² s²], (3, 3, 3, 3), with
-    C = ω² 1 − ω ωᵀ of a rotation; all of it, what modes lack included. None before version 16."""
+    C = ω² 1 − ω ωᵀ of a rotation; all of it, what modes lack included."""
 
 
 @dataclass(frozen=True)
@@ -223,7 +223,7 @@ class ModalRecord(Labelled):
     """Elastic coordinates of one component: Φᵀ M Φ = I, Φᵀ K Φ = diag(ω²)."""
 
     mesh_key: str
-    reduction: str = field(metadata={FORMER: "recipe"})
+    reduction: str
     normal_count: int
     static_count: int
     angular_frequencies: Array = field(
@@ -268,7 +268,7 @@ class ModalRecord(Labelled):
         default=None, metadata=rule("m", finite=False, unit="1", name="relative residuals of the elastic coordinates")
     )
     """‖KΦ − MΦω²‖ / ‖KΦ‖ of each coordinate over the free dofs, (m,): round-off for a normal mode, larger for
-    a Ritz vector; None in records before version 4."""
+    a Ritz vector."""
     algebraic_errors: Array | None = field(
         default=None,
         metadata=rule("m", finite=False, unit="1", name="bounds on the relative algebraic errors of the frequencies"),
@@ -326,7 +326,7 @@ class MorphRecord(Labelled):
 
     mesh_key: str
     modes_key: str
-    update: str = field(metadata={FORMER: "rung"})
+    update: str
     """`none`, `reuse` or `recompute`."""
     points: dict[str, Array] = field(
         metadata=rule("c' 3", unit="m", name="contact points of this design", columns="x, y, z")

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gudgeon.modaldb.records.labelled import Labelled
-from gudgeon.modaldb.records.types import COLUMNS, FORMER, MOTION, Array, Json, rule
+from gudgeon.modaldb.records.types import MOTION, Array, Json, rule
 
 BEGINS, ENDS, IMPULSE, PEAK, PEAK_TIME, CLOSING, OPENING, WINDOWED, WINDOWED_TIME = range(9)
 """Columns of `Trajectory.impacts`."""
@@ -170,7 +170,7 @@ class Trajectory(Labelled):
     """Ends of the sample intervals [s], (s,)."""
     energies: Array = field(
         metadata=rule(
-            "s 4|5",
+            "s 5",
             finite=False,
             unit="J",
             name="energies",
@@ -178,7 +178,7 @@ class Trajectory(Labelled):
         )
     )
     """Kinetic, strain, contact (½ λᵀCλ) and dissipated energy, and the work of loads and joints so far, at the end of
-    each interval [J], (s, 5); without the work in version 1, (s, 4)."""
+    each interval [J], (s, 5)."""
     contacts: dict[str, ContactHistory]
     frame_times: Array = field(metadata=rule("f", finite=False, unit="s", name="times of the frames"))
     """[s], (f,)"""
@@ -205,18 +205,17 @@ class Trajectory(Labelled):
     impacts: dict[str, Array] = field(
         default_factory=dict,
         metadata=rule(
-            "b' 7|9",
+            "b' 9",
             finite=False,
             unit="s, N, m/s",
             name="impacts of each contact",
             columns="begin [s], end [s], impulse [N s], peak [N], peak time [s], closing speed [m/s],"
             " opening speed [m/s], windowed peak [N], its time [s]",
-        )
-        | {FORMER: "episodes", COLUMNS: IMPACT_COLUMNS},
+        ),
     )
     """Contact by contact, each impact: first and last time [s], impulse [N s], largest force [N], its time [s], closing
     speed at the first time and opening speed at the last [m/s], largest mean force over the window [N], middle of this
-    window [s], (b, 9). NaN where unknown, as the last two up to version 6."""
+    window [s], (b, 9). NaN where unknown."""
     gauges: dict[str, Array] = field(
         default_factory=dict,
         metadata=rule("s or s *", finite=False, unit="as the gauge of the modes", name="gauge values"),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gudgeon.modaldb.blocks import Source
 from gudgeon.modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing
-from gudgeon.modaldb.keys import KEY, content_key, text_key
+from gudgeon.modaldb.keys import KEY, text_key
 from gudgeon.modaldb.stores.query import Entry, Query, QueryWrong
 
 if TYPE_CHECKING:
@@ -187,11 +187,5 @@ def check_tag(name: str) -> None:
 
 def check_inputs(place: str, key: str, head: "hdf5.Head") -> None:
     """Raise RecordMismatch where the key is not that of the inputs that a record names."""
-    if text_key(head.provenance) == key:  # A text that is canonical JSON needs not be made again.
-        return
-    try:
-        own = content_key(head.inputs)
-    except (ValueError, RecursionError):
-        raise RecordMismatch(f"{place}: provenance: not the inputs of a record") from None
-    if own != key:
-        raise RecordMismatch(f"{place}: holds the record of another key, {own[:12]}…")
+    if (named := text_key(head.provenance)) != key:
+        raise RecordMismatch(f"{place}: holds the record of another key, {named[:12]}…")

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from gudgeon.modaldb.blocks import Malformed
-from gudgeon.modaldb.keys import KEY, canonical_json, content_key, text_key
+from gudgeon.modaldb.keys import KEY, canonical_json, content_key
 from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.stores import names, scratch
 from gudgeon.modaldb.stores.query import RELATIONS, Condition, Entry, Query
@@ -101,7 +101,7 @@ class Index:
         found, self._new, self._added = self._new, [], time.monotonic()
         try:
             with self._connected(wait=0.0) as base:
-                _insert(base, ((key, stamp, kind, _canonical(key, text)) for key, stamp, kind, text in found))
+                _insert(base, found)
         except (OSError, sqlite3.Error) as error:
             logger.info("%s: not written (%s)", self.path, error)
 
@@ -240,11 +240,6 @@ def _scanned(folder: str | Path) -> list[os.DirEntry[str]]:
             return list(entries)
     except (FileNotFoundError, NotADirectoryError):
         return []
-
-
-def _canonical(key: str, text: str) -> str:
-    """Return the inputs of a sound record as canonical JSON; older files have other white space."""
-    return text if text_key(text) == key else canonical_json(json.loads(text))
 
 
 def _insert(base: sqlite3.Connection, found: Iterable[tuple[str, Stamp, str, str]]) -> None:

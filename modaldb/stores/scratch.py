@@ -116,7 +116,7 @@ def size(path: Path) -> int:
 def _is_dead(path: Path) -> bool:
     try:
         if path.is_symlink() or not path.is_file():
-            return time.time() - path.lstat().st_mtime > DAY  # A folder, as releases before wrote into.
+            return False
         descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC)
     except OSError:
         return False  # Renamed since, or not ours to judge.

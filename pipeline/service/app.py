@@ -5,7 +5,7 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 from starlette.routing import Match, Route
 
-from gudgeon.modaldb.records import READABLE_VERSIONS, SCHEMA_VERSION
+from gudgeon.modaldb.records import SCHEMA_VERSION
 from gudgeon.pipeline.service import files, motion, records, views
 from gudgeon.pipeline.service.context import EXPLAINED, Service, explain, known_parameters, problem
 from gudgeon.pipeline.service.door import KnownHost, SmallBodies
@@ -27,9 +27,9 @@ def build_app(service: Service) -> FastAPI:
     app.add_middleware(KnownHost, hosts=service.hosts)  # The last is asked first.
 
     @app.get("/health")
-    def health() -> dict[str, list[str] | list[int] | bool]:
-        """Return the databases of this server and the schema versions of records that it reads."""
-        return {"databases": list(service.stores), "schema_versions": list(READABLE_VERSIONS),
+    def health() -> dict[str, list[str] | int]:
+        """Return the databases of this server and the schema version of its records."""
+        return {"databases": list(service.stores), "schema_version": SCHEMA_VERSION,
                 "token_needed": service.access.guarded}  # fmt: skip
 
     app.include_router(views.page)

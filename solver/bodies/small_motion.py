@@ -184,8 +184,8 @@ class FlexibleBody:
         if self.modal.reduction != "rigid" and found.tangential_rows is None:
             raise SceneError(
                 f"body.{self.name}: friction acts on interface '{interface}', for which the record of its modes,"
-                f" {self.morph.modes_key[:12]}, has no tangential rows, since it is of an older version or was made for"
-                " a scene without friction; `gudgeon modes SCENE` makes them"
+                f" {self.morph.modes_key[:12]}, has no tangential rows, since it was made for a"
+                " scene without friction; `gudgeon modes SCENE` makes them"
             )
         return found
 

@@ -159,7 +159,7 @@ def _unpaired(scene: Scene, name: str, surfaces: tuple[InterfaceModes, Interface
         f"contact.{name}.against.interface: has {counts[1]} points, {counts[0]} face them; the numbers must be equal,"
         f" since interface '{interface}' of body '{body}' has no facets, as points of rigid bodies have none; let these"
         " meet an interface of kind 'patch', or of kind 'traction' with shape = 'surface'; points of a named surface of"
-        " a mesh have facets, with modes made by this version (`gudgeon modes SCENE`)"
+        " a mesh have facets, with modes that `gudgeon modes SCENE` makes"
     )
 
 

@@ -314,8 +314,8 @@ def _tangential(
     if space.tangential_resultant is None:
         raise SceneError(
             f"contact.{name}.friction: the record of the modes of body '{master.name}',"
-            f" {master.morph.modes_key[:12]}, has no tractions across the normal, since it is of an older version or"
-            " was made for a scene without friction; `gudgeon modes SCENE` makes them"
+            f" {master.morph.modes_key[:12]}, has no tractions across the normal, since it was made for"
+            " a scene without friction; `gudgeon modes SCENE` makes them"
         )
     return space.tangential_resultant[order]
 

@@ -1,10 +1,12 @@
 """One small record of every kind, with fixed content: every field set, groups with several members."""
 
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord, PoseRecord
@@ -26,6 +28,11 @@ from gudgeon.modaldb.records.report import MeasurementRecord, ReportRecord
 from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, ProbeHistory, Trajectory
 
 INPUTS = {"stage": "sample", "size": 0.005, "nested": {"on": True, "nothing": None, "list": [1, 2.5, "ω"]}}
+
+
+def write_record(path: Path, kind: str, record: Any, inputs: dict[str, Any]) -> None:
+    """Write a record's file as a store does."""
+    path.write_bytes(b"".join(hdf5.record_bytes(kind, record, inputs)))
 
 
 def ramp(*shape: int, start: float = 0.0) -> np.ndarray:

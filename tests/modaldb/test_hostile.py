@@ -17,7 +17,7 @@ from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.stores.folder import FolderStore
 from tests.fuzz.records import sealed
-from tests.modaldb.samples import INPUTS, SAMPLES, mesh, modes
+from tests.modaldb.samples import INPUTS, SAMPLES, mesh, modes, write_record
 
 KEY = content_key(INPUTS)
 Change = Callable[[Any], Any]
@@ -131,7 +131,7 @@ HARM: dict[str, tuple[Change, str]] = {
     "bases of no traction space": (attribute("swap", "interface", "anti"), "swap: interface 'anti' is no traction"),
     "JSON that is none": (attribute("/", "quality", "{"), "quality: no JSON object"),
     "JSON without end": (attribute("/", "quality", "[" * 100_000), "quality: no JSON object"),
-    "provenance of nobody": (attribute("/", "provenance", '{"a": NaN}'), "provenance: not the inputs of a record"),
+    "provenance of nobody": (attribute("/", "provenance", '{"a": NaN}'), "holds the record of another key"),
     "splines": (numbers("tractions/bore/counts", 0, 400), "tractions/bore/counts: "),
     "a chart": (attribute("tractions/bore", "chart", '{"kind": "cylinder"}'), "tractions/bore/chart: axis"),
     "deep groups": (lambda f: f.create_group("a/b/c/d/e/f"), "groups deeper than 4"),
@@ -225,7 +225,7 @@ def test_many_members(count: int, tmp_path: Path) -> None:
 def test_structure_is_what_hdf5_finds(kind: str, tmp_path: Path) -> None:
     """Against HDF5's own library, place by place."""
     path = tmp_path / "r.h5"
-    hdf5.write_record(path, kind, SAMPLES[kind](), INPUTS)
+    write_record(path, kind, SAMPLES[kind](), INPUTS)
     with path.open("rb") as raw:
         head = hdf5.read_head(FileSource(raw.fileno()), path)
     theirs = {}

@@ -22,7 +22,7 @@ from gudgeon.modaldb.stores import transport
 from gudgeon.modaldb.stores.manifest import BLOCK
 from gudgeon.modaldb.stores.remote import RemoteStore
 from gudgeon.modaldb.stores.transport import Transport
-from tests.modaldb.samples import INPUTS, mesh, modes, ramp, same
+from tests.modaldb.samples import INPUTS, mesh, modes, ramp, same, write_record
 from tests.pipeline.service.serving import served, variables
 
 KEY = content_key(INPUTS)
@@ -340,8 +340,8 @@ def test_a_newer_record_names_the_versions_that_are_read(
     path.parent.mkdir(parents=True)
     with monkeypatch.context() as patch:
         patch.setattr(hdf5, "SCHEMA_VERSION", 99)
-        hdf5.write_record(path, "mesh", mesh(), INPUTS)
-    with pytest.raises(RecordMismatch, match=r"schema version 99, this release reads 1, 2, "):
+        write_record(path, "mesh", mesh(), INPUTS)
+    with pytest.raises(RecordMismatch, match=r"schema version 99, this release reads 1$"):
         modaldb.open(url).get(KEY, "mesh")
 
 
