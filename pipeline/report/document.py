@@ -10,17 +10,16 @@ import itertools
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from gudgeon.modaldb.records.types import FORMER
 from gudgeon.pipeline.errors import pandas
 from gudgeon.pipeline.measuring.clock import Seconds
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-SCHEMA = 4
+SCHEMA = 1
 """Version of the document; raised when a field changes its meaning, its name or goes."""
 MISSING = "not estimated"
 """Beginning of `Term.how` where an error could not be estimated."""
@@ -78,7 +77,7 @@ class Run:
     """Largest resident memory of the process during the solution [MiB]."""
     front: bool = False
     """Whether no other run is both faster and has a smaller conservative error."""
-    conservative_error: float | None = field(default=None, metadata={FORMER: "sound_error"})
+    conservative_error: float | None = None
     """Largest of total, truncation and time error over the quantities that count; chart, front and choice use it."""
 
 
@@ -247,16 +246,16 @@ class Document:
 
     @classmethod
     def from_json(cls, found: Mapping[str, Any]) -> "Document":
-        """Return the document that `as_json` made, of this schema or an earlier one; what was not finite is None."""
+        """Return the document that `as_json` made; what was not finite is None."""
         parts = {
             "quantities": [_quantity(entry) for entry in found["quantities"]],
             "runs": [_run(entry) for entry in found["runs"]],
             "choice": None if found["choice"] is None else Choice(**found["choice"]),
-            "budget": _budget(found.get("budget")),
-            "costs": [Cost(**entry) for entry in found.get("costs", ())],
+            "budget": _budget(found["budget"]),
+            "costs": [Cost(**entry) for entry in found["costs"]],
             "tables": [Table(**entry) for entry in found["tables"]],
         }
-        return cls(**{**found, **parts, "schema": SCHEMA})
+        return cls(**{**found, **parts})
 
     def to_frame(self) -> "DataFrame":
         """Return the table of `report.csv`, one row a run.
@@ -311,9 +310,7 @@ def _run(entry: Mapping[str, Any]) -> Run:
         name: StageSeconds(*(None if states[key] is None else Seconds(**states[key]) for key in ("cold", "warm")))
         for name, states in entry["stages"].items()
     }
-    former = {one.metadata[FORMER]: one.name for one in fields(Run) if FORMER in one.metadata}
-    values: dict[str, Any] = {former.get(key, key): value for key, value in entry.items()}
-    return Run(**{**values, "stages": stages})
+    return Run(**{**entry, "stages": stages})
 
 
 def _plain(value: Any) -> Any:

@@ -13,7 +13,6 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from gudgeon.modaldb.records.types import FORMER
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import is_file
 from gudgeon.pipeline.scenes.reference.table_text import ALIASES, home_text, table, table_text
@@ -30,11 +29,6 @@ IN_QUOTES = re.compile(r"""^(["'])(.*)\1$""")
 QUOTED = r"'([^']*)'"
 NEAR = 0.65
 """Least likeness of a name that is proposed for another: 'friction' is no 'orientation'."""
-RENAMED = {
-    "reduction": {FORMER: "recipe"}, "update": {FORMER: "rung"}, "robustness": {FORMER: "stress"},
-    "full_fe": {FORMER: "nodal"}, "explicit": {FORMER: "kick"}, "implicit": {FORMER: "trapezoid"},
-}  # fmt: skip
-"""Keys and values with a former name, which is not accepted, but for which the message names the present one."""
 COUNTS = {2: "two", 3: "three", 4: "four"}
 FORMS = {"number": "a number", "integer": "a whole number", "string": "a text", "boolean": "true or false",
          "array": "a list"}  # fmt: skip
@@ -365,9 +359,7 @@ def _shown(given: Any) -> str:
 
 def _hint(given: str, allowed: Sequence[str]) -> str:
     """Return a question with the allowed name that replaces or resembles the given one; empty if there is none."""
-    near = [new for new in allowed if RENAMED.get(new) == {FORMER: given}]
-    near = near or [new for new in allowed if ALIASES.get(given) == new]
-    near = near or difflib.get_close_matches(given, allowed, 1, NEAR)
+    near = [new for new in allowed if ALIASES.get(given) == new] or difflib.get_close_matches(given, allowed, 1, NEAR)
     return f"did you mean '{near[0]}'? " if near else ""
 
 

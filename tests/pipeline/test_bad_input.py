@@ -240,22 +240,6 @@ def test_mistake_in_the_scene(setting: str, complaint: str, cold: Case, capsys: 
     assert not cold.out.exists()
 
 
-@pytest.mark.parametrize(
-    ("setting", "complaint"),
-    [
-        (f"{MODES}.recipe=macneal", f"{MODES}.recipe: unknown key; did you mean 'reduction'? allowed here: "),
-        (f"{SKIRT}.change.rung=reuse", f"{SKIRT}.change.rung: unknown key; did you mean 'update'? allowed here: "),
-        ("stress.duration=1e-4", "stress: unknown key; did you mean 'robustness'? allowed here: "),
-        ("report.nodal.steps=[100]", "report.nodal: unknown key; did you mean 'full_fe'? allowed here: "),
-        ("run.integrator=kick", "run.integrator: 'kick' given; did you mean 'explicit'? input should be "),
-        ("run.integrator=trapezoid", "run.integrator: 'trapezoid' given; did you mean 'implicit'? input should be "),
-    ],
-)
-def test_former_name_in_the_scene(setting: str, complaint: str, cold: Case, capsys: Capture) -> None:
-    (line,) = refused(cold, capsys, cold.command("status", setting))
-    assert line.startswith(complaint)
-
-
 @pytest.mark.parametrize("axis", ["[0.0, 0.0, 0.0]", "[0.0, 0.0, nan]"])
 def test_plane_without_direction(axis: str, cold: Case, capsys: Capture) -> None:
     cold.edit('shape = "bore", radius = 0.043', f'shape = "plane", point = [0.0431, 0.0, 0.0], normal = {axis}')
