@@ -1,9 +1,9 @@
-"""Tables of a report as columns of texts, written as HTML for the page and as Markdown for the command."""
+"""Tables of a report as columns of texts, for the template of the page and as Markdown for the command."""
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from html import escape
+from typing import Any
 
 from gudgeon.pipeline.report.document import Document, Quantity, Run, StageSeconds, Table
 from gudgeon.pipeline.report.page.words import (
@@ -12,7 +12,6 @@ from gudgeon.pipeline.report.page.words import (
     count_text,
     error_text,
     seconds_text,
-    setting_texts,
     size_text,
     step_text,
 )
@@ -27,11 +26,36 @@ class Column:
     """One column of a table. Lines of a text after the first are notes, which only HTML shows."""
 
     title: str
-    texts: list[str]
+    texts: Sequence[str]
     keys: Sequence[Key] = ()
     """What the cells are sorted by; empty in a table that is not sorted."""
-    kind: str = ""
+    kind: str | None = None
     """CSS class of its cells."""
+
+    def key(self, row: int) -> str | None:
+        """Return what a cell is sorted by, empty for what is unknown; None in a table that is not sorted."""
+        if not self.keys:
+            return None
+        value = self.keys[row]
+        return "" if value is None or (isinstance(value, float) and not math.isfinite(value)) else str(value)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A table of the page, written by its template."""
+
+    title: str
+    """Of the first column."""
+    heads: Sequence[Any]
+    """Entries of the first column: texts, or the runs of the report."""
+    columns: Sequence[Column]
+    kinds: Sequence[str | None]
+    """CSS classes of the rows."""
+    name: str | None = None
+    runs: bool = False
+    """Whether the heads are runs, which open to their settings; such a table can be sorted."""
+    heading: str = ""
+    note: str = ""
 
 
 def run_columns(document: Document) -> list[Column]:
@@ -62,116 +86,76 @@ def run_columns(document: Document) -> list[Column]:
     return [column for column in columns if any(text != NOTHING for text in column.texts)]
 
 
-def runs_table(document: Document) -> str:
-    """Return the table of runs as HTML; the name of a run opens to its settings."""
-    return _run_table("runs", document, run_columns(document))
-
-
-def errors_table(document: Document) -> str:
-    """Return the error of each run in each quantity as HTML, with its truncation and time error."""
-    columns = [
-        Column(
-            one.name,
-            [_error(run, one) for run in document.runs],
-            [_size(run.errors.get(one.name)) for run in document.runs],
+def runs_grid(document: Document, name: str, columns: Sequence[Column]) -> Grid:
+    """Return a table of all runs."""
+    chosen = document.choice.run if document.choice is not None else None
+    kinds = [
+        " ".join(
+            kind
+            for kind in ("front" * run.front, "chosen" * (run.name == chosen), "failed" * bool(_failure(run)))
+            if kind
         )
-        for one in document.quantities
+        for run in document.runs
     ]
-    return _run_table("errors", document, columns)
+    return Grid("run", document.runs, columns, [kind or None for kind in kinds], name, runs=True)
 
 
-def quantities_table(document: Document) -> str:
-    """Return the compared quantities as HTML, each with its reference and its convergence over the sweep."""
+def error_columns(document: Document) -> list[Column]:
+    """Return the error of each run in each quantity, with its truncation and time error."""
+    return [
+        Column(
+            quantity.name,
+            [_error(run, quantity) for run in document.runs],
+            [_size(run.errors.get(quantity.name)) for run in document.runs],
+        )
+        for quantity in document.quantities
+    ]
+
+
+def quantities_grid(document: Document) -> Grid:
+    """Return the compared quantities, each with its reference and its convergence over the sweep."""
     quantities = document.quantities
     verdicts = [
-        SETTLES[one.converges] + (f"\n{one.why}" if one.why not in ("", SETTLES[one.converges]) else "")
-        for one in quantities
+        SETTLES[q.converges] + (f"\n{q.why}" if q.why not in ("", SETTLES[q.converges]) else "") for q in quantities
     ]
     columns = [
-        Column("unit", [one.unit for one in quantities], kind="short"),
-        Column("type of error", [one.measure for one in quantities], kind="short"),
-        Column("reference", [NOTHING if one.reference is None else f"{one.reference:.6g}" for one in quantities]),
-        Column("its own error", [size_text(one.uncertainty) for one in quantities]),
-        Column("counts", ["yes" if one.counts else "no" for one in quantities], kind="short"),
+        Column("unit", [q.unit for q in quantities], kind="short"),
+        Column("type of error", [q.measure for q in quantities], kind="short"),
+        Column("reference", [NOTHING if q.reference is None else f"{q.reference:.6g}" for q in quantities]),
+        Column("its own error", [size_text(q.uncertainty) for q in quantities]),
+        Column("counts", ["yes" if q.counts else "no" for q in quantities], kind="short"),
         Column("over the sweep", verdicts, kind="text words"),
     ]
-    columns = [one for one in columns if one.title != "its own error" or set(one.texts) != {NOTHING}]
-    rows = [_class("flagged" if one.converges is False else "") for one in quantities]
-    return _html("quantities", "quantity", [escape(one.name) for one in quantities], columns, rows)
+    columns = [column for column in columns if column.title != "its own error" or set(column.texts) != {NOTHING}]
+    kinds = ["flagged" if q.converges is False else None for q in quantities]
+    return Grid("quantity", [q.name for q in quantities], columns, kinds, "quantities")
 
 
-def kind_table(table: Table) -> str:
-    """Return a further table of the report as HTML; columns of long cells wrap."""
-    first, *others = [
-        Column(title, texts, kind="text" if max(map(len, texts), default=0) > LONG else "")
+def front_grid(document: Document) -> Grid:
+    """Return the runs that no other run beats in both error and time, the fastest first."""
+    runs = sorted((run for run in document.runs if run.front), key=lambda run: run.cpu_seconds)
+    rows = [
+        [run.name, size_text(run.conservative_error), run.largest_of or "", seconds_text(run.cpu_seconds),
+         count_text(run.coordinates), "" if run.step is None else step_text(run.step)]
+        for run in runs
+    ]  # fmt: skip
+    columns = ["run", "conservative error", "largest in", "CPU time", "coordinates", "step"]
+    return kind_grid(Table("Runs on the front", columns, rows or [["none", "", "", "", "", ""]]))
+
+
+def kind_grid(table: Table) -> Grid:
+    """Return a further table of the report; columns of long cells wrap."""
+    head, *columns = [
+        Column(title, texts, kind="text" if max(map(len, texts), default=0) > LONG else None)
         for title, *texts in zip(table.columns, *table.rows, strict=True)
     ]
-    return _html("", first.title, list(map(escape, first.texts)), others, [""] * len(first.texts))
+    return Grid(head.title, head.texts, columns, [None] * len(table.rows), heading=table.title, note=table.note)
 
 
 def markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """Return the lines of a table as Markdown, of each cell its first line."""
     cells = [columns, ["---"] * len(columns), *rows]
     return [f"| {' | '.join(cell.partition(chr(10))[0].replace('|', '/') for cell in row)} |" for row in cells]
-
-
-def _run_table(name: str, document: Document, columns: Sequence[Column]) -> str:
-    chosen = document.choice.run if document.choice is not None else None
-    kinds = [
-        " ".join(
-            kind
-            for kind, holds in (("front", run.front), ("chosen", run.name == chosen), ("failed", bool(_failure(run))))
-            if holds
-        )
-        for run in document.runs
-    ]
-    rows = [f' data-run="{number}"{_class(kind)}' for number, kind in enumerate(kinds)]
-    heads = [_name(number, run) for number, run in enumerate(document.runs)]
-    return _html(name, "run", heads, columns, rows)
-
-
-def _html(name: str, title: str, heads: Sequence[str], columns: Sequence[Column], rows: Sequence[str]) -> str:
-    """Return a table as HTML that scrolls by itself.
-
-    Args:
-        title: Of the first column.
-        heads: HTML of its cells.
-        rows: Attributes of each row.
-    """
-    header = "".join(
-        f'<th scope="col"{_class(kind)}>{_cell(text)}</th>'
-        for text, kind in ((title, ""), *((column.title, column.kind) for column in columns))
-    )
-    body = []
-    for number, (attributes, head) in enumerate(zip(rows, heads, strict=True)):
-        cells = "".join(
-            f"<td{_class(one.kind)}{_key(one.keys[number]) if one.keys else ''}>{_cell(one.texts[number])}</td>"
-            for one in columns
-        )
-        body.append(f'<tr{attributes}><th scope="row" data-value="{number + 1}">{head}</th>{cells}</tr>')
-    identity = f' id="{name}"' if name else ""
-    kind = _class("sortable" if any(column.keys for column in columns) else "")
-    return (
-        f'<div class="scroll" tabindex="0" role="region" aria-label="{name or "table"}"><table{identity}{kind}>'
-        f"<thead><tr>{header}</tr></thead>\n<tbody>\n{chr(10).join(body)}\n</tbody></table></div>"
-    )
-
-
-def _name(number: int, run: Run) -> str:
-    """Return the number and name of a run as HTML; they open to its settings and to the runs it is compared with."""
-    name = f"{number + 1}&ensp;{escape(run.name)}"
-    if run.front:
-        name += '&nbsp;<span class="best-run" title="on the front">●</span>'
-    lines = setting_texts(run)
-    for part, found, against in (
-        ("truncation error", run.truncation, run.truncation_against),
-        ("time error", run.time, run.time_against),
-    ):
-        if against:
-            lines.append(f"{part}: {NOTHING if found is None else 'against'} {against}")
-    if not lines:
-        return name
-    return f"<details><summary>{name}</summary>{''.join(f'<code>{escape(line)}</code>' for line in lines)}</details>"
 
 
 def _failure(run: Run) -> str | None:
@@ -217,17 +201,3 @@ def _numbers(title: str, values: Sequence[float | None], text: Callable[[float],
 
 def _size(value: float | None) -> float | None:
     return None if value is None else abs(value)
-
-
-def _cell(text: str) -> str:
-    first, *notes = text.split("\n")
-    return escape(first) + "".join(f"<small>{escape(note)}</small>" for note in notes)
-
-
-def _key(value: Key) -> str:
-    unknown = value is None or (isinstance(value, float) and not math.isfinite(value))
-    return f' data-value="{"" if unknown else escape(str(value))}"'
-
-
-def _class(kind: str) -> str:
-    return f' class="{kind}"' if kind else ""

@@ -113,6 +113,16 @@ def setting_texts(run: Run) -> list[str]:
     return [f"{path}={_toml(value)}" for path, value in _paths(run.settings)]
 
 
+def run_settings(run: Run) -> list[str]:
+    """Return the settings of a run, and with which runs its errors are computed."""
+    parts = (
+        ("truncation error", run.truncation, run.truncation_against),
+        ("time error", run.time, run.time_against),
+    )
+    against = [f"{part}: {NOTHING if errors is None else 'against'} {text}" for part, errors, text in parts if text]
+    return setting_texts(run) + against
+
+
 def flagged(document: Document) -> list[Quantity]:
     """Return the quantities that do not settle over the sweep."""
     return [quantity for quantity in document.quantities if quantity.converges is False]
