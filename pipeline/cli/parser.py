@@ -135,17 +135,18 @@ def build_parser() -> argparse.ArgumentParser:
     add_database(names, _plain)
     text = "print a script by which a shell completes commands and options"
     add = _plain(names, "completion", text, _completion_command).add_argument
-    add("shell", choices=SHELLS, help="bash, zsh or fish")
+    add("shell", choices=SHELLS, help="bash, zsh, fish or tcsh")
     text = "explain the keys of a scene file, or print its JSON schema"
     add = _plain(names, "schema", text, commands.schema_command, SCHEMA_HELP).add_argument
     text = "table or key without the names that you give: component.interface, component.geometry.box, run.step"
     add("key", metavar="KEY", nargs="?", help=text)
+    parser.group_commands(names)
     return parser
 
 
 def _completion_command(options: argparse.Namespace) -> int:
     """Print the script of a shell."""
-    print(script(options.shell, build_parser))
+    print(script(options.shell, build_parser()))
     return 0
 
 

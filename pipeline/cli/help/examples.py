@@ -71,8 +71,9 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "completion": (
         ("source <(gudgeon completion bash)", "in ~/.bashrc"),
-        ("source <(gudgeon completion zsh)", "in ~/.zshrc"),
+        ('eval "$(gudgeon completion zsh)"', "in ~/.zshrc, after compinit"),
         ("gudgeon completion fish | source", "in config.fish"),
+        ("gudgeon completion tcsh > ~/.gudgeon.tcsh", "and `source ~/.gudgeon.tcsh` in ~/.tcshrc"),
     ),
 }
 
