@@ -10,7 +10,8 @@ BIN := .venv/bin
 PEERS_PYTHON ?= $(BIN)/python
 WORKERS ?= 2
 # The piston stands for itself on coarse meshes and over one stroke, where full-FE dofs finish in minutes.
-SCENES := $(filter-out data/piston/scene.toml data/piston/coarse.toml,$(sort $(wildcard data/*/*.toml)))
+SCENES := $(filter-out data/piston/scene.toml data/piston/coarse.toml,\
+    $(sort $(wildcard data/*/*.toml tests/validation/scenes/*/*.toml)))
 # gmsh and off-screen drawing load these; pipeline/doctor.py has the same list.
 SYSTEM_LIBRARIES := libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1
 # What is loaded of each of them, in the same order. No package of pip brings these.
@@ -108,7 +109,7 @@ reports: setup ## write error against run time and robustness cases of every sce
 	@mkdir -p out/reports; rm -f out/reports/seconds.csv; failed=; \
 	for command in report robustness; do \
 	    for file in $(SCENES); do \
-	        name=$$(echo $$file | sed 's,^data/,,; s,/scene\.toml$$,,; s,\.toml$$,,'); \
+	        name=$$(echo $$file | sed 's,^\(data\|tests/validation/scenes\)/,,; s,/scene\.toml$$,,; s,\.toml$$,,'); \
 	        echo "$(BIN)/gudgeon $$command $$file --out out/reports/$$name"; \
 	        begun=$$(date +%s); \
 	        $(BIN)/gudgeon $$command $$file --out out/reports/$$name > /dev/null || failed="$$failed $$name:$$command"; \

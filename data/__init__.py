@@ -1,1 +1,1 @@
-"""Scenes, one folder each; the wheel carries them as `gudgeon.examples`."""
+"""Scenes for users, one folder each; the wheel carries them as `gudgeon.examples`."""

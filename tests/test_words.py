@@ -29,7 +29,8 @@ RETIRED = {
 }
 """Patterns by the term that takes their place; a part of a longer name counts as a word."""
 SEARCHED = ("modaldb/*.py", "pipeline/*.py", "pipeline/*.toml", "pipeline/*.js", "pipeline/*.css", "solver/*.py",
-            "data/*.toml", "docs/*.md", "docs/*.py", "README.md", "CONTRIBUTING.md", "Makefile")  # fmt: skip
+            "data/*.toml", "tests/validation/scenes/*.toml", "docs/*.md", "docs/*.py", "README.md",
+            "CONTRIBUTING.md", "Makefile")  # fmt: skip
 
 
 def pattern(words: str) -> re.Pattern[str]:

@@ -1,7 +1,7 @@
 """`python -m docs.tools.basis_swap`: a basis that changes as a force passes beside fixed ones of equal size, for
 docs/moving-forces.md.
 
-Errors are those of the displacement under the force of `data/ritz/swap.toml` at frames, root mean square and largest,
+Errors are those of the displacement under the force of `ritz/swap.toml` at frames, root mean square and largest,
 over its largest value; the reference has 250 normal modes and residual flexibility. CPU time of the run is the median
 of five, each after one of all others, its compilation from records included; that of the modes is of one.
 """
@@ -20,8 +20,9 @@ from gudgeon.solver.errors import SceneError
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.bases.swaps import swaps_of
 from gudgeon.solver.system.system import System
+from tests.scenes import scene_path
 
-SCENE = Path("data/ritz/swap.toml")
+SCENE = scene_path("ritz/swap.toml")
 SIZE, REFERENCE, REPEATS = 18, 250, 5
 """Coordinates of each basis, normal modes of the reference, runs of which the median counts."""
 STEPS = 8

@@ -26,6 +26,7 @@ from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.simulate import simulate
+from tests.scenes import scene_files
 
 ROOT = Path(__file__).resolve().parents[2]
 REPORTS = ROOT / "docs" / "reports"
@@ -210,13 +211,12 @@ def table(scenes: dict[str, dict[str, Row]], code: str) -> str:
 
 def named(names: list[Path]) -> Iterator[tuple[str, Path]]:
     """Yield name and file of each scene with contacts, of the given ones or of all but those of `LEFT_OUT`."""
-    data = ROOT / "data"
-    for scene in names or sorted(data.rglob("*.toml")):
+    names_of = {path: name.removesuffix(".toml").removesuffix("/scene") for name, path in scene_files().items()}
+    for scene in names or names_of:
         path = (scene / "scene.toml" if scene.is_dir() else scene).resolve()
-        name = path.relative_to(data).as_posix().removesuffix(".toml").removesuffix("/scene")
         tables = getattr(gudgeon.open_job(path, set={}, db=ROOT / ".gudgeon"), "scene", None)
-        if getattr(tables, "contact", None) and (names or name not in LEFT_OUT):
-            yield name, path
+        if getattr(tables, "contact", None) and (names or names_of[path] not in LEFT_OUT):
+            yield names_of[path], path
 
 
 def main(arguments: list[str]) -> int:

@@ -1,6 +1,6 @@
 """`python -m docs.tools.electrostatic_truths [NAME…]`: capacitances and forces of known conductors.
 
-Each scene of data/electrostatics with a reference runs on four meshes, whose triangles shrink as their strips grow in
+Each scene of electrostatics with a reference runs on four meshes, whose triangles shrink as their strips grow in
 number; the table has the error, its estimate, and the order over the mesh sizes by a fit. With `--forces` the gradient
 of the co-energy on a grid of seven gaps is compared.
 """
@@ -16,8 +16,9 @@ import numpy as np
 from gudgeon.pipeline.electrostatics.stages import compute_poses
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.solver.forces.fields.pose_field import PoseField
+from tests.scenes import scene_path
 
-DATA = Path(__file__).parents[2] / "data" / "electrostatics"
+FOLDER = scene_path("electrostatics")
 
 
 class Truth(NamedTuple):
@@ -76,7 +77,7 @@ TRUTHS: dict[str, Truth] = {
 
 def rows_of(truth: Truth, db: Path, out: Path) -> list[tuple[float, int, float, float]]:
     """Return mesh size, panels, relative error and its estimate on each mesh."""
-    path, rows = DATA / f"{truth.scene}.toml", []
+    path, rows = FOLDER / f"{truth.scene}.toml", []
     names = list(open_job(path, db=db).scene.conductor)
     for strips in truth.strips:
         size = truth.size * truth.strips[0] / strips
@@ -129,12 +130,12 @@ def pull_row(pull: Pull, db: Path) -> tuple[float, float]:
     shares = np.array([-0.15, -0.1, -0.05, 0.0, 0.05, 0.1, 0.15])
     poses = {"moved": [pull.moved], pull.axis: {"values": (pull.gap * shares).tolist()}}
     entry = {"report.quantities": "unset"}
-    path = DATA / f"{pull.scene}.toml"
+    path = FOLDER / f"{pull.scene}.toml"
     job = open_job(path, set=pull.changes | entry | {"poses": poses}, db=db, out=db / "pulls" / pull.scene)
     record = compute_poses(job)
     potentials = record.potentials
     force = PoseField.of(record).interaction({}, potentials).gradient[0]
-    found: Any = json.loads((DATA / job.scene.report.reference).read_text())["expected"]
+    found: Any = json.loads((FOLDER / job.scene.report.reference).read_text())["expected"]
     for part in pull.force.split("/"):
         found = found[int(part)] if isinstance(found, list) else found[part]
     return -force / found - 1, float(record.cell_errors.max())
@@ -144,7 +145,7 @@ def finer(pull: Pull, size: float | None) -> Pull:
     """Return a pull on meshes of an edge length [m]; None: those of the scene."""
     if size is None:
         return pull
-    names = open_job(DATA / f"{pull.scene}.toml").scene.conductor
+    names = open_job(FOLDER / f"{pull.scene}.toml").scene.conductor
     return pull._replace(changes=pull.changes | {f"conductor.{name}.mesh.size": size for name in names})
 
 

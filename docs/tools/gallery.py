@@ -1,15 +1,20 @@
-"""`python -m docs.tools.gallery`: write docs/gallery.md, all scenes with their first sentence and command."""
+"""`python -m docs.tools.gallery`: write docs/gallery.md, the scenes of data/ with sentence, command and picture."""
 
 import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "gallery.md"
-PICTURES = {"piston": "deformation.png", "bladed-disk": "wheel.png", "base-sensor": "base-sensor.png"}
-"""Pictures of docs/ that show a scene of a folder."""
-HEAD = """# Gallery of all scenes
+PICTURES = {
+    "piston": "deformation.png", "bladed-disk": "wheel.png", "base-sensor": "base-sensor.png",
+    "beam-sphere": "impacts.png", "mems-assembly": "mems-assembly.png", "skirt": "stress.png",
+}  # fmt: skip
+"""Pictures of other pages that show a scene of a folder; those of other folders are `docs/gallery/FOLDER.png`."""
+HEAD = """# Gallery of scenes
 
 Written by `python -m docs.tools.gallery` from the scenes' first sentences. `gudgeon example copy NAME` copies a folder.
+Scenes that only prove something are in [tests/validation/scenes](../tests/validation/scenes); the
+[reports](reports/README.md) list them all.
 
 """
 
@@ -31,8 +36,8 @@ def page() -> str:
         scenes = sorted(folder.glob("*.toml"), key=lambda path: (path.name != "scene.toml", path.name))
         scenes = [path for path in scenes if set(tomllib.loads(path.read_text(encoding="utf-8"))) != {"case"}]
         parts.append(f"## {folder.name}\n\n")
-        if folder.name in PICTURES:
-            parts.append(f"![{folder.name}]({PICTURES[folder.name]})\n\n")
+        picture = PICTURES.get(folder.name, f"gallery/{folder.name}.png")
+        parts.append(f"![{folder.name}]({picture})\n\n")
         parts.append("| scene | command |\n|---|---|\n")
         for path in scenes:
             name = path.relative_to(ROOT).as_posix()

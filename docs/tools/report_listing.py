@@ -13,9 +13,10 @@ from typing import Any
 
 from docs.tools.seeds import budget_text, read_seeds, scene_link, seeds_table
 from gudgeon.pipeline.files import write_text
+from tests.scenes import scene_files
 
 Scenes = dict[str, dict[str, Any]]
-"""By name, the path below `data` without `scene.toml` or `.toml`."""
+"""By name, the path below `data` or `tests/validation/scenes` without `scene.toml` or `.toml`."""
 ROOT = Path(__file__).resolve().parents[2]
 REPORTS = ROOT / "docs" / "reports"
 STANDS_FOR = {"piston": "piston/stroke", "piston/coarse": "piston/stroke"}
@@ -70,10 +71,8 @@ def main_figures(folder: Path) -> Scenes:
 
 
 def scene_names() -> list[str]:
-    """Return the names of all scenes of the package."""
-    data = ROOT / "data"
-    files = (path.relative_to(data).with_suffix("").as_posix() for path in data.glob("*/*.toml"))
-    return sorted(name.removesuffix("/scene") for name in files)
+    """Return the names of all scenes."""
+    return sorted(name.removesuffix(".toml").removesuffix("/scene") for name in scene_files())
 
 
 def scenes_text(scenes: Scenes) -> str:

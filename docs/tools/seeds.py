@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from tests.scenes import ROOT, scene_path
+
 COLUMNS = (
     "system", "scene", "reference", "run", "error", "of", "its error budget", "CPU time", "full FE",
     "error of full FE", "CPU time of full FE", "ratio",
@@ -39,7 +41,8 @@ def _table(columns: Sequence[str], rows: list[list[str]]) -> str:
 
 def scene_link(name: str, link: str = "") -> str:
     """Return the name of a scene as a link to its file."""
-    return f"[`{name}`]({link}data/{name}{'.toml' if '/' in name else '/scene.toml'})"
+    path = scene_path(f"{name}.toml" if "/" in name else f"{name}/scene.toml").relative_to(ROOT)
+    return f"[`{name}`]({link}{path.as_posix()})"
 
 
 def budget_text(scene: Mapping[str, Any], run: str | None) -> str:

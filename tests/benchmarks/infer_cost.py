@@ -13,7 +13,7 @@ import numpy as np
 from gudgeon.pipeline.scenes.gauge import WRENCH
 from gudgeon.pipeline.sensing.calibration import calibrated, write_calibration
 from gudgeon.pipeline.sensing.job import infer
-from tests.validation.scenes import reference
+from tests.scenes import reference
 
 NAMES = [f"{side}{spoke}" for spoke in range(4) for side in ("top", "side")]
 

@@ -12,6 +12,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.scenes import scene_files
+
 ROOT = Path(__file__).parents[2]
 ROUNDS = 3
 SHORT, LONG = 2.0, 20.0
@@ -55,13 +57,13 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.solves", description=__doc__)
     parser.add_argument("clone", type=Path, help="another clone, with an environment")
-    parser.add_argument("scenes", nargs="*", help="scene files; all below data where none is named")
+    parser.add_argument("scenes", nargs="*", help="scene files; all where none is named")
     parser.add_argument("--rounds", type=int, default=ROUNDS, help="turns of both, of which the median counts")
     parser.add_argument(
         "--no-checks", dest="checks", action="store_false", help="one run at the integrator's step, without estimates"
     )
     asked = parser.parse_args()
-    scenes = asked.scenes or [str(path.relative_to(ROOT)) for path in sorted(ROOT.glob("data/*/*.toml"))]
+    scenes = asked.scenes or [str(path.relative_to(ROOT)) for path in scene_files().values()]
     print("| scene | integrator, steps | other [s] | here [s] | ratio |\n|---|---|---:|---:|---:|", flush=True)
     for scene in scenes:
         turns = [
@@ -75,7 +77,8 @@ def main() -> None:
         other, here = (statistics.median(row[side][0] for row in rows) for side in range(2))
         (_, before, old), (_, after, new) = rows[0]
         text = f"{after}, {new}" + ("" if (before, old) == (after, new) else f" (other: {before}, {old})")
-        print(f"| {scene[5:]} | {text} | {other:.3g} | {here:.3g} | {here / other:.2f} |", flush=True)
+        name = "/".join(Path(scene).parts[-2:])
+        print(f"| {name} | {text} | {other:.3g} | {here:.3g} | {here / other:.2f} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """CPU time of a step over the pairs whose faces meet: `python -m tests.benchmarks.stacks PICTURE` draws stacks of them.
 
-The blocks of data/stack in coarser elements on a floor, up to 200 of them. Either all lie on each other, or 200 of them
-stand apart but for the lowest ones. Gravity begins, and its wave has come to some pairs, which have forces and are
-printed; points of the others are candidates without. Steps are given, and the first ones, which load machine code, are
-left out.
+The blocks of the scene `stack` in coarser elements on a floor, up to 200 of them. Either all lie on each other, or 200
+of them stand apart but for the lowest ones. Gravity begins, and its wave has come to some pairs, which have forces and
+are printed; points of the others are candidates without. Steps are given, and the first ones, which load machine code,
+are left out.
 """
 
 import resource

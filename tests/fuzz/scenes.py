@@ -25,12 +25,12 @@ from gudgeon.pipeline.stages.make import not_finite
 from gudgeon.pipeline.stages.status import status
 from gudgeon.solver.errors import SolverError
 from tests.fuzz.mutation import garbled, mutated, scaled
+from tests.scenes import scene_files, scene_path
 
 BRIEF, LONG = 150, 5_000
 
-ROOT = Path(__file__).resolve().parents[2]
-SCENES = sorted((ROOT / "data").glob("*/*.toml"))
-LIGHT = [ROOT / "data" / name for name in (
+SCENES = [*scene_files().values()]
+LIGHT = [scene_path(name) for name in (
     "rigid/scene.toml", "rigid/belt.toml", "rigid/incline-slides.toml", "rigid/rolling.toml", "rigid/rod-end.toml",
     "two-mass/scene.toml", "rod-mass/hertz.toml", "rod-mass/free.toml", "rod-wall/scene.toml", "hertz/scene.toml",
     "hertz/damped.toml", "extreme/scene.toml", "extreme/mems.toml", "extreme/kelvin-voigt.toml",

@@ -22,9 +22,9 @@ from gudgeon.pipeline.stages.products import Product
 from gudgeon.solver.errors import SolverError
 from gudgeon.solver.numbers import RANGES
 from tests.fuzz.out_folders import SCENE
+from tests.scenes import scene_files
 
 ROOT = Path(__file__).resolve().parents[2]
-SCENES = sorted((ROOT / "data").glob("*/*.toml"))
 Capture = pytest.CaptureFixture[str]
 NORMAL = "contact.floor.against.normal"
 
@@ -138,7 +138,7 @@ def test_more_steps_than_can_be_taken_are_refused(tmp_path: Path) -> None:
         run(ROOT / "data/rod-wall", set=settings, db=tmp_path / "db", out=tmp_path / "out", until="solve")
 
 
-@pytest.mark.parametrize("path", SCENES, ids=lambda path: f"{path.parent.name}-{path.stem}")
+@pytest.mark.parametrize("path", scene_files().values(), ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_run_step_is_taken_or_refused_in_one_line(path: Path, tmp_path: Path, capsys: Capture) -> None:
     arguments = ["plan", str(path), "--set", "run.step=1e-6", "--db", str(tmp_path)]
     code = main(arguments)

@@ -15,15 +15,15 @@ from gudgeon.pipeline.plots.mechanism import film
 from gudgeon.pipeline.plots.mechanism.motion import moving_bodies
 from gudgeon.pipeline.plots.mechanism.shapes import Shape, Shown, shown_bodies
 from gudgeon.solver.errors import SceneError
+from tests.scenes import scene_path
 
-DATA = Path(__file__).parents[2] / "data"
 SECOND = 5e-5
 """Shortening of a rod that bends by 3 mm, of second order, which films leave out [m]."""
 SHORT = {"run.duration": 0.05, "run.samples": 20, "run.frames": 4}
 
 
 def test_a_run_has_results_and_pictures(tmp_path: Path) -> None:
-    report = run(DATA / "four-bar", set=SHORT, db=tmp_path / "db", out=tmp_path / "out")
+    report = run(scene_path("four-bar"), set=SHORT, db=tmp_path / "db", out=tmp_path / "out")
     assert report.result == "FINISHED"
     assert {"mechanism.png", "mechanism.mp4", "energy.png", "probes.png", "summary.json", "trajectory.h5"} <= {
         path.name for path in (tmp_path / "out").iterdir()
@@ -34,7 +34,7 @@ def test_a_run_has_results_and_pictures(tmp_path: Path) -> None:
 
 def test_arrows_of_a_film_end_within_it(tmp_path: Path) -> None:
     short = {"run.duration": 0.03, "run.samples": 100, "run.frames": 20}
-    done = run(DATA / "squeezer", set=short, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+    done = run(scene_path("squeezer"), set=short, db=tmp_path / "db", out=tmp_path / "out", until="solve")
     drawing = Drawing(modaldb.open(tmp_path / "db"), done.stages["solve"].key, "squeezer", tmp_path, tmp_path, print)
     times = drawing.trajectory.frame_times
     bodies = shown_bodies(drawing, np.arange(len(times)))
@@ -52,7 +52,7 @@ def test_arrows_of_a_film_end_within_it(tmp_path: Path) -> None:
 
 
 def test_the_plan_says_how_it_runs(tmp_path: Path) -> None:
-    found = plan(DATA / "squeezer", db=tmp_path / "db")
+    found = plan(scene_path("squeezer"), db=tmp_path / "db")
     assert found["integrator"] == "mechanism"
     ports = {row["member"]: row for row in found["ports"]}
     assert (ports["joint.o"]["number"], ports["joint.o"]["rows"]) == (5, "moving")
@@ -66,7 +66,7 @@ def test_the_plan_says_the_order_of_inertia_couplings(tmp_path: Path) -> None:
     terms = {}
     for name, stiff, order in (("a", True, "second order (geometric stiffness)"), ("b", False, "first order")):
         given = {"body.rod.geometric_stiffness": stiff}
-        found = plan(DATA / "elastic-slider-crank", set=given, db=tmp_path / name)
+        found = plan(scene_path("elastic-slider-crank"), set=given, db=tmp_path / name)
         assert found["inertia"]["rod"] == f"floating frame of mean axes: couplings by displacements of {order}"
         assert found["inertia"]["crank"] == "rigid, turns by any angle"
         terms = {(row["body"], row["term"]): row["reason"] for row in found["terms"]}
@@ -101,7 +101,7 @@ def test_the_plan_says_which_bound_decides(rate: float, wanted: str, tmp_path: P
 
 @pytest.mark.parametrize("command", ["linear", "export"])
 def test_commands_for_small_motion_refuse(command: str, tmp_path: Path) -> None:
-    job = open_job(DATA / "top", db=tmp_path / "db", out=tmp_path / "out")
+    job = open_job(scene_path("top"), db=tmp_path / "db", out=tmp_path / "out")
     kind, nothing = kind_of(job), lambda stage, share: None
     calls = {
         "linear": lambda: kind.linear(job, Asked(), nothing),
@@ -142,7 +142,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
 def test_what_cannot_turn_is_refused_before_any_stage(name: str, tmp_path: Path) -> None:
     changes, text = BAD[name]
     with pytest.raises(InputError, match=text):
-        open_job(DATA / "top", set=changes, db=tmp_path / "db")
+        open_job(scene_path("top"), set=changes, db=tmp_path / "db")
 
 
 MESHED: dict[str, Any] = {
@@ -158,13 +158,13 @@ def test_a_probe_off_a_meshed_part_is_refused(key: str, tmp_path: Path) -> None:
     probe = {"kind": "distance", "body": "top", "against": "top", "at": [0.0, 0.0, 0.0], key: [10.0, 0.0, 0.0]}
     text = rf"probe\.far\.{key}: \[10\.0, 0\.0, 0\.0\] given, it lies 9\.95 m off the part; .* is \[0\.05, 0\.0, 0\.0\]"
     with pytest.raises(InputError, match=text):
-        run(DATA / "top", set=MESHED | {"probe.far": probe}, db=tmp_path / "db", out=tmp_path / "out")
+        run(scene_path("top"), set=MESHED | {"probe.far": probe}, db=tmp_path / "db", out=tmp_path / "out")
 
 
 def test_a_chain_that_does_not_close_is_wrong_input(tmp_path: Path) -> None:
     changes = SHORT | {"joint.ground2.against_at": [9.0, 0.0, 0.0]}
     with pytest.raises((InputError, SceneError), match="the joints do not close"):
-        run(DATA / "four-bar", set=changes, db=tmp_path / "db", out=tmp_path / "out")
+        run(scene_path("four-bar"), set=changes, db=tmp_path / "db", out=tmp_path / "out")
 
 
 SHORTEST: dict[str, Any] = {"run.duration": 1e-6, "run.samples": 10, "run.frames": 2}
@@ -173,7 +173,7 @@ SHORTEST: dict[str, Any] = {"run.duration": 1e-6, "run.samples": 10, "run.frames
 def test_joints_close_without_deformation_where_they_can(tmp_path: Path) -> None:
     """A drive that begins at 1 rad moves the crank there; the rod keeps its shape."""
     changes = SHORTEST | {"joint.drive.expression": "1 + 150*t"}
-    done = run(DATA / "elastic-slider-crank", set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+    done = run(scene_path("elastic-slider-crank"), set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
     found = modaldb.open(tmp_path / "db").get(done.stages["solve"].key, "trajectory")
     assert found.result == "FINISHED"
     first = found.coordinate_offsets["rod"] + 6
@@ -186,18 +186,18 @@ def test_joints_close_without_deformation_where_they_can(tmp_path: Path) -> None
 def test_joints_that_close_by_deformation_say_so(tmp_path: Path) -> None:
     places: dict[str, Any] = {"db": tmp_path / "db", "out": tmp_path / "out", "until": "solve"}
     held = {"kind": "fixed", "body": "slider", "against_at": [0.4501, 0.0, 0.0]}
-    done = run(DATA / "elastic-slider-crank", set=SHORTEST | {"joint.held": held}, **places)
+    done = run(scene_path("elastic-slider-crank"), set=SHORTEST | {"joint.held": held}, **places)
     assert any("body.rod: the joints close at the start only where it deforms by" in note for note in done.notes)
     changes = SHORTEST | {"joint.slider-pin.against_at": [0.0, 0.0, 0.5], "joint.slider-pin.against": "crank"}
     with pytest.raises(
         (InputError, SceneError), match=r"body\.rod: the joints close .* beyond run\.limits\.deflection"
     ):
-        run(DATA / "elastic-slider-crank", set=changes, **places)
+        run(scene_path("elastic-slider-crank"), set=changes, **places)
 
 
 def test_velocities_that_need_deformation_are_said(tmp_path: Path) -> None:
     places: dict[str, Any] = {"db": tmp_path / "db", "out": tmp_path / "out", "until": "solve"}
-    done = run(DATA / "elastic-slider-crank", set=SHORTEST | {"body.slider.velocity": [5.0, 0.0, 0.0]}, **places)
+    done = run(scene_path("elastic-slider-crank"), set=SHORTEST | {"body.slider.velocity": [5.0, 0.0, 0.0]}, **places)
     text = "body.slider: its velocity at the start does not obey the joints of bodies that do not deform at the start;"
     assert any(note.startswith(f"{text} it was changed by 5 m/s") for note in done.notes)
 
@@ -215,7 +215,7 @@ def test_a_drive_that_works_by_deformation_alone_is_said(start: float, tmp_path:
         "body.slider.position": [0.15 * c + 0.3 * float(np.cos(tilt)), 0.0, 0.0],
     }  # fmt: skip
     places: dict[str, Any] = {"db": tmp_path / "db", "out": tmp_path / "out", "until": "solve"}
-    done = run(DATA / "elastic-slider-crank", set=changes, **places)
+    done = run(scene_path("elastic-slider-crank"), set=changes, **places)
     text = "joint.drive: the other joints hold what it drives at the start, as if bodies were rigid: it moves only as"
     assert any(note.startswith(f"{text} body.rod deforms") for note in done.notes) is (start == 0)
 
@@ -224,14 +224,14 @@ def test_modes_without_static_shapes_are_refused_at_joints(tmp_path: Path) -> No
     """Residual flexibility does not act in mechanisms: the default reduction would be too stiff there, in silence."""
     changes = {"component.rod.modes.reduction": "macneal", "component.rod.modes.normal_count": 20}
     with pytest.raises(InputError, match=r"component.rod.modes.reduction: 'macneal' has no static shape of interface"):
-        open_job(DATA / "elastic-slider-crank", set=changes, db=tmp_path / "db", out=tmp_path / "out")
+        open_job(scene_path("elastic-slider-crank"), set=changes, db=tmp_path / "db", out=tmp_path / "out")
 
 
 def test_points_of_joints_are_drawn_where_they_are(tmp_path: Path) -> None:
     """Joints at the origin of a body, by default, and at interfaces of bodies that deform."""
     for scene, body in (("clearance-joint", "slider"), ("elastic-slider-crank", "rod")):
         out = tmp_path / scene
-        done = run(DATA / scene, set=SHORT | {"run.duration": 1e-4}, db=tmp_path / "db", out=out, until="solve")
+        done = run(scene_path(scene), set=SHORT | {"run.duration": 1e-4}, db=tmp_path / "db", out=out, until="solve")
         store = modaldb.open(tmp_path / "db")
         drawing = Drawing(store, done.stages["solve"].key, scene, out, out, print)
         found = {one.name: one for one in moving_bodies(drawing)}
@@ -244,7 +244,7 @@ def test_points_of_joints_are_drawn_where_they_are(tmp_path: Path) -> None:
 def filmed(scene: str, changes: dict[str, Any], folder: Path) -> tuple[dict[str, Shown], dict[str, np.ndarray]]:
     """Return the bodies of a scene at its frames, and what its probes of displacement read at them [m]."""
     places: dict[str, Any] = {"db": folder / "db", "out": folder / "out"}
-    done = run(DATA / scene, set=changes, **places, until="solve")
+    done = run(scene_path(scene), set=changes, **places, until="solve")
     drawing = Drawing(modaldb.open(places["db"]), done.stages["solve"].key, scene, places["out"], places["out"], print)
     trajectory = drawing.trajectory
     shown = shown_bodies(drawing, np.arange(len(trajectory.frame_times)))
@@ -283,7 +283,7 @@ def test_what_modes_lack_at_joints_is_said(tmp_path: Path) -> None:
     """A bar drawn at one end has N = F (1 - x/L); a uniform stretch, all that its modes have along it, has 3/4 of its
     energy, (∫ N dx)²/L over ∫ N² dx."""
     short = {"run.duration": 1e-3, "run.samples": 20, "run.frames": 2}
-    found = run(DATA / "rotating-beam", set=short, db=tmp_path / "db", out=tmp_path / "a", until="solve")
+    found = run(scene_path("rotating-beam"), set=short, db=tmp_path / "db", out=tmp_path / "a", until="solve")
     assert found.quantities["beam.joint_lack"]["value"] == pytest.approx(0.25, rel=1e-3)
     assert any(note.startswith("body.beam: its modes lack 0.25 of the strain energy") for note in found.notes)
 
@@ -294,7 +294,9 @@ def test_forces_that_balance_each_other_find_all_static_shapes(tmp_path: Path) -
     lacks = []
     for name, modes in (("few", HELD), ("more", AXIAL)):
         given = short | modes
-        found = run(DATA / "piston/crank-train.toml", set=given, db=tmp_path / "db", out=tmp_path / name, until="solve")
+        found = run(
+            scene_path("piston/crank-train.toml"), set=given, db=tmp_path / "db", out=tmp_path / name, until="solve"
+        )
         lacks.append(found.quantities["rod.joint_lack"]["value"])
         assert not any(LACKS in note for note in found.notes)
     assert 0 <= lacks[1] < 0.2 * lacks[0] < 1e-3

@@ -13,7 +13,7 @@ from gudgeon.solver.integrators.mechanism.flexible.frame import point_of
 from gudgeon.solver.integrators.mechanism.integrator import Mechanism
 from gudgeon.solver.integrators.mechanism.step import begin, observe
 from gudgeon.solver.system.compile import compile_system
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 SCALE = np.sqrt(2.1e11 * 0.004**2 / 12 / 7850.0) / 0.5**2
 """Angular frequency of λ = 1 [rad/s]."""
@@ -27,7 +27,7 @@ def frequencies(folder: Path, gamma: float, axis: str, *, geometric: bool = True
     changes: dict[str, Any] = {"joint.axle.axis": along, "joint.drive.expression": f"{gamma * SCALE:.15g}*t"}
     if not geometric:
         changes["body.beam.geometric_stiffness"] = False
-    scene = DATA / "rotating-beam"
+    scene = scene_path("rotating-beam")
     run(scene, set=changes, db=folder / "db", out=folder / "out", until="morph")
     job = open_job(scene, set=changes, db=folder / "db", out=folder / "out")
     system = compile_system(modaldb.open(folder / "db"), job.scene, job.morphs())

@@ -9,9 +9,10 @@ import pytest
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.wear.cycles import Asked
 from gudgeon.pipeline.wear.report import run_wear
-from tests.validation.scenes import DATA, solve
+from tests.scenes import scene_path
+from tests.validation.solved import solve
 
-FILE = json.loads((DATA / "clearance-joint/H2_archard.json").read_text())
+FILE = json.loads(scene_path("clearance-joint/H2_archard.json").read_text())
 GIVEN, EXPECTED = FILE["parameters"], FILE["expected"]
 GAP, STIFFNESS, PERIOD = 1e-4, 2e7, 0.02
 LOAD, RADIUS, SWING = GIVEN["normal_load"], GIVEN["journal_radius"], GIVEN["oscillation_amplitude_rad"]

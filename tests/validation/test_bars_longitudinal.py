@@ -1,7 +1,7 @@
 """Reference cases A1 and A2 with bars cut in substructures: E. J. Haug, S. C. Wu, S. M. Kim, Dynamics of flexible
 machines: a variational approach to impact (1985); S. C. Wu, E. J. Haug, Int. J. Numer. Methods Eng. 30 (1990) 1677.
 
-D'Alembert's exact solution, values in data/bars-longitudinal/A*.json.
+D'Alembert's exact solution, values in scenes/bars-longitudinal/A*.json.
 """
 
 from pathlib import Path
@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.validation.scenes import Solved, reference, solve
+from tests.scenes import reference
+from tests.validation.solved import Solved, solve
 
 CUTS = (1, 2, 4, 8)
 METHODS = ("constraint", "residual")

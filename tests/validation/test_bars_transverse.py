@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.validation.crossing_beams import Crossing, TimoshenkoBeam, cross
-from tests.validation.scenes import Solved, solve
+from tests.validation.solved import Solved, solve
 
 UPPER = TimoshenkoBeam(1.0, 0.02, 210e9, 0.3, 7850.0, 5 / 6)
 LOWER = TimoshenkoBeam(0.7, 0.02, 210e9, 0.3, 7850.0, 5 / 6)

@@ -12,7 +12,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import kind_of, open_job, run
 from gudgeon.pipeline.linear.analysis import Asked
 from gudgeon.pipeline.sensing.standing import standing
-from tests.validation.scenes import DATA, reference
+from tests.scenes import reference, scene_path
 
 EXPECTED = reference("base-sensor/J1_spoked_plate.json")
 ORDER = [f"{side}{spoke}" for spoke in range(4) for side in ("top", "side")]
@@ -25,7 +25,7 @@ def quiet(*told: Any) -> None:
 
 def per_wrench(scene: str, folder: Path) -> tuple[np.ndarray, np.ndarray]:
     """Return strains of the gauges (8, 6) and motions of the hub (6, 6) per unit wrench, from linear-static.csv."""
-    job = open_job(DATA / "base-sensor" / scene, db=folder / "db", out=folder / "out")
+    job = open_job(scene_path("base-sensor") / scene, db=folder / "db", out=folder / "out")
     kind_of(job).linear(job, Asked(static=True), quiet)
     rows = list(csv.reader((folder / "out" / "linear-static.csv").read_text().splitlines()))
     assert rows[0][2:] == [f"per force.wrench {c} [1/({'N' if c[0] == 'F' else 'N m'})]"
@@ -125,7 +125,7 @@ def test_gauges_of_a_body_in_a_mechanism(tmp_path: Path) -> None:
 
 def test_the_wrench_on_a_tool_is_felt_through_the_base(tmp_path: Path) -> None:
     """By the cells' wrench and exact parameters, with friction, to 0.5 %; with noise better than on a rigid base."""
-    scene, set_ = DATA / "base-sensor" / "robot.toml", {"run.duration": 0.35, "run.samples": 1400}
+    scene, set_ = scene_path("base-sensor") / "robot.toml", {"run.duration": 0.35, "run.samples": 1400}
     report = run(scene, set=set_, db=tmp_path / "db", out=tmp_path / "out", until="solve")
     found = modaldb.open(tmp_path / "db").get(report.stages["solve"].key, "trajectory")
     file = open_job(scene, set=set_, db=tmp_path / "db", out=tmp_path / "out").scene
@@ -151,7 +151,7 @@ def test_the_wrench_on_a_tool_is_felt_through_the_base(tmp_path: Path) -> None:
 
 def test_arms_that_are_none_are_refused(tmp_path: Path) -> None:
     """A scene that is no chain on bushings is refused by what it lacks."""
-    file = open_job(DATA / "four-bar", db=tmp_path / "db", out=tmp_path / "out").scene
+    file = open_job(scene_path("four-bar"), db=tmp_path / "db", out=tmp_path / "out").scene
     with pytest.raises(InputError, match=r"joint: an arm needs revolute joints, each with a drive"):
         standing(file)
 
@@ -159,7 +159,7 @@ def test_arms_that_are_none_are_refused(tmp_path: Path) -> None:
 def test_gauges_of_the_plate_feel_the_arm(tmp_path: Path) -> None:
     """The reaction of the joint on the hub against the strains of the plate by its calibration."""
     scene, set_ = (
-        DATA / "base-sensor" / "robot-plate.toml",
+        scene_path("base-sensor") / "robot-plate.toml",
         {"run.duration": 0.03, "run.samples": 120, "run.frames": 10},
     )
     report = run(scene, set=set_, db=tmp_path / "db", out=tmp_path / "out", until="solve")

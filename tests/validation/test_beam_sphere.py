@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from gudgeon.pipeline.geometry.shapes.box import Box
-from tests.validation.scenes import reference, solve
+from tests.scenes import reference
+from tests.validation.solved import solve
 
 CASES = [
     ("scene.toml", "B2_timoshenko1913_long", "euler_bernoulli", 2e-6),

@@ -1,6 +1,6 @@
 """An elastic bar that bounces on a rigid floor: D. Doyen, A. Ern, S. Piperno, SIAM J. Sci. Comput. 33 (2011) 223-249.
 
-D'Alembert's exact solution, values in data/bouncing-bar/exact.json.
+D'Alembert's exact solution, values in scenes/bouncing-bar/exact.json.
 """
 
 from itertools import pairwise
@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.validation.scenes import Solved, reference, solve
+from tests.scenes import reference
+from tests.validation.solved import Solved, solve
 
 EXACT = {name: entry["value"] for name, entry in reference("bouncing-bar/exact.json").items()}
 

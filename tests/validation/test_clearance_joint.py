@@ -13,9 +13,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from gudgeon.solver.results import contact_events
-from tests.validation.scenes import DATA, solve
+from tests.scenes import scene_path
+from tests.validation.solved import solve
 
-FILE = json.loads((DATA / "clearance-joint/H1_slider_crank_clearance.json").read_text())
+FILE = json.loads(scene_path("clearance-joint/H1_slider_crank_clearance.json").read_text())
 EXPECTED = FILE["expected"]
 RELIABLE, ALL = EXPECTED["contacts_reliable"], EXPECTED["contacts_in_first_revolution"]
 """14 contacts of 28: errors grow tenfold with each of the later ones."""
@@ -51,7 +52,7 @@ def test_contacts(
 def test_turned_in_space(tmp_path: Path) -> None:
     """The first contact of the same mechanism about another axis."""
     first = EXPECTED["contacts"][0]
-    text = (DATA / "clearance-joint/scene.toml").read_text()
+    text = scene_path("clearance-joint/scene.toml").read_text()
     turned = tmp_path / "turned.toml"
     lines = []
     for line in text.splitlines():
@@ -61,7 +62,7 @@ def test_turned_in_space(tmp_path: Path) -> None:
             line = f"{key} = {json.dumps([z, x, y])}"
         lines.append(line)
     turned.write_text("\n".join(lines) + "\n")
-    shutil.copy(DATA / "clearance-joint/H1_slider_crank_clearance.json", tmp_path)
+    shutil.copy(scene_path("clearance-joint/H1_slider_crank_clearance.json"), tmp_path)
     found = solve(str(turned), tmp_path, {"run.duration": 3e-4})
     for name, key in (("start", "t_start"), ("end", "t_end"), ("closing", "approach_velocity")):
         assert found[f"pin.impact1.{name}"] == pytest.approx(first[key], rel=1e-8)

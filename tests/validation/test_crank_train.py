@@ -8,7 +8,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from gudgeon import modaldb
-from tests.validation.scenes import DATA, Solved, solve
+from tests.scenes import scene_path
+from tests.validation.solved import Solved, solve
 
 CRANK, ROD, OFFSET, RATE, START, G = 0.043, 0.140, 0.0005, 3000 * 2 * np.pi / 60, np.radians(-20.0), 9.81
 MASSLESS = {"component.rod.material.rho": 0.3}
@@ -22,7 +23,7 @@ def thrust(found: Solved) -> np.ndarray:
 
 
 def gas(times: np.ndarray) -> np.ndarray:
-    table = np.loadtxt(DATA / "piston/gas-force.csv", delimiter=",", skiprows=1)
+    table = np.loadtxt(scene_path("piston/gas-force.csv"), delimiter=",", skiprows=1)
     return np.interp(times, *table.T)
 
 

@@ -1,4 +1,4 @@
-"""Capacitances against I1 to I4 of data/electrostatics, on small meshes; `docs.tools.electrostatic_truths` has more.
+"""Capacitances against I1 to I4 of scenes/electrostatics, on small meshes; `docs.tools.electrostatic_truths` has more.
 
 I1: Maxwell's and published constants of sphere, disc, square and cube; I2: Love's integral equation; I3: a published
 collocation with exact rectangles, to 2e-4; I4: Maxwell's series of images.
@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from gudgeon.pipeline.kinds import run
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
-FOLDER = DATA / "electrostatics"
+FOLDER = scene_path("electrostatics")
 
 
 @pytest.fixture(scope="module")

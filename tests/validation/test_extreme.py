@@ -1,6 +1,6 @@
 """Reference cases L1 to L4 and L7: extreme masses, stiffnesses and sizes, all in default settings.
 
-Closed forms in 40 digits, values in data/extreme/L*.json.
+Closed forms in 40 digits, values in scenes/extreme/L*.json.
 """
 
 from pathlib import Path
@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.validation.scenes import Solved, reference, solve
+from tests.scenes import reference
+from tests.validation.solved import Solved, solve
 
 CASES = {
     "scene.toml": "L1_mass_ratio_1e6_stiffness_1e15",

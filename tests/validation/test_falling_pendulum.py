@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.validation.scenes import reference, solve
+from tests.scenes import reference
+from tests.validation.solved import solve
 
 G1 = reference("pendulum/G1_pendulum_tip_soft_stop.json")
 SMALL = {

@@ -1,7 +1,7 @@
 """Reference cases M5 to M7: bodies that deform while they turn, at default settings.
 
 Rotating cantilever (Wright et al. 1982; Hodges & Rutkowski 1981), slider-crank with an elastic rod (Jonker 1989),
-spin-up of a cantilever (Simo & Vu-Quoc 1986). Values in data/*/M*.json, computed without this product.
+spin-up of a cantilever (Simo & Vu-Quoc 1986). Values in M*.json beside the scenes, computed without this product.
 """
 
 import json
@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
+from tests.scenes import reference, scene_path
 from tests.validation.crank_rod import deflections
 from tests.validation.rotating_beam import frequencies
-from tests.validation.scenes import DATA, reference, solve
+from tests.validation.solved import solve
 
 ROTATING = reference("rotating-beam/M5_rotating_beam.json")
 SPIN_UP = reference("spin-up/M7_spin_up.json")
-CRANK = json.loads((DATA / "elastic-slider-crank/M6_slider_crank_rod.json").read_text())["histories"]
+CRANK = json.loads(scene_path("elastic-slider-crank/M6_slider_crank_rod.json").read_text())["histories"]
 TURN = 100
 """Samples of one turn of the crank."""
 

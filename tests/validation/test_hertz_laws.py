@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tests.validation.scenes import Solved, reference, solve
+from tests.scenes import reference
+from tests.validation.solved import Solved, solve
 
 NAMES = {
     "hunt-crossley": "hunt_crossley",

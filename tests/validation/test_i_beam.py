@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.validation.scenes import solve
+from tests.validation.solved import solve
 from tests.validation.struck_beam import IBeam, Response, stick, strike
 
 BEAM = IBeam(1.0, 0.1, 0.055, 0.0057, 0.0041, 210e9, 7850.0)

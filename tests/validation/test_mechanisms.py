@@ -2,7 +2,7 @@
 
 Andrews' squeezer (Hairer & Wanner, Solving ODE II, VII.7; Test Set for IVP Solvers), the N-four-bar and Bricard's
 mechanism (IFToMM multibody benchmark A02, A04), the heavy top (Brüls & Cardona 2010, closed forms of Lagrange's top).
-Values in data/*/M*.json, computed without this product.
+Values in M*.json beside the scenes, computed without this product.
 """
 
 import json
@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
-from tests.validation.scenes import DATA, reference, solve
+from tests.scenes import reference, scene_path
+from tests.validation.solved import solve
 
 SQUEEZER = reference("squeezer/M1_squeezer.json")
 FOUR_BAR = reference("four-bar/M2_n_four_bar.json")
@@ -33,7 +34,7 @@ def test_squeezer(accuracy: float | None, bound: float, folder: Path) -> None:
     assert found.joints["o"].angle[-1] == pytest.approx(SQUEEZER["crank_angle_end"]["value"], abs=bound)
     assert found.motion["k1"][-1, 11] == pytest.approx(SQUEEZER["crank_speed_end"]["value"], rel=bound)
     angles = {"k3": "gamma", "k5": "delta", "k7": "epsilon"}
-    start = json.loads((DATA / "squeezer/M1_squeezer.json").read_text())["parameters"]["initial_angles"]
+    start = json.loads(scene_path("squeezer/M1_squeezer.json").read_text())["parameters"]["initial_angles"]
     for body, name in angles.items():
         turned = SQUEEZER["angles_end"][name] - start[name]
         assert found.motion[body][-1, 5] == pytest.approx(turned, abs=bound)
@@ -60,7 +61,7 @@ def test_four_bar_over_ten_seconds(samples: int, folder: Path) -> None:
     assert place[0] == pytest.approx(FOUR_BAR["B0_end"]["x"]["value"], abs=1e-7)
     assert place[1] == pytest.approx(FOUR_BAR["B0_end"]["y"]["value"], abs=1e-7)
     if samples % 40 == 0:
-        histories = json.loads((DATA / "four-bar/M2_n_four_bar.json").read_text())["histories"]
+        histories = json.loads(scene_path("four-bar/M2_n_four_bar.json").read_text())["histories"]
         each = samples // 40
         np.testing.assert_allclose(found.times[each - 1 :: each], histories["t"][1:], rtol=1e-12)
         path = np.array([histories["x"], histories["y"]]).T[1:]
@@ -75,7 +76,7 @@ def test_bricard(folder: Path) -> None:
     assert found.counts["rows"] == BRICARD["constraint_rows"]
     assert found.counts["rank"] == BRICARD["constraint_rank"]
     assert "30 rows of rank 29" in found.counts["linkage_notes"]
-    histories = json.loads((DATA / "bricard/M3_bricard.json").read_text())["histories"]
+    histories = json.loads(scene_path("bricard/M3_bricard.json").read_text())["histories"]
     path = np.array([histories[f"P3{axis}"] for axis in "xyz"]).T[1:]
     np.testing.assert_allclose(found.probes["p3"].values + np.array([1.0, -1.0, 1.0]), path, rtol=0, atol=1e-8)
     assert found.energy_drift < 1e-9

@@ -1,7 +1,7 @@
 """Reference cases F1 to F4: frequencies of 3-D bodies meshed with tet10, and the order at which they converge.
 
 F1, F2: bars against Rayleigh-Ritz with Legendre polynomials. F3: H. Lamb, Proc. London Math. Soc. 13 (1882) 189. F4:
-S. Srinivas, C. V. Joga Rao, A. K. Rao, J. Sound Vib. 12 (1970) 187. Values in data/modes-validation/F*.json.
+S. Srinivas, C. V. Joga Rao, A. K. Rao, J. Sound Vib. 12 (1970) 187. Values in scenes/modes-validation/F*.json.
 The error of a frequency is of fourth order in the edge length where the mode is smooth, and its estimate from recovered
 stress lies next to it.
 """
@@ -20,7 +20,8 @@ from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.modes.estimate import discretisation_errors
 from gudgeon.pipeline.modes.normal import normal_modes
 from gudgeon.pipeline.stages.mesh import build_mesh
-from tests.validation.scenes import DATA, reference, solve
+from tests.scenes import reference, scene_path
+from tests.validation.solved import solve
 
 ROUND_OFF = 1e-9
 """Ritz values lie above the exact ones but for round-off and the last digits of the references."""
@@ -54,7 +55,7 @@ def study(scene: str, folder: Path, exact: Sequence[float], meshes: Sequence[dic
     Args:
         meshes: Size, and what else of the geometry changes with it.
     """
-    job = open_job(DATA / "modes-validation" / scene, db=folder)
+    job = open_job(scene_path("modes-validation") / scene, db=folder)
     ((name, component),) = job.scene.component.items()
     edges, errors, estimates = [], [], []
     for settings in meshes:

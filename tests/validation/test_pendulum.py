@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from gudgeon import modaldb
-from tests.validation.scenes import Solved, reference, solve
+from tests.scenes import reference
+from tests.validation.solved import Solved, solve
 
 SOFT = reference("pendulum/G1_pendulum_tip_soft_stop.json")
 HARD = reference("pendulum/G2_pendulum_tip_hard_stop.json")

@@ -27,6 +27,7 @@ from gudgeon.solver.system import compile as compiled
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.requirements import Stock, scene_terms
 from gudgeon.solver.system.system import System
+from tests.scenes import scene_files, scene_path
 from tests.solver.systems import (
     arrays,
     block_records,
@@ -41,16 +42,11 @@ from tests.solver.systems import (
     stored,
 )
 
-DATA = Path(__file__).parents[2] / "data"
 EXPECTED = tomllib.loads(Path(__file__).with_name("plans.toml").read_text())
 PLANS = {scene: plan for plan in EXPECTED["plan"] for scene in plan["scenes"]}
 FIELDS = ("electrostatics/*", "*/field.toml")
 """Scenes without bodies."""
-SCENES = sorted(
-    name
-    for name in (path.relative_to(DATA).as_posix() for path in DATA.rglob("*.toml"))
-    if not any(fnmatch(name, one) for one in FIELDS)
-)
+SCENES = [name for name in scene_files() if not any(fnmatch(name, pattern) for pattern in FIELDS)]
 
 
 def parsed(entry: str) -> tuple[str, tuple[str, ...]]:
@@ -63,7 +59,7 @@ def parsed(entry: str) -> tuple[str, tuple[str, ...]]:
 
 
 def planned(scene: str, folder: Path) -> list[dict[str, Any]]:
-    job = open_job(DATA / scene, db=folder / "db", out=folder / "out")
+    job = open_job(scene_path(scene), db=folder / "db", out=folder / "out")
     return kind_of(job).plan(job)["terms"]
 
 
@@ -162,7 +158,7 @@ SMALL = {
 def test_the_solver_reads_what_the_plan_says(kind: str, tmp_path: Path, opened: Opened) -> None:
     """Dataset by dataset, and the bytes of them all."""
     scene, changes = SMALL[kind]
-    job = open_job(DATA / scene, set=changes, db=tmp_path / "db", out=tmp_path / "out")
+    job = open_job(scene_path(scene), set=changes, db=tmp_path / "db", out=tmp_path / "out")
     run_job(job, "morph")
     found, expected = plan(job), set[tuple[str, str]]()
     for row in found["terms"]:

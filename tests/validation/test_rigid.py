@@ -1,6 +1,6 @@
 """Reference cases E1 to E6: rigid bodies that bounce, stick, slip, roll and strike with an end.
 
-Closed forms, values in data/rigid/E*.json.
+Closed forms, values in scenes/rigid/E*.json.
 """
 
 from pathlib import Path
@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.validation.scenes import Solved, reference, solve
+from tests.scenes import reference
+from tests.validation.solved import Solved, solve
 
 REST = 9.81
 """Force of a kilogram at rest [N]."""

@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from gudgeon.pipeline.kinds import run
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 LENGTH, WIDTH, HEIGHT, E, RHO = 0.4, 0.04, 0.02, 210e9, 7850.0
 FORCE, SPEED, RISE, DURATION = 1e3, 100.0, 3e-4, 0.00375
@@ -67,7 +67,7 @@ def test_travelling_force(tmp_path: Path) -> None:
         "component.beam.interface.top.spacing": [0.02, 0.0125], "run.duration": DURATION, "run.frames": 300,
         "force.load.speed": SPEED, "force.load.rise": RISE,
     }  # fmt: skip
-    report = run(DATA / "ritz", set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+    report = run(scene_path("ritz"), set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
     times = np.linspace(DURATION / 300, DURATION, 300)
     exact = travelling(times)
     found = report.quantities

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from gudgeon.solver.integrators.curves import windowed
-from tests.validation.scenes import DATA, Solved, reference, solve
+from tests.scenes import reference, scene_path
+from tests.validation.solved import Solved, solve
 
 NAMES = {"clamped": "A4c_mass_clamped_rod_ratio1", "free": "A4f_mass_free_rod_ratio1"}
 HERTZ = ["1e+08", "1e+09", "1.53846e+10", "1e+11"]
@@ -118,7 +119,7 @@ def test_rigid_force_over_time(end: str, request: pytest.FixtureRequest) -> None
 
 
 def _curve(name: str) -> dict[str, list[float]]:
-    return json.loads((DATA / "rod-mass" / f"{name}.json").read_text())["histories"]["rigid_contact"]
+    return json.loads((scene_path("rod-mass") / f"{name}.json").read_text())["histories"]["rigid_contact"]
 
 
 @pytest.mark.parametrize("end", NAMES)

@@ -7,10 +7,11 @@ import pytest
 
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.stages.run import run_job
+from tests.scenes import scene_path
 
 BLOCKS = 4
 MASS, GRAVITY = 0.05 * 0.05 * 0.03 * 1100.0, 9.81
-SCENE = Path(__file__).parents[2] / "data/stack/scene.toml"
+SCENE = scene_path("stack/scene.toml")
 
 
 @pytest.fixture(scope="module")

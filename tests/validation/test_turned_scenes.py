@@ -19,6 +19,7 @@ from gudgeon.solver.scene.body import ALL_FREE
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
 from tests.pipeline.small import write_scene
+from tests.scenes import scene_path
 from tests.solver.systems import (
     block_records,
     block_scene,
@@ -30,7 +31,6 @@ from tests.solver.systems import (
     piston_scene,
     plate_records,
 )
-from tests.validation.scenes import DATA
 
 SAME = 1e-9
 VECTORS = ("displacement", "velocity")
@@ -77,16 +77,16 @@ SCENES: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_shipped_scene(name: str, tmp_path: Path) -> None:
-    job = open_job(DATA / name, set=SCENES[name], db=tmp_path / "db", out=tmp_path / "a")
+    job = open_job(scene_path(name), set=SCENES[name], db=tmp_path / "db", out=tmp_path / "a")
     other = replace(job, scene=turned(job.scene), out=tmp_path / "b")
     compared(run_of(job), run_of(other), job.scene)
 
 
 def test_turned_bars_of_two_orientations(tmp_path: Path) -> None:
     """Bars are the same about their axes."""
-    job = open_job(DATA / "bars-longitudinal", db=tmp_path / "db", out=tmp_path / "a")
+    job = open_job(scene_path("bars-longitudinal"), db=tmp_path / "db", out=tmp_path / "a")
     changes = {f"body.{n}.orientation": {"axis": [1.0, 0, 0], "angle": a} for n, a in (("one", 77.0), ("two", -30.0))}
-    mixed = open_job(DATA / "bars-longitudinal", set=changes, db=tmp_path / "db", out=tmp_path / "b")
+    mixed = open_job(scene_path("bars-longitudinal"), set=changes, db=tmp_path / "db", out=tmp_path / "b")
     mixed = replace(mixed, scene=turned(mixed.scene))
     compared(run_of(job), run_of(mixed), job.scene)
 

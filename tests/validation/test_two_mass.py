@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.validation.scenes import Solved, reference, solve
+from tests.scenes import reference
+from tests.validation.solved import Solved, solve
 
 CASES = {
     "scene.toml": ("D1_mason_ratio5.json", 5.0, (1.0, 0.8, 0.5, 0.0)),

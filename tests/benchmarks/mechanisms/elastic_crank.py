@@ -24,11 +24,11 @@ from gudgeon.pipeline.cli import main as command
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.compile import compile_system
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 PYTHON = os.environ.get("PEERS_PYTHON", sys.executable)
 MODEL = Path(__file__).with_name("exudyn_crank.py")
-PARAMETERS = json.loads((DATA / "elastic-slider-crank/M6_slider_crank_rod.json").read_text())["parameters"]
+PARAMETERS = json.loads(scene_path("elastic-slider-crank/M6_slider_crank_rod.json").read_text())["parameters"]
 CRANK, LENGTH, SPEED = (float(PARAMETERS[key]) for key in ("crank", "rod_length", "crank_speed"))
 SLIDER, TURNS, SAMPLES = float(PARAMETERS["slider_mass"]), 2, 200
 DURATION = TURNS * 2 * np.pi / SPEED

@@ -19,9 +19,9 @@ from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.compile import compile_system
 from tests.benchmarks.mechanisms.chain import chain_scene
+from tests.scenes import scene_path
 
 REPEATS = 2
-DATA = Path(__file__).parents[3] / "data"
 TURNS = 2
 """Of the crank of M6, whose samples are a hundredth of one."""
 CRANK = {"run.duration": TURNS * 2 * np.pi / 150, "run.samples": 100 * TURNS, "run.frames": 2}
@@ -60,7 +60,7 @@ def deflection(found: Trajectory) -> np.ndarray:
 
 def crank_error(found: Trajectory, row: str) -> str:
     """Return the root mean square difference from a row of M6 over its maximum."""
-    rows = json.loads((DATA / "elastic-slider-crank/M6_slider_crank_rod.json").read_text())["histories"]
+    rows = json.loads(scene_path("elastic-slider-crank/M6_slider_crank_rod.json").read_text())["histories"]
     ours = deflection(found)
     wanted = np.array(rows[row])[1 : len(ours) + 1]
     return f"{np.sqrt(np.mean((ours - wanted) ** 2)) / np.abs(wanted).max():.1e} of the {row} row"
@@ -68,7 +68,7 @@ def crank_error(found: Trajectory, row: str) -> str:
 
 def spin_error(found: Trajectory) -> str:
     """Return the errors of M7's largest lag and steady stretch."""
-    wanted = json.loads((DATA / "spin-up/M7_spin_up.json").read_text())["expected"]
+    wanted = json.loads(scene_path("spin-up/M7_spin_up.json").read_text())["expected"]
     angle, place = found.joints["axle"].angle, found.probes["tip"].values + np.array([10.0, 0.0, 0.0])
     lag = np.cos(angle) * place[:, 2] - np.sin(angle) * place[:, 0]
     stretch = np.cos(angle) * place[:, 0] + np.sin(angle) * place[:, 2] - 10.0
@@ -93,7 +93,7 @@ def main() -> None:
         folder = Path(place)
         for accuracy in ACCURACIES:
             own = {"run.accuracy": accuracy}
-            crank = DATA / "elastic-slider-crank/scene.toml"
+            crank = scene_path("elastic-slider-crank/scene.toml")
             seconds, found = timed(crank, folder / "linear", CRANK | LINEAR | own)
             said(
                 f"M6 without geometric stiffness, one turn, {accuracy:.0e}",
@@ -103,7 +103,7 @@ def main() -> None:
             )
             seconds, found = timed(crank, folder / "crank", CRANK | own)
             said(f"M6, two turns, {accuracy:.0e}", seconds, found, crank_error(found, "nonlinear"))
-            seconds, found = timed(DATA / "spin-up/scene.toml", folder / "spin", {"run.frames": 2} | own)
+            seconds, found = timed(scene_path("spin-up/scene.toml"), folder / "spin", {"run.frames": 2} | own)
             said(f"M7, {accuracy:.0e}", seconds, found, spin_error(found))
         scene = folder / "chain.toml"
         scene.write_text(chain_scene(BEAMS))

@@ -18,7 +18,7 @@ from gudgeon import modaldb
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.compile import compile_system
-from tests.validation.scenes import DATA, reference
+from tests.scenes import reference, scene_path
 
 PYTHON = os.environ.get("PEERS_PYTHON", sys.executable)
 MODEL = Path(__file__).with_name("exudyn_model.py")
@@ -34,8 +34,8 @@ def ours(folder: Path) -> list[tuple[float, float, float]]:
     places: dict[str, Any] = {"db": folder / "db", "out": folder / "out"}
     for accuracy in ACCURACIES:
         changes = {"run.accuracy": accuracy, "run.samples": 10, "run.frames": 2}
-        run(DATA / "squeezer", set=changes, **places, until="morph")
-        job = open_job(DATA / "squeezer", set=changes, **places)
+        run(scene_path("squeezer"), set=changes, **places, until="morph")
+        job = open_job(scene_path("squeezer"), set=changes, **places)
         seconds, angle = [], 0.0
         for _ in range(REPEATS + 1):  # The first one loads machine code.
             system = compile_system(modaldb.open(folder / "db"), job.scene, job.morphs())
@@ -48,7 +48,7 @@ def ours(folder: Path) -> list[tuple[float, float, float]]:
 
 def case_of(folder: Path) -> dict[str, Any]:
     """Return the scene as Exudyn's model takes it."""
-    scene = open_job(DATA / "squeezer", db=folder / "db", out=folder / "out").scene
+    scene = open_job(scene_path("squeezer"), db=folder / "db", out=folder / "out").scene
     bodies, pins = {}, []
     for name, body in scene.body.items():
         rigid: Any = scene.component[name].geometry  # type: ignore[attr-defined]

@@ -10,9 +10,9 @@ from gudgeon.modaldb.records.field import PoseGridRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.solver.forces.fields.pose_field import PoseField
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
-SCENE = DATA / "mems-assembly"
+SCENE = scene_path("mems-assembly")
 LIFTED, CARRIED, RELEASED = 25e-6, 60e-6, 115e-6
 """Ends of parts of the path [s]."""
 WEIGHT = 1200.0 * 3e-15 * 9.81

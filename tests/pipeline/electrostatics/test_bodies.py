@@ -15,9 +15,9 @@ from gudgeon.pipeline.kinds import open_job, plan, run
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.fields.electrostatic import VACUUM
 from gudgeon.solver.forces.fields.pose_field import PoseField
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
-SCENE = DATA / "pull-in" / "scene.toml"
+SCENE = scene_path("pull-in") / "scene.toml"
 MASS, STIFFNESS, GAP, AREA, VOLTS = 4.66e-11, 2.0, 2e-6, 1e-8, 6.0
 
 
@@ -116,9 +116,10 @@ def test_scenes_without_fields_load_nothing_of_them(tmp_path: Path) -> None:
         "open_job(sys.argv[1], db=sys.argv[2], out=sys.argv[3]); "
         "print(*[name for name in sys.modules if name.startswith('gudgeon.pipeline.electrostatics.')])"
     )
+    places = (tmp_path / "db", tmp_path / "out")
     found = {
         name: subprocess.run(
-            [sys.executable, "-c", code, str(DATA / name / "scene.toml"), str(tmp_path / "db"), str(tmp_path / "out")],
+            [sys.executable, "-c", code, scene_path(name) / "scene.toml", *places],
             capture_output=True, text=True, check=True,
         ).stdout.split()
         for name in ("two-blocks", "pull-in")

@@ -13,9 +13,9 @@ from gudgeon.pipeline.electrostatics.capacitance import VACUUM, state
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job, plan, run
 from gudgeon.pipeline.stages.status import status
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
-SPHERES = DATA / "electrostatics" / "spheres.toml"
+SPHERES = scene_path("electrostatics") / "spheres.toml"
 COARSE = {"conductor.left.mesh.size": 1e-3, "conductor.right.mesh.size": 1e-3}
 
 

@@ -21,9 +21,9 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.solver.forces.fields.pose_field import PoseField, left_jacobian
 from gudgeon.solver.vectors import rotation_of
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
-SCENE = DATA / "electrostatics" / "poses.toml"
+SCENE = scene_path("electrostatics") / "poses.toml"
 COARSE: dict[str, Any] = {"conductor.left.mesh.size": 1.5e-3, "conductor.right.mesh.size": 1.5e-3}
 FEW = {"poses.x.points": 4, "poses.y.points": 4}
 VOLTS = np.array([-5.0, 5.0])

@@ -25,16 +25,16 @@ from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.summary import reference_values
 from tests.pipeline.blocks import block, on_plane
+from tests.scenes import scene_path
 
 ENERGY = 1e-9
 """Newton stops at 1e-13 of the gap, solves at round-off; over thousands of steps less than this share is missing."""
-ROOT = Path(__file__).resolve().parents[3]
 
 
 def job_of(scene: str, tmp_path: Path, changes: dict[str, Any] | None = None) -> Job:
     """Return a shipped scene with its meshes and modes made."""
     coarse = {"component.rod.mesh.size": 0.02, "component.rod.modes.normal_count": 5} if "rod-" in scene else {}
-    job = open_job(ROOT / "data" / scene, set=coarse | (changes or {}), db=tmp_path / "db", out=tmp_path / "out")
+    job = open_job(scene_path(scene), set=coarse | (changes or {}), db=tmp_path / "db", out=tmp_path / "out")
     run_job(job, "morph")
     return job
 
@@ -68,7 +68,7 @@ def test_bar_on_a_wall_has_the_exact_pulse(method: str, tmp_path: Path) -> None:
     assert max(errors[-1]) < 5e-3
     assert np.all(np.array(errors)[-1] < 0.4 * np.array(errors)[0])
     plateau = run.forces["wall"][(run.times > 5e-5) & (run.times < 3e-4), 0].mean()
-    force = json.loads((ROOT / "data/rod-wall/A1_rod_rigid_wall.json").read_text())["expected"]["contact_force_plateau"]
+    force = json.loads(scene_path("rod-wall/A1_rod_rigid_wall.json").read_text())["expected"]["contact_force_plateau"]
     assert -plateau == pytest.approx(force["value"], rel=2e-3)
 
 
@@ -446,7 +446,7 @@ def test_a_scene_without_contact_is_refused(tmp_path: Path) -> None:
 
 def test_what_slides_needs_layers(tmp_path: Path) -> None:
     unset = {"contact.thrust.surface_stiffness": "unset"}
-    job = open_job(ROOT / "data/piston/coarse.toml", set=unset, db=tmp_path / "db", out=tmp_path / "out")
+    job = open_job(scene_path("piston/coarse.toml"), set=unset, db=tmp_path / "db", out=tmp_path / "out")
     with pytest.raises(
         InputError, match=r"contact\.thrust: with sliding points or a joint, a contact needs surface_stiffness"
     ):

@@ -9,7 +9,7 @@ from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.solver.system.bases.nested import truncated
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 ROUND_OFF = 1e-9
 """Relative to the largest entry: both sides extract their modes on their own."""
@@ -24,7 +24,7 @@ SIDES = {"rods-3d": ("rod", "front"), "beam-sphere": ("beam", "mid")}
 def record(scene: str, name: str, count: int, folder: Path, *rubbed: str) -> ModalRecord:
     key = f"component.{name}.modes"
     changes = {f"{key}.normal_count": count, f"{key}.static_count": 0, f"{key}.reduction": "macneal"}
-    job = open_job(DATA / scene, set=changes, db=folder)
+    job = open_job(scene_path(scene), set=changes, db=folder)
     component = job.scene.component[name]
     return reduce_component(component.geometry.build(component.mesh.size), "mesh", component, name, rubbed)
 

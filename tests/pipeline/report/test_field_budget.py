@@ -10,7 +10,7 @@ from gudgeon.modaldb.records.field import PoseGridRecord
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.report.budget.fields import by_panels, by_points, changed_grids
 from gudgeon.pipeline.stages.job import grids_of
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 Z = np.linspace(0.0, 1.0, 9)
 Y = np.linspace(0.0, 1.0, 5)
@@ -56,7 +56,7 @@ def test_points_of_a_file_are_left_as_they_run() -> None:
 
 def test_the_database_gets_the_grids_of_a_scene(tmp_path: Path) -> None:
     """Each once, and the scene names them; a scene without a grid has no such terms."""
-    job = open_job(DATA / "pull-in", db=tmp_path / "db", out=tmp_path / "out")
+    job = open_job(scene_path("pull-in"), db=tmp_path / "db", out=tmp_path / "out")
     (key,) = grids_of(job.scene).values()
     store = modaldb.open(tmp_path / "db")
     inputs = {"of": "test"}
@@ -71,4 +71,4 @@ def test_the_database_gets_the_grids_of_a_scene(tmp_path: Path) -> None:
     made = changes["force"]["attraction"]["record"]
     assert store.has(made)
     assert changed_grids(named, by_panels) == changes
-    assert not grids_of(open_job(DATA / "two-mass", db=tmp_path / "db", out=tmp_path / "other"))
+    assert not grids_of(open_job(scene_path("two-mass"), db=tmp_path / "db", out=tmp_path / "other"))

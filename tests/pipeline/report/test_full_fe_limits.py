@@ -11,7 +11,7 @@ from gudgeon.pipeline.nodal.scene.runs import nodal_runs
 from gudgeon.pipeline.report.bodies import _notes, turned_too_far
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def pendulum(tmp_path_factory: pytest.TempPathFactory) -> tuple[Job, list[NodalR
         "report.full_fe.steps": [2e-5, 1e-5],
         "run.duration": 0.002,
     }
-    job = open_job(DATA / "pendulum", set=settings, db=folder / "db", out=folder / "out")
+    job = open_job(scene_path("pendulum"), set=settings, db=folder / "db", out=folder / "out")
     run_job(job, "morph")
     return job, nodal_runs(job, lambda stage, share: None)
 

@@ -17,9 +17,9 @@ from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.frequencies import mean_edge, observed_order, sizes_of
 from gudgeon.pipeline.report.page.output import report_text
 from gudgeon.pipeline.stages.job import Job
-from tests.validation.scenes import DATA, reference
+from tests.scenes import reference, scene_path
 
-SCENE = DATA / "modes-validation" / "free.toml"
+SCENE = scene_path("modes-validation") / "free.toml"
 SIZES = [0.03, 0.02, 0.015, 0.011]
 SWEEP: dict[str, Any] = {"report.sweep": {"component.bar.mesh.size": SIZES}}
 NO_REFERENCE: dict[str, Any] = {"report.reference": "unset", "report.quantities": "unset"}

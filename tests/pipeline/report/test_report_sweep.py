@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,13 +16,12 @@ from gudgeon.pipeline.report.document import Chain, Choice, Quantity, Run
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.sweep import Setting, able_settings, basis_of, finer, scheme_of, settings_of
 from gudgeon.pipeline.stages.job import Job, variant
-
-DATA = Path(__file__).resolve().parents[3] / "data"
+from tests.scenes import scene_path
 
 
 def job(scene: str, **report: Any) -> Job:
     """Return a scene with nothing but this in what its report sweeps."""
-    bare = variant(open_job(DATA / scene), {"report": {"models": "unset", "sweep": "unset"}})
+    bare = variant(open_job(scene_path(scene)), {"report": {"models": "unset", "sweep": "unset"}})
     return variant(bare, {"report": report})
 
 

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon import examples
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.robustness import trial
 from gudgeon.pipeline.robustness.friction import near_contact
 from gudgeon.pipeline.robustness.subject import DoesNotApply
 from tests.pipeline.robustness.test_robustness import applied, subject, two
 from tests.pipeline.robustness.test_settings import verdicts
+from tests.scenes import scene_path
 
 BLOCK = """
 [component.block]
@@ -88,21 +88,21 @@ def test_a_bar_has_no_friction(tmp_path: Path) -> None:
 
 def test_a_turned_line_of_friction_is_none_across_by_round_off(tmp_path: Path) -> None:
     """The belt and its block begin at the same speed: their difference is round-off, in a turned scene across too."""
-    scene = Path(__file__).parents[3] / "data" / "rigid" / "belt.toml"
+    scene = scene_path("rigid/belt.toml")
     row = verdicts(scene, "turned", tmp_path)["turned"]
     assert (row["verdict"], row["rule"]) == ("right", "similarity"), row["reason"]
 
 
 @pytest.mark.parametrize("name", ["incline-sticks", "rolling"])
 def test_what_contact_presses_back_in_a_long_step_is_no_overlap(name: str, tmp_path: Path) -> None:
-    scene = Path(__file__).parents[3] / "data" / "rigid" / f"{name}.toml"
+    scene = scene_path(f"rigid/{name}.toml")
     rows = verdicts(scene, "step", tmp_path)
     assert {row["verdict"] for row in rows.values()} == {"right"}, rows
 
 
 def test_a_contact_far_shorter_than_the_run_is_tried_around_itself(tmp_path: Path) -> None:
     """A heavy mass on a light one through 1e15 N/m: 3 ns in 20 ms, in which its surfaces would move 16 mm aside."""
-    scene = Path(examples.__file__).parent / "extreme" / "scene.toml"
+    scene = scene_path("extreme/scene.toml")
     rows = verdicts(scene, "friction", tmp_path)
     assert {name: row["verdict"] for name, row in rows.items()} == dict.fromkeys(rows, "right")
     assert len(rows) == 5
@@ -110,7 +110,7 @@ def test_a_contact_far_shorter_than_the_run_is_tried_around_itself(tmp_path: Pat
 
 
 def test_a_run_near_its_contact_begins_where_its_bodies_have_flown(tmp_path: Path) -> None:
-    scene = Path(examples.__file__).parent / "extreme" / "scene.toml"
+    scene = scene_path("extreme/scene.toml")
     one = subject(open_job(scene, db=tmp_path / "db", out=tmp_path / "out", set={}), tmp_path)
     contact = one.contact()
     near = near_contact(one)

@@ -44,7 +44,7 @@ from gudgeon.pipeline.wheel.scene import WheelFile
 from gudgeon.solver.joints.coupled import Driven
 from gudgeon.solver.joints.markers import Cylindrical, Revolute, Translational
 from gudgeon.solver.scene.body import Body
-from tests.validation.scenes import DATA
+from tests.scenes import ROOT, scene_path
 
 TWO = """
 [component.a]
@@ -361,7 +361,7 @@ def test_shipped_cases_are_sound_and_every_kind_has_an_operation() -> None:
 
 
 def test_shipped_cases_go_into_the_package() -> None:
-    settings = tomllib.loads((DATA.parent / "pyproject.toml").read_text())["tool"]["setuptools"]
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
     assert SHIPPED.name in settings["package-data"]["gudgeon.pipeline.robustness"]
 
 
@@ -450,7 +450,7 @@ def test_slender_scenes_do_not_depend_on_units(tmp_path: Path) -> None:
     """Beams: an indefinite factor and K Φ once made frequencies, and whether modes were found, depend on the unit."""
     changes = {"component.beam.mesh.size": 0.01, "component.beam.modes.normal_count": 12, "run.duration": 3e-4}
     changes |= {"report": "unset", "run.samples": 200, "run.frames": 20}
-    job = kinds.open_job(DATA / "beam-sphere", db=tmp_path / "db", out=tmp_path / "out", set=changes)
+    job = kinds.open_job(scene_path("beam-sphere"), db=tmp_path / "db", out=tmp_path / "out", set=changes)
     run_job(job, "morph")
     one = subject(job, tmp_path)
     for kind in ({"kind": "size", "factor": 1e-6}, {"kind": "units", "mass": 1e-3, "length": 1e3}):

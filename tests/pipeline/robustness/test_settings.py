@@ -16,6 +16,7 @@ from gudgeon.pipeline.robustness.trial import approach
 from gudgeon.pipeline.stages import run
 from tests.pipeline.robustness.test_robustness import applied, quiet, subject, two
 from tests.pipeline.small import write_scene
+from tests.scenes import scene_path
 from tests.solver.test_mesh_check import LIGHT
 
 ROD = """
@@ -157,7 +158,7 @@ def test_operations_on_settings_change_what_they_say(tmp_path: Path) -> None:
 
 def test_a_turn_moves_the_nearest_point_to_contact(tmp_path: Path) -> None:
     """The rod's tip is beside its centre: turned the other way, within 1 µs it would leave the floor."""
-    scene = Path(__file__).parents[3] / "data" / "rigid" / "rod-end.toml"
+    scene = scene_path("rigid/rod-end.toml")
     assert verdicts(scene, "rotation 0.02 rad", tmp_path)["rotation 0.02 rad"]["verdict"] == "right"
 
 

@@ -2,7 +2,6 @@
 
 import copy
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import jsonschema
@@ -13,9 +12,8 @@ from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.kinds import scene_tables, schema
 from gudgeon.pipeline.scenes.reference.examples import found_examples
 from gudgeon.pipeline.scenes.reference.file_schema import IDENTIFIER, described, file_schema
+from tests.scenes import scene_files, scene_path
 
-ROOT = Path(__file__).resolve().parents[3]
-SCENES = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "data").glob("*/*.toml"))
 CHECKER = jsonschema.Draft202012Validator(file_schema(schema()))
 
 
@@ -53,29 +51,29 @@ def test_the_document_is_that_of_the_models() -> None:
     assert PAGE.read_text(encoding="utf-8") == page(), "run python -m docs.tools.scene_reference"
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", scene_files())
 def test_the_json_schema_accepts_the_shipped_scenes(name: str) -> None:
-    tables = tomllib.loads((ROOT / name).read_text(encoding="utf-8"))
+    tables = tomllib.loads(scene_path(name).read_text(encoding="utf-8"))
     assert [f"{error.json_path}: {error.message}" for error in CHECKER.iter_errors(tables)] == []
 
 
 @pytest.mark.parametrize(
     ("name", "changes"),
     [
-        ("data/skirt/scene.toml", {"rum": {"duration": 1.0}}),
-        ("data/skirt/scene.toml", {"run": {}}),
-        ("data/skirt/scene.toml", {"run": {"duration": "unset"}}),
-        ("data/piston/stroke.toml", {"run": {"duraton": 1.0}}),
-        ("data/piston/stroke.toml", {"run": {"duration": -1.0}}),
+        ("skirt/scene.toml", {"rum": {"duration": 1.0}}),
+        ("skirt/scene.toml", {"run": {}}),
+        ("skirt/scene.toml", {"run": {"duration": "unset"}}),
+        ("piston/stroke.toml", {"run": {"duraton": 1.0}}),
+        ("piston/stroke.toml", {"run": {"duration": -1.0}}),
     ],
 )
 def test_the_json_schema_refuses_mistakes(name: str, changes: dict[str, Any]) -> None:
-    tables = tomllib.loads((ROOT / name).read_text(encoding="utf-8")) | changes
+    tables = tomllib.loads(scene_path(name).read_text(encoding="utf-8")) | changes
     assert not CHECKER.is_valid(tables)
 
 
 def test_short_forms_are_accepted() -> None:
-    tables = tomllib.loads((ROOT / "data/rod-wall/scene.toml").read_text(encoding="utf-8"))
+    tables = tomllib.loads(scene_path("rod-wall/scene.toml").read_text(encoding="utf-8"))
     (body,) = tables["body"].values()
     body["orientation"] = [1.0, 0.0, 0.0, 0.0]
     assert CHECKER.is_valid(tables)

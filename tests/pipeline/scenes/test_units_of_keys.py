@@ -10,7 +10,7 @@ from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.scenes.reference.units import unit_at
 from gudgeon.pipeline.studies import picture
 from gudgeon.pipeline.studies.task import Row
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ from tests.validation.scenes import DATA
 )
 def test_a_key_has_the_unit_of_its_description(path: str, unit: str) -> None:
     """A law's stiffness has one for each kind of law, and so none for all."""
-    assert unit_at(schema_of(open_job(DATA / "skirt")), path) == unit
+    assert unit_at(schema_of(open_job(scene_path("skirt"))), path) == unit
 
 
 def test_the_axis_of_a_parameter_has_its_unit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

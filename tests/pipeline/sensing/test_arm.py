@@ -192,9 +192,9 @@ def test_wrong_input_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 
 def test_a_scene_without_an_arm_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from tests.validation.scenes import DATA
+    from tests.scenes import scene_path
 
-    assert main(["identify", str(DATA / "four-bar"), *places(tmp_path)]) == 2
+    assert main(["identify", str(scene_path("four-bar")), *places(tmp_path)]) == 2
     assert "an arm needs revolute joints" in capsys.readouterr().err
 
 

@@ -10,7 +10,7 @@ from gudgeon.pipeline.sensing.identify import QUIET, SETTLED, USUAL, unit_calibr
 from gudgeon.pipeline.sensing.robot import robot_of, run_of
 from gudgeon.pipeline.sensing.standing import Gauged
 from gudgeon.pipeline.sensing.tool import ideal_wrench, rms_of
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 LENGTH, GAUGE, ELEMENT = 0.06, 0.012, 0.006
 """Of a spoke, from the hub to its gauges, and of its elements [m]."""
@@ -25,7 +25,7 @@ def test_mass_and_weight_of_the_plate_of_beams(tmp_path: Path) -> None:
     Under their weight w their moment at the gauges is w L² (1/6 − x²/2L²), and w h²/12 of the elements more; under a
     force F on each w L² F/wL (1/4 − x/2L).
     """
-    job = open_job(DATA / "base-sensor" / "robot-plate.toml", db=tmp_path / "db", out=tmp_path / "out")
+    job = open_job(scene_path("base-sensor") / "robot-plate.toml", db=tmp_path / "db", out=tmp_path / "out")
     robot = robot_of(job, None, lambda stage, share: None)
     base = robot.base
     assert isinstance(base, Gauged)
@@ -49,7 +49,7 @@ def test_the_tool_is_felt_through_a_solid_plate(tmp_path: Path) -> None:
     Without the weight of hub and spokes the error is 3.9 N, of the force.
     """
     changes = {"component.plate.mesh.size": 0.006, "run.duration": 0.12, "run.samples": 480, "run.frames": 12}
-    scene = DATA / "base-sensor" / "robot-solid.toml"
+    scene = scene_path("base-sensor") / "robot-solid.toml"
     job = open_job(scene, set=changes, db=tmp_path / "db", out=tmp_path / "out")
     robot = robot_of(job, None, lambda stage, share: None)
     found, p = run_of(job, lambda stage, share: None), robot.arm.chain.parameters()

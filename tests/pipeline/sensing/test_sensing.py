@@ -14,7 +14,7 @@ from gudgeon.pipeline.scenes.gauge import WRENCH, Channel, Sensor
 from gudgeon.pipeline.sensing.bridges import bridge_matrix, measured
 from gudgeon.pipeline.sensing.calibration import calibrated, read_calibration, write_calibration
 from gudgeon.pipeline.sensing.job import infer, of_data
-from tests.validation.scenes import DATA, reference
+from tests.scenes import reference, scene_path
 
 EXPECTED = reference("base-sensor/J1_spoked_plate.json")
 STRAINS = np.array(EXPECTED["strain_per_wrench_8x6_euler_bernoulli"])
@@ -43,7 +43,7 @@ def written(folder: Path) -> Path:
 
 def test_the_calibration_of_a_scene_is_that_of_the_reference(tmp_path: Path) -> None:
     """k/4 = 1/2 of a quarter bridge with gauge factor 2: twice the matrix of strains; exact beams, round-off left."""
-    scene, out = DATA / "base-sensor" / "plate-beams.toml", tmp_path / "out"
+    scene, out = scene_path("base-sensor") / "plate-beams.toml", tmp_path / "out"
     assert main(["calibrate", str(scene), "--db", str(tmp_path / "db"), "--out", str(out)]) == 0
     found = read_calibration(out / "calibration.json")
     expected = 2 * np.array(EXPECTED["calibration_6x8_euler_bernoulli"])
@@ -61,7 +61,7 @@ def test_the_mesh_of_tied_spokes_is_listed_as_one_part(
 ) -> None:
     """Four spokes of 60 x 12 x 10 mm; the parts of a frame that a tie joins are one body for every command."""
     given = [part for one in setting for part in ("--set", one)]
-    scene = DATA / "base-sensor" / "plate-beams.toml"
+    scene = scene_path("base-sensor") / "plate-beams.toml"
     assert main(["mesh", str(scene), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out"), *given]) == 0
     rows = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines() if line.startswith("mass "))
     mass = 4 * 0.06 * 0.012 * 0.01 * 7850 + (0.5 if setting else 0.0)
@@ -69,7 +69,7 @@ def test_the_mesh_of_tied_spokes_is_listed_as_one_part(
 
 
 def test_three_gauges_do_not_tell_six_components(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = DATA / "base-sensor" / "plate-beams.toml"
+    scene = scene_path("base-sensor") / "plate-beams.toml"
     given = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out"), "--set"]
     few = 'body.plate.gauges=["top0","top1","top3"]'
     assert main(["calibrate", str(scene), *given, few]) == 2
@@ -211,6 +211,6 @@ def test_files_that_are_no_calibration_are_refused(change: Any, message: str, tm
     ],
 )
 def test_wrong_sensors_are_refused(key: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = DATA / "base-sensor" / "plate-beams.toml"
+    scene = scene_path("base-sensor") / "plate-beams.toml"
     assert main(["calibrate", str(scene), "--db", str(tmp_path / "db"), "--set", key]) == 2
     assert message in capsys.readouterr().err

@@ -10,13 +10,13 @@ from gudgeon.modaldb.records.trajectory import ONE_COORDINATE
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.reduction.estimate_notes import basis_notes, estimate_notes
 from gudgeon.solver.scene.run import Run
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 SEVERAL = {"basis.impulse": 0.03, "basis.force": 0.2, "step.force": 0.5}
 
 
 def notes(scene: str, estimates: dict[str, float], **changes: Any) -> list[str]:
-    job = open_job(DATA / scene, set={key.replace("__", "."): value for key, value in changes.items()})
+    job = open_job(scene_path(scene), set={key.replace("__", "."): value for key, value in changes.items()})
     return basis_notes(job.scene, estimates, window=4e-6)
 
 
@@ -55,7 +55,7 @@ def test_a_force_alone_gets_more_modes_or_a_wider_window() -> None:
 
 
 def test_a_note_says_why_the_error_is_unknown() -> None:
-    job = open_job(DATA / "rod-wall")
+    job = open_job(scene_path("rod-wall"))
     (note,) = basis_notes(job.scene, {"basis.impulse": 1.0, "basis.force": 1.0}, "contact.wall: no start")
     assert "unknown" in note
     assert "contact.wall: no start" in note
@@ -63,7 +63,7 @@ def test_a_note_says_why_the_error_is_unknown() -> None:
 
 
 def test_a_note_says_that_one_coordinate_is_kept() -> None:
-    job = open_job(DATA / "rod-wall", set={"component.rod.modes.normal_count": 1})
+    job = open_job(scene_path("rod-wall"), set={"component.rod.modes.normal_count": 1})
     assert basis_notes(job.scene, {"basis.impulse": 1.0, "basis.force": 1.0}, ONE_COORDINATE) == [
         "the error of the modal basis is unknown: one elastic coordinate is kept; set"
         " component.rod.modes.normal_count = 2"
@@ -74,7 +74,7 @@ def test_a_run_with_few_modes_gives_the_note_and_with_many_modes_not(tmp_path: P
     said = {}
     for count in (3, 100):
         changes = {"component.rod.modes.normal_count": count, "contact.wall.dashpot": "wave-guide"}
-        report = run(DATA / "rod-wall", set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+        report = run(scene_path("rod-wall"), set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
         said[count] = [note for note in report.notes if "modal basis" in note and "impulse" in note]
         assert report.estimates["basis.impulse"] > 0
     assert len(said[3]) == 1
@@ -84,7 +84,7 @@ def test_a_run_with_few_modes_gives_the_note_and_with_many_modes_not(tmp_path: P
 @pytest.mark.parametrize(("size", "count"), [(0.1, 30), (0.01, 60), (0.001, 180), ("unset", 180)])
 def test_a_bar_has_as_many_modes_as_its_mesh_resolves(size: float | str, count: int) -> None:
     job = open_job(
-        DATA / "rod-wall", set={"component.rod.modes.normal_count": "unset", "component.rod.mesh.size": size}
+        scene_path("rod-wall"), set={"component.rod.modes.normal_count": "unset", "component.rod.mesh.size": size}
     )
     assert job.scene.component["rod"].modes.normal_count == count
 
@@ -92,7 +92,7 @@ def test_a_bar_has_as_many_modes_as_its_mesh_resolves(size: float | str, count: 
 @pytest.mark.parametrize(("reduction", "count"), [("craig-bampton", 30), ("ritz", 30), ("rubin", 180)])
 def test_other_reductions_keep_their_default(reduction: str, count: int) -> None:
     modes = {"component.rod.modes.normal_count": "unset", "component.rod.modes.reduction": reduction}
-    job = open_job(DATA / "rod-wall", set=modes | {"component.rod.mesh.size": 0.001})
+    job = open_job(scene_path("rod-wall"), set=modes | {"component.rod.mesh.size": 0.001})
     assert job.scene.component["rod"].modes.normal_count == count
 
 
@@ -111,7 +111,7 @@ def test_robustness_cases_run_without_checks(tmp_path: Path, monkeypatch: pytest
         raise Stop
 
     monkeypatch.setattr(robustness, "run_job", look)
-    job = open_job(DATA / "rod-wall", db=tmp_path / "db", out=tmp_path / "out")
+    job = open_job(scene_path("rod-wall"), db=tmp_path / "db", out=tmp_path / "out")
     assert job.scene.run.checks
     with pytest.raises(Stop):
         kind_of(job).robustness(job, None, (), lambda *_: None)
@@ -121,7 +121,7 @@ def test_robustness_cases_run_without_checks(tmp_path: Path, monkeypatch: pytest
 def test_a_given_step_of_an_integrator_without_one_is_named(tmp_path: Path) -> None:
     """Collocation has no limit of the step that could be exceeded."""
     changes = {"run.step": 1e-6, "run.duration": 4e-5, "run.samples": 40, "run.checks": False}
-    report = run(DATA / "beam-sphere", set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+    report = run(scene_path("beam-sphere"), set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
     notes = [note for note in report.notes if note.startswith("run.step")]
     assert notes == ["run.step: 1e-06 s given; integrator 'collocation' steps by run.accuracy instead"]
 
@@ -129,7 +129,7 @@ def test_a_given_step_of_an_integrator_without_one_is_named(tmp_path: Path) -> N
 @pytest.mark.parametrize(("error", "beyond"), [(0.02, False), (0.22, True)])
 def test_a_step_far_too_large_for_its_estimate_says_so(error: float, beyond: bool, tmp_path: Path) -> None:
     """Runs with one and two steps that miss an impact alike differ by less than they are wrong."""
-    job = open_job(DATA / "rod-wall", db=tmp_path / "db", out=tmp_path / "out", set={"run.step": 1e-6})
+    job = open_job(scene_path("rod-wall"), db=tmp_path / "db", out=tmp_path / "out", set={"run.step": 1e-6})
     (note,) = estimate_notes(job.scene, {"step.impulse": error})
     assert note.startswith(f"run.step: 1e-06 s given; its estimated error is {error:.1%} in impulse")
     assert ("too large for the estimate" in note) == beyond

@@ -8,24 +8,24 @@ import pytest
 from docs.tools import default_accuracy as tool
 from docs.tools.default_accuracy import as_converged, main, neighbours, table
 from gudgeon.pipeline.kinds import open_job
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 
 @pytest.mark.parametrize("step", [None, 1e-7])
 def test_every_variant_of_a_scene_is_set(step: float | None) -> None:
     given = {} if step is None else {"run.step": step}
-    plain = open_job(DATA / "rod-wall", set=given)
+    plain = open_job(scene_path("rod-wall"), set=given)
     assert plain.scene.run.step == step
     variants = {name: settings for name, settings in neighbours(plain) if not name.startswith("integrator")}
     assert len(variants) == 7
     for name, settings in variants.items():
-        job = open_job(DATA / "rod-wall", set=given | as_converged(plain) | settings)
+        job = open_job(scene_path("rod-wall"), set=given | as_converged(plain) | settings)
         assert job.scene.run.step is None
         assert (job.scene.body["rod"].damping is not None) == name.startswith("damping")
 
 
 def test_a_damped_scene_has_a_neighbour_without_damping() -> None:
-    piston = DATA / "piston" / "coarse.toml"
+    piston = scene_path("piston") / "coarse.toml"
     (settings,) = (settings for name, settings in neighbours(open_job(piston)) if name == "damping 0")
     assert all(body.damping is None for body in open_job(piston, set=settings).scene.body.values())
 
@@ -40,7 +40,7 @@ def test_rows_are_kept_and_the_rest_follows(
         return {"result": "FINISHED", "impulse": 1e-4, "force_peak": 0.5, "reason": "own | estimate"}
 
     monkeypatch.setattr(tool, "row_of", row)
-    scene, count = str(DATA / "hertz"), len(list(neighbours(open_job(DATA / "hertz"))))
+    scene, count = str(scene_path("hertz")), len(list(neighbours(open_job(scene_path("hertz")))))
     assert main(["--minutes", "0", "--folder", str(tmp_path), scene]) == 0
     assert made == []
     assert capsys.readouterr().err.endswith(f"{count} rows are missing; run it again\n")

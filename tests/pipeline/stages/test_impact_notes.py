@@ -7,7 +7,7 @@ import pytest
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import run
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 CLOSED = "is closed at the end of the run: its impulse and rebound are not those of a whole impact"
 FEW = {"component.rod.modes.normal_count": 10}
@@ -66,7 +66,7 @@ duration = 1e-3
 
 
 def notes(scene: str | Path, folder: Path, **changes: Any) -> str:
-    path = DATA / scene
+    path = scene_path(scene)
     if str(scene).startswith("\n"):
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / "scene.toml"

@@ -3,7 +3,7 @@
 import pytest
 
 from gudgeon.pipeline.cli import main
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 
 @pytest.mark.parametrize(
@@ -19,5 +19,5 @@ def test_the_size_of_contacts_may_select_another_integrator(
     scene: str, changes: list[str], line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     settings = [part for one in changes for part in ("--set", one)]
-    assert main(["plan", str(DATA / scene), *settings]) == 0
+    assert main(["plan", str(scene_path(scene)), *settings]) == 0
     assert line in capsys.readouterr().out.splitlines()

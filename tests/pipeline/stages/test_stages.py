@@ -17,6 +17,7 @@ from gudgeon.pipeline.stages import mesh as mesh_stage
 from gudgeon.pipeline.stages.run_report import RunReport
 from gudgeon.pipeline.stages.status import status
 from tests.pipeline.small import TABLE, UPDATE, write_scene
+from tests.scenes import scene_files
 
 
 @pytest.fixture(scope="module")
@@ -155,10 +156,10 @@ def test_contact_touches_only_through_the_stored_points(folder: Path, made: tupl
 
 
 def test_scenes_that_are_shipped_are_sound() -> None:
-    scenes = sorted(Path("data").glob("*/scene.toml"))
-    assert len(scenes) >= 3
-    for scene in scenes:
-        job = open_job(scene.parent)
+    folders = [path.parent for path in scene_files().values() if path.name == "scene.toml"]
+    assert len(folders) >= 3
+    for folder in folders:
+        job = open_job(folder)
         assert job.products(job.stages)
 
 

@@ -29,7 +29,7 @@ from tests.pipeline.small import block_on_floor
 from tests.pipeline.studies import cases
 from tests.pipeline.studies.cases import SIZE, VELOCITY, thread, write_rod
 from tests.pipeline.wheel.test_wheel_scene import SMALL, toml
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 Capture = pytest.CaptureFixture[str]
 VELOCITIES = {VELOCITY: [0.5, 1.0, 1.5]}
@@ -368,7 +368,7 @@ def test_a_quantity_that_no_run_can_have_is_refused_before_any_runs(tmp_path: Pa
 
 def test_a_scene_of_conductors_has_no_studies(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"cube\.toml: study: a scene of this kind has none; its record holds"):
-        done(DATA / "electrostatics/cube.toml", {"conductor.cube.mesh.size": [0.1, 0.2]}, tmp_path)
+        done(scene_path("electrostatics/cube.toml"), {"conductor.cube.mesh.size": [0.1, 0.2]}, tmp_path)
     assert not (tmp_path / "out").exists()
 
 
@@ -383,19 +383,19 @@ def test_notes_that_differ_by_numbers_are_one_line(tmp_path: Path, capsys: Captu
 
 def test_study_of_a_wheel(tmp_path: Path) -> None:
     settings = [f"{key}={toml(value)}" for key, value in SMALL.items()]
-    report = done(DATA / "bladed-disk", ["wheel.disk.mistuning.seed=1,2,3"], tmp_path, set=settings)
+    report = done(scene_path("bladed-disk"), ["wheel.disk.mistuning.seed=1,2,3"], tmp_path, set=settings)
     assert report.counts == {"FINISHED": 3}
     single = gudgeon.run(
-        DATA / "bladed-disk", set=[*settings, "wheel.disk.mistuning.seed=2"], db=tmp_path / "db", out=tmp_path / "one",
-        until="solve",
+        scene_path("bladed-disk"), set=[*settings, "wheel.disk.mistuning.seed=2"], db=tmp_path / "db",
+        out=tmp_path / "one", until="solve",
     )  # fmt: skip
     assert single.stages["solve"].state == "fresh"
     values = [row["magnification [1]"] for row in report.table.records()]
     assert values[1] == single.quantities["magnification"]["value"]
     assert len({*values}) == 3
-    assert [*single.quantities] == [*open_job(DATA / "bladed-disk").quantities()]
+    assert [*single.quantities] == [*open_job(scene_path("bladed-disk")).quantities()]
     with pytest.raises(
         InputError, match=r"--quantity magnif: no run of the scene has it; did you mean 'magnification'"
     ):
-        done(DATA / "bladed-disk", ["wheel.disk.mistuning.seed=4"], tmp_path, set=settings, quantities=["magnif"])
+        done(scene_path("bladed-disk"), ["wheel.disk.mistuning.seed=4"], tmp_path, set=settings, quantities=["magnif"])
     assert [row["wheel.disk.mistuning.seed"] for row in read(tmp_path / "out/study.csv")] == ["1", "2", "3"]

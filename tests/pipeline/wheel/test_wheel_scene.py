@@ -26,7 +26,7 @@ from gudgeon.pipeline.wheel.pictures.curves import harmonic_of
 from gudgeon.pipeline.wheel.pictures.shape import whole_wheel
 from gudgeon.pipeline.wheel.report import compare, report_wheel
 from gudgeon.pipeline.wheel.stages import run_wheel
-from tests.validation.scenes import DATA
+from tests.scenes import scene_path
 
 SECTORS, COUNT, MODES = 6, 12, 4
 SMALL: dict[str, Any] = {
@@ -59,7 +59,7 @@ WHOLE = 1e-8
 def job(folder: Path, **changes: Any) -> WheelJob:
     changed = SMALL | {key.replace("__", "."): value for key, value in changes.items()}
     texts = ['report.choices="unset"', *(f"{key}={toml(value)}" for key, value in changed.items())]
-    opened = kinds.open_job(DATA / "bladed-disk", set=texts, db=folder / "db", out=folder / "out")
+    opened = kinds.open_job(scene_path("bladed-disk"), set=texts, db=folder / "db", out=folder / "out")
     assert isinstance(opened, WheelJob)
     return opened
 
@@ -292,10 +292,10 @@ WRONG: list[tuple[list[str], str]] = [
 def test_wrong_scenes(changes: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     settings = [text for change in changes for text in ("--set", change)]
     places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
-    assert main(["run", str(DATA / "bladed-disk"), *settings, *places]) == 2
+    assert main(["run", str(scene_path("bladed-disk")), *settings, *places]) == 2
     error = capsys.readouterr().err
     assert message in error
-    assert str(DATA / "bladed-disk/scene.toml") in error
+    assert str(scene_path("bladed-disk/scene.toml")) in error
     assert not (tmp_path / "db").exists()
 
 
@@ -320,7 +320,7 @@ MISFITS: list[tuple[dict[str, Any], str]] = [
 def test_misfits_of_the_mesh(changes: dict[str, Any], message: str, made: tuple[Path, RunReport]) -> None:
     with pytest.raises(InputError, match=message.replace("(", r"\(")) as caught:
         run_wheel(job(made[0], **changes), "solve")
-    assert str(caught.value).startswith(str(DATA / "bladed-disk/scene.toml"))
+    assert str(caught.value).startswith(str(scene_path("bladed-disk/scene.toml")))
 
 
 def test_commands_that_a_wheel_has_not(made: tuple[Path, RunReport]) -> None:
@@ -334,7 +334,7 @@ def test_commands_print_documents(made: tuple[Path, RunReport], capsys: pytest.C
     folder = made[0]
     places = ["--db", str(folder / "db"), "--out", str(folder / "out"), "--json"]
     settings = [text for key, value in SMALL.items() for text in ("--set", f"{key}={toml(value)}")]
-    scene = [str(DATA / "bladed-disk"), "--set", 'report.choices="unset"', *settings, *places]
+    scene = [str(scene_path("bladed-disk")), "--set", 'report.choices="unset"', *settings, *places]
 
     def printed(*command: str) -> Any:
         assert main(list(command)) == 0
@@ -356,7 +356,7 @@ def test_table_of_mistuning(tmp_path: Path) -> None:
     (tmp_path / "m.csv").write_text("0.01; -0.02\n0.03, 0, 0.001 -0.5\n")
     mistuning = {"table": str(tmp_path / "m.csv")}
     one = kinds.open_job(
-        DATA / "bladed-disk",
+        scene_path("bladed-disk"),
         set=[*(f"{key}={toml(value)}" for key, value in SMALL.items()), 'wheel.disk.mistuning="unset"',
              f"wheel.disk.mistuning.table={toml(mistuning['table'])}"],
         db=tmp_path / "db",
@@ -369,7 +369,7 @@ def test_cases_of_runs_over_time_do_not_apply(made: tuple[Path, RunReport], tmp_
     chosen = "gravity,step,samples 50,duration 4,friction,field,repeated joint,rotation,turned"
     texts = [text for key, value in SMALL.items() for text in ("--set", f"{key}={toml(value)}")]
     places = ["--db", str(made[0] / "db"), "--out", str(tmp_path), "--jobs", "1"]
-    code = main(["robustness", str(DATA / "bladed-disk"), *texts, *places, "--only", chosen])
+    code = main(["robustness", str(scene_path("bladed-disk")), *texts, *places, "--only", chosen])
     assert code == 0
     counts = json.loads((tmp_path / "robustness.json").read_text(encoding="utf-8"))["counts"]
     assert counts["wrong"] == counts["refused"] == 0

@@ -19,6 +19,7 @@ from gudgeon.solver.integrators.polynomial_response import free, responses
 from gudgeon.solver.laws import Law
 from gudgeon.solver.laws.restitution import delivered_restitution
 from gudgeon.solver.simulate import simulate
+from tests.scenes import scene_path
 from tests.solver.systems import block_records, block_scene, build_all, rigid_records, rod_records, rod_scene
 
 X, BACK, UP, DOWN = [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]
@@ -30,7 +31,7 @@ Records = dict[str, tuple[ModalRecord, MorphRecord]]
 
 def reference(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return parameters and expected values."""
-    found = json.loads(Path("data", f"{name}.json").read_text())
+    found = json.loads(scene_path(f"{name}.json").read_text())
     return found["parameters"], found["expected"]
 
 

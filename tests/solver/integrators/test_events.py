@@ -1,6 +1,6 @@
 """Runs of the event integrator: rigid contact, linear compliant contact, friction, springs.
 
-Expected numbers stand in the references beside the scenes under `data/`; each file tells how they were derived.
+Expected numbers stand in the references beside the scenes; each file tells how they were derived.
 """
 
 import json
@@ -18,6 +18,7 @@ from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
+from tests.scenes import scene_path
 from tests.solver.systems import (
     LENGTH,
     MASS,
@@ -43,7 +44,7 @@ Records = dict[str, tuple[ModalRecord, MorphRecord]]
 
 def reference(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return parameters and expected values."""
-    found = json.loads(Path("data", f"{name}.json").read_text())
+    found = json.loads(scene_path(f"{name}.json").read_text())
     return found["parameters"], found["expected"]
 
 

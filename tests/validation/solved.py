@@ -1,6 +1,5 @@
-"""The scenes under `data/`, solved as they are shipped or with a few keys changed, and their reference values."""
+"""Scenes solved as they are or with a few keys changed."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,8 +11,7 @@ from gudgeon import modaldb
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.kinds import run
 from gudgeon.pipeline.stages.run_report import RunReport
-
-DATA = Path(__file__).parents[2] / "data"
+from tests.scenes import scene_path
 
 
 @dataclass(frozen=True)
@@ -40,14 +38,9 @@ class Solved:
 
 
 def solve(scene: str, folder: Path, changes: Mapping[str, Any] | None = None) -> Solved:
-    """Solve a scene of `data/`, given as its folder or its file within it; products go to `folder`."""
+    """Solve a scene, given by the name of its folder or of a file in it; products go to `folder`."""
     out = folder / "out" / scene.removesuffix(".toml")
-    report = run(DATA / scene, set=dict(changes or {}), db=folder / "db", out=out, until="solve")
+    report = run(scene_path(scene), set=dict(changes or {}), db=folder / "db", out=out, until="solve")
     history = modaldb.open(folder / "db").get(report.stages["solve"].key, "trajectory")
     assert report.result == "FINISHED", report.reason
     return Solved(report, history)
-
-
-def reference(path: str) -> dict[str, Any]:
-    """Return the expected values of a reference file under `data/`."""
-    return json.loads((DATA / path).read_text())["expected"]
