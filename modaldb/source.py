@@ -1,8 +1,9 @@
 """Bytes of records, in open files and in memory."""
 
 import os
+from collections.abc import Iterator
 
-from gudgeon.modaldb.blocks import Malformed
+from gudgeon.modaldb.blocks import Malformed, Source
 
 
 class FileSource:
@@ -42,3 +43,12 @@ class BytesSource:
         if len(part) != len(buffer):
             raise Malformed("the bytes end before")
         buffer[:] = part
+
+
+def parts_of(source: Source, size: int) -> Iterator[memoryview]:
+    """Yield all bytes of a record in parts of a size; each part is valid until the next one."""
+    buffer = memoryview(bytearray(size))
+    for start in range(0, source.length, size):
+        part = buffer[: source.length - start]
+        source.read_into(start, part)
+        yield part

@@ -7,10 +7,10 @@ what is there.
 
 import contextlib
 import hashlib
+import itertools
 import json
 import os
-import uuid
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from gudgeon.modaldb.errors import RecordDamaged
@@ -21,8 +21,8 @@ FOLDER, SIZE = "GUDGEON_CACHE", "GUDGEON_CACHE_GB"
 """Variables: where records are kept that were fetched, and how much of them [GB]."""
 USUAL_SIZE = 10.0
 """[GB]"""
-MOST = 64 * BLOCK
-"""Bytes that are fetched at a time."""
+AT_A_TIME = 64
+"""Blocks that are fetched at a time."""
 Fetch = Callable[[int, int], bytes]
 """Returns the bytes of a record from one place to another."""
 
@@ -35,10 +35,9 @@ class Cache:
     """
 
     def __init__(self, url: str) -> None:
-        own = os.environ.get(FOLDER)
-        base = Path(own) if own else _user_cache() / "records"
-        self._root = base / hashlib.sha256(url.encode()).hexdigest()[:16]
-        self._base, self._pruned = base, False
+        self._base = Path(os.environ.get(FOLDER) or _user_cache() / "records")
+        self._root = self._base / hashlib.sha256(url.encode()).hexdigest()[:16]
+        self._pruned = False
 
     @property
     def folder(self) -> Path:
@@ -60,12 +59,10 @@ class Cache:
         """Keep the manifest of a record; a cache that cannot be written keeps nothing."""
         row = manifest.as_json()
         path = self._path(manifest.key, ".json")
-        unfinished = path.with_name(f".{path.name}.{uuid.uuid4().hex}")
         with contextlib.suppress(OSError):
             self._prune()
             path.parent.mkdir(parents=True, exist_ok=True)
-            unfinished.write_text(json.dumps(row | {"seal": content_key(row)}))
-            os.replace(unfinished, path)
+            path.write_text(json.dumps(row | {"seal": content_key(row)}))  # What is half written has no seal.
 
     def forget(self, key: str) -> None:
         """Remove what is kept of a record."""
@@ -95,9 +92,9 @@ class Cache:
             allowed = float(os.environ.get(SIZE, USUAL_SIZE)) * 1e9
         except ValueError:
             allowed = USUAL_SIZE * 1e9
-        found = [(path.stat(), path) for path in self._base.glob("*/??/*.blocks")]
-        total = sum(512 * stat.st_blocks for stat, _ in found)
-        for stat, path in sorted(found, key=lambda one: one[0].st_mtime):
+        files = [(path.stat(), path) for path in self._base.glob("*/??/*.blocks")]
+        total = sum(512 * stat.st_blocks for stat, _ in files)
+        for stat, path in sorted(files, key=lambda file: file[0].st_mtime):
             if total <= allowed:
                 return
             total -= 512 * stat.st_blocks
@@ -124,9 +121,8 @@ class CachedSource:
 
     def add(self, blocks: Mapping[int, bytes]) -> None:
         """Keep blocks that came along; those that are not as the manifest says are left out."""
-        for number, block in blocks.items():
-            if 0 <= number < len(self._manifest.digests) and self._is(number, block):
-                self._store(number, block)
+        for number in blocks.keys() & range(len(self._manifest.digests)):
+            self._store(number, blocks[number])
 
     def read_into(self, offset: int, buffer: memoryview) -> None:
         """Fill a buffer with the bytes from an offset on.
@@ -134,63 +130,47 @@ class CachedSource:
         Raises:
             RecordDamaged: bytes that were fetched are not those of the manifest.
         """
-        if not len(buffer):
-            return
-        first, last = offset // BLOCK, (offset + len(buffer) - 1) // BLOCK
-        missing = []
-        for number in range(first, last + 1):
-            if (block := self._kept(number)) is None:
-                missing.append(number)
-            else:
-                _copy(number, block, offset, buffer)
-        for run in _runs(missing):
-            end = min((run[-1] + 1) * BLOCK, self.length)
-            whole = self._fetch(run[0] * BLOCK, end)
-            for number in run:
-                block = whole[(number - run[0]) * BLOCK : (number - run[0] + 1) * BLOCK]
-                if not self._is(number, block):
-                    raise RecordDamaged(f"block {number} of {len(self._manifest.digests)} is not as its digest says")
-                self._store(number, block)
-                _copy(number, block, offset, buffer)
+        stop = offset + len(buffer)
+        for start in range(offset // BLOCK, -(-stop // BLOCK) if len(buffer) else 0, AT_A_TIME):
+            blocks = {n: self._kept(n) for n in range(start, min(start + AT_A_TIME, -(-stop // BLOCK)))}
+            missing = [n for n, block in blocks.items() if block is None]
+            for _, run in itertools.groupby(enumerate(missing), lambda row: row[1] - row[0]):
+                blocks.update(self._fetched([n for _, n in run]))
+            content = memoryview(b"".join(block for block in blocks.values() if block is not None))
+            low, high = max(offset - start * BLOCK, 0), min(stop - start * BLOCK, len(content))
+            buffer[start * BLOCK + low - offset : start * BLOCK + high - offset] = content[low:high]
 
-    def _is(self, number: int, block: bytes) -> bool:
-        return hashlib.sha256(block).hexdigest() == self._manifest.digests[number]
+    def _fetched(self, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
+        """Yield blocks that follow each other, as they come from the server."""
+        content = self._fetch(numbers[0] * BLOCK, min((numbers[-1] + 1) * BLOCK, self.length))
+        for i, number in enumerate(numbers):
+            block = content[i * BLOCK : (i + 1) * BLOCK]
+            if not self._store(number, block):
+                raise RecordDamaged(f"block {number} of {len(self._manifest.digests)} is not as its digest says")
+            yield number, block
 
     def _kept(self, number: int) -> bytes | None:
-        if (held := self._held.get(number)) is not None:
-            return held
-        if self._descriptor is None:
-            return None
+        if number in self._held or self._descriptor is None:
+            return self._held.get(number)
         try:
             block = os.pread(self._descriptor, min(BLOCK, self.length - number * BLOCK), number * BLOCK)
         except OSError:
             return None
         return block if self._is(number, block) else None
 
-    def _store(self, number: int, block: bytes) -> None:
+    def _is(self, number: int, block: bytes) -> bool:
+        return hashlib.sha256(block).hexdigest() == self._manifest.digests[number]
+
+    def _store(self, number: int, block: bytes) -> bool:
+        """Keep a block and return whether it is as its digest says; one that is not is left out."""
+        if not self._is(number, block):
+            return False
         if number in self._manifest.head:  # Read again and again, a few bytes at a time.
             self._held[number] = block
         if self._descriptor is not None:
             with contextlib.suppress(OSError):  # A full disk keeps nothing.
                 os.pwrite(self._descriptor, block, number * BLOCK)
-
-
-def _copy(number: int, block: bytes, offset: int, buffer: memoryview) -> None:
-    """Copy the part of a block that a buffer from an offset on shall have."""
-    start = number * BLOCK - offset
-    low, high = max(start, 0), min(start + len(block), len(buffer))
-    buffer[low:high] = block[low - start : high - start]
-
-
-def _runs(numbers: Iterable[int]) -> list[list[int]]:
-    """Return blocks that follow each other together, as many as are fetched at a time."""
-    found: list[list[int]] = []
-    for number in numbers:
-        if found and number == found[-1][-1] + 1 and len(found[-1]) < MOST // BLOCK:
-            found[-1].append(number)
-        else:
-            found.append([number])
-    return found
+        return True
 
 
 def _user_cache() -> Path:

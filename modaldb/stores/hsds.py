@@ -22,9 +22,9 @@ from gudgeon.modaldb import domains, hdf5
 from gudgeon.modaldb.blocks import Malformed
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
 from gudgeon.modaldb.keys import KEY, content_key
-from gudgeon.modaldb.source import BytesSource
+from gudgeon.modaldb.source import BytesSource, parts_of
 from gudgeon.modaldb.stores.base import SHOWN, Leftover, Store, check_inputs, check_key, check_tag, missing
-from gudgeon.modaldb.stores.cache import Cache, CachedSource
+from gudgeon.modaldb.stores.cache import AT_A_TIME, Cache, CachedSource
 from gudgeon.modaldb.stores.index import UNKNOWN, Index, Stamp
 from gudgeon.modaldb.stores.manifest import BLOCK, Manifest, manifest_of
 from gudgeon.modaldb.stores.names import LONGEST
@@ -149,7 +149,7 @@ class HsdsStore(Store):
     def export(self, key: str, path: Path) -> None:
         """See `Store`."""
         with self.opened(key) as (source, _), path.open("wb") as file:
-            for part in _parts(source):
+            for part in parts_of(source, AT_A_TIME * BLOCK):
                 file.write(part)
 
     def note(self, key: str, scene: str, component: str) -> None:
@@ -373,19 +373,11 @@ def _is_written(domain: Any, manifest: Manifest) -> bool:
         layout, found = _described(domain, "")
         if "provenance" not in domain.attrs:
             return False
-        for _ in _parts(CachedSource(found, domains.DomainFile(domain, layout).fetch, None)):
+        for _ in parts_of(CachedSource(found, domains.DomainFile(domain, layout).fetch, None), AT_A_TIME * BLOCK):
             pass
     except (RecordDamaged, Malformed):
         return False
     return found == manifest
-
-
-def _parts(source: CachedSource) -> Iterator[memoryview]:
-    part = bytearray(64 * BLOCK)
-    for first in range(0, source.length, len(part)):
-        here = memoryview(part)[: min(len(part), source.length - first)]
-        source.read_into(first, here)
-        yield here
 
 
 @contextlib.contextmanager

@@ -1,6 +1,7 @@
 """Digests of the blocks of a record's file, so that parts of it can be fetched and kept, and checked by themselves."""
 
 import base64
+import contextlib
 import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.blocks import Source
 from gudgeon.modaldb.errors import RecordDamaged
 from gudgeon.modaldb.keys import KEY
+from gudgeon.modaldb.source import parts_of
 
 BLOCK = 65536
 """Bytes of a block; the last one of a file may have fewer."""
@@ -77,31 +79,25 @@ def manifest_of(key: str, source: Source, place: str) -> Manifest:
     """Return the manifest of a record that is verified."""
     watched = _Watched(source)
     kind = hdf5.read_head(watched, place).kind
-    digests, buffer = [], bytearray(BLOCK)
-    for first in range(0, source.length, BLOCK):
-        part = memoryview(buffer)[: min(BLOCK, source.length - first)]
-        source.read_into(first, part)
-        digests.append(hashlib.sha256(part).hexdigest())
+    digests = [hashlib.sha256(block).hexdigest() for block in parts_of(source, BLOCK)]
     head = range(len(digests)) if source.length <= SMALL else sorted(watched.blocks)
     return Manifest(key, kind, source.length, tuple(digests), tuple(head))
 
 
 def packed(source: Source, numbers: Iterable[int]) -> dict[str, str]:
     """Return some blocks as JSON: base64 by number."""
-    found = {}
+    texts = {}
     for number in numbers:
-        part = bytearray(min(BLOCK, source.length - number * BLOCK))
-        source.read_into(number * BLOCK, memoryview(part))
-        found[str(number)] = base64.b64encode(part).decode()
-    return found
+        block = bytearray(min(BLOCK, source.length - number * BLOCK))
+        source.read_into(number * BLOCK, memoryview(block))
+        texts[str(number)] = base64.b64encode(block).decode()
+    return texts
 
 
-def unpacked(found: Mapping[str, str]) -> dict[int, bytes]:
+def unpacked(texts: Mapping[str, str]) -> dict[int, bytes]:
     """Return the blocks that `packed` packed; what is none is left out."""
     blocks = {}
-    for number, text in found.items():
-        try:
+    for number, text in texts.items():
+        with contextlib.suppress(ValueError, TypeError):
             blocks[int(number)] = base64.b64decode(text, validate=True)
-        except (ValueError, TypeError):
-            continue
     return blocks

@@ -1,7 +1,6 @@
 """The store behind a URL: a `gudgeon serve` somewhere, and a local cache of what was read."""
 
 import contextlib
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,9 +9,9 @@ from urllib.parse import quote
 from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
 from gudgeon.modaldb.keys import content_key
-from gudgeon.modaldb.source import BytesSource
+from gudgeon.modaldb.source import BytesSource, parts_of
 from gudgeon.modaldb.stores.base import Leftover, Store, check_inputs, check_key, check_tag
-from gudgeon.modaldb.stores.cache import Cache, CachedSource
+from gudgeon.modaldb.stores.cache import AT_A_TIME, Cache, CachedSource
 from gudgeon.modaldb.stores.manifest import BLOCK, Manifest, manifest_from, manifest_of, unpacked
 from gudgeon.modaldb.stores.query import Entry, Query, QueryWrong, entry_of
 from gudgeon.modaldb.stores.transport import KNOWN, Transport, Unanswered
@@ -64,9 +63,9 @@ class RemoteStore(Store):
         if self._fault_there(key) is None:
             return
         parts = hdf5.record_bytes(kind, record, inputs)
-        headers = {"Content-Type": "application/octet-stream"}
-        answer = self._server.request("PUT", f"{RECORDS}/{key}", body=parts, headers=headers).json()
         whole = BytesSource(b"".join(parts))
+        headers = {"Content-Type": "application/octet-stream", "Content-Length": str(whole.length)}
+        answer = self._server.parsed(self._server.request("PUT", f"{RECORDS}/{key}", body=parts, headers=headers))
         manifest = manifest_of(key, whole, self.place(key))
         if answer["digest"] != manifest.digest:
             if answer["state"] == "written":
@@ -76,7 +75,7 @@ class RemoteStore(Store):
 
     def keys(self) -> Iterator[str]:
         """See `Store`."""
-        return iter(self._server.request("GET", "/keys").json())
+        return iter(self._server.json("GET", "/keys"))
 
     def find(self, query: Query = Query()) -> list[Entry]:  # noqa: B008
         """See `Store`."""
@@ -85,22 +84,19 @@ class RemoteStore(Store):
             asked |= {name: value} if (value := getattr(query, name)) else {}
         for name in ("since", "until", "limit"):
             asked |= {name: value} if (value := getattr(query, name)) is not None else {}
-        return [entry_of(row) for row in self._server.request("GET", RECORDS, query=asked).json()]
+        return [entry_of(row) for row in self._server.json("GET", RECORDS, query=asked)]
 
     def export(self, key: str, path: Path) -> None:
         """See `Store`."""
         with self.opened(key) as (source, _), path.open("wb") as file:
-            part = bytearray(64 * BLOCK)
-            for first in range(0, source.length, len(part)):
-                here = memoryview(part)[: min(len(part), source.length - first)]
-                source.read_into(first, here)
-                file.write(here)
+            for part in parts_of(source, AT_A_TIME * BLOCK):
+                file.write(part)
 
     def examine(self, key: str) -> ModalDBError | None:
         """See `Store`; the server reads its own file."""
         try:
             check_key(self.location, key, "record")
-            found = self._server.request("GET", f"{RECORDS}/{key}/examine").json()["fault"]
+            found = self._server.json("GET", f"{RECORDS}/{key}/examine")["fault"]
         except RecordMissing as error:
             return error
         return None if found is None else KNOWN[found["error"]](f"{self.location}: {found['detail']}")
@@ -109,35 +105,30 @@ class RemoteStore(Store):
         """See `Store`; a server that takes no names from this user keeps none."""
         if self._server.is_silent:
             return
-        body = json.dumps({"scene": scene, "component": component}).encode()
         with contextlib.suppress(StoreUnusable):
-            self._server.request("POST", f"{RECORDS}/{key}/uses", body=[body], headers=JSON)
+            self._server.json("POST", f"{RECORDS}/{key}/uses", body={"scene": scene, "component": component})
 
     def tag(self, name: str, key: str | None) -> None:
         """See `Store`."""
         check_tag(name)
-        path = f"/tags/{quote(name)}"
-        if key is None:
-            self._server.request("DELETE", path)
-        else:
-            self._server.request("PUT", path, body=[json.dumps({"key": key}).encode()], headers=JSON)
+        body = None if key is None else {"key": key}
+        self._server.json("DELETE" if key is None else "PUT", f"/tags/{quote(name)}", body=body)
 
     def tell(self, name: str, row: dict[str, Any] | None) -> None:
         """See `Store`."""
         if self._server.is_silent:
             return
-        body = [] if row is None else [json.dumps(row).encode()]
         with contextlib.suppress(StoreUnusable, QueryWrong):
-            self._server.request("DELETE" if row is None else "PUT", f"/running/{name}", body=body, headers=JSON)
+            self._server.json("DELETE" if row is None else "PUT", f"/running/{name}", body=row)
 
     def running(self) -> list[dict[str, Any]]:
         """See `Store`."""
-        return self._server.request("GET", "/running").json()
+        return self._server.json("GET", "/running")
 
     def set_aside(self, place: str) -> str:
         """See `Store`."""
         key = self._key_of(place)
-        name = self._server.request("POST", f"{RECORDS}/{key}/aside").json()["name"]
+        name = self._server.json("POST", f"{RECORDS}/{key}/aside")["name"]
         self._forget(key)
         return name
 
@@ -152,7 +143,7 @@ class RemoteStore(Store):
 
     def leftovers(self) -> list[Leftover]:
         """See `Store`."""
-        rows = self._server.request("GET", "/leftovers").json()
+        rows = self._server.json("GET", "/leftovers")
         return [Leftover(f"{self.location}/leftovers/{quote(row['name'])}", row["size"], row["why"]) for row in rows]
 
     def fault(self, key: str) -> ModalDBError | None:
@@ -183,7 +174,7 @@ class RemoteStore(Store):
         if (kept := self._cache.manifest(key)) is not None:
             return kept, {}
         try:
-            row = self._server.request("GET", f"{RECORDS}/{key}/blocks").json()
+            row = self._server.json("GET", f"{RECORDS}/{key}/blocks")
         except RecordMissing as error:
             raise RecordMissing(str(error).replace(": no record", f": no {what} record", 1) if what != "record"
                                 else str(error)) from None  # fmt: skip
@@ -204,22 +195,15 @@ class RemoteStore(Store):
 
     def _fetch(self, key: str, first: int, end: int) -> bytes:
         answer = self._server.request("GET", f"{RECORDS}/{key}", headers={"Range": f"bytes={first}-{end - 1}"})
-        if answer.status != 206 or len(answer.body) != end - first:
-            raise RecordDamaged(f"bytes {first} to {end}: {len(answer.body)} came with status {answer.status}")
-        return answer.body
+        if answer.status != 206 or len(answer.data) != end - first:
+            raise RecordDamaged(f"bytes {first} to {end}: {len(answer.data)} came with status {answer.status}")
+        return answer.data
 
     def _keep(self, manifest: Manifest, whole: BytesSource) -> None:
         self._cache.keep(manifest)
-        source = self._cache.source(manifest, lambda first, end: whole.data[first:end])
-        try:
-            blocks = range(len(manifest.digests))
-            source.add({one: whole.data[one * BLOCK : (one + 1) * BLOCK] for one in blocks})
-        finally:
-            source.close()
+        with contextlib.closing(self._cache.source(manifest, lambda start, stop: whole.data[start:stop])) as source:
+            source.add({n: whole.data[n * BLOCK : (n + 1) * BLOCK] for n in range(len(manifest.digests))})
 
     def _forget(self, key: str) -> None:
         self._cache.forget(key)
         self._heads.pop(key, None)
-
-
-JSON = {"Content-Type": "application/json"}

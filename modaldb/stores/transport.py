@@ -1,21 +1,22 @@
-"""Requests to a server of records, with the standard library: what it answers, or one line that says why not."""
+"""Requests to a server of records: what it answers, or one line that says why not."""
 
-import http.client
+import functools
 import json
 import os
 import random
-import socket
 import ssl
-import threading
 import time
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
-from urllib.parse import SplitResult, urlencode, urlsplit
+from urllib.parse import urlencode
+
+import urllib3
+from urllib3.exceptions import HTTPError, LocationParseError, NameResolutionError, ProtocolError, SSLError
+from urllib3.util import Timeout, Url, parse_url
 
 from gudgeon.modaldb import errors
-from gudgeon.modaldb.errors import ModalDBError, RecordNotWritten, StoreUnusable
+from gudgeon.modaldb.errors import ModalDBError, StoreUnusable
 from gudgeon.modaldb.stores.query import QueryWrong
 
 TOKEN, TOKEN_FILE, WAIT = "GUDGEON_TOKEN", "GUDGEON_TOKEN_FILE", "GUDGEON_DB_WAIT"
@@ -28,37 +29,18 @@ PAUSE = 0.05, 1.0
 BUSY = 503
 ALONE = 60.0
 """Seconds without asking what one can do without, after a server did not answer."""
+LENGTHS = ("content-length", "transfer-encoding")
 HEADS = {404: errors.RecordMissing, 409: errors.RecordDamaged}
 """Errors of answers without a body, by their status."""
 DEFAULT = "default"
 """Database of a URL that names none."""
-KNOWN = {name: one for name, one in vars(errors).items() if isinstance(one, type)} | {"QueryWrong": QueryWrong}
-LOST = (ConnectionError, socket.timeout, TimeoutError, http.client.BadStatusLine, http.client.IncompleteRead,
-        http.client.CannotSendRequest)  # fmt: skip
-"""Errors after which a request is worth another try: every one of ours may be repeated."""
+KNOWN = {name: kind for name, kind in vars(errors).items() if isinstance(kind, type)} | {"QueryWrong": QueryWrong}
+FINAL = (NameResolutionError, SSLError)
+"""Errors that another try does not mend. Every request of ours may be repeated after the others."""
 
 
 class Unanswered(StoreUnusable):
     """A server that did not answer in time."""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What a server answered."""
-
-    status: int
-    headers: Mapping[str, str]
-    """Names in lower case."""
-    body: bytes
-    url: str
-    """Of the server, for messages."""
-
-    def json(self) -> Any:
-        """Return the body as JSON; raise StoreUnusable where it is none."""
-        try:
-            return json.loads(self.body)
-        except (ValueError, RecursionError):
-            raise StoreUnusable(f"{self.url}: HTTP status {self.status}, not of a gudgeon server") from None
 
 
 _silent: dict[str, float] = {}
@@ -77,114 +59,99 @@ class Transport:
     """
 
     def __init__(self, url: str) -> None:
-        self._parts = _checked(url)
+        parsed = _checked(url)
         self.url = url.rstrip("/")
-        self._base = self._parts.path.rstrip("/") or f"/{DEFAULT}"
-        self._token = _token()
+        self._root = self.url if (parsed.path or "/").strip("/") else f"{self.url}/{DEFAULT}"
+        self._headers = {"Authorization": f"Bearer {token}"} if (token := _token()) else {}
         self._wait = allowed_wait()
-        self._local = threading.local()
 
     @property
     def is_silent(self) -> bool:
         """Whether the server did not answer lately, so that only what is needed is asked."""
         return time.monotonic() < _silent.get(self.url, 0.0)
 
+    def json(
+        self, method: str, path: str, *, query: Mapping[str, Any] | None = None, body: Any = None,
+    ) -> Any:  # fmt: skip
+        """Return what the JSON of an answer stands for; the body is sent as JSON, see `request`."""
+        content = None if body is None else json.dumps(body).encode()
+        answer = self.request(method, path, query=query, body=content, headers={"Content-Type": "application/json"})
+        return self.parsed(answer)
+
     def request(
-        self, method: str, path: str, *, query: Mapping[str, Any] | None = None, body: Iterable[bytes] = (),
-        headers: Mapping[str, str] | None = None,
-    ) -> Answer:  # fmt: skip
+        self, method: str, path: str, *, query: Mapping[str, Any] | None = None,
+        body: bytes | Sequence[bytes] | None = None, headers: Mapping[str, str] | None = None,
+    ) -> urllib3.BaseHTTPResponse:  # fmt: skip
         """Return the answer to a request below the database; one that was not answered is repeated for a while.
 
         Raises:
             ModalDBError: the server said so, or did not answer in time, or something else answered.
         """
-        parts = list(body)
-        target = f"{self._base}{path}" + (f"?{urlencode(query, doseq=True)}" if query else "")
-        sent = {"Content-Length": str(sum(map(len, parts)))} if parts or method in ("PUT", "POST") else {}
-        sent |= {"Authorization": f"Bearer {self._token}"} if self._token else {}
-        sent |= dict(headers or {})
-        begun, pause = time.monotonic(), PAUSE[0]
+        target = f"{self._root}{path}" + (f"?{urlencode(query, doseq=True)}" if query else "")
+        sent = self._headers | dict(headers or {})
+        start, pause = time.monotonic(), PAUSE[0]
         while True:
             try:
-                answer = self._once(method, target, parts, sent)
+                answer = self._once(method, target, body, sent)
                 if method == "HEAD" and answer.status >= 400 and answer.status not in (*HEADS, BUSY):
                     # Such an answer has no body to say why.
-                    answer = self._once("GET", target, parts, sent | {"Range": "bytes=0-0"})
+                    answer = self._once("GET", target, None, sent | {"Range": "bytes=0-0"})
                 _silent.pop(self.url, None)
-                if answer.status != BUSY or time.monotonic() - begun + pause > self._wait:
+                if answer.status != BUSY or time.monotonic() - start + pause > self._wait:
                     return self._checked_answer(answer, method)
-            except (OSError, http.client.HTTPException) as error:
-                self._drop()
-                waited = time.monotonic() - begun
-                if not isinstance(error, LOST) or waited + pause > self._wait:
+            except HTTPError as error:
+                waited = time.monotonic() - start
+                if isinstance(error, FINAL) or waited + pause > self._wait:
                     _silent[self.url] = time.monotonic() + ALONE
                     raise Unanswered(f"{self.url}: no answer in {waited:.1f} s ({_cause(error)})") from error
             time.sleep(pause * random.uniform(0.5, 1.0))
             pause = min(2 * pause, PAUSE[1])
 
-    def _once(self, method: str, target: str, parts: list[bytes], headers: Mapping[str, str]) -> Answer:
-        connection = self._connection()
-        connection.putrequest(method, target, skip_accept_encoding=True)
-        for name, value in headers.items():
-            connection.putheader(name, value)
-        connection.endheaders()
-        try:
-            for part in parts:
-                connection.send(part)
-        except (BrokenPipeError, ConnectionResetError):
-            # A server that refuses a body says why before it hangs up.
-            pass
-        answer = connection.getresponse()
-        if answer.length is None and not answer.chunked and method != "HEAD":
-            raise http.client.IncompleteRead(b"")  # Without its length, nobody knows whether it is whole.
-        body = answer.read()
-        if answer.will_close:
-            self._drop()
-        headers = {name.lower(): value for name, value in answer.getheaders()}
-        return Answer(answer.status, headers, body, self.url)
+    def _once(self, method: str, target: str, body: Any, headers: Mapping[str, str]) -> urllib3.BaseHTTPResponse:
+        timeout = Timeout(connect=min(SLOWEST, max(self._wait, 1.0)), read=SLOWEST)
+        connections = _connections(os.getpid())
+        answer = connections.urlopen(method, target, body=body, headers=headers, timeout=timeout, redirect=False)
+        if method != "HEAD" and not any(name in answer.headers for name in LENGTHS):
+            raise ProtocolError("without its length, nobody knows whether an answer is whole")
+        return answer
 
-    def _checked_answer(self, answer: Answer, method: str) -> Answer:
+    def _checked_answer(self, answer: urllib3.BaseHTTPResponse, method: str) -> urllib3.BaseHTTPResponse:
         if answer.status < 400:
             return answer
         if method == "HEAD" and answer.status in HEADS:
             raise HEADS[answer.status](f"{self.url}: HTTP status {answer.status}")
         try:
-            found = answer.json()
-            kind, text = found["error"], found["detail"]
+            row = self.parsed(answer)
+            kind, text = row["error"], " ".join(str(row["detail"]).split())
         except (LookupError, TypeError):
-            raise StoreUnusable(f"{self.url}: HTTP status {answer.status}, not of a gudgeon server") from None
-        raise KNOWN.get(kind, StoreUnusable if answer.status < 500 else ModalDBError)(self._named(str(text)))
+            raise self._foreign(answer) from None
+        text = text if text.startswith(self.url) else f"{self.url}: {text}"
+        raise KNOWN.get(kind, StoreUnusable if answer.status < 500 else ModalDBError)(text)
 
-    def _named(self, text: str) -> str:
-        line = " ".join(text.split())
-        return line if line.startswith(self.url) else f"{self.url}: {line}"
+    def parsed(self, answer: urllib3.BaseHTTPResponse) -> Any:
+        """Return what the JSON of an answer stands for; raise StoreUnusable where it is none."""
+        try:
+            return answer.json()
+        except (ValueError, RecursionError):
+            raise self._foreign(answer) from None
 
-    def _connection(self) -> http.client.HTTPConnection:
-        found = getattr(self._local, "connection", None)
-        if found is None or self._local.process != os.getpid():  # A child process must not share a connection.
-            kind = http.client.HTTPSConnection if self._parts.scheme == "https" else http.client.HTTPConnection
-            found = kind(self._parts.hostname or "", self._parts.port, timeout=SLOWEST)
-            found.timeout = min(SLOWEST, max(self._wait, 1.0))
-            found.connect()
-            found.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            found.sock.settimeout(SLOWEST)
-            self._local.connection, self._local.process = found, os.getpid()
-        return found
-
-    def _drop(self) -> None:
-        found = getattr(self._local, "connection", None)
-        self._local.connection = None
-        if found is not None:
-            found.close()
+    def _foreign(self, answer: urllib3.BaseHTTPResponse) -> StoreUnusable:
+        return StoreUnusable(f"{self.url}: HTTP status {answer.status}, not of a gudgeon server")
 
 
-def _checked(url: str) -> SplitResult:
+@functools.cache
+def _connections(process: int) -> urllib3.PoolManager:
+    """Return the connections of a process: a child must not share those of its parent."""
+    return urllib3.PoolManager(maxsize=16, retries=False)
+
+
+def _checked(url: str) -> Url:
     try:
-        parts = urlsplit(url)
-        sound = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
-    except ValueError:
-        parts, sound = urlsplit(""), False
-    if not sound or parts.query or parts.fragment or parts.username or parts.path.strip("/").count("/"):
+        parts = parse_url(url)
+    except LocationParseError:
+        parts = Url()
+    sound = parts.scheme in ("http", "https") and parts.host and parts.port != 0
+    if not sound or parts.query or parts.fragment or parts.auth or (parts.path or "").strip("/").count("/"):
         raise StoreUnusable(f"{url[:200]}: no URL of a database; expected http://HOST:PORT or http://HOST:PORT/NAME")
     return parts
 
@@ -214,9 +181,9 @@ def allowed_wait() -> float:
     return wait
 
 
-def _cause(error: Exception) -> str:
+def _cause(error: BaseException) -> str:
+    while isinstance(error, HTTPError) and error.__context__ is not None:
+        error = error.__context__
     if isinstance(error, ssl.SSLError):
         return f"TLS: {error.reason or error}"
-    if isinstance(error, RecordNotWritten):
-        return str(error)
     return getattr(error, "strerror", None) or str(error) or type(error).__name__

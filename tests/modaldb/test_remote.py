@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import urllib3
 
 from gudgeon import modaldb
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
 from gudgeon.modaldb.keys import content_key
-from gudgeon.modaldb.stores import transport
 from gudgeon.modaldb.stores.manifest import BLOCK
 from gudgeon.modaldb.stores.remote import RemoteStore
 from gudgeon.modaldb.stores.transport import Transport
@@ -53,9 +53,9 @@ def sent(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, str, int]]:
     found: list[tuple[str, str, int]] = []
     once = Transport._once
 
-    def noted(self: Transport, method: str, target: str, *rest: Any) -> transport.Answer:
+    def noted(self: Transport, method: str, target: str, *rest: Any) -> urllib3.BaseHTTPResponse:
         answer = once(self, method, target, *rest)
-        found.append((method, target, len(answer.body)))
+        found.append((method, target, len(answer.data)))
         return answer
 
     monkeypatch.setattr(Transport, "_once", noted)
