@@ -104,6 +104,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     ),
     "imageio": ("pipeline/plots/*",),
     "sqlite3": ("modaldb/stores/*",),
+    "urllib3": ("modaldb/stores/transport.py",),
     "fastapi": ("pipeline/service/*",),
     "starlette": ("pipeline/service/*",),
     "h5grove": ("pipeline/service/tree.py",),
