@@ -36,7 +36,7 @@ DEFAULT = "default"
 """Database of a URL that names none."""
 KNOWN = {name: kind for name, kind in vars(errors).items() if isinstance(kind, type)} | {"QueryWrong": QueryWrong}
 FINAL = (NameResolutionError, SSLError)
-"""Errors that another try does not mend. Every request of ours may be repeated after the others."""
+"""Errors after which no other try helps. Every request of ours may be repeated after any other error."""
 
 
 class Unanswered(StoreUnusable):
