@@ -12,7 +12,7 @@ WORKERS ?= 2
 # The piston stands for itself on coarse meshes and over one stroke, where full-FE dofs finish in minutes.
 SCENES := $(filter-out data/piston/scene.toml data/piston/coarse.toml,\
     $(sort $(wildcard data/*/*.toml tests/validation/scenes/*/*.toml)))
-# gmsh and off-screen drawing load these; pipeline/doctor.py has the same list.
+# gmsh and off-screen drawing load these; pipeline/cli/doctor.py has the same list.
 SYSTEM_LIBRARIES := libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1
 # What is loaded of each of them, in the same order. No package of pip brings these.
 SONAMES := libGLU.so.1 libGL.so.1 libXrender.so.1 libXcursor.so.1 libXft.so.2 libXinerama.so.1 libgomp.so.1 libEGL.so.1

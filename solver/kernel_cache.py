@@ -28,8 +28,8 @@ from gudgeon.solver.source_state import ROOT, kept_digests
 SOURCES = (
     "solver/**/*.py",
     "pipeline/nodal/points/*.py",
-    "pipeline/electrostatics/kernel.py",
-    "pipeline/feel/kernel.py",
+    "pipeline/applications/electrostatics/kernel.py",
+    "pipeline/applications/feel/kernel.py",
 )
 COMPILED = ("explicit", "implicit", "general", "collocation", "discrete-gradient", "mechanism")
 """Compiled time loops: those of integrators, and the implicit one over ports."""

@@ -36,14 +36,13 @@ FOLDER_CAP = 15
 ROOT_CAP = 7
 """Files at the root of pipeline/."""
 
+APPLICATIONS = tuple(f"pipeline.applications.{name}" for name in ("electrostatics", "feel", "sensing", "wear", "wheel"))
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("modaldb", "solver.source_state"),
     ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.capabilities",
      "solver.kernel_cache", "solver.machine"),
-    ("pipeline.files", "pipeline.children", "pipeline.measuring", "pipeline.comparison", "solver.compiled",
-     "solver.vectors"),
-    ("pipeline.sources", "pipeline.geometry", "pipeline.linalg", "solver.forces",
-     "solver.laws", "solver.methods", "solver.obstacles", "solver.registry"),
+    ("pipeline.files", "pipeline.process", "pipeline.linalg", "solver.compiled", "solver.vectors"),
+    ("pipeline.geometry", "solver.forces", "solver.laws", "solver.methods", "solver.obstacles", "solver.registry"),
     ("solver.joints",),
     ("solver.scene",),
     ("pipeline.scenes", "solver.bodies"),
@@ -51,7 +50,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.modes", "pipeline.interfaces", "pipeline.design_change", "solver.system"),
     ("solver.ports",),
     ("pipeline.reduction", "solver.integrators", "solver.linear"),
-    ("pipeline.cyclic", "solver.results"),
+    ("solver.results",),
     ("solver.accuracy", "solver.checks"),
     ("solver.simulate",),
     ("solver.warm_up", "solver.simulation"),
@@ -59,19 +58,18 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.plots",),
     ("pipeline.stages",),
     ("pipeline.nodal", "pipeline.robustness", "pipeline.exporters", "pipeline.linear", "pipeline.drafts"),
-    ("pipeline.report", "pipeline.sensing", "pipeline.proximity"),
-    ("pipeline.wheel", "pipeline.electrostatics"),
-    ("pipeline.kinds", "pipeline.doctor", "pipeline.service", "pipeline.feel"),
-    ("pipeline.studies", "pipeline.wear"),
+    ("pipeline.report",),
+    ("pipeline.applications", *APPLICATIONS),
+    ("pipeline.kinds", "pipeline.service"),
+    ("pipeline.studies",),
     ("pipeline",),
     ("gudgeon",),
-    ("pipeline.cli.help",),
     ("pipeline.cli",),
     ("pipeline.__main__",),
 )  # fmt: skip
 """Rooms from the ground up; a file imports its own room and rooms of lower floors."""
 
-SOLVER_FROM: dict[str, tuple[str, ...]] = {
+IMPORTED_FROM: dict[str, tuple[str, ...]] = {
     "solver.bodies": ("pipeline.plots", "pipeline.stages", "pipeline.nodal", "pipeline.exporters"),
     "solver.contact": ("pipeline.plots", "pipeline.stages", "pipeline.nodal"),
     "solver.system": ("pipeline.stages.run", "pipeline.stages.plan", "pipeline.report.timing",
@@ -84,8 +82,9 @@ SOLVER_FROM: dict[str, tuple[str, ...]] = {
     "solver.integrators": (),
     "solver.results": ("pipeline.nodal.quantities", "pipeline.nodal.points"),
     "solver": ("pipeline.report.timing",),
+    **dict.fromkeys(APPLICATIONS, ("pipeline.kinds", "pipeline.cli.applications")),
 }  # fmt: skip
-"""Who of the pipeline may import these rooms of the solver; the light ones (scenes' models, laws, errors) are free."""
+"""Who of the pipeline may import applications and these rooms of the solver; the light ones of it are free."""
 
 HOMES: dict[str, tuple[str, ...]] = {
     "h5py": ("modaldb/*",),
@@ -94,13 +93,21 @@ HOMES: dict[str, tuple[str, ...]] = {
     "gmsh": ("pipeline/geometry/*",),
     "skfem": ("pipeline/fem/*", "pipeline/interfaces/*"),
     "meshio": ("pipeline/geometry/mesh_file.py", "pipeline/geometry/decks/*", "pipeline/exporters/*"),
-    "pyvista": ("pipeline/plots/*", "pipeline/wheel/pictures/*", "pipeline/electrostatics/pictures/*"),
-    "PIL": ("pipeline/plots/*", "pipeline/wheel/pictures/*", "pipeline/electrostatics/pictures/*"),
+    "pyvista": (
+        "pipeline/plots/*",
+        "pipeline/applications/wheel/pictures/*",
+        "pipeline/applications/electrostatics/pictures/*",
+    ),
+    "PIL": (
+        "pipeline/plots/*",
+        "pipeline/applications/wheel/pictures/*",
+        "pipeline/applications/electrostatics/pictures/*",
+    ),
     "matplotlib": (
         "pipeline/plots/*",
         "pipeline/*/picture.py",
-        "pipeline/wheel/pictures/*",
-        "pipeline/electrostatics/pictures/*",
+        "pipeline/applications/wheel/pictures/*",
+        "pipeline/applications/electrostatics/pictures/*",
     ),
     "imageio": ("pipeline/plots/*",),
     "sqlite3": ("modaldb/stores/*",),
@@ -261,14 +268,15 @@ def circles(sources: Sources) -> list[str]:
     return found
 
 
-def solver_imports(sources: Sources) -> list[str]:
-    """List imports by the pipeline of rooms of the solver that are not for it."""
+def limited_imports(sources: Sources) -> list[str]:
+    """List imports by the pipeline of rooms that are not for it."""
     return [
         str(one)
         for one, source, target in edges(sources)
         if source.startswith("pipeline")
-        and (room := room_of(target)) in SOLVER_FROM
-        and not any(source == home or source.startswith(f"{home}.") for home in SOLVER_FROM[room])
+        and (room := room_of(target)) != room_of(source)
+        and room in IMPORTED_FROM
+        and not any(source == home or source.startswith(f"{home}.") for home in IMPORTED_FROM[room])
     ]
 
 
@@ -334,7 +342,7 @@ Rule = Callable[[Sources], list[str]]
 RULES: dict[str, Rule] = {
     "no import runs up": runs_up,
     "no circle": circles,
-    "the solver is run in few places": solver_imports,
+    "the solver is run, and applications are imported, in few places": limited_imports,
     "libraries stay at home": foreign_imports,
     "files are not too long": long_files,
     "functions are not too long": long_functions,
@@ -348,11 +356,13 @@ def test_house(rule: Rule) -> None:
     assert rule(sources()) == []
 
 
-MESH, HDF5 = "pipeline/geometry/occ.py", "modaldb/hdf5.py"
+MESH, HDF5 = "pipeline/geometry/occ.py", "modaldb/format/hdf5.py"
 BODY, SIMULATE, CLI = "solver/bodies/small_motion.py", "solver/simulate.py", "pipeline/cli/commands.py"
 HOUSE: Sources = {
     **dict.fromkeys((MESH, HDF5, BODY, SIMULATE, CLI), ""),
-    **dict.fromkeys(("solver/errors.py", "pipeline/errors.py", "pipeline/kinds.py", "pipeline/stages/run.py"), ""),
+    **dict.fromkeys(
+        ("solver/errors.py", "pipeline/errors.py", "pipeline/kinds/__init__.py", "pipeline/stages/run.py"), ""
+    ),
     "pipeline/plots/style.py": "",
     "solver/result.py": "",
     "pipeline/gudgeon/__init__.py": "",
@@ -371,8 +381,8 @@ BROKEN: list[tuple[Rule, dict[str, str]]] = [
     (circles, {"solver/errors.py": "import gudgeon.solver.result", "solver/result.py": "from . import errors"}),
     (circles, {"solver/errors.py": "def f():\n    from gudgeon.solver.result import R",
                "solver/result.py": "if TYPE_CHECKING:\n    from gudgeon.solver.errors import E"}),
-    (solver_imports, {CLI: "from gudgeon.solver.simulate import simulate"}),
-    (solver_imports, {CLI: "def f():\n    from gudgeon.solver.bodies.small_motion import Body"}),
+    (limited_imports, {CLI: "from gudgeon.solver.simulate import simulate"}),
+    (limited_imports, {CLI: "def f():\n    from gudgeon.solver.bodies.small_motion import Body"}),
     (foreign_imports, {BODY: "import h5py"}),
     (foreign_imports, {BODY: "def f():\n    import requests"}),
     (foreign_imports, {CLI: "__import__('gmsh')"}),
@@ -398,7 +408,7 @@ def test_broken_house_is_found(rule: Rule, change: dict[str, str]) -> None:
 SOUND: list[dict[str, str]] = [
     {HDF5: "def f():\n    import h5py"},
     {BODY: "import numpy as np, pydantic, math\nfrom scipy import linalg"},
-    {BODY: "from gudgeon.modaldb.hdf5 import read_record\nfrom ..errors import SolverError"},
+    {BODY: "from gudgeon.modaldb.format.hdf5 import read_record\nfrom ..errors import SolverError"},
     {"pipeline/stages/run.py": "from gudgeon.solver.simulate import simulate"},
     {MESH: "import gmsh"},
     {CLI: "from gudgeon import __version__\nimport gudgeon.pipeline.kinds"},

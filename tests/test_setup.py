@@ -11,7 +11,7 @@ import kiwisolver
 import pytest
 
 from docs.tools.prune import drop_symbols, prune
-from gudgeon.pipeline import doctor
+from gudgeon.pipeline.cli import doctor
 
 ROOT = Path(__file__).resolve().parents[1]
 LOCK_FILES = ("requirements.lock", "requirements-solver.lock")

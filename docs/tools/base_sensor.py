@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from gudgeon import modaldb
+from gudgeon.pipeline.applications.sensing.chain import Base, Identified, base_parameters, identified
+from gudgeon.pipeline.applications.sensing.excitation import Limits, Series, optimised, random_motion
+from gudgeon.pipeline.applications.sensing.robot import robot_of
+from gudgeon.pipeline.applications.sensing.standing import Arm, Gauged, Standing, standing
 from gudgeon.pipeline.kinds import open_job, run
-from gudgeon.pipeline.sensing.chain import Base, Identified, base_parameters, identified
-from gudgeon.pipeline.sensing.excitation import Limits, Series, optimised, random_motion
-from gudgeon.pipeline.sensing.robot import robot_of
-from gudgeon.pipeline.sensing.standing import Arm, Gauged, Standing, standing
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = ROOT / "data" / "base-sensor" / "robot.toml"

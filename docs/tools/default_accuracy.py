@@ -20,7 +20,7 @@ import gudgeon
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.files import write_text
-from gudgeon.pipeline.sources import RECORDS, code_digests
+from gudgeon.pipeline.stages.keys.sources import RECORDS, code_digests
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError

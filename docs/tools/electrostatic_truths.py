@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gudgeon.pipeline.electrostatics.stages import compute_poses
+from gudgeon.pipeline.applications.electrostatics.stages import compute_poses
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.solver.forces.fields.pose_field import PoseField
 from tests.scenes import scene_path

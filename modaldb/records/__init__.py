@@ -1,6 +1,6 @@
 """The records: the only vocabulary that pipeline and solver share.
 
-Every record is a frozen dataclass of arrays, numbers, texts and named groups of these; `modaldb.hdf5` writes and
+Every record is a frozen dataclass of arrays, numbers, texts and named groups of these; `modaldb.format.hdf5` writes and
 reads them field by field, so that a reader can ask for less than the whole. All quantities are SI. Shapes use:
 n nodes, e cells, m elastic coordinates, c contact rows of an interface, s samples, f frames.
 """

@@ -33,7 +33,7 @@ class InterfaceModes:
         default=None,
         metadata=rule("c' 2 3", unit="1", name="unit vectors t1, t2 across each normal", columns="x, y, z"),
     )
-    """Unit vectors t1, t2 across each normal, right-handed with it, (c, 2, 3); see `modaldb.tangents`. None where no
+    """Unit vectors t1, t2 across each normal, right-handed with it, (c, 2, 3); see `records.tangents`. None where no
     friction acts."""
     tangential_rows: Array | None = field(
         default=None, metadata=rule("c' 2 m", unit="kg^-0.5", name="displacement along t1, t2 per elastic coordinate")
@@ -49,7 +49,7 @@ class InterfaceModes:
 
 @dataclass(frozen=True)
 class SplineGrid:
-    """Chart and knots of tensor products of uniform cubic B-splines on a surface, see `modaldb.traction`.
+    """Chart and knots of tensor products of uniform cubic B-splines on a surface, see `modaldb.records.traction`.
 
     Function a = i·counts[1] + j is the product of the i-th spline across and the j-th along, N_a.
     """

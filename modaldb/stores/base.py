@@ -7,13 +7,13 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gudgeon.modaldb.blocks import Source
 from gudgeon.modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing
+from gudgeon.modaldb.format.blocks import Source
 from gudgeon.modaldb.keys import KEY, text_key
 from gudgeon.modaldb.stores.query import Entry, Query, QueryWrong
 
 if TYPE_CHECKING:
-    from gudgeon.modaldb import hdf5
+    from gudgeon.modaldb.format import hdf5
 
 SHOWN = 200
 """Characters of a wrong location in a message."""
@@ -129,7 +129,7 @@ class Store(ABC):
 
     def get(self, key: str, kind: str, *, only: Collection[str] | None = None) -> Any:
         """Read a record, or the fields named in `only`; see `hdf5.read_fields`, and `opened` for errors."""
-        from gudgeon.modaldb import hdf5
+        from gudgeon.modaldb.format import hdf5
 
         with self.opened(key, kind) as (source, head):
             if head.kind != kind:
@@ -138,7 +138,7 @@ class Store(ABC):
 
     def examine(self, key: str) -> ModalDBError | None:
         """Return why a record cannot be used, as `fault` does, after reading all of it."""
-        from gudgeon.modaldb import hdf5
+        from gudgeon.modaldb.format import hdf5
 
         try:
             with self.opened(key) as (source, head):
@@ -149,7 +149,7 @@ class Store(ABC):
 
     def sizes(self, key: str) -> dict[str, int]:
         """Return the bytes of each dataset of a record, by field path; see `opened` for errors."""
-        from gudgeon.modaldb import hdf5
+        from gudgeon.modaldb.format import hdf5
 
         with self.opened(key) as (_, head):
             return hdf5.dataset_bytes(head)

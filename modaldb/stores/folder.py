@@ -22,16 +22,16 @@ from gudgeon.modaldb.errors import (
     RecordNotWritten,
     StoreUnusable,
 )
+from gudgeon.modaldb.format.seal import verify_open
+from gudgeon.modaldb.format.source import FileSource
 from gudgeon.modaldb.keys import KEY, canonical_json, text_key
-from gudgeon.modaldb.seal import verify_open
-from gudgeon.modaldb.source import FileSource
-from gudgeon.modaldb.stores import names, running, scratch
 from gudgeon.modaldb.stores.base import SHOWN, Leftover, Store, check_inputs, check_key, check_tag, missing
 from gudgeon.modaldb.stores.index import FolderCatalogue, Index, Stamp, record_files
+from gudgeon.modaldb.stores.local import names, running, scratch
 from gudgeon.modaldb.stores.query import Entry, Query
 
 if TYPE_CHECKING:
-    from gudgeon.modaldb import hdf5
+    from gudgeon.modaldb.format import hdf5
 
 logger = logging.getLogger(__name__)
 
@@ -78,7 +78,7 @@ class FolderStore(Store):
             raise RecordMismatch(f"{kind} record: its key {key[:12]}… is not that of its inputs")
         if self.has(key):
             return
-        from gudgeon.modaldb import hdf5
+        from gudgeon.modaldb.format import hdf5
 
         parts = hdf5.record_bytes(kind, record, text)
         with self._written(key, (kind, text, inputs), sum(map(len, parts))) as descriptor:
@@ -92,7 +92,7 @@ class FolderStore(Store):
             RecordDamaged, RecordMismatch: the bytes are not those of a record of this key; nothing is kept.
             RecordNotWritten, StoreUnusable: as `put`.
         """
-        from gudgeon.modaldb import hdf5
+        from gudgeon.modaldb.format import hdf5
 
         check_key(self.location, key, "record")
         with self._written(key, None, 0) as descriptor:
@@ -112,7 +112,7 @@ class FolderStore(Store):
             made: Kind, inputs as text and inputs of the record, where they are known.
             size: Of the record [bytes], for the message.
         """
-        from gudgeon.modaldb import hdf5
+        from gudgeon.modaldb.format import hdf5
 
         kind, known = (made[0], made[1:]) if made is not None else (None, None)
         path = self.path(key)
@@ -248,7 +248,7 @@ class FolderStore(Store):
         known = self._sound.get(path)
         if known is not None and known[0] == stamp:
             return known[1]
-        from gudgeon.modaldb import hdf5  # With numpy and the kinds of records, which a list does without.
+        from gudgeon.modaldb.format import hdf5  # With numpy and the kinds of records, which a list does without.
 
         verify_open(descriptor, path)
         head = hdf5.read_head(FileSource(descriptor), path)

@@ -18,16 +18,17 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from gudgeon.modaldb import domains, hdf5
-from gudgeon.modaldb.blocks import Malformed
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
+from gudgeon.modaldb.format import hdf5
+from gudgeon.modaldb.format.blocks import Malformed
+from gudgeon.modaldb.format.source import BytesSource, parts_of
 from gudgeon.modaldb.keys import KEY, content_key
-from gudgeon.modaldb.source import BytesSource, parts_of
+from gudgeon.modaldb.stores import domains
 from gudgeon.modaldb.stores.base import SHOWN, Leftover, Store, check_inputs, check_key, check_tag, missing
 from gudgeon.modaldb.stores.cache import AT_A_TIME, Cache, CachedSource
 from gudgeon.modaldb.stores.index import UNKNOWN, Index, Stamp
+from gudgeon.modaldb.stores.local.names import LONGEST
 from gudgeon.modaldb.stores.manifest import BLOCK, Manifest, manifest_of
-from gudgeon.modaldb.stores.names import LONGEST
 from gudgeon.modaldb.stores.query import Entry, Query
 from gudgeon.modaldb.stores.transport import allowed_wait
 

@@ -17,12 +17,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Protocol
 
-from gudgeon.modaldb.blocks import Malformed
+from gudgeon.modaldb.format.blocks import Malformed
+from gudgeon.modaldb.format.source import FileSource
+from gudgeon.modaldb.format.structure import read_attributes
 from gudgeon.modaldb.keys import KEY, canonical_json, content_key
-from gudgeon.modaldb.source import FileSource
-from gudgeon.modaldb.stores import names, scratch
+from gudgeon.modaldb.stores.local import names, scratch
 from gudgeon.modaldb.stores.query import RELATIONS, Condition, Entry, Query
-from gudgeon.modaldb.structure import read_attributes
 
 logger = logging.getLogger(__name__)
 

@@ -7,11 +7,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from gudgeon.modaldb import hdf5
-from gudgeon.modaldb.blocks import Source
 from gudgeon.modaldb.errors import RecordDamaged
+from gudgeon.modaldb.format import hdf5
+from gudgeon.modaldb.format.blocks import Source
+from gudgeon.modaldb.format.source import parts_of
 from gudgeon.modaldb.keys import KEY
-from gudgeon.modaldb.source import parts_of
 
 BLOCK = 65536
 """Bytes of a block; the last one of a file may have fewer."""

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
+from gudgeon.modaldb.format import hdf5
+from gudgeon.modaldb.format.source import BytesSource, parts_of
 from gudgeon.modaldb.keys import content_key
-from gudgeon.modaldb.source import BytesSource, parts_of
 from gudgeon.modaldb.stores.base import Leftover, Store, check_inputs, check_key, check_tag
 from gudgeon.modaldb.stores.cache import AT_A_TIME, Cache, CachedSource
 from gudgeon.modaldb.stores.manifest import BLOCK, Manifest, manifest_from, manifest_of, unpacked

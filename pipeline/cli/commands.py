@@ -202,7 +202,7 @@ def doctor_command(options: argparse.Namespace) -> int:
     """Examine the machine."""
     from dataclasses import asdict
 
-    from gudgeon.pipeline.doctor import examine, render_report
+    from gudgeon.pipeline.cli.doctor import examine, render_report
 
     place = options.db or os.environ.get("GUDGEON_DB") or ".gudgeon"
     findings = examine(None if "://" in place else Path(place))

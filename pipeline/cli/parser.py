@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from gudgeon.pipeline.cli import commands, drafts, studies
-from gudgeon.pipeline.cli.database_parser import DB, add_database
+from gudgeon.pipeline.cli.applications import feeling, wearing
+from gudgeon.pipeline.cli.applications.sensing import add_sensing
+from gudgeon.pipeline.cli.database.parser import DB, add_database
 from gudgeon.pipeline.cli.help.completion import SHELLS, script
 from gudgeon.pipeline.cli.help.examples import examples_of
 from gudgeon.pipeline.cli.help.usage import Parser
-from gudgeon.pipeline.cli.systems import feeling, wearing
-from gudgeon.pipeline.cli.systems.sensing import add_sensing
 
 EXAMPLES = """\
 examples:

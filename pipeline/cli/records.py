@@ -157,7 +157,7 @@ def diff_command(options: argparse.Namespace) -> int:
         raise InputError(f"--picture: the MAC matrix is of two modes records; these are {first.kind} and {second.kind}")
     comparison = None
     if both and first.key != second.key:
-        from gudgeon.pipeline.comparison.modes import compare_modes
+        from gudgeon.pipeline.modes.comparison import compare_modes
 
         comparison = compare_modes(store, first.key, second.key)
         if options.picture is not None:
@@ -186,7 +186,7 @@ def _draw(comparison: Any, names: tuple[str, str], path: Path) -> None:
     from gudgeon.pipeline.errors import InputError
 
     try:
-        from gudgeon.pipeline.comparison.picture import draw_mac
+        from gudgeon.pipeline.plots.mac import draw_mac
 
         draw_mac(comparison, names, path)
     except ModuleNotFoundError as error:

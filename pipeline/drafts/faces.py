@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.pipeline.children.call import called_apart
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.faces import Face, vector_text
 from gudgeon.pipeline.geometry.cad.part import CadPart, opened
@@ -17,6 +16,7 @@ from gudgeon.pipeline.geometry.cad.reading import solid_name
 from gudgeon.pipeline.geometry.cad.selection import FaceRule, chosen_faces, common_shape
 from gudgeon.pipeline.geometry.cad.units import differs, kind_of_file, stated_unit
 from gudgeon.pipeline.plots import render_faces
+from gudgeon.pipeline.process.call import called_apart
 
 
 @dataclass(frozen=True)

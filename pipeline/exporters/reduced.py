@@ -11,7 +11,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
-from gudgeon.modaldb.tangents import tangents
+from gudgeon.modaldb.records.tangents import tangents
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.reduction.expansion import displacement
 from gudgeon.pipeline.stages.job import Job

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from gudgeon.pipeline.errors import InputError
+
 EDGES = {
     1: np.array([[0, 1]]),
     2: np.array([[0, 1], [1, 2], [2, 0]]),
@@ -40,3 +42,17 @@ def turned(nodes: np.ndarray, triangles: np.ndarray, normal: np.ndarray) -> np.n
     a, b, c = np.moveaxis(nodes[triangles[:, :3]], 1, 0)
     against = np.cross(b - a, c - a) @ normal < 0
     return np.where(against[:, None], triangles[:, MIRRORED_TRIANGLE], triangles)
+
+
+def boundary_facets(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return cell and face number (f, 2) of each boundary facet and its nodes (f, 3) or (f, 6), outward.
+
+    Raises:
+        InputError: a face belongs to more than two tetrahedra; `path` is their file.
+    """
+    sides = FACES if cells.shape[1] == 10 else FACES[:, :3]
+    shared = side_counts(cells, sides)
+    if shared.max() > 2:
+        count = round(float((1 / shared[shared > 2]).sum()))
+        raise InputError(f"{path}: {count} faces belong to more than two tetrahedra; allowed: two")
+    return np.argwhere(shared == 1), cells[:, sides][shared == 1]

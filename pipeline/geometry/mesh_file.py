@@ -15,19 +15,25 @@ import numpy as np
 from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.children.call import called_apart
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.geometry.cad.units import KINDS
-from gudgeon.pipeline.geometry.cells import EDGES, FACES, GMSH_ORDER, MIRRORED_TETRA, compacted, side_counts
+from gudgeon.pipeline.geometry.cells import (
+    EDGES,
+    FACES,
+    GMSH_ORDER,
+    MIRRORED_TETRA,
+    boundary_facets,
+    compacted,
+)
 from gudgeon.pipeline.geometry.decks.abaqus import read_abaqus
 from gudgeon.pipeline.geometry.decks.ansys import read_ansys
 from gudgeon.pipeline.geometry.decks.by_gmsh import ENDINGS as GMSH_ENDINGS
 from gudgeon.pipeline.geometry.decks.by_gmsh import FIRST as GMSH_FIRST
 from gudgeon.pipeline.geometry.decks.by_gmsh import read_by_gmsh
-from gudgeon.pipeline.geometry.numbers import Point, UnitVector
+from gudgeon.pipeline.geometry.numbers import CAD_KINDS, Point, UnitVector
 from gudgeon.pipeline.geometry.shape_fit import fit_shape
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, true_surface
+from gudgeon.pipeline.process.call import called_apart
 from gudgeon.solver.numbers import RANGES, Length, Name, Strict
 
 ON_SHAPE = 1e-5
@@ -83,7 +89,7 @@ class MeshFile(Strict):
         Raises:
             InputError: the file is missing or no mesh, not one solid of tetrahedra, or not on its declared surfaces.
         """
-        if what := KINDS.get(Path(self.path).suffix.lower()):
+        if what := CAD_KINDS.get(Path(self.path).suffix.lower()):
             raise InputError(f'{self.path}: {what} is a shape without a mesh; kind = "cad" meshes it')
         mesh = read_mesh(self.path)
         points = scaled_points(mesh, self.unit, self.path)
@@ -195,20 +201,6 @@ def _ordered(points: np.ndarray, cells: np.ndarray, path: str) -> np.ndarray:
     cells[turned] = cells[turned][:, MIRRORED_TETRA[: cells.shape[1]]]
     _, first = np.unique(np.sort(cells[:, :4], axis=1), axis=0, return_index=True)
     return cells[np.sort(first)]
-
-
-def boundary_facets(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return cell and face number (f, 2) of each boundary facet and its nodes (f, 3) or (f, 6), outward.
-
-    Raises:
-        InputError: a face belongs to more than two tetrahedra; `path` is their file.
-    """
-    sides = FACES if cells.shape[1] == 10 else FACES[:, :3]
-    shared = side_counts(cells, sides)
-    if shared.max() > 2:
-        count = round(float((1 / shared[shared > 2]).sum()))
-        raise InputError(f"{path}: {count} faces belong to more than two tetrahedra; allowed: two")
-    return np.argwhere(shared == 1), cells[:, sides][shared == 1]
 
 
 def _with_mid_nodes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Points and directions of a scene file; numbers are in `solver.numbers`."""
+"""Points and directions of a scene file, and kinds of its CAD files; numbers are in `solver.numbers`."""
 
 from typing import Annotated
 
@@ -8,7 +8,12 @@ from pydantic import AfterValidator
 from gudgeon.solver.vectors import Place as Point
 from gudgeon.solver.vectors import Vector as Direction
 
-__all__ = ["Direction", "NonZero", "Point", "UnitVector"]
+__all__ = ["CAD_KINDS", "Direction", "NonZero", "Point", "UnitVector"]
+
+STEP, IGES, BREP, SCRIPT = (".step", ".stp", ".p21"), (".iges", ".igs"), (".brep", ".brp"), (".geo", ".geo_unrolled")
+CAD_KINDS = {**dict.fromkeys(STEP, "STEP"), **dict.fromkeys(IGES, "IGES"), **dict.fromkeys(BREP, "BREP"),
+             **dict.fromkeys(SCRIPT, "gmsh script")}  # fmt: skip
+"""What a CAD file is by the end of its name."""
 
 
 def _refuse_zero(vector: Direction) -> Direction:

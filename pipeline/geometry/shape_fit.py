@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.modaldb.traction import cross_axes
+from gudgeon.modaldb.records.traction import cross_axes
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cone, cylinder, distance, plane, sphere, true_surface
 
 ON_SHAPE = 1e-5

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.modaldb.traction import cross_axes
+from gudgeon.modaldb.records.traction import cross_axes
 from gudgeon.pipeline.errors import InputError
 
 Triple = Sequence[float] | np.ndarray

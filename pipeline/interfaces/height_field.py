@@ -11,8 +11,8 @@ from scipy.sparse.linalg import spsolve
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import SplineGrid
+from gudgeon.modaldb.records.traction import chart_coordinates, height_grid, heights, spline_weights
 from gudgeon.modaldb.records.types import Json
-from gudgeon.modaldb.traction import chart_coordinates, height_grid, heights, spline_weights
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.interfaces.points import facet_points
 from gudgeon.pipeline.scenes.interface import Interface

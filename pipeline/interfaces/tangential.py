@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
-from gudgeon.modaldb.tangents import tangents
+from gudgeon.modaldb.records.tangents import tangents
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface

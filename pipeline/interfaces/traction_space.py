@@ -1,6 +1,6 @@
 """Traction spaces: smooth tractions on a surface over which points of another body slide.
 
-Chart and splines are those of `modaldb.traction`. The row of function a is the mean normal displacement under its unit
+Chart and splines are those of `modaldb.records.traction`. Row a is the mean normal displacement under its unit
 traction, ∫ N_a n·u dA / ∫ N_a dA, over the curved facets with their true outward normal n. Where the surface extends
 beyond the space, the splines next to its edges keep their tails, so that a force there is as smooth as one inside;
 where the surface ends, they are cut off. On a patch, functions that find no surface move as their nearest one does.
@@ -15,8 +15,8 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import SplineGrid, TractionModes
+from gudgeon.modaldb.records.traction import SUPPORT, along_direction, chart_coordinates, spline_weights
 from gudgeon.modaldb.records.types import Json
-from gudgeon.modaldb.traction import SUPPORT, along_direction, chart_coordinates, spline_weights
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface

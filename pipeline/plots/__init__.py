@@ -18,8 +18,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from gudgeon.pipeline.children.lifeline import lifeline
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.process.lifeline import lifeline
 
 Pictures = dict[str, dict[str, str]]
 """Name → drawing function, by group; each group has its own child process, so that a crash affects one group only."""

@@ -11,9 +11,9 @@ import traceback
 from pathlib import Path
 
 from gudgeon import modaldb
-from gudgeon.pipeline.children.lifeline import end_with_parent
 from gudgeon.pipeline.plots import DRIVEN, PLOTS, TURNING
 from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.process.lifeline import end_with_parent
 
 
 def main(job_path: str) -> None:

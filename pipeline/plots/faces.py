@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from scipy.spatial import KDTree
 
-from gudgeon.pipeline.children.lifeline import end_with_parent
 from gudgeon.pipeline.files import whole_file
 from gudgeon.pipeline.plots.base import style, view
+from gudgeon.pipeline.process.lifeline import end_with_parent
 from gudgeon.solver.vectors import unit
 
 PANEL, HEIGHT = (780, 760), 950

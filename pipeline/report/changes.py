@@ -15,7 +15,7 @@ from gudgeon.pipeline.report.measures.differences import distance, impulses_of_i
 from gudgeon.pipeline.report.reference import histories
 from gudgeon.pipeline.report.steps import with_steps
 from gudgeon.pipeline.report.sweep import Setting
-from gudgeon.pipeline.scenes.reading import UNSET
+from gudgeon.pipeline.scenes.reference.file_schema import UNSET
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import RunReport

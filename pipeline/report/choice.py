@@ -17,8 +17,8 @@ from gudgeon.pipeline.report.reference import DRIFT
 from gudgeon.pipeline.scenes.reading import find_file, merged
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.job import UNCHECKED, Job, variant
+from gudgeon.pipeline.stages.keys.products import Product, product
 from gudgeon.pipeline.stages.make import keep
-from gudgeon.pipeline.stages.products import Product, product
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 

@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from gudgeon.pipeline.errors import pandas
-from gudgeon.pipeline.measuring.clock import Seconds
+from gudgeon.pipeline.process.clock import Seconds
 
 if TYPE_CHECKING:
     from pandas import DataFrame

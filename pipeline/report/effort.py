@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.measuring.machine import machine
+from gudgeon.pipeline.process.machine import machine
 from gudgeon.pipeline.report.document import Document
 from gudgeon.pipeline.stages.base import SceneJob
 

@@ -8,7 +8,7 @@ import numpy as np
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.measuring.force_window import hann_filter, resample_mean
+from gudgeon.pipeline.plots.contact.force_window import hann_filter, resample_mean
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.summary import reference_values
 from gudgeon.solver.obstacles import obstacle_of

@@ -13,7 +13,6 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.reduction.frequency_table import FIELDS
 from gudgeon.pipeline.report.budget.mesh_edges import CELLS, mean_edge
 from gudgeon.pipeline.report.choice import choose, judged, keep_report, on_its_mesh
 from gudgeon.pipeline.report.convergence import Neighbour, chain, extrapolated, settling
@@ -27,6 +26,7 @@ from gudgeon.pipeline.report.sweep import Setting, able_settings, reason, settin
 from gudgeon.pipeline.report.timing import Prepared, prepared
 from gudgeon.pipeline.stages.folder import held
 from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.notes.frequencies import FIELDS
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 

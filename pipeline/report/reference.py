@@ -20,8 +20,8 @@ from gudgeon.pipeline.report.force import (
     history_reference,
     pulse_reference,
 )
-from gudgeon.pipeline.report.full_fe.extrapolation import Extrapolation, extrapolation
 from gudgeon.pipeline.report.measures.differences import SLAP, VELOCITY, differences, relative
+from gudgeon.pipeline.report.measures.extrapolation import Extrapolation, extrapolation
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.summary import reference_values

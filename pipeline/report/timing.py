@@ -21,14 +21,14 @@ from gudgeon.modaldb.records.report import MeasurementRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.linalg.counter import COUNTS
-from gudgeon.pipeline.measuring.clock import Clock, Seconds
-from gudgeon.pipeline.measuring.machine import machine
-from gudgeon.pipeline.measuring.memory import peak_memory
+from gudgeon.pipeline.process.clock import Clock, Seconds
+from gudgeon.pipeline.process.machine import machine
+from gudgeon.pipeline.process.memory import peak_memory
 from gudgeon.pipeline.report.document import StageSeconds
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.keys.products import STAGES, combined, product
 from gudgeon.pipeline.stages.make import keep
-from gudgeon.pipeline.stages.products import STAGES, combined, product
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.simulate import simulate

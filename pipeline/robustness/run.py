@@ -9,7 +9,7 @@ from typing import Any
 
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.files import csv_text, write_text
-from gudgeon.pipeline.measuring.machine import machine
+from gudgeon.pipeline.process.machine import machine
 from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.operations import OPERATIONS

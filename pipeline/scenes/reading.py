@@ -15,6 +15,7 @@ from pydantic import BaseModel, ValidationError
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import is_file
+from gudgeon.pipeline.scenes.reference.file_schema import UNSET
 from gudgeon.pipeline.scenes.reference.table_text import ALIASES, home_text, table, table_text
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -22,7 +23,6 @@ SHOWN = 200
 """Characters of a wrong value in a message."""
 DEEPEST = 40
 """Tables within each other in a scene, and files based on each other."""
-UNSET = "unset"
 DOT = re.compile(r"""\.(?=(?:[^"']|"[^"]*"|'[^']*')*$)""")
 """Between the parts of a path: not within a quoted part."""
 IN_QUOTES = re.compile(r"""^(["'])(.*)\1$""")

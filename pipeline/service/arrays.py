@@ -8,9 +8,9 @@ from urllib.parse import quote, unquote
 
 import numpy as np
 
-from gudgeon.modaldb.blocks import Source
-from gudgeon.modaldb.hdf5 import Head
-from gudgeon.modaldb.structure import Dataset, Group
+from gudgeon.modaldb.format.blocks import Source
+from gudgeon.modaldb.format.hdf5 import Head
+from gudgeon.modaldb.format.structure import Dataset, Group
 
 MOST_BYTES = 256 * 2**20
 """Of an array in an answer."""

@@ -14,7 +14,7 @@ from fastapi.responses import JSONResponse, Response, StreamingResponse
 from starlette.requests import ClientDisconnect
 
 from gudgeon.modaldb.errors import ModalDBError
-from gudgeon.modaldb.source import FileSource
+from gudgeon.modaldb.format.source import FileSource
 from gudgeon.modaldb.stores.manifest import BLOCK, Manifest, manifest_of, packed
 from gudgeon.pipeline.service.access import Refused
 from gudgeon.pipeline.service.arrays import Wrong

@@ -8,11 +8,11 @@ from fastapi import APIRouter, Body, Path, Query
 from fastapi.responses import JSONResponse, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import RecordMissing, StoreUnusable
+from gudgeon.modaldb.format import hdf5
 from gudgeon.modaldb.stores import query as queries
 from gudgeon.modaldb.stores.base import LONGEST_TAG, TAG
-from gudgeon.modaldb.stores.names import LONGEST
+from gudgeon.modaldb.stores.local.names import LONGEST
 from gudgeon.pipeline.service import arrays
 from gudgeon.pipeline.service.access import LONGEST_LINK
 from gudgeon.pipeline.service.context import PROBLEMS, Key, Reader, Remover, Service, Writer

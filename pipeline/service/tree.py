@@ -15,7 +15,7 @@ from fastapi import APIRouter, FastAPI, Query, Request
 from fastapi.responses import Response
 from fastapi.routing import APIRoute
 
-from gudgeon.modaldb.structure import Dataset
+from gudgeon.modaldb.format.structure import Dataset
 from gudgeon.pipeline.service import arrays
 from gudgeon.pipeline.service.context import EXPLAINED, Reader, explained, one_line, problem
 

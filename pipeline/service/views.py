@@ -7,7 +7,7 @@ from fastapi import APIRouter, Path
 from fastapi.responses import JSONResponse, RedirectResponse, Response
 
 from gudgeon.modaldb.stores.query import Entry
-from gudgeon.pipeline.comparison.modes import compare_modes
+from gudgeon.pipeline.modes.comparison import compare_modes
 from gudgeon.pipeline.service import arrays, skin
 from gudgeon.pipeline.service.context import KEY, PROBLEMS, Key, Reader
 from gudgeon.pipeline.service.files import headers_of

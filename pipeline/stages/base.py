@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from gudgeon.modaldb.stores.base import Store
-from gudgeon.pipeline.stages.products import Product
+from gudgeon.pipeline.stages.keys.products import Product
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,14 @@ from gudgeon.pipeline.scenes.checks import checked, possible_quantities
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import merged, named
 from gudgeon.pipeline.stages.base import Place, SceneJob
-from gudgeon.pipeline.stages.products import STAGES, Product, component_products, nodal_product, plot_inputs, product
+from gudgeon.pipeline.stages.keys.products import (
+    STAGES,
+    Product,
+    component_products,
+    nodal_product,
+    plot_inputs,
+    product,
+)
 from gudgeon.pipeline.stages.reference_curve import reference_curve
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.scene.scene import Scene

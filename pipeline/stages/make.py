@@ -21,7 +21,7 @@ from gudgeon.pipeline.files import write_sealed
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.folder import PICTURES, claim, held, remove_pictures
-from gudgeon.pipeline.stages.products import Product, combined
+from gudgeon.pipeline.stages.keys.products import Product, combined
 from gudgeon.pipeline.stages.run_report import Progress, RunReport, StageReport
 from gudgeon.pipeline.stages.status import fresh_pictures, remember
 from gudgeon.solver.errors import SceneError

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gudgeon.modaldb.hdf5 import record_bytes
+from gudgeon.modaldb.format.hdf5 import record_bytes
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.trajectory import (
     BASIS_REASON,
@@ -22,7 +22,7 @@ from gudgeon.modaldb.records.trajectory import (
 )
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, whole_file, write_text
-from gudgeon.pipeline.measuring.stopping import numbered, stoppable
+from gudgeon.pipeline.process.stopping import numbered, stoppable
 from gudgeon.pipeline.reduction.estimate_notes import estimate_notes, patch_notes
 from gudgeon.pipeline.reduction.impact_notes import impact_notes
 from gudgeon.pipeline.scenes.checks import gravity_notes, law_notes, unit_notes
@@ -30,9 +30,9 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.folder import held, remove_pictures
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.keys.products import STAGES, Product, sensitivity_product
 from gudgeon.pipeline.stages.make import Task, check_finite, keep, make_stage, make_stages, run_stages, scene_name
 from gudgeon.pipeline.stages.parts import extent_notes, part_sizes, refuse_probes_off
-from gudgeon.pipeline.stages.products import STAGES, Product, sensitivity_product
 from gudgeon.pipeline.stages.run_report import TRAJECTORY, Progress, RunReport, StageReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, reference_values, write_summary
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED
@@ -309,7 +309,7 @@ def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
 def _frequencies(job: Job) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
     """Return the modes of every component with their errors, and notes on coarse meshes and parted groups of modes."""
     from gudgeon.pipeline.reduction.beam_notes import beam_notes
-    from gudgeon.pipeline.reduction.frequency_table import coarse_notes, frequency_rows, kept_modes, parted_notes
+    from gudgeon.pipeline.stages.notes.frequencies import coarse_notes, frequency_rows, kept_modes, parted_notes
 
     records = kept_modes(job.store, {name: steps["modes"].key for name, steps in job.components().items()})
     files = [name for name in records if job.scene.component[name].from_file]

@@ -87,7 +87,7 @@ class RunReport:
         Raises:
             InputError: the run has none, such as that of a wheel or one that ended before the stage `solve`.
         """
-        from gudgeon.modaldb.hdf5 import read_record
+        from gudgeon.modaldb.format.hdf5 import read_record
 
         path = Path(self.out) / TRAJECTORY
         if TRAJECTORY not in self.files or not self.out or not path.is_file():

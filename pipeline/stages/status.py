@@ -8,7 +8,7 @@ from gudgeon.modaldb.keys import content_key, differences, file_digest
 from gudgeon.pipeline.files import read_sealed, write_sealed
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.folder import PICTURES
-from gudgeon.pipeline.stages.products import Product, combined
+from gudgeon.pipeline.stages.keys.products import Product, combined
 
 INPUTS = "inputs.json"
 

@@ -12,10 +12,10 @@ from typing import Any
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.report import ReportRecord
 from gudgeon.modaldb.stores.base import Store
-from gudgeon.modaldb.upkeep import STUDY
+from gudgeon.modaldb.stores.upkeep import STUDY
 from gudgeon.pipeline.stages.base import SceneJob
+from gudgeon.pipeline.stages.keys.products import Product, made_by
 from gudgeon.pipeline.stages.make import keep, scene_name
-from gudgeon.pipeline.stages.products import Product, made_by
 from gudgeon.pipeline.studies.table import Table
 from gudgeon.pipeline.studies.task import LOST, MISSING, Row
 

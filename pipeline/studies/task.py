@@ -22,7 +22,7 @@ from gudgeon.pipeline.kinds import job_at, kind_of
 from gudgeon.pipeline.scenes.reading import merged, nested
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.change import largest_changes
-from gudgeon.pipeline.stages.products import made_by
+from gudgeon.pipeline.stages.keys.products import made_by
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 

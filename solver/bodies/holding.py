@@ -34,7 +34,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.gauges import GaugeModes
 from gudgeon.modaldb.records.modes import SHAPE_ERRORS, InterfaceModes, LoadModes, TractionModes
-from gudgeon.modaldb.tangents import tangents
+from gudgeon.modaldb.records.tangents import tangents
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.errors import SceneError
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import InertiaCouplings, LoadModes, ModalRecord, MorphRecord
-from gudgeon.modaldb.traction import turned_chart
+from gudgeon.modaldb.records.traction import turned_chart
 from gudgeon.solver.scene.body import Body
 
 VECTORS = {"N": 1, "N, N m": 2}

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphRecord
-from gudgeon.modaldb.tangents import tangents
+from gudgeon.modaldb.records.tangents import tangents
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.body import ALL_FREE, Body
 from gudgeon.solver.scene.damping import Damping

@@ -6,8 +6,8 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
+from gudgeon.modaldb.records.traction import along_direction, chart_coordinates, cubic_weights, inside, spline_weights
 from gudgeon.modaldb.records.types import Json
-from gudgeon.modaldb.traction import along_direction, chart_coordinates, cubic_weights, inside, spline_weights
 from gudgeon.solver.bodies.slanting import FACING
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.missing_compliance import Side, check_compliance

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from gudgeon.modaldb.traction import inside, spread
+from gudgeon.modaldb.records.traction import inside, spread
 from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.rows import ContactRows

@@ -10,9 +10,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
+from gudgeon.pipeline.applications.sensing.calibration import calibrated, write_calibration
+from gudgeon.pipeline.applications.sensing.job import infer
 from gudgeon.pipeline.scenes.gauge import WRENCH
-from gudgeon.pipeline.sensing.calibration import calibrated, write_calibration
-from gudgeon.pipeline.sensing.job import infer
 from tests.scenes import reference
 
 NAMES = [f"{side}{spoke}" for spoke in range(4) for side in ("top", "side")]

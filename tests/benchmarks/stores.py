@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import median
 
-from gudgeon.modaldb.hdf5 import record_bytes
+from gudgeon.modaldb.format.hdf5 import record_bytes
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.stores.folder import FolderStore, open_folder
 from gudgeon.modaldb.stores.query import Query, condition

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from gudgeon.pipeline.electrostatics.conductors import MOST_PANELS
+from gudgeon.pipeline.applications.electrostatics.conductors import MOST_PANELS
 
 SCENE = """
 [conductor.block]

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gudgeon.pipeline.electrostatics.poses import PoseProblem
+from gudgeon.pipeline.applications.electrostatics.poses import PoseProblem
 from gudgeon.pipeline.kinds import open_job, run
 
 SCENE = """

@@ -28,7 +28,7 @@ def parts(cls: type) -> Iterator[type]:
 
 
 def unknown_fields(cls: type) -> list[str]:
-    """List the fields whose type `gudgeon.modaldb.hdf5` cannot write and read."""
+    """List the fields whose type `gudgeon.modaldb.format.hdf5` cannot write and read."""
     return [name for name, hint in typing.get_type_hints(cls).items() if not _known(hint)]
 
 

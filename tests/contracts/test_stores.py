@@ -14,14 +14,14 @@ import pytest
 
 from gudgeon import modaldb
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
-from gudgeon.modaldb.hdf5 import read_record
+from gudgeon.modaldb.format.hdf5 import read_record
+from gudgeon.modaldb.format.seal import verify_record
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
-from gudgeon.modaldb.seal import verify_record
 from gudgeon.modaldb.stores.base import Store
-from gudgeon.modaldb.stores.names import NAMES
+from gudgeon.modaldb.stores.local.names import NAMES
 from gudgeon.modaldb.stores.query import Query, QueryWrong, condition
-from gudgeon.modaldb.upkeep import unreferenced
+from gudgeon.modaldb.stores.upkeep import unreferenced
 from tests.hsds import hsds, opened  # noqa: F401
 from tests.modaldb.samples import INPUTS, SAMPLES, WITHOUT_ARRAYS, mesh, modes, same
 from tests.pipeline.service.serving import served

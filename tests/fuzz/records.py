@@ -19,13 +19,13 @@ import h5py
 import numpy as np
 
 from gudgeon import modaldb
-from gudgeon.modaldb import hdf5
-from gudgeon.modaldb.blocks import USERBLOCK
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
+from gudgeon.modaldb.format import hdf5
+from gudgeon.modaldb.format.blocks import USERBLOCK
+from gudgeon.modaldb.format.seal import MAGIC
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.records.types import ARRAY
-from gudgeon.modaldb.seal import MAGIC
 from tests.modaldb.samples import INPUTS, SAMPLES
 
 BRIEF, LONG = 150, 20_000

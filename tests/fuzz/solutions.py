@@ -8,8 +8,8 @@ from collections import Counter
 from pathlib import Path
 
 from gudgeon import modaldb
-from gudgeon.modaldb.blocks import USERBLOCK
 from gudgeon.modaldb.errors import ModalDBError
+from gudgeon.modaldb.format.blocks import USERBLOCK
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate

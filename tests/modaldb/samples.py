@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.modaldb import hdf5
+from gudgeon.modaldb.format import hdf5
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord, PoseRecord

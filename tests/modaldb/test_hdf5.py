@@ -11,13 +11,13 @@ import h5py
 import numpy as np
 import pytest
 
-from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
+from gudgeon.modaldb.format import hdf5
+from gudgeon.modaldb.format.seal import verify_record
+from gudgeon.modaldb.format.source import FileSource
 from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
 from gudgeon.modaldb.records.mesh import Surface
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.modaldb.seal import verify_record
-from gudgeon.modaldb.source import FileSource
 from tests.modaldb.samples import (
     INPUTS,
     SAMPLES,

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from gudgeon import modaldb
-from gudgeon.modaldb import blocks, hdf5
 from gudgeon.modaldb.errors import RecordMismatch, StoreUnusable
+from gudgeon.modaldb.format import blocks, hdf5
+from gudgeon.modaldb.format.source import FileSource
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
-from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.stores.folder import FolderStore
 from tests.fuzz.records import sealed
 from tests.modaldb.samples import INPUTS, SAMPLES, mesh, modes, write_record
@@ -270,7 +270,7 @@ def test_a_file_that_cannot_be_removed(change: str, store: FolderStore, monkeypa
     def read_only(*arguments: object) -> None:
         raise OSError(30, "Read-only file system")
 
-    monkeypatch.setattr("gudgeon.modaldb.stores.scratch.remove", read_only)
+    monkeypatch.setattr("gudgeon.modaldb.stores.local.scratch.remove", read_only)
     monkeypatch.setattr("gudgeon.modaldb.stores.folder.os.replace", read_only)
     with pytest.raises(StoreUnusable, match=r"cannot be renamed or removed \(Read-only file system\)"):
         getattr(store, change)(store.place(KEY) if change == "set_aside" else KEY)

@@ -13,7 +13,7 @@ import pytest
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.stores import index
 from gudgeon.modaldb.stores.folder import FolderStore, open_folder
-from gudgeon.modaldb.stores.names import NAMES
+from gudgeon.modaldb.stores.local.names import NAMES
 from gudgeon.modaldb.stores.query import Query
 from tests.modaldb.samples import INPUTS, mesh, modes
 

@@ -334,7 +334,7 @@ def test_a_record_of_another_key_is_refused(url: str, tmp_path: Path, monkeypatc
 def test_a_newer_record_names_the_versions_that_are_read(
     url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from gudgeon.modaldb import hdf5
+    from gudgeon.modaldb.format import hdf5
 
     path = tmp_path / "db" / KEY[:2] / f"{KEY}.h5"
     path.parent.mkdir(parents=True)

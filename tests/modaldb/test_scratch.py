@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from gudgeon import modaldb
-from gudgeon.modaldb import hdf5
+from gudgeon.modaldb.format import hdf5
 from gudgeon.modaldb.keys import content_key
-from gudgeon.modaldb.stores import scratch
 from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.modaldb.stores.local import scratch
 from tests.modaldb.samples import INPUTS, mesh, modes
 
 KEY = content_key(INPUTS)

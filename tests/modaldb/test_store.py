@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from gudgeon import modaldb
-from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import (
     ModalDBError,
     RecordDamaged,
@@ -18,6 +17,7 @@ from gudgeon.modaldb.errors import (
     RecordNotWritten,
     StoreUnusable,
 )
+from gudgeon.modaldb.format import hdf5
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.stores.folder import FolderStore, set_aside

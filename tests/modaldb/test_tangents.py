@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.tangents import AGAINST, tangents
+from gudgeon.modaldb.records.tangents import AGAINST, tangents
 
 ROUND_OFF = 1e-14
 

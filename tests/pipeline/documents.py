@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from gudgeon.pipeline.measuring.clock import Seconds
+from gudgeon.pipeline.process.clock import Seconds
 from gudgeon.pipeline.report.document import Budget, Chain, Choice, Document, Quantity, Run, StageSeconds, Table, Term
 from gudgeon.pipeline.report.front import with_front
 

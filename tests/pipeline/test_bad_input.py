@@ -13,7 +13,7 @@ import meshio
 import pytest
 
 from gudgeon import modaldb
-from gudgeon.modaldb.seal import verify_record
+from gudgeon.modaldb.format.seal import verify_record
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.plots import PLOTS

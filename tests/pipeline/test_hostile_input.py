@@ -17,8 +17,8 @@ from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.profile import read_rows
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.kinds import open_job, run, schema
+from gudgeon.pipeline.stages.keys.products import Product
 from gudgeon.pipeline.stages.make import keep, not_finite
-from gudgeon.pipeline.stages.products import Product
 from gudgeon.solver.errors import SolverError
 from gudgeon.solver.numbers import RANGES
 from tests.fuzz.out_folders import SCENE

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.hdf5 import read_record
+from gudgeon.modaldb.format.hdf5 import read_record
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.kinds import run
 

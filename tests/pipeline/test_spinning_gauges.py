@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gudgeon.modaldb.hdf5 import read_record
+from gudgeon.modaldb.format.hdf5 import read_record
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.kinds import run
 from gudgeon.pipeline.reduction.reduce import reduce_component

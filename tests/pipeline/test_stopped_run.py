@@ -14,7 +14,7 @@ from gudgeon import modaldb
 from gudgeon.pipeline.cli import console, main
 from gudgeon.pipeline.cli.console import Console
 from gudgeon.pipeline.kinds import status
-from gudgeon.pipeline.measuring.stopping import stoppable
+from gudgeon.pipeline.process.stopping import stoppable
 from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.simulate import simulate
 from tests.solver.systems import build, rod_records, rod_scene

@@ -10,8 +10,8 @@ import numpy as np
 from gudgeon import modaldb
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.modes import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
+from gudgeon.modaldb.records.tangents import tangents
 from gudgeon.modaldb.stores.folder import FolderStore
-from gudgeon.modaldb.tangents import tangents
 from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.integrators.implicit.integrator import Implicit
 from gudgeon.solver.integrators.outcome import Samples

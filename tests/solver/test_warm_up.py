@@ -164,8 +164,8 @@ def test_what_a_file_depends_on_names_its_folder(tree: Path, name: str, old: str
 def test_kept_digests_see_what_compiled_files_import_from_other_packages(tree: Path, tmp_path: Path) -> None:
     """Constants are compiled into machine code, also those of files in which nothing is compiled."""
     (tree / "modaldb").mkdir()
-    (tree / "modaldb/tangents.py").write_text("SIDES = 2\n")
-    loop = "from gudgeon.solver.compiled import compiled\nfrom gudgeon.modaldb.tangents import SIDES\n"
+    (tree / "modaldb/records/tangents.py").write_text("SIDES = 2\n")
+    loop = "from gudgeon.solver.compiled import compiled\nfrom gudgeon.modaldb.records.tangents import SIDES\n"
     (tree / "solver/loop.py").write_text(loop)
 
     def found() -> Mapping[str, str]:
@@ -173,7 +173,7 @@ def test_kept_digests_see_what_compiled_files_import_from_other_packages(tree: P
 
     first = found()
     assert found() == first == Sources(tree).digests()
-    (tree / "modaldb/tangents.py").write_text("SIDES = 3\n")
+    (tree / "modaldb/records/tangents.py").write_text("SIDES = 3\n")
     assert found()["solver/loop.py"] != first["solver/loop.py"]
     assert found() == Sources(tree).digests()
 

@@ -8,10 +8,10 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.cyclic.harmonic import harmonic_modes
-from gudgeon.pipeline.cyclic.hermitian import lowest_pairs
-from gudgeon.pipeline.cyclic.sector import Sector, cyclic_sector
-from gudgeon.pipeline.cyclic.whole_wheel import Mistuning, wheel_problem
+from gudgeon.pipeline.applications.wheel.cyclic.harmonic import harmonic_modes
+from gudgeon.pipeline.applications.wheel.cyclic.hermitian import lowest_pairs
+from gudgeon.pipeline.applications.wheel.cyclic.sector import Sector, cyclic_sector
+from gudgeon.pipeline.applications.wheel.cyclic.whole_wheel import Mistuning, wheel_problem
 from gudgeon.pipeline.fem.model import FEModel, MassProperties
 from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gudgeon.pipeline.applications.wear.cycles import Asked
+from gudgeon.pipeline.applications.wear.report import run_wear
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.wear.cycles import Asked
-from gudgeon.pipeline.wear.report import run_wear
 from tests.scenes import scene_path
 from tests.validation.solved import solve
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from gudgeon import modaldb
+from gudgeon.pipeline.applications.sensing.standing import standing
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import kind_of, open_job, run
 from gudgeon.pipeline.linear.analysis import Asked
-from gudgeon.pipeline.sensing.standing import standing
 from tests.scenes import reference, scene_path
 
 EXPECTED = reference("base-sensor/J1_spoked_plate.json")

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.pipeline.cyclic.harmonic import harmonic_modes, tuned_frequencies
-from gudgeon.pipeline.cyclic.hermitian import lowest_pairs
-from gudgeon.pipeline.cyclic.synthesis import InterfaceChoice, sector_parts, synthesise
-from gudgeon.pipeline.cyclic.whole_wheel import wheel_problem
+from gudgeon.pipeline.applications.wheel.cyclic.harmonic import harmonic_modes, tuned_frequencies
+from gudgeon.pipeline.applications.wheel.cyclic.hermitian import lowest_pairs
+from gudgeon.pipeline.applications.wheel.cyclic.synthesis import InterfaceChoice, sector_parts, synthesise
+from gudgeon.pipeline.applications.wheel.cyclic.whole_wheel import wheel_problem
 from tests.validation.cyclic_chain import F5, chain, tuned_modes, wheel_frequencies
 
 EXACT = 1e-11

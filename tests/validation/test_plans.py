@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import RecordMismatch
+from gudgeon.modaldb.format import hdf5
+from gudgeon.modaldb.format.source import FileSource
+from gudgeon.modaldb.format.structure import Dataset
 from gudgeon.modaldb.records.modes import GaugeModes, ModalRecord, MorphRecord
-from gudgeon.modaldb.source import FileSource
-from gudgeon.modaldb.structure import Dataset
 from gudgeon.pipeline.kinds import kind_of, open_job
 from gudgeon.pipeline.stages.plan import plan
 from gudgeon.pipeline.stages.run import run_job

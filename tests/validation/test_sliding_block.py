@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.traction import cubic_weights
+from gudgeon.modaldb.records.traction import cubic_weights
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job

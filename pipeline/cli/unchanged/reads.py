@@ -14,10 +14,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from gudgeon.modaldb.blocks import USERBLOCK
 from gudgeon.modaldb.errors import RecordDamaged
+from gudgeon.modaldb.format.blocks import USERBLOCK
+from gudgeon.modaldb.format.seal import MAGIC, verify_open
 from gudgeon.modaldb.keys import open_file
-from gudgeon.modaldb.seal import MAGIC, verify_open
 from gudgeon.pipeline.cli.interruption import undisturbed
 from gudgeon.pipeline.files import ABSENT
 

@@ -11,18 +11,17 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.children.call import called_apart
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.faces import Face, distances, faces_of
 from gudgeon.pipeline.geometry.cad.reading import read_solids, solid_name, solid_volume
 from gudgeon.pipeline.geometry.cad.selection import FaceRule, Number, faces_by_name
 from gudgeon.pipeline.geometry.cad.units import model_scale
-from gudgeon.pipeline.geometry.cells import GMSH_ORDER
+from gudgeon.pipeline.geometry.cells import GMSH_ORDER, boundary_facets
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
-from gudgeon.pipeline.geometry.mesh_file import boundary_facets
 from gudgeon.pipeline.geometry.occ import GMSH_TETRA10, GMSH_TRIANGLE6, generate, meshing, nodes_and_cells
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule
+from gudgeon.pipeline.process.call import called_apart
 from gudgeon.solver.numbers import Length, Name, Strict
 
 TURN = 14

@@ -1,18 +1,16 @@
 """Reading of CAD files by gmsh's OpenCASCADE: solids by name or number, and what is refused."""
 
-import contextlib
 import math
-import os
 import re
-import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gudgeon.pipeline.children.call import at_most
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.units import kind_of_file
 from gudgeon.pipeline.geometry.occ import read_file
+from gudgeon.pipeline.geometry.quiet import quiet_stdout
+from gudgeon.pipeline.process.call import at_most
 
 SEWN = (1e-6, 1e-5, 1e-4)
 """Gaps between faces that are closed where a file has faces and no solid, by its extent."""
@@ -73,20 +71,6 @@ def read_solids(gmsh: Any, path: str, wanted: Sequence[str | int]) -> list[int]:
     if len(kept) > 1 and gmsh.model.occ.getEntities(3):
         kept = _glued(gmsh, path, kept)
     return kept
-
-
-@contextlib.contextmanager
-def quiet_stdout() -> Iterator[None]:
-    """Drop what OpenCASCADE prints: its own messages pass by gmsh's option."""
-    sys.stdout.flush()
-    saved, sink = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(sink, 1)
-        yield
-    finally:
-        os.dup2(saved, 1)
-        os.close(saved)
-        os.close(sink)
 
 
 def solid_name(gmsh: Any, tag: int) -> str:

@@ -4,11 +4,8 @@ import re
 from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.numbers import CAD_KINDS
 
-STEP, IGES, BREP, SCRIPT = (".step", ".stp", ".p21"), (".iges", ".igs"), (".brep", ".brp"), (".geo", ".geo_unrolled")
-KINDS = {**dict.fromkeys(STEP, "STEP"), **dict.fromkeys(IGES, "IGES"), **dict.fromkeys(BREP, "BREP"),
-         **dict.fromkeys(SCRIPT, "gmsh script")}  # fmt: skip
-"""What a file is by the end of its name."""
 MODEL_UNIT = 1e-3
 """OpenCASCADE converts STEP and IGES files to millimetres [m]."""
 PREFIXES = {
@@ -37,10 +34,10 @@ def kind_of_file(path: str) -> str:
         InputError: it ends in something else.
     """
     ending = Path(path).suffix.lower()
-    if ending not in KINDS:
-        allowed = ", ".join(KINDS)
+    if ending not in CAD_KINDS:
+        allowed = ", ".join(CAD_KINDS)
         raise InputError(f"{path}: ends in '{ending}', allowed: {allowed}; meshes are of kind 'file'")
-    return KINDS[ending]
+    return CAD_KINDS[ending]
 
 
 def stated_unit(path: str) -> float | None:

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.pipeline.geometry.cad.reading import quiet_stdout
 from gudgeon.pipeline.geometry.occ import meshing, read_file
+from gudgeon.pipeline.geometry.quiet import quiet_stdout
 
 FIRST = (".unv", ".med")
 """Endings that gmsh reads before meshio, which drops their names."""

@@ -13,7 +13,6 @@ from scipy import sparse
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.types import Json
 from gudgeon.pipeline.errors import StageError
-from gudgeon.pipeline.measuring.clock import Clock
 from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.banded import is_narrow, march, new_band
 from gudgeon.pipeline.nodal.points.contact import Press, new_press, press
@@ -26,6 +25,7 @@ from gudgeon.pipeline.nodal.quantities import (
     named,
     window_of,
 )
+from gudgeon.pipeline.process.clock import Clock
 from gudgeon.solver.results.contact_events import restitution
 
 PARTS = 100

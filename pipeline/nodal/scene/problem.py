@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.modes import SplineGrid
-from gudgeon.modaldb.traction import along_direction, chart_coordinates, spread, turned_chart
+from gudgeon.modaldb.records.traction import along_direction, chart_coordinates, spread, turned_chart
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.interfaces.loads import load_rows
 from gudgeon.pipeline.interfaces.traction_space import traction_space

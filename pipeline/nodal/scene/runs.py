@@ -5,13 +5,13 @@ from dataclasses import replace
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.measuring.clock import Clock, Seconds
 from gudgeon.pipeline.nodal.problem import NodalProblem, PointProblem
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
 from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
+from gudgeon.pipeline.process.clock import Clock, Seconds
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.keys.products import Product, nodal_product
 from gudgeon.pipeline.stages.make import keep
-from gudgeon.pipeline.stages.products import Product, nodal_product
 
 REPEATS, SHORT = 3, 10.0
 """A run of `SHORT` [s] or less is repeated so often in all; the least time counts, as for reduced models."""

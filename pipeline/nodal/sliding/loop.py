@@ -14,7 +14,6 @@ from threadpoolctl import ThreadpoolController
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.types import Json
-from gudgeon.pipeline.measuring.clock import Clock, Seconds
 from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.loop import simulate_points
 from gudgeon.pipeline.nodal.problem import NodalProblem, PointProblem
@@ -28,6 +27,7 @@ from gudgeon.pipeline.nodal.quantities import (
 )
 from gudgeon.pipeline.nodal.sliding.contact import contact_energy
 from gudgeon.pipeline.nodal.sliding.coupling import Coupling, StepForces, master_ports, slave_ports
+from gudgeon.pipeline.process.clock import Clock, Seconds
 
 PROGRESS_STRIDE = 64
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.modes import SplineGrid
-from gudgeon.modaldb.traction import SUPPORT, inside
+from gudgeon.modaldb.records.traction import SUPPORT, inside
 from gudgeon.pipeline.interfaces.traction_space import spline_matrix
 from gudgeon.pipeline.nodal.problem import NodalContact
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.modaldb.traction import spread
+from gudgeon.modaldb.records.traction import spread
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.solver.bodies.small_motion import FlexibleBody

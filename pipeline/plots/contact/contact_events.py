@@ -9,7 +9,7 @@ from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, impact_count, spaced
 from gudgeon.pipeline.plots.contact.located import Course, Touch, normal_courses, touches
-from gudgeon.pipeline.plots.driven.sliding import slides, sliding_figure
+from gudgeon.pipeline.plots.contact.sliding import slides, sliding_figure
 
 HEADROOM = 0.12
 """Room for the numbers of impacts, of the axis."""

@@ -11,9 +11,9 @@ from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.hardest import hardest
 from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.contact.drive import Drive, frame_degrees, hardest_first, own_cycle, shown_angle
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, impact_count
 from gudgeon.pipeline.plots.contact.located import Touch, touches
-from gudgeon.pipeline.plots.driven.drive import Drive, frame_degrees, hardest_first, own_cycle, shown_angle
 
 ENERGIES = (("kinetic", style.BLUE), ("strain", style.ORANGE), ("contact", style.RED), ("dissipated", style.GREEN))
 WORK = "#7a4fa3"

@@ -22,7 +22,7 @@ from gudgeon.pipeline.geometry.surfaces import cylindrical
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.hardest import Hardest, hardest
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.driven.drive import drive_of, frame_degrees, hardest_first, shown_angle
+from gudgeon.pipeline.plots.contact.drive import drive_of, frame_degrees, hardest_first, shown_angle
 from gudgeon.solver.contact.pressure import Patches, patches, pressure_peak
 
 LEAST_POINTS = 4

@@ -16,7 +16,7 @@ from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.hardest import Hardest, hardest
 from gudgeon.pipeline.plots.base.run import SOLIDS, BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Cut, Skin, make_skin, skin_of
-from gudgeon.pipeline.plots.driven.drive import Drive, drive_of, frame_degrees, own_cycle, shown_angle
+from gudgeon.pipeline.plots.contact.drive import Drive, drive_of, frame_degrees, own_cycle, shown_angle
 from gudgeon.solver.vectors import length_across
 
 IMAGE = (1180, 1020)

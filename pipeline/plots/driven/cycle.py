@@ -11,8 +11,8 @@ from matplotlib.lines import Line2D
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.contact.drive import Cycle, crank_axis, cycles, gas_pressure, shown_angle
 from gudgeon.pipeline.plots.contact.force_axes import WINDOW
-from gudgeon.pipeline.plots.driven.drive import Cycle, crank_axis, cycles, gas_pressure, shown_angle
 
 STYLES = (
     (style.BLUE, "-"), (style.ORANGE, (0, (5, 1.5))), (style.GREEN, (0, (1.5, 1))),

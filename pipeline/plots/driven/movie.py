@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 from gudgeon.pipeline.plots.base import film, style, view
 from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.contact.drive import Cycle, drive_of, frame_degrees, own_cycle, shown_angle
 from gudgeon.pipeline.plots.contact.force_axes import WINDOW
 from gudgeon.pipeline.plots.driven.assembly import Assembly, arrows, assemble
 from gudgeon.pipeline.plots.driven.cycle import draw_panels
-from gudgeon.pipeline.plots.driven.drive import Cycle, drive_of, frame_degrees, own_cycle, shown_angle
 
 SIZE = (1280, 720)
 """Of the movie [px]."""

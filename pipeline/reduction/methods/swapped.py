@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gudgeon.modaldb.records.modes import SplineGrid, SwapModes
-from gudgeon.modaldb.traction import spread
+from gudgeon.modaldb.records.traction import spread
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.normal import largest_count

@@ -9,8 +9,8 @@ import numpy as np
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.field import PoseGridRecord
 from gudgeon.pipeline.stages.job import Job, grids_of
+from gudgeon.pipeline.stages.keys.products import Product
 from gudgeon.pipeline.stages.make import keep
-from gudgeon.pipeline.stages.products import Product
 from gudgeon.solver.forces.fields.pose_field import cell_errors
 
 LEAST_POINTS = 7

@@ -12,16 +12,16 @@ from typing import NamedTuple
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.report import MeasurementRecord
-from gudgeon.pipeline.measuring.clock import Seconds
-from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.nodal.scene.runs import nodal_key, set_up_seconds
+from gudgeon.pipeline.process.clock import Seconds
+from gudgeon.pipeline.process.machine import machine
 from gudgeon.pipeline.report.choice import choose
 from gudgeon.pipeline.report.document import Cost, Quantity, Run
 from gudgeon.pipeline.report.errors import Point
 from gudgeon.pipeline.report.timing import prepared
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.keys.products import product
 from gudgeon.pipeline.stages.make import keep
-from gudgeon.pipeline.stages.products import product
 
 TOLERANCES = (1e-2, 1e-3)
 BEYOND = 2.0

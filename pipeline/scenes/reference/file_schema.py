@@ -8,8 +8,8 @@ import copy
 from collections.abc import Mapping
 from typing import Any
 
-from gudgeon.pipeline.scenes.reading import UNSET
-
+UNSET = "unset"
+"""Text that removes a key of the file that another is based on."""
 Schema = dict[str, Any]
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 IDENTIFIER = "urn:gudgeon:scene"

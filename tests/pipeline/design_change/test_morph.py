@@ -16,8 +16,8 @@ from gudgeon.pipeline.geometry import profile
 from gudgeon.pipeline.geometry.profile import ProfileTable, read_profile, rows_of
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.stages.keys.products import component_products
 from gudgeon.pipeline.stages.mesh import movement_of
-from gudgeon.pipeline.stages.products import component_products
 
 ANGLES = np.radians([-180.0, -90.0, 0.0, 90.0, 180.0])
 HEIGHTS = np.linspace(0, 0.06, 7)

@@ -24,7 +24,7 @@ from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.supports import Support
-from gudgeon.pipeline.stages.products import component_products
+from gudgeon.pipeline.stages.keys.products import component_products
 from tests.pipeline.blocks import block, on_plane
 
 MATERIAL = Material(E=72e9, nu=0.33, rho=2700.0)

@@ -8,7 +8,7 @@ from typing import Any
 import gmsh
 
 from gudgeon.pipeline.geometry.cad.part import CadPart
-from gudgeon.pipeline.geometry.cad.reading import quiet_stdout
+from gudgeon.pipeline.geometry.quiet import quiet_stdout
 
 EXAMPLES = Path(sysconfig.get_path("data")) / "share/doc/gmsh/examples"
 COMPONENT, ASSEMBLY = EXAMPLES / "boolean/component8.step", EXAMPLES / "api/as1-tu-203.stp"

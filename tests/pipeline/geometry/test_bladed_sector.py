@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.cyclic.sector import cyclic_sector
+from gudgeon.pipeline.applications.wheel.cyclic.sector import cyclic_sector
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.geometry.shapes.bladed_sector import BladedSector

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from gudgeon.pipeline.children.call import called_apart
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.process.call import called_apart
 from tests.pipeline.geometry.cad_files import bracket, write_cad
 
 SCENE = """

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.traction import chart_coordinates, height_grid, heights
 from gudgeon.modaldb.records.types import Json
-from gudgeon.modaldb.traction import chart_coordinates, height_grid, heights
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.interfaces.traction_space import traction_space

@@ -13,7 +13,7 @@ from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.geometry.mesh_file import boundary_facets
+from gudgeon.pipeline.geometry.cells import boundary_facets
 from gudgeon.pipeline.interfaces.point_mass import with_point_masses
 from gudgeon.pipeline.modes.normal import normal_modes
 from gudgeon.pipeline.reduction.reduce import reduce_component

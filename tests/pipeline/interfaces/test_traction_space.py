@@ -8,7 +8,7 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import TractionModes
-from gudgeon.modaldb.traction import along_direction, chart_coordinates, inside, spline_weights
+from gudgeon.modaldb.records.traction import along_direction, chart_coordinates, inside, spline_weights
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.geometry.shapes.bar import Bar

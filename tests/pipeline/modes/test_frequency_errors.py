@@ -27,12 +27,12 @@ from gudgeon.pipeline.modes.estimate import discretisation_errors
 from gudgeon.pipeline.modes.normal import normal_modes
 from gudgeon.pipeline.modes.patch_recovery import Recovery
 from gudgeon.pipeline.modes.problem import Count
-from gudgeon.pipeline.reduction.frequency_table import coarse_notes, frequency_rows
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.supports import Support
 from gudgeon.pipeline.stages.mesh import build_mesh
+from gudgeon.pipeline.stages.notes.frequencies import coarse_notes, frequency_rows
 
 STEEL = Material(E=2e11, nu=0.3, rho=8000.0)
 ROUND_OFF = 1e-12

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from gudgeon.pipeline.modes.problem import whole_groups
-from gudgeon.pipeline.reduction.frequency_table import parted_notes
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.mesh import build_mesh
+from gudgeon.pipeline.stages.notes.frequencies import parted_notes
 
 ROUND = {"kind": "circle", "radius": 0.01}
 FLAT = {"kind": "rectangle", "width": 0.02, "height": 0.03}

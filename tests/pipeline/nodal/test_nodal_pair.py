@@ -7,7 +7,7 @@ import pytest
 from scipy import sparse
 
 from gudgeon.modaldb.records.modes import TractionModes
-from gudgeon.modaldb.traction import inside, spline_weights
+from gudgeon.modaldb.records.traction import inside, spline_weights
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.nodal.problem import NodalContact, NodalProblem, SlidingSurface
 from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal

@@ -18,8 +18,8 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline import plots
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.measuring.force_window import hann_filter, resample_mean
 from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.contact.force_window import hann_filter, resample_mean
 from gudgeon.pipeline.stages.run import run_job
 from tests.pipeline.small import rod_scene, write_scene
 
@@ -249,7 +249,7 @@ def test_interruption_ends_both_children_and_leaves_nothing_half_written(
     last: str, skirt: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """SIGINT while one child draws, or is done, and the other has written half a file and sleeps."""
-    ends = "from gudgeon.pipeline.children.lifeline import end_with_parent; end_with_parent(); time.sleep(60)"
+    ends = "from gudgeon.pipeline.process.lifeline import end_with_parent; end_with_parent(); time.sleep(60)"
     fake_child(tmp_path, monkeypatch, ends)
     children: list[subprocess.Popen[str]] = []
     start, out = subprocess.Popen.__init__, tmp_path / "out"

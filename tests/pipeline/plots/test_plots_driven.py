@@ -25,8 +25,8 @@ from matplotlib.figure import Figure  # noqa: E402
 from gudgeon.pipeline.plots.base.hardest import hardest  # noqa: E402
 from gudgeon.pipeline.plots.base.surface import Cut, make_skin  # noqa: E402
 from gudgeon.pipeline.plots.contact.curves import across_energy, balance  # noqa: E402
+from gudgeon.pipeline.plots.contact.drive import crank_axis, cycles, drive_of, frame_degrees, shown_angle  # noqa: E402
 from gudgeon.pipeline.plots.driven.assembly import assemble  # noqa: E402
-from gudgeon.pipeline.plots.driven.drive import crank_axis, cycles, drive_of, frame_degrees, shown_angle  # noqa: E402
 
 PISTON = Path(__file__).resolve().parents[3] / "data" / "piston" / "coarse.toml"
 COARSER = {

@@ -16,7 +16,7 @@ from gudgeon.pipeline.report.bodies import report_job
 from gudgeon.pipeline.report.document import Document
 from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.full_fe.costs import step_for
-from gudgeon.pipeline.report.full_fe.extrapolation import extrapolation
+from gudgeon.pipeline.report.measures.extrapolation import extrapolation
 from gudgeon.pipeline.report.page.page import page
 from gudgeon.pipeline.report.page.words import cost_tables, reference_text
 from gudgeon.pipeline.report.reference import errors_against, external_reference, histories

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from gudgeon.pipeline.doctor import BROWSERS
+from gudgeon.pipeline.cli.doctor import BROWSERS
 from gudgeon.pipeline.report.document import Budget, Cost, Document, Term
 from gudgeon.pipeline.report.front import pareto_front
 from gudgeon.pipeline.report.page.page import page

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gudgeon.pipeline.electrostatics.assessment import robustness
+from gudgeon.pipeline.applications.electrostatics.assessment import robustness
 from gudgeon.pipeline.robustness.subject import Subject
 from gudgeon.pipeline.robustness.trial import Trial
 from tests.pipeline.robustness.test_settings import verdicts

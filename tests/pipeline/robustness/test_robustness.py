@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field, create_model
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline import kinds
+from gudgeon.pipeline.applications.wheel.scene import WheelFile
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.assemble import build_model
@@ -40,7 +41,6 @@ from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.robustness import Case, Operation, Set
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
-from gudgeon.pipeline.wheel.scene import WheelFile
 from gudgeon.solver.joints.coupled import Driven
 from gudgeon.solver.joints.markers import Cylindrical, Revolute, Translational
 from gudgeon.solver.scene.body import Body

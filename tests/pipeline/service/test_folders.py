@@ -91,7 +91,7 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path, monkeypatch: py
     with served(tmp_path / "db") as url:
         store = modaldb.open(url)
         store.put(KEY, "mesh", mesh(), INPUTS)
-        monkeypatch.setattr("gudgeon.modaldb.stores.scratch.remove", read_only)
+        monkeypatch.setattr("gudgeon.modaldb.stores.local.scratch.remove", read_only)
         with pytest.raises(StoreUnusable, match=r"cannot be renamed or removed \(Read-only file system\)"):
             store.remove(KEY)
         assert store.has(KEY)

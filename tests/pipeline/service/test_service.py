@@ -20,8 +20,8 @@ import pytest
 pytest.importorskip("fastapi", reason="the extra 'service' is not installed")
 
 from gudgeon import modaldb
-from gudgeon.modaldb import hdf5
-from gudgeon.modaldb.hdf5 import record_bytes
+from gudgeon.modaldb.format import hdf5
+from gudgeon.modaldb.format.hdf5 import record_bytes
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.stores.folder import FolderStore, open_folder

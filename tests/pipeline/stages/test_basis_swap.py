@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.modaldb.traction import spread
+from gudgeon.modaldb.records.traction import spread
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job, run, simulation
 from gudgeon.pipeline.stages.job import Job

@@ -132,7 +132,7 @@ def test_gc_lists_and_removes(made: Path, capsys: pytest.CaptureFixture[str]) ->
 def test_gc_keeps_what_current_records_refer_to(made: Path, capsys: pytest.CaptureFixture[str],
                                                 monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
     """A mesh of older code that the modes of this code were made of."""
-    from gudgeon.pipeline.stages import products
+    from gudgeon.pipeline.stages.keys import products
 
     digests = products.code_digests() | {"mesh": "changed"}
     monkeypatch.setattr(products, "code_digests", lambda: digests)

@@ -214,7 +214,7 @@ def test_a_full_disk_is_no_mistake_of_the_user(
 
 def test_a_drawing_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
     program = (
-        "from gudgeon.pipeline.children.lifeline import end_with_parent; import time; end_with_parent(); time.sleep(60)"
+        "from gudgeon.pipeline.process.lifeline import end_with_parent; import time; end_with_parent(); time.sleep(60)"
     )
     alive, end = os.pipe()
     child = subprocess.Popen([sys.executable, "-c", program], stdin=alive)

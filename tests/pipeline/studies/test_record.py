@@ -8,7 +8,7 @@ import pytest
 from gudgeon import modaldb
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.stores.query import Query
-from gudgeon.modaldb.upkeep import unreferenced
+from gudgeon.modaldb.stores.upkeep import unreferenced
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.gudgeon import run, study
 from gudgeon.pipeline.kinds import open_job

@@ -25,10 +25,10 @@ from gudgeon.pipeline.studies.executors import processes
 from gudgeon.pipeline.studies.planning import planned
 from gudgeon.pipeline.studies.study import Asked, StudyReport, run_study
 from gudgeon.pipeline.studies.task import Source, solve_design, version_key
+from tests.pipeline.applications.wheel.test_wheel_scene import SMALL, toml
 from tests.pipeline.small import block_on_floor
 from tests.pipeline.studies import cases
 from tests.pipeline.studies.cases import SIZE, VELOCITY, thread, write_rod
-from tests.pipeline.wheel.test_wheel_scene import SMALL, toml
 from tests.scenes import scene_path
 
 Capture = pytest.CaptureFixture[str]

@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from gudgeon.modaldb.traction import along_direction, chart_coordinates, turned_chart
+from gudgeon.modaldb.records.traction import along_direction, chart_coordinates, turned_chart
 from gudgeon.solver.bodies.placing import turned_design, turned_modes, turned_tensors
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.orientation import Orientation, quaternion_of

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.traction import cubic_weights
+from gudgeon.modaldb.records.traction import cubic_weights
 from gudgeon.solver.contact.compliance import Compliance, fixed
 from gudgeon.solver.contact.lcp import empty_set, solve_lcp
 from gudgeon.solver.contact.pattern import whole

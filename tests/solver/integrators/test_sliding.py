@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon.modaldb.records.traction import cubic_weights
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.modaldb.traction import cubic_weights
 from gudgeon.solver.contact.blocks import full
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
 from gudgeon.modaldb.records.modes import ModalRecord, TractionModes
-from gudgeon.modaldb.traction import spline_weights
+from gudgeon.modaldb.records.traction import spline_weights
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces import MovingForce
 from gudgeon.solver.scene.scene import Scene

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.modaldb.records.modes import TractionModes
-from gudgeon.modaldb.traction import heights
+from gudgeon.modaldb.records.traction import heights
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError

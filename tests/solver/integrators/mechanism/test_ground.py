@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphRecord
+from gudgeon.modaldb.records.tangents import tangents
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.modaldb.tangents import tangents
 from gudgeon.solver.simulate import simulate
 from tests.solver.integrators.mechanism.flexible_scenes import WIDE, cloud
 from tests.solver.systems import build_all

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphRecord, TractionModes
+from gudgeon.modaldb.records.tangents import tangents
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.modaldb.records.types import Json
-from gudgeon.modaldb.tangents import tangents
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System

@@ -1,0 +1,1 @@
+"""Files of a database in a folder: their names, what is being written, and by whom."""

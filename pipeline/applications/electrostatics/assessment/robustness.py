@@ -1,0 +1,115 @@
+"""Robustness cases of a scene of conductors: its capacitances under other units and sizes, turned, and without voltage.
+
+A capacitance over 4π ε₀ is a length: of the same panels in other units it has the factor of the lengths.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gudgeon.modaldb.records.field import FieldRecord
+from gudgeon.pipeline.applications.electrostatics.capacitance import VACUUM
+from gudgeon.pipeline.applications.electrostatics.job import FieldJob
+from gudgeon.pipeline.applications.electrostatics.scene import FieldFile
+from gudgeon.pipeline.applications.electrostatics.stages import run_field
+from gudgeon.pipeline.robustness.cases import chosen_cases
+from gudgeon.pipeline.robustness.evidence import Evidence
+from gudgeon.pipeline.robustness.rules import SAME
+from gudgeon.pipeline.robustness.run import robustness_cases
+from gudgeon.pipeline.robustness.subject import DoesNotApply, Subject
+from gudgeon.pipeline.robustness.trial import Trial, attempt
+from gudgeon.pipeline.robustness.turning import ANY
+from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, with_values
+from gudgeon.pipeline.scenes.robustness import Robustness
+from gudgeon.pipeline.stages.run_report import Progress
+from gudgeon.solver.scene.orientation import Orientation, quaternion_of
+
+ALIKE = 1e-7
+"""Allowed relative difference of capacitances: rules of integration are chosen by distances, so that round-off decides
+at their limits, where they differ by some 1e-9."""
+
+
+def robustness_field(
+    job: FieldJob, cases: Path | None, only: tuple[str, ...], progress: Progress
+) -> tuple[dict[str, Any], str]:
+    """Run the robustness cases of a scene of conductors; see `chosen_cases` and `robustness_cases`."""
+    chosen = chosen_cases(Robustness(), cases, only, job.path)
+    run_field(job, "mesh", progress)
+    meshes = {name: job.store.get(product.key, "mesh") for name, product in job.meshes().items()}
+    evidence, mesh_of = partial(_evidence, progress=progress), lambda own, name: own.meshes()[name]
+    subject = Subject(job, meshes, lambda trial, folder: attempt(trial, folder, evidence, mesh_of), _unchanged)
+    kinds = {case.operation.kind for case in chosen.values()}
+    operations = {kind: OPERATIONS.get(kind, _no_bodies) for kind in kinds}
+    return robustness_cases(subject, chosen, progress, operations)
+
+
+def _evidence(job: FieldJob, progress: Progress) -> Evidence:
+    run_field(job, "solve", progress)
+    record: FieldRecord = job.store.get(job.field().key, "field", only=["conductors", "capacitance", "counts"])
+    names, C = record.conductors["names"], record.capacitance / (4 * np.pi * VACUUM)
+    readings = {f"{one}.{other}": (float(C[i, j]), "m") for i, one in enumerate(names) for j, other in enumerate(names)}
+    values = np.linalg.eigvalsh(0.5 * (C + C.T))
+    return Evidence(readings=readings, condition=float(values[-1] / values[0]), steps=int(record.counts["panels"]))
+
+
+def _unchanged(changes: Any) -> Any:
+    raise DoesNotApply("cases that set keys are of scenes of bodies")
+
+
+def _in_units(subject: Subject, units: Units) -> Trial:
+    """Return the trial of the same panels with all lengths in another unit."""
+    scene: FieldFile = subject.scene
+    conductors = {name: rescaled(one, units) for name, one in scene.conductor.items()}
+    half = scene.half_space
+    if half is not None:
+        half = with_values(half, {"point": tuple(units.length * one for one in half.point)})
+    meshes = {name: rescaled_mesh(mesh, units) for name, mesh in subject.meshes.items()}
+    return _trial(subject, {"conductor": conductors, "half_space": half}, Units(length=units.length), meshes)
+
+
+def _trial(subject: Subject, changes: dict[str, Any], units: Units, meshes: Any) -> Trial:
+    # The field of the scene's own places is judged: a grid of poses repeats it.
+    scene = subject.scene.model_copy(update={"poses": None} | changes)
+    return Trial(replace(subject.job, scene=scene), meshes, units=units, alike=ALIKE)
+
+
+def _turned(subject: Subject, operation: Any) -> Trial:
+    """Turn the whole scene: its capacitances are the same."""
+    scene: FieldFile = subject.scene
+    Q, conductors = ANY.matrix(), {}
+    for name, one in scene.conductor.items():
+        own = np.eye(3) if one.orientation is None else one.orientation.matrix()
+        turn = Orientation(quaternion=tuple(np.array(quaternion_of(Q @ own)).tolist()))
+        conductors[name] = with_values(one, {"position": tuple((Q @ one.position).tolist()), "orientation": turn})
+    half = scene.half_space
+    if half is not None:
+        placed = {"point": tuple((Q @ half.point).tolist()), "normal": tuple((Q @ half.normal).tolist())}
+        half = with_values(half, placed)
+    return _trial(subject, {"conductor": conductors, "half_space": half}, Units(), subject.meshes)
+
+
+def _voltage(subject: Subject, operation: Any) -> Trial:
+    """Scale potentials and charges: capacitances do not depend on them."""
+    conductors = {}
+    for name, one in subject.scene.conductor.items():
+        key = "charge" if one.potential is None else "potential"
+        conductors[name] = with_values(one, {key: operation.factor * getattr(one, key)})
+    scene = subject.scene.model_copy(update={"poses": None, "conductor": conductors})
+    return Trial(replace(subject.job, scene=scene), subject.meshes, agreement=SAME)
+
+
+def _no_bodies(subject: Subject, operation: Any) -> Trial:
+    raise DoesNotApply("the scene has conductors and no bodies that move")
+
+
+OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
+    "units": lambda subject, to: _in_units(subject, Units(to.mass, to.length, to.time)),
+    "size": lambda subject, to: _in_units(subject, Units(to.factor**3, to.factor, to.factor)),
+    "turned": _turned,
+    "voltage": _voltage,
+}
+"""What the operations of cases do to conductors."""

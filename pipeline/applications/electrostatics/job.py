@@ -1,0 +1,87 @@
+"""The job of a scene of conductors: its checked scene and its products."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from gudgeon.pipeline.applications.electrostatics.grid import Grid, Moved
+from gudgeon.pipeline.applications.electrostatics.scene import FieldFile
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.reading import check_scene, named
+from gudgeon.pipeline.scenes.report import Report
+from gudgeon.pipeline.stages.base import Place, SceneJob
+from gudgeon.pipeline.stages.keys.products import Product, mesh_product, plot_inputs, product
+from gudgeon.pipeline.stages.summary import reference_values
+
+STAGES = ("mesh", "solve", "poses", "plot")
+PLACED = {"surfaces", "position", "orientation", "potential", "charge"}
+"""Settings of a conductor that its field depends on beside its mesh."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FieldJob(SceneJob):
+    """A checked scene of conductors, with the places where its products go."""
+
+    kind: ClassVar[str] = "conductor"
+    stages: ClassVar[tuple[str, ...]] = STAGES
+
+    scene: FieldFile
+    expected: dict[str, float]
+    """Reference values by quantity."""
+
+    def meshes(self) -> dict[str, Product]:
+        """Return the mesh of each conductor, by name."""
+        folder = self.path.parent
+        return {name: mesh_product(name, one, folder, "conductor") for name, one in self.scene.conductor.items()}
+
+    def field(self) -> Product:
+        """Return the field of the conductors in their places."""
+        meshes = self.meshes()
+        conductors = [
+            {"name": name, "mesh": meshes[name].key} | one.model_dump(mode="json", include=PLACED)
+            for name, one in self.scene.conductor.items()
+        ]
+        settings = self.scene.model_dump(mode="json", include={"permittivity", "half_space", "panels"})
+        return product("field", self.name, {"conductors": conductors} | settings)
+
+    def grid(self) -> Grid | None:
+        """Return the grid of poses; None where the scene has none."""
+        if (poses := self.scene.poses) is None:
+            return None
+        pivot = self.scene.conductor[poses.moved[0]].position if poses.pivot is None else poses.pivot
+        return Grid(self.field().key, Moved(tuple(poses.moved), np.array(pivot, float)), poses.axes())
+
+    def pose_grid(self) -> dict[str, Product]:
+        """Return the product of the grid of poses by its place; empty where the scene has none."""
+        if (grid := self.grid()) is None:
+            return {}
+        conditions: dict[str, Any] = {
+            name: one.model_dump(mode="json", include={"potential", "charge"})
+            for name, one in self.scene.conductor.items()
+        }
+        assert self.scene.poses is not None
+        if (tolerance := self.scene.poses.tolerance) is not None:
+            conditions = {"conductors": conditions, "tolerance": tolerance}
+        return {"poses": grid.product(self.name, conditions)}
+
+    def products(self, stages: Sequence[str]) -> dict[str, Product]:
+        makers: dict[str, Callable[[], dict[str, Product]]] = {
+            "mesh": lambda: {f"{name}.mesh": one for name, one in self.meshes().items()},
+            "solve": lambda: {"solve": self.field()},
+            "poses": self.pose_grid,
+        }
+        with named(self.path, InputError):
+            return {place: one for stage in makers if stage in stages for place, one in makers[stage]().items()}
+
+    def pictures(self) -> dict[str, Any]:
+        return plot_inputs(self.field().key, {})
+
+
+def field_job(place: Place) -> FieldJob:
+    """Return the job of a scene of conductors; raises InputError with every mistake of one kind listed."""
+    scene = check_scene(place.path, place.tables, FieldFile)
+    with named(place.path, InputError):
+        expected = reference_values(Report(**scene.report.model_dump()), place.path.parent)
+    return FieldJob(**vars(place), scene=scene, expected=expected)

@@ -1,0 +1,120 @@
+"""The loop in real time: one tick after the other, and how well it keeps its times."""
+
+import contextlib
+import gc
+import os
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gudgeon.pipeline.applications.feel.coupling import Coupling, Felt
+
+SPUN = 2e-4
+"""Time before a tick in which the loop does not sleep, since a sleep may end late by so much [s]."""
+KEPT = 3_600_000
+"""Ticks whose times are kept: an hour."""
+
+
+@dataclass
+class Timing:
+    """Times of a loop."""
+
+    period: float
+    """Asked for [s]."""
+    begun: list[float] = field(default_factory=list)
+    """When each tick began [s]."""
+    busy: list[float] = field(default_factory=list)
+    """What each took [s]."""
+    missed: int = 0
+    """Deadlines that passed before their tick began."""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return counts, and median, 99 % and largest of the periods and of the time that a tick takes [s]."""
+        found: dict[str, Any] = {"ticks": len(self.begun), "missed_deadlines": self.missed, "asked_period": self.period}
+        for name, values in (("period", np.diff(self.begun)), ("tick", np.array(self.busy))):
+            if len(values):
+                median, high = np.quantile(values, [0.5, 0.99])
+                found[name] = {"median": float(median), "p99": float(high), "max": float(values.max())}
+        return found
+
+
+def timing_text(found: dict[str, Any]) -> str:
+    """Return the times of a loop in words, from `Timing.as_json`."""
+    lines = [f"{found['ticks']} ticks, {found['missed_deadlines']} missed deadlines"]
+    for name in ("period", "tick"):
+        if name in found:
+            median, high, largest = (1e3 * found[name][key] for key in ("median", "p99", "max"))
+            lines.append(f"{name:6} median {median:.3f} ms, 99 % {high:.3f} ms, largest {largest:.3f} ms")
+    return "\n".join(lines)
+
+
+def run_loop(
+    coupling: Coupling,
+    seconds: float | None,
+    *,
+    stop: threading.Event | None = None,
+    told: Callable[[float, Felt], None] | None = None,
+    timing: Timing | None = None,
+) -> Timing:
+    """Tick in real time until a time [s] has passed, or `stop` is set; NaN and silence of the device do not end it.
+
+    Args:
+        told: Called with time [s] and result of each tick.
+        timing: Where the times are kept; default: a new one.
+    """
+    period = coupling.period
+    timing = Timing(period) if timing is None else timing
+    device, clock = coupling.device, time.perf_counter
+    coupling.tick(0.0, None)
+    collecting = gc.isenabled()
+    gc.disable()  # A collection takes longer than a tick.
+    urgent = _urgent()
+    try:
+        start = clock()
+        due = 0.0
+        while (seconds is None or due < seconds) and not (stop is not None and stop.is_set()):
+            wait = due - (clock() - start) - SPUN
+            if wait > 0:
+                time.sleep(wait)
+            while clock() - start < due:
+                pass
+            now = clock() - start
+            felt = coupling.tick(now, device.read(now))
+            if told is not None:
+                told(now, felt)
+            if len(timing.begun) < KEPT:
+                timing.begun.append(now)
+                timing.busy.append(clock() - start - now)
+            late = int((clock() - start - due) / period)
+            timing.missed += late
+            due += period * (1 + late)
+    finally:
+        if collecting:
+            gc.enable()
+        if urgent is not None:
+            with contextlib.suppress(OSError):
+                os.sched_setscheduler(0, *urgent)
+    return timing
+
+
+def _urgent() -> tuple[int, Any] | None:
+    """Let this thread go before others where the system allows it; return how it was before, None where it does not."""
+    try:
+        before = os.sched_getscheduler(0), os.sched_getparam(0)
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+    except (AttributeError, OSError):  # Not on this system, or not for this user.
+        return None
+    return before
+
+
+def run_script(coupling: Coupling, seconds: float) -> list[tuple[float, Felt]]:
+    """Tick as fast as the machine can, by the device's own clock; return time [s] and result of each tick."""
+    found, time_ = [], 0.0
+    for number in range(round(seconds / coupling.period)):
+        time_ = number * coupling.period
+        found.append((time_, coupling.tick(time_, coupling.device.read(time_))))
+    return found

@@ -1,0 +1,149 @@
+"""The tool of a scene: the body that a handle moves, with the fields and bushings that act on it."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gudgeon.pipeline.applications.feel.kernel import energy_at
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import system_of
+from gudgeon.solver.forces.fields.co_energy import GRID, OUT, CoEnergies, basis_shape
+from gudgeon.solver.forces.fields.electrostatic import Electrostatic
+from gudgeon.solver.vectors import unit
+
+
+class Work(NamedTuple):
+    """Arrays that compiled functions write, and which motions count."""
+
+    Q: np.ndarray
+    J: np.ndarray
+    pose: np.ndarray
+    out: np.ndarray
+    arm: np.ndarray
+    force: np.ndarray
+    pull: np.ndarray
+    push: np.ndarray
+    trial: np.ndarray
+    other: np.ndarray
+    basis: np.ndarray
+    active: np.ndarray
+    """Motions of each field that its force depends on, 1 or 0, (f, 6)."""
+
+
+Compiled = tuple[CoEnergies, np.ndarray, np.ndarray, Work]
+"""Fields; of each arm, start and axes, (f, 15); stiffness of bushings to the ground, (6, 6); work arrays."""
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A body of a scene whose pose a handle gives."""
+
+    body: str
+    compiled: Compiled
+    extent: float
+    """Largest way that it can go from its start within its fields [m]; infinite where nothing limits it."""
+
+    def wrench(self, x: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the energy [J], infinite outside of a field, and what acts on the body at a motion from its start.
+
+        Args:
+            x: Translation of the point of its first field [m], and rotation vector [rad], (6,).
+        """
+        return energy_at(self.compiled, np.asarray(x, float))
+
+
+def tool_of(job: Job, body: str | None = None) -> Tool:
+    """Return the tool of a scene of bodies whose records and fields are in the database.
+
+    Args:
+        body: Its name; default: that of the first field.
+
+    Raises:
+        InputError: no field acts on it, or something acts that a handle cannot feel.
+    """
+    scene, fields = job.scene, job.scene.fields()
+    own = {name: one for name, one in fields.items() if body is None or one.body == body}
+    if not own:
+        have = ", ".join(dict.fromkeys(one.body for one in fields.values())) or "none"
+        raise InputError(
+            f"{job.path}: feel: no field acts on body '{body or next(iter(scene.body))}'; a force of kind"
+            f" 'electrostatic', 'parallel-plates' or 'adhesion' is needed, bodies that have one: {have}"
+        )
+    chosen = body or next(iter(own.values())).body
+    own = {name: one for name, one in own.items() if one.body == chosen}
+    for name, one in own.items():
+        if one.against is not None or one.interface is not None:
+            key = "against" if one.against is not None else "interface"
+            raise InputError(f"{job.path}: feel: force.{name}.{key} given; a handle feels a rigid tool over the ground")
+    stiffness = np.zeros((6, 6))
+    for name, force in scene.force.items():
+        if name in own or getattr(force, "body", chosen) != chosen:
+            continue
+        stiffness += _held(job, name, force)
+    system = system_of(job)
+    kept = [i for i, name in enumerate(system.fields.names) if name in own]
+    energies: Any = system.fields.energies
+    energies = CoEnergies(energies.head[kept].copy(), energies.size[kept].copy(), energies.data)
+    places = [np.array(one.at, float) for one in own.values()]
+    if scene.body[chosen].orientation is not None and len({one.at for one in own.values()}) > 1:
+        raise InputError(f"{job.path}: feel: body.{chosen}.orientation: fields at different points are felt without it")
+    links = [_link(one, place - places[0]) for one, place in zip(own.values(), places, strict=True)]
+    active = np.array([_active(head) for head in energies.head])
+    shapes = ((3, 3), (3, 3), 6, OUT, 3, 6, 6, 6, 6, 6, basis_shape(energies))
+    work = Work._make([*(np.zeros(shape) for shape in shapes), active])
+    return Tool(chosen, (energies, np.array(links), stiffness, work), _extent(energies))
+
+
+def _held(job: Job, name: str, force: Any) -> np.ndarray:
+    """Return the stiffness over the motions of a tool of a spring or bushing to the ground, (6, 6)."""
+    found = np.zeros((6, 6))
+    if force.kind == "bushing" and force.against is None:
+        return force.matrices()[0]
+    plain = force.kind == "spring" and force.against is None and force.against_at is None
+    if plain and force.direction is not None and force.linear and not (force.stretch or force.preload):
+        line = unit(force.direction)
+        found[:3, :3] = force.stiffness * np.outer(line, line)
+        return found
+    raise InputError(
+        f"{job.path}: feel: force.{name} of kind '{force.kind}' is not felt; a tool has fields, and linear springs"
+        " along a direction and bushings to the ground, relaxed at the start; remove it"
+    )
+
+
+def unfelt(job: Job, body: str) -> list[str]:
+    """Return a line for what acts on a body in the scene, but not on a hand."""
+    scene = job.scene
+    lines = [f"contact.{name} is not felt" for name, one in scene.contact.items() if one.body == body]
+    lines += [f"joint.{name} is not felt" for name, one in scene.hinges().items() if one.body == body]
+    if any(scene.run.gravity):
+        lines.append("run.gravity: the weight of the body is not felt")
+    return lines
+
+
+def _link(one: Any, arm: np.ndarray) -> np.ndarray:
+    start = one.start if isinstance(one, Electrostatic) else (0.0, 0.0, 0.0)
+    return np.concatenate([arm, start, one.axes().ravel()])
+
+
+def _active(head: np.ndarray) -> np.ndarray:
+    """Return which motions a field's force depends on: of a grid its axes, of others translations, (6,)."""
+    if head[0] != GRID:
+        return np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    found = np.zeros(6)
+    found[head[3 : 3 + 3 * head[1] : 3]] = 1.0
+    return found
+
+
+def _extent(fields: CoEnergies) -> float:
+    """Return the largest translation that a grid has, or gap of plates [m]."""
+    found = [0.0]
+    for head, size in zip(fields.head, fields.size, strict=True):
+        for a in range(head[1]):
+            axis, first, count = head[3 + 3 * a : 6 + 3 * a]
+            if axis < 3:
+                found.append(float(fields.data[first + count] - fields.data[first]))
+        if head[0] != GRID:
+            found.append(abs(float(size[2])))
+    return max(found) or 1.0

@@ -1,0 +1,242 @@
+"""`gudgeon report` of a wheel: error, size and run time of every choice of kept interface, against the full wheel."""
+
+from dataclasses import replace
+
+from gudgeon.modaldb.records.cyclic import WheelRecord
+from gudgeon.pipeline.applications.wheel.budget import budget_of
+from gudgeon.pipeline.applications.wheel.comparison import (
+    FREQUENCY,
+    FULL,
+    MAGNIFICATION,
+    RESPONSE,
+    TUNED,
+    Comparison,
+    InterfaceRow,
+    differences,
+)
+from gudgeon.pipeline.applications.wheel.cyclic.synthesis import SectorParts, sector_parts
+from gudgeon.pipeline.applications.wheel.job import WheelJob
+from gudgeon.pipeline.applications.wheel.response import (
+    Case,
+    full_modes,
+    kept_dofs,
+    reduced_modes,
+    reduction_error,
+    truncation_error,
+    wheel_record,
+)
+from gudgeon.pipeline.applications.wheel.scene import KeptInterface
+from gudgeon.pipeline.applications.wheel.stages import run_wheel
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.process.clock import Seconds, fastest
+from gudgeon.pipeline.process.memory import peak_memory
+from gudgeon.pipeline.report.choice import choose, judged, on_its_mesh
+from gudgeon.pipeline.report.convergence import chain, settling
+from gudgeon.pipeline.report.document import Document, Quantity, Run, StageSeconds, Table
+from gudgeon.pipeline.report.effort import Effort, new_document
+from gudgeon.pipeline.report.front import with_front
+from gudgeon.pipeline.report.page.output import report_folder, write_report
+from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.folder import held
+from gudgeon.pipeline.stages.make import keep
+from gudgeon.pipeline.stages.run_report import Progress
+
+MEASURES = {FREQUENCY: "relative", TUNED: "relative", MAGNIFICATION: "relative", RESPONSE: "L2"}
+UNITS = {FREQUENCY: "Hz", TUNED: "Hz", MAGNIFICATION: "1", RESPONSE: "m/N"}
+PICTURE = "interfaces.png"
+TIMING = (
+    "CPU time from the sector's matrices to the modes and the response of the mistuned wheel, the shortest of {repeat}"
+    " sequential runs of each choice; it includes the sector's own reduction, which is common to all choices. The full"
+    " wheel is solved once and kept. Warm: without the sector's reduction."
+)
+
+
+def report_wheel(job: WheelJob, how: Effort, progress: Progress) -> Document:
+    """Compare every choice and write `report.{json,csv,png,html}` and `interfaces.png` into the job's folder.
+
+    Raises:
+        InputError: a choice does not fit the mesh.
+        StageError: a numerical routine failed.
+    """
+    from gudgeon.pipeline.applications.wheel.pictures.interfaces import draw
+
+    with report_folder(job.out, job.name, PICTURE):
+        found = compare(job, how, progress)
+        runs = with_front(_runs(job, found))
+        choice = choose(runs, how.tolerance)
+        best = judged(runs, choice)
+        row = next(one for one in found.rows[1:] if best is not None and one.name == best.name)
+        budget = budget_of(job, found, row, _interface(job, row.name), progress)
+        document = replace(
+            new_document(job, how),
+            reference={
+                "kind": "nodal",
+                "source": f"the mistuned wheel with all its {found.rows[0].coordinates:,} dofs",
+            },
+            quantities=_quantities(found),
+            runs=runs,
+            choice=on_its_mesh(choice, runs, budget, how.same_mesh),
+            budget=budget,
+            tables=[_table(found)],
+            timing=TIMING.format(repeat=how.repeat),
+        )
+        with held(job.out):
+            draw(found, job.out / PICTURE)
+            write_report(document, job.out, picture=(job.out / PICTURE).read_bytes())
+    progress("report", 1.0)
+    return document
+
+
+def compare(job: WheelJob, how: Effort, progress: Progress) -> Comparison:
+    """Solve every choice, and the full wheel unless it is in the database; raises the errors of `report_wheel`."""
+    run_wheel(job, "modes", progress)
+    name, wheel = job.scene.only
+    choices = job.scene.report.choices or {"as in the scene": wheel.interface}
+    with named(job.path, InputError, StageError):
+        case = job.case()
+        # A mistake in a choice must be reported before the full wheel is solved.
+        for key, one in choices.items():
+            kept_dofs(case.sector, one, f"report.choices.{key}")
+        full = _full(job, case, progress)
+        none = dict.fromkeys(MEASURES, 0.0)
+        rows = [InterfaceRow(FULL, "full FE", full, none, 0.0, wall=full.counts["wall"])]
+        parts, once = fastest(lambda: sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}"), how.repeat)
+        for number, (key, choice) in enumerate(choices.items()):
+            progress(f"choice {number + 1} of {len(choices)}", number / len(choices))
+            record, seconds = _solved(job, case, parts, (key, choice), how.repeat)
+            errors = differences(record, full)
+            rows.append(InterfaceRow(key, scheme_of(choice), record, errors, once.wall, wall=seconds))
+    tuned = job.store.get(job.modes().key, "cyclic")
+    return Comparison(
+        scene=job.name,
+        wheel=wheel,
+        sector=tuned.quality,
+        harmonics_against_full=reduction_error(tuned, full.tuned_frequencies),
+        truncation_error=full.quantities["truncation_error"]["value"],
+        rows=rows,
+    )
+
+
+def scheme_of(choice: KeptInterface) -> str:
+    """Return the scheme of a choice, the same for choices that differ in the number of interface modes only."""
+    return f"{choice.kept if choice.kept == 'all' else ', '.join(choice.kept) or 'none'} kept"
+
+
+def _solved(
+    job: WheelJob, case: Case, parts: SectorParts, choice: tuple[str, KeptInterface], repeat: int
+) -> tuple[WheelRecord, float]:
+    """Return the response by a choice, and the wall time of modes and response of its fastest run [s]."""
+    key, interface = choice
+    dofs = kept_dofs(case.sector, interface, f"report.choices.{key}")
+    with peak_memory() as peak:
+        mistuned, taken = fastest(lambda: reduced_modes(case, parts, dofs, True), repeat)
+    pair = reduced_modes(case, parts, dofs, False), mistuned
+    record = wheel_record(case, job.modes().key, interface, pair, parts.cpu_seconds)
+    record.counts["peak_mib"] = peak.mib
+    return record, taken.wall + record.counts["cpu_response"]
+
+
+def _full(job: WheelJob, case: Case, progress: Progress) -> WheelRecord:
+    """Return the response of the full wheel, from the database if it is there."""
+    product = job.response(None)
+    if not job.store.has(product.key):
+        progress("full wheel, tuned", 0.0)
+        tuned = full_modes(case, False)
+        progress("full wheel, mistuned", 0.4)
+        with peak_memory() as peak:
+            mistuned, taken = fastest(lambda: full_modes(case, True), 1)
+        progress("full wheel, direct", 0.8)
+        record = wheel_record(case, job.modes().key, None, (tuned, mistuned), 0.0)
+        record.quantities["truncation_error"] = {"value": truncation_error(case, record), "unit": "1"}
+        record.counts["peak_mib"] = peak.mib
+        record.counts["wall"] = taken.wall + record.counts["cpu_response"]
+        keep(job.store, product, record)
+    return job.store.get(product.key, "wheel")
+
+
+def _series(found: Comparison) -> list[list[InterfaceRow]]:
+    """Return the choices of each scheme, in the order of their number of coordinates."""
+    schemes = dict.fromkeys(row.scheme for row in found.rows[1:])
+    return [
+        sorted((row for row in found.rows[1:] if row.scheme == scheme), key=lambda row: row.coordinates)
+        for scheme in schemes
+    ]
+
+
+def _quantities(found: Comparison) -> list[Quantity]:
+    quantities = []
+    for name, measure in MEASURES.items():
+        chains = []
+        for rows in _series(found):
+            if len(rows) > 1:
+                apart = [differences(row.record, rows[-1].record)[name] for row in rows]
+                values = [row.errors[name] for row in rows]
+                names, sizes = [row.name for row in rows], [row.coordinates for row in rows]
+                chains.append(chain("basis", names, sizes, values, apart))
+        settles, why = settling(name, chains)
+        reference = found.rows[0].magnification if name == MAGNIFICATION else None
+        quantities.append(Quantity(name, UNITS[name], measure, reference, True, settles, why=why, chains=chains))
+    return quantities
+
+
+def _runs(job: WheelJob, found: Comparison) -> list[Run]:
+    largest = {row.name: rows[-1] for rows in _series(found) for row in rows}
+    runs = []
+    for row in found.rows:
+        whole = row.name == FULL
+        best = None if whole or largest[row.name] is row else largest[row.name]
+        worst = max(row.errors, key=lambda name: abs(row.errors[name]))
+        interface = None if whole else _interface(job, row.name)
+        settings = {} if interface is None else {"interface": interface.model_dump(mode="json", exclude_none=True)}
+        runs.append(
+            Run(
+                name=row.name, kind="nodal" if whole else "reduced", scheme=row.scheme,
+                settings={"wheel": {job.scene.only[0]: settings}} if settings else {}, coordinates=row.coordinates,
+                result="FINISHED", errors={} if whole else row.errors,
+                largest_error=None if whole else abs(row.errors[worst]), largest_of=None if whole else worst,
+                truncation=None if best is None else differences(row.record, best.record),
+                truncation_against="all dofs" if whole else best.name if best else "the largest basis of its scheme",
+                time_against="modes have no time step", cpu_seconds=row.cpu,
+                wall_seconds=row.wall_sector + row.wall, stages=_stages(row), peak_mib=row.record.counts["peak_mib"],
+            )
+        )  # fmt: skip
+    return runs
+
+
+def _interface(job: WheelJob, name: str) -> KeptInterface:
+    """Return the choice of a name in the report."""
+    return job.scene.report.choices.get(name) or job.wheel.interface
+
+
+def _stages(row: InterfaceRow) -> dict[str, StageSeconds]:
+    """Return the run time of the whole computation, and that without the sector's own reduction."""
+    warm = row.record.counts["cpu_modes"] + row.record.counts["cpu_response"]
+    return {"solve": StageSeconds(Seconds(row.wall_sector + row.wall, row.cpu), Seconds(row.wall, warm))}
+
+
+def _table(found: Comparison) -> Table:
+    size, wheel = found.sector, found.wheel
+    note = (
+        f"{wheel.sectors} sectors of {size['sector_dofs']:,} dofs, {size['face_dofs']} on a face, {wheel.fixed_count}"
+        f" fixed-interface modes of each; the lowest {wheel.count} frequencies are compared, engine order"
+        f" {wheel.response.engine_order}. Tuned wheel: frequencies of the harmonics and of the full wheel differ by at"
+        f" most {found.harmonics_against_full:.1e}. Full wheel: the largest amplitude by these modes has an error of"
+        f" {found.truncation_error:.1e} against a direct solution. The sector's own reduction takes"
+        f" {found.rows[-1].record.counts['cpu_sector']:.2f} s of CPU time, once for all choices."
+    )
+    columns = [
+        "kept interface", "dofs kept per face", "interface modes", "coordinates", "frequency error", "magnification",
+        "its error", "response error (L2)", "CPU modes", "CPU response",
+    ]  # fmt: skip
+    rows = []
+    for row in found.rows:
+        errors, counts = row.errors, row.record.counts
+        first, second, third = f"{errors[FREQUENCY]:.1e}", f"{errors[MAGNIFICATION]:+.2%}", f"{errors[RESPONSE]:.2%}"
+        if row.name == FULL:
+            first = second = third = "–"
+        rows.append(
+            [row.name, f"{row.kept}", f"{counts['interface_modes']}", f"{row.coordinates:,}", first,
+             f"{row.magnification:.4f}", second, third, f"{counts['cpu_modes']:.2f} s",
+             f"{counts['cpu_response']:.3f} s"]
+        )  # fmt: skip
+    return Table("Choices of kept interface", columns, rows, note)

@@ -1,0 +1,266 @@
+"""The records of a wheel: modes of every harmonic, and the response of the tuned and the mistuned wheel."""
+
+from dataclasses import dataclass
+from time import process_time
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.applications.wheel.cyclic.forced import direct_response, engine_order_response
+from gudgeon.pipeline.applications.wheel.cyclic.harmonic import harmonic_modes, tuned_frequencies
+from gudgeon.pipeline.applications.wheel.cyclic.hermitian import lowest_pairs
+from gudgeon.pipeline.applications.wheel.cyclic.sector import Sector, cyclic_sector
+from gudgeon.pipeline.applications.wheel.cyclic.synthesis import InterfaceChoice, SectorParts, synthesise
+from gudgeon.pipeline.applications.wheel.cyclic.whole_wheel import (
+    Mistuning,
+    part_stiffness,
+    wheel_motion,
+    wheel_problem,
+)
+from gudgeon.pipeline.applications.wheel.scene import KeptInterface, Wheel, blade_radius, reduction
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.interfaces.points import surface_weights
+from gudgeon.pipeline.interfaces.tie import refuse_rigid
+from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.stages.run_report import Progress
+from gudgeon.solver.vectors import length_across, unit
+
+
+@dataclass(frozen=True)
+class Case:
+    """A wheel ready to be solved."""
+
+    name: str
+    """Name of the wheel in the scene, for messages."""
+    wheel: Wheel
+    sector: Sector
+    part: sparse.csr_matrix
+    """Stiffness of the blade in its sector [N/m], (dofs, dofs)."""
+    row: np.ndarray
+    """Mean displacement of the blade's surface along the force, over a sector's dofs, (dofs,)."""
+    changes: np.ndarray
+    """Relative change of each blade's stiffness, (N,)."""
+
+    def mistuning(self, mistuned: bool) -> Mistuning | None:
+        """Return the stiffness of the blades; None for the tuned wheel."""
+        return Mistuning(self.part, 1 + self.changes) if mistuned else None
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Lowest elastic modes of a whole wheel, full or reduced."""
+
+    angular_frequencies: np.ndarray
+    """[rad/s], (count,)"""
+    blades: np.ndarray
+    """Motion of each blade in each mode [kg^-½], (N, count)."""
+    counts: dict[str, float]
+    """Coordinates, physical dofs kept on a face, interface modes, and the CPU time for these modes [s]."""
+
+
+def sector_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str) -> Sector:
+    """Assemble a sector and couple its faces.
+
+    Raises:
+        InputError: see `build_model` and `cyclic_sector`; or the sector is not a solid.
+    """
+    where = f"component.{wheel.component}"
+    if mesh.cell_type != "tetra10":
+        raise InputError(f"{where}.geometry: '{component.geometry.kind}' given; a wheel needs a sector of tet10")
+    refuse_rigid(component.interface, where, "a wheel")
+    model = build_model(mesh, component.material, component.supports, where, component.geometry)
+    return cyclic_sector(model, wheel, f"wheel.{name}")
+
+
+def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, changes: np.ndarray) -> Case:
+    """Return a wheel ready to be solved.
+
+    Raises:
+        InputError: see `sector_of`; or no cell or every cell is a blade's, or the surface of the force does not exist.
+    """
+    sector, where = sector_of(mesh, component, wheel, name), f"wheel.{name}"
+    arms = mesh.nodes[mesh.cells[:, :4]].mean(axis=1) - np.array(wheel.origin)
+    radii = length_across(arms, unit(wheel.axis))
+    limit = blade_radius(wheel, component)
+    assert limit is not None
+    assert component.material is not None
+    if not radii.min() < limit < radii.max():
+        raise InputError(
+            f"{where}.blade_radius: {limit:g} m given; it must separate the cells, whose centres are {radii.min():.4g}"
+            f" to {radii.max():.4g} m from the axis"
+        )
+    surface = wheel.response.surface
+    if surface not in mesh.surfaces:
+        raise InputError(f"{where}.response.surface: the mesh has no surface '{surface}'; it has {_names(mesh)}")
+    nodes, shares, _ = surface_weights(mesh, mesh.surfaces[surface])
+    along = unit(wheel.response.direction)
+    weights = np.zeros((1, 3 * len(mesh.nodes)))
+    weights[0, (3 * nodes[:, None] + np.arange(3)).ravel()] = np.outer(shares / shares.sum(), along).ravel()
+    row = sector.model.on_dofs(sparse.csr_matrix(weights)).toarray().ravel()
+    part = part_stiffness(sector.model, component.material, radii > limit)
+    return Case(name, wheel, sector, part, row, np.asarray(changes))
+
+
+def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: Progress) -> CyclicRecord:
+    """Compute the modes of every harmonic, each with its residual and a check by inertia that none is missed.
+
+    Raises:
+        InputError: there are fewer modes.
+        StageError: a mode was missed, or is not exact enough.
+    """
+    found, harmonics = {}, sector.symmetry.harmonics()
+    most = sector.own.shape[1] - sector.model.rigid_modes.shape[1]
+    if wheel.mode_count > most:
+        raise InputError(f"wheel.{name}.mode_count: {wheel.mode_count} given; a harmonic has {most} elastic modes")
+    for harmonic in harmonics:
+        tell("modes", harmonic / len(harmonics))
+        try:
+            found[str(harmonic)] = harmonic_modes(sector, harmonic, wheel.mode_count)
+        except StageError as error:
+            raise StageError(f"wheel.{name}: harmonic {harmonic}: {error}") from error
+    own, face = sector.own.shape[1], len(sector.face)
+    quality = {"sector_dofs": own, "face_dofs": face, "wheel_dofs": wheel.sectors * own}
+    return CyclicRecord(mesh_key, wheel.sectors, unit(wheel.axis), np.array(wheel.origin), found, quality)
+
+
+def kept_dofs(sector: Sector, choice: KeptInterface, where: str) -> InterfaceChoice:
+    """Return a choice of kept interface, with key `where` in the scene, as dofs of the sector's low face.
+
+    Raises:
+        InputError: a surface does not exist or has no node on the low face, or there are fewer interface modes.
+    """
+    if choice.kept == "all":
+        return InterfaceChoice(np.ones(len(sector.face), bool), 0)
+    mesh, nodes = sector.model.mesh, sector.face_dofs // len(sector.model.directions)
+    kept = np.zeros(len(nodes), bool)
+    for surface in choice.kept:
+        if surface not in mesh.surfaces:
+            raise InputError(f"{where}.kept: the mesh has no surface '{surface}'; it has {_names(mesh)}")
+        on = np.isin(nodes, mesh.surfaces[surface].facets)
+        if not on.any():
+            raise InputError(f"{where}.kept: '{surface}' has no free node on '{sector.symmetry.low}'")
+        kept |= on
+    most = len(kept) - int(kept.sum())
+    if choice.interface_count is not None and choice.interface_count > most:
+        raise InputError(
+            f"{where}.interface_count: {choice.interface_count} given; a face has {most} dofs that are not kept"
+        )
+    return InterfaceChoice(kept, choice.interface_count)
+
+
+def full_modes(case: Case, mistuned: bool) -> Modes:
+    """Return the lowest modes of the whole wheel with all its dofs.
+
+    Raises:
+        StageError: there are fewer modes, one was missed, or one is not exact enough.
+    """
+    start = process_time()
+    problem = wheel_problem(case.sector, case.mistuning(mistuned))
+    pairs = lowest_pairs(problem, case.wheel.count)
+    counts = {
+        "coordinates": problem.K.shape[0], "kept": len(case.sector.face), "interface_modes": 0,
+        "cpu_modes": process_time() - start,
+    }  # fmt: skip
+    return Modes(np.sqrt(pairs.values), wheel_motion(case.sector, case.row[None]) @ pairs.vectors, counts)
+
+
+def reduced_modes(case: Case, parts: SectorParts, choice: InterfaceChoice, mistuned: bool) -> Modes:
+    """Return the lowest modes of the reduced wheel; their CPU time does not include the sector's own reduction.
+
+    Raises:
+        InputError, StageError: see `synthesise`.
+    """
+    one = synthesise(parts, choice, case.wheel.count, case.mistuning(mistuned), f"wheel.{case.name}")
+    blades = np.einsum("c,ncm->nm", case.row @ parts.basis, one.motion)
+    counts = {
+        "coordinates": one.size, "kept": one.kept, "interface_modes": one.interface_modes, "cpu_modes": one.cpu_seconds,
+    }  # fmt: skip
+    return Modes(one.angular_frequencies, blades, counts)
+
+
+def reduction_error(tuned: CyclicRecord, frequencies: np.ndarray) -> float:
+    """Return the largest relative difference of a tuned wheel's lowest frequencies [rad/s], (count,), from those of the
+    harmonics, up to the highest frequency that all harmonics reach."""
+    exact = tuned_frequencies(list(tuned.harmonics.values()))
+    count = min(len(exact), len(frequencies))
+    return float(np.abs(frequencies[:count] / exact[:count] - 1).max())
+
+
+def wheel_record(
+    case: Case, modes_key: str, interface: KeptInterface | None, pair: tuple[Modes, Modes], cpu_sector: float
+) -> WheelRecord:
+    """Return the response of the tuned and the mistuned wheel from the `pair` of their modes.
+
+    `interface` is None for the full wheel; `cpu_sector` is the CPU time of the sector's own reduction [s].
+
+    Raises:
+        InputError: the highest mode is below the end of the band.
+    """
+    wheel, response, last = case.wheel, case.wheel.response, pair[1]
+    reach = min(one.angular_frequencies[-1] for one in pair) / (2 * np.pi)
+    if response.band[1] > reach:
+        raise InputError(
+            f"wheel.{case.name}.count: {wheel.count} given; the highest of these modes is at {reach:.6g} Hz, below the"
+            f" end of response.band, {response.band[1]:g} Hz; increase count"
+        )
+    (tuned, _), (mistuned, seconds) = (_respond(case, one) for one in pair)
+    at, blade = np.unravel_index(int(np.abs(mistuned).argmax()), mistuned.shape)
+    low, high = (float(np.abs(one).max()) for one in (tuned, mistuned))
+    quantities = {
+        "magnification": (high / low, "1"),
+        "amplitude.tuned": (low, "m/N"),
+        "amplitude.mistuned": (high, "m/N"),
+        "amplitude.mistuned.at": (float(response.excitation[at] / (2 * np.pi)), "Hz"),
+        "amplitude.mistuned.blade": (float(blade), "1"),
+    }
+    return WheelRecord(
+        modes_key=modes_key,
+        model={} if interface is None else reduction(wheel, interface),
+        engine_order=response.engine_order,
+        loss_factor=response.loss_factor,
+        stiffness_changes=case.changes,
+        tuned_frequencies=pair[0].angular_frequencies,
+        mistuned_frequencies=last.angular_frequencies,
+        blades=last.blades,
+        excitation=response.excitation,
+        tuned=_parts(tuned),
+        mistuned=_parts(mistuned),
+        quantities={key: {"value": value, "unit": unit} for key, (value, unit) in quantities.items()},
+        counts=last.counts | {"cpu_sector": cpu_sector, "cpu_response": seconds},
+    )
+
+
+def truncation_error(case: Case, record: WheelRecord) -> float:
+    """Return the relative error of the blades' amplitudes at the largest of them, against a direct solution."""
+    found, response = amplitudes(record.mistuned), case.wheel.response
+    at = int(np.abs(found).max(axis=1).argmax())
+    problem, rows = wheel_problem(case.sector, case.mistuning(True)), wheel_motion(case.sector, case.row[None])
+    sectors = case.wheel.sectors
+    load = rows.T @ np.exp(2j * np.pi * response.engine_order * np.arange(sectors) / sectors)
+    exact = rows @ direct_response(problem, load, response.loss_factor, float(response.excitation[at]))
+    return float(np.abs(found[at] - exact).max() / np.abs(exact).max())
+
+
+def amplitudes(parts: np.ndarray) -> np.ndarray:
+    """Return the complex numbers (…) of a record's real and imaginary parts (…, 2)."""
+    return parts[..., 0] + 1j * parts[..., 1]
+
+
+def _respond(case: Case, modes: Modes) -> tuple[np.ndarray, float]:
+    """Return the blades' complex amplitudes [m/N], (points, N), and the CPU time for them [s]."""
+    start, response = process_time(), case.wheel.response
+    found = engine_order_response(
+        modes.blades, modes.angular_frequencies, response.engine_order, response.loss_factor, response.excitation
+    )
+    return found, process_time() - start
+
+
+def _parts(values: np.ndarray) -> np.ndarray:
+    return np.stack([np.real(values), np.imag(values)], axis=-1)
+
+
+def _names(mesh: MeshRecord) -> str:
+    return ", ".join(sorted(mesh.surfaces)) or "none"

@@ -1,0 +1,1 @@
+"""`gudgeon db`: records of a database, listed, compared, copied and removed."""

@@ -1,1 +1,0 @@
-"""Measured time and memory, the machine, and windowed force histories."""

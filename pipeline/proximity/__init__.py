@@ -1,1 +1,0 @@
-"""Contacts whose interfaces are found by proximity."""

@@ -1,0 +1,1 @@
+"""Keys of records: what each product depends on, sources included."""

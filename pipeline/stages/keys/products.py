@@ -1,0 +1,187 @@
+"""The products of each stage, identified by a key of everything that they depend on. No arrays are computed here.
+
+A key holds inputs, parameters, the schema version, the digest of the sources that shape the product, and the versions
+of the libraries that affect it; the choice of the linear solver changes results by round-off only and is not
+part of it.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from gudgeon.modaldb.keys import content_key, file_digest
+from gudgeon.modaldb.records import SCHEMA_VERSION
+from gudgeon.pipeline.scenes.change import moved_surface
+from gudgeon.pipeline.scenes.component import Component, Meshed
+from gudgeon.pipeline.scenes.reading import find_file
+from gudgeon.pipeline.stages.keys.sources import code_digests
+
+STAGES = ("mesh", "modes", "morph", "solve", "plot")
+FEM = ("numpy", "scipy", "scikit-fem")
+LIBRARIES = {
+    **dict.fromkeys(("modes", "morph", "sensitivity", "nodal", "cyclic", "wheel"), FEM),
+    "mesh": ("gmsh", "meshio", "numpy"),
+    "solve": ("numpy", "scipy", "numba"),
+    "plot": ("pyvista", "matplotlib"),
+    "measurement": ("numpy", "scipy", "numba", "gmsh"),
+    "report": (),
+    **dict.fromkeys(("field", "poses", "posegrid"), ("numpy", "scipy", "numba")),
+}
+SHAPING = ("mesh", "material", "interface", "supports", "point_mass")
+"""Inputs of modes on which full FE depends too."""
+
+
+@dataclass(frozen=True)
+class Product:
+    """One record of a stage."""
+
+    stage: str
+    name: str
+    """Component that it belongs to; the scene's name if it belongs to no component."""
+    kind: str
+    """Kind of record, see `modaldb.records.KINDS`."""
+    key: str
+    inputs: dict[str, Any]
+
+
+def component_products(
+    name: str,
+    component: Component,
+    folder: Path,
+    rubbed: Sequence[str] = (),
+    pulled: Sequence[tuple[float, ...]] = (),
+    *,
+    turns: bool = False,
+    crossed: tuple[str, float] | None = None,
+) -> dict[str, Product]:
+    """Return a component's products by step: `base-mesh`, `mesh`, `modes`, `morph`.
+
+    The modes are those of `mesh`: the base mesh, or the moved one on update `recompute`. Relative paths start at the
+    scene's folder.
+
+    Args:
+        rubbed: Interfaces on which friction acts, sorted: the modes have tangential rows there.
+        pulled: Directions of gravity in the component's axes, sorted: the modes have its static shapes.
+        turns: Whether it deforms and bodies of it turn by any angle: the modes have tensors of the floating frame.
+        crossed: Traction space that a moving force crosses, and where across [m]: the modes have bases of its places.
+
+    Raises:
+        InputError: a file that the component names is missing.
+    """
+    base = mesh_product(name, component, folder)
+    change = _profile(component, folder, name)
+    recompute = bool(change) and component.change.update == "recompute"
+    moved = {"base": base.key, "profile": change, "morph": code_digests()["morph"]}
+    mesh = product("mesh", name, moved) if recompute else base
+    masses = {key: item.model_dump(mode="json") for key, item in component.point_mass.items()}
+    modes = product(
+        "modes", name,
+        {
+            "mesh": mesh.key,
+            "material": component.material.model_dump(mode="json") if component.material is not None else None,
+            "interface": {key: item.model_dump(mode="json") for key, item in component.interface.items()},
+            "supports": _supports(component),
+            "gauge": {key: item.model_dump(mode="json") for key, item in component.gauge.items()},
+            "modes": component.modes.model_dump(mode="json"),
+        }
+        | ({"friction_on": list(rubbed)} if rubbed else {})
+        | ({"gravity_along": [list(one) for one in pulled]} if pulled else {})
+        | ({"turns": True} if turns else {})
+        | ({"crossed": list(crossed)} if crossed else {})
+        | ({"point_mass": masses} if masses else {}),
+    )  # fmt: skip
+    update = component.change.update if change else "none"
+    morph = product("morph", name, {"modes": modes.key, "update": update, "profile": change})
+    return {"base-mesh": base, "mesh": mesh, "modes": modes, "morph": morph}
+
+
+def sensitivity_product(name: str, modes: Product) -> Product:
+    """Return the derivatives of a component's modes with respect to the positions of its nodes."""
+    return product("sensitivity", name, {"modes": modes.key})
+
+
+def mesh_product(name: str, part: Meshed, folder: Path, table: str = "component") -> Product:
+    """Return the mesh of a part of a scene; `table` is the scene's table of such parts.
+
+    Raises:
+        InputError: a file that it names is missing.
+    """
+    where = f"{table}.{name}.geometry"
+    return product("mesh", name, {"geometry": _geometry(part, folder, where), "size": part.mesh.size})
+
+
+def nodal_product(
+    name: str,
+    dynamics: Mapping[str, Any],
+    parts: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]],
+    step: float,
+) -> Product:
+    """Return a full-FE run with a step [s]; `parts` are inputs of each component's modes and design.
+
+    `dynamics` is the solver's part of the scene, as JSON.
+    """
+    shapes = {}
+    for component, (modes, morph) in parts.items():
+        shapes[component] = {key: modes[key] for key in SHAPING if key in modes}
+        shapes[component] |= {"profile": morph["profile"]}
+    run = {key: dynamics["run"][key] for key in ("duration", "gravity", "frames")}
+    return product("nodal", name, {"scene": dict(dynamics) | {"run": run}, "bodies": shapes, "step": step})
+
+
+def plot_inputs(trajectory_key: str, compared: Mapping[str, str]) -> dict[str, Any]:
+    """Return everything that the pictures depend on; `compared` has the keys of other trajectories that they show."""
+    inputs = {"trajectory": trajectory_key, "code": code_digests()["plot"], "libraries": _versions("plot")}
+    return inputs | ({"compare": dict(compared)} if compared else {})
+
+
+def combined(keys: list[str]) -> str:
+    """Return one key for several."""
+    return keys[0] if len(keys) == 1 else content_key({"keys": keys})
+
+
+def product(stage: str, name: str, parameters: dict[str, Any]) -> Product:
+    """Return the product of a stage with these inputs, as JSON; its kind of record is `trajectory` for `solve`."""
+    inputs = parameters | {"stage": stage} | made_by(stage)
+    return Product(stage, name, "trajectory" if stage == "solve" else stage, content_key(inputs), inputs)
+
+
+def made_by(stage: str) -> dict[str, Any]:
+    """Return what the keys of a stage hold of the program itself."""
+    return {"code": code_digests()[stage], "schema": SCHEMA_VERSION, "libraries": _versions(stage)}
+
+
+def _supports(component: Component) -> list[Any]:
+    """Return the supports of a component, sorted and without duplicates, so that their order does not matter."""
+    entries = {json.dumps(item.as_inputs(), sort_keys=True): item.as_inputs() for item in component.supports}
+    return [entries[key] for key in sorted(entries)]
+
+
+def _geometry(part: Meshed, folder: Path, where: str) -> dict[str, Any]:
+    described = part.geometry.model_dump(mode="json")
+    for key, file in part.files.items():
+        described[key] = file_digest(find_file(file, folder, f"{where}.{key}"))
+    return described
+
+
+def _profile(component: Component, folder: Path, name: str) -> dict[str, Any]:
+    if (moved := moved_surface(component, folder, name)) is None:
+        return {}
+    (surface, table), profile = moved, component.change.profile
+    inputs = {"surface": surface, "offset": profile.offset}
+    return inputs if table is None else inputs | {"table": file_digest(table), "scale": profile.scale}
+
+
+def _versions(stage: str) -> dict[str, str]:
+    return {library: _version(library) for library in LIBRARIES[stage]}
+
+
+@cache
+def _version(library: str) -> str:
+    try:
+        return version(library)
+    except PackageNotFoundError:
+        return "absent"

@@ -1,0 +1,204 @@
+"""Digests of the sources that shape the products of each stage, so that no key outlives the code that made its record.
+
+A digest covers the modules that a stage's own import, directly or not, without comments and docstrings; it is the same
+on every machine and Python version. To find it takes a second, so digests are kept in the user's cache folder
+(`solver.source_state`).
+"""
+
+import ast
+import hashlib
+import os
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from gudgeon.solver.source_state import PACKAGES, ROOT, kept_digests
+
+MAKE = "pipeline.stages.run:_make"
+FIELD, WHEEL = "pipeline.applications.electrostatics", "pipeline.applications.wheel"
+RECORDS = {
+    "mesh": ("pipeline.stages.mesh", "pipeline.design_change.morph", MAKE),
+    "modes": ("pipeline.reduction.reduce", MAKE),
+    "morph": ("pipeline.design_change.morph", "pipeline.design_change.design", "pipeline.stages.mesh", MAKE),
+    "solve": ("solver.system.compile", "solver.simulate", "pipeline.stages.run:_solve"),
+}  # fmt: skip
+ROOTS: dict[str, tuple[str, ...]] = {
+    **RECORDS,
+    "sensitivity": ("pipeline.design_change.estimate", "pipeline.design_change.design"),
+    "plot": ("pipeline.plots", f"{WHEEL}.pictures", f"{FIELD}.pictures"),
+    "nodal": ("pipeline.nodal.scene.problem", "pipeline.nodal.sliding.loop", "pipeline.stages.mesh",
+              "pipeline.nodal.scene.runs:_timed"),
+    "cyclic": (f"{WHEEL}.response", "pipeline.stages.mesh", f"{WHEEL}.stages:_make"),
+    "wheel": (f"{WHEEL}.response", "pipeline.stages.mesh", f"{WHEEL}.stages:_make"),
+    "field": (f"{FIELD}.capacitance", f"{FIELD}.conductors", "pipeline.stages.mesh", f"{FIELD}.stages:_make"),
+    "poses": (f"{FIELD}.poses", f"{FIELD}.blocks"),
+    "posegrid": (f"{FIELD}.poses", f"{FIELD}.blocks"),
+    "measurement": (*(root for roots in RECORDS.values() for root in roots), "pipeline.report.timing"),
+    "report": ("pipeline.report.sweep", "pipeline.report.errors", "pipeline.report.choice"),
+}  # fmt: skip
+"""Where the code of each stage begins; `module:name` is one function, of a module that serves several stages."""
+OUTSIDE = ("modaldb", "pipeline.errors", "pipeline.files", "pipeline.process", "pipeline.plots", "pipeline.stages",
+           "solver.errors", "solver.kernel_cache", "solver.source_state", "solver.warm_up")  # fmt: skip
+"""Rooms that shape no number: they keep, order, draw, time or report. They count where they are roots."""
+INSIDE = ("modaldb.records",)
+"""Rooms within those that do."""
+NAME = re.compile(r"gudgeon((?:\.\w+)+)(?::\w+)?")
+
+
+@cache
+def code_digests(root: Path = ROOT) -> Mapping[str, str]:
+    """Return the digest of each stage's sources, 16 digits, for the packages in a folder."""
+
+    def found() -> Mapping[str, str]:
+        modules = Modules(source_texts(root))
+        return {stage: modules.digest(stage) for stage in ROOTS}
+
+    return kept_digests(_cache_folder(), "sources", ROOTS, found, root)
+
+
+def source_texts(root: Path) -> dict[str, bytes]:
+    """Return the source of every module in a folder, by its name without `gudgeon.`."""
+    paths = (path for package in PACKAGES for path in sorted((root / package).rglob("*.py")))
+    names = ((path.relative_to(root).as_posix().removesuffix(".py"), path) for path in paths)
+    return {name.removesuffix("/__init__").replace("/", "."): path.read_bytes() for name, path in names}
+
+
+class Modules:
+    """Modules by name, parsed when they are needed.
+
+    Args:
+        texts: As `source_texts` returns them.
+    """
+
+    def __init__(self, texts: Mapping[str, bytes]) -> None:
+        self._texts = texts
+        self._trees: dict[str, ast.Module] = {}
+        self._digests: dict[str, str] = {}
+        self._imports: dict[str, list[str]] = {}
+
+    def digest(self, stage: str) -> str:
+        """Return the digest of a stage's sources."""
+        whole = hashlib.sha256()
+        for name in self.covered(stage):
+            if name not in self._digests:
+                self._digests[name] = hashlib.sha256(canonical(self._part(name)).encode()).hexdigest()
+            whole.update(f"{name} {self._digests[name]}\n".encode())
+        return whole.hexdigest()[:16]
+
+    def covered(self, stage: str) -> list[str]:
+        """Return the modules and functions that a stage's digest covers, sorted."""
+        found, rest = set(), list(ROOTS[stage])
+        inside = (*INSIDE, *ROOTS[stage])
+        while rest:
+            name = rest.pop()
+            if name not in found:
+                found.add(name)
+                if name not in self._imports:
+                    self._imports[name] = [] if ":" in name else list(self._imported(name))
+                rest += [one for one in self._imports[name] if _within(one, inside) or not _within(one, OUTSIDE)]
+        return sorted(found)
+
+    def _tree(self, name: str) -> ast.Module:
+        if name not in self._trees:
+            self._trees[name] = ast.parse(self._texts[name])
+        return self._trees[name]
+
+    def _part(self, name: str) -> ast.AST:
+        module, _, function = name.partition(":")
+        body = self._tree(module).body
+        if not function:
+            return self._tree(module)
+        return next(one for one in body if isinstance(one, ast.FunctionDef) and one.name == function)
+
+    def _imported(self, name: str) -> Iterator[str]:
+        """Yield the project's modules that a module imports, also within functions and by their names in texts."""
+        for node in _running(self._tree(name)):
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom):
+                names = [f"{node.module}.{alias.name}" for alias in node.names]
+            elif isinstance(node, ast.JoinedStr):
+                yield from self._below(node)
+                continue
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str) and NAME.fullmatch(node.value):
+                names = [node.value.replace(":", ".")]
+            else:
+                continue
+            for one in names:
+                if one.startswith("gudgeon."):
+                    yield from self._own(one.removeprefix("gudgeon."))
+
+    def _below(self, text: ast.JoinedStr) -> Iterator[str]:
+        """Yield all modules that an f-string such as `gudgeon.solver.integrators.{name}` can name."""
+        first = getattr(text.values[0], "value", None) if text.values else None
+        if isinstance(first, str) and first.startswith("gudgeon."):
+            prefix = first.removeprefix("gudgeon.")
+            yield from (name for name in self._texts if name.startswith(prefix))
+
+    def _own(self, name: str) -> Iterator[str]:
+        """Yield the module that a name is or stands in."""
+        while name and name not in self._texts:
+            name = name.rpartition(".")[0]
+        if name:
+            yield name
+
+
+def canonical(node: ast.AST) -> str:
+    """Return a tree as text without docstrings, places in the file, and fields that are empty."""
+    parts: list[str] = []
+    _describe(node, parts)
+    return "".join(parts)
+
+
+def _describe(item: Any, parts: list[str]) -> None:
+    if isinstance(item, ast.AST):
+        parts.append(f"({type(item).__name__}")
+        for name in item._fields:
+            value = getattr(item, name, None)
+            if name == "body" and isinstance(value, list):
+                # A text that stands alone is a docstring, of a field too.
+                value = [one for one in value if not _is_text(one)]
+            if (value is None and name != "value") or value == [] or name in ("ctx", "kind", "type_comment"):
+                continue
+            parts.append(f" {name}=")
+            _describe(value, parts)
+        parts.append(")")
+    elif isinstance(item, list):
+        for one in item:
+            parts.append(",")
+            _describe(one, parts)
+    else:
+        parts.append(repr(item))
+
+
+def _is_text(statement: Any) -> bool:
+    return (
+        isinstance(statement, ast.Expr)
+        and isinstance(statement.value, ast.Constant)
+        and isinstance(statement.value.value, str)
+    )
+
+
+def _running(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes of a tree but those that only a type checker sees."""
+    rest = [tree]
+    while rest:
+        node = rest.pop()
+        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
+            rest += node.orelse
+            continue
+        yield node
+        rest += ast.iter_child_nodes(node)
+
+
+def _within(module: str, rooms: tuple[str, ...]) -> bool:
+    return any(module == room or module.startswith(f"{room}.") for room in rooms)
+
+
+def _cache_folder() -> Path:
+    try:
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gudgeon"
+    except RuntimeError:  # A user without a home directory.
+        return Path("/nonexistent")

@@ -1,0 +1,151 @@
+"""The page's server: files, the opening handshake and frames by the bytes of RFC 6455, who is refused, scripts."""
+
+import asyncio
+import json
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gudgeon.pipeline.applications.feel.server import CLOSE, TAKEN, Browser, Server, accept_key, frame
+from gudgeon.pipeline.applications.feel.session import Asked, check_asked, scripted
+from gudgeon.pipeline.errors import InputError
+
+
+def masked(kind: int, content: bytes) -> bytes:
+    mask = b"\x01\x02\x03\x04"
+    return bytes([0x80 | kind, 0x80 | len(content)]) + mask + bytes(one ^ mask[i % 4] for i, one in enumerate(content))
+
+
+async def asked(port: int, *lines: str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter, str]:
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(("\r\n".join(lines) + "\r\n\r\n").encode())
+    return reader, writer, (await reader.readuntil(b"\r\n\r\n")).decode()
+
+
+def test_page_and_socket() -> None:
+    browser, stop = Browser(), threading.Event()
+    server = Server(browser, {"name": "part"}, lambda: {"tool": [1.0] * 6})
+
+    async def talk() -> None:
+        started = asyncio.Event()
+        task = asyncio.create_task(server.serve(0, lambda place: started.set(), stop))
+        await started.wait()
+        host = f"Host: 127.0.0.1:{server.port}"
+        for path, kind in (("/", "text/html"), ("/feel.js", "text/javascript"), ("/vendor/three.module.js", "text/ja")):
+            _, writer, head = await asked(server.port, f"GET {path} HTTP/1.1", host)
+            assert head.startswith("HTTP/1.1 200")
+            assert f"Content-Type: {kind}" in head
+            writer.close()
+        reader, _, head = await asked(server.port, "GET /scene HTTP/1.1", host)
+        assert json.loads(await reader.read()) == {"name": "part"}
+        for lines in (("GET /../x HTTP/1.1", host), ("POST / HTTP/1.1", host)):
+            assert (await asked(server.port, *lines))[2].startswith("HTTP/1.1 404")
+        for more in (("Host: evil.test",), (host, "Origin: http://evil.test")):
+            assert (await asked(server.port, "GET /ws HTTP/1.1", *more))[2].startswith("HTTP/1.1 403")
+        key = "dGhlIHNhbXBsZSBub25jZQ=="
+        reader, writer, head = await asked(server.port, "GET /ws HTTP/1.1", host, f"Sec-WebSocket-Key: {key}")
+        assert "101" in head
+        assert "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=" in head
+        first, size = await reader.readexactly(2)
+        assert first == 0x81
+        assert json.loads(await reader.readexactly(size)) == {
+            "tool": [1.0] * 6,
+            "model": None,
+            "pose": [0.0] * 6,
+            "work": 0.0,
+        }
+        writer.write(masked(1, b'{"pose": [1, 2, 3, 0, 0, 0.5], "work": 0.25}'))
+        await asyncio.sleep(0.1)
+        got = browser.read(0.0)
+        assert got is not None
+        assert got.pose.tolist() == [1, 2, 3, 0, 0, 0.5]
+        assert got.work == 0.25
+        for text in (b"[", b'{"pose": [1, 2]}', b'{"pose": "x"}'):
+            writer.write(masked(1, text))
+            await asyncio.sleep(0.05)
+            got = browser.read(0.0)
+            assert got is not None
+            assert np.isnan(got.pose).all()
+        stop.set()
+        await task
+
+    asyncio.run(asyncio.wait_for(talk(), 20))
+
+
+def test_the_page_that_came_last_has_the_handle() -> None:
+    """Poses of the page before are not taken any more, also where it ignores that its socket is closed."""
+    browser, stop = Browser(), threading.Event()
+    server = Server(browser, {}, lambda: {})
+    pose = b'{"pose": [%d, 0, 0, 0, 0, 0], "work": %d}'
+
+    def first() -> float:
+        got = browser.read(0.0)
+        assert got is not None
+        return float(got.pose[0])
+
+    async def talk() -> None:
+        started = asyncio.Event()
+        task = asyncio.create_task(server.serve(0, lambda place: started.set(), stop))
+        await started.wait()
+        lines = ("GET /ws HTTP/1.1", f"Host: 127.0.0.1:{server.port}", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==")
+        older, old, _ = await asked(server.port, *lines)
+        old.write(masked(1, pose % (1, 1)))
+        await asyncio.sleep(0.1)
+        assert first() == 1.0
+        _, new, _ = await asked(server.port, *lines)
+        new.write(masked(1, pose % (2, 2)))
+        await asyncio.sleep(0.1)
+        for _ in range(1000):  # More than the server reads at once: bytes unread would reset the socket.
+            old.write(masked(1, pose % (3, 3)))
+            await asyncio.sleep(0)
+        told = await older.read()
+        assert first() == 2.0
+        assert frame(CLOSE, TAKEN.to_bytes(2, "big") + b"another page has the handle") in told
+        got = browser.read(0.0)
+        assert got is not None
+        assert got.work == 2.0
+        new.write(masked(1, pose % (4, 4)))
+        await asyncio.sleep(0.1)
+        assert first() == 4.0
+        stop.set()
+        await task
+
+    asyncio.run(asyncio.wait_for(talk(), 20))
+
+
+def test_a_page_that_is_loaded_is_told_where_the_handle_is_and_what_was_done_on_it() -> None:
+    """Also where the page before it has sent a faulty pose at last."""
+    browser = Browser()
+    for message in ({"pose": [1.0, 2.0, 3.0, 0.0, 0.0, 0.5], "work": 0.25}, {"pose": "x", "work": 3.0}):
+        browser.take(message)
+    told = browser.message()
+    assert told["pose"] == [1.0, 2.0, 3.0, 0.0, 0.0, 0.5]
+    assert told["work"] == 0.25
+
+
+def test_frames_are_those_of_the_standard() -> None:
+    assert accept_key("dGhlIHNhbXBsZSBub25jZQ==") == "s3pPLMBiTxaQ9kYGzzhZRbK+xOo="
+    assert frame(1, b"Hello") == b"\x81\x05Hello"
+    assert frame(1, bytes(256))[:4] == b"\x81\x7e\x01\x00"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("", "two rows or more"), ("time,x\n0,1\n1,2\n", "two rows or more"), ("0,0,0,0\n", "two rows or more"),
+     ("1,0,0,0\n2,0,0,0\n", "ascend from 0"),
+     ("0,0,0,0\n0,1,0,0\n", "ascend from 0"), ("0,0,0,0\n1,a,0,0\n", "needed")],
+)  # fmt: skip
+def test_a_wrong_script_is_one_line(text: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "poses.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        scripted(path, 1000.0, 0.0)
+    assert "\n" not in str(caught.value)
+
+
+def test_numbers_out_of_range_are_refused() -> None:
+    for name, value in (("rate", 1e6), ("force_scale", 0.0), ("delay", -1.0), ("device_rate", float("nan"))):
+        with pytest.raises(InputError, match="allowed"):
+            check_asked(Asked(**{name: value}))
