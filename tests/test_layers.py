@@ -14,6 +14,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatch
+from functools import cache
 from itertools import takewhile
 from pathlib import Path
 
@@ -139,6 +140,7 @@ Sources = Mapping[str, str]
 """Text of each file by its path from the root."""
 
 
+@cache
 def sources() -> Sources:
     """Return the text of every source file, by its path from the root."""
     paths = (path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py")))
@@ -149,6 +151,12 @@ def module_of(path: str) -> str:
     """Return the dotted name of a file without `gudgeon.`; the package's own face is `gudgeon`."""
     name = path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
     return "gudgeon" if name == "pipeline.gudgeon" else name
+
+
+@cache
+def parsed(text: str) -> ast.Module:
+    """Return the tree of a source; each is parsed once for all rules."""
+    return ast.parse(text)
 
 
 @dataclass(frozen=True)
@@ -168,7 +176,7 @@ def imports(sources: Sources) -> Iterator[Import]:
     """Yield all imports of all files."""
     for path, text in sources.items():
         package = ["gudgeon", *path.split("/")[:-1]]
-        for node in ast.walk(ast.parse(text)):
+        for node in ast.walk(parsed(text)):
             for name in _imported(node, package):
                 yield Import(path, node.lineno, name)
 
@@ -334,7 +342,7 @@ def long_functions(sources: Sources) -> list[str]:
     return [
         f"{path}:{node.lineno}: {node.name} has {length} lines"
         for path, text in sources.items()
-        for node in ast.walk(ast.parse(text))
+        for node in ast.walk(parsed(text))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
         if (length := (node.end_lineno or 0) - node.lineno + 1) > FUNCTION_CAP
     ]
@@ -342,7 +350,7 @@ def long_functions(sources: Sources) -> list[str]:
 
 def wide_calls(sources: Sources) -> list[str]:
     """List functions with more than six positional parameters, and calls of the project's own with more arguments."""
-    trees = {path: ast.parse(text) for path, text in sources.items()}
+    trees = {path: parsed(text) for path, text in sources.items()}
     kinds = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
     defined = {node.name for tree in trees.values() for node in ast.walk(tree) if isinstance(node, kinds)}
     wrong = []
