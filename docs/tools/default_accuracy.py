@@ -189,19 +189,18 @@ def table(scenes: dict[str, dict[str, Row]], code: str) -> str:
             lines.append(f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |")
     limits = " and ".join(f"{limit:.1%} in `{key}`" for key, limit in QUANTITIES.items())
     summary = ", ".join(f"{count} {kind}" for kind, count in counts.items() if count)
-    heads = ["scene", "neighbour", "largest error of impulse", "of windowed force", "reason where it misses"]
+    heads = ["scene", "neighbour", "largest error of impulse", "of windowed force", "reason of a larger error"]
     text = [
         "# Default settings against converged runs",
         "",
-        "Written by `make defaults`: every scene as it is and with neighbours of its settings, with the step that it"
-        f" chooses itself, against the same run at an accuracy of {CONVERGED[0]:g}, or of {CONVERGED[1]:g} where that"
+        "Written by `make defaults`: every scene, unchanged and with neighbours of its settings, with its automatic"
+        f" step, against the same run at an accuracy of {CONVERGED[0]:g}, or of {CONVERGED[1]:g} where that"
         f" takes more than {LIMIT:g} s. Limits: {limits} ([quantities](../quantities.md)).",
         "",
-        "Errors are those of the step; those of basis and mesh stand in the reports. What an integrator refuses is"
-        " counted, not listed.",
+        "Errors are those of the step; those of basis and mesh are in the reports. Settings that an integrator refuses"
+        " are counted, not listed.",
         "",
-        f"{sum(counts.values())} runs: {summary}."
-        + (f" {old} of them are of an earlier state of the code." * bool(old)),
+        f"{sum(counts.values())} runs: {summary}." + (f" {old} of them are of other versions of the code." * bool(old)),
         "",
         f"| {' | '.join(heads)} |",
         f"|{'---|' * len(heads)}",

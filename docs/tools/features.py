@@ -10,13 +10,13 @@ from tests.solver.features import CONTRADICTIONS, FEATURES, draft_of
 
 PAGE = Path(__file__).resolve().parents[1] / "features.md"
 LETTERS = {"event": "E", "explicit": "X", "collocation": "C", "discrete-gradient": "D", "implicit": "I"}
-"""Of bodies that turn by small angles; what those of mechanisms may have stands in docs/mechanisms.md."""
+"""Of bodies that turn by small angles; those of mechanisms are in docs/mechanisms.md."""
 HEAD = """# Features of a scene, each with each other
 
 Written by `python -m docs.tools.features` from the scenes of `tests/solver/features.py`, which
 `tests/contracts/test_pairs.py` runs. A cell names the integrators that carry both features in one scene: {letters}. A
-number stands where there is no such scene, with its reason below. Friction and springs act on rigid bodies, unless the
-name says otherwise: in a scene with an elastic body on a second, rigid one. Two ways of contact stand side by side, as
+number refers to the reason below why there is no such scene. Friction and springs act on rigid bodies, unless the
+name says otherwise: in a scene with an elastic body on a second, rigid one. Two methods of contact are
 two contacts. Bodies turn by small angles here; for others see [mechanisms](mechanisms.md).
 
 """

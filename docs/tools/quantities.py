@@ -15,8 +15,8 @@ An impact is a time in which a normal force acts on a contact. The window is `ru
 of the highest kept frequency of an elastic body in contact, of several bodies the longest of these periods, one period
 where all contacts have nonlinear laws, at most the duration of the run, and 0 for rigid bodies. Impacts that are
 separated by less than the window are one. A force over a shorter time contains the cut-off frequency of the modal basis
-and does not converge; so a peak force is a mean over the window of the mean over the window, and the raw peak stands
-beside it. The default of full FE is two steps with a law, else the shortest period that its steps resolve.
+and does not converge; so that a peak force is a mean over the window of the mean over the window; the raw peak is a
+further quantity. The default of full FE is two steps with a law, else the shortest period that its steps resolve.
 """
 TITLES = {
     "contact": "`CONTACT.`: contacts", "body": "`BODY.`: bodies with rigid motions", "force": "`FORCE.`: moving forces",

@@ -20,7 +20,7 @@ Scenes = dict[str, dict[str, Any]]
 ROOT = Path(__file__).resolve().parents[2]
 REPORTS = ROOT / "docs" / "reports"
 STANDS_FOR = {"piston": "piston/stroke", "piston/coarse": "piston/stroke"}
-"""Scenes that `make reports` leaves out, and the one that stands for each: full FE finishes there in minutes."""
+"""Scenes that `make reports` leaves out, and the one that replaces each: full FE finishes there in minutes."""
 SHOWN = ("piston/stroke/report.png", "beam-sphere/robustness.png")
 """Pictures of reports that documents show."""
 KEPT = (
@@ -33,7 +33,7 @@ VERDICTS = ("right", "refused", "wrong")
 HEAD = (
     "scene", "reference", "fastest run within the tolerance", "largest error", "its error budget", "CPU time",
     "full FE",
-    "robustness: right", "refused", "wrong", "took",
+    "robustness: right", "refused", "wrong", "wall time",
 )  # fmt: skip
 
 
@@ -93,7 +93,7 @@ def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
         "# Reports",
         "",
         "Error against run time and robustness cases of every scene, written by `make reports`"
-        + (f", which took {total / 60:.0f} min{which} on {where}." if total else "."),
+        + (f" in {total / 60:.0f} min{which} on {where}." if total else "."),
         "`gudgeon report SCENE` makes the page, the picture and the tables of one scene, `gudgeon robustness SCENE` its"
         " robustness cases; [report.json](report.json) has the main figures of all of them.",
         "",

@@ -27,7 +27,7 @@ class Swap(Strict):
     """
 
     bases: int = Field(ge=1, le=MOST, description="Number of bases, one for each part of the traction space")
-    vectors: int = Field(default=4, ge=2, le=MOST, description="Ritz vectors of each basis beside the normal modes")
+    vectors: int = Field(default=4, ge=2, le=MOST, description="Ritz vectors per basis, added to the normal modes")
 
 
 class ModesSettings(Strict):

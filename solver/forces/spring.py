@@ -13,7 +13,7 @@ Knots = tuple[tuple[Coordinate, ForceValue], ...]
 
 
 class Spring(TwoEnds):
-    """Spring along one direction, linear or by a table of its force over its elongation, with a dashpot beside it."""
+    """Spring along one direction, linear or by a table of its force over its elongation, with a parallel dashpot."""
 
     kind: Literal["spring"]
     direction: Direction | None = Field(
@@ -24,7 +24,7 @@ class Spring(TwoEnds):
     stiffness: Stiffness | None = Field(
         default=None, description="Stiffness [N/m]; it may be left out where a table or a damping is given"
     )
-    damping: DampingConstant = Field(default=0.0, description="Damping constant of a dashpot beside the spring")
+    damping: DampingConstant = Field(default=0.0, description="Damping constant of the parallel dashpot")
     against_at: Place | None = Field(
         default=None,
         description="Point of the other body, as `at`, or place of the ground in the scene [m]: the spring acts along"

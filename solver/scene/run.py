@@ -33,9 +33,9 @@ class Limits(Strict):
     )
     deflection: RotationAngle = Field(
         default=0.05,
-        description="Largest elastic deflection of a body of a mechanism (root mean square over its mass, beside its"
-        " attachment) over its radius of gyration: the deformation of bodies that turn is of second order. A beam whose"
-        " end is bent by w has 0.15 to 0.2 w/L beside its mean axis, 1.7 w/L with attachment 'fixed'",
+        description="Largest elastic deflection of a body of a mechanism (root mean square over its mass, relative to"
+        " its attachment) over its radius of gyration: the deformation of bodies that turn is of second order. A beam"
+        " whose end is bent by w has 0.15 to 0.2 w/L relative to its mean axis, 1.7 w/L with attachment 'fixed'",
     )
     offset: Length | None = Field(
         default=None,

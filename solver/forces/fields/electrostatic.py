@@ -92,8 +92,8 @@ class Electrostatic(FieldForce):
 class Adhesion(FieldForce):
     """Adhesion of a sphere to a plane by Derjaguin, Muller and Toporov: 2 π w R where they touch, less beyond.
 
-    The force is 2 π w R/(1 + gap/range)² at a gap, and constant where there is none; a contact of the sphere with a
-    Hertzian law beside it makes their theory. The work to pull it off is 2 π w R · range.
+    The force is 2 π w R/(1 + gap/range)² at a gap, and constant where there is none; with a contact of
+    Hertz's law in addition it is their theory. The work to pull it off is 2 π w R · range.
     """
 
     kind: Literal["adhesion"]

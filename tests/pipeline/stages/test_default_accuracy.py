@@ -67,6 +67,6 @@ def test_the_table_counts_what_it_does_not_list() -> None:
     }
     page = table({"one": rows}, "new")
     counts = "1 within the limits, 1 ended with a reason, 1 refused, 1 no row"
-    assert f"4 runs: {counts}. 1 of them are of an earlier state of the code.\n" in page
+    assert f"4 runs: {counts}. 1 of them are of other versions of the code.\n" in page
     assert "| `one` | gravity | – | – | turned |\n" in page
     assert "integrator event" not in page
