@@ -142,7 +142,7 @@ def read_fields(source: Source, head: Head, place: Path | str, only: Collection[
 
 
 def read_record(path: Path, kind: str, only: Collection[str] | None = None) -> Any:
-    """Read a record of the kind expected from a file that `verify_record` accepts; see `read_fields`."""
+    """Read a record of the kind expected from a file that `verify_open` accepts; see `read_fields`."""
     with path.open("rb") as raw:
         source = FileSource(raw.fileno())
         return read_fields(source, read_head(source, path, kind), path, only)

@@ -18,18 +18,12 @@ def user_block(digest: str, kind: bytes) -> bytes:
     return (MAGIC + digest.encode() + b"\n" + kind + b"\n").ljust(USERBLOCK, b"\0")
 
 
-def verify_record(path: Path) -> str:
-    """Check a file against its digest and return its kind.
+def verify_open(descriptor: int, place: Path | str) -> str:
+    """Check an open file against its digest and return its kind; `place` is for the message.
 
     Raises:
         RecordDamaged: the header is not that of a record, or a byte has changed.
     """
-    with path.open("rb") as raw:
-        return verify_open(raw.fileno(), path)
-
-
-def verify_open(descriptor: int, place: Path | str) -> str:
-    """Check an open file as `verify_record` does; `place` is for the message."""
     with os.fdopen(os.dup(descriptor), "rb") as raw:
         raw.seek(0)
         block = raw.read(USERBLOCK)

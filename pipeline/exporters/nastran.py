@@ -13,7 +13,7 @@ import numpy as np
 from gudgeon.pipeline.exporters.reduced import ReducedBody
 from gudgeon.pipeline.files import whole_file, write_text
 
-SQUARE, RECTANGULAR, SYMMETRIC = 1, 2, 6
+RECTANGULAR, SYMMETRIC = 2, 6
 """Forms of a matrix."""
 DOUBLE = 2
 """Type of its numbers."""

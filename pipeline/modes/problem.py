@@ -37,13 +37,6 @@ class Problem:
         """Return the problem of a model's free dofs."""
         return cls(*model.free_matrices(), model.rigid_modes[model.free])
 
-    def in_order(self, order: np.ndarray) -> "Problem":
-        """Return the problem with its dofs in another order, (free,)."""
-        K, M = (sparse.csr_matrix(A[order][:, order]) for A in (self.K, self.M))
-        K.sort_indices()
-        M.sort_indices()
-        return Problem(K, M, self.rigid[order])
-
     @cached_property
     def M_rigid(self) -> np.ndarray:
         """M Φ_r, (free, r)."""

@@ -23,7 +23,7 @@ from gudgeon.modaldb.stores.local.names import NAMES
 from gudgeon.modaldb.stores.query import Query, QueryWrong, condition
 from gudgeon.modaldb.stores.upkeep import unreferenced
 from tests.hsds import hsds, opened  # noqa: F401
-from tests.modaldb.samples import INPUTS, SAMPLES, WITHOUT_ARRAYS, mesh, modes, same
+from tests.modaldb.samples import INPUTS, SAMPLES, WITHOUT_ARRAYS, mesh, modes, same, verify_record
 from tests.pipeline.service.serving import served
 
 KEY = content_key(INPUTS)

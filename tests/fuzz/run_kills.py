@@ -14,10 +14,10 @@ import traceback
 from collections import Counter
 from pathlib import Path
 
-from gudgeon.modaldb.format.seal import verify_record
 from gudgeon.pipeline.cli import main as command
 from tests.fuzz.out_folders import SCENE
 from tests.fuzz.scenes import Bad
+from tests.modaldb.samples import verify_record
 
 BRIEF, LONG = 3, 200
 

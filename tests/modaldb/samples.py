@@ -26,6 +26,7 @@ from gudgeon.modaldb.records.modes import (
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.report import MeasurementRecord, ReportRecord
 from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, ProbeHistory, Trajectory
+from gudgeon.modaldb.seal import verify_open
 
 INPUTS = {"stage": "sample", "size": 0.005, "nested": {"on": True, "nothing": None, "list": [1, 2.5, "ω"]}}
 
@@ -33,6 +34,12 @@ INPUTS = {"stage": "sample", "size": 0.005, "nested": {"on": True, "nothing": No
 def write_record(path: Path, kind: str, record: Any, inputs: dict[str, Any]) -> None:
     """Write a record's file as a store does."""
     path.write_bytes(b"".join(hdf5.record_bytes(kind, record, inputs)))
+
+
+def verify_record(path: Path) -> str:
+    """Check a file against its digest and return its kind."""
+    with path.open("rb") as raw:
+        return verify_open(raw.fileno(), path)
 
 
 def ramp(*shape: int, start: float = 0.0) -> np.ndarray:

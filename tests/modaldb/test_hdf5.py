@@ -28,6 +28,7 @@ from tests.modaldb.samples import (
     nodal,
     same,
     trajectory,
+    verify_record,
     write_record,
 )
 

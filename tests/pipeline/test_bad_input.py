@@ -13,10 +13,10 @@ import meshio
 import pytest
 
 from gudgeon import modaldb
-from gudgeon.modaldb.format.seal import verify_record
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.plots import PLOTS
+from tests.modaldb.samples import verify_record
 from tests.pipeline.small import TABLE, write_scene
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -184,10 +184,6 @@ def _run(integrator: str, duration: float, step: float | None = None) -> Scene:
     return {"run": run | ({} if step is None else {"step": step})}
 
 
-def _weight(*pull: float) -> Scene:
-    return {"run": {"gravity": list(pull)}}
-
-
 def _contact(name: str, **keys: Any) -> Scene:
     return {"contact": {name: keys}}
 

@@ -24,7 +24,7 @@ from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.scenes.gauge import WRENCH
 from gudgeon.pipeline.stages.run_report import Progress
 
-WRENCHES, PICTURE = "tool-wrench.csv", "tool-wrench.png"
+WRENCHES = "tool-wrench.csv"
 
 
 @dataclass(frozen=True)

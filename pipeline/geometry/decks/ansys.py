@@ -22,8 +22,6 @@ TYPE = 1
 """Column of an element with its type, from 0."""
 HEAD = 11
 """Columns of an element before its nodes."""
-IN_LINE = 8
-"""Nodes of an element in its first line."""
 QUADRATIC = (0, 1, 2, 4, 8, 9, 11, 16, 17, 18)
 """Nodes of a tetrahedron in an element of twenty: corners I, J, K, M, then those between IJ, JK, KI, IM, JM, KM."""
 NODE_COUNT = 8

@@ -15,8 +15,6 @@ COMPONENT, ASSEMBLY = EXAMPLES / "boolean/component8.step", EXAMPLES / "api/as1-
 COLOURS = EXAMPLES / "api/step_boundary_colors.stp"
 
 Draw = Callable[[Any], object]
-BRACKET_VOLUME = 80 * 40 * 8 + 8 * 40 * 52
-"""Of the bracket without blend and holes [mm^3]."""
 
 
 def write_cad(path: Path, draw: Draw) -> Path:

@@ -412,7 +412,6 @@ def test_the_family_imports_nothing_heavy() -> None:
     assert done.stdout.strip() == "[]"
 
 
-DOUBLED = "".join(f"*NSET, NSET=s{k + 1}\ns{k}, s{k}\n" for k in range(60))
 BOMBS = [
     ("*NSET, NSET=a, GENERATE\n1, 10000000000\n", "more than 10,000,000 members"),
     ("*ELSET, ELSET=a, GENERATE\n-5000000000, 5000000000, 1\n", "more than 10,000,000 members"),

@@ -17,9 +17,6 @@ SECTIONS: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
-IN_SPACE = ("lateral_moment", "torsion_constant")
-
-
 def hint(section: str, motion: str, omega: list[float]) -> str:
     geometry = {"kind": "beam", "length": 0.3, "motion": motion, "section": SECTIONS[section]}
     if motion == "plane":

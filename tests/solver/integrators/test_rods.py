@@ -23,7 +23,7 @@ from tests.solver.systems import (
     piston_scene,
 )
 
-MASS, PRESSURE, AMBIENT = 0.5, 3e6, 1e5
+MASS, PRESSURE = 0.5, 3e6
 ROUND_OFF = 1e-12
 LENGTH_ERROR = 1e-9
 STEP = 1e-6

@@ -20,8 +20,8 @@ from gudgeon.solver.ports.table import elastic_rows
 from gudgeon.solver.system.system import System
 from tests.validation.test_hertz_solids import sized
 
-RADIUS, BLOCK, ZONE, THICKNESS = 0.05, 0.2, 8.5e-3, 1e-3
-"""Of the cylinder, side of the block, half of the edges that may touch, and thickness [m]."""
+RADIUS, BLOCK, ZONE = 0.05, 0.2, 8.5e-3
+"""Of the cylinder, side of the block, half of the edges that may touch [m]."""
 FORCE, FRICTION = 35e3, 0.1
 HALF_WIDTH, PRESSURE, MOVED = 6.21e-3, 3585e6, -1.303e-3
 """Of the benchmark [m, Pa, m]."""
