@@ -9,6 +9,7 @@ from gudgeon.pipeline.geometry.quiet import quiet_stdout
 
 FIRST = (".unv", ".med")
 """Endings that gmsh reads before meshio, which drops their names."""
+ENDINGS = (*FIRST, ".bdf", ".nas", ".inp", ".mesh", ".msh", ".vtk", ".su2", ".cgns")
 TYPES = {
     1: "line", 2: "triangle", 3: "quad", 4: "tetra", 5: "hexahedron", 6: "wedge", 7: "pyramid", 8: "line3",
     9: "triangle6", 10: "quad9", 11: "tetra10", 12: "hexahedron27", 16: "quad8", 17: "hexahedron20", 18: "wedge15",
