@@ -11,6 +11,7 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
+from urllib.parse import quote
 
 from gudgeon.modaldb.format.blocks import UNDEFINED, USERBLOCK, Blocks, Heap, Malformed, Source, Tree
 
@@ -54,6 +55,11 @@ class Group:
 
     attributes: dict[str, str | int | float] = field(default_factory=dict)
     members: dict[str, "Group | Dataset"] = field(default_factory=dict)
+
+
+def escaped(name: str) -> str:
+    """Return a member's name as it stands in a file: percent-encoded, since HDF5 reserves `/` and `.`."""
+    return quote(name, safe=" ").replace(".", "%2E")
 
 
 def read_structure(source: Source) -> Group:

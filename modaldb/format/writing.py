@@ -8,13 +8,12 @@ import json
 from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any
-from urllib.parse import quote
 
 import numpy as np
 from h5py import h5a, h5d, h5g, h5p, h5s, h5t, string_dtype
 
 from gudgeon.modaldb.format.schema import check_values, member_type, type_hints
-from gudgeon.modaldb.format.structure import LABELS
+from gudgeon.modaldb.format.structure import LABELS, escaped
 from gudgeon.modaldb.records.types import ARRAY
 
 TEXT, SINGLE = string_dtype(), h5s.create_simple(())
@@ -63,7 +62,7 @@ def _write_field(group: Any, name: str, value: Any, field: tuple[Any, Any, str])
     elif (member := member_type(hint)) is not None:
         below = _new_group(group, name)
         for item, part in value.items():
-            _write_field(below, _escaped(item), part, (member, rule, f"{path}/{item}"))
+            _write_field(below, escaped(item), part, (member, rule, f"{path}/{item}"))
     elif value is not None:
         write_attribute(group, name, json.dumps(value) if isinstance(value, dict) else value)
 
@@ -96,8 +95,3 @@ def _without_times(kind: Any) -> Any:
 
 
 NEW_GROUP, NEW_ARRAY = _without_times(h5p.GROUP_CREATE), _without_times(h5p.DATASET_CREATE)
-
-
-def _escaped(name: str) -> str:
-    """Return a member's name percent-encoded, since HDF5 reserves `/` and `.`."""
-    return quote(name, safe=" ").replace(".", "%2E")

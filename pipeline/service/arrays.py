@@ -4,13 +4,13 @@ import io
 import re
 from collections.abc import Sequence
 from typing import Any
-from urllib.parse import quote, unquote
+from urllib.parse import unquote
 
 import numpy as np
 
 from gudgeon.modaldb.format.blocks import Source
 from gudgeon.modaldb.format.hdf5 import Head
-from gudgeon.modaldb.format.structure import Dataset, Group
+from gudgeon.modaldb.format.structure import Dataset, Group, escaped
 
 MOST_BYTES = 256 * 2**20
 """Of an array in an answer."""
@@ -37,7 +37,7 @@ def dataset_of(head: Head, path: str) -> Dataset:
     """Return the array of a field path such as `interfaces/thrust/rows`; raise Wrong where there is none."""
     here: Group | Dataset | None = head.root
     for part in path.split("/"):
-        here = here.members.get(_written(part)) if isinstance(here, Group) else None
+        here = here.members.get(escaped(part)) if isinstance(here, Group) else None
     if not isinstance(here, Dataset):
         raise Wrong(f"no array '{path[:200]}' in this {head.kind} record", 404)
     return here
@@ -46,11 +46,6 @@ def dataset_of(head: Head, path: str) -> Dataset:
 def unwritten(path: str) -> str:
     """Return the field path of a path within the file, such as `/interfaces/a%2Eb/rows`."""
     return unquote(path.strip("/"))
-
-
-def _written(part: str) -> str:
-    """Return a name as it stands in the file."""
-    return quote(part, safe=" ").replace(".", "%2E")
 
 
 def chosen(text: str, count: int, what: str) -> np.ndarray:
