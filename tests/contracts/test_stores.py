@@ -15,7 +15,6 @@ import pytest
 from gudgeon import modaldb
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
 from gudgeon.modaldb.format.hdf5 import read_record
-from gudgeon.modaldb.format.seal import verify_record
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.stores.base import Store

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.format import hdf5
+from gudgeon.modaldb.format.seal import verify_open
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord, PoseRecord
@@ -26,7 +27,6 @@ from gudgeon.modaldb.records.modes import (
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.report import MeasurementRecord, ReportRecord
 from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, ProbeHistory, Trajectory
-from gudgeon.modaldb.seal import verify_open
 
 INPUTS = {"stage": "sample", "size": 0.005, "nested": {"on": True, "nothing": None, "list": [1, 2.5, "ω"]}}
 

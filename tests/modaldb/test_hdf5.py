@@ -13,7 +13,6 @@ import pytest
 
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.format import hdf5
-from gudgeon.modaldb.format.seal import verify_record
 from gudgeon.modaldb.format.source import FileSource
 from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
 from gudgeon.modaldb.records.mesh import Surface

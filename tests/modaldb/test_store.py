@@ -17,7 +17,6 @@ from gudgeon.modaldb.errors import (
     RecordNotWritten,
     StoreUnusable,
 )
-from gudgeon.modaldb.format import hdf5
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.stores.folder import FolderStore, set_aside
