@@ -3,6 +3,9 @@
 import math
 from collections.abc import Mapping, Sequence
 
+from matplotlib.path import Path
+from matplotlib.transforms import Bbox
+
 from gudgeon.pipeline.report.document import Document, Run
 
 TOLERANCE = 0.01
@@ -16,11 +19,6 @@ LINES = 5
 POINT, RING = 3.0, 6.5
 """Half the width of a point, and of the ring around the chosen one [pt]."""
 
-Box = tuple[float, float, float, float]
-"""Left, bottom, right, top [pt]."""
-Segment = tuple[float, float, float, float]
-"""Of a line, from x, y to x, y [pt]."""
-
 
 def labels(document: Document) -> Mapping[str, str]:
     """Return what at most four runs are, by name: the choice, full FE, the rival, and the most accurate setting.
@@ -30,22 +28,22 @@ def labels(document: Document) -> Mapping[str, str]:
     """
     choice = document.choice
     tolerance = TOLERANCE if choice is None else choice.tolerance
-    named = {one.run for one in document.costs if one.method == "rival"}
+    named = {cost.run for cost in document.costs if cost.method == "rival"}
     schemes = {run.scheme for run in document.runs if run.name in named}
-    known = [run for run in document.runs if run.conservative_error is not None and math.isfinite(_error(run))]
-    full = [run for run in known if run.kind == "nodal"]
-    rivals = [run for run in known if run.kind != "nodal" and run.scheme in schemes]
-    own = [run for run in known if run.kind == "reduced" and run.scheme not in schemes]
-    chosen = [run for run in own if choice is not None and run.name == choice.run]
-    found = {
-        "gudgeon": _best(chosen or own, tolerance),
+    compared = [run for run in document.runs if run.conservative_error is not None and math.isfinite(_error(run))]
+    full = [run for run in compared if run.kind == "nodal"]
+    rivals = [run for run in compared if run.kind != "nodal" and run.scheme in schemes]
+    reduced = [run for run in compared if run.kind == "reduced" and run.scheme not in schemes]
+    chosen = [run for run in reduced if choice is not None and run.name == choice.run]
+    candidates = {
+        "gudgeon": _best(chosen or reduced, tolerance),
         "full FE": _best(full, tolerance),
         "rival": _best(rivals, tolerance),
-        "most accurate": min(own, key=_error, default=None),
-        "fastest": min((run for run in own if run.front), key=lambda run: run.cpu_seconds, default=None),
+        "most accurate": min(reduced, key=_error, default=None),
+        "fastest": min((run for run in reduced if run.front), key=lambda run: run.cpu_seconds, default=None),
     }
     texts: dict[str, str] = {}
-    for text, run in found.items():
+    for text, run in candidates.items():
         if run is not None and len(texts) < LABELLED:
             texts.setdefault(run.name, text)
     return texts
@@ -68,8 +66,8 @@ def places(
     texts: Sequence[str],
     weights: Sequence[int],
     radii: Sequence[float] | None = None,
-    within: Box = (-math.inf, -math.inf, math.inf, math.inf),
-    line: Sequence[Segment] = (),
+    within: Bbox | None = None,
+    lines: Sequence[Path] = (),
 ) -> list[tuple[float, float] | None]:
     """Return the offset of each text's lower left corner from its point [pt], None where there is no room.
 
@@ -79,26 +77,25 @@ def places(
             be; those above one may stand some lines away.
         radii: Half the width of what is drawn at each point [pt]; that of a point by default.
         within: Where texts may stand; one that is always shown leaves it only where no side of its point is within.
-        line: What texts that are always shown cross as little as can be.
+        lines: What texts that are always shown cross as little as can be.
     """
     radii = [POINT] * len(points) if radii is None else radii
-    taken = [(x - r, y - r, x + r, y + r) for (x, y), r in zip(points, radii, strict=True)]
-    found: list[tuple[float, float] | None] = [None] * len(points)
+    taken = [Bbox([(x - r, y - r), (x + r, y + r)]) for (x, y), r in zip(points, radii, strict=True)]
+    shifts: list[tuple[float, float] | None] = [None] * len(points)
     for i in sorted(range(len(points)), key=lambda i: -weights[i]):
         (x, y), width, height = points[i], BOX[0] * len(texts[i]), BOX[1]
         offsets = _offsets(radii[i], width, height, LINES if weights[i] > 1 else 1)
-        boxes = [(x + dx, y + dy, x + dx + width, y + dy + height) for dx, dy in offsets]
-        covered = [sum(_meet(box, other) for other in taken) for box in boxes]
+        boxes = [Bbox.from_bounds(x + dx, y + dy, width, height) for dx, dy in offsets]
+        covered = [box.count_overlaps(taken) for box in boxes]
         if weights[i]:
-            covered = [
-                count + sum(_crosses(one, box) for one in line) for count, box in zip(covered, boxes, strict=True)
-            ]
-        inside = [k for k, box in enumerate(boxes) if _holds(within, box)]
-        best = min(inside, key=lambda k: covered[k], default=None)
+            crossed = [sum(line.intersects_bbox(box, filled=False) for line in lines) for box in boxes]
+            covered = [count + crossings for count, crossings in zip(covered, crossed, strict=True)]
+        interior = [k for k, box in enumerate(boxes) if within is None or within.count_contains(box.corners()) == 4]
+        best = min(interior, key=lambda k: covered[k], default=None)
         if weights[i] or (best is not None and not covered[best]):
-            found[i] = offsets[best or 0]
+            shifts[i] = offsets[best or 0]
             taken.append(boxes[best or 0])
-    return found
+    return shifts
 
 
 def _offsets(radius: float, width: float, height: float, lines: int) -> list[tuple[float, float]]:
@@ -106,24 +103,3 @@ def _offsets(radius: float, width: float, height: float, lines: int) -> list[tup
     aside = (radius + 1.5, -radius - 1.5 - width)
     beyond = [radius + 1.3 * height * line for line in range(lines)]
     return [(dx, dy) for rise in beyond for dy in (rise, -rise - height) for dx in aside]
-
-
-def _meet(a: Box, b: Box) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
-
-
-def _crosses(line: Segment, box: Box) -> bool:
-    """Return whether a line is within a box anywhere: the spans in which it is between each pair of sides meet."""
-    first, last = 0.0, 1.0
-    for start, end, low, high in ((line[0], line[2], box[0], box[2]), (line[1], line[3], box[1], box[3])):
-        if start == end:
-            if not low < start < high:
-                return False
-            continue
-        enter, leave = sorted(((low - start) / (end - start), (high - start) / (end - start)))
-        first, last = max(first, enter), min(last, leave)
-    return first < last
-
-
-def _holds(outer: Box, box: Box) -> bool:
-    return outer[0] <= box[0] and outer[1] <= box[1] and box[2] <= outer[2] and box[3] <= outer[3]

@@ -9,7 +9,7 @@ import math
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
-from pathlib import Path
+from pathlib import Path as FilePath
 from typing import NamedTuple
 from xml.etree import ElementTree
 
@@ -18,6 +18,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.path import Path
+from matplotlib.transforms import Bbox
 
 from gudgeon.pipeline.plots.base.style import FAINT, INK, RED, new_figure, save, styled
 from gudgeon.pipeline.report.document import Chain, Document, Quantity, Run
@@ -122,7 +124,7 @@ def floor_of(errors: Sequence[float]) -> float:
     return min(seen) / 3 if seen else LEAST
 
 
-def draw(document: Document, path: Path) -> None:
+def draw(document: Document, path: FilePath) -> None:
     """Draw the conservative error of each run against its CPU seconds, with title and legend.
 
     Args:
@@ -270,15 +272,16 @@ def _numbers(
         for number, run, error in spots
     ]  # fmt: skip
     weights = [2 if run.name in named else int(number in front) for number, run, _ in spots]
-    points = [(x, y) for x, y in axes.transData.transform(at) * 72 / figure.dpi]
-    (left, bottom), (right, top) = axes.bbox.get_points() * 72 / figure.dpi
+    scale = 72 / figure.dpi
+    points = [(x, y) for x, y in axes.transData.transform(at) * scale]
+    within = Bbox(axes.bbox.get_points() * scale)
     radii = [RING if spot.number == ringed else POINT for spot in spots]
-    best = sorted(point for point, spot in zip(points, spots, strict=True) if spot.number in front)
-    line = [(*start, *end) for start, end in pairwise(best)]
+    lines = [Path(ends) for ends in pairwise(sorted(points[i] for i, spot in enumerate(spots) if spot.number in front))]
     if tolerance is not None:
-        level = axes.transData.transform((at[0, 0], tolerance))[1] * 72 / figure.dpi
-        line += [(left, level, right, level), (right - TOLERANCE_TEXT, level + 6, right, level + 6)]
-    shifts = places(points, texts, weights, radii, (left, bottom, right, top), line)
+        level = axes.transData.transform((at[0, 0], tolerance))[1] * scale
+        lines += [Path([(within.x0, level), (within.x1, level)]),
+                  Path([(within.x1 - TOLERANCE_TEXT, level + 6), (within.x1, level + 6)])]  # fmt: skip
+    shifts = places(points, texts, weights, radii, within, lines)
     for place, spot, text, weight, shift in zip(at, spots, texts, weights, shifts, strict=True):
         if shift is not None:
             left = shift[0] < 0  # A text there ends at its point, however wide its characters are.

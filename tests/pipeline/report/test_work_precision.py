@@ -7,6 +7,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from matplotlib import image
+from matplotlib.path import Path as MplPath
+from matplotlib.transforms import Bbox
 
 from gudgeon.pipeline.report.document import Choice, Cost
 from gudgeon.pipeline.report.front import pareto_front, with_front
@@ -94,11 +96,11 @@ def test_points_of_the_chart_carry_their_runs() -> None:
 
 def test_texts_stay_within_the_axes() -> None:
     """A text of a point in the right upper corner stands to its left and below."""
-    (shift,) = places([(95.0, 45.0)], ["abcd"], [2], within=(0.0, 0.0, 100.0, 50.0))
+    (shift,) = places([(95.0, 45.0)], ["abcd"], [2], within=Bbox([(0.0, 0.0), (100.0, 50.0)]))
     assert shift is not None
     assert shift[0] < -BOX[0] * 4
     assert shift[1] < -BOX[1]
-    assert places([(95.0, 45.0)], ["a" * 40], [0], within=(0.0, 0.0, 100.0, 50.0)) == [None]
+    assert places([(95.0, 45.0)], ["a" * 40], [0], within=Bbox([(0.0, 0.0), (100.0, 50.0)])) == [None]
 
 
 def test_four_runs_of_the_chart_say_what_they_are() -> None:
@@ -130,15 +132,19 @@ def test_four_runs_of_the_chart_say_what_they_are() -> None:
 def test_a_label_crosses_no_line_where_there_is_room() -> None:
     """Without a line it stands right of its point, above; a line there sends it below, and lines beside to the left."""
     (free,) = places([(0.0, 0.0)], ["abcd"], [2])
-    (below,) = places([(0.0, 0.0)], ["abcd"], [2], line=[(0.0, 0.0, 100.0, 20.0)])
-    (aside,) = places([(0.0, 0.0)], ["abcd"], [2], line=[(0.0, 0.0, 40.0, 10.0), (0.0, 0.0, 40.0, -10.0)])
+    (below,) = places([(0.0, 0.0)], ["abcd"], [2], lines=[MplPath([(0.0, 0.0), (100.0, 20.0)])])
+    (aside,) = places(
+        [(0.0, 0.0)], ["abcd"], [2], lines=[MplPath([(0.0, 0.0), (40.0, rise)]) for rise in (10.0, -10.0)]
+    )
     assert free is not None
     assert below is not None
     assert aside is not None
     assert free[0] > 0 <= free[1]
     assert below != free
     assert aside[0] < 0
-    assert places([(0.0, 0.0)], ["1"], [0], line=[(0.0, 0.0, 100.0, 1.0)]) == places([(0.0, 0.0)], ["1"], [0])
+    assert places([(0.0, 0.0)], ["1"], [0], lines=[MplPath([(0.0, 0.0), (100.0, 1.0)])]) == places(
+        [(0.0, 0.0)], ["1"], [0]
+    )
 
 
 def test_a_label_keeps_off_the_line_of_the_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
