@@ -4,16 +4,18 @@ Errors are relative to the reference value and signed, absolute where the refere
 relative L2 norms without sign. None is a value that a run does not have.
 """
 
-import csv
 import io
 import itertools
 import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import SkipValidation, TypeAdapter
 
 from gudgeon.pipeline.errors import pandas
+from gudgeon.pipeline.files import csv_text as rows_text
 from gudgeon.pipeline.process.clock import Seconds
 
 if TYPE_CHECKING:
@@ -23,7 +25,9 @@ SCHEMA = 1
 """Version of the document; raised when a field changes its meaning, its name or goes."""
 MISSING = "not estimated"
 """Beginning of `Term.how` where an error could not be estimated."""
-Errors = dict[str, float]
+Number = Annotated[float, SkipValidation]
+"""One that a document which was read back has as None where it was not finite."""
+Errors = dict[str, Number]
 """By the name of the quantity."""
 
 
@@ -89,11 +93,11 @@ class Chain:
     """`basis`, `step`, `mesh` or `grid`."""
     runs: list[str]
     """Names; finer runs that serve as references only are not among the runs of the report."""
-    sizes: list[float]
+    sizes: list[Number]
     """Coordinates of each; its step [s] or accuracy; its edge length [m]; its spacing over that of the grid."""
-    values: list[float]
+    values: list[Number]
     """Errors, or values relative to the finest one."""
-    differences: list[float]
+    differences: list[Number]
     """Relative difference of each from the finest; the last is 0."""
     converges: bool | None
     """None if there are too few runs."""
@@ -166,7 +170,7 @@ class Term:
     """How it is estimated, or why it is not, in words."""
     errors: Errors = field(default_factory=dict)
     """Estimated error of each quantity, without sign; empty if there is none."""
-    orders: dict[str, float] = field(default_factory=dict)
+    orders: Errors = field(default_factory=dict)
     """Observed order of convergence of each quantity that has one."""
     size: float | None = None
     """Largest error of the quantities that count."""
@@ -245,17 +249,9 @@ class Document:
         return _plain(asdict(self))
 
     @classmethod
-    def from_json(cls, found: Mapping[str, Any]) -> "Document":
+    def from_json(cls, document: Mapping[str, Any]) -> "Document":
         """Return the document that `as_json` made; what was not finite is None."""
-        parts = {
-            "quantities": [_quantity(entry) for entry in found["quantities"]],
-            "runs": [_run(entry) for entry in found["runs"]],
-            "choice": None if found["choice"] is None else Choice(**found["choice"]),
-            "budget": _budget(found["budget"]),
-            "costs": [Cost(**entry) for entry in found["costs"]],
-            "tables": [Table(**entry) for entry in found["tables"]],
-        }
-        return cls(**{**found, **parts})
+        return TypeAdapter(cls).validate_python(document)
 
     def to_frame(self) -> "DataFrame":
         """Return the table of `report.csv`, one row a run.
@@ -292,25 +288,7 @@ def csv_text(document: Document) -> str:
     for stage, state, clock in itertools.product(stages, ("cold", "warm"), ("wall", "cpu")):
         taken = [getattr(run.stages.get(stage), state, None) for run in document.runs]
         columns[f"{stage} {state} {clock}"] = [getattr(seconds, clock, None) for seconds in taken]
-    text = io.StringIO()
-    csv.writer(text).writerows([columns, *zip(*columns.values(), strict=True)])
-    return text.getvalue()
-
-
-def _quantity(entry: Mapping[str, Any]) -> Quantity:
-    return Quantity(**{**entry, "chains": [Chain(**chain) for chain in entry["chains"]]})
-
-
-def _budget(entry: Mapping[str, Any] | None) -> Budget | None:
-    return None if entry is None else Budget(entry["run"], [Term(**term) for term in entry["terms"]])
-
-
-def _run(entry: Mapping[str, Any]) -> Run:
-    stages = {
-        name: StageSeconds(*(None if states[key] is None else Seconds(**states[key]) for key in ("cold", "warm")))
-        for name, states in entry["stages"].items()
-    }
-    return Run(**{**entry, "stages": stages})
+    return rows_text([columns, *zip(*columns.values(), strict=True)])
 
 
 def _plain(value: Any) -> Any:
