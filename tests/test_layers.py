@@ -111,7 +111,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "matplotlib": (
         "pipeline/plots/*",
         "pipeline/*/picture.py",
-        "pipeline/report/page/labels.py",
+        "pipeline/report/page/*",
         "pipeline/applications/wheel/pictures/*",
         "pipeline/applications/electrostatics/pictures/*",
     ),

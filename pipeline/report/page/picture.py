@@ -4,7 +4,6 @@
 have the numbers of their runs for the script of the page.
 """
 
-import io
 import math
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
@@ -13,7 +12,6 @@ from pathlib import Path as FilePath
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -25,6 +23,7 @@ from gudgeon.pipeline.plots.base.style import FAINT, INK, RED, new_figure, save,
 from gudgeon.pipeline.report.document import Chain, Document, Quantity, Run
 from gudgeon.pipeline.report.front import pareto_front
 from gudgeon.pipeline.report.page.labels import BOX, POINT, RING, labels, places
+from gudgeon.pipeline.report.page.svg import SVG, svg
 from gudgeon.pipeline.report.page.words import (
     budget_text,
     flagged,
@@ -70,7 +69,6 @@ SCHEMES, RUNS = 12, 22
 """Largest numbers of schemes and runs in the legend of the PNG; of more runs, those on the front are named."""
 LINE, TOLERANCE_TEXT = 0.0215, 60.0
 """Distance of the lines of the legend over the height of the figure; width of the text of the tolerance [pt]."""
-SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
 
 
 class Look(NamedTuple):
@@ -166,7 +164,7 @@ def error_chart(document: Document, quantity: str = "", frame: str = "wide") -> 
         _draw_runs(figure.add_axes(place), document, quantity, ticks)
         spots, chosen = drawn(document.runs, quantity), document.choice.run if document.choice is not None else None
         front = front_of(spots, quantity)
-        root = _svg(figure, f"Error of {len(spots)} runs against their CPU time; the table of runs has the numbers")
+        root = svg(figure, f"Error of {len(spots)} runs against their CPU time; the table of runs has the numbers")
     nodes = {node.attrib.pop("id"): node for node in root.iter() if "id" in node.attrib}
     for number, run, error in spots:
         text = f"{number + 1}: {run.name}, error {size_text(error)}, {seconds_text(run.cpu_seconds)}"
@@ -201,7 +199,7 @@ def chain_chart(quantity: Quantity, what: str, chains: Sequence[Chain], text: Ca
             axes.plot(*np.array(line).reshape(-1, 2).T, color=colour, linewidth=1.2)
             axes.scatter(*np.array(line).reshape(-1, 2).T, s=14, color=colour, clip_on=False, zorder=3)
         axes.set_xlabel(what, parse_math=False)
-        root = _svg(figure, f"{quantity.name}: difference from the finest value against {what}")
+        root = svg(figure, f"{quantity.name}: difference from the finest value against {what}")
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -377,27 +375,3 @@ def _chain_points(chain: Chain) -> list[tuple[float, float]]:
         for size, difference in zip(chain.sizes[:-1], chain.differences[:-1], strict=True)
         if size > 0
     ]
-
-
-def _svg(figure: Figure, label: str) -> ElementTree.Element:
-    """Return a figure as SVG for a page: with text as text, without foreign identifiers and references."""
-    text = io.StringIO()
-    with matplotlib.rc_context({"svg.fonttype": "none"}):
-        figure.savefig(
-            text, format="svg", transparent=True, metadata=dict.fromkeys(("Creator", "Date", "Format", "Type"))
-        )
-    ElementTree.register_namespace("", SVG)
-    root = ElementTree.fromstring(text.getvalue())
-    drawings = {node.get("id"): node for node in root.iter(f"{{{SVG}}}path") if node.get("id")}
-    for node in list(root.iter()):
-        if node.tag == f"{{{SVG}}}use":
-            mark = drawings[node.attrib.pop(f"{{{XLINK}}}href").removeprefix("#")]
-            node.tag, node.attrib["d"] = mark.tag, mark.attrib["d"]
-            node.attrib["transform"] = f"translate({node.attrib.pop('x')} {node.attrib.pop('y')})"
-        if not node.get("id", "").startswith(("run-", "number-")):
-            node.attrib.pop("id", None)
-        node.attrib.pop("clip-path", None)
-        for child in [child for child in node if child.tag in (f"{{{SVG}}}metadata", f"{{{SVG}}}defs")]:
-            node.remove(child)
-    root.attrib = {"viewBox": root.attrib["viewBox"], "role": "group", "aria-label": label}
-    return root
