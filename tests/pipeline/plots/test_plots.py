@@ -21,7 +21,7 @@ from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_window import hann_filter, resample_mean
 from gudgeon.pipeline.stages.run import run_job
-from tests.pipeline.small import rod_scene, write_scene
+from tests.pipeline.small import block_on_floor, rod_scene, write_scene
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
@@ -125,34 +125,15 @@ def test_pictures_of_a_rod(rod: tuple[Path, str], tmp_path: Path) -> None:
         assert_picture(path)
 
 
-DROP = """
-[component.block]
-geometry = { kind = "box", lx = 0.06, ly = 0.04, lz = 0.02 }
-material = { E = 210e9, nu = 0.3, rho = 7850.0 }
-mesh = { size = 0.02 }
-interface.foot = { surface = "bottom" }
-modes = { normal_count = 6 }
-
-[body.block]
-position = [0.0, 0.0, 1e-4]
-velocity = [0.0, 0.0, -0.5]
-
-[contact.floor]
-body = "block"
-interface = "foot"
-against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
-surface_stiffness = 1e12
-
-[run]
-duration = 1e-3
-samples = 400
-frames = 40
-"""
+DROP = {
+    "component.block.mesh.size": 0.02, "body.block.position": [0.0, 0.0, 1e-4],
+    "run.duration": 1e-3, "run.frames": 40, "run.checks": True,
+}  # fmt: skip
 
 
 def test_a_block_falls_onto_its_floor_in_the_movie(tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(DROP)
-    job = open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out")
+    (tmp_path / "scene.toml").write_text(block_on_floor())
+    job = open_job(tmp_path, set=DROP, db=tmp_path / "db", out=tmp_path / "out")
     key = run_job(job, "solve").stages["solve"].key
     drawing = Drawing(modaldb.open(tmp_path / "db"), key, "drop", tmp_path, tmp_path, lambda name: None)
     script = movie._script(drawing, ["block"])
