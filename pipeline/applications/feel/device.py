@@ -1,9 +1,12 @@
 """Devices that a hand moves: the interface, and one that follows a script, for tests and measurements."""
 
+import contextlib
+import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -128,3 +131,52 @@ class Scripted:
         wrong = self.faulty[0] <= self._time < self.faulty[1]
         pose = np.full(6, np.nan) if wrong else self.pose.copy()
         self._poses.append(Reading(self._time, pose, self.guard.work))
+
+
+class Browser:
+    """The handle of a page: mouse, keyboard or gamepad."""
+
+    rate = 100.0
+    delay = 0.01
+    stiffness = 1000.0
+    force = 5.0
+    mass = 10.0
+    """A mouse or a stick is not moved by the force that it shows."""
+
+    def __init__(self) -> None:
+        self.model: Model | None = None
+        self._reading: Reading | None = None
+        self._pose, self._work = np.zeros(6), 0.0
+        self._start = time.perf_counter()
+        self._lock = threading.Lock()
+
+    def begin(self) -> None:
+        """Set the zero of the loop's clock."""
+        self._start = time.perf_counter()
+
+    def message(self) -> dict[str, Any]:
+        """Return what a page needs to render the force, and to go on where the page before it was: pose and work."""
+        with self._lock:
+            model = None if self.model is None else self.model.as_json()
+            return {"model": model, "pose": self._pose.tolist(), "work": self._work}
+
+    def take(self, message: Any) -> None:
+        """Take a message of the page: `pose`, six numbers [m, rad], and `work` [J]; what is none of these is a NaN."""
+        pose, work = np.full(6, np.nan), np.nan
+        with contextlib.suppress(TypeError, ValueError, KeyError):
+            given = np.array(message["pose"], float)
+            work = float(message["work"])
+            pose = given if given.shape == (6,) and np.isfinite(work) else pose
+        with self._lock:
+            if np.isfinite(pose).all():
+                self._pose, self._work = pose, work
+            self._reading = Reading(time.perf_counter() - self._start, pose, self._work)
+
+    def read(self, now: float) -> Reading | None:
+        """See `Device`."""
+        with self._lock:
+            return self._reading
+
+    def write(self, now: float, model: Model) -> None:
+        """See `Device`."""
+        self.model = model

@@ -13,9 +13,8 @@ import numpy as np
 
 from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord
 from gudgeon.pipeline.applications.feel.coupling import Coupling, Felt, Scales
-from gudgeon.pipeline.applications.feel.device import Device, Scripted
+from gudgeon.pipeline.applications.feel.device import Browser, Device, Scripted
 from gudgeon.pipeline.applications.feel.loop import Timing, run_loop, run_script
-from gudgeon.pipeline.applications.feel.server import Browser, Server
 from gudgeon.pipeline.applications.feel.tool import Tool, tool_of, unfelt
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, write_text
@@ -125,6 +124,10 @@ def feel(job: Job, asked: Asked, say: Callable[[str], None]) -> dict[str, Any]:
 
 
 def _in_browser(job: Job, tool: Tool, scales: Scales, asked: Asked, say: Callable[[str], None]) -> dict[str, Any]:
+    try:
+        from gudgeon.pipeline.applications.feel.server import Server
+    except ModuleNotFoundError as error:
+        raise InputError(f"feel: {error.name} is not installed; pip install 'gudgeon[service]'") from error
     device, stop = Browser(), threading.Event()
     coupling = Coupling(tool, device, scales, 1 / asked.rate)
     latest: list[Felt] = []

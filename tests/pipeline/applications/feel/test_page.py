@@ -10,10 +10,10 @@ import pytest
 
 from gudgeon.pipeline.applications.feel import coupling as coupling_module
 from gudgeon.pipeline.applications.feel.coupling import Coupling, Felt, Scales
-from gudgeon.pipeline.applications.feel.device import Scripted
+from gudgeon.pipeline.applications.feel.device import Browser, Scripted
 from gudgeon.pipeline.applications.feel.guard import Guard, Model
 from gudgeon.pipeline.applications.feel.loop import run_loop
-from gudgeon.pipeline.applications.feel.server import Browser, Server
+from gudgeon.pipeline.applications.feel.server import Server
 from tests.pipeline.applications.feel.test_passive import wander
 from tests.pipeline.applications.feel.tools import felt, tool
 from tests.pipeline.browser import chromium

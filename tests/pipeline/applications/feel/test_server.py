@@ -1,4 +1,4 @@
-"""The page's server: files, the opening handshake and frames by the bytes of RFC 6455, who is refused, scripts."""
+"""The page's server: files, messages of the page, who is refused, who has the handle; scripts."""
 
 import asyncio
 import json
@@ -7,15 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from websockets.asyncio.client import connect
+from websockets.exceptions import InvalidStatus
+from websockets.frames import Close, Frame, Opcode
+from websockets.typing import Origin
 
-from gudgeon.pipeline.applications.feel.server import CLOSE, TAKEN, Browser, Server, accept_key, frame
+from gudgeon.pipeline.applications.feel.device import Browser
+from gudgeon.pipeline.applications.feel.server import TAKEN, Server
 from gudgeon.pipeline.applications.feel.session import Asked, check_asked, scripted
 from gudgeon.pipeline.errors import InputError
 
 
-def masked(kind: int, content: bytes) -> bytes:
-    mask = b"\x01\x02\x03\x04"
-    return bytes([0x80 | kind, 0x80 | len(content)]) + mask + bytes(one ^ mask[i % 4] for i, one in enumerate(content))
+def masked(content: bytes) -> bytes:
+    return Frame(Opcode.TEXT, content).serialize(mask=True)
 
 
 async def asked(port: int, *lines: str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter, str]:
@@ -33,37 +37,32 @@ def test_page_and_socket() -> None:
         task = asyncio.create_task(server.serve(0, lambda place: started.set(), stop))
         await started.wait()
         host = f"Host: 127.0.0.1:{server.port}"
-        for path, kind in (("/", "text/html"), ("/feel.js", "text/javascript"), ("/vendor/three.module.js", "text/ja")):
+        for path, kind in (("/", "text/html"), ("/feel.js", "javascript"), ("/vendor/three.module.js", "javascript")):
             _, writer, head = await asked(server.port, f"GET {path} HTTP/1.1", host)
             assert head.startswith("HTTP/1.1 200")
-            assert f"Content-Type: {kind}" in head
+            assert kind in head.lower().partition("content-type: ")[2].partition("\r\n")[0]
+            assert "cache-control: no-store" in head.lower()
             writer.close()
         reader, _, head = await asked(server.port, "GET /scene HTTP/1.1", host)
         assert json.loads(await reader.read()) == {"name": "part"}
-        for lines in (("GET /../x HTTP/1.1", host), ("POST / HTTP/1.1", host)):
-            assert (await asked(server.port, *lines))[2].startswith("HTTP/1.1 404")
+        for line, status in (("GET /../x HTTP/1.1", 404), ("GET /none.js HTTP/1.1", 404), ("POST / HTTP/1.1", 405)):
+            assert (await asked(server.port, line, host))[2].startswith(f"HTTP/1.1 {status}")
         for more in (("Host: evil.test",), (host, "Origin: http://evil.test")):
-            assert (await asked(server.port, "GET /ws HTTP/1.1", *more))[2].startswith("HTTP/1.1 403")
-        key = "dGhlIHNhbXBsZSBub25jZQ=="
-        reader, writer, head = await asked(server.port, "GET /ws HTTP/1.1", host, f"Sec-WebSocket-Key: {key}")
-        assert "101" in head
-        assert "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=" in head
-        first, size = await reader.readexactly(2)
-        assert first == 0x81
-        assert json.loads(await reader.readexactly(size)) == {
-            "tool": [1.0] * 6,
-            "model": None,
-            "pose": [0.0] * 6,
-            "work": 0.0,
-        }
-        writer.write(masked(1, b'{"pose": [1, 2, 3, 0, 0, 0.5], "work": 0.25}'))
+            for path in ("/", "/ws", "/scene", "/feel.js"):
+                assert (await asked(server.port, f"GET {path} HTTP/1.1", *more))[2].startswith("HTTP/1.1 403")
+        place = f"ws://127.0.0.1:{server.port}/ws"
+        with pytest.raises(InvalidStatus, match="403"):
+            await connect(place, proxy=None, origin=Origin("http://evil.test"))
+        page = await connect(place, proxy=None, origin=Origin(f"http://127.0.0.1:{server.port}"))
+        assert json.loads(await page.recv()) == {"tool": [1.0] * 6, "model": None, "pose": [0.0] * 6, "work": 0.0}
+        await page.send('{"pose": [1, 2, 3, 0, 0, 0.5], "work": 0.25}')
         await asyncio.sleep(0.1)
         got = browser.read(0.0)
         assert got is not None
         assert got.pose.tolist() == [1, 2, 3, 0, 0, 0.5]
         assert got.work == 0.25
-        for text in (b"[", b'{"pose": [1, 2]}', b'{"pose": "x"}'):
-            writer.write(masked(1, text))
+        for text in ("[", '{"pose": [1, 2]}', '{"pose": "x"}'):
+            await page.send(text)
             await asyncio.sleep(0.05)
             got = browser.read(0.0)
             assert got is not None
@@ -89,24 +88,27 @@ def test_the_page_that_came_last_has_the_handle() -> None:
         started = asyncio.Event()
         task = asyncio.create_task(server.serve(0, lambda place: started.set(), stop))
         await started.wait()
-        lines = ("GET /ws HTTP/1.1", f"Host: 127.0.0.1:{server.port}", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==")
+        lines = ("GET /ws HTTP/1.1", f"Host: 127.0.0.1:{server.port}", "Upgrade: websocket", "Connection: Upgrade",
+                 "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==")  # fmt: skip
         older, old, _ = await asked(server.port, *lines)
-        old.write(masked(1, pose % (1, 1)))
+        old.write(masked(pose % (1, 1)))
         await asyncio.sleep(0.1)
         assert first() == 1.0
         _, new, _ = await asked(server.port, *lines)
-        new.write(masked(1, pose % (2, 2)))
+        new.write(masked(pose % (2, 2)))
         await asyncio.sleep(0.1)
         for _ in range(1000):  # More than the server reads at once: bytes unread would reset the socket.
-            old.write(masked(1, pose % (3, 3)))
+            old.write(masked(pose % (3, 3)))
             await asyncio.sleep(0)
-        told = await older.read()
+        closing = Frame(Opcode.CLOSE, Close(TAKEN, "another page has the handle").serialize()).serialize(mask=False)
+        told = b""
+        while closing not in told:
+            told += await older.readexactly(1)
         assert first() == 2.0
-        assert frame(CLOSE, TAKEN.to_bytes(2, "big") + b"another page has the handle") in told
         got = browser.read(0.0)
         assert got is not None
         assert got.work == 2.0
-        new.write(masked(1, pose % (4, 4)))
+        new.write(masked(pose % (4, 4)))
         await asyncio.sleep(0.1)
         assert first() == 4.0
         stop.set()
@@ -123,12 +125,6 @@ def test_a_page_that_is_loaded_is_told_where_the_handle_is_and_what_was_done_on_
     told = browser.message()
     assert told["pose"] == [1.0, 2.0, 3.0, 0.0, 0.0, 0.5]
     assert told["work"] == 0.25
-
-
-def test_frames_are_those_of_the_standard() -> None:
-    assert accept_key("dGhlIHNhbXBsZSBub25jZQ==") == "s3pPLMBiTxaQ9kYGzzhZRbK+xOo="
-    assert frame(1, b"Hello") == b"\x81\x05Hello"
-    assert frame(1, bytes(256))[:4] == b"\x81\x7e\x01\x00"
 
 
 @pytest.mark.parametrize(
