@@ -38,8 +38,7 @@ def page() -> str:
         scenes = [path for path in scenes if set(tomllib.loads(path.read_text(encoding="utf-8"))) != {"case"}]
         parts.append(f"## {folder.name}\n\n")
         picture = PICTURES.get(folder.name, f"gallery/{folder.name}.png")
-        if (PAGE.parent / picture).is_file():
-            parts.append(f"![{folder.name}]({picture})\n\n")
+        parts.append(f"![{folder.name}]({picture})\n\n")
         parts.append("| scene | command |\n|---|---|\n")
         for path in scenes:
             name = path.relative_to(ROOT).as_posix()
