@@ -17,7 +17,8 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.bodies import system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.integrators.curves import windowed
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.compile import assembled

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.bodies import system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.bases.swaps import swaps_of

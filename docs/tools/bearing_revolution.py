@@ -15,8 +15,9 @@ import numpy as np
 
 from docs.tools.bearing_pressure import LENGTH, RADIUS, Bearing, bearing
 from gudgeon.modaldb.records.trajectory import WEAR
-from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.stages.run import solve_records
 
 SCENE = "data/clearance-joint/wear.toml"
 GAP, TURN, SAMPLES = 0.5e-3, 0.012, 6000
@@ -34,7 +35,7 @@ def history(folder: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[flo
     the run itself worn volume [m³] and depths of cells [m]."""
     changes = {"run.duration": 2 * TURN, "run.samples": 2 * SAMPLES}
     job = open_job(SCENE, set=changes, db=folder / "db", out=folder / "out")
-    kind_of(job).solve(job, "solve", None)
+    solve_records(job, "solve")
     found = job.store.get(job.trajectory().key, "trajectory")
     late = np.asarray(found.times) > TURN
     force = -np.asarray(found.joints["pin"].force)[:, :2]

@@ -30,12 +30,13 @@ MODULES = (
 )
 STAYING = """
 import time
-from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.stages.run import solve_records
 found = []
 for number in range(4):
     begin = time.process_time()
     job = open_job({scene!r}, set=[{reuse!r}, f"{scale}={{{first} + 1e-4 * number}}"{more}], db={db!r})
-    kind_of(job).solve(job, "solve", None)
+    solve_records(job, "solve")
     found.append(time.process_time() - begin)
 print(min(found[1:]))
 """

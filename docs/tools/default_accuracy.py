@@ -20,8 +20,9 @@ import gudgeon
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.keys.sources import RECORDS, code_digests
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result

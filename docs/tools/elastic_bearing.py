@@ -14,9 +14,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gudgeon.modaldb.records.trajectory import WEAR
-from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base import style
-from gudgeon.pipeline.stages.run import system_of
+from gudgeon.pipeline.stages.bodies import system_of
+from gudgeon.pipeline.stages.run import solve_records
 from gudgeon.solver.integrators.mechanism.touching.yielding import Pressed
 
 SCENE = Path("data/clearance-joint/elastic.toml")
@@ -63,7 +64,7 @@ def found_of(folder: Path, bearing: str) -> tuple[Found, Pressed]:
     path.write_text(SCENE.read_text().replace(BUSH, bearing))
     changes = {"run.duration": (1 + REVOLUTIONS) * TURN, "run.samples": (1 + REVOLUTIONS) * SAMPLES}
     job: Any = open_job(path, set=changes, db=folder / "db", out=folder / "out")
-    report = kind_of(job).solve(job, "solve", None)
+    report = solve_records(job, "solve")
     assert report.reason is None, report.reason
     trajectory = job.store.get(job.trajectory().key, "trajectory")
     values = {name: one["value"] for name, one in trajectory.quantities.items()}

@@ -13,7 +13,8 @@ from typing import Any
 import gudgeon
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
 from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.bodies import system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.simulate import simulate
 
 STEPS = (4e-7, 2e-7)

@@ -20,7 +20,8 @@ import threadpoolctl
 from scipy.optimize import direct
 
 from gudgeon.pipeline.errors import PipelineError
-from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.stages.run import solve_records
 from gudgeon.pipeline.studies.executors import ONE_THREAD
 
 FOLDER = Path("data/piston")
@@ -70,7 +71,7 @@ class Designs:
         places = {"db": self._folder / "db", "out": self._folder / "out"}
         job = open_job(FOLDER / self._scene, set=change, **places)
         try:
-            report = kind_of(job).solve(job, "solve", None)
+            report = solve_records(job, "solve")
         except PipelineError as error:
             if update != "reuse" or "tolerance" not in str(error):
                 raise

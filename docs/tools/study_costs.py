@@ -15,7 +15,8 @@ from statistics import median
 
 import threadpoolctl
 
-from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.stages.run import solve_records
 from gudgeon.pipeline.studies.designs import Sampling
 from gudgeon.pipeline.studies.executors import ONE_THREAD
 from gudgeon.pipeline.studies.study import Asked, run_study
@@ -46,7 +47,7 @@ def costs_of(update: str, places: dict[str, Path]) -> list[dict[str, float]]:
     found = []
     for number in range(RECOMPUTED + 1):
         change = {f"{BASE}.update": update, f"{BASE}.profile.offset": -1e-6 - 1e-7 * number}
-        report = kind_of(job := open_job(SCENE, set=change, **places)).solve(job, "solve", None)
+        report = solve_records(open_job(SCENE, set=change, **places), "solve")
         found.append({name: stage.cpu for name, stage in report.stages.items()})
     return found[1:]
 
@@ -59,7 +60,7 @@ def typical(rows: list[dict[str, float]], *stages: str) -> float:
 def study_figures(places: dict[str, Path], count: int) -> None:
     """Run the study and print its figures."""
     job = open_job(SCENE, set={f"{BASE}.update": "reuse"}, **places)
-    kind_of(job).solve(job, "modes", None)
+    solve_records(job, "modes")
     logs = Path(os.environ[LOGS])
     asked = Asked(VARY, sampling=Sampling("latin", count), jobs=JOBS)
     begin, cpu = time.monotonic(), time.process_time()

@@ -13,8 +13,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from gudgeon.modaldb.records.trajectory import WEAR
-from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.stages.run import solve_records
 
 SCENE = "data/clearance-joint/wear.toml"
 BEARING, STIFFNESS, AT = 0.01, 6.610198397896845e10, 0.5e-3
@@ -58,7 +59,7 @@ def main() -> None:
             for speed in SPEEDS:
                 places = {"db": Path(folder, "db"), "out": Path(folder, "out")}
                 job = open_job(SCENE, set=changes(clearance, speed), **places)
-                report = kind_of(job).solve(job, "solve", None)
+                report = solve_records(job, "solve")
                 found = {name: one["value"] for name, one in report.quantities.items()}
                 cells = np.array(job.store.get(job.trajectory().key, "trajectory").counts[WEAR]["pin"]["slide"][0])
                 volumes[clearance, speed] = found["pin.worn_volume"] / REVOLUTIONS

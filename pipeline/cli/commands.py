@@ -54,10 +54,12 @@ def run_command(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> tuple[Path, RunReport]:
     """Run the stages, and return the folder of the results and the report."""
-    kind, job = opened(options)
+    job = opened(options)
     with shared(job, "run", Console(options.json).progress) as progress:
         if options.tolerance is None:
-            return job.out, kind.run(job, options.until, progress)
+            from gudgeon.pipeline.stages.run import run_job
+
+            return job.out, run_job(job, options.until, progress)
         from gudgeon.pipeline.report.choice import run_chosen
 
         return job.out, run_chosen(job, options.tolerance, options.until, progress, same_mesh=options.same_mesh)
@@ -92,7 +94,7 @@ def status_command(options: argparse.Namespace) -> int:
     """Print which stages are fresh or stale."""
     from gudgeon.pipeline.stages.status import status
 
-    rows = status(opened(options)[1])
+    rows = status(opened(options))
     if options.json:
         print(json.dumps([dict(zip(("stage", "state", "key", "why"), row, strict=True)) for row in rows], indent=1))
         return 0
@@ -103,8 +105,8 @@ def status_command(options: argparse.Namespace) -> int:
 
 def plan_command(options: argparse.Namespace) -> int:
     """Print the data that the solver reads, the terms that it omits, and the ports of the scene."""
-    kind, job = opened(options)
-    rows = kind.plan(job)
+    job, plan = command_of(options)
+    rows = plan(job)
     if options.json:
         print(json.dumps(rows, indent=1))
         return 0
@@ -139,17 +141,18 @@ def report_command(options: argparse.Namespace) -> int:
     from gudgeon.pipeline.report.page.output import report_text
 
     how = Effort(options.repeat, options.jobs or 1, options.tolerance or TOLERANCE, options.same_mesh)
-    kind, job = opened(options)
+    job, report = command_of(options)
     with shared(job, "report", Console(options.json).progress) as progress:
-        document = kind.report(job, how, progress)
+        document = report(job, how, progress)
     print(document.as_text() if options.json else report_text(document))
     return 0
 
 
 def robustness_command(options: argparse.Namespace) -> int:
     """Run the robustness cases of a scene."""
-    kind, job = opened(options)
-    document, table = kind.robustness(job, options.cases, options.only, Console(options.json).progress)
+    from gudgeon.pipeline.robustness.run import robustness
+
+    document, table = robustness(opened(options), options.cases, options.only, Console(options.json).progress)
     print(json.dumps(document, indent=1) if options.json else table)
     return 0 if document["passed"] else 1
 
@@ -158,9 +161,9 @@ def linear_command(options: argparse.Namespace) -> int:
     """Print the assembled modes and write them, with a response if one is asked for."""
     from gudgeon.pipeline.linear.analysis import Asked, answer_text
 
-    kind, job = opened(options)
+    job, analyse = command_of(options)
     low_high = options.frequencies
-    answer = kind.linear(
+    answer = analyse(
         job,
         Asked(
             closed=tuple(options.closed), force=options.force, at=tuple(options.at), quantity=options.quantity,
@@ -181,12 +184,14 @@ def export_command(options: argparse.Namespace) -> int:
         raise InputError(
             f"export: invalid choice: '{options.what}'; allowed: modes, results, or the name of a body with --format"
         )
-    kind, job = opened(options)
+    job, export = command_of(options)
     if options.format is not None:
-        files = kind.export_part(job, options.what, options.format)
+        from gudgeon.pipeline.exporters.part import export_part
+
+        files = export_part(job, options.what, options.format)
         print(json.dumps([str(f) for f in files]) if options.json else "\n".join(str(f) for f in files))
         return 0
-    files = kind.export(job, options.what, options.every, lambda text: print(f"gudgeon: {text}", file=sys.stderr))
+    files = export(job, options.what, options.every, lambda text: print(f"gudgeon: {text}", file=sys.stderr))
     if options.json:
         print(json.dumps([str(f) for f in files]))
     elif options.what == "modes":
@@ -243,13 +248,18 @@ def schema_command(options: argparse.Namespace) -> int:
     return 0
 
 
-def opened(options: argparse.Namespace) -> tuple[Any, Any]:
-    """Return the kind of the scene and its job."""
+def opened(options: argparse.Namespace) -> Any:
+    """Return the job of the scene."""
     with _uncollected():
-        from gudgeon.pipeline.kinds import kind_of, open_job
+        from gudgeon.pipeline.kinds import open_job
 
-        job = open_job(options.scene, set=options.set, db=options.db, out=options.out)
-    return kind_of(job), job
+        return open_job(options.scene, set=options.set, db=options.db, out=options.out)
+
+
+def command_of(options: argparse.Namespace) -> tuple[Any, Any]:
+    """Return the job of the scene, and the function of the command for its kind; see `Kind.function`."""
+    job = opened(options)
+    return job, job.kind.function(job.path, options.command)
 
 
 @contextlib.contextmanager

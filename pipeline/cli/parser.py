@@ -240,6 +240,7 @@ def _cad(
 def _command(names: Any, name: str, text: str, action: Action, description: str = "") -> argparse.ArgumentParser:
     """Add a command on a scene."""
     command = _plain(names, name, text, action, description)
+    command.set_defaults(command=name)
     add = command.add_argument
     add("scene", metavar="SCENE", help="folder with scene.toml, or a TOML file")
     text = "override a key of the scene, for instance run.duration=1e-3; may be repeated"

@@ -62,7 +62,7 @@ def study_command(options: argparse.Namespace) -> int:
     if options.random or options.latin:
         how = Sampling("random" if options.random else "latin", options.random or options.latin, options.seed)
     asked = Asked(options.vary, options.over, how, options.quantity, options.jobs, options.executor)
-    job = opened(options)[1]
+    job = opened(options)
     with shared(job, "study", Console(options.json).progress) as progress:
         report = run_study(job, asked, progress)
     print(json.dumps(report.as_json(), indent=1) if options.json else study_text(report))

@@ -1,13 +1,11 @@
-"""Kinds of scene, bodies in contact or a wheel, and the functions that a notebook calls.
+"""Kinds of scene, bodies in contact, a wheel or conductors, and the functions that a notebook calls.
 
-A kind has a pydantic model of its file, a job that knows its products, and a function for each command; `open_job`
-finds the kind of a file by its tables. A new kind is one entry in `KINDS`.
+A kind has a pydantic model of its file, a job that knows its products, stages that make these, and the functions of
+its commands; `open_job` finds the kind of a file by its tables. A new kind is one entry in `KINDS`.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from functools import reduce
-from importlib import import_module
 from operator import or_
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,170 +13,65 @@ from typing import TYPE_CHECKING, Any
 from pydantic import TypeAdapter
 
 from gudgeon import modaldb
+from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import results_folder, scene_path
+from gudgeon.pipeline.kinds.applications import CONDUCTORS, WHEEL
 from gudgeon.pipeline.scenes.reading import named, override_texts, read_tables
-from gudgeon.pipeline.stages.base import Place, SceneJob
+from gudgeon.pipeline.stages.base import Kind, Late, Place, SceneJob, Stage
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 
 if TYPE_CHECKING:
-    from gudgeon.pipeline.linear.analysis import Answer, Asked
-    from gudgeon.pipeline.report.document import Document
-    from gudgeon.pipeline.report.effort import Effort
     from gudgeon.pipeline.report.page.notebook import ShownReport
     from gudgeon.pipeline.scenes.reference.key_reference import Table
     from gudgeon.solver.simulation import Steps
 
-ONE_FILE = "its record holds capacitances, one file a design"
-"""Why scenes of conductors have no studies."""
 
-
-@dataclass(frozen=True)
-class Kind:
-    """The functions of the commands for scenes of one kind."""
-
-    model: str
-    """`module:class` of the pydantic model of its file."""
-    open: Callable[[Place], SceneJob]
-    """Returns the job of a scene; raises InputError with every mistake listed."""
-    run: Callable[[Any, str, Progress | None], RunReport]
-    """Computes the records of a job that are missing, up to and including one stage."""
-    solve: Callable[[Any, str, Progress | None], RunReport]
-    """Computes the records of a job that are missing, up to and including one stage before the pictures, and writes
-    nothing else. Up to the stage `solve`, the report has the result, quantities and errors as `run` prints them."""
-    plan: Callable[[Any], dict[str, Any]]
-    """Returns `terms`, those that are read or omitted with the reason, and `bytes`, the number that is read."""
-    report: Callable[[Any, "Effort", Progress], "Document"]
-    """Runs every setting of the scene's sweep, writes the report's files and keeps it in the database."""
-    robustness: Callable[[Any, Path | None, tuple[str, ...], Progress], tuple[dict[str, Any], str]]
-    """Runs the robustness cases, those of a file included, or only those of the named cases and groups. Returns the
-    document of docs/robustness.md, and its table as text."""
-    export: Callable[..., list[Path]]
-    """Writes .vtu files and returns their paths."""
-    export_part: Callable[[Any, str, str], list[Path]]
-    """Writes a reduced body, by its name, in a format and returns the files."""
-    linear: Callable[[Any, "Asked", Progress], "Answer"]
-    """Writes assembled modes and a frequency response."""
-    calibrate: Callable[..., Any]
-    """Writes the calibration of a sensor."""
-    signals: Callable[..., Any]
-    """Writes the signals of a sensor over time."""
-    identify: Callable[..., Any]
-    """Writes the parameters of a robot arm."""
-    wrench: Callable[..., Any]
-    """Writes the wrench on the tool of a robot arm."""
-    wear: Callable[..., Any]
-    """Carries the wear of a scene on over many cycles, and writes it."""
-    no_study: str = ""
-    """Why such scenes have no studies; empty where they have."""
-
-
-def _found(home: str) -> Any:
-    """Return the object that `module:name` stands for."""
-    module, _, name = home.partition(":")
-    return getattr(import_module(module), name)
-
-
-def _late(home: str) -> Callable[..., Any]:
-    """Return a function that imports `module:function` when it is called, so that light commands load nothing heavy."""
-    return lambda *arguments: _found(home)(*arguments)
-
-
-def _after_fields(home: str) -> Callable[..., Any]:
-    """As `_late`, after the fields that a scene of bodies names are computed."""
-
-    def called(job: Any, *arguments: Any) -> Any:
-        _found("gudgeon.pipeline.kinds.linked:ensure")(job)
-        return _found(home)(job, *arguments)
-
-    return called
-
-
-def _no_export(job: SceneJob, what: str, *arguments: Any) -> list[Path]:
-    raise InputError(f"{job.path}: export: {what} of a wheel cannot be exported; its records hold shapes and response")
-
-
-def _no_part(job: SceneJob, body: str, form: str) -> list[Path]:
-    raise InputError(f"{job.path}: export: a wheel has no reduced body; its records hold shapes and response")
-
-
-def _refused(command: str, instead: str) -> Callable[..., Any]:
-    """Return the function of a command that a kind of scene does not have."""
-
-    def refuse(job: SceneJob, *arguments: Any) -> Any:
-        raise InputError(f"{job.path}: {command}: a scene of conductors has none; {instead}")
-
-    return refuse
-
-
-def _no_linear(job: SceneJob, asked: Any, progress: Progress) -> Any:
-    raise InputError(f"{job.path}: linear: a wheel has its own response over frequency; run `gudgeon run`")
-
-
-def _no_sensor(job: SceneJob, *arguments: Any) -> Any:
-    raise InputError(f"{job.path}: sensors: only scenes of bodies have them, and arms")
-
-
-KINDS: dict[str, Kind] = {
-    "body": Kind(
-        model="gudgeon.pipeline.scenes.bodies:SceneFile",
-        open=_late("gudgeon.pipeline.kinds.linked:body_job"),
-        run=_late("gudgeon.pipeline.kinds.linked:run_bodies"),
-        solve=_late("gudgeon.pipeline.kinds.linked:solve_bodies"),
-        plan=_late("gudgeon.pipeline.stages.plan:plan"),
-        report=_after_fields("gudgeon.pipeline.report.bodies:report_scene"),
-        robustness=_after_fields("gudgeon.pipeline.robustness.run:robustness_job"),
-        export=_after_fields("gudgeon.pipeline.exporters.export:export"),
-        export_part=_late("gudgeon.pipeline.exporters.part:export_part"),
-        linear=_late("gudgeon.pipeline.linear.analysis:analyse"),
-        calibrate=_late("gudgeon.pipeline.applications.sensing.job:calibrate"),
-        signals=_late("gudgeon.pipeline.applications.sensing.job:signals"),
-        identify=_late("gudgeon.pipeline.applications.sensing.arm_job:identify_arm"),
-        wrench=_late("gudgeon.pipeline.applications.sensing.arm_job:wrench_of"),
-        wear=_after_fields("gudgeon.pipeline.applications.wear.report:run_wear"),
+BODY = Kind(
+    name="body",
+    model=Late("gudgeon.pipeline.scenes.bodies:SceneFile"),
+    open=Late("gudgeon.pipeline.kinds.linked:body_job"),
+    stages=(
+        Stage(
+            "mesh", Late("gudgeon.pipeline.stages.job:mesh_products"), Late("gudgeon.pipeline.stages.bodies:make_mesh")
+        ),
+        Stage(
+            "modes",
+            Late("gudgeon.pipeline.stages.job:modes_products"),
+            Late("gudgeon.pipeline.stages.bodies:make_modes"),
+        ),
+        Stage(
+            "morph",
+            Late("gudgeon.pipeline.stages.job:morph_products"),
+            Late("gudgeon.pipeline.stages.bodies:make_morph"),
+        ),
+        Stage(
+            "solve",
+            Late("gudgeon.pipeline.stages.job:run_products"),
+            Late("gudgeon.pipeline.stages.bodies:make_run"),
+            Late("gudgeon.pipeline.stages.bodies:check_run"),
+        ),
     ),
-    "wheel": Kind(
-        model="gudgeon.pipeline.applications.wheel.scene:WheelFile",
-        open=_late("gudgeon.pipeline.applications.wheel.job:wheel_job"),
-        run=_late("gudgeon.pipeline.applications.wheel.stages:run_wheel"),
-        solve=_late("gudgeon.pipeline.applications.wheel.stages:solve_wheel"),
-        plan=_late("gudgeon.pipeline.applications.wheel.plan:plan_wheel"),
-        report=_late("gudgeon.pipeline.applications.wheel.report:report_wheel"),
-        robustness=_late("gudgeon.pipeline.applications.wheel.robustness:robustness_wheel"),
-        export=_no_export,
-        export_part=_no_part,
-        linear=_no_linear,
-        calibrate=_no_sensor,
-        signals=_no_sensor,
-        identify=_no_sensor,
-        wrench=_no_sensor,
-        wear=_late("gudgeon.pipeline.applications.wear.report:run_wear"),
-    ),
-    "conductor": Kind(
-        model="gudgeon.pipeline.applications.electrostatics.scene:FieldFile",
-        open=_late("gudgeon.pipeline.applications.electrostatics.job:field_job"),
-        run=_late("gudgeon.pipeline.applications.electrostatics.stages:run_field"),
-        solve=_refused("study", ONE_FILE),
-        plan=_late("gudgeon.pipeline.applications.electrostatics.stages:plan_field"),
-        report=_late("gudgeon.pipeline.applications.electrostatics.assessment.report:report_field"),
-        robustness=_late("gudgeon.pipeline.applications.electrostatics.assessment.robustness:robustness_field"),
-        export=_refused("export", "its record holds panels and charges"),
-        export_part=_refused("export", "it has no reduced body"),
-        linear=_refused("linear", "it has no modes"),
-        calibrate=_no_sensor,
-        signals=_no_sensor,
-        identify=_no_sensor,
-        wrench=_no_sensor,
-        wear=_late("gudgeon.pipeline.applications.wear.report:run_wear"),
-        no_study=ONE_FILE,
-    ),
-}
+    results=Late("gudgeon.pipeline.stages.bodies:results"),
+    draw=Late("gudgeon.pipeline.stages.bodies:draw"),
+    commands={
+        "plan": Late("gudgeon.pipeline.stages.plan:plan"),
+        "report": Late("gudgeon.pipeline.report.bodies:report_scene"),
+        "robustness": Late("gudgeon.pipeline.robustness.run:body_subject"),
+        "linear": Late("gudgeon.pipeline.linear.analysis:analyse"),
+        "export": Late("gudgeon.pipeline.exporters.export:export"),
+        "calibrate": Late("gudgeon.pipeline.applications.sensing.job:calibrate"),
+        "signals": Late("gudgeon.pipeline.applications.sensing.job:signals"),
+        "identify": Late("gudgeon.pipeline.applications.sensing.arm_job:identify_arm"),
+        "wrench": Late("gudgeon.pipeline.applications.sensing.arm_job:wrench_of"),
+        "wear": Late("gudgeon.pipeline.applications.wear.report:run_wear"),
+        "feel": Late("gudgeon.pipeline.applications.feel.session:feel"),
+    },
+    solved=Late("gudgeon.pipeline.stages.bodies:solved"),
+    during=Late("gudgeon.pipeline.stages.bodies:during"),
+)
+KINDS = {kind.name: kind for kind in (BODY, WHEEL, CONDUCTORS)}
 """Kinds by the table that identifies them; the first if a file has none of these tables."""
-
-
-def kind_of(job: SceneJob) -> Kind:
-    """Return the kind of a job's scene."""
-    return KINDS[job.kind]
 
 
 def open_job(
@@ -204,14 +97,18 @@ def open_job(
     tables = read_tables(path, texts)
     folder = path.parent.resolve().name
     name = folder if path.name == "scene.toml" else path.stem
-    return job_at(Place(name, path, tables, modaldb.open(db), results_folder(path, out), tuple(texts)))
+    return job_at(name, path, tables, modaldb.open(db), results_folder(path, out), tuple(texts))
 
 
-def job_at(place: Place) -> Any:
-    """Return the job of a scene as written, of the kind that its tables identify; raises InputError as `open_job`."""
-    first, *others = KINDS
-    kind = KINDS[next((table for table in others if table in place.tables), first)]
-    return kind.open(place)
+def job_at(
+    name: str, path: Path, tables: dict[str, Any], store: Store, out: Path, overrides: tuple[str, ...] = ()
+) -> Any:
+    """Return the job of a scene as written, of the kind that its tables identify; raises InputError as `open_job`.
+
+    The arguments are the fields of `stages.base.Place`.
+    """
+    kind = next((kind for table, kind in KINDS.items() if kind is not BODY and table in tables), BODY)
+    return kind.open(Place(kind, name, path, tables, store, out, overrides=overrides))
 
 
 def run(
@@ -230,8 +127,9 @@ def run(
     Raises:
         InputError, StageError, ModalDBError, SolverError: see each; no incomplete file remains.
     """
-    job = open_job(scene, set=set, db=db, out=out)
-    return kind_of(job).run(job, until, progress)
+    from gudgeon.pipeline.stages.run import run_job
+
+    return run_job(open_job(scene, set=set, db=db, out=out), until, progress)
 
 
 def simulation(
@@ -253,14 +151,17 @@ def simulation(
     Raises:
         InputError, StageError, ModalDBError, SolverError: see each.
     """
-    from gudgeon.pipeline.stages.run import system_of
+    from gudgeon.pipeline.stages.bodies import system_of
+    from gudgeon.pipeline.stages.run import run_job
     from gudgeon.solver.errors import SolverError
     from gudgeon.solver.simulation import Steps
 
     job: Any = open_job(scene, set=set, db=db, out=out) if isinstance(scene, str | Path) else scene
-    if job.kind != "body":
-        raise InputError(f"{job.path}: a scene of kind '{job.kind}' has no steps over time; give a scene of bodies")
-    kind_of(job).run(job, "morph", None)
+    if job.kind is not BODY:
+        raise InputError(
+            f"{job.path}: a scene of kind '{job.kind.name}' has no steps over time; give a scene of bodies"
+        )
+    run_job(job, "morph")
     with named(job.path, InputError, SolverError):
         found = Steps(system_of(job), step)
     if restore is not None:
@@ -273,7 +174,7 @@ def plan(
 ) -> dict[str, Any]:
     """Return the terms that the solver reads of a scene's records or omits, with the reason, and the bytes read."""
     job = open_job(scene, set=set, db=db)
-    return kind_of(job).plan(job)
+    return job.kind.function(job.path, "plan")(job)
 
 
 def status(
@@ -317,7 +218,7 @@ def report(
 
     job = open_job(scene, set=set, db=db, out=out)
     how = Effort(repeat, 1, tolerance, same_mesh)
-    document = kind_of(job).report(job, how, progress or (lambda stage, share: None))
+    document = job.kind.function(job.path, "report")(job, how, progress or (lambda stage, share: None))
     from gudgeon.pipeline.report.page.notebook import shown  # Late: matplotlib would count into timed runs.
 
     return shown(document)
@@ -325,15 +226,14 @@ def report(
 
 def schema_of(job: SceneJob) -> dict[str, Any]:
     """Return the JSON schema of the model of a scene's kind."""
-    found: dict[str, Any] = _found(kind_of(job).model).model_json_schema()
-    return found
+    return job.kind.model.object().model_json_schema()
 
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema of complete scenes of any kind, as their models describe them."""
     from gudgeon.pipeline.scenes.reference.file_schema import described
 
-    models: Any = reduce(or_, (_found(kind.model) for kind in KINDS.values()))
+    models: Any = reduce(or_, (kind.model.object() for kind in KINDS.values()))
     return described(TypeAdapter(models).json_schema())
 
 

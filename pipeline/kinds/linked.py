@@ -1,21 +1,14 @@
-"""Jobs of scenes of bodies: contacts by proximity are found, and grids of poses that fields name, or computed first."""
+"""Jobs of scenes of bodies: contacts by proximity are found, and the scenes of fields that forces name are opened."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.kinds.applications import CONDUCTORS
 from gudgeon.pipeline.scenes.reading import find_file, merged, named, read_tables
-from gudgeon.pipeline.stages.base import Place
+from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.job import Job, contact_job
-from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.solver.scene.contact import AUTO
-
-if TYPE_CHECKING:
-    from gudgeon.pipeline.applications.electrostatics.job import FieldJob
-
-WITHOUT = ("mesh", "modes")
-"""Stages that no field takes part in."""
 
 
 def body_job(place: Place) -> Job:
@@ -25,11 +18,14 @@ def body_job(place: Place) -> Job:
         InputError: a mistake in it, every one listed, or in a scene of conductors that it names.
     """
     place, lines = _with_found(place)
+    linked = _fields(place)
     keys: dict[str, Any] = {}
-    for name, fields in _fields(place).items():
-        (product,) = fields.pose_grid().values()
+    for name, field in linked.items():
+        (product,) = field.products(["poses"]).values()
         keys[name] = {"record": product.key}
-    return replace(contact_job(place if not keys else _with(place, {"force": keys})), found=lines)
+    if keys:
+        place = replace(place, tables=merged(place.tables, {"force": keys}))
+    return replace(contact_job(place), found=lines, linked=tuple(linked.values()))
 
 
 def _with_found(place: Place) -> tuple[Place, tuple[str, ...]]:
@@ -44,11 +40,7 @@ def _with_found(place: Place) -> tuple[Place, tuple[str, ...]]:
     return with_found(place)
 
 
-def _with(place: Place, changes: Mapping[str, Any]) -> Place:
-    return Place(place.name, place.path, merged(place.tables, changes), place.store, place.out, place.overrides)
-
-
-def _fields(place: Place) -> dict[str, "FieldJob"]:
+def _fields(place: Place) -> dict[str, SceneJob]:
     """Return the scene of conductors of each force that names one."""
     found, forces = {}, place.tables.get("force")
     for name, one in forces.items() if isinstance(forces, dict) else ():
@@ -58,47 +50,11 @@ def _fields(place: Place) -> dict[str, "FieldJob"]:
     return found
 
 
-def _field(place: Place, where: str, file: str) -> "FieldJob":
-    # Here: only scenes that name a field import it.
-    from gudgeon.pipeline.applications.electrostatics.job import field_job
-
+def _field(place: Place, where: str, file: str) -> SceneJob:
     path = find_file(file, place.path.parent, f"{where}.field")
     tables = read_tables(path)
     if "conductor" not in tables:
         raise InputError(f"{where}.field: {file} is no scene of conductors; it has no table [conductor.NAME]")
     if "poses" not in tables:
         raise InputError(f"{where}.field: {file} has no table [poses], the grid over which its force is known")
-    return field_job(Place(path.stem, path, tables, place.store, place.out / path.stem))
-
-
-def ensure(job: Job, progress: Progress | None = None) -> None:
-    """Compute the grids of poses that a scene names and that the database has not.
-
-    Raises:
-        InputError: conductors overlap, or a grid would take longer than its poses.hours.
-        StageError: a numerical routine failed.
-    """
-    for field in _fields(job).values():
-        (product,) = field.pose_grid().values()
-        if not job.store.has(product.key):
-            from gudgeon.pipeline.applications.electrostatics.stages import compute_poses
-
-            compute_poses(field, progress=progress)
-
-
-def run_bodies(job: Job, until: str = "plot", progress: Progress | None = None) -> RunReport:
-    """Compute the records of a job that are missing, those of its fields before; see `kinds.run`."""
-    from gudgeon.pipeline.stages.run import run_job
-
-    if until not in WITHOUT:
-        ensure(job, progress)
-    return run_job(job, until, progress)
-
-
-def solve_bodies(job: Job, until: str = "solve", progress: Progress | None = None) -> RunReport:
-    """Compute the records of a job that are missing, without its folder of results; see `Kind.solve`."""
-    from gudgeon.pipeline.stages.run import solve_records
-
-    if until not in WITHOUT:
-        ensure(job, progress)
-    return solve_records(job, until, progress)
+    return CONDUCTORS.open(Place(CONDUCTORS, path.stem, path, tables, place.store, place.out / path.stem))

@@ -10,9 +10,10 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.linear.static import StaticTable, static_table
 from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.folder import claim, held
 from gudgeon.pipeline.stages.job import Job, refuse_turning
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.solver.errors import SceneError, SolverError
 

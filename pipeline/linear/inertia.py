@@ -6,8 +6,8 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import system_of
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.linear.state import linearised, places
 

@@ -12,8 +12,8 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.report.sweep import Setting, reason
 from gudgeon.pipeline.report.timing import made
 from gudgeon.pipeline.scenes.reading import merged
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job, variant
-from gudgeon.pipeline.stages.run import system_of
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 

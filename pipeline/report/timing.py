@@ -26,10 +26,11 @@ from gudgeon.pipeline.process.machine import machine
 from gudgeon.pipeline.process.memory import peak_memory
 from gudgeon.pipeline.report.document import StageSeconds
 from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.keys.products import STAGES, combined, product
 from gudgeon.pipeline.stages.make import keep
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System

@@ -31,50 +31,34 @@ COLUMNS: tuple[str, ...] = ("case", "group", "verdict", "reason", "rule", "rests
 """Columns of `robustness.csv`."""
 
 
-def robustness_job(
-    job: Job, cases: Path | None, only: tuple[str, ...], progress: Progress
-) -> tuple[dict[str, Any], str]:
-    """Run the robustness cases of a scene of bodies; see `chosen_cases` and `robustness_cases`."""
-    settings: Robustness = job.scene.robustness
-    chosen = chosen_cases(settings, cases, only, job.path)
-    lasting = {} if settings.duration is None else {"run": {"duration": settings.duration}}
-    own = variant(job, merged(UNCHECKED, lasting))
-    run_job(own, "morph", progress)
-    meshes = {n: own.store.get(steps["base-mesh"].key, "mesh") for n, steps in own.components().items()}
-    subject = Subject(
-        own, meshes, lambda trial, folder: run_trial(trial, folder, progress), lambda changes: variant(own, changes),
-        known=sizes(own),
-    )  # fmt: skip
-    return robustness_cases(subject, chosen, progress)
-
-
-def robustness_cases(
-    subject: Subject,
-    cases: Mapping[str, Case],
-    progress: Progress,
-    operations: Mapping[str, Callable[[Subject, Any], Trial]] = OPERATIONS,
-) -> tuple[dict[str, Any], str]:
-    """Run cases, judge them, and write `robustness.json`, `robustness.csv` and `robustness.png` into the job's folder.
+def robustness(job: Any, cases: Path | None, only: tuple[str, ...], progress: Progress) -> tuple[dict[str, Any], str]:
+    """Run the robustness cases of a scene, judge them, and write `robustness.{json,csv,png}` into the job's folder.
 
     Args:
-        operations: What the operations of the cases do to this kind of scene.
+        job: Of a scene of any kind, a `SceneJob`.
+        cases: File with further cases.
+        only: Names of the cases and groups that run; empty: all.
 
     Returns:
         The document and its table as text.
 
     Raises:
-        InputError: a case sets keys that the scene does not have.
+        InputError: a name is unknown, the file is wrong, or a case sets keys that the scene does not have.
         StageError: the unchanged scene cannot be run.
     """
+    subject_of = job.kind.function(job.path, "robustness")
+    chosen = chosen_cases(getattr(job.scene, "robustness", Robustness()), cases, only, job.path)
+    subject: Subject = subject_of(job, progress)
     job = subject.job
-    _check(subject, cases)
+    _check(subject, chosen)
+    operations = OPERATIONS | dict(subject.operations)
     with tempfile.TemporaryDirectory(prefix="gudgeon-robustness-") as scratch:
         base = subject.run(Trial(job), Path(scratch) / "base")
         if isinstance(base, Refusal):
             raise StageError(f"{job.path}: the unchanged scene cannot be run: {base.reason}")
         rows = []
-        for number, (name, case) in enumerate(cases.items()):
-            progress(f"case {number + 1} of {len(cases)}, {name}", number / len(cases))
+        for number, (name, case) in enumerate(chosen.items()):
+            progress(f"case {number + 1} of {len(chosen)}, {name}", number / len(chosen))
             with tempfile.TemporaryDirectory(dir=scratch) as folder:
                 change = operations[case.operation.kind]
                 rows.append(_row(name, case, replace(subject, base=base, folder=Path(folder)), change))
@@ -89,6 +73,19 @@ def robustness_cases(
         draw(document, job.out / "robustness.png")
     progress("robustness", 1.0)
     return document, table_text(document)
+
+
+def body_subject(job: Job, progress: Progress) -> Subject:
+    """Return a scene of bodies as the subject of its robustness cases; its designs are made first."""
+    settings: Robustness = job.scene.robustness
+    lasting = {} if settings.duration is None else {"run": {"duration": settings.duration}}
+    own = variant(job, merged(UNCHECKED, lasting))
+    run_job(own, "morph", progress)
+    meshes = {n: own.store.get(steps["base-mesh"].key, "mesh") for n, steps in own.components().items()}
+    return Subject(
+        own, meshes, lambda trial, folder: run_trial(trial, folder, progress), lambda changes: variant(own, changes),
+        known=sizes(own),
+    )  # fmt: skip
 
 
 def _check(subject: Subject, cases: Mapping[str, Case]) -> None:

@@ -14,7 +14,8 @@ from gudgeon.pipeline.robustness.subject import ALL_RIGID, NO_CONTACT, DoesNotAp
 from gudgeon.pipeline.robustness.trial import Trial, approach, found_step
 from gudgeon.pipeline.robustness.units import Units
 from gudgeon.pipeline.scenes.change import moved_surface
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.bodies import system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.obstacles import Bore, Plane

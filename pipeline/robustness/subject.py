@@ -30,6 +30,8 @@ class Subject:
     """Runs a trial with a folder for temporary files."""
     changed: Callable[[Mapping[str, Any]], Any]
     """Returns the job of the scene changed by nested tables."""
+    operations: Mapping[str, Callable[["Subject", Any], Trial]] = field(default_factory=dict)
+    """What operations of cases do to this kind of scene, where it is not what they do to bodies."""
     known: dict[str, Any] = field(default_factory=dict)
     """Values that cases share: numbers of points and coordinates, integrator and step."""
     base: Evidence = field(default_factory=Evidence)

@@ -32,11 +32,12 @@ from gudgeon.pipeline.robustness.evidence import (
     unrest_of,
 )
 from gudgeon.pipeline.robustness.rules import Compared
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.change import change_estimates, change_notes, largest_changes
 from gudgeon.pipeline.stages.job import Job, grids_of
 from gudgeon.pipeline.stages.keys.products import Product, component_products
 from gudgeon.pipeline.stages.make import keep
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.obstacles import Bore

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.bodies import SceneFile
@@ -12,19 +12,14 @@ from gudgeon.pipeline.scenes.checks import checked, possible_quantities
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import merged, named
 from gudgeon.pipeline.stages.base import Place, SceneJob
-from gudgeon.pipeline.stages.keys.products import (
-    STAGES,
-    Product,
-    component_products,
-    nodal_product,
-    plot_inputs,
-    product,
-)
+from gudgeon.pipeline.stages.keys.products import Product, component_products, nodal_product, plot_inputs, product
 from gudgeon.pipeline.stages.reference_curve import reference_curve
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.scene.scene import Scene
 
 if TYPE_CHECKING:
+    from subprocess import Popen
+
     import numpy as np
 
     from gudgeon.modaldb.records.modes import MorphRecord
@@ -39,12 +34,13 @@ UNCHECKED = {"run": {"checks": False}}
 class Job(SceneJob):
     """A checked scene of bodies, with the places where its products go."""
 
-    kind: ClassVar[str] = "body"
-    stages: ClassVar[tuple[str, ...]] = STAGES
-
     scene: SceneFile
     found: tuple[str, ...] = ()
     """A line for each contact whose interfaces were found by proximity."""
+    linked: tuple[SceneJob, ...] = ()
+    """Scenes that it names: its own designs and runs read the records of their last stage."""
+    compilation: "Popen[bytes] | None" = None
+    """Child process that compiles its time loop."""
 
     @property
     def folder(self) -> Path:
@@ -86,8 +82,12 @@ class Job(SceneJob):
         """Return the keys of the records that the solver reads, by component."""
         return {name: steps["morph"].key for name, steps in self.components().items()}
 
-    def compared(self) -> dict[str, "Job"]:
-        """Return the runs that the pictures compare this one with."""
+    def compared(self) -> Mapping[str, "Job"]:
+        """Return the runs that the pictures compare this one with, checked at the first call."""
+        return self._compared
+
+    @cached_property
+    def _compared(self) -> Mapping[str, "Job"]:
         return {name: variant(self, changes) for name, changes in self.scene.plot.compare.items()}
 
     def pictures(self) -> dict[str, Any]:
@@ -122,14 +122,35 @@ class Job(SceneJob):
         """See `SceneJob`."""
         return possible_quantities(self.scene)
 
-    def products(self, stages: Sequence[str]) -> dict[str, Product]:
-        found = {
-            f"{name}.{step}": product
-            for name, steps in self.components().items()
-            for step, product in steps.items()
-            if product.stage in stages
-        }
-        return found | ({"solve": self.trajectory()} if "solve" in stages else {})
+
+def mesh_products(job: Job) -> dict[str, Product]:
+    """Return the meshes of components, as they are built and as they are moved for a design change."""
+    return _steps(job, "mesh")
+
+
+def modes_products(job: Job) -> dict[str, Product]:
+    """Return the modes of components."""
+    return _steps(job, "modes")
+
+
+def morph_products(job: Job) -> dict[str, Product]:
+    """Return the designs of components."""
+    return _steps(job, "morph")
+
+
+def run_products(job: Job) -> dict[str, Product]:
+    """Return the run of the scene."""
+    return {"solve": job.trajectory()}
+
+
+def _steps(job: Job, stage: str) -> dict[str, Product]:
+    """Return the products of a stage of components, by component and step."""
+    return {
+        f"{name}.{step}": product
+        for name, steps in job.components().items()
+        for step, product in steps.items()
+        if product.stage == stage
+    }
 
 
 def contact_job(place: Place) -> Job:

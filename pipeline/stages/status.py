@@ -6,7 +6,7 @@ from typing import Any
 from gudgeon.modaldb.errors import ModalDBError, RecordMissing
 from gudgeon.modaldb.keys import content_key, differences, file_digest
 from gudgeon.pipeline.files import read_sealed, write_sealed
-from gudgeon.pipeline.stages.base import SceneJob
+from gudgeon.pipeline.stages.base import PLOT, SceneJob
 from gudgeon.pipeline.stages.folder import PICTURES
 from gudgeon.pipeline.stages.keys.products import Product, combined
 
@@ -27,7 +27,7 @@ def status(job: SceneJob) -> list[tuple[str, str, str, list[str]]]:
     key = content_key(job.pictures())
     fresh = rows[-1][1] == "fresh" and fresh_pictures(job, key) is not None
     why = [] if fresh else ["pictures are missing, or were drawn from another result"]
-    return [*rows, ("plot", "fresh" if fresh else "stale", key, why)]
+    return [*rows, (PLOT, "fresh" if fresh else "stale", key, why)]
 
 
 def remember(job: SceneJob, stages: Sequence[str]) -> None:

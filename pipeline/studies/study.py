@@ -13,11 +13,12 @@ from typing import Any
 
 from gudgeon.pipeline.errors import InputError, pandas
 from gudgeon.pipeline.files import write_sealed
-from gudgeon.pipeline.kinds import kind_of, open_job, schema_of
+from gudgeon.pipeline.kinds import open_job, schema_of
 from gudgeon.pipeline.scenes.reading import override_text, override_texts
 from gudgeon.pipeline.scenes.reference.units import unit_at
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.folder import claim, held
+from gudgeon.pipeline.stages.run import SOLVE
 from gudgeon.pipeline.stages.run_report import Progress, image_html
 from gudgeon.pipeline.studies.designs import Sampling, read_designs, sampled
 from gudgeon.pipeline.studies.dispatch import Work, dispatched
@@ -27,7 +28,7 @@ from gudgeon.pipeline.studies.parameters import Parameter, parse_parameters
 from gudgeon.pipeline.studies.planning import Step, planned
 from gudgeon.pipeline.studies.record import keep_study
 from gudgeon.pipeline.studies.table import Table, cell_text, table_of, write_table
-from gudgeon.pipeline.studies.task import LOST, SOLVE, Row, Source, solve_design, version_key
+from gudgeon.pipeline.studies.task import LOST, Row, Source, solve_design, version_key
 from gudgeon.solver.kernel_cache import is_compiled
 from gudgeon.solver.result import Result
 
@@ -158,8 +159,7 @@ def run_study(job: Any, asked: Asked, tell: Progress, work: Work = solve_design)
         job: Of the scene as written, a `SceneJob`.
         work: What workers do with a task.
     """
-    if reason := kind_of(job).no_study:
-        raise InputError(f"{job.path}: study: a scene of this kind has none; {reason}")
+    job.kind.function(job.path, "study")
     parameters, designs = _designs(asked)
     tables, parameters = fitted(job, parameters)
     check_shown(job, asked.quantities)

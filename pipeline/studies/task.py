@@ -18,17 +18,17 @@ from gudgeon import modaldb
 from gudgeon.modaldb.errors import ModalDBError, RecordNotWritten, StoreUnusable
 from gudgeon.modaldb.keys import content_key
 from gudgeon.pipeline.errors import InputError, PipelineError
-from gudgeon.pipeline.kinds import job_at, kind_of
+from gudgeon.pipeline.kinds import job_at
 from gudgeon.pipeline.scenes.reading import merged, nested
-from gudgeon.pipeline.stages.base import Place, SceneJob
+from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.change import largest_changes
 from gudgeon.pipeline.stages.keys.products import made_by
+from gudgeon.pipeline.stages.run import SOLVE, solve_records
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 
 REFUSED, FAILED, LOST, MISSING = "REFUSED", "FAILED", "LOST", "MISSING"
 """Results of designs without a run: the input is wrong, a stage failed, the worker ended, the study ended before."""
-SOLVE = "solve"
 SHAPED = ("mesh", "modes", "morph", "solve", "cyclic", "wheel")
 """Stages that make records of scenes of any kind, with the last two those of wheels."""
 ONE_AT_A_TIME = threading.Lock()
@@ -53,7 +53,7 @@ class Source:
         tables, store = _resident(self)
         for path, value in changes:
             tables = merged(tables, nested(path.split("."), value))
-        return job_at(Place(self.name, Path(self.path), tables, store, Path()))
+        return job_at(self.name, Path(self.path), tables, store, Path())
 
 
 @lru_cache(maxsize=4)
@@ -120,7 +120,7 @@ def _solved(task: Task) -> Row:
         return Row(task.design, LOST, text)
     try:
         job = task.source.job(json.loads(task.changes))
-        report = kind_of(job).solve(job, task.stages[-1], None)
+        report = solve_records(job, task.stages[-1])
     except (StoreUnusable, RecordNotWritten):
         raise
     except (InputError, SceneError) as error:

@@ -21,7 +21,7 @@ SHORT, LONG = 2.0, 20.0
 WORK = """
 import sys, time, json
 from gudgeon.pipeline.kinds import open_job, run
-from gudgeon.pipeline.stages.run import system_of
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.solver.simulate import simulate
 scene, folder, checks = sys.argv[1:]
 places = {"db": folder + "/db", "out": folder + "/" + scene.replace("/", "-")}

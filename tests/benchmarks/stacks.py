@@ -15,7 +15,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.bodies import system_of
+from gudgeon.pipeline.stages.run import run_job
 from tests.benchmarks.test_ports import readings
 from tests.solver.held_bytes import held_bytes
 

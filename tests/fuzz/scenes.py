@@ -18,10 +18,10 @@ from unittest import mock
 from gudgeon import modaldb
 from gudgeon.modaldb.errors import ModalDBError
 from gudgeon.pipeline.errors import PipelineError
-from gudgeon.pipeline.kinds import KINDS
+from gudgeon.pipeline.kinds import job_at
 from gudgeon.pipeline.scenes.reading import read_tables
-from gudgeon.pipeline.stages.base import Place
 from gudgeon.pipeline.stages.make import not_finite
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.status import status
 from gudgeon.solver.errors import SolverError
 from tests.fuzz.mutation import garbled, mutated, scaled
@@ -54,8 +54,7 @@ class Bad(Exception):
 
 def opened(name: Path, tables: dict[str, Any], folder: Path) -> Any:
     """Return the job of tables of a scene file, with database and results in a folder."""
-    kind = KINDS["wheel" if "wheel" in tables else "body"]
-    return kind.open(Place("fuzz", name, tables, modaldb.open(folder / "db"), folder / "out"))
+    return job_at("fuzz", name, tables, modaldb.open(folder / "db"), folder / "out")
 
 
 def listed(case: int, rng: random.Random, folder: Path) -> str:
@@ -91,7 +90,7 @@ def solved(rng: random.Random, folder: Path) -> str:
     for part in rng.choices(["component", "body", "contact", "run", "force"], k=rng.choice([1, 1, 2, 3])):
         scaled(tables.get(part, {}), rng, (0.0, 1e-12, 1e12), rng.choice([3.0, 12.0, 30.0]))
     job = opened(path, tables, folder)
-    report = KINDS[job.kind].run(job, "solve", None)
+    report = run_job(job, "solve")
     if where := next(not_finite(report.as_json()), None):
         raise Bad(f"{where} is not finite")
     json.dumps(report.as_json(), allow_nan=False)

@@ -8,8 +8,9 @@ import pytest
 
 from gudgeon import modaldb
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.kinds import kind_of, open_job, plan, run
-from gudgeon.pipeline.linear.analysis import Asked
+from gudgeon.pipeline.exporters.export import export
+from gudgeon.pipeline.kinds import open_job, plan, run
+from gudgeon.pipeline.linear.analysis import Asked, analyse
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.mechanism import film
 from gudgeon.pipeline.plots.mechanism.motion import moving_bodies
@@ -102,10 +103,9 @@ def test_the_plan_says_which_bound_decides(rate: float, wanted: str, tmp_path: P
 @pytest.mark.parametrize("command", ["linear", "export"])
 def test_commands_for_small_motion_refuse(command: str, tmp_path: Path) -> None:
     job = open_job(scene_path("top"), db=tmp_path / "db", out=tmp_path / "out")
-    kind, nothing = kind_of(job), lambda stage, share: None
     calls = {
-        "linear": lambda: kind.linear(job, Asked(), nothing),
-        "export": lambda: kind.export(job, "results", 1),
+        "linear": lambda: analyse(job, Asked(), lambda stage, share: None),
+        "export": lambda: export(job, "results", 1),
     }
     with pytest.raises(InputError, match=f"{command}: the bodies of this scene turn by any angle"):
         calls[command]()

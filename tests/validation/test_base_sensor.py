@@ -10,8 +10,8 @@ import pytest
 from gudgeon import modaldb
 from gudgeon.pipeline.applications.sensing.standing import standing
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.kinds import kind_of, open_job, run
-from gudgeon.pipeline.linear.analysis import Asked
+from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.pipeline.linear.analysis import Asked, analyse
 from tests.scenes import reference, scene_path
 
 EXPECTED = reference("base-sensor/J1_spoked_plate.json")
@@ -26,7 +26,7 @@ def quiet(*told: Any) -> None:
 def per_wrench(scene: str, folder: Path) -> tuple[np.ndarray, np.ndarray]:
     """Return strains of the gauges (8, 6) and motions of the hub (6, 6) per unit wrench, from linear-static.csv."""
     job = open_job(scene_path("base-sensor") / scene, db=folder / "db", out=folder / "out")
-    kind_of(job).linear(job, Asked(static=True), quiet)
+    analyse(job, Asked(static=True), quiet)
     rows = list(csv.reader((folder / "out" / "linear-static.csv").read_text().splitlines()))
     assert rows[0][2:] == [f"per force.wrench {c} [1/({'N' if c[0] == 'F' else 'N m'})]"
                            for c in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")]  # fmt: skip

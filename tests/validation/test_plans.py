@@ -18,7 +18,7 @@ from gudgeon.modaldb.format import hdf5
 from gudgeon.modaldb.format.source import FileSource
 from gudgeon.modaldb.format.structure import Dataset
 from gudgeon.modaldb.records.modes import GaugeModes, ModalRecord, MorphRecord
-from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.stages.plan import plan
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError
@@ -60,7 +60,7 @@ def parsed(entry: str) -> tuple[str, tuple[str, ...]]:
 
 def planned(scene: str, folder: Path) -> list[dict[str, Any]]:
     job = open_job(scene_path(scene), db=folder / "db", out=folder / "out")
-    return kind_of(job).plan(job)["terms"]
+    return job.kind.function(job.path, "plan")(job)["terms"]
 
 
 def test_every_scene_has_a_list() -> None:

@@ -11,8 +11,9 @@ import pytest
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.nodal.scene.points import meeting_problem
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.simulate import slanting_notes
 from tests.validation.test_block_on_floor import solved

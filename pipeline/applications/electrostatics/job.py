@@ -1,8 +1,7 @@
 """The job of a scene of conductors: its checked scene and its products."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,6 @@ from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.keys.products import Product, mesh_product, plot_inputs, product
 from gudgeon.pipeline.stages.summary import reference_values
 
-STAGES = ("mesh", "solve", "poses", "plot")
 PLACED = {"surfaces", "position", "orientation", "potential", "charge"}
 """Settings of a conductor that its field depends on beside its mesh."""
 
@@ -23,9 +21,6 @@ PLACED = {"surfaces", "position", "orientation", "potential", "charge"}
 @dataclass(frozen=True, kw_only=True)
 class FieldJob(SceneJob):
     """A checked scene of conductors, with the places where its products go."""
-
-    kind: ClassVar[str] = "conductor"
-    stages: ClassVar[tuple[str, ...]] = STAGES
 
     scene: FieldFile
     expected: dict[str, float]
@@ -66,17 +61,23 @@ class FieldJob(SceneJob):
             conditions = {"conductors": conditions, "tolerance": tolerance}
         return {"poses": grid.product(self.name, conditions)}
 
-    def products(self, stages: Sequence[str]) -> dict[str, Product]:
-        makers: dict[str, Callable[[], dict[str, Product]]] = {
-            "mesh": lambda: {f"{name}.mesh": one for name, one in self.meshes().items()},
-            "solve": lambda: {"solve": self.field()},
-            "poses": self.pose_grid,
-        }
-        with named(self.path, InputError):
-            return {place: one for stage in makers if stage in stages for place, one in makers[stage]().items()}
-
     def pictures(self) -> dict[str, Any]:
         return plot_inputs(self.field().key, {})
+
+
+def mesh_products(job: FieldJob) -> dict[str, Product]:
+    """Return the mesh of each conductor."""
+    return {f"{name}.mesh": mesh for name, mesh in job.meshes().items()}
+
+
+def field_products(job: FieldJob) -> dict[str, Product]:
+    """Return the field of the conductors in their places."""
+    return {"solve": job.field()}
+
+
+def pose_products(job: FieldJob) -> dict[str, Product]:
+    """Return the grid of poses, if the scene has one."""
+    return job.pose_grid()
 
 
 def field_job(place: Place) -> FieldJob:

@@ -1,23 +1,25 @@
-"""The stages of a scene of conductors, `mesh → field → plot`: what each of them computes and reports."""
+"""The stages of a scene of conductors, `mesh → solve → poses`: what each of them computes, and what a run reports."""
 
 import time
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gudgeon.modaldb.records.field import POSE_AXES, FieldRecord, PoseGridRecord, PoseRecord
+from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.applications.electrostatics.grid import Grid
 from gudgeon.pipeline.applications.electrostatics.job import FieldJob
 from gudgeon.pipeline.applications.electrostatics.scene import FieldFile
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.scenes.reading import named
-from gudgeon.pipeline.stages.make import Task, keep, run_stages
+from gudgeon.pipeline.stages.keys.products import Product
+from gudgeon.pipeline.stages.make import keep
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, seal_summary
 from gudgeon.solver.vectors import rotation_of
@@ -31,29 +33,21 @@ POSE_SHARE = 0.5
 """Estimated time of a pose over that of the field: the integrals between fixed and moving panels are half of all."""
 
 
-def run_field(job: FieldJob, until: str = "plot", progress: Progress | None = None) -> RunReport:
-    """Compute the records of a scene of conductors that are missing, up to and including the stage `until`.
+def make_mesh(job: FieldJob, product: Product, tell: Progress) -> MeshRecord:
+    """Return the mesh of a conductor. Heavy libraries are imported here, where they are needed."""
+    from gudgeon.pipeline.stages.mesh import build_mesh
 
-    Raises:
-        InputError: there is no such stage, or the conductors overlap or have too many panels.
-        StageError: a numerical routine failed.
-    """
-    tell = progress or (lambda stage, share: None)
-    tasks = partial(_tasks, job, tell=tell)
-    return run_stages(job, until, tell, tasks, partial(_finish, job), partial(_draw, job, tell))
+    return build_mesh(job.scene.conductor[product.name], job.path.parent, product.name, "conductor")
 
 
-def _tasks(job: FieldJob, stage: str, tell: Progress) -> list[Task]:
-    return [Task(product, partial(_make, job, product.name, stage, tell)) for product in job.products([stage]).values()]
+def make_field(job: FieldJob, product: Product, tell: Progress) -> FieldRecord:
+    """Return the field of conductors in their places; see `compute_field`."""
+    return compute_field(job, tell)
 
 
-def _make(job: FieldJob, name: str, stage: str, tell: Progress) -> Any:
-    """Compute one record. Heavy libraries are imported here, where they are needed."""
-    if stage == "mesh":
-        from gudgeon.pipeline.stages.mesh import build_mesh
-
-        return build_mesh(job.scene.conductor[name], job.path.parent, name, "conductor")
-    return _make_grid(job, tell) if stage == "poses" else compute_field(job, tell)
+def make_poses(job: FieldJob, product: Product, tell: Progress) -> PoseGridRecord:
+    """Return the grid of poses, its blocks computed one after the other."""
+    return _make_grid(job, tell)
 
 
 def compute_field(job: FieldJob, tell: Progress) -> FieldRecord:
@@ -205,7 +199,7 @@ def compute_poses(job: FieldJob, executor: Executor | None = None, progress: Pro
     if not (products := job.pose_grid()):
         raise InputError(f"{job.path}: poses: is missing; the scene has no grid of poses")
     tell = progress or (lambda stage, share: None)
-    run_field(job, "solve", progress)
+    run_job(job, "solve", progress)
     (grid,) = products.values()
     if not job.store.has(grid.key):
         with named(job.path, InputError):
@@ -240,7 +234,7 @@ def _quantities(names: list[str], C: np.ndarray, state: Any) -> dict[str, Any]:
     return found | {"co_energy": {"value": state.co_energy, "unit": "J"}}
 
 
-def _finish(job: FieldJob, until: str) -> RunReport:
+def results(job: FieldJob, until: str) -> RunReport:
     """Write summary and capacitances unless they are up to date, and return the report."""
     if until == "mesh":
         return RunReport(job.name, None, out=str(job.out))
@@ -322,7 +316,7 @@ def plan_field(job: FieldJob) -> dict[str, Any]:
     return {"scene": job.name, "terms": rows, "bytes": 0}
 
 
-def _draw(job: FieldJob, tell: Progress) -> tuple[list[Path], list[str]]:
+def draw(job: FieldJob, tell: Progress) -> tuple[list[Path], list[str]]:
     from gudgeon.pipeline.applications.electrostatics.pictures import FIELD
     from gudgeon.pipeline.plots import render
 

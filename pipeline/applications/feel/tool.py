@@ -7,8 +7,8 @@ import numpy as np
 
 from gudgeon.pipeline.applications.feel.kernel import energy_at
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import system_of
 from gudgeon.solver.forces.fields.co_energy import GRID, OUT, CoEnergies, basis_shape
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.vectors import unit

@@ -15,7 +15,6 @@ from gudgeon.pipeline.linear.analysis import Asked, analyse
 from gudgeon.pipeline.linear.inertia import static_inertia
 from gudgeon.pipeline.scenes.gauge import Sensor
 from gudgeon.pipeline.scenes.reading import named
-from gudgeon.pipeline.stages.base import Place
 from gudgeon.pipeline.stages.job import Job, contact_job
 from gudgeon.pipeline.stages.run import solve_records
 from gudgeon.pipeline.stages.run_report import Progress
@@ -183,10 +182,9 @@ def unit_wrenches(job: Job, plate: str, hub: str, progress: Progress) -> Alone:
     own = {key: value for key, value in tables["body"][plate].items() if key in ("component", "gauges", "orientation")}
     load = {"kind": "wrench", "body": plate, "interface": hub, "force": [0.0, 0.0, 1.0], "moment": [0.0, 0.0, 0.0],
             "expression": "1"}  # fmt: skip
-    place = Place(**{name: getattr(job, name) for name in Place.__dataclass_fields__})
     alone = {"component": {component: part}, "body": {plate: own}, "force": {"wrench": load},
              "run": {"duration": 1e-3, "gravity": list(scene.run.gravity)}}  # fmt: skip
-    still = contact_job(replace(place, name=f"{job.name}-{plate}", tables=alone, out=job.out / "plate", overrides=()))
+    still = contact_job(job.place(name=f"{job.name}-{plate}", tables=alone, out=job.out / "plate", overrides=()))
     at = tuple(f"gauge.{plate}.{name}" for name in scene.body[plate].gauges)
     table = analyse(still, Asked(static=True), progress).static
     assert table is not None
@@ -215,8 +213,7 @@ def moved_job(job: Job, arm: Arm, series: Series, duration: float, rate: float) 
     frames = max(2, count // 20)
     run = tables["run"] | {"duration": duration, "samples": frames * 20, "frames": frames}
     tables |= {"joint": joints, "run": run} | ({"probe": kept} if probes else {})
-    place = Place(**{name: getattr(job, name) for name in Place.__dataclass_fields__})
-    return contact_job(replace(place, name=f"{job.name}-excited", tables=tables, out=job.out / "excited", overrides=()))
+    return contact_job(job.place(name=f"{job.name}-excited", tables=tables, out=job.out / "excited", overrides=()))
 
 
 def run_of(job: Job, progress: Progress) -> Trajectory:

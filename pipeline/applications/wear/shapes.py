@@ -10,8 +10,6 @@ from gudgeon.modaldb.records.trajectory import WEAR
 from gudgeon.pipeline.applications.wear.bush import compliance_change, worn_profile
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.scenes.reading import merged
-from gudgeon.pipeline.stages.base import Place
-from gudgeon.pipeline.stages.job import contact_job
 from gudgeon.pipeline.stages.run import solve_records
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.solver.joints.clearance import Clearance
@@ -219,7 +217,7 @@ def worn_job(scene: Wearing, shapes: Shapes, soft: Soft, bushes: Mapping[str, An
     Args:
         bushes: The `change` of components whose modes are computed again.
     """
-    place = Place(**{name: getattr(scene.job, name) for name in Place.__dataclass_fields__})
+    place = scene.job.place()
     joints = dict(place.tables["joint"])
     for name, shape in shapes.items():
         worn = dict(joints[name]["wear"])
@@ -233,6 +231,6 @@ def worn_job(scene: Wearing, shapes: Shapes, soft: Soft, bushes: Mapping[str, An
         joints[name] = joints[name] | {"wear": worn}
     tables = merged(place.tables, {"component": {part: {"change": one} for part, one in bushes.items()}})
     try:
-        return contact_job(replace(place, tables=tables | {"joint": joints}))
+        return place.kind.open(replace(place, tables=tables | {"joint": joints}))
     except InputError as error:  # The scene itself is sound: a shape has left the model.
         raise StageError(str(error)) from error

@@ -15,7 +15,6 @@ from gudgeon.pipeline.applications.wheel.cyclic.synthesis import sector_parts
 from gudgeon.pipeline.applications.wheel.job import WheelJob
 from gudgeon.pipeline.applications.wheel.response import kept_dofs, reduced_modes, wheel_record
 from gudgeon.pipeline.applications.wheel.scene import KeptInterface
-from gudgeon.pipeline.applications.wheel.stages import solve_wheel
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.report.budget.budget import DEARER, FACTOR, GROWTH, LEAST
 from gudgeon.pipeline.report.budget.mesh_edges import mean_edge
@@ -23,6 +22,7 @@ from gudgeon.pipeline.report.convergence import Neighbour, extrapolated
 from gudgeon.pipeline.report.document import MISSING, Budget, Errors, Term
 from gudgeon.pipeline.report.reference import largest
 from gudgeon.pipeline.stages.make import keep
+from gudgeon.pipeline.stages.run import solve_records
 from gudgeon.pipeline.stages.run_report import Progress
 
 AGAINST = (
@@ -86,7 +86,7 @@ def _solved(job: WheelJob, base: WheelJob, choice: KeptInterface, factor: float)
     Raises:
         InputError, StageError: the mesh is hardly another one or takes too long, or see `wheel_record`.
     """
-    solve_wheel(job, "mesh")
+    solve_records(job, "mesh")
     mesh, before = (one.store.get(one.mesh().key, "mesh") for one in (job, base))
     ratio = mean_edge(mesh) / mean_edge(before)
     if math.log(ratio) / math.log(factor) < LEAST:
@@ -95,7 +95,7 @@ def _solved(job: WheelJob, base: WheelJob, choice: KeptInterface, factor: float)
         raise StageError(f"{growth:.1f} times as many nodes, which take more than {DEARER:g} times as long")
     product = job.response(choice)
     if not job.store.has(product.key):
-        solve_wheel(job, "modes")
+        solve_records(job, "modes")
         name, wheel = job.scene.only
         case = job.case()
         dofs = kept_dofs(case.sector, choice, f"wheel.{name}.interface")

@@ -1,22 +1,30 @@
-"""The job of a scene of a wheel: its checked scene and its products."""
+"""The job of a scene of a wheel, and its stages `mesh → modes → solve`: what each makes, and what a run reports."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gudgeon.pipeline.applications.wheel.scene import KeptInterface, Wheel, WheelFile, reduction, wrong_names
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.files import csv_text, write_text
+from gudgeon.pipeline.scenes.checks import unit_notes
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import check_scene, merged, named, refuse
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.keys.products import Product, component_products, plot_inputs, product
+from gudgeon.pipeline.stages.parts import extent_notes, part_row
+from gudgeon.pipeline.stages.run_report import Progress, RunReport
+from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, seal_summary
 
 if TYPE_CHECKING:
+    from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
+    from gudgeon.modaldb.records.mesh import MeshRecord
     from gudgeon.pipeline.applications.wheel.response import Case
 
-STAGES = ("mesh", "modes", "solve", "plot")
+RESPONSE = "response.csv"
 SYMMETRY = {"sectors", "low", "high", "axis", "origin"}
 BLADES = {"count", "blade_radius", "response"}
 """Settings of a wheel that its modes depend on, and those that its response depends on besides."""
@@ -30,9 +38,6 @@ QUANTITIES = (
 @dataclass(frozen=True, kw_only=True)
 class WheelJob(SceneJob):
     """A checked scene of a wheel, with the places where its products go."""
-
-    kind: ClassVar[str] = "wheel"
-    stages: ClassVar[tuple[str, ...]] = STAGES
 
     scene: WheelFile
     changes: tuple[float, ...]
@@ -70,15 +75,6 @@ class WheelJob(SceneJob):
         mistuned = self.wheel.model_dump(mode="json", include=BLADES) | {"changes": list(self.changes)}
         return product("wheel", self.scene.only[0], {"modes": self.modes().key, "wheel": mistuned, "model": model})
 
-    def products(self, stages: Sequence[str]) -> dict[str, Product]:
-        makers: dict[str, tuple[str, Callable[[], Product]]] = {
-            "mesh": (f"{self.wheel.component}.mesh", self.mesh),
-            "modes": (f"{self.scene.only[0]}.modes", self.modes),
-            "solve": ("solve", lambda: self.response(self.wheel.interface)),
-        }
-        with named(self.path, InputError):
-            return {place: make() for stage, (place, make) in makers.items() if stage in stages}
-
     def pictures(self) -> dict[str, Any]:
         return plot_inputs(self.response(self.wheel.interface).key, {})
 
@@ -99,8 +95,7 @@ class WheelJob(SceneJob):
 
     def changed(self, changes: Mapping[str, Any]) -> "WheelJob":
         """Return the job of the scene changed by nested tables; raises InputError as `wheel_job` does."""
-        tables = merged(self.tables, changes)
-        return wheel_job(Place(self.name, self.path, tables, self.store, self.out))
+        return wheel_job(self.place(tables=merged(self.tables, changes), overrides=()))
 
     def _sector(self) -> dict[str, Product]:
         return component_products(self.wheel.component, self.component, self.path.parent)
@@ -114,3 +109,110 @@ def wheel_job(place: Place) -> WheelJob:
     with named(place.path, InputError):
         changes = wheel.mistuning.changes(wheel.sectors, place.path.parent, f"wheel.{name}.mistuning")
     return WheelJob(**vars(place), scene=scene, changes=changes)
+
+
+def mesh_products(job: WheelJob) -> dict[str, Product]:
+    """Return the mesh of the sector."""
+    return {f"{job.wheel.component}.mesh": job.mesh()}
+
+
+def modes_products(job: WheelJob) -> dict[str, Product]:
+    """Return the modes of the tuned wheel."""
+    return {f"{job.scene.only[0]}.modes": job.modes()}
+
+
+def response_products(job: WheelJob) -> dict[str, Product]:
+    """Return the response of the reduced wheel."""
+    return {"solve": job.response(job.wheel.interface)}
+
+
+def make_mesh(job: WheelJob, product: Product, tell: Progress) -> "MeshRecord":
+    """Return the mesh of the sector."""
+    from gudgeon.pipeline.stages.mesh import build_mesh
+
+    return build_mesh(job.component, job.path.parent, job.wheel.component)
+
+
+def make_modes(job: WheelJob, product: Product, tell: Progress) -> "CyclicRecord":
+    """Return the modes of the tuned wheel. Heavy libraries are imported here, where they are needed."""
+    from gudgeon.pipeline.applications.wheel import response as solve
+
+    name, wheel = job.scene.only
+    sector = solve.sector_of(job.store.get(job.mesh().key, "mesh"), job.component, wheel, name)
+    return solve.cyclic_record(sector, job.mesh().key, wheel, name, tell)
+
+
+def make_response(job: WheelJob, product: Product, tell: Progress) -> "WheelRecord":
+    """Return the response of the reduced wheel."""
+    from gudgeon.pipeline.applications.wheel import response as solve
+    from gudgeon.pipeline.applications.wheel.cyclic.synthesis import sector_parts
+
+    name, wheel = job.scene.only
+    case = job.case()
+    choice = solve.kept_dofs(case.sector, wheel.interface, f"wheel.{name}.interface")
+    parts = sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}")
+    tell("solve", 0.3)
+    pair = solve.reduced_modes(case, parts, choice, False), solve.reduced_modes(case, parts, choice, True)
+    record = solve.wheel_record(case, job.modes().key, wheel.interface, pair, parts.cpu_seconds)
+    tuned = job.store.get(job.modes().key, "cyclic", only=job.tuned_frequencies())
+    error = {"value": solve.reduction_error(tuned, record.tuned_frequencies), "unit": "1"}
+    return replace(record, quantities=record.quantities | {"reduction.frequency_error": error})
+
+
+def solved(job: WheelJob) -> RunReport:
+    """Return the report of a wheel by its record."""
+    record = job.store.get(job.response(job.wheel.interface).key, "wheel", only=["excitation"])
+    return RunReport(job.name, "FINISHED", {}, record.quantities)
+
+
+def _frequencies(job: WheelJob) -> dict[str, list[dict[str, Any]]]:
+    """Return the modes of every harmonic with their residuals, as rows of `frequency_table`."""
+    record = job.store.get(job.modes().key, "cyclic", only=["harmonics"])
+    return {
+        f"{job.wheel.component}, harmonic {one.harmonic}": [
+            {"mode": i + 1, "frequency": float(omega / (2 * np.pi)), "estimated_error": None,
+             "algebraic_bound": None, "residual": float(rest)}
+            for i, (omega, rest) in enumerate(zip(one.angular_frequencies, one.residuals, strict=True))
+        ]
+        for one in sorted(record.harmonics.values(), key=lambda one: one.harmonic)
+    }  # fmt: skip
+
+
+def results(job: WheelJob, until: str) -> RunReport:
+    """Write summary and response unless they are up to date, and return the report."""
+    name = job.wheel.component
+    notes = unit_notes({name: job.component}) + extent_notes(job.store, {name: job.component}, {name: job.mesh().key})
+    if until == "mesh":
+        parts = {name: part_row(job.store.get(job.mesh().key, "mesh"), job.component, name)}
+        return RunReport(job.name, None, out=str(job.out), notes=notes, parts=parts)
+    if until == "modes":
+        return RunReport(job.name, None, out=str(job.out), notes=notes, frequencies=_frequencies(job))
+    key = job.response(job.wheel.interface).key
+    summary = read_summary(job.out, key, RESPONSE)
+    if summary is None:
+        record: WheelRecord = job.store.get(key, "wheel")
+        quantities = {name: one | {"reference": None, "error": None} for name, one in record.quantities.items()}
+        write_text(job.out / RESPONSE, _response_table(record))
+        summary = {"key": key, "quantities": quantities, "counts": record.counts}
+        summary = seal_summary(job.out, summary, RESPONSE)
+    return RunReport(
+        job.name, "FINISHED", {}, summary["quantities"], out=str(job.out), files=(SUMMARY, RESPONSE), notes=notes
+    )
+
+
+def draw(job: WheelJob, tell: Progress) -> tuple[list[Path], list[str]]:
+    from gudgeon.pipeline.applications.wheel.pictures import WHEEL
+    from gudgeon.pipeline.plots import render
+
+    tell("plot", 0.0)
+    return render(
+        job.store.location, job.response(job.wheel.interface).key, job.out, job.name, pictures=WHEEL, tell=tell
+    )
+
+
+def _response_table(record: "WheelRecord") -> str:
+    """Return amplitudes [m/N] over frequency: of any blade of the tuned wheel, and of each of the mistuned wheel."""
+    tuned, mistuned = (np.hypot(*np.moveaxis(one, -1, 0)) for one in (record.tuned, record.mistuned))
+    head = ["frequency [Hz]", "tuned [m/N]", *(f"blade {j} [m/N]" for j in range(mistuned.shape[1]))]
+    rows = np.column_stack([record.excitation / (2 * np.pi), tuned[:, :1], mistuned])
+    return csv_text([head, *([f"{value:.9g}" for value in row] for row in rows)])

@@ -26,7 +26,6 @@ from gudgeon.pipeline.applications.wheel.response import (
     wheel_record,
 )
 from gudgeon.pipeline.applications.wheel.scene import KeptInterface
-from gudgeon.pipeline.applications.wheel.stages import run_wheel
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.process.clock import Seconds, fastest
 from gudgeon.pipeline.process.memory import peak_memory
@@ -39,6 +38,7 @@ from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.folder import held
 from gudgeon.pipeline.stages.make import keep
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 
 MEASURES = {FREQUENCY: "relative", TUNED: "relative", MAGNIFICATION: "relative", RESPONSE: "L2"}
@@ -89,7 +89,7 @@ def report_wheel(job: WheelJob, how: Effort, progress: Progress) -> Document:
 
 def compare(job: WheelJob, how: Effort, progress: Progress) -> Comparison:
     """Solve every choice, and the full wheel unless it is in the database; raises the errors of `report_wheel`."""
-    run_wheel(job, "modes", progress)
+    run_job(job, "modes", progress)
     name, wheel = job.scene.only
     choices = job.scene.report.choices or {"as in the scene": wheel.interface}
     with named(job.path, InputError, StageError):

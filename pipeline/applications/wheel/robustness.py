@@ -1,36 +1,26 @@
 """Robustness cases of a wheel: its modes by cyclic symmetry under other units, materials and slivers."""
 
 from functools import partial
-from pathlib import Path
-from typing import Any
 
 from gudgeon.modaldb.records.cyclic import CyclicRecord
 from gudgeon.pipeline.applications.wheel.job import WheelJob
-from gudgeon.pipeline.applications.wheel.stages import run_wheel
-from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence
-from gudgeon.pipeline.robustness.run import robustness_cases
 from gudgeon.pipeline.robustness.subject import Subject
 from gudgeon.pipeline.robustness.trial import attempt, mesh_of_component
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 
 
-def robustness_wheel(
-    job: WheelJob, cases: Path | None, only: tuple[str, ...], progress: Progress
-) -> tuple[dict[str, Any], str]:
-    """Run the robustness cases of a wheel; see `chosen_cases` and `robustness_cases`."""
-    chosen = chosen_cases(job.scene.robustness, cases, only, job.path)
-    run_wheel(job, "mesh", progress)
+def wheel_subject(job: WheelJob, progress: Progress) -> Subject:
+    """Return a wheel as the subject of its robustness cases; it is meshed first."""
+    run_job(job, "mesh", progress)
     meshes = {job.wheel.component: job.store.get(job.mesh().key, "mesh")}
     evidence = partial(_evidence, progress=progress)
-    subject = Subject(
-        job, meshes, lambda trial, folder: attempt(trial, folder, evidence, mesh_of_component), job.changed
-    )
-    return robustness_cases(subject, chosen, progress)
+    return Subject(job, meshes, lambda trial, folder: attempt(trial, folder, evidence, mesh_of_component), job.changed)
 
 
 def _evidence(job: WheelJob, progress: Progress) -> Evidence:
-    run_wheel(job, "modes", progress)
+    run_job(job, "modes", progress)
     record: CyclicRecord = job.store.get(job.modes().key, "cyclic", only=["harmonics"])
     material = job.component.material
     assert material is not None

@@ -77,12 +77,12 @@ def _positive(text: str) -> float:
 
 def identify_command(options: argparse.Namespace) -> int:
     """Write the parameters of an arm."""
-    from gudgeon.pipeline.cli.commands import opened
+    from gudgeon.pipeline.cli.commands import command_of
 
-    kind, job = opened(options)
+    job, identify = command_of(options)
     limits = (options.duration, options.angle, options.speed)
     with shared(job, "run", Console(options.json).progress) as progress:
-        found, text = kind.identify(
+        found, text = identify(
             job, options.sensor, limits, options.noise, (options.data, options.calibration, options.to), progress
         )
     print(json.dumps(found.document, indent=1) if options.json else text)
@@ -91,12 +91,12 @@ def identify_command(options: argparse.Namespace) -> int:
 
 def wrench_command(options: argparse.Namespace) -> int:
     """Write the wrench on the tool of an arm."""
-    from gudgeon.pipeline.cli.commands import opened
+    from gudgeon.pipeline.cli.commands import command_of
 
-    kind, job = opened(options)
+    job, wrench = command_of(options)
     files = (options.parameters, options.calibration, options.data, options.to)
     with shared(job, "run", Console(options.json).progress) as progress:
-        found, text = kind.wrench(job, options.sensor, options.noise, files, progress)
+        found, text = wrench(job, options.sensor, options.noise, files, progress)
     document = {"file": str(found.path), "samples": len(found.times), "noise": found.levels.tolist(),
                 "rms": {name: list(one) for name, one in found.sources.items()}}  # fmt: skip
     print(json.dumps(document, indent=1) if options.json else text)

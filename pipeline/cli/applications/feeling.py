@@ -5,9 +5,8 @@ import json
 import sys
 from pathlib import Path
 
-from gudgeon.pipeline.cli.commands import opened
+from gudgeon.pipeline.cli.commands import command_of
 from gudgeon.pipeline.cli.console import Console
-from gudgeon.pipeline.errors import InputError
 
 FEEL_TEXT = "feel the force on a body: a loop in real time for a browser page or a script of poses"
 FEEL_HELP = """\
@@ -36,18 +35,17 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def feel_command(options: argparse.Namespace) -> int:
     """Run a session, and print its report."""
-    from gudgeon.pipeline.applications.feel.session import Asked, check_asked, feel
+    from gudgeon.pipeline.applications.feel.session import Asked, check_asked
+    from gudgeon.pipeline.stages.run import run_job
 
-    kind, job = opened(options)
-    if job.kind != "body":
-        raise InputError(f"{job.path}: feel: a scene of bodies is needed, with a force of kind 'electrostatic'")
+    job, feel = command_of(options)
     asked = Asked(
         body=options.body, force_scale=options.force_scale, length_scale=options.length_scale, rate=options.rate,
         seconds=options.seconds, script=options.script, device_rate=options.device_rate, delay=options.delay,
         port=options.port, at_once=options.at_once,
     )  # fmt: skip
     check_asked(asked)
-    kind.run(job, "morph", Console(options.json).progress)
+    run_job(job, "morph", Console(options.json).progress)
     report = feel(job, asked, lambda place: print(f"feel at {place}", file=sys.stderr, flush=True))
     for note in report["notes"]:
         print(f"gudgeon: {note}", file=sys.stderr)

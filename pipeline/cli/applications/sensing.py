@@ -56,12 +56,12 @@ def add_sensing(names: Any, plain: Callable[..., argparse.ArgumentParser], comma
 
 def calibrate_command(options: argparse.Namespace) -> int:
     """Write a calibration."""
-    from gudgeon.pipeline.cli.commands import opened
+    from gudgeon.pipeline.cli.commands import command_of
 
-    kind, job = opened(options)
+    job, calibrate = command_of(options)
     with shared(job, "run", Console(options.json).progress) as progress:
         source = (options.data, options.excite, options.parameters)
-        path, found = kind.calibrate(job, options.sensor, source, options.to, progress)
+        path, found = calibrate(job, options.sensor, source, options.to, progress)
     from gudgeon.pipeline.applications.sensing.job import POOR, calibration_text
 
     print(json.dumps(found.as_json(), indent=1) if options.json else f"{calibration_text(found)}\nwritten: {path}")
@@ -73,11 +73,11 @@ def calibrate_command(options: argparse.Namespace) -> int:
 
 def signals_command(options: argparse.Namespace) -> int:
     """Write signals."""
-    from gudgeon.pipeline.cli.commands import opened
+    from gudgeon.pipeline.cli.commands import command_of
 
-    kind, job = opened(options)
+    job, signals = command_of(options)
     with shared(job, "run", Console(options.json).progress) as progress:
-        path, count = kind.signals(job, options.sensor, options.to, progress)
+        path, count = signals(job, options.sensor, options.to, progress)
     print(json.dumps({"file": str(path), "samples": count}) if options.json else f"written: {path}, {count} samples")
     return 0
 

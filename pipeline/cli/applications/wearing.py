@@ -54,12 +54,12 @@ def wear_command(options: argparse.Namespace) -> int:
     """Wear the joints or the contacts of a scene over cycles and print depths and volumes."""
     from gudgeon.pipeline.applications.wear.cycles import Asked
     from gudgeon.pipeline.applications.wear.report import TOLERANCE, marks_of, wear_json, wear_text
-    from gudgeon.pipeline.cli.commands import opened
+    from gudgeon.pipeline.cli.commands import command_of
 
     asked = Asked(marks_of(options.cycles, options.at), options.tolerance or TOLERANCE)
-    kind, job = opened(options)
+    job, run_wear = command_of(options)
     with shared(job, "wear", Console(options.json).progress) as progress:
-        report = kind.wear(job, asked, options.period, progress)
+        report = run_wear(job, asked, options.period, progress)
     print(wear_json(report) if options.json else wear_text(report))
     if report.reason is not None:
         print(f"gudgeon: {job.path}: {report.reason}", file=sys.stderr)

@@ -24,8 +24,9 @@ from gudgeon.pipeline.report.errors import Point, apart_from, finest_step, large
 from gudgeon.pipeline.report.reference import DRIFT, Reference, largest
 from gudgeon.pipeline.report.sweep import reason
 from gudgeon.pipeline.report.timing import made
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job, grids_of, variant
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError, SolverError
 
 FACTOR = 1.5

@@ -16,13 +16,13 @@ from typing import Any
 
 from gudgeon.solver.source_state import PACKAGES, ROOT, kept_digests
 
-MAKE = "pipeline.stages.run:_make"
-FIELD, WHEEL = "pipeline.applications.electrostatics", "pipeline.applications.wheel"
+BODIES, FIELD, WHEEL = "pipeline.stages.bodies", "pipeline.applications.electrostatics", "pipeline.applications.wheel"
 RECORDS = {
-    "mesh": ("pipeline.stages.mesh", "pipeline.design_change.morph", MAKE),
-    "modes": ("pipeline.reduction.reduce", MAKE),
-    "morph": ("pipeline.design_change.morph", "pipeline.design_change.design", "pipeline.stages.mesh", MAKE),
-    "solve": ("solver.system.compile", "solver.simulate", "pipeline.stages.run:_solve"),
+    "mesh": ("pipeline.stages.mesh", "pipeline.design_change.morph", f"{BODIES}:make_mesh"),
+    "modes": ("pipeline.reduction.reduce", f"{BODIES}:make_modes"),
+    "morph": ("pipeline.design_change.morph", "pipeline.design_change.design", "pipeline.stages.mesh",
+              f"{BODIES}:make_morph"),
+    "solve": ("solver.system.compile", "solver.simulate", f"{BODIES}:make_run"),
 }  # fmt: skip
 ROOTS: dict[str, tuple[str, ...]] = {
     **RECORDS,
@@ -30,9 +30,9 @@ ROOTS: dict[str, tuple[str, ...]] = {
     "plot": ("pipeline.plots", f"{WHEEL}.pictures", f"{FIELD}.pictures"),
     "nodal": ("pipeline.nodal.scene.problem", "pipeline.nodal.sliding.loop", "pipeline.stages.mesh",
               "pipeline.nodal.scene.runs:_timed"),
-    "cyclic": (f"{WHEEL}.response", "pipeline.stages.mesh", f"{WHEEL}.stages:_make"),
-    "wheel": (f"{WHEEL}.response", "pipeline.stages.mesh", f"{WHEEL}.stages:_make"),
-    "field": (f"{FIELD}.capacitance", f"{FIELD}.conductors", "pipeline.stages.mesh", f"{FIELD}.stages:_make"),
+    "cyclic": (f"{WHEEL}.response", "pipeline.stages.mesh", f"{WHEEL}.job:make_modes"),
+    "wheel": (f"{WHEEL}.response", "pipeline.stages.mesh", f"{WHEEL}.job:make_response"),
+    "field": (f"{FIELD}.capacitance", f"{FIELD}.conductors", "pipeline.stages.mesh", f"{FIELD}.stages:compute_field"),
     "poses": (f"{FIELD}.poses", f"{FIELD}.blocks"),
     "posegrid": (f"{FIELD}.poses", f"{FIELD}.blocks"),
     "measurement": (*(root for roots in RECORDS.values() for root in roots), "pipeline.report.timing"),

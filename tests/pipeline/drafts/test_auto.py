@@ -8,8 +8,9 @@ import pytest
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run import run_job
 
 SCENE = """
 [component.hammer]

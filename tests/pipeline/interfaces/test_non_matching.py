@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.bodies import system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.contact.facets import Facets, paired
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.simulate import adjusted_notes, simulate

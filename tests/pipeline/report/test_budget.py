@@ -19,8 +19,9 @@ from gudgeon.pipeline.report.document import MISSING, Budget, Chain, Choice, Doc
 from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.page.page import page
 from gudgeon.pipeline.report.page.words import budget_table, budget_text
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run import run_job
 from tests.pipeline import documents
 from tests.pipeline.small import write_scene
 

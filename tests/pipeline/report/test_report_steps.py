@@ -7,8 +7,9 @@ from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.report import steps
 from gudgeon.pipeline.report.steps import with_steps, with_window
 from gudgeon.pipeline.report.sweep import Setting
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job, variant
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run import run_job
 from tests.pipeline.small import write_scene
 
 IMPLICIT = {"run": {"integrator": "implicit"}}

@@ -13,7 +13,7 @@ from gudgeon.pipeline.robustness import trial
 from gudgeon.pipeline.robustness.settings import AGREES, EXACT
 from gudgeon.pipeline.robustness.subject import DoesNotApply
 from gudgeon.pipeline.robustness.trial import approach
-from gudgeon.pipeline.stages import run
+from gudgeon.pipeline.stages import bodies
 from tests.pipeline.robustness.test_robustness import applied, quiet, subject, two
 from tests.pipeline.small import write_scene
 from tests.scenes import scene_path
@@ -129,7 +129,7 @@ def test_reuse_is_accepted_within_its_tolerance_and_refused_beyond(
     assert (rows["reuse 1e-5"]["verdict"], rows["reuse 1e-5"]["rule"]) == ("right", "reuse")
     assert rows["reuse 0.02"]["verdict"] == "refused"
     assert "'reuse' given, the profile is estimated to change" in rows["reuse 0.02"]["reason"]
-    for room in (trial, run):  # Reuse is no longer refused.
+    for room in (trial, bodies):  # Reuse is no longer refused.
         monkeypatch.setattr(room, "change_notes", lambda job: [])
     rows = verdicts(scene, "reuse 0.02", tmp_path)
     assert rows["reuse 0.02"]["verdict"] == "wrong"

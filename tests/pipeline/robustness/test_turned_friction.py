@@ -7,7 +7,8 @@ import pytest
 
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.robustness.turning import turned
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.bodies import system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.ports.stick import stick_frequency
 
 SCENE = Path(__file__).parents[3] / "data/beam-sphere"

@@ -8,7 +8,8 @@ import pytest
 
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.robustness.turning import turned
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.bodies import system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.simulate import simulate
 
 CRANK_TRAIN = Path(__file__).parents[3] / "data/piston/crank-train.toml"

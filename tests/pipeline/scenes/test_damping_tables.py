@@ -8,8 +8,9 @@ import pytest
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run import run_job
 from tests.pipeline.small import rod_scene
 
 TABLE = "frequency [Hz],ratio\n100,0.01\n1e6,0.05\n"

@@ -98,7 +98,6 @@ def test_other_reductions_keep_their_default(reduction: str, count: int) -> None
 
 def test_robustness_cases_run_without_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Those of a report are tested with its steps."""
-    from gudgeon.pipeline.kinds import kind_of
     from gudgeon.pipeline.robustness import run as robustness
 
     seen: list[Run] = []
@@ -114,7 +113,7 @@ def test_robustness_cases_run_without_checks(tmp_path: Path, monkeypatch: pytest
     job = open_job(scene_path("rod-wall"), db=tmp_path / "db", out=tmp_path / "out")
     assert job.scene.run.checks
     with pytest.raises(Stop):
-        kind_of(job).robustness(job, None, (), lambda *_: None)
+        robustness.robustness(job, None, (), lambda *_: None)
     assert not seen[0].checks
 
 

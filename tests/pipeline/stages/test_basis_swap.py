@@ -11,8 +11,9 @@ from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.records.traction import spread
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job, run, simulation
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.swapped import LARGEST_JUMP
 from gudgeon.solver.linear.state import linearised

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from gudgeon.pipeline.stages import run
+from gudgeon.pipeline.stages import bodies
 
 
 class Waited(Exception):
@@ -27,10 +27,10 @@ class Child:
 
 def test_waiting_for_the_compiler_is_said() -> None:
     told = list[tuple[str, float]]()
-    job: Any = SimpleNamespace(scene=SimpleNamespace(loop="general"))
-    child: Any = Child(None)
+    job: Any = SimpleNamespace(scene=SimpleNamespace(loop="general"), compilation=Child(None))
+    product: Any = None
     with pytest.raises(Waited):
-        run._solve(job, lambda *one: told.append(one), child)
+        bodies.make_run(job, product, lambda *one: told.append(one))
     assert told == [("compile 'general', some minutes, once per version", 0.0)]
 
 
@@ -39,8 +39,10 @@ def test_a_time_loop_that_is_compiled_is_not_waited_for(monkeypatch: pytest.Monk
         raise Waited
 
     told = list[tuple[str, float]]()
-    monkeypatch.setattr(run, "system_of", stop)
+    monkeypatch.setattr(bodies, "system_of", stop)
+    product: Any = None
     for child in (None, Child(0)):
+        job: Any = SimpleNamespace(compilation=child)
         with pytest.raises(Waited):
-            run._solve(SimpleNamespace(), lambda *one: told.append(one), child)  # type: ignore[arg-type]
+            bodies.make_run(job, product, lambda *one: told.append(one))
     assert not told

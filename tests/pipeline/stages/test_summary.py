@@ -10,7 +10,7 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.cli.results import prefixed, quantity_line, quantity_lines
-from gudgeon.pipeline.stages.run import _energy_notes
+from gudgeon.pipeline.stages.bodies import _energy_notes
 from gudgeon.pipeline.stages.summary import write_summary
 
 

@@ -367,7 +367,7 @@ def test_a_quantity_that_no_run_can_have_is_refused_before_any_runs(tmp_path: Pa
 
 
 def test_a_scene_of_conductors_has_no_studies(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"cube\.toml: study: a scene of this kind has none; its record holds"):
+    with pytest.raises(InputError, match=r"cube\.toml: study: no such command for this scene; it has: run, status"):
         done(scene_path("electrostatics/cube.toml"), {"conductor.cube.mesh.size": [0.1, 0.2]}, tmp_path)
     assert not (tmp_path / "out").exists()
 

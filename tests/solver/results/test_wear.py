@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from gudgeon.pipeline.cli import main
-from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.stages.run import solve_records
 from tests.pipeline.small import block_on_floor
 
 SPEED, HARD, K = 3.0, 1e9, 1e-4
@@ -29,7 +30,7 @@ def worn(folder: Path, text: str, changes: dict[str, Any] | None = None) -> Any:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scene.toml").write_text(text)
     job = open_job(folder, set=changes or {}, db=folder / "db", out=folder / "out")
-    kind_of(job).solve(job, "solve", None)
+    solve_records(job, "solve")
     return job.store.get(job.trajectory().key, "trajectory")
 
 

@@ -13,7 +13,8 @@ import pytest
 
 from gudgeon.pipeline.geometry.occ import meshing
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.bodies import system_of
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.ports.members import ports_of, start_unknowns
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import elastic_rows

@@ -13,10 +13,10 @@ from gudgeon.pipeline.applications.electrostatics.blocks import compute_block
 from gudgeon.pipeline.applications.electrostatics.grid import Grid
 from gudgeon.pipeline.applications.electrostatics.job import FieldJob, field_job
 from gudgeon.pipeline.applications.electrostatics.poses import PoseProblem
-from gudgeon.pipeline.applications.electrostatics.stages import compute_field, compute_poses, run_field
+from gudgeon.pipeline.applications.electrostatics.stages import compute_field, compute_poses
 from gudgeon.pipeline.process.clock import Clock, Seconds, fastest
 from gudgeon.pipeline.scenes.reading import merged
-from gudgeon.pipeline.stages.base import Place
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.solver.forces.fields.co_energy import co_energy_values
 
@@ -51,8 +51,7 @@ class Level:
 
 def changed(job: FieldJob, changes: dict[str, Any]) -> FieldJob:
     """Return a scene of conductors with changes; its results go to the same folder."""
-    place = Place(job.name, job.path, merged(job.tables, changes), job.store, job.out, job.overrides)
-    return field_job(place)
+    return field_job(job.place(tables=merged(job.tables, changes)))
 
 
 def changes_of(job: FieldJob, factor: float) -> dict[str, Any]:
@@ -74,7 +73,7 @@ def level(job: FieldJob, factor: float, repeat: int, progress: Progress) -> Leve
     """
     changes = changes_of(job, factor)
     own = changed(job, changes)
-    run_field(own, "solve", progress)
+    run_job(own, "solve", progress)
     record: FieldRecord = own.store.get(own.field().key, "field")
     seconds = Seconds(record.counts["cpu_seconds"], record.counts["cpu_seconds"])
     if repeat > 1:

@@ -55,7 +55,7 @@ def report_field(job: FieldJob, how: Effort, progress: Progress) -> Document:
     with report_folder(job.out, job.name):
         levels, left_out = _levels(job, how.repeat, progress)
         parts = _of_poses if job.scene.poses is not None else _of_places
-        document = parts(replace(new_document(job, how), kind=job.kind, left_out=left_out), job, levels, progress)
+        document = parts(replace(new_document(job, how), kind=job.kind.name, left_out=left_out), job, levels, progress)
         runs = with_front(document.runs)
         timing = TIMING.format(repeat=how.repeat) + ("" if job.scene.poses is None else POSES_TIMING)
         document = replace(

@@ -6,7 +6,6 @@ A capacitance over 4π ε₀ is a length: of the same panels in other units it h
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,16 +14,14 @@ from gudgeon.modaldb.records.field import FieldRecord
 from gudgeon.pipeline.applications.electrostatics.capacitance import VACUUM
 from gudgeon.pipeline.applications.electrostatics.job import FieldJob
 from gudgeon.pipeline.applications.electrostatics.scene import FieldFile
-from gudgeon.pipeline.applications.electrostatics.stages import run_field
-from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence
+from gudgeon.pipeline.robustness.operations import OPERATIONS as BODIES
 from gudgeon.pipeline.robustness.rules import SAME
-from gudgeon.pipeline.robustness.run import robustness_cases
 from gudgeon.pipeline.robustness.subject import DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import Trial, attempt
 from gudgeon.pipeline.robustness.turning import ANY
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, with_values
-from gudgeon.pipeline.scenes.robustness import Robustness
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.solver.scene.orientation import Orientation, quaternion_of
 
@@ -33,22 +30,19 @@ ALIKE = 1e-7
 at their limits, where they differ by some 1e-9."""
 
 
-def robustness_field(
-    job: FieldJob, cases: Path | None, only: tuple[str, ...], progress: Progress
-) -> tuple[dict[str, Any], str]:
-    """Run the robustness cases of a scene of conductors; see `chosen_cases` and `robustness_cases`."""
-    chosen = chosen_cases(Robustness(), cases, only, job.path)
-    run_field(job, "mesh", progress)
+def field_subject(job: FieldJob, progress: Progress) -> Subject:
+    """Return a scene of conductors as the subject of robustness cases; its conductors are meshed first."""
+    run_job(job, "mesh", progress)
     meshes = {name: job.store.get(product.key, "mesh") for name, product in job.meshes().items()}
     evidence, mesh_of = partial(_evidence, progress=progress), lambda own, name: own.meshes()[name]
-    subject = Subject(job, meshes, lambda trial, folder: attempt(trial, folder, evidence, mesh_of), _unchanged)
-    kinds = {case.operation.kind for case in chosen.values()}
-    operations = {kind: OPERATIONS.get(kind, _no_bodies) for kind in kinds}
-    return robustness_cases(subject, chosen, progress, operations)
+    return Subject(
+        job, meshes, lambda trial, folder: attempt(trial, folder, evidence, mesh_of), _unchanged,
+        dict.fromkeys(BODIES, _no_bodies) | OPERATIONS,
+    )  # fmt: skip
 
 
 def _evidence(job: FieldJob, progress: Progress) -> Evidence:
-    run_field(job, "solve", progress)
+    run_job(job, "solve", progress)
     record: FieldRecord = job.store.get(job.field().key, "field", only=["conductors", "capacitance", "counts"])
     names, C = record.conductors["names"], record.capacitance / (4 * np.pi * VACUUM)
     readings = {f"{one}.{other}": (float(C[i, j]), "m") for i, one in enumerate(names) for j, other in enumerate(names)}

@@ -11,9 +11,10 @@ from scipy.interpolate import CubicSpline
 from gudgeon.pipeline.applications.wear.bush import compliance_change, moved_nodes, worn_profile
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.kinds import kind_of, run
+from gudgeon.pipeline.kinds import run
+from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import variant
-from gudgeon.pipeline.stages.run import system_of
+from gudgeon.pipeline.stages.run import solve_records
 from gudgeon.solver.vectors import frame_along
 from tests.pipeline.applications.wear.test_cycles import GAP, LENGTH, RADIUS, SHAFT
 from tests.pipeline.applications.wear.test_elastic_bearing import AROUND, AT_REST, NU, E, opened, written
@@ -56,11 +57,11 @@ def test_the_bush_that_is_computed_again_is_lames_ring(tmp_path: Path) -> None:
     run(written(tmp_path), until="morph", db=tmp_path / "db", out=tmp_path / "out")
     depth = 2e-5
     changed = job_of_worn(job, np.full(AROUND, depth))
-    kind_of(changed).solve(changed, "morph", lambda stage, share: None)
+    solve_records(changed, "morph")
     further = job_of_worn(changed, np.full(AROUND, 2 * depth))  # The scene's own table is replaced.
     yields = []
     for one in (job, changed, further):
-        kind_of(one).solve(one, "morph", lambda stage, share: None)
+        solve_records(one, "morph")
         bore = system_of(one).bores["pin"]
         yields.append(bore.areas @ bore.compliance @ bore.areas / bore.areas.sum() ** 2)
     assert yields[1] - yields[0] == pytest.approx(ring(BORE + depth) - ring(BORE), rel=0.01)
@@ -75,7 +76,7 @@ def test_the_worn_profile_has_the_depths_where_the_joint_has_them(tmp_path: Path
     depths = 2e-5 * (1 + np.cos(at - 0.4)) + 1e-5 * np.sin(2 * at)
     depths += 1e-6 - depths.min()
     changed = job_of_worn(job, depths)
-    kind_of(changed).solve(changed, "morph", lambda stage, share: None)
+    solve_records(changed, "morph")
     across = changed.record("bush").interfaces["bore"].points @ frame_along(np.array(axis))[:, :2]
     angles, radii = np.arctan2(across[:, 1], across[:, 0]) % (2 * np.pi), np.linalg.norm(across, axis=1)
     wanted = CubicSpline(np.append(at, 2 * np.pi), np.append(depths, depths[0]), bc_type="periodic")(angles)

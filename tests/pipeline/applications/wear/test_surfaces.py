@@ -12,7 +12,8 @@ from gudgeon.pipeline.applications.wear.report import WearReport, marks_of, run_
 from gudgeon.pipeline.applications.wear.surfaces import Surfaces, surfaces
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.geometry.profile import read_profile
-from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.stages.run import solve_records
 from tests.pipeline.small import BARREL, SCENE, TABLE
 
 K, HARD = 1e-4, 1e9
@@ -69,7 +70,7 @@ def test_worn_depths_move_contact_points(changes: dict[str, Any], tmp_path: Path
     depths = found.updates[-1].shapes["bore"][0, 0]
     new, base = scene.worn_job(found.updates[-1].shapes, quiet), scene.job
     assert new.components()["skirt"]["modes"].key == base.components()["skirt"]["modes"].key
-    kind_of(base).solve(base, "morph", None)
+    solve_records(base, "morph")
     before, after = (job.record("skirt", "morph").points["thrust"] for job in (base, new))
     inwards = np.linalg.norm(before[:, :2], axis=1) - np.linalg.norm(after[:, :2], axis=1)
     np.testing.assert_allclose(inwards, depths, atol=0.01 * depths.max())

@@ -18,12 +18,11 @@ from gudgeon.pipeline.applications.wheel.job import WheelJob
 from gudgeon.pipeline.applications.wheel.pictures.curves import harmonic_of
 from gudgeon.pipeline.applications.wheel.pictures.shape import whole_wheel
 from gudgeon.pipeline.applications.wheel.report import compare, report_wheel
-from gudgeon.pipeline.applications.wheel.stages import run_wheel
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.kinds import kind_of
 from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.page.output import report_text
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import RunReport
 from gudgeon.pipeline.stages.status import status
 from tests.scenes import scene_path
@@ -74,7 +73,7 @@ def toml(value: Any) -> str:
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RunReport]:
     folder = tmp_path_factory.mktemp("wheel")
-    return folder, run_wheel(job(folder))
+    return folder, run_job(job(folder))
 
 
 def states(report: RunReport) -> dict[str, str]:
@@ -84,7 +83,7 @@ def states(report: RunReport) -> dict[str, str]:
 def test_second_run_does_nothing(made: tuple[Path, RunReport]) -> None:
     folder, first = made
     assert states(first) == dict.fromkeys(("mesh", "modes", "solve", "plot"), "ran")
-    again = run_wheel(job(folder))
+    again = run_job(job(folder))
     assert set(states(again).values()) == {"fresh"}
     assert again.quantities == first.quantities
     assert {stage: state for stage, state, _, _ in status(job(folder))} == dict.fromkeys(states(first), "fresh")
@@ -102,7 +101,7 @@ def test_other_blades_need_no_other_modes(made: tuple[Path, RunReport]) -> None:
     stale = {stage: why for stage, state, _, why in status(other) if state == "stale"}
     assert stale.keys() == {"solve", "plot"}
     assert any("wheel.changes" in line for line in stale["solve"])
-    assert states(run_wheel(other, "modes")) == {"mesh": "fresh", "modes": "fresh"}
+    assert states(run_job(other, "modes")) == {"mesh": "fresh", "modes": "fresh"}
 
 
 def test_record_of_modes(made: tuple[Path, RunReport]) -> None:
@@ -319,15 +318,17 @@ MISFITS: list[tuple[dict[str, Any], str]] = [
 @pytest.mark.parametrize(("changes", "message"), MISFITS, ids=[message for _, message in MISFITS])
 def test_misfits_of_the_mesh(changes: dict[str, Any], message: str, made: tuple[Path, RunReport]) -> None:
     with pytest.raises(InputError, match=message.replace("(", r"\(")) as caught:
-        run_wheel(job(made[0], **changes), "solve")
+        run_job(job(made[0], **changes), "solve")
     assert str(caught.value).startswith(str(scene_path("bladed-disk/scene.toml")))
 
 
 def test_commands_that_a_wheel_has_not(made: tuple[Path, RunReport]) -> None:
     with pytest.raises(InputError, match="no stage 'morph'; its stages are mesh, modes, solve, plot"):
-        run_wheel(job(made[0]), "morph")
-    with pytest.raises(InputError, match="export: modes of a wheel cannot be exported"):
-        kind_of(job(made[0])).export(job(made[0]), "modes", 1)
+        run_job(job(made[0]), "morph")
+    has = "run, status, study, plan, report, robustness$"
+    for command in ("export", "linear", "calibrate", "wear", "feel"):
+        with pytest.raises(InputError, match=f"toml: {command}: no such command for this scene; it has: {has}"):
+            job(made[0]).kind.function(Path("scene.toml"), command)
 
 
 def test_commands_print_documents(made: tuple[Path, RunReport], capsys: pytest.CaptureFixture[str]) -> None:
