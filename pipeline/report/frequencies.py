@@ -26,7 +26,7 @@ from gudgeon.pipeline.report.sweep import Setting, able_settings, reason, settin
 from gudgeon.pipeline.report.timing import Prepared, prepared
 from gudgeon.pipeline.stages.folder import held
 from gudgeon.pipeline.stages.job import Job, variant
-from gudgeon.pipeline.stages.notes.frequencies import FIELDS
+from gudgeon.pipeline.stages.notes.facts import FIELDS
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 

@@ -33,7 +33,7 @@ from gudgeon.pipeline.robustness.evidence import (
 )
 from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.stages.bodies import system_of
-from gudgeon.pipeline.stages.change import change_estimates, change_notes, largest_changes
+from gudgeon.pipeline.stages.change import change_estimates, largest_changes, refuse_reuse
 from gudgeon.pipeline.stages.job import Job, grids_of
 from gudgeon.pipeline.stages.keys.products import Product, component_products
 from gudgeon.pipeline.stages.make import keep
@@ -124,7 +124,7 @@ def _solved(job: Job, tell: Callable[[str, float], None]) -> Evidence:
 def simulated(job: Job, tell: Callable[[str, float], None]) -> tuple[System, Trajectory]:
     """Return the compiled scene of a job and its run, from the database or made now."""
     run_job(job, "morph", tell)
-    change_notes(job)  # Refuses reuse beyond its tolerance.
+    refuse_reuse(job)
     system, product = system_of(job), job.trajectory()
     if not job.store.has(product.key):
         found = simulate(system, lambda share: tell("solve", share))

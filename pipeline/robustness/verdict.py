@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.rules import COVERS, RULES, STEPPED, Compared, Finding
 from gudgeon.pipeline.scenes.robustness import Case
-from gudgeon.pipeline.stages.bodies import DRIFT
+from gudgeon.pipeline.stages.notes.run import DRIFT
 from gudgeon.solver.capabilities import INTEGRATORS
 
 

@@ -13,7 +13,6 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.fit import misfits, wrong_bearings
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
 from gudgeon.pipeline.scenes.tables import check_closed, read_cycle, read_knots, read_pairs
-from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven
 from gudgeon.solver.joints.markers import Distance, Spherical
 from gudgeon.solver.registry import definition, names
@@ -21,7 +20,6 @@ from gudgeon.solver.scene.body import ALL_FREE
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.bodies import SceneFile
-    from gudgeon.pipeline.scenes.component import Component
     from gudgeon.pipeline.scenes.gauge import Gauge
 
 
@@ -317,28 +315,6 @@ def _counted_twice(scene: "SceneFile") -> list[str]:
                     " the local compliance twice; use method 'penalty' or remove the law"
                 )
     return lines
-
-
-def unit_notes(components: "Mapping[str, Component]") -> list[str]:
-    """Return a line for each material whose wave speed makes a mistaken unit likely."""
-    found = {name: one.material.unit_note() for name, one in components.items() if one.material is not None}
-    return [f"component.{name}.material: {text}" for name, text in found.items() if text is not None]
-
-
-def gravity_notes(scene: "SceneFile") -> list[str]:
-    """Return a line if gravity is that of the earth in mm/s^2."""
-    size = float(np.linalg.norm(scene.run.gravity))
-    if not 0.99 < size / 9806.65 < 1.01:
-        return []
-    return [f"run.gravity: {size:g} m/s^2 given, a thousand times that of the earth; probably mm/s^2 were given"]
-
-
-def law_notes(scene: "SceneFile") -> list[str]:
-    """Return a line for each contact law that is used outside its range of validity."""
-    laws = {f"contact.{name}": contact.law for name, contact in scene.contact.items() if contact.law is not None}
-    joints = {name: one.law for name, one in scene.joint.items() if isinstance(one, Clearance)}
-    laws |= {f"joint.{name}": law for name, law in joints.items() if law is not None}
-    return [f"{where}.law: {text}" for where, law in laws.items() if (text := law.warning()) is not None]
 
 
 def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":

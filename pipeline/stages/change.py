@@ -22,25 +22,21 @@ def change_estimates(job: Job) -> dict[str, dict[str, Any]]:
     return found
 
 
-def change_notes(job: Job) -> list[str]:
-    """Return a line for each component that reuses modes: its estimated changes and the tolerance.
-
-    Raises:
-        InputError: one of them is above its tolerance.
-    """
-    notes = []
+def refuse_reuse(job: Job) -> None:
+    """Raise an InputError where an estimated change of a component that reuses modes is above its tolerance."""
     for name, entry in change_estimates(job).items():
-        where, allowed = f"component.{name}.change", entry["tolerance"]
-        changes = largest_changes(entry)
-        text = " and ".join(words.format(f"{value:+.2%}") for words, value in changes.items())
-        if any(abs(value) > allowed for value in changes.values()):
+        change, allowed = f"component.{name}.change", entry["tolerance"]
+        if any(abs(value) > allowed for value in largest_changes(entry).values()):
             with named(job.path, InputError):
                 raise InputError(
-                    f"{where}.update: 'reuse' given, the profile is estimated to change {text}; allowed:"
-                    f" {where}.tolerance = {allowed:.2%}; use update = 'recompute', or a larger tolerance"
+                    f"{change}.update: 'reuse' given, the profile is estimated to change {change_text(entry)}; allowed:"
+                    f" {change}.tolerance = {allowed:.2%}; use update = 'recompute', or a larger tolerance"
                 )
-        notes.append(f"{where}: modes are reused; estimated change of {text}; tolerance: {allowed:.2%}")
-    return notes
+
+
+def change_text(entry: Mapping[str, Any]) -> str:
+    """Return the largest changes of frequencies and of compliance as text."""
+    return " and ".join(words.format(f"{value:+.2%}") for words, value in largest_changes(entry).items())
 
 
 def largest_changes(entry: Mapping[str, Any]) -> dict[str, float]:

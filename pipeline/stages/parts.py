@@ -16,10 +16,6 @@ from gudgeon.pipeline.scenes.material import Material
 
 NUMBERED, SKIN = re.compile(r"face\d+"), "skin"
 """Names of surfaces that every CAD part has."""
-USUAL_EXTENTS = (1e-6, 100.0)
-"""Largest extents of parts [m] outside which a note is given: those of machines given in mm are mostly above."""
-UNSTATED = 10.0
-"""The same upper limit for a file whose unit the scene does not state [m]: a shaft of 70 mm would be one of 70 m."""
 
 
 def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any]:
@@ -105,33 +101,6 @@ def surface_rows(mesh: MeshRecord) -> dict[str, dict[str, Any]]:
             "off": float(off.max(initial=0.0)) if known else None,
         }
     return rows
-
-
-def extent_notes(store: Store, parts: Mapping[str, Component], keys: Mapping[str, str]) -> list[str]:
-    """Return a line for each elastic part whose size makes a mistaken unit of length likely.
-
-    Args:
-        parts: Components by name.
-        keys: Key of the mesh of each.
-    """
-    notes = []
-    for name, component in parts.items():
-        if component.material is None:
-            continue
-        size = float(np.ptp(store.get(keys[name], "mesh", only=["nodes"]).nodes, axis=0).max())
-        stated = not component.from_file or "unit" in component.geometry.model_fields_set
-        least, most = USUAL_EXTENTS[0], USUAL_EXTENTS[1] if stated else UNSTATED
-        if not least <= size <= most:
-            likely = "check the unit of its lengths"
-            if size > most:
-                likely = "probably lengths in mm were given"
-            if component.from_file:
-                likely += f"; component.{name}.geometry.unit states the metres per unit of the file, 1e-3 for mm"
-            notes.append(
-                f"component.{name}.geometry: its largest extent is {size:.3g} m, usual are {least:g} to {most:g} m;"
-                f" {likely}"
-            )
-    return notes
 
 
 def refuse_probes_off(store: Store, scene: SceneFile, keys: Mapping[str, str]) -> None:

@@ -14,7 +14,7 @@ import pytest
 from gudgeon import modaldb
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.report.force import pulse_reference
-from gudgeon.pipeline.stages.notes.frequencies import FIELDS
+from gudgeon.pipeline.stages.notes.facts import FIELDS
 from gudgeon.pipeline.stages.plan import plan
 from gudgeon.pipeline.stages.run_report import RunReport
 

@@ -10,12 +10,13 @@ import numpy as np
 from gudgeon.pipeline.applications.wheel.scene import KeptInterface, Wheel, WheelFile, reduction, wrong_names
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, write_text
-from gudgeon.pipeline.scenes.checks import unit_notes
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import check_scene, merged, named, refuse
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.keys.products import Product, component_products, plot_inputs, product
-from gudgeon.pipeline.stages.parts import extent_notes, part_row
+from gudgeon.pipeline.stages.notes.facts import Parts
+from gudgeon.pipeline.stages.notes.registry import NOTES
+from gudgeon.pipeline.stages.parts import part_row
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, seal_summary
 
@@ -181,10 +182,11 @@ def _frequencies(job: WheelJob) -> dict[str, list[dict[str, Any]]]:
 def results(job: WheelJob, until: str) -> RunReport:
     """Write summary and response unless they are up to date, and return the report."""
     name = job.wheel.component
-    notes = unit_notes({name: job.component}) + extent_notes(job.store, {name: job.component}, {name: job.mesh().key})
+    parts = Parts(job.store, {name: job.component}, {name: job.mesh().key})
+    notes = [line for note in ("units", "extents") for line in NOTES[note].text(parts)]
     if until == "mesh":
-        parts = {name: part_row(job.store.get(job.mesh().key, "mesh"), job.component, name)}
-        return RunReport(job.name, None, out=str(job.out), notes=notes, parts=parts)
+        rows = {name: part_row(job.store.get(job.mesh().key, "mesh"), job.component, name)}
+        return RunReport(job.name, None, out=str(job.out), notes=notes, parts=rows)
     if until == "modes":
         return RunReport(job.name, None, out=str(job.out), notes=notes, frequencies=_frequencies(job))
     key = job.response(job.wheel.interface).key

@@ -1,26 +1,19 @@
 """Table of a component's modes: frequency, estimated error, residual; notes on coarse meshes and parted groups."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.modaldb.stores.base import Store
+from gudgeon.pipeline.stages.notes.facts import Facts
 
-FIELDS = ("angular_frequencies", "residuals", "algebraic_errors", "discretisation_errors", "quality")
-"""Fields of a modal record that are read."""
 COUNTS = {"normal_count": ("whole_count", "clamped_whole_count"), "fixed_count": ("whole_fixed_count",)}
 """Counts of modes, and where a record's quality has those that keep groups of equal frequencies whole."""
 COARSE = 0.01
 """Estimated relative error of a kept mode's frequency above which a note is given where nothing touches the body."""
 COARSE_CONTACT = 0.02
 """Estimated relative error of an interface's static compliance above which a note is given."""
-
-
-def kept_modes(store: Store, keys: Mapping[str, str]) -> dict[str, ModalRecord]:
-    """Return `FIELDS` of the modal records that exist, by component; `keys` are those of all."""
-    return {name: store.get(key, "modes", only=FIELDS) for name, key in keys.items() if store.has(key)}
 
 
 def frequency_rows(record: ModalRecord) -> list[dict[str, Any]]:
@@ -37,43 +30,32 @@ def frequency_rows(record: ModalRecord) -> list[dict[str, Any]]:
     ]
 
 
-def coarse_notes(records: Mapping[str, ModalRecord], files: Collection[str] = ()) -> list[str]:
-    """Return a note for each component whose mesh is too coarse.
+def coarse(facts: Facts) -> Iterator[str]:
+    """Yield a note for each component whose mesh is too coarse.
 
     Where bodies touch it, the flexibility of its interfaces is judged: a mode counts by what it contributes. Where
     nothing does, the frequencies are the result, and each kept mode is judged.
-
-    Args:
-        files: Components whose mesh is read from a file.
     """
-    notes = []
-    for name, record in records.items():
+    for name, record in facts.modes.items():
         errors = record.quality.get("compliance_errors", {})
-        found = _coarse_contact(errors) if errors else _coarse_modes(record)
-        if found is not None:
+        fault = _coarse_contact(errors) if errors else _coarse_modes(record)
+        if fault is not None:
             key, remedy = "mesh.size", "refine the mesh by a smaller size"
-            if name in files:
+            if facts.scene.component[name].from_file:
                 key, remedy = "geometry.path", "refine the mesh in its file"
-            notes.append(f"component.{name}.{key}: {found} {remedy}")
-    return notes
+            yield f"component.{name}.{key}: {fault} {remedy}"
 
 
-def parted_notes(records: Mapping[str, ModalRecord], counts: Mapping[str, Mapping[str, int]]) -> list[str]:
-    """Return a note for each count of modes that keeps a part of a group of equal frequencies.
-
-    Args:
-        counts: Keys of `[component.NAME.modes]` and their values, by component.
-    """
-    notes = []
-    for name, record in records.items():
+def parted(facts: Facts) -> Iterator[str]:
+    """Yield a note for each count of modes that keeps a part of a group of equal frequencies."""
+    for name, record in facts.modes.items():
         for key, entries in COUNTS.items():
             whole = max(int(record.quality.get(entry, 0)) for entry in entries)
-            if (count := counts[name][key]) < whole:
-                notes.append(
+            if (count := getattr(facts.scene.component[name].modes, key)) < whole:
+                yield (
                     f"component.{name}.modes.{key}: {count} modes part a group of equal frequencies: which of its modes"
                     f" are kept is left to round-off, and results with it; {whole} keep the group whole"
                 )
-    return notes
 
 
 def _coarse_contact(errors: Mapping[str, float]) -> str | None:

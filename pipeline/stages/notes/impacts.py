@@ -1,12 +1,13 @@
 """Notes on the impacts of a finished run: those that its end cuts, windows of forces, and speeds beyond the model."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from itertools import count
 from typing import Any
 
 import numpy as np
 
 from gudgeon.pipeline.scenes.bodies import SceneFile
+from gudgeon.pipeline.stages.notes.facts import Facts
 from gudgeon.solver.capabilities import INTEGRATORS
 
 ROUNDING = 1e-9
@@ -24,30 +25,25 @@ PRESSES = 1e-2
 Quantities = Mapping[str, Mapping[str, Any]]
 
 
-def impact_notes(scene: SceneFile, summary: Mapping[str, Any], last: Callable[[str], float]) -> list[str]:
-    """Return the notes on the impacts of a finished run.
-
-    Args:
-        summary: Of the run, with quantities and counts.
-        last: Returns the force of a contact in the last sample over its largest one.
-    """
-    quantities, counts = summary["quantities"], summary["counts"]
-    notes = []
+def impacts(facts: Facts) -> Iterator[str]:
+    """Yield the notes on the impacts of a finished run."""
+    if not facts.finished:
+        return
+    scene, quantities, counts = facts.scene, facts.summary["quantities"], facts.summary["counts"]
     for name in scene.contact:
-        impacts, window = list(_impacts(quantities, name)), _value(quantities, f"{name}.force_window")
-        if _is_cut(scene, name, quantities, impacts) and last(name) > PRESSES:
-            notes.append(
+        listed, window = list(_impacts(quantities, name)), _value(quantities, f"{name}.force_window")
+        if _is_cut(scene, name, quantities, listed) and facts.last_force(name) > PRESSES:
+            yield (
                 f"contact.{name} is closed at the end of the run: its impulse and rebound are not those of a whole"
                 " impact; set run.duration longer"
             )
         if scene.run.window is not None and window > 0 and scene.contact[name].method == "impact":
-            notes.append(
+            yield (
                 f"contact.{name}: its impacts are jumps of velocity, so that force_peak is their impulse over"
                 f" run.window = {window:.3g} s"
             )
-        notes += _windows(scene, name, window, counts) or _short(scene, name, window, impacts)
-        notes += _fast(scene, name, max((one.get("closing", 0.0) for one in impacts), default=0.0))
-    return notes
+        yield from _windows(scene, name, window, counts) or _short(scene, name, window, listed)
+        yield from _fast(scene, name, max((impact.get("closing", 0.0) for impact in listed), default=0.0))
 
 
 def _value(quantities: Quantities, name: str) -> float:

@@ -1,13 +1,12 @@
 """Notes on modes of Euler-Bernoulli beams that are too short for this theory."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.geometry.section import General
 from gudgeon.pipeline.geometry.shapes.beam import Beam
-from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.stages.notes.facts import Facts
 
 SHORT = 2.0
 """Half-wave of a bending mode over the height of the section below which a note is given."""
@@ -15,39 +14,34 @@ KAPPA = 5 / 6
 """Shear coefficient where the section states none: of a rectangle."""
 
 
-def beam_notes(components: Mapping[str, Component], records: Mapping[str, ModalRecord]) -> list[str]:
-    """Return a note for each Euler-Bernoulli beam whose kept modes have half-waves near the height of its section.
+def short(facts: Facts) -> Iterator[str]:
+    """Yield a note for each Euler-Bernoulli beam whose kept modes have half-waves near the height of its section.
 
     None where the scene names this theory, which is then meant.
 
     The half-wave of a frequency ω is π/k, k⁴ = ρ A ω² / (E I), but for modes at the ends of the beam. Timoshenko's
     frequency is lower by the factor (1 + k² r² (1 + E/(κ G)))^½ to first order, r² = I/A.
-
-    Args:
-        records: Modal records of the components.
     """
-    notes = []
-    for name, record in records.items():
-        geometry, material = components[name].geometry, components[name].material
+    for name, record in facts.modes.items():
+        geometry, material = facts.scene.component[name].geometry, facts.scene.component[name].material
         if not isinstance(geometry, Beam) or geometry.theory != "euler-bernoulli" or material is None:
             continue
         if "theory" in geometry.model_fields_set:
             continue
         section, omega = geometry.section, record.angular_frequencies[: record.normal_count]
         k = (material.rho * section.area / (material.E * section.second_moment) * omega**2) ** 0.25
-        short = int((k * SHORT * section.height > np.pi).sum())
-        if not short:
+        count = int((k * SHORT * section.height > np.pi).sum())
+        if not count:
             continue
         kappa = section.shear_coefficient or section.shear_form or KAPPA
         slender = section.second_moment / section.area * (1 + 2 * (1 + material.nu) / kappa)
         high = float(np.sqrt(1 + k.max() ** 2 * slender))
-        way = _way(name, geometry, record.normal_count - short)
-        notes.append(
-            f"component.{name}.geometry.theory: {short} of {record.normal_count} modes have half-waves below"
+        way = _way(name, geometry, record.normal_count - count)
+        yield (
+            f"component.{name}.geometry.theory: {count} of {record.normal_count} modes have half-waves below"
             f" {SHORT:g} times the height of the section, the shortest {np.pi / k.max() / section.height:.2g} times it;"
             f" without shear their frequencies are too high, up to about {high:.2g} times; {way}"
         )
-    return notes
 
 
 def _way(name: str, beam: Beam, long: int) -> str:

@@ -1,10 +1,10 @@
 """Notes on the estimated errors of a given step, modal basis and mesh in a run, each with the key that reduces it."""
 
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Iterator, Mapping
 
-from gudgeon.modaldb.records.trajectory import NO_MODE, ONE_COORDINATE
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, COARSE_MESHES, NO_MODE, ONE_COORDINATE, PATCH_POINTS
 from gudgeon.pipeline.scenes.bodies import SceneFile
+from gudgeon.pipeline.stages.notes.facts import Facts
 from gudgeon.solver.methods import METHODS
 
 ASYMPTOTIC = 0.1
@@ -27,32 +27,6 @@ FIRST = 30
 """Number of modes where there is none."""
 
 
-def estimate_notes(
-    scene: SceneFile,
-    estimates: Mapping[str, float],
-    reason: str = "",
-    window: float = 0.0,
-    *,
-    patches: Mapping[str, int] = MappingProxyType({}),
-    coarse: Sequence[str] = (),
-) -> list[str]:
-    """Return a note where the estimated error of step, basis or mesh is above run.tolerance, with keys that reduce it.
-
-    Args:
-        estimates: Estimated relative errors of a run, see `Trajectory.estimates`.
-        reason: Why the run that estimates those of the basis failed, or `ONE_COORDINATE`, `NO_MODE`.
-        window: Of the windowed forces [s].
-        patches: Contacts with few points, whose error of the force is that of `patch_notes`.
-        coarse: Components whose meshes have most of the mesh's error; default: all that touch.
-    """
-    others = {name: error for name, error in estimates.items() if not (patches and name == "mesh.force")}
-    return (
-        _step_notes(scene, estimates)
-        + basis_notes(scene, estimates, reason, window)
-        + mesh_notes(scene, others, coarse)
-    )
-
-
 def _noticed(estimates: Mapping[str, float], source: str, tolerance: float) -> dict[str, float]:
     """Return the estimated errors of a source that are above `tolerance`, by their name in words."""
     return {
@@ -60,56 +34,56 @@ def _noticed(estimates: Mapping[str, float], source: str, tolerance: float) -> d
     }
 
 
-def _step_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
-    """Return a note where the estimated error of a given step is above run.tolerance."""
-    if scene.run.step is None or not (errors := _noticed(estimates, "step", scene.run.tolerance)):
-        return []
-    told = ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())
+def step(facts: Facts) -> Iterator[str]:
+    """Yield a note where the estimated error of a given step is above run.tolerance."""
+    run = facts.scene.run
+    if run.step is None or not (errors := _noticed(facts.summary["estimates"], "step", run.tolerance)):
+        return
+    text = _listed(errors)
     if max(errors.values()) > ASYMPTOTIC:
-        told += ", too large for the estimate, which holds where errors fall with the step: the true one may be several"
-        told += " times as large"
-    return [f"run.step: {scene.run.step:g} s given; its estimated error is {told}; leave it out, so that run.accuracy"
-            " sets it, or give a shorter one"]  # fmt: skip
+        text += ", too large for the estimate, which holds where errors fall with the step: the true one may be several"
+        text += " times as large"
+    yield (f"run.step: {run.step:g} s given; its estimated error is {text}; leave it out, so that run.accuracy sets it,"
+           " or give a shorter one")  # fmt: skip
 
 
-def mesh_notes(scene: SceneFile, estimates: Mapping[str, float], coarse: Sequence[str] = ()) -> list[str]:
-    """Return a note where the estimated error of the mesh is above run.tolerance, with half the size of elements.
+def mesh(facts: Facts) -> Iterator[str]:
+    """Yield a note where the estimated error of the mesh is above run.tolerance, with half the size of elements.
 
-    Args:
-        estimates: As in `estimate_notes`.
-        coarse: As there.
+    The components are those that have most of the error, or else all that touch. With contacts of few points the error
+    of the force is that of `patches`.
     """
+    scene, counts = facts.scene, facts.summary["counts"]
+    estimates = dict(facts.summary["estimates"])
+    if counts.get(PATCH_POINTS):
+        estimates.pop("mesh.force", None)
     if not (errors := _noticed(estimates, "mesh", scene.run.tolerance)):
-        return []
-    ways = []
-    for name in coarse or dict.fromkeys(part for contact in scene.contact for part in _touching(scene, contact)):
+        return
+    remedies = []
+    touching = dict.fromkeys(name for contact in scene.contact for name in _touching(scene, contact))
+    for name in counts.get(COARSE_MESHES, ()) or touching:
         component = scene.component[name]
         if component.from_file:
-            ways.append(f"refine the mesh of component.{name}.geometry.path")
+            remedies.append(f"refine the mesh of component.{name}.geometry.path")
         elif component.mesh.size is not None:
-            ways.append(f"set component.{name}.mesh.size = {component.mesh.size / 2:.3g}")
-    told = ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())
-    said = f"the estimated error of the mesh is {told}, by the frequencies of its modes"
-    return [f"{said}; {', '.join(ways)}" if ways else said]
+            remedies.append(f"set component.{name}.mesh.size = {component.mesh.size / 2:.3g}")
+    text = f"the estimated error of the mesh is {_listed(errors)}, by the frequencies of its modes"
+    yield f"{text}; {', '.join(remedies)}" if remedies else text
 
 
-def patch_notes(scene: SceneFile, estimates: Mapping[str, float], patches: Mapping[str, int]) -> list[str]:
-    """Return a note on each contact of a curved or tilted surface that few points carry, with keys that refine it.
-
-    Args:
-        estimates: Estimated relative errors of a run, with `mesh.force`.
-        patches: Number of points that carry its largest force, by contact.
-    """
-    notes = []
-    for name, count in patches.items():
-        ways = [*_finer(scene, name), f"where curved, contact.{name}.law.kind = 'hertz' with method 'penalty'"]
+def patches(facts: Facts) -> Iterator[str]:
+    """Yield a note on each contact of a curved or tilted surface that few points carry, with keys that refine it."""
+    for name, count in facts.summary["counts"].get(PATCH_POINTS, {}).items():
+        remedies = [
+            *_finer(facts.scene, name),
+            f"where curved, contact.{name}.law.kind = 'hertz' with method 'penalty'",
+        ]
         points = "a single point" if count == 1 else f"{count} points"
-        notes.append(
+        yield (
             f"contact.{name}: its largest force acts on {points} of a curved or tilted surface, and runs with other"
             f" modes or frequencies do not show what they lack; by the rim of the patch about"
-            f" {estimates['mesh.force']:.0%} of the force; set {' or '.join(ways)}"
+            f" {facts.summary['estimates']['mesh.force']:.0%} of the force; set {' or '.join(remedies)}"
         )
-    return notes
 
 
 def _finer(scene: SceneFile, contact: str) -> list[str]:
@@ -129,21 +103,25 @@ def _finer(scene: SceneFile, contact: str) -> list[str]:
     return list(dict.fromkeys(ways))
 
 
-def basis_notes(scene: SceneFile, estimates: Mapping[str, float], reason: str = "", window: float = 0.0) -> list[str]:
-    """Return a note where the estimated error of the basis is above run.tolerance, see `estimate_notes`."""
-    if not (errors := _noticed(estimates, "basis", scene.run.tolerance)):
-        return []
-    if reason:
-        why = reason
+def basis(facts: Facts) -> Iterator[str]:
+    """Yield a note where the estimated error of the modal basis is above run.tolerance, or unknown."""
+    scene, quantities = facts.scene, facts.summary["quantities"]
+    if not (errors := _noticed(facts.summary["estimates"], "basis", scene.run.tolerance)):
+        return
+    if reason := facts.summary["counts"].get(BASIS_REASON, ""):
         if reason not in (ONE_COORDINATE, NO_MODE):
-            why = f"the run with half of the elastic coordinates failed ({reason})"
-        said = f"the error of the modal basis is unknown: {why}"
-        return [f"{said}; set {', '.join(_counts(scene))}" if _counts(scene) else said]
-    only_force = set(errors) == {"windowed force"}
-    ways = _methods(scene) or (_for_force(scene, window) if only_force else _counts(scene) or _dashpots(scene))
-    told = ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())
-    return [f"the estimated error of the modal basis is {told}; set {', '.join(ways)}" if ways else
-            f"the estimated error of the modal basis is {told}"]  # fmt: skip
+            reason = f"the run with half of the elastic coordinates failed ({reason})"
+        text, remedies = f"the error of the modal basis is unknown: {reason}", _counts(scene)
+    else:
+        windows = [entry["value"] for name, entry in quantities.items() if name.endswith(".force_window")]
+        only_force, window = set(errors) == {"windowed force"}, max(windows, default=0.0)
+        remedies = _methods(scene) or (_for_force(scene, window) if only_force else _counts(scene) or _dashpots(scene))
+        text = f"the estimated error of the modal basis is {_listed(errors)}"
+    yield f"{text}; set {', '.join(remedies)}" if remedies else text
+
+
+def _listed(errors: Mapping[str, float]) -> str:
+    return ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())
 
 
 def _touching(scene: SceneFile, contact: str) -> list[str]:

@@ -1,0 +1,94 @@
+"""Notes on a run: its steps, energy, gaps, edges of interfaces, probes, and what the solver says of it."""
+
+import math
+from collections.abc import Iterator
+
+from gudgeon.modaldb.records.trajectory import NOTES
+from gudgeon.pipeline.stages.notes.facts import Facts
+from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED
+from gudgeon.solver.kernel_cache import uncached_note
+
+DRIFT = 1e-3
+"""Energy drift above which a run gives a note."""
+EDGE_SHARE = 1e-3
+"""Share of a contact's impulse at the edge of its interface above which a run gives a note."""
+
+
+def step_limit(facts: Facts) -> Iterator[str]:
+    """Yield a note if a given step exceeded the limit of the integrator and was divided."""
+    counts, run = facts.summary["counts"], facts.scene.run
+    substeps = int(counts.get("substeps", 1))
+    if substeps < 2:
+        return
+    name, critical = counts["integrator"], counts["critical_frequency"]
+    factor = INTEGRATORS[name].largest if facts.scene.contact else min(INTEGRATORS[name].largest, UNTOUCHED)
+    if math.ceil(run.step * critical / factor * (1 - 1e-12)) < substeps:
+        factor = INTEGRATORS[name].sticking
+    limit = f"{factor:g}/ω_c" + (f" = {factor / critical:.3g} s" if critical > 0 else "")
+    effect = f"each step was divided into {substeps} substeps"
+    if INTEGRATORS[name].own_steps:
+        effect = "the integrator chose its steps by run.accuracy instead"
+        if math.isinf(factor):
+            yield f"run.step: {run.step:g} s given; integrator '{name}' steps by run.accuracy instead"
+            return
+    yield f"run.step: {run.step:g} s exceeds the limit of integrator '{name}', {limit}; {effect}"
+
+
+def edges(facts: Facts) -> Iterator[str]:
+    """Yield a note for each contact that reached the edge of an interface that covers a part of its surface."""
+    for name, contact in facts.scene.contact.items():
+        fraction = facts.summary["quantities"].get(f"{name}.edge_share", {"value": 0.0})["value"]
+        if fraction > EDGE_SHARE:
+            interface = f"component.{facts.scene.component_of(contact.body)}.interface.{contact.interface}"
+            yield (
+                f"{fraction:.1%} of the impulse of contact {name} acts at the edge of {interface}; the contact area may"
+                " extend beyond the interface: enlarge it"
+            )
+
+
+def energy(facts: Facts) -> Iterator[str]:
+    """Yield a note where the energy balance of a finished run has a noticeable error."""
+    drift, name, run = facts.summary["energy_drift"], facts.summary["counts"]["integrator"], facts.scene.run
+    if drift <= DRIFT or not facts.finished:
+        return
+    remedy = "reduce run.step" if run.step is not None else "reduce run.accuracy"
+    if run.step is None and not run.checks and not INTEGRATORS[name].own_steps:
+        remedy = "set run.checks = true, so that the step is controlled, or a smaller run.step"
+    yield f"the energy balance has an error of {drift:.2%} of the energy exchanged (integrator '{name}'); {remedy}"
+
+
+def gaps(facts: Facts) -> Iterator[str]:
+    """Yield a note where no contact of a finished run touched, with the smallest gap."""
+    quantities = facts.summary["quantities"]
+    smallest = {name: quantities.get(f"{name}.least_gap") for name in facts.scene.contact}
+    untouched = {name: gap["value"] for name, gap in smallest.items() if gap is not None}
+    if not facts.finished or not untouched or len(untouched) < len(smallest):
+        return
+    name = min(untouched, key=lambda contact: untouched[contact])
+    time = quantities[f"{name}.least_gap_time"]["value"]
+    yield (
+        f"no contact touched; the smallest gap was {untouched[name]:.3g} m, of contact {name} at {time:.3g} s; if a"
+        " contact is expected, increase run.duration, or change the positions or velocities of the bodies"
+    )
+
+
+def probes(facts: Facts) -> Iterator[str]:
+    """Yield a note for each probe that reads a point next to the one of the scene."""
+    if not facts.scene.probe:
+        return
+    record = facts.store.get(facts.job.trajectory().key, "trajectory", only=["times", "probes"])
+    for name, probe in record.probes.items():
+        if probe.snapped > 0:
+            yield f"probe.{name}.at: the nearest point of its interface is read, {probe.snapped:.3g} m away"
+
+
+def solver(facts: Facts) -> Iterator[str]:
+    """Yield the notes that the solver itself gives."""
+    for name in NOTES:
+        yield from str(facts.summary["counts"].get(name, "")).splitlines()
+
+
+def machine_code(facts: Facts) -> Iterator[str]:
+    """Yield a note where no folder keeps the compiled time loops."""
+    if (note := uncached_note()) is not None:
+        yield note
