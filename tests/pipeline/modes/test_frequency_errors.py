@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -32,7 +33,8 @@ from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.supports import Support
 from gudgeon.pipeline.stages.mesh import build_mesh
-from gudgeon.pipeline.stages.notes.frequencies import coarse_notes, frequency_rows
+from gudgeon.pipeline.stages.notes.frequencies import coarse, frequency_rows
+from tests.pipeline.facts import of_modes
 
 STEEL = Material(E=2e11, nu=0.3, rho=8000.0)
 ROUND_OFF = 1e-12
@@ -352,7 +354,7 @@ def test_rigid_body_has_no_errors() -> None:
     assert found.residuals is not None
     assert found.residuals.shape == (0,)
     assert found.discretisation_errors is None
-    assert (frequency_rows(found), coarse_notes({"block": found})) == ([], [])
+    assert (frequency_rows(found), [*coarse(of_modes({"block": found}))]) == ([], [])
 
 
 # What is said of them
@@ -374,24 +376,26 @@ def test_table_and_warning() -> None:
     assert longer[-4].split()[1] == "37"
     made = np.array([1e-4, 0.004, 0.02, 0.013, *np.full(COUNT - 4, 1e-3), *np.full(4, np.nan)])
     free = replace(found, discretisation_errors=made, quality={})
-    (note,) = coarse_notes({"block": free})
+    (note,) = coarse(of_modes({"block": free}))
     where = "component.block.mesh.size: the estimated frequency error of"
     assert note.startswith(f"{where} 2 of {COUNT} modes is above 1%; the largest is 2.0%, at mode 3 (")
     assert note.endswith("keep fewer modes, or refine the mesh by a smaller size")
-    assert coarse_notes({"block": replace(free, discretisation_errors=np.where(made > 0.01, 0.0099, made))}) == []
+    assert [
+        *coarse(of_modes({"block": replace(free, discretisation_errors=np.where(made > 0.01, 0.0099, made))}))
+    ] == []
 
 
 def test_a_body_that_is_touched_is_judged_by_its_flexibility() -> None:
     """High modes that are wrong are no news there; a mesh file cannot be refined by a key."""
     wrong = np.full(COUNT + 4, 0.05)
     fine = replace(record(), discretisation_errors=wrong, quality={"compliance_errors": {"a": 0.019, "b": 1e-3}})
-    assert coarse_notes({"block": fine}) == []
-    coarse = replace(fine, quality={"compliance_errors": {"a": 0.019, "b": 0.034}})
-    (note,) = coarse_notes({"block": coarse})
+    assert [*coarse(of_modes({"block": fine}))] == []
+    poor = replace(fine, quality={"compliance_errors": {"a": 0.019, "b": 0.034}})
+    (note,) = coarse(of_modes({"block": poor}))
     assert note.startswith("component.block.mesh.size: the mesh error of the contact's flexibility is about 3.4% at")
     assert "interface 'b', above 2% (" in note
     assert note.endswith("refine the mesh by a smaller size")
-    (note,) = coarse_notes({"block": coarse}, ["block"])
+    (note,) = coarse(of_modes({"block": poor}, {"block": SimpleNamespace(from_file=True)}))
     assert note.startswith("component.block.geometry.path: the mesh error of ")
     assert note.endswith("refine the mesh in its file")
 
@@ -414,7 +418,7 @@ def test_records_of_older_versions_have_no_errors() -> None:
     old = replace(record(), residuals=None, algebraic_errors=None, discretisation_errors=None, quality={})
     assert frequency_rows(old)[0]["estimated_error"] is None
     assert frequency_text({"block": frequency_rows(old)}).splitlines()[3].split()[2:] == ["–", "–"]
-    assert coarse_notes({"block": old}) == []
+    assert [*coarse(of_modes({"block": old}))] == []
 
 
 def test_lumped_types_have_one_mass_for_all_directions() -> None:

@@ -11,7 +11,8 @@ from gudgeon.pipeline.modes.problem import whole_groups
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.mesh import build_mesh
-from gudgeon.pipeline.stages.notes.frequencies import parted_notes
+from gudgeon.pipeline.stages.notes.frequencies import parted
+from tests.pipeline.facts import of_modes
 
 ROUND = {"kind": "circle", "radius": 0.01}
 FLAT = {"kind": "rectangle", "width": 0.02, "height": 0.03}
@@ -35,7 +36,7 @@ def notes(section: dict[str, Any], modes: dict[str, Any], mesh: float = 0.05) ->
         }
     )
     record = reduce_component(build_mesh(component, Path(), "rod"), "mesh", component, "rod")
-    return parted_notes({"rod": record}, {"rod": component.modes.model_dump()})
+    return [*parted(of_modes({"rod": record}, {"rod": component}))]
 
 
 row_wise = partial(dict, reduction="row-craig-bampton", normal_count=0)

@@ -130,7 +130,7 @@ def test_reuse_is_accepted_within_its_tolerance_and_refused_beyond(
     assert rows["reuse 0.02"]["verdict"] == "refused"
     assert "'reuse' given, the profile is estimated to change" in rows["reuse 0.02"]["reason"]
     for room in (trial, bodies):  # Reuse is no longer refused.
-        monkeypatch.setattr(room, "change_notes", lambda job: [])
+        monkeypatch.setattr(room, "refuse_reuse", lambda job: None)
     rows = verdicts(scene, "reuse 0.02", tmp_path)
     assert rows["reuse 0.02"]["verdict"] == "wrong"
 

@@ -8,16 +8,18 @@ import pytest
 from docs.tools.basis_solids import RECTANGLE
 from gudgeon.modaldb.records.trajectory import ONE_COORDINATE
 from gudgeon.pipeline.kinds import open_job, run
-from gudgeon.pipeline.reduction.estimate_notes import basis_notes, estimate_notes
+from gudgeon.pipeline.stages.notes import estimates as notes_of
 from gudgeon.solver.scene.run import Run
+from tests.pipeline.facts import of_run
 from tests.scenes import scene_path
 
 SEVERAL = {"basis.impulse": 0.03, "basis.force": 0.2, "step.force": 0.5}
+UNKNOWN = {"basis.impulse": 1.0, "basis.force": 1.0}
 
 
 def notes(scene: str, estimates: dict[str, float], **changes: Any) -> list[str]:
     job = open_job(scene_path(scene), set={key.replace("__", "."): value for key, value in changes.items()})
-    return basis_notes(job.scene, estimates, window=4e-6)
+    return [*notes_of.basis(of_run(job.scene, estimates, window=4e-6))]
 
 
 def test_small_errors_and_those_of_the_step_give_none() -> None:
@@ -56,7 +58,7 @@ def test_a_force_alone_gets_more_modes_or_a_wider_window() -> None:
 
 def test_a_note_says_why_the_error_is_unknown() -> None:
     job = open_job(scene_path("rod-wall"))
-    (note,) = basis_notes(job.scene, {"basis.impulse": 1.0, "basis.force": 1.0}, "contact.wall: no start")
+    (note,) = notes_of.basis(of_run(job.scene, UNKNOWN, "contact.wall: no start"))
     assert "unknown" in note
     assert "contact.wall: no start" in note
     assert "component.rod.modes.normal_count = 200" in note
@@ -64,7 +66,7 @@ def test_a_note_says_why_the_error_is_unknown() -> None:
 
 def test_a_note_says_that_one_coordinate_is_kept() -> None:
     job = open_job(scene_path("rod-wall"), set={"component.rod.modes.normal_count": 1})
-    assert basis_notes(job.scene, {"basis.impulse": 1.0, "basis.force": 1.0}, ONE_COORDINATE) == [
+    assert [*notes_of.basis(of_run(job.scene, UNKNOWN, ONE_COORDINATE))] == [
         "the error of the modal basis is unknown: one elastic coordinate is kept; set"
         " component.rod.modes.normal_count = 2"
     ]
@@ -129,7 +131,7 @@ def test_a_given_step_of_an_integrator_without_one_is_named(tmp_path: Path) -> N
 def test_a_step_far_too_large_for_its_estimate_says_so(error: float, beyond: bool, tmp_path: Path) -> None:
     """Runs with one and two steps that miss an impact alike differ by less than they are wrong."""
     job = open_job(scene_path("rod-wall"), db=tmp_path / "db", out=tmp_path / "out", set={"run.step": 1e-6})
-    (note,) = estimate_notes(job.scene, {"step.impulse": error})
+    (note,) = notes_of.step(of_run(job.scene, {"step.impulse": error}))
     assert note.startswith(f"run.step: 1e-06 s given; its estimated error is {error:.1%} in impulse")
     assert ("too large for the estimate" in note) == beyond
 

@@ -10,7 +10,7 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.cli.results import prefixed, quantity_line, quantity_lines
-from gudgeon.pipeline.stages.bodies import _energy_notes
+from gudgeon.pipeline.stages.notes.run import energy
 from gudgeon.pipeline.stages.summary import write_summary
 
 
@@ -76,7 +76,8 @@ def test_an_energy_drift_above_a_thousandth_is_said(
     changes: dict[str, Any], run: dict[str, Any], said: str | None
 ) -> None:
     summary = {"energy_drift": 0.0, "result": "FINISHED", "counts": {"integrator": "implicit"}} | changes
-    job: Any = SimpleNamespace(scene=SimpleNamespace(run=SimpleNamespace(**{"step": None, "checks": True} | run)))
-    notes = _energy_notes(job, summary)
+    scene = SimpleNamespace(run=SimpleNamespace(**{"step": None, "checks": True} | run))
+    facts: Any = SimpleNamespace(scene=scene, summary=summary, finished=summary["result"] == "FINISHED")
+    notes = [*energy(facts)]
     assert len(notes) == (said is not None)
     assert said is None or said in notes[0]

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.pipeline.reduction.beam_notes import beam_notes
 from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.stages.notes.beams import short
+from tests.pipeline.facts import of_modes
 
 STEEL = {"E": 2.1e11, "nu": 0.3, "rho": 7850.0}
 SECTIONS: dict[str, dict[str, Any]] = {
@@ -25,7 +26,7 @@ def hint(section: str, motion: str, omega: list[float]) -> str:
         }
     component = Component.model_validate({"geometry": geometry, "material": STEEL, "mesh": {"size": 0.01}})
     record: Any = SimpleNamespace(angular_frequencies=np.array(omega), normal_count=len(omega))
-    (note,) = beam_notes({"rod": component}, {"rod": record})
+    (note,) = short(of_modes({"rod": record}, {"rod": component}))
     return note.partition(" times; ")[2]
 
 
@@ -51,4 +52,4 @@ def test_a_theory_that_is_named_is_meant() -> None:
     geometry = {"kind": "beam", "length": 0.3, "section": SECTIONS["circle"], "theory": "euler-bernoulli"}
     component = Component.model_validate({"geometry": geometry, "material": STEEL, "mesh": {"size": 0.01}})
     record: Any = SimpleNamespace(angular_frequencies=np.array([1e3, 1e6]), normal_count=2)
-    assert not beam_notes({"rod": component}, {"rod": record})
+    assert not [*short(of_modes({"rod": record}, {"rod": component}))]
