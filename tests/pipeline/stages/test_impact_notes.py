@@ -65,12 +65,13 @@ duration = 1e-3
 """
 
 
-def notes(scene: str | Path, folder: Path, **changes: Any) -> str:
-    path = scene_path(scene)
-    if str(scene).startswith("\n"):
+def notes(scene: str, folder: Path, **changes: Any) -> str:
+    if scene.startswith("\n"):
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / "scene.toml"
-        path.write_text(str(scene))
+        path.write_text(scene)
+    else:
+        path = scene_path(scene)
     found = run(path, set=changes, db=folder / "db", out=folder / "out", until="solve")
     assert found.result == "FINISHED"
     return "\n".join(found.notes)
