@@ -82,7 +82,7 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
         errors = {f"step.{name}": value / 2 ** (jump - 1) for name, value in differences._asdict().items() if value}
         found = replace(found, estimates=found.estimates | errors)
         error = max(errors.values(), default=0.0)
-        worst = max(error, 0.0 if plan.integrator.conserves_energy else found.energy_drift)
+        worst = max(error, found.energy_drift)
         most = max(most, largest)
         if worst <= bound and last <= bound:
             return found, finer

@@ -74,8 +74,6 @@ class Integrator:
     """As `largest`, with friction over the flexibility of bodies, where ω_c is that of points it holds."""
     stiffest: ClassVar[float] = math.inf
     """ω_c over the highest kept frequency above which the latter determines the step."""
-    conserves_energy: ClassVar[bool] = False
-    """Whether energy is conserved to round-off at any step, so that impulses measure its accuracy, not the drift."""
     staggered: ClassVar[bool] = False
     """Whether frames end half a step after their contact forces."""
     records_motion: ClassVar[bool] = True
@@ -147,22 +145,6 @@ class Collocation(Integrator):
     largest = 1.0
 
 
-class DiscreteGradient(Integrator):
-    """For contact laws, with exact energy. At dt·ω_c = 0.05 an impact takes about 60 steps."""
-
-    carries = frozenset(
-        {
-            Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.TWO_BODIES, Feature.GAUGES,
-            Feature.PROBES, Feature.SPRING, Feature.GRAVITY, Feature.WEAR,
-        }
-    )  # fmt: skip
-    order = 2
-    promised_drift = 1e-9
-    step_factor = 0.05
-    largest = 0.5
-    conserves_energy = True
-
-
 class Mechanism(Integrator):
     """For bodies that turn by any angle, held by joints. Steps of order 8 with projection."""
 
@@ -186,7 +168,6 @@ INTEGRATORS: dict[str, type[Integrator]] = {
     "implicit": Implicit,
     "event": Event,
     "collocation": Collocation,
-    "discrete-gradient": DiscreteGradient,
     "mechanism": Mechanism,
 }
 """Members by the name that a scene writes, in the order in which `auto` prefers them."""

@@ -31,7 +31,7 @@ SOURCES = (
     "pipeline/applications/electrostatics/kernel.py",
     "pipeline/applications/feel/kernel.py",
 )
-COMPILED = ("explicit", "implicit", "general", "collocation", "discrete-gradient", "mechanism")
+COMPILED = ("explicit", "implicit", "general", "collocation", "mechanism")
 """Compiled time loops: those of integrators, and the implicit one over ports."""
 BLOCK = 1 << 16
 """Bytes that are written to see whether a disk is full."""

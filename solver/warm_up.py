@@ -37,7 +37,6 @@ CASES: dict[str, tuple[dict[str, Any], ...]] = {
     "implicit": ({"interface": "face", "against": "plate"},),
     "general": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
     "collocation": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
-    "discrete-gradient": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
     "mechanism": ({"stepping": "explicit"}, {"stepping": "implicit"}),
 }
 """Contacts that make every kind of argument, by time loop; `event` compiles nothing, and a mechanism has none, but two

@@ -289,18 +289,18 @@ def _kept(found: Evidence, compared: Compared) -> float | None:
     """Return the allowed energy drift, relative to the energy exchanged; None if there is none.
 
     An integrator promises it at the step of the unchanged scene. With a larger step the drift may grow by the order of
-    the integrator, unless it conserves energy: faster growth means that it does not converge. An integrator that
-    chooses its steps promises nothing for a step that is given: below `SAID` a run has nothing to say of it. Of the
-    same scene in other units and in the same steps the drift is that of the run compared.
+    the integrator: faster growth means that it does not converge. An integrator that chooses its steps promises nothing
+    for a step that is given: below `SAID` a run has nothing to say of it. Of the same scene in other units and in the
+    same steps the drift is that of the run compared.
     """
     if not found.exchanged > 0:
         return None
     integrator, base = INTEGRATORS[found.integrator], compared.base
-    promised, drifts = integrator.promised_drift, not (integrator.own_steps or integrator.conserves_energy)
+    promised, drifts = integrator.promised_drift, not integrator.own_steps
     stretched = compared.agreement is not None and base.integrator == found.integrator and drifts
     if stretched and base.energy_drift is not None and found.step > base.step > 0:
         promised = max(promised, min(promised, base.energy_drift) * (found.step / base.step) ** integrator.order)
-    if compared.given_step and integrator.own_steps and not integrator.conserves_energy:
+    if compared.given_step and integrator.own_steps:
         promised = max(promised, SAID)
     if compared.equal_steps and base.energy_drift is not None:
         promised = max(promised, min(2 * base.energy_drift, SAID))

@@ -11,17 +11,12 @@ Jet = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Values, rates and second rates."""
 
 
-def second_rates_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
-    """Return the second rates of an expression at times [s], (t,); at a kink, that of the later side.
+def motions_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
+    """Return values, rates and second rates of an expression at times [s], (t, 3); at a kink, those of the later side.
 
     Raises:
         SceneError: a value or rate is not finite; it names the key `where`, the part of the expression and the time.
     """
-    return motions_of(text, times, where)[:, 2]
-
-
-def motions_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
-    """Return values, rates and second rates of an expression at times [s], (t, 3); errors as of `second_rates_of`."""
     tree, t = kept(text), np.asarray(times, float)
     return evaluated(lambda told: np.column_stack(_jet(tree, t, told)), Told(text.strip(), where))
 

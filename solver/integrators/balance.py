@@ -1,11 +1,7 @@
 """Balances of energy that several integrators keep, compiled."""
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.outcome import (
-    ENERGY_ERROR,
-    EXCHANGED,
-    START_ENERGY,
-)
+from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, START_ENERGY
 
 LOST = 3
 """Entry of a balance, after those of `Outcome.extreme`: energy that contacts have lost so far [J]."""
@@ -13,7 +9,7 @@ LOST = 3
 
 @inner
 def update_balance(constants, y, v, stored, balance):  # type: ignore[no-untyped-def]
-    """Update the largest error and the largest exchange [J] of a balance; returns kinetic, strain energy and work [J].
+    """Update the largest error and the largest exchange [J] of a balance.
 
     Args:
         constants: With ω², constant forces and y at the start of the run: `stiffness`, `constant` and `start`, (n,).
@@ -29,7 +25,6 @@ def update_balance(constants, y, v, stored, balance):  # type: ignore[no-untyped
     error = kinetic + strain + stored + balance[LOST] - work - balance[START_ENERGY]
     balance[ENERGY_ERROR] = max(balance[ENERGY_ERROR], abs(error))
     balance[EXCHANGED] = max(balance[EXCHANGED], stored)
-    return kinetic, strain, work
 
 
 @inner

@@ -180,12 +180,12 @@ def largest_factor(system: System, integrator: type[Integrator]) -> float:
     return min(integrator.largest, integrator.sticking) if sticks(system) else integrator.largest
 
 
-def plan_steps(run: Run, integrator: type[Integrator], critical: float, largest: float | None = None) -> Schedule:
+def plan_steps(run: Run, integrator: type[Integrator], critical: float, largest: float) -> Schedule:
     """Choose the steps of an integrator that has no steps of its own.
 
     Args:
         critical: ω_c [rad/s].
-        largest: dt·ω_c above which a given step is divided; default: the integrator's.
+        largest: dt·ω_c above which a given step is divided.
     """
     duration, samples, frames = run.duration, run.samples, run.frames
     _refuse_endless(run, integrator, critical)
@@ -194,7 +194,7 @@ def plan_steps(run: Run, integrator: type[Integrator], critical: float, largest:
         per_frame = max(1, min(round(samples / frames), math.ceil(duration / own / frames)))
         stride = math.ceil(duration / own / (frames * per_frame))
         return Schedule(duration / (frames * per_frame * stride), 1, stride, per_frame, frames)
-    substeps = parts_of(run.step, critical, largest or integrator.largest)
+    substeps = parts_of(run.step, critical, largest)
     dt = run.step / substeps
     count = math.ceil(duration / dt * (1 - 1e-12))
     stride = max(1, count // samples)

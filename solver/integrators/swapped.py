@@ -18,8 +18,8 @@ from gudgeon.solver.system.system import System
 
 LARGEST_JUMP = 1e-4
 """Of the energy at a change of the basis, over that of deformation before."""
-LOST, WORK = 3, 4
-"""Columns of energies that add up over a run."""
+LOST = 3
+"""First column of the energies that add up over a run: energy dissipated, then work."""
 
 
 class Swapped:

@@ -11,8 +11,6 @@ import numpy as np
 
 from gudgeon.solver.linear.state import Linearised, Place
 
-ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
-"""Power of s with which a displacement is multiplied."""
 BAND = 0.5
 """Frequency up to which R stands for the modes that are left out, over the highest kept one: there their response is at
 most a third above the static one."""

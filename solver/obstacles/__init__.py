@@ -9,8 +9,6 @@ from pydantic import Field, TypeAdapter
 from gudgeon.solver.obstacles.bore import Bore
 from gudgeon.solver.obstacles.plane import Plane
 
-OBSTACLES = {"bore": Bore, "plane": Plane}
-
 Obstacle = Annotated[Bore | Plane, Field(discriminator="shape")]
 
 

@@ -54,7 +54,7 @@ class _Fields:
     places: np.ndarray
     """Port of each load row, (L,); of others than given loads −1."""
 
-    def loaded(self, forces: np.ndarray, notes: list[str] | None = None) -> System:
+    def loaded(self, forces: np.ndarray, notes: list[str] | None) -> System:
         """Return the system in equilibrium with forces along the motions of the poses (n,) as given loads."""
         base, driving = self.base, self.base.driving
         given = self.ends.T @ forces
@@ -102,7 +102,7 @@ class _Fields:
         return (forces, slope) if np.isfinite(slope).all() else None
 
 
-def in_fields(system: System, settle: Settle, notes: list[str] | None = None) -> System:
+def in_fields(system: System, settle: Settle, notes: list[str] | None) -> System:
     """Return a system in static equilibrium with its fields too; as it is without them where there is none.
 
     Args:

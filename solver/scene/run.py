@@ -58,9 +58,9 @@ class Run(Strict):
     )
     accuracy: Annotated[float, Field(ge=1e-12, le=0.1)] | None = Field(
         default=None,
-        description="Relative error that determines the step where run.step is left out: with explicit, implicit and"
-        " discrete-gradient of the impulse and the windowed force of each contact and of the energy balance (default"
-        " 1e-3); with collocation of the contact force, with mechanism of the motion (default 1e-8); not used by event",
+        description="Relative error that determines the step where run.step is left out: with explicit and implicit"
+        " of the impulse and the windowed force of each contact and of the energy balance (default 1e-3); with"
+        " collocation of the contact force, with mechanism of the motion (default 1e-8); not used by event",
         json_schema_extra={"unit": "1"},
     )
     checks: bool = Field(
@@ -83,15 +83,12 @@ class Run(Strict):
         " bodies in contact, times 2.5 unless all contacts have nonlinear laws, at most the duration; no"
         " window for rigid bodies",
     )
-    integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit", "mechanism"] = (
-        Field(
-            default="auto",
-            description="event: exact motion between located events, for linear and rigid contact of a few points;"
-            " collocation: high order, for contact laws; discrete-gradient: conserves energy to round-off at any step;"
-            " explicit: contact impulses at the middle of each step; implicit: trapezoidal rule, for damping, cranks,"
-            " loads and sliding pairs; mechanism: order 8 with projection, for rigid bodies that turn by any angle, on"
-            " joints; auto: selected from the features of the scene",
-        )
+    integrator: Literal["auto", "event", "collocation", "explicit", "implicit", "mechanism"] = Field(
+        default="auto",
+        description="event: exact motion between located events, for linear and rigid contact of a few points;"
+        " collocation: high order, for contact laws; explicit: contact impulses at the middle of each step; implicit:"
+        " trapezoidal rule, for damping, cranks, loads and sliding pairs; mechanism: order 8 with projection,"
+        " for rigid bodies that turn by any angle, on joints; auto: selected from the features of the scene",
     )
     stepping: Literal["auto", "explicit", "implicit"] = Field(
         default="auto",

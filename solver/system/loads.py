@@ -244,7 +244,7 @@ def _fields(scene: Scene, bodies: Mapping[str, FlexibleBody]) -> Iterator[Made]:
             amounts = partial(_none, len(mix))
             yield GivenLoad(label, body.name, interface, mix, resultant, amounts, travels=False), elastic
     for name, electrode in scene.electrodes().items():
-        body, interface, mix, resultant = electrode_end(name, electrode, scene, bodies)
+        body, interface, mix, resultant = electrode_end(name, electrode, bodies)
         elastic = body.modal.interfaces[electrode.interface].rows
         amounts = partial(_none, len(mix))
         yield GivenLoad(name, body.name, interface, mix, resultant, amounts, travels=False), elastic

@@ -175,7 +175,7 @@ def _compiled(
         _refuse_apart(name, places, bodies[force.body], None)
         values = stiffness, damping, np.zeros(len(stiffness))
     else:
-        line = _line(scene, name, force, bodies, places)
+        line = _line(name, force, bodies, places)
         motions = np.concatenate([line, np.zeros(3)])[None]
         stiffness = force.stiffness or 0.0
         stretch = force.stretch + (force.preload / stiffness if stiffness else 0.0)
@@ -216,9 +216,7 @@ def _place(
     return points[0] + np.asarray(scene.body[body].position)
 
 
-def _line(
-    scene: Scene, name: str, force: Spring, bodies: dict[str, FlexibleBody], places: list[np.ndarray]
-) -> np.ndarray:
+def _line(name: str, force: Spring, bodies: dict[str, FlexibleBody], places: list[np.ndarray]) -> np.ndarray:
     """Return the unit vector along which a spring elongates when its body moves, (3,)."""
     modal = bodies[force.body].modal
     if force.direction is not None:

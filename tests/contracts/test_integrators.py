@@ -20,12 +20,11 @@ METHODS: dict[str, dict[str, Any]] = {
     "explicit": {"method": "residual"},
     "implicit": {"method": "residual"},
     "event": {"method": "residual"},
-    "discrete-gradient": {"method": "residual"},
     "collocation": LAW,
 }
 CLOSED, WHOLE = 1.6e-4, 6e-4
 """Of a rod of 400 µs of contact: closed from the start to the end, and until it has parted [s]."""
-STEPS = {"explicit": 320, "implicit": 320, "discrete-gradient": 320, "collocation": 16}
+STEPS = {"explicit": 320, "implicit": 320, "collocation": 16}
 """Steps in the time in which the rod is closed: their error is in its asymptotic range, and that of eight times as many
 above round-off; those of collocation are above it up to four times as many."""
 FINER = {"collocation": (1, 1.5, 2, 3)}
@@ -123,8 +122,6 @@ def test_the_state_at_the_largest_force_is_kept(name: str, tmp_path: Path) -> No
     np.testing.assert_allclose(few.peak_frames, every.frames[[highest]], rtol=0, atol=1e-12 * largest)
     np.testing.assert_allclose(few.peak_velocities, every.velocities[[highest]], rtol=0, atol=1e-11)
     pressed = every.contacts["wall"].multipliers[[highest]]
-    if name == "discrete-gradient":  # The force is constant within its steps; a sample has their mean.
-        pressed = -force[[highest], :1]
     np.testing.assert_allclose(few.contacts["wall"].peak_multipliers, pressed, rtol=1e-9)
 
 

@@ -65,7 +65,7 @@ def large() -> Document:
     runs: list[Run] = []
     chains: list[Chain] = []
     schemes = ["residual, event", "residual, implicit", "penalty, explicit", "Hertz law, collocation",
-               "Craig-Bampton, residual", "constraint, event", "Ritz, residual", "Rubin, discrete gradient",
+               "Craig-Bampton, residual", "constraint, event", "Ritz, residual", "Rubin, collocation",
                "normal + static, penalty"]  # fmt: skip
     for s, scheme in enumerate(schemes):
         for n in (10, 20, 40):

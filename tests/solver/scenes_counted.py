@@ -272,23 +272,22 @@ def located() -> dict[str, Family]:
     }  # fmt: skip
 
 
-def smooth(finer: int = 1) -> dict[str, Family]:
+def smooth() -> dict[str, Family]:
     """Families of contact laws."""
-    found, law = {}, {"kind": "hertz", "stiffness": 2e9}
+    law = {"kind": "hertz", "stiffness": 2e9}
     spring = {"force": {"s": {"kind": "spring", "body": "part", "direction": [1, 0, 0], "stiffness": 1e3}}}
     lossy = _contact("wall", law={"kind": "hunt-crossley", "stiffness": 2e9, "restitution": 0.5})
     mass = {"part": systems.rigid_records(1.0, {"tip": ([systems.LENGTH, 0, 0], [1.0, 0, 0])})}
-    for name, step in (("collocation", None), ("discrete-gradient", 4e-6 / finer)):
-        method = "residual" if name == "collocation" else "penalty"
-        rod = merged(systems.rod_scene(law=law, method=method), _run(name, 3e-4, step))
-        point = merged(systems.rod_scene(law=law, method="penalty"), _run(name, 6e-4, step))
-        found[f"{name}, elastic"] = family(
+    rod = merged(systems.rod_scene(law=law, method="residual"), _run("collocation", 3e-4, None))
+    point = merged(systems.rod_scene(law=law, method="penalty"), _run("collocation", 6e-4, None))
+    return {
+        "collocation, elastic": family(
             Case({"part": systems.rod_records(3)}, rod), {"no gravity": STILL, "no gauges": UNREAD}, {"gauge": READ}
-        )
-        # Beside a spring the discrete gradient needs fewer iterations.
-        more = {"loss": lossy} | ({"spring": spring} if name == "collocation" else {})
-        found[f"{name}, rigid"] = family(Case(mass, point), {"no gravity": STILL}, more, UNGAUGED)
-    return found
+        ),
+        "collocation, rigid": family(
+            Case(mass, point), {"no gravity": STILL}, {"loss": lossy, "spring": spring}, UNGAUGED
+        ),
+    }
 
 
 def families(finer: int = 1) -> dict[str, Family]:
@@ -297,4 +296,4 @@ def families(finer: int = 1) -> dict[str, Family]:
     Args:
         finer: By what the steps of integrators that are given one are divided.
     """
-    return explicit(finer) | implicit(finer) | located() | smooth(finer)
+    return explicit(finer) | implicit(finer) | located() | smooth()

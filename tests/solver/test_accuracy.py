@@ -22,7 +22,7 @@ from tests.solver.systems import (
     rod_scene,
 )
 
-STEPPING = ["explicit", "implicit", "discrete-gradient"]
+STEPPING = ["explicit", "implicit"]
 
 
 def rod(folder: Path, **run: Any) -> System:
@@ -88,7 +88,7 @@ def test_a_run_without_checks_is_taken_once(tmp_path: Path, run: dict[str, Any])
     assert not any(name.startswith("step.") for name in found.estimates)
 
 
-@pytest.mark.parametrize("integrator", ["explicit", "implicit", "discrete-gradient"])
+@pytest.mark.parametrize("integrator", ["explicit", "implicit"])
 def test_a_given_step_is_kept_and_its_error_estimated(tmp_path: Path, integrator: str, struck: Trajectory) -> None:
     """Also where the energy balance is exact at any step, so that nothing else shows the error."""
     for step in (4e-6, 1e-6, 2.5e-7):

@@ -28,14 +28,6 @@ def exact(restitution: float) -> dict[str, Any]:
     return {"method": "penalty", "law": {"kind": "exact", "stiffness": 1e9, "restitution": restitution}}
 
 
-def test_the_discrete_gradient_delivers_restitution_at_its_own_step(tmp_path: Path) -> None:
-    run = {"duration": 2e-3, "integrator": "discrete-gradient"}
-    found = drop(tmp_path, exact(0.5), run, velocity=[0, 0, -1.0])
-    assert found.quantities["floor.restitution"]["value"] == pytest.approx(0.5, abs=2e-3)
-    assert found.energies[-1, 3] > 0
-    assert found.energy_drift < 1e-10
-
-
 @pytest.mark.parametrize("contact", [{"method": "impact", "restitution": 0.5}, exact(0.5)])
 def test_a_fall_without_contact_is_no_failure(contact: dict[str, Any], tmp_path: Path) -> None:
     found = drop(tmp_path, contact, {"duration": 1.0, "gravity": [0, 0, -9.81]}, height=100.0)

@@ -34,10 +34,8 @@ from tests.solver.systems import (
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = (
     "explicit.kernel", "explicit.one_point", "implicit.kernel", "general.kernel", "general.solution.solve",
-    "collocation.kernel",
-    "discrete_gradient.kernel", "mechanism.step", "mechanism.motion", "mechanism.constraints.rows",
-    "mechanism.constraints.solve",
-    "mechanism.rotation",
+    "collocation.kernel", "mechanism.step", "mechanism.motion", "mechanism.constraints.rows",
+    "mechanism.constraints.solve", "mechanism.rotation",
 )  # fmt: skip
 LAW = {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e8}}
 LAYER = {"surface_stiffness": 1e13}
@@ -79,7 +77,6 @@ SCENES: dict[str, tuple[tuple[dict[str, Any], dict[str, Any]], ...]] = {
         ({"part": rubbing(7)}, block_scene(1e-5, friction={"static": 0.3})),
     ),
     "collocation": (({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),),
-    "discrete-gradient": (({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),),
     "mechanism": (
         ({"part": rigid_records(1.0, {}, (1.0, 2.0, 3.0)), "mate": rigid_records(2.0, {}, (1.0, 1.0, 1.0))}, CHAIN),
     ),

@@ -33,7 +33,7 @@ FORESIGHT = 2.0
 
 
 @embedded
-def _add_forces(constants, state, problem):  # type: ignore[no-untyped-def]
+def _add_forces(constants, state):  # type: ignore[no-untyped-def]
     """Set what the forces found add to the paths: of the step's end to coordinates, and Σ|Δr| of the step.
 
     Returns:
@@ -303,7 +303,7 @@ def _touch(obstacle, places, was_open, i):  # type: ignore[no-untyped-def]
 @embedded
 def overlooked(constants, state, problem):  # type: ignore[no-untyped-def]
     """Wake the points that the forces found may have closed; whether there are any."""
-    found, enough = False, _add_forces(constants, state, problem)
+    found, enough = False, _add_forces(constants, state)
     if constants.slides or not enough:
         look_ahead(constants.parts, (state.q, state.before[0]), state.travel, state.lead[0], state.ahead)
         if constants.slides:

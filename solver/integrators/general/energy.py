@@ -3,7 +3,6 @@
 from gudgeon.solver.compiled import embedded, inner
 from gudgeon.solver.contact.pattern import between
 from gudgeon.solver.integrators.balance import note_exchange
-from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
 from gudgeon.solver.integrators.general.arrays import (
     BILATERAL,
     CONE,
@@ -20,7 +19,7 @@ from gudgeon.solver.integrators.general.fields.kernel import field_energy
 from gudgeon.solver.integrators.general.rows import displaced, moved
 from gudgeon.solver.integrators.general.solution.responses import spring_energy
 from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, EXCHANGED, START_ENERGY
-from gudgeon.solver.laws.force import law_energy
+from gudgeon.solver.laws.force import law_energy, quotient
 
 KINETIC, STRAIN, CONTACT, DISSIPATED, WORK = range(5)
 

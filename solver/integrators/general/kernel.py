@@ -151,7 +151,7 @@ def _divided(loop, loads, number):  # type: ignore[no-untyped-def]
         _finish(kept, start + done + length)
         if state.turning[0] >= 0:
             state.sliding[state.turning[0]] = False
-        note_part(arrays, (start + done, length), number)
+        note_part(arrays, (start + done, length))
         done += length
         for i in range(len(state.mean)):
             state.total[i] += length * state.mean[i]

@@ -65,12 +65,11 @@ def log_forces(constants, state, log, number):  # type: ignore[no-untyped-def]
 
 
 @inner
-def note_part(arrays, span, number):  # type: ignore[no-untyped-def]
+def note_part(arrays, span):  # type: ignore[no-untyped-def]
     """Add the normal forces of a part of a step to the log of impacts, and note what begins to touch and what parts.
 
     Args:
         span: Its start and length [s].
-        number: Of the step.
     """
     constants, state, problem, log = arrays.constants, arrays.state, arrays.problem, arrays.log
     start, length = span

@@ -119,10 +119,10 @@ class Linkage:
         full: Term = (*key, *(4 - len(key)) * (0,))  # type: ignore[assignment]
         return self.terms.setdefault(full, len(self.terms))
 
-    def start_along(self, pair: int, axis: int) -> float:
-        """Return d along an axis of the other marker as the scene places the bodies [m]."""
+    def start_along(self, pair: int) -> float:
+        """Return d along the third axis of the other marker as the scene places the bodies [m]."""
         a, b = self.markers[pair]
-        return float((self.place(b) - self.place(a)) @ self.axes[pair][0][:, axis])
+        return float((self.place(b) - self.place(a)) @ self.axes[pair][0][:, 2])
 
 
 def linkage_of(system: System) -> Linkage:
@@ -182,7 +182,7 @@ def _add_hinge(found: Linkage, name: str, joint: Marked) -> None:
         found.term(ANGLE, pair)
     if isinstance(joint, Screw):
         terms = (found.term(ALONG, pair, 2), 1.0), (found.term(ANGLE, pair), -joint.pitch / (2 * np.pi))
-        found.rows.append(Row(name, terms, found.start_along(pair, 2), length=True))
+        found.rows.append(Row(name, terms, found.start_along(pair), length=True))
 
 
 def _add_crank(found: Linkage, name: str, joint: SliderCrank) -> None:
@@ -221,7 +221,7 @@ def _add_drive(found: Linkage, name: str, joint: Driven) -> None:
     found.drives.append(partial(joint.motions, where=f"joint.{name}"))
     angle = motion == "angle"
     term = found.term(ANGLE, pair) if angle else found.term(ALONG, pair, 2)
-    start = 0.0 if angle else found.start_along(pair, 2)
+    start = 0.0 if angle else found.start_along(pair)
     found.rows.append(Row(name, ((term, 1.0),), start, number, length=not angle))
 
 

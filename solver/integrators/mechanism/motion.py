@@ -124,7 +124,7 @@ def set_free_rates(model, work, y):  # type: ignore[no-untyped-def]
 def prepare(model, work, y, given, amounts, sums):  # type: ignore[no-untyped-def]
     """Set all that the multipliers at a state follow from, and factor S."""
     set_poses_at(model, work, y, given)
-    set_deflections(model, work, y)
+    set_deflections(work, y)
     set_pressing(model, work, y)
     set_pushes(model, work, amounts, sums)
     set_free_rates(model, work, y)
@@ -136,10 +136,10 @@ def prepare(model, work, y, given, amounts, sums):  # type: ignore[no-untyped-de
 
 
 @inner
-def add_multipliers(model, work, sign):  # type: ignore[no-untyped-def]
-    """Add sign Gᵀ λ to what acts on the bodies."""
+def _add_multipliers(model, work):  # type: ignore[no-untyped-def]
+    """Add Gᵀ λ to what acts on the bodies."""
     for i in range(len(work.multiplier)):
-        amount = sign * work.multiplier[i]
+        amount = work.multiplier[i]
         if amount != 0.0:
             for p in range(4):
                 b = work.block_owner[i, p]
@@ -172,7 +172,7 @@ def set_rates(model, work, y, given, out):  # type: ignore[no-untyped-def]
     """Set the rates of a state whose pushes and multipliers are set, and add to those of the sums."""
     sums = out[len(out) - SUMS :]
     if len(model.row_terms):
-        add_multipliers(model, work, 1.0)
+        _add_multipliers(model, work)
         for i in range(len(model.row_terms)):
             sums[WORK] += work.multiplier[i] * rate_asked(model, work, given, i)
     for b in range(len(model.mass)):

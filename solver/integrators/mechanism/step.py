@@ -280,6 +280,6 @@ def observe(model, work, y):  # type: ignore[no-untyped-def]
     """Set angular velocities and modal rates of a state, in `omega` and `modal`, all points, bushings and sections."""
     set_poses(model, work, y)
     set_bushings(model, work)
-    set_deflections(model, work, y)
+    set_deflections(work, y)
     set_touches(model, work)
     set_pressing(model, work, y)

@@ -34,11 +34,9 @@ Rows = TypeVar("Rows", InterfaceModes, TractionModes, LoadModes, GaugeModes)
 
 RIGID = 6
 """Rigid motions of a body that turns."""
-HALF = 0.5
-"""Share of the elastic coordinates of each body that a nested system keeps."""
 
 
-def nested(system: System, share: float = HALF) -> System | None:
+def nested(system: System, share: float) -> System | None:
     """Return a system with the lower part of each body's modes, by frequency; one at least.
 
     Static shapes and Ritz vectors that are no modes are left out too, unless a body has nothing else: a basis that

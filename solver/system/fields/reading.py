@@ -121,7 +121,7 @@ def _electrode(
     ]
 
 
-def electrode_end(name: str, one: ElectrostaticPressure, scene: Scene, bodies: Mapping[str, FlexibleBody]) -> End:
+def electrode_end(name: str, one: ElectrostaticPressure, bodies: Mapping[str, FlexibleBody]) -> End:
     """Return the end of an electrode, a row along the outward normal of each point."""
     body = bodies[one.body]
     surface = named(body.modal.interfaces, one.interface, f"force.{name}.interface: body '{one.body}' has no points")

@@ -6,7 +6,7 @@ import pytest
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.jumps import jump_of
 from gudgeon.solver.forces.rates import rates_of
-from gudgeon.solver.forces.second_rates import second_rates_of
+from gudgeon.solver.forces.second_rates import motions_of
 
 TIMES = np.linspace(0.11, 0.93, 23)
 SMOOTH = (
@@ -20,12 +20,12 @@ SMOOTH = (
 def test_they_are_the_rates_of_the_rates(text: str) -> None:
     step = 1e-5
     wanted = (rates_of(text, TIMES + step, "x") - rates_of(text, TIMES - step, "x")) / (2 * step)
-    np.testing.assert_allclose(second_rates_of(text, TIMES, "x"), wanted, rtol=1e-7, atol=1e-7)
+    np.testing.assert_allclose(motions_of(text, TIMES, "x")[:, 2], wanted, rtol=1e-7, atol=1e-7)
 
 
 def test_what_is_not_finite_is_named() -> None:
     with pytest.raises(SceneError, match=r"joint\.a: the rate of 'sqrt\(t\)' is not a finite number at t = 0 s"):
-        second_rates_of("1 + sqrt(t)", np.array([0.0, 1.0]), "joint.a")
+        motions_of("1 + sqrt(t)", np.array([0.0, 1.0]), "joint.a")
 
 
 def test_jumps_are_found_where_they_are() -> None:

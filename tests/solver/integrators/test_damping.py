@@ -63,7 +63,7 @@ def test_the_residual_flexibility_has_the_share_that_is_proportional_to_stiffnes
     for name, beta in expected.items():
         body = system_of(tmp_path / name, FORMS[name][0]).bodies["part"]
         assert body.stiffness_factor == pytest.approx(beta, rel=1e-14), name
-    fewer = nested(system_of(tmp_path / "nested", {"ratios": [0.01, 0.02, 0.05, 0.3]}))
+    fewer = nested(system_of(tmp_path / "nested", {"ratios": [0.01, 0.02, 0.05, 0.3]}), 0.5)
     assert fewer is not None
     assert fewer.bodies["part"].stiffness_factor == pytest.approx(2 * 0.02 / (2 * np.pi * HERTZ[1]), rel=1e-14)
     bare = block_scene(against=FAR)

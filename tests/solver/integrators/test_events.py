@@ -589,7 +589,7 @@ CHOICES: list[tuple[dict[str, Any], dict[str, Any], str]] = [
     (BOUNCE, {"integrator": "event", "step": 1e-6},
      "run.step: integrator 'event' has no step, since its motion is exact; remove run.step"),
     ({"law": {"kind": "hertz", "stiffness": 1e9}}, {"integrator": "event"},
-     "'event' does not support the law of contact.wall; use 'auto' or 'collocation' or 'discrete-gradient'"),
+     "'event' does not support the law of contact.wall; use 'auto' or 'collocation'"),
 ]  # fmt: skip
 
 

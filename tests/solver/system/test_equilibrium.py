@@ -22,7 +22,6 @@ ROUND_OFF = 1e-9
 INTEGRATORS: dict[str, dict[str, Any]] = {
     "event": {"method": "residual"},
     "implicit": {"method": "residual", "surface_stiffness": 1e13},
-    "discrete-gradient": {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e9}},
     "collocation": {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e9}},
 }
 

@@ -40,14 +40,14 @@ def close(one: np.ndarray, other: np.ndarray) -> bool:
 def test_a_nested_rod_is_the_rod_with_half_the_modes(tmp_path: Path, contact: dict[str, Any], count: int) -> None:
     scene = rod_scene(**contact)
     more, fewer = (build(tmp_path / str(n), rod_records(n), scene) for n in (2 * count, count))
-    found = nested(more)
+    found = nested(more, 0.5)
     assert found is not None
     assert all(close(one, other) for one, other in zip(arrays(found), arrays(fewer), strict=True))
     assert found.resolution == pytest.approx(fewer.resolution)
 
 
 def test_contact_without_residual_flexibility_gets_none(tmp_path: Path) -> None:
-    found = nested(build(tmp_path, block_records(3), block_scene(method="penalty", surface_stiffness=1e13)))
+    found = nested(build(tmp_path, block_records(3), block_scene(method="penalty", surface_stiffness=1e13)), 0.5)
     assert found is not None
     assert not found.residual.dense().any()
 
@@ -55,7 +55,7 @@ def test_contact_without_residual_flexibility_gets_none(tmp_path: Path) -> None:
 def test_coupled_points_traction_spaces_joints_and_loads_get_the_static_response(tmp_path: Path) -> None:
     """The displacement of all rows under any static forces on them is that of the whole system."""
     system = build_all(tmp_path, driven_pair_records(6), driven_pair_scene())
-    found = nested(system)
+    found = nested(system, 0.5)
     assert found is not None
     assert len(found.velocity) < len(system.velocity)
     assert close(whole(system.residual, system.rows, system), whole(found.residual, found.rows, found))
@@ -88,7 +88,7 @@ def static(rows: np.ndarray, system: System, other: np.ndarray | None = None) ->
 def test_gravity_deforms_the_nested_system_as_the_whole_one(tmp_path: Path, gap: float) -> None:
     """A held block, on its wall and beside it: gaps and contact forces of the equilibrium are equal."""
     system = build(tmp_path, held(6), held_scene(gap, {}))
-    found = nested(system)
+    found = nested(system, 0.5)
     assert found is not None
     sag = np.abs(system.rows @ (system.driving.gravity / system.stiffness)).max()
     np.testing.assert_allclose(final_gaps(found), final_gaps(system), rtol=0, atol=1e-12 * max(sag, gap))
@@ -105,7 +105,7 @@ def test_a_surface_that_others_slide_over_keeps_its_sag(tmp_path: Path) -> None:
     records["plate"] = (replace(plate, participation=weight), records["plate"][1])
     scene = driven_pair_scene(clearance=1e-4, gravity=[50.0, 0.0, 0.0])
     system = build_all(tmp_path, records, scene)
-    found = nested(system)
+    found = nested(system, 0.5)
     assert found is not None
     bent = np.abs(found.sag).max()
     assert bent > 1e-10
@@ -167,7 +167,7 @@ def test_nothing_is_left_out_of_a_body_with_one_elastic_coordinate(tmp_path: Pat
     records = block_records(3, mode_count=count)
     if not count:
         records = (replace(records[0], reduction="rigid", residual_flexibility=None), records[1])
-    assert nested(build(tmp_path, records, block_scene(surface_stiffness=1e13))) is None
+    assert nested(build(tmp_path, records, block_scene(surface_stiffness=1e13)), 0.5) is None
 
 
 @pytest.mark.parametrize(("rows", "left"), [(6, 4), (8, 5), (14, 8), (20, 8)])

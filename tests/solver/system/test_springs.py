@@ -99,7 +99,7 @@ def test_stop_with_clearance_by_a_table_conserves_energy(tmp_path: Path) -> None
     found = simulate(system)
     assert system.scene.integrator == "implicit"
     total = found.energies[:, :3].sum(axis=1)
-    assert total == pytest.approx(0.5 * mass * speed**2, rel=1e-9)  # Discrete gradient: also across the knots.
+    assert total == pytest.approx(0.5 * mass * speed**2, rel=1e-9)  # By difference quotients: also across the knots.
     assert found.motion["part"][-1, 6] == pytest.approx(speed, rel=1e-4)
     assert np.abs(found.motion["part"][:, 0]).max() == pytest.approx(gap + speed * np.sqrt(mass / k), rel=1e-3)
 

@@ -27,7 +27,7 @@ DIFFERENCE = 1e-7
 
 
 @inner
-def natural_residual(constants, state, problem):  # type: ignore[no-untyped-def]
+def natural_residual(constants, problem):  # type: ignore[no-untyped-def]
     """Return Σ F² of unilateral contact and friction, with the changes of the last sweep for ports of other kinds [N²].
 
     A sum: it is not a number where any part of it is not.
@@ -123,7 +123,7 @@ def newton(constants, state, problem, tolerance, bound):  # type: ignore[no-unty
             # The change of the other kinds that the residual takes.
             start[a] = x[a] + step[a]
         renew(problem)
-        if natural_residual(constants, state, problem) <= allowed(constants, state, problem, tolerance, bound) ** 2:
+        if natural_residual(constants, problem) <= allowed(constants, state, problem, tolerance, bound) ** 2:
             return True
     return False
 

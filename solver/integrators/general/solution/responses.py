@@ -3,9 +3,8 @@
 import numpy as np
 
 from gudgeon.solver.compiled import embedded, inner
-from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
 from gudgeon.solver.integrators.general.arrays import CONE, LAW, RUBBING_LAW, UNILATERAL
-from gudgeon.solver.laws.force import law_force
+from gudgeon.solver.laws.force import law_force, quotient
 
 BISECTIONS = 200
 

@@ -222,9 +222,9 @@ def _swept(constants, state, problem, turns, bound):  # type: ignore[no-untyped-
         state.counts[3] += 1
         if sweep == 0 or change <= (NEAR * within) ** 2:
             within = allowed(constants, state, problem, TOLERANCE, bound)
-            if natural_residual(constants, state, problem) <= within**2:
+            if natural_residual(constants, problem) <= within**2:
                 renew(problem)
-                if natural_residual(constants, state, problem) <= within**2:
+                if natural_residual(constants, problem) <= within**2:
                     return True
         if blocks == 1 and constants.size[problem.ports[0]] == 1 and size < np.inf:
             return True

@@ -24,7 +24,7 @@ SMALL = 1e-4
 
 
 @inner
-def _rotation(model, work, a, b, x):  # type: ignore[no-untyped-def]
+def _rotation(work, a, b, x):  # type: ignore[no-untyped-def]
     """Set the rotation vector of b's axes from a's, x[3:]; return the angle."""
     A, B = work.axes[a], work.axes[b]
     trace = 0.0
@@ -88,7 +88,7 @@ def set_bushings(model, work):  # type: ignore[no-untyped-def]
             work.speed[b, 0] - work.speed[a, 0] - carried[0], work.speed[b, 1] - work.speed[a, 1] - carried[1],
             work.speed[b, 2] - work.speed[a, 2] - carried[2],
         )  # fmt: skip
-        angle = _rotation(model, work, a, b, x)
+        angle = _rotation(work, a, b, x)
         theta = (x[3], x[4], x[5])
         local, moved = _along(A, d), _along(A, v)
         turning = _turned_rate(theta, angle, _along(A, (wb[0] - wa[0], wb[1] - wa[1], wb[2] - wa[2])), 1.0)

@@ -155,7 +155,7 @@ def set_cone(model, work, i, v, t, w):  # type: ignore[no-untyped-def]
 
 
 @inner
-def set_deflections(model, work, y):  # type: ignore[no-untyped-def]
+def set_deflections(work, y):  # type: ignore[no-untyped-def]
     """Set the tangential deflections of a state."""
     first = len(y) - SUMS - PUSHES * len(work.touch)
     for i in range(len(work.touch)):

@@ -1,1 +1,0 @@
-"""Contact laws by discrete gradients."""
