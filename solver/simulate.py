@@ -170,7 +170,7 @@ def start(system: System, plan: Plan) -> Marching:
 
 
 def _start(system: System, plan: Plan) -> Marching:
-    folder, name = plan.name.replace("-", "_"), plan.integrator.__name__
+    folder, name = plan.name, plan.integrator.__name__
     if plan.name == "implicit" and system.scene.general:
         folder, name = "general", "General"
     module = import_module(f"gudgeon.solver.integrators.{folder}.integrator")

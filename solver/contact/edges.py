@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from gudgeon.solver.contact.facets import BEYOND, FACING, INSIDE, Pairing
+from gudgeon.solver.contact.facets import BEYOND, FACING, INSIDE, Pairing, collocated
 
 MASS = np.array([[4.0, -1.0, 2.0], [-1.0, 4.0, 2.0], [2.0, 2.0, 16.0]]) / 30
 """∫ N Nᵀ of the ends and the middle of an edge of unit length."""
@@ -68,13 +68,8 @@ def functions(place: np.ndarray) -> np.ndarray:
 
 def paired_edges(own: Edges, other: Edges) -> Pairing:
     """Return what the points of one part meet on the edges of another, both in the same axes."""
-    gap, edge, place = _met(own, other)
-    weights, met = _mortar(own, other, gap), np.isfinite(gap)
-    weighted = np.diff(weights.indptr) > 0
-    alone = np.flatnonzero(met & ~weighted)
-    at = (np.repeat(alone, 3), other.numbers[edge[alone]].ravel())
-    single = sparse.csr_matrix((functions(place[alone]).ravel(), at), weights.shape)
-    return Pairing(sparse.csr_matrix(sparse.diags_array((met & weighted).astype(float)) @ weights + single), gap)
+    gap, edge, position = _met(own, other)
+    return collocated(_mortar(own, other, gap), gap, other.numbers, edge, lambda points: functions(position[points]))
 
 
 def _met(own: Edges, other: Edges) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -12,6 +12,7 @@ Rows of G sum to one and have their mean place at the point that faces i. Integr
 other in the plane of the first.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,14 +87,32 @@ class Pairing:
 
 def paired(own: Facets, other: Facets) -> Pairing:
     """Return what the points of one surface meet on another, both in the same axes."""
-    gap, facet, place = _met(own, other)
-    weights, met = _mortar(own, other, gap), np.isfinite(gap)
-    weighted = np.diff(weights.indptr) > 0
+    gap, facet, barycentric = _met(own, other)
+    weights = _mortar(own, other, gap)
+    return collocated(weights, gap, other.numbers, facet, lambda points: _places(barycentric[points]))
+
+
+def collocated(
+    weights: sparse.csr_matrix,
+    gap: np.ndarray,
+    numbers: np.ndarray,
+    facet: np.ndarray,
+    functions: Callable[[np.ndarray], np.ndarray],
+) -> Pairing:
+    """Return the pairing by mortar weights, (c, k), and by values of functions for points that have none.
+
+    Args:
+        gap: Distance along each point's normal to the other surface [m], (c,); infinite where there is none.
+        numbers: Points of each facet or edge of the other surface, (f, 3).
+        facet: Which of these each point meets, (c,).
+        functions: Returns the values of the other surface's functions where p points meet it, (p,) → (p, 3).
+    """
+    meets, weighted = np.isfinite(gap), np.diff(weights.indptr) > 0
     # Points of facets that are cut off by the border of their interface have no function of their own.
-    alone = np.flatnonzero(met & ~weighted)
-    at = (np.repeat(alone, 3), other.numbers[facet[alone]].ravel())
-    single = sparse.csr_matrix((_places(place[alone]).ravel(), at), weights.shape)
-    return Pairing(sparse.csr_matrix(sparse.diags_array((met & weighted).astype(float)) @ weights + single), gap)
+    points = np.flatnonzero(meets & ~weighted)
+    entries = (np.repeat(points, 3), numbers[facet[points]].ravel())
+    values = sparse.csr_matrix((functions(points).ravel(), entries), weights.shape)
+    return Pairing(sparse.csr_matrix(sparse.diags_array((meets & weighted).astype(float)) @ weights + values), gap)
 
 
 def _places(place: np.ndarray) -> np.ndarray:
