@@ -26,7 +26,8 @@ def plan(job: Job) -> dict[str, Any]:
     """Return the terms that the solver reads and omits, with reason, fields and bytes, the ports of the scene, the
     bytes read in all, the integrator that the scene's features select, and those that the size of its contacts may."""
     from gudgeon.solver.ports.listing import port_rows
-    from gudgeon.solver.system.requirements import Stock, scene_terms
+    from gudgeon.solver.system.terms.scene_terms import scene_terms
+    from gudgeon.solver.system.terms.term import Stock
 
     rows, read, stocks, components = [], {}, {}, job.components()
     for body in job.scene.body:

@@ -31,9 +31,10 @@ from gudgeon.solver.system.gauges import compile_gauges
 from gudgeon.solver.system.held import begin_driven, held_statics
 from gudgeon.solver.system.loads import Driving, compile_driving
 from gudgeon.solver.system.probes import compile_probes
-from gudgeon.solver.system.requirements import Stock, Term, fields_read, scene_terms
 from gudgeon.solver.system.springs import compile_springs
 from gudgeon.solver.system.system import System
+from gudgeon.solver.system.terms.scene_terms import scene_terms
+from gudgeon.solver.system.terms.term import Stock, Term, fields_read
 
 
 def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> System:

@@ -17,8 +17,8 @@ from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.fields.reading import Fields
 from gudgeon.solver.system.loads import Driving
 from gudgeon.solver.system.probes import Probes
-from gudgeon.solver.system.requirements import Term
 from gudgeon.solver.system.springs import Springs
+from gudgeon.solver.system.terms.term import Term
 from gudgeon.solver.vectors import unit
 
 DEPENDENT = 1e-11

@@ -12,7 +12,8 @@ from pydantic import ValidationError
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
-from gudgeon.solver.system.requirements import Stock, fields_read, scene_terms
+from gudgeon.solver.system.terms.scene_terms import scene_terms
+from gudgeon.solver.system.terms.term import Stock, fields_read
 from tests.solver.systems import (
     block_records,
     block_scene,

@@ -25,8 +25,9 @@ from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system import compile as compiled
 from gudgeon.solver.system.compile import compile_system
-from gudgeon.solver.system.requirements import Stock, scene_terms
 from gudgeon.solver.system.system import System
+from gudgeon.solver.system.terms.scene_terms import scene_terms
+from gudgeon.solver.system.terms.term import Stock
 from tests.scenes import scene_files, scene_path
 from tests.solver.systems import (
     arrays,
