@@ -191,11 +191,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
             result, reason = integrator.failure if not sound else Result.DIVERGED, integrator.reason
             break
         now = last = _copied(integrator.outcome())
-        histories.frames[frame], histories.velocities[frame] = now.q, now.v
-        histories.multipliers[frame], histories.masters[frame] = now.multipliers, now.masters
-        histories.impulses[frame] = now.impulses[: histories.impulses.shape[1]]
-        if len(now.friction):
-            histories.friction[frame] = now.friction
+        _record(histories, frame, now)
         done = frame + 1
         times = schedule.interval * np.arange(here.start + 1, here.stop + 1)
         left = None
@@ -213,15 +209,32 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     end = _unmoved(system, integrator.outcome()) if last is None else last
     histories = histories.cut(done, schedule)
     drift = _drift(system, end, histories)
+    ending = Ending(result, reason, drift)
     if result.ok and drift > CREATED_ENERGY:
-        result = Result.SURFACE_LEFT if end.left else Result.ENERGY
-        times = schedule.interval * np.arange(1, len(histories.samples.snapshots) + 1)
-        if end.left and (where := left_text(system, times, histories.samples.snapshots)):
-            reason = f"{where}: {result.value}"
+        ending = _created_energy(system, ending, histories, schedule.interval, left=bool(end.left))
     end = replace(end, impacts=integrator.impacts())
-    found = trajectory_of(system, plan, end, histories, Ending(result, reason, drift))
+    found = trajectory_of(system, plan, end, histories, ending)
     notes = limits.notes()
     return replace(found, counts=found.counts | {ROTATION_NOTES: "\n".join(notes)}) if notes else found
+
+
+def _record(histories: Histories, frame: int, outcome: Outcome) -> None:
+    """Set the state of a frame in the histories."""
+    histories.frames[frame], histories.velocities[frame] = outcome.q, outcome.v
+    histories.multipliers[frame], histories.masters[frame] = outcome.multipliers, outcome.masters
+    histories.impulses[frame] = outcome.impulses[: histories.impulses.shape[1]]
+    if len(outcome.friction):
+        histories.friction[frame] = outcome.friction
+
+
+def _created_energy(system: System, ending: Ending, histories: Histories, interval: float, *, left: bool) -> Ending:
+    """Return the ending of a run whose energy balance fails, by points that left their surface or by something else."""
+    if not left:
+        return ending._replace(result=Result.ENERGY)
+    times = interval * np.arange(1, len(histories.samples.snapshots) + 1)
+    points = left_text(system, times, histories.samples.snapshots)
+    result = Result.SURFACE_LEFT
+    return ending._replace(result=result, reason=f"{points}: {result.value}" if points else ending.reason)
 
 
 def _copied(found: Outcome) -> Outcome:

@@ -1,6 +1,5 @@
 """A system that its caller steps: state and ports by name, forces set between steps, checkpoints."""
 
-import difflib
 import hashlib
 import io
 import zipfile
@@ -18,6 +17,7 @@ from gudgeon.solver.ports.members import function_ports
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import Kind
 from gudgeon.solver.ports.uniqueness import refuse_ambiguous_friction
+from gudgeon.solver.scene.refusals import suggestion
 from gudgeon.solver.system.bases.swaps import refuse_swaps
 from gudgeon.solver.system.system import System
 
@@ -234,6 +234,4 @@ def _flat(value: object) -> Iterator[object]:
 
 def _known(name: str, members: Iterable[str]) -> str:
     able = list(members)
-    near = difflib.get_close_matches(name, able, 1)
-    hint = f"did you mean '{near[0]}'? " if near else ""
-    return f"'{name}' is unknown, {hint}the scene has {', '.join(able) or 'none'}"
+    return f"'{name}' is unknown, {suggestion(name, able)}the scene has {', '.join(able) or 'none'}"

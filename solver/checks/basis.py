@@ -86,21 +86,13 @@ def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Traject
         systems = [fewer for share in SHARES if (fewer := nested(system, share)) is not None]
         if not systems:
             return found
-        windows = _windows(system, systems)
-        closest = windows[0] / SAMPLES if windows[0] > 0 else float(found.times[0])
-        if system.scene.capabilities.turns:
-            closest = max(closest, min(system.scene.run.duration / MOST_SAMPLES, float(found.times[0])))
-            windows = [max(window, SAMPLES * closest) for window in windows]
-        own = found if found.times[0] <= closest * (1 + ROUND_OFF) else run(system, closest)
-        runs = [own, *(run(fewer, closest) for fewer in systems)]
+        windows, runs = _nested_runs(system, systems, found, run)
     except (SceneError, SolverError) as error:
         return _unknown(found, str(error))
-    for other in runs[1:]:
-        if not Result[other.result].ok:
-            return _unknown(found, other.counts.get("reason", Result[other.result].value))
-    speed, errors, known = fastest_body(system), dict.fromkeys(STIFFENED, 0.0), set[str]()
-    if not system.scene.capabilities.turns:
-        errors = _least(system, systems[0], found)
+    if failed := next((r for r in runs[1:] if not Result[r.result].ok), None):
+        return _unknown(found, failed.counts.get("reason", Result[failed.result].value))
+    own, speed, known = runs[0], fastest_body(system), set[str]()
+    errors = _least(system, systems[0], found)
     for name, value in _by_mass(system, own, run).items():
         errors[f"basis.{name}"] = max(errors[f"basis.{name}"], MARGIN * value)
     for number, window in enumerate(windows):
@@ -109,6 +101,19 @@ def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Traject
         for name, value in apart.items():
             errors[f"basis.{name}"] = max(errors[f"basis.{name}"], MARGIN * value / 2**number)
     return replace(found, estimates=found.estimates | {name: errors[name] for name in errors if name in known})
+
+
+def _nested_runs(
+    system: System, systems: list[System], found: Trajectory, run: Run
+) -> tuple[list[float], list[Trajectory]]:
+    """Return the window of each pair of bases [s], and the runs of all bases, that of the system first."""
+    windows = _windows(system, systems)
+    closest = windows[0] / SAMPLES if windows[0] > 0 else float(found.times[0])
+    if system.scene.capabilities.turns:
+        closest = max(closest, min(system.scene.run.duration / MOST_SAMPLES, float(found.times[0])))
+        windows = [max(window, SAMPLES * closest) for window in windows]
+    reference = found if found.times[0] <= closest * (1 + ROUND_OFF) else run(system, closest)
+    return windows, [reference, *(run(fewer, closest) for fewer in systems)]
 
 
 def touches(system: System, found: Trajectory) -> bool:
@@ -153,7 +158,9 @@ def _windows(system: System, systems: list[System]) -> list[float]:
 
 
 def _least(system: System, fewer: System, found: Trajectory) -> dict[str, float]:
-    """Return the least estimates of a run, see the module."""
+    """Return the least estimates of a run, see the module; zeros where bodies turn."""
+    if system.scene.capabilities.turns:
+        return dict.fromkeys(STIFFENED, 0.0)
     stiff, (massless, hidden, rigid) = _lacking(system, fewer), _unresolved(system, found)
     least = {name: max(STIFFENED[name] * stiff, UNRESOLVED[name] * massless, RIGID * rigid) for name in STIFFENED}
     return least | {"basis.force": max(least["basis.force"], hidden)}

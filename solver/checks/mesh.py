@@ -63,27 +63,31 @@ def _with_frequencies(system: System, found: Trajectory, run: Run) -> Trajectory
     """Return a run with its errors due to the frequencies of the bodies' meshes."""
     scene, corrected = system.scene, {name: _corrected(body.modal) for name, body in system.bodies.items()}
     components = list(dict.fromkeys(scene.component_of(name) for name, one in corrected.items() if one is not None))
-
-    def errors(only: list[str]) -> dict[str, float]:
-        """Return the errors by the meshes of some components; none where the run of the continuum is impossible."""
-        modes = {name: one for name, one in corrected.items() if scene.component_of(name) in only and one is not None}
-        try:
-            other = run(_continuum(system, modes), float(found.times[0]))
-        except (SceneError, SolverError):
-            return {}
-        if not Result[other.result].ok:
-            return {}
-        apart = differences(found, (found, other), system.window, fastest_body(system))
-        return {f"mesh.{name}": MARGIN * one for name, one in apart.items()}
-
     if not components or not touches(system, found):
         return found
-    whole, counts = errors(components), found.counts
-    if len(components) > 1 and max(whole.values(), default=0.0) > scene.run.tolerance:
+
+    def errors(names: list[str]) -> dict[str, float]:
+        modes = {body: modal for body, modal in corrected.items() if scene.component_of(body) in names}
+        return _errors(system, found, run, {body: modal for body, modal in modes.items() if modal is not None})
+
+    total, counts = errors(components), found.counts
+    if len(components) > 1 and max(total.values(), default=0.0) > scene.run.tolerance:
         each = {name: max(errors([name]).values(), default=0.0) for name in components}
         coarse = [name for name, one in each.items() if one >= SHARE * max(each.values())]
         counts = counts | {COARSE_MESHES: coarse}
-    return replace(found, estimates=found.estimates | whole, counts=counts)
+    return replace(found, estimates=found.estimates | total, counts=counts)
+
+
+def _errors(system: System, found: Trajectory, run: Run, modes: Mapping[str, ModalRecord]) -> dict[str, float]:
+    """Return the errors by the meshes of the bodies with other modes; none where their run is impossible."""
+    try:
+        continuum = run(_continuum(system, modes), float(found.times[0]))
+    except (SceneError, SolverError):
+        return {}
+    if not Result[continuum.result].ok:
+        return {}
+    relative_changes = differences(found, (found, continuum), system.window, fastest_body(system))
+    return {f"mesh.{name}": MARGIN * value for name, value in relative_changes.items()}
 
 
 def _continuum(system: System, modes: Mapping[str, ModalRecord]) -> System:

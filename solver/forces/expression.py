@@ -47,27 +47,28 @@ def kept(text: str) -> ast.expr:
 
 def _check(node: ast.expr, text: str, level: int = 0) -> None:
     """Raise a ValueError for a node that is not allowed."""
-    below: list[ast.expr] = []
-    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
-        if not abs(node.value) < float(np.finfo(float).max):
-            raise ValueError(f"'{text}': a number is too large")
-    elif isinstance(node, ast.Name) and node.id in ("t", "pi"):
-        pass
-    elif isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
-        below = [node.left, node.right]
-    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.UAdd | ast.USub):
-        below = [node.operand]
-    elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS:
-        needed = FUNCTIONS[node.func.id][1]
-        if len(node.args) != needed or node.keywords:
-            raise ValueError(f"'{shown(node, text)}': {node.func.id} needs {needed} argument{'s' * (needed > 1)}")
-        below = node.args
-    else:
-        raise ValueError(f"'{shown(node, text)}' at character {node.col_offset + 1} is not allowed; allowed: {ALLOWED}")
+    match node:
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+            operands = []
+            if not abs(value) < float(np.finfo(float).max):
+                raise ValueError(f"'{text}': a number is too large")
+        case ast.Name(id="t" | "pi"):
+            operands = []
+        case ast.BinOp(left, op, right) if type(op) in OPERATORS:
+            operands = [left, right]
+        case ast.UnaryOp(ast.UAdd() | ast.USub(), operand):
+            operands = [operand]
+        case ast.Call(ast.Name(id=name), operands, keywords) if name in FUNCTIONS:
+            needed = FUNCTIONS[name][1]
+            if len(operands) != needed or keywords:
+                raise ValueError(f"'{shown(node, text)}': {name} needs {needed} argument{'s' * (needed > 1)}")
+        case _:
+            column = node.col_offset + 1
+            raise ValueError(f"'{shown(node, text)}' at character {column} is not allowed; allowed: {ALLOWED}")
     if level > DEEPEST:
         raise ValueError(f"'{text[:40]}…' has more than {DEEPEST} levels")
-    for one in below:
-        _check(one, text, level + 1)
+    for operand in operands:
+        _check(operand, text, level + 1)
 
 
 def values_of(text: str, times: np.ndarray, where: str) -> np.ndarray:

@@ -4,7 +4,6 @@ A port that holds has the displacement u = W q + R f = −S(s) f with S = 1/(k +
 the tangent of a law at its force, and zero of joints, driven bodies and contacts without a layer.
 """
 
-import difflib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
@@ -24,6 +23,7 @@ from gudgeon.solver.ports.members import (
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.scene.probe import PointProbe
+from gudgeon.solver.scene.refusals import suggestion
 from gudgeon.solver.system.bases.swaps import refuse_swaps
 from gudgeon.solver.system.system import System
 
@@ -171,6 +171,19 @@ def places(found: Linearised, name: str, key: str) -> list[Place]:
         SceneError: there is none, beginning with the option `key`.
     """
     base, _, number = name.partition("[")
+    rows = _all_places(found, name, base, key)
+    if len(rows) == 1:
+        rows = [replace(rows[0], label=base)]
+    if not number:
+        return rows
+    text = number.removesuffix("]")
+    if not text.isdigit() or not 1 <= int(text) <= len(rows):
+        raise SceneError(f"{key} '{name}': {base} has rows 1 to {len(rows)}")
+    return [rows[int(text) - 1]]
+
+
+def _all_places(found: Linearised, name: str, base: str, key: str) -> list[Place]:
+    """Return all rows of a place, named without the number of one; see `places` for what is raised."""
     system, ports = found.system, found.ports
     read = {f"probe.{n}": n for n, one in system.scene.probe.items()
             if isinstance(one, PointProbe) and one.kind in ("displacement", "rotation")}  # fmt: skip
@@ -185,24 +198,15 @@ def places(found: Linearised, name: str, key: str) -> list[Place]:
             )
         raise SceneError(f"{key} '{name}': {known(base, able)}")
     if base in gauges:
-        own = gauge_places(found, gauges[base])
-    elif base in read:
+        return gauge_places(found, gauges[base])
+    if base in read:
         here, through = system.probes.places[system.probes.names.index(read[base])], probe_ports(system, ports)
-        own = [Place(f"{base}[{b + 1}]", system.probes.rows[i], np.stack([through[i], 0 * through[i]]), -1)
-               for b, i in enumerate(range(here.start, here.stop))]  # fmt: skip
-    else:
-        here = ports.of(base)
-        last = here.start + 1 if base.startswith("joint.") else here.stop
-        own = [Place(f"{base}[{b + 1}]", found.rows[i], found.residual[:, i], i, base.startswith("motion."))
-               for b, i in enumerate(range(here.start, last))]  # fmt: skip
-    if len(own) == 1:
-        own = [replace(own[0], label=base)]
-    if not number:
-        return own
-    text = number.removesuffix("]")
-    if not text.isdigit() or not 1 <= int(text) <= len(own):
-        raise SceneError(f"{key} '{name}': {base} has rows 1 to {len(own)}")
-    return [own[int(text) - 1]]
+        return [Place(f"{base}[{b + 1}]", system.probes.rows[i], np.stack([through[i], 0 * through[i]]), -1)
+                for b, i in enumerate(range(here.start, here.stop))]  # fmt: skip
+    here = ports.of(base)
+    stop = here.start + 1 if base.startswith("joint.") else here.stop
+    return [Place(f"{base}[{b + 1}]", found.rows[i], found.residual[:, i], i, base.startswith("motion."))
+            for b, i in enumerate(range(here.start, stop))]  # fmt: skip
 
 
 def read_as(gauge: str) -> str:
@@ -226,6 +230,4 @@ def gauge_places(found: Linearised, gauge: str) -> list[Place]:
 
 def known(name: str, able: Sequence[str]) -> str:
     """Return what is wrong with a name that is none of those that are able."""
-    near = difflib.get_close_matches(name, able, 1)
-    hint = f"did you mean '{near[0]}'? " if near else ""
-    return f"there is none in the scene, {hint}it has {', '.join(able) or 'none'}"
+    return f"there is none in the scene, {suggestion(name, able)}it has {', '.join(able) or 'none'}"

@@ -146,10 +146,17 @@ class Contact(Strict):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Contact":
+        for wrong, message in (*self._method_conflicts(), *self._against_conflicts()):
+            if wrong:
+                raise ValueError(message)
+        return self
+
+    def _method_conflicts(self) -> tuple[tuple[bool, str], ...]:
+        """Return settings that contradict the method, each with its message."""
         method, layer, law = METHODS[self.method], self.surface_stiffness is not None, self.law is not None
         dashpot = self.dashpot != "none"
         named = AUTO not in (self.interface, getattr(self.against, "interface", None))
-        for wrong, message in (
+        return (
             (self.within is not None and named, "within given; it is for interface 'auto' only"),
             (method.flexible and layer and law,
              "surface_stiffness and law both describe the surface; give only one of them"),
@@ -163,24 +170,25 @@ class Contact(Strict):
              "dashpot 'wave-guide' acts in parallel to R; it needs method 'residual'"),
             (method.bounces != (self.restitution is not None),
              "restitution is required by method 'impact' and not allowed with other methods"),
-            (self.friction is not None and self.friction.direction is not None
-             and isinstance(self.against, MasterSurface),
+        )  # fmt: skip
+
+    def _against_conflicts(self) -> tuple[tuple[bool, str], ...]:
+        """Return settings that contradict what the body meets, each with its message."""
+        rigid, slides = METHODS[self.method].rigid, isinstance(self.against, MasterSurface)
+        return (
+            (self.friction is not None and self.friction.direction is not None and slides,
              "friction.direction and against.shape 'surface' cannot be combined: friction over another body's surface"
              " acts in its plane; remove the direction"),
-            (self.wear is not None and self.wear.against_coefficient > 0
-             and not isinstance(self.against, MasterSurface),
+            (self.wear is not None and self.wear.against_coefficient > 0 and not slides,
              f"wear.against_coefficient given; it wears another body's traction space, and against.shape"
              f" '{self.against.shape}' has none"),
-            (method.rigid and isinstance(self.against, Plane) and bool(self.against.edges),
+            (rigid and isinstance(self.against, Plane) and bool(self.against.edges),
              f"method '{self.method}' and against.edges cannot be combined: a face with edges is met by method"
              " 'residual' or 'penalty'"),
-            (method.rigid and isinstance(self.against, MasterSurface),
+            (rigid and slides,
              f"method '{self.method}' and against.shape 'surface' cannot be combined: points slide over a surface by"
              " its flexibility or a surface stiffness"),
-        ):  # fmt: skip
-            if wrong:
-                raise ValueError(message)
-        return self
+        )  # fmt: skip
 
     @property
     def smooth_law(self) -> bool:

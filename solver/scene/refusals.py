@@ -1,13 +1,15 @@
 """Lines for what no integrator carries: which key of which element is missing or wrong, and what is allowed."""
 
-from collections.abc import Sequence
+import difflib
+from collections.abc import Iterable, Sequence
 
 from gudgeon.solver.capabilities import Feature
 from gudgeon.solver.forces import Force
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.laws import LAWS
-from gudgeon.solver.scene.contact import Contact
+from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
 from gudgeon.solver.scene.motion import Motion
+from gudgeon.solver.scene.probe import ForceProbe, Probe
 
 NAMED = 4
 """Elements of a scene that a line names."""
@@ -69,3 +71,33 @@ def _contact_line(where: str, feature: Feature, contact: Contact) -> str:
         Feature.WEAR: f"{where}.wear: given; joints of kind 'clearance' wear there, contacts do not",
         Feature.DASHPOT: f"{where}.dashpot: '{contact.dashpot}' given; 'none' is allowed there",
     }.get(feature, f"{where}: {feature.value} is not carried there")  # fmt: skip
+
+
+def refuse_turning_probe(name: str, probe: Probe) -> None:
+    """Raise a ValueError for a probe of what bodies that turn by any angle do not have."""
+    if isinstance(probe, ForceProbe):
+        if probe.of.partition(".")[0] not in ("joint", "force"):
+            raise ValueError(
+                f"probe.{name}.of: '{probe.of}' given; a scene of integrator 'mechanism' reads forces of joints,"
+                " springs, bushings and electrostatic fields"
+            )
+    elif probe.interface is not None and probe.kind == "rotation":
+        raise ValueError(
+            f"probe.{name}.interface: given; in a scene of integrator 'mechanism' rotations are those of the bodies'"
+            " frames; leave it out"
+        )
+
+
+def refuse_both_sides(name: str, contact: Contact, other: MasterSurface | OtherBody) -> None:
+    """Raise a ValueError where a contact has one interface of a body on both sides."""
+    if (other.body, other.interface) == (contact.body, contact.interface):
+        raise ValueError(
+            f"contact.{name}.against.interface: '{contact.interface}' of '{contact.body}' on both sides; a body meets"
+            " itself by two interfaces"
+        )
+
+
+def suggestion(name: str, allowed: Iterable[str]) -> str:
+    """Return `did you mean 'x'? ` with the allowed name that is most like one that is not; empty where none is."""
+    near = difflib.get_close_matches(name, list(allowed), 1)
+    return f"did you mean '{near[0]}'? " if near else ""

@@ -1,6 +1,5 @@
 """The solver's part of a scene: bodies, contacts, joints, forces and the run. SI units."""
 
-import difflib
 import math
 from collections.abc import Iterator
 
@@ -33,7 +32,14 @@ from gudgeon.solver.scene.demands import Demand, conflict, contact_demands, lack
 from gudgeon.solver.scene.holding import turning_cause
 from gudgeon.solver.scene.motion import Motion
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe, Probe
-from gudgeon.solver.scene.refusals import listed, refuse_step, turning_refusal
+from gudgeon.solver.scene.refusals import (
+    listed,
+    refuse_both_sides,
+    refuse_step,
+    refuse_turning_probe,
+    suggestion,
+    turning_refusal,
+)
 from gudgeon.solver.scene.run import Run
 
 
@@ -50,58 +56,55 @@ class Scene(Strict):
 
     @model_validator(mode="after")
     def _names(self) -> "Scene":
-        named = [(f"contact.{name}.body", contact.body) for name, contact in self.contact.items()]
-        named += [(f"contact.{name}.against.body", other.body) for name, other in self.others().items()]
-        named += [
-            (f"joint.{name}.body", joint.body) for name, joint in [*self.cranks().items(), *self.hinges().items()]
-        ]
-        named += [(f"joint.{name}.against", joint.against) for name, joint in self.hinges().items() if joint.against]
-        named += [(f"force.{name}.body", force.body) for name, force in self.force.items()]
-        named += [(f"motion.{name}.body", motion.body) for name, motion in self.motion.items()]
-        both = self.springs() | self.fields()
-        named += [(f"force.{n}.against", one.against) for n, one in both.items() if one.against]
         for name, probe in self.probe.items():
             if isinstance(probe, ForceProbe):
                 self._check_force(f"probe.{name}.of", probe.of)
-                continue
-            named.append((f"probe.{name}.body", probe.body))
-            if isinstance(probe, DistanceProbe):
-                named.append((f"probe.{name}.against", probe.against))
-        for where, body in named:
+        for key, body in self._named_bodies():
             if body not in self.body:
-                near = difflib.get_close_matches(body, self.body, 1)
-                hint = f"did you mean '{near[0]}'? " if near else ""
-                raise ValueError(f"{where}: no body '{body}', {hint}the scene has {', '.join(self.body)}")
-        for name, force in self.gas().items():
-            if force.joint not in self.cranks():
-                have = ", ".join(self.cranks()) or "none"
-                raise ValueError(f"force.{name}.joint: no joint '{force.joint}', the scene has {have}")
-        for name, joint in self.joint.items():
-            keys = {Gear: ("joint", "other"), Driven: ("joint",)}.get(type(joint), ())
-            for key in keys:
-                if (held := getattr(joint, key)) not in self.hinges():
-                    near = difflib.get_close_matches(held, self.hinges(), 1)
-                    hint = f"did you mean '{near[0]}'? " if near else ""
-                    have = ", ".join(self.hinges()) or "none"
-                    raise ValueError(
-                        f"joint.{name}.{key}: no joint '{held}' of two markers, {hint}the scene has {have}"
-                    )
+                have = ", ".join(self.body)
+                raise ValueError(f"{key}: no body '{body}', {suggestion(body, self.body)}the scene has {have}")
+        self._check_joints()
         for name, other in self.others().items():
-            own = self.contact[name]
-            if (other.body, other.interface) == (own.body, own.interface):
-                raise ValueError(
-                    f"contact.{name}.against.interface: '{own.interface}' of '{own.body}' on both sides; a body meets"
-                    " itself by two interfaces"
-                )
-            if other.body == own.body and isinstance(other, MasterSurface) and self.integrator != "mechanism":
+            contact = self.contact[name]
+            refuse_both_sides(name, contact, other)
+            if other.body == contact.body and isinstance(other, MasterSurface) and self.integrator != "mechanism":
                 raise ValueError(
                     f"contact.{name}.against.body: points do not slide over a traction space of their own body where it"
                     " does not turn; it meets itself by interfaces of kind 'points' and shape 'body'"
                 )
         if INTEGRATORS[self.integrator].turns:
             for name, probe in self.probe.items():
-                _check_turning(name, probe)
+                refuse_turning_probe(name, probe)
         return self
+
+    def _named_bodies(self) -> Iterator[tuple[str, str]]:
+        """Yield the keys that name bodies, each with the name."""
+        yield from ((f"contact.{name}.body", contact.body) for name, contact in self.contact.items())
+        yield from ((f"contact.{name}.against.body", other.body) for name, other in self.others().items())
+        joints, forces = self.hinges(), self.springs() | self.fields()
+        yield from ((f"joint.{name}.body", joint.body) for name, joint in (self.cranks() | joints).items())
+        yield from ((f"joint.{name}.against", joint.against) for name, joint in joints.items() if joint.against)
+        yield from ((f"force.{name}.body", force.body) for name, force in self.force.items())
+        yield from ((f"motion.{name}.body", motion.body) for name, motion in self.motion.items())
+        yield from ((f"force.{name}.against", force.against) for name, force in forces.items() if force.against)
+        for name, probe in self.probe.items():
+            if not isinstance(probe, ForceProbe):
+                yield f"probe.{name}.body", probe.body
+            if isinstance(probe, DistanceProbe):
+                yield f"probe.{name}.against", probe.against
+
+    def _check_joints(self) -> None:
+        """Raise a ValueError unless gas forces, gears and drives name joints of the kind that they need."""
+        cranks, hinges = self.cranks(), self.hinges()
+        for name, force in self.gas().items():
+            if force.joint not in cranks:
+                have = ", ".join(cranks) or "none"
+                raise ValueError(f"force.{name}.joint: no joint '{force.joint}', the scene has {have}")
+        for name, joint in self.joint.items():
+            for key in {Gear: ("joint", "other"), Driven: ("joint",)}.get(type(joint), ()):
+                if (target := getattr(joint, key)) not in hinges:
+                    have = f"{suggestion(target, hinges)}the scene has {', '.join(hinges) or 'none'}"
+                    raise ValueError(f"joint.{name}.{key}: no joint '{target}' of two markers, {have}")
 
     def _check_force(self, where: str, of: str) -> None:
         """Raise a ValueError unless a probe's `of` is a contact, joint, spring, motion or body of the scene."""
@@ -111,9 +114,8 @@ class Scene(Strict):
         ]
         able += [f"body.{name}" for name in self.body]
         if of not in able:
-            near = difflib.get_close_matches(of, able, 1)
-            hint = f"did you mean '{near[0]}'? " if near else ""
-            raise ValueError(f"{where}: nothing to be read at '{of}', {hint}the scene has {', '.join(able) or 'none'}")
+            have = ", ".join(able) or "none"
+            raise ValueError(f"{where}: nothing to be read at '{of}', {suggestion(of, able)}the scene has {have}")
 
     def cranks(self) -> dict[str, SliderCrank]:
         """Return the cranks that move a point of a body by a massless rod, by name."""
@@ -265,20 +267,22 @@ class Scene(Strict):
                 return stepping[0]
             raise ValueError(self._turning_refusal() or conflict(demands))
         if lacks := lacking(demands, named):
-            able = self._left_to_choose().carriers()  # Naming an integrator may have made a mechanism of the scene.
-            refusal = self._turning_refusal()
-            if not able and refusal:
-                raise ValueError(refusal)
-            advice = (
-                f"use {' or '.join(map(repr, ('auto', *able)))}" if able else "no integrator supports the whole scene"
-            )
-            if refusal and named == "mechanism":
-                advice += f"; or {refusal}"
-            missing = listed([one.what for one in lacks])
-            raise ValueError(f"run.integrator: '{named}' does not support {missing}; {advice}")
+            raise ValueError(self._named_refusal(named, lacks))
         if math.isinf(INTEGRATORS[named].order) and self.run.step is not None:
             refuse_step(repr(named))
         return named
+
+    def _named_refusal(self, named: str, lacks: list[Demand]) -> str:
+        """Return a line of what the integrator that is given does not support, and of what does."""
+        able = self._left_to_choose().carriers()  # Naming an integrator may have made a mechanism of the scene.
+        refusal = self._turning_refusal()
+        if not able and refusal:
+            return refusal
+        advice = f"use {' or '.join(map(repr, ('auto', *able)))}" if able else "no integrator supports the whole scene"
+        if refusal and named == "mechanism":
+            advice += f"; or {refusal}"
+        missing = listed([one.what for one in lacks])
+        return f"run.integrator: '{named}' does not support {missing}; {advice}"
 
     def _turning_refusal(self) -> str | None:
         """Return a line of what its bodies, which turn by any angle, do not carry; None where they do not turn."""
@@ -328,21 +332,6 @@ class Scene(Strict):
         return self.body[body].component or body
 
 
-def _check_turning(name: str, probe: Probe) -> None:
-    """Raise a ValueError for a probe of what bodies that turn by any angle do not have."""
-    if isinstance(probe, ForceProbe):
-        if probe.of.partition(".")[0] not in ("joint", "force"):
-            raise ValueError(
-                f"probe.{name}.of: '{probe.of}' given; a scene of integrator 'mechanism' reads forces of joints,"
-                " springs, bushings and electrostatic fields"
-            )
-    elif probe.interface is not None and probe.kind == "rotation":
-        raise ValueError(
-            f"probe.{name}.interface: given; in a scene of integrator 'mechanism' rotations are those of the bodies'"
-            " frames; leave it out"
-        )
-
-
 def _demands(scene: Scene) -> Iterator[Demand]:
     """Yield the features that a scene needs, each with the element that needs it."""
     for name, body in scene.body.items():
@@ -351,17 +340,9 @@ def _demands(scene: Scene) -> Iterator[Demand]:
             yield Demand(f"damping of {at}", Feature.DAMPING, at)
         if body.gauges:
             yield Demand(f"{at}.gauges", Feature.GAUGES, at)
-    for at in (f"probe.{name}" for name in scene.probe):
-        yield Demand(at, Feature.PROBES, at)
-    held = scene.held()
-    for name, joint in scene.joint.items():
-        at, crank = f"joint.{name}", isinstance(joint, SliderCrank)
-        if crank or name not in held:
-            yield Demand(at, Feature.JOINT if crank else Feature.MECHANISM, at)
-        elif held[name].body in {master.body for master in scene.masters().values()}:
-            yield Demand(f"{at}, which holds what points slide over,", Feature.GAUGES, at)
-    for at in (f"motion.{name}" for name in scene.motion):
-        yield Demand(at, Feature.MOTION, at)
+    yield from (Demand(f"probe.{name}", Feature.PROBES, f"probe.{name}") for name in scene.probe)
+    yield from _joint_demands(scene)
+    yield from (Demand(f"motion.{name}", Feature.MOTION, f"motion.{name}") for name in scene.motion)
     for name in scene.given():
         at, turns = f"force.{name}", name in scene.turning_loads()
         yield Demand(at, Feature.POINT_LOAD if turns else Feature.LOAD, at)
@@ -371,12 +352,24 @@ def _demands(scene: Scene) -> Iterator[Demand]:
         yield from contact_demands(f"contact.{name}", contact)
     for name, spring in scene.springs().items():
         yield from _spring_demands(scene, name, spring)
-    for at in (f"force.{name}" for name in scene.fields()):
-        yield Demand(f"the field {at}", Feature.FIELD, at)
-    for at in (f"force.{name}" for name in scene.electrodes()):
-        yield Demand(f"the electrostatic pressure {at}", Feature.ELECTRODE, at)
+    for kind, names, feature in (
+        ("the field", scene.fields(), Feature.FIELD),
+        ("the electrostatic pressure", scene.electrodes(), Feature.ELECTRODE),
+    ):
+        yield from (Demand(f"{kind} force.{name}", feature, f"force.{name}") for name in names)
     if any(scene.run.gravity):
         yield Demand("run.gravity", Feature.GRAVITY, "run.gravity")
+
+
+def _joint_demands(scene: Scene) -> Iterator[Demand]:
+    """Yield the features that joints need."""
+    held = scene.held()
+    for name, joint in scene.joint.items():
+        at, crank = f"joint.{name}", isinstance(joint, SliderCrank)
+        if crank or name not in held:
+            yield Demand(at, Feature.JOINT if crank else Feature.MECHANISM, at)
+        elif held[name].body in {master.body for master in scene.masters().values()}:
+            yield Demand(f"{at}, which holds what points slide over,", Feature.GAUGES, at)
 
 
 def _spring_demands(scene: Scene, name: str, spring: Spring | Bushing) -> Iterator[Demand]:

@@ -17,7 +17,15 @@ from gudgeon.solver.bodies.slanting import along_obstacles
 from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
 from gudgeon.solver.contact.blocks import summed
 from gudgeon.solver.contact.bores import ElasticBore, read_bores
-from gudgeon.solver.contact.rows import PER_ROW, ContactPoints, ContactRows, contact_block, sliding_block
+from gudgeon.solver.contact.rows import (
+    PER_ROW,
+    ContactBlock,
+    ContactPoints,
+    ContactRows,
+    SlidingBlock,
+    contact_block,
+    sliding_block,
+)
 from gudgeon.solver.contact.shares import shared_twice
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.fields.co_energy import joined
@@ -183,8 +191,10 @@ def _start(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> np.ndarr
     return velocity
 
 
-def _contacts(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> tuple[list[ContactRows], dict[str, Any]]:
-    """Return the contacts, and their rows and residuals as arrays of the system."""
+def _contact_blocks(
+    scene: Scene, bodies: dict[str, FlexibleBody]
+) -> tuple[list[ContactBlock], list[SlidingBlock | None]]:
+    """Return the rows of each contact on its bodies, and those over a traction space that its points slide over."""
     others = scene.others()
     masters = {} if scene.capabilities.turns else scene.masters()
     blocks = [
@@ -194,6 +204,12 @@ def _contacts(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> tuple
     slides = [
         sliding_block(scene, b.name, b, bodies[masters[b.name].body]) if b.name in masters else None for b in blocks
     ]
+    return blocks, slides
+
+
+def _contacts(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> tuple[list[ContactRows], dict[str, Any]]:
+    """Return the contacts, and their rows and residuals as arrays of the system."""
+    blocks, slides = _contact_blocks(scene, bodies)
     ends = np.cumsum([0, *(len(block.rows) for block in blocks)])
     ends_f = np.cumsum([0, *(len(slide.rows) if slide else 0 for slide in slides)])
     rows, tangents, functions, contacts = list[Part](), list[Part](), list[Part](), list[ContactRows]()

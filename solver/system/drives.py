@@ -50,21 +50,11 @@ def driven_rows(scene: Scene, name: str, body: FlexibleBody) -> tuple[DrivenRows
     Raises:
         SceneError: its table ends early, its expression is not finite or jumps, or the body does not have its place.
     """
-    motion, where, duration = scene.motion[name], f"motion.{name}", scene.run.duration
-    if (reason := motion.refusal(duration)) is not None:
-        raise SceneError(f"{where}.{reason}")
-    if (time := motion.jump(np.linspace(0.0, duration, LOOKED_AT), where)) is not None:
-        raise SceneError(f"{where}.expression: it jumps at t = {time:.6g} s; a body moves continuously")
+    motion, where = scene.motion[name], f"motion.{name}"
+    _refuse_motion(motion, where, scene.run.duration)
     turns, line = isinstance(motion, Rotation), unit(motion.direction)
     if motion.interface is None:
-        if len(body.modal.angular_frequencies):
-            raise SceneError(
-                f"{where}.interface: body '{body.name}' is elastic; name an interface of kind 'mean' or 'tie'"
-            )
-        at = None if isinstance(motion, Rotation) else motion.at
-        arm = turned_vectors(scene.body[body.name], at or (0.0, 0.0, 0.0))
-        wrench = np.concatenate([np.zeros(3), line] if turns else [line, np.cross(arm, line)])[None]
-        return DrivenRows(name, motion, np.ones((1, 1)), wrench), np.zeros((1, 0))
+        return _rigid_row(scene, name, body), np.zeros((1, 0))
     load = named(body.modal.loads, motion.interface, f"{where}.interface: body '{body.name}' has no load surface")
     if len(load.rows) not in (3, 6) or (turns and len(load.rows) != 6):
         needed = "'tie'" if turns else "'mean' or 'tie'"
@@ -73,14 +63,38 @@ def driven_rows(scene: Scene, name: str, body: FlexibleBody) -> tuple[DrivenRows
     if motion.held:
         mix = _left(mix, _others(scene, name))
     R = body.residual(motion.interface, motion.interface)
-    moves = [
-        bool(np.any(_rigid(body, one @ load.resultant)) or np.any(one @ load.rows) or one @ R @ one) for one in mix
-    ]
-    moves[0] = True  # Refused later where it is impossible.
-    mix = mix[
-        [number for number, able in enumerate(moves) if able and (motion.held or number == 0) and mix[number].any()]
-    ]
+
+    def moves(row: np.ndarray) -> bool:
+        return bool(np.any(_rigid(body, row @ load.resultant)) or np.any(row @ load.rows) or row @ R @ row)
+
+    # The driven row is refused later where it is impossible.
+    held = [k for k, row in enumerate(mix) if k and motion.held and row.any() and moves(row)]
+    mix = mix[[0, *held] if mix[0].any() else held]
     return DrivenRows(name, motion, mix, mix @ load.resultant), mix @ load.rows
+
+
+def _refuse_motion(motion: Motion, where: str, duration: float) -> None:
+    """Raise a SceneError where a motion ends within a run [s], is not finite or jumps."""
+    if (reason := motion.refusal(duration)) is not None:
+        raise SceneError(f"{where}.{reason}")
+    if (time := motion.jump(np.linspace(0.0, duration, LOOKED_AT), where)) is not None:
+        raise SceneError(f"{where}.expression: it jumps at t = {time:.6g} s; a body moves continuously")
+
+
+def _rigid_row(scene: Scene, name: str, body: FlexibleBody) -> DrivenRows:
+    """Return the row of a motion that drives a point or the rotation of a rigid body."""
+    motion = scene.motion[name]
+    if len(body.modal.angular_frequencies):
+        raise SceneError(
+            f"motion.{name}.interface: body '{body.name}' is elastic; name an interface of kind 'mean' or 'tie'"
+        )
+    line = unit(motion.direction)
+    if isinstance(motion, Rotation):
+        wrench = np.concatenate([np.zeros(3), line])
+    else:
+        arm = turned_vectors(scene.body[body.name], motion.at or (0.0, 0.0, 0.0))
+        wrench = np.concatenate([line, np.cross(arm, line)])
+    return DrivenRows(name, motion, np.ones((1, 1)), wrench[None])
 
 
 def _others(scene: Scene, name: str) -> np.ndarray:

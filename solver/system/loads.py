@@ -213,15 +213,10 @@ def compile_driving(
         owners.append((motion.body, motion.interface, drive.mix))
     stacked = np.vstack([np.empty((0, size)), *rows])
     residual, to_gap = _shared(scene, bodies, contacts, owners)
-    gravity = np.zeros(size)
-    for body in bodies.values():
-        gravity[body.rigid] = body.rigid_velocity(np.asarray(scene.run.gravity), np.zeros(3))
-        if body.modal.participation is not None:
-            gravity[body.elastic] = np.asarray(scene.run.gravity) @ body.modal.participation
     damping = np.array([bodies[body].stiffness_factor for body, _, mix in owners for _ in mix])
     found = Driving(
         joints=joints, given=given, drives=drives, rows=stacked, residual=residual, to_gap=to_gap, damping=damping,
-        gravity=gravity,
+        gravity=_gravity(scene, bodies, size),
     )  # fmt: skip
     for body in bodies.values():
         own = [(item, here) for item, here in found.driven_rows() if item.body == body.name]
@@ -229,6 +224,16 @@ def compile_driving(
         if own:
             refuse_contradictions(own, held, body, (found.rows[:, body.coordinates], found.residual))
     return found
+
+
+def _gravity(scene: Scene, bodies: Mapping[str, FlexibleBody], size: int) -> np.ndarray:
+    """Return the generalised forces of gravity on all coordinates, (n,)."""
+    forces = np.zeros(size)
+    for body in bodies.values():
+        forces[body.rigid] = body.rigid_velocity(np.asarray(scene.run.gravity), np.zeros(3))
+        if body.modal.participation is not None:
+            forces[body.elastic] = np.asarray(scene.run.gravity) @ body.modal.participation
+    return forces
 
 
 Made = tuple[GivenLoad, np.ndarray]

@@ -117,14 +117,7 @@ def _block(
             )
         rows[:, body.rigid] += sign * one.rigid
         rows[:, body.elastic] += sign * one.elastic
-        if len(one.index) and body.modal.residual_flexibility is not None:
-            for contact in contacts:
-                for owner, interface, share, *_ in contact.sides:
-                    if owner == one.body:
-                        columns = slice(*body.modal.interface_rows[interface])
-                        block = shared_columns(share, body.modal.residual_flexibility[one.index, columns])
-                        # A contact force acts against the outward normal, R's rows along it.
-                        pressed[:, contact.rows] -= sign * one.mix @ block
+        _add_pressed(pressed, sign, one, body, contacts)
     moving = probe.kind in ("velocity", "acceleration")
     offset = readings[0][1].place - readings[1][1].place if len(readings) > 1 else np.zeros(k)
     nothing = np.zeros_like(rows)
@@ -134,6 +127,21 @@ def _block(
         pressed=0.0 * pressed if moving else pressed, offset=offset, readings=[parts],
         columns=[readings[0][1].columns], snapped=[max(one.snapped for _, one in readings)],
     )  # fmt: skip
+
+
+def _add_pressed(
+    pressed: np.ndarray, sign: float, reading: Reading, body: FlexibleBody, contacts: list[ContactRows]
+) -> None:
+    """Add the displacements of a reading by contact forces on the body's residual flexibility [m/N], (k, c)."""
+    R = body.modal.residual_flexibility
+    if R is None or not len(reading.index):
+        return
+    for contact in contacts:
+        for owner, interface, share, *_ in contact.sides:
+            if owner == reading.body:
+                block = shared_columns(share, R[reading.index, slice(*body.modal.interface_rows[interface])])
+                # A contact force acts against the outward normal, R's rows along it.
+                pressed[:, contact.rows] -= sign * reading.mix @ block
 
 
 def _force_block(

@@ -118,20 +118,7 @@ class Event(capabilities.Event):
         """Change the conditions, and the velocities where a rigid contact closes."""
         now, system, record = self._now, self._system, self._record
         if kind is Watch.CLOSES and system.rigid_contact[row]:
-            rows = struck(self._equations, now, row, self._p, self._v)
-            for one in rows:
-                record.touches(int(one), time, -float(self._equations.rows[one] @ self._v))
-            self._reclosed = False
-            kinetic = 0.5 * float(self._v @ self._v)
-            impact = collide(self._equations, now, rows, self._v, self._fastest, self._hopped)
-            self._hopped.update(map(int, rows))
-            settle(self._equations, now, self._p, self._v)
-            record.impact(impact, time, self._v, now)
-            least = GAIN * (abs(impact.lost) + impact.compressed) + ROUND_OFF * kinetic
-            self._gained = self._gained or impact.lost < -least
-            self._struck = {int(one) for one in rows}
-            if system.shortest_period > 0 and now.status[row] == Status.CLOSED:
-                self._patient.add((Watch.OPENS, row))
+            self._collide(row, time)
         elif kind is Watch.CLOSES:
             self._reclosed = bool(now.status[row] == Status.SLACK)
             if self._reclosed:
@@ -159,6 +146,24 @@ class Event(capabilities.Event):
             if kind is Watch.STICKS:
                 settle_slip(self._equations, now, self._p, self._v, row)
             record.slides(row, time, bool(now.slip[row]))
+
+    def _collide(self, row: int, time: float) -> None:
+        """Change the conditions and velocities where a rigid contact closes."""
+        now, record = self._now, self._record
+        rows = struck(self._equations, now, row, self._p, self._v)
+        for closing in rows:
+            record.touches(int(closing), time, -float(self._equations.rows[closing] @ self._v))
+        self._reclosed = False
+        kinetic = 0.5 * float(self._v @ self._v)
+        impact = collide(self._equations, now, rows, self._v, self._fastest, self._hopped)
+        self._hopped.update(map(int, rows))
+        settle(self._equations, now, self._p, self._v)
+        record.impact(impact, time, self._v, now)
+        tolerance = GAIN * (abs(impact.lost) + impact.compressed) + ROUND_OFF * kinetic
+        self._gained = self._gained or impact.lost < -tolerance
+        self._struck = set(map(int, rows))
+        if self._system.shortest_period > 0 and now.status[row] == Status.CLOSED:
+            self._patient.add((Watch.OPENS, row))
 
     def _begin(self, start: float, after: tuple[Watch, int] | None = None) -> Segment:
         """Return the segment that starts at a time [s] under the present conditions."""

@@ -246,7 +246,7 @@ def _shortest(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 def model_of(found: Linkage) -> Model:
     """Return the arrays of a mechanism."""
     system, scene = found.system, found.system.scene
-    bodies, rows, terms = list(system.bodies.values()), found.rows, list(found.terms)
+    bodies, size = list(system.bodies.values()), reach_of(found)
     springs = [(found.ends(one, f"force.{name}"), one) for name, one in scene.point_springs().items()]
     loads = scene.turning_loads()
     pressed = [_pressed(found, name, one) for name, one in loads.items()]
@@ -254,36 +254,43 @@ def model_of(found: Linkage) -> Model:
     points = [*(p for two in found.markers for p in two), *(p for ends, _ in springs for p in ends), *pressed,
               *(p for ends, _ in bushings for p in ends)]  # fmt: skip
     inertia = np.array([body.morph.inertia for body in bodies])
-    size = reach_of(found)
-    filled = [(*row.terms, (NONE, 0.0))[:2] for row in rows]
-    row_terms = np.array([[t for t, _ in two] for two in filled], np.int64).reshape(-1, 2)
-    owner = np.array([[p.owner for p in two] for two in found.markers], np.int64).reshape(-1, 2)
     frames = np.tile(np.eye(3), (len(points), 1, 1))
-    for number, (_, one) in enumerate(bushings):
-        if isinstance(one, FieldForce):
+    for number, (_, force) in enumerate(bushings):
+        if isinstance(force, FieldForce):
             first = len(points) - 2 * len(bushings) + 2 * number
-            frames[first : first + 2] = one.axes()
+            frames[first : first + 2] = force.axes()
     if found.axes:
-        frames[: 2 * len(owner)] = np.array(found.axes).reshape(-1, 3, 3)
-    kinds = np.array(terms, np.int64).reshape(-1, 4)
-    pairs = coupled(row_terms, kinds, owner)
+        frames[: 2 * len(found.markers)] = np.array(found.axes).reshape(-1, 3, 3)
     return Model(
         mass=np.array([body.morph.mass for body in bodies]), inertia=inertia, inverse=np.linalg.inv(inertia),
-        gravity=np.asarray(scene.run.gravity, float), owner=owner,
+        gravity=np.asarray(scene.run.gravity, float), size=size,
         point_owner=np.array([p.owner for p in points], np.int64), point_frame=frames,
         point_arm=np.array([p.arm for p in points], float).reshape(-1, 3),
-        point_drive=np.array([p.drive for p in points], np.int64), terms=kinds, row_terms=row_terms,
-        factors=np.array([[f for _, f in two] for two in filled], float).reshape(-1, 2),
-        constant=np.array([row.constant for row in rows], float),
-        drive_of=np.array([row.drive for row in rows], np.int64),
-        row_pair=np.array([found.pairs.get(row.joint, NONE) for row in rows], np.int64),
-        reach=np.array([size if row.length else 1.0 for row in rows], float), size=size,
-        group=groups([(row.joint, row.length) for row in rows]), pairs=pairs, envelope=envelope(pairs, len(rows)),
+        point_drive=np.array([p.drive for p in points], np.int64), **_row_arrays(found, size),
         spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
         load=np.array([_wrench(one) for one in loads.values()], float).reshape(-1, 6),
         **flexible_arrays(found.frames, points), **section_arrays(found.sections), **_bushings(found, bushings),
         surfaces=surfaces_of(found.meetings, system, max((len(one.stiffness) for one in found.frames), default=0)),
     )  # fmt: skip
+
+
+def _row_arrays(found: Linkage, size: float) -> dict[str, Any]:
+    """Return the arrays of the rows of joints; size: of the mechanism [m]."""
+    rows = found.rows
+    terms = [(*row.terms, (NONE, 0.0))[:2] for row in rows]
+    row_terms = np.array([[t for t, _ in two] for two in terms], np.int64).reshape(-1, 2)
+    kinds = np.array(list(found.terms), np.int64).reshape(-1, 4)
+    owner = np.array([[p.owner for p in two] for two in found.markers], np.int64).reshape(-1, 2)
+    pairs = coupled(row_terms, kinds, owner)
+    return {
+        "owner": owner, "terms": kinds, "row_terms": row_terms, "pairs": pairs, "envelope": envelope(pairs, len(rows)),
+        "factors": np.array([[f for _, f in two] for two in terms], float).reshape(-1, 2),
+        "constant": np.array([row.constant for row in rows], float),
+        "drive_of": np.array([row.drive for row in rows], np.int64),
+        "row_pair": np.array([found.pairs.get(row.joint, NONE) for row in rows], np.int64),
+        "reach": np.array([size if row.length else 1.0 for row in rows], float),
+        "group": groups([(row.joint, row.length) for row in rows]),
+    }  # fmt: skip
 
 
 def _bushings(found: Linkage, bushings: list[tuple[tuple[Point, Point], Bushing | FieldForce]]) -> dict[str, Any]:

@@ -79,38 +79,44 @@ class Stepping:
 
     def take(self, state: np.ndarray, time: float) -> Tried | None:
         """Return the next step from a state at a time [s]; None where none is short enough."""
-        rest, leapt, tries = self._rest(time), False, 0
-        if self._fixed is None:
-            if self.longest < self._shortest:
-                return None
-            self._next = min(self._next, self.longest)
-        wanted = self._next
-        while True:
-            one = self._tried(state, time, self._fitted(self._next, rest))
-            if self._fixed is not None:
-                self.taken += 1
-                return one if one.sound else None
-            stuck = tries >= (PATIENCE if self._work.touching.any() else 0)
-            if not one.good and self.near_singular(one) and stuck and not leapt:
-                leapt = True
-                one = self._leapt(state, time, rest) or one
-            if one.good or (leapt and one.sound and one.error <= ROOM):
-                break
-            self.rejected, tries = self.rejected + 1, tries + 1
-            shrink = SAFETY * one.error ** (-1 / self.steps.power) if one.sound else LEAST
-            self._next = one.h * max(LEAST, min(shrink, SAFETY))
-            if self._next < self._shortest:
-                return None
-        self._next = one.h * min(1.0 if tries else MOST, self._growth(one.error))
-        if not tries and one.h < wanted:  # It was cut short, and says little about a longer one.
-            self._next = max(self._next, wanted)
-        if self.near_singular(one) and self._next < self._shortest:
+        rest = self._rest(time)
+        if self._fixed is not None:
+            step = self._tried(state, time, self._fitted(self._next, rest))
+            self.taken += 1
+            return step if step.sound else None
+        if self.longest < self._shortest:
+            return None
+        target = self._next = min(self._next, self.longest)
+        step, tries = self._accepted(state, time, rest)
+        if step is None:
+            return None
+        self._next = step.h * min(1.0 if tries else MOST, self._growth(step.error))
+        if not tries and step.h < target:  # It was cut short, and says little about a longer one.
+            self._next = max(self._next, target)
+        if self.near_singular(step) and self._next < self._shortest:
             return None  # Ever shorter steps towards a position that it cannot pass.
-        if not self.near_singular(one):
-            self._regular = one.h if not one.least < NEAR else max(self._regular, one.h)
+        if not self.near_singular(step):
+            self._regular = step.h if not step.least < NEAR else max(self._regular, step.h)
         self.taken += 1
-        self._usual = max(self._usual, one.least)
-        return one
+        self._usual = max(self._usual, step.least)
+        return step
+
+    def _accepted(self, state: np.ndarray, time: float, rest: float) -> tuple[Tried | None, int]:
+        """Return the first step whose error is small enough, None where it would be too short, and how many failed."""
+        leapt, tries = False, 0
+        while True:
+            step = self._tried(state, time, self._fitted(self._next, rest))
+            stuck = tries >= (PATIENCE if self._work.touching.any() else 0)
+            if not step.good and self.near_singular(step) and stuck and not leapt:
+                leapt = True
+                step = self._leapt(state, time, rest) or step
+            if step.good or (leapt and step.sound and step.error <= ROOM):
+                return step, tries
+            self.rejected, tries = self.rejected + 1, tries + 1
+            shrink = SAFETY * step.error ** (-1 / self.steps.power) if step.sound else LEAST
+            self._next = step.h * max(LEAST, min(shrink, SAFETY))
+            if self._next < self._shortest:
+                return None, tries
 
     def reason(self, time: float) -> str:
         """Return why no step could be taken at a time [s], where there is more to say than that none is short

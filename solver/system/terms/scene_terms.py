@@ -8,14 +8,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.probe import ForceProbe
 from gudgeon.solver.scene.scene import Scene
-from gudgeon.solver.system.terms.contacts import contact_terms
 from gudgeon.solver.system.terms.elements import element_terms, interfaces_read
-from gudgeon.solver.system.terms.term import RIGID, Stock, Term
+from gudgeon.solver.system.terms.term import COUPLINGS, Stock, Term, contact_terms
 
-COUPLINGS = (
-    "translation", "rotation", "rotation_gradient", "position_moments", "shape_moments", "centrifugal_compliance",
-)  # fmt: skip
-"""Tensors of the floating frame, and what says how much of the answer to rotation modes lack."""
+RIGID = "a rigid body does not deform"
+"""Why a rigid body has no elastic term."""
 
 
 def scene_terms(scene: Scene, stocks: Mapping[str, Stock] | None = None) -> list[Term]:
