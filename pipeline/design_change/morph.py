@@ -17,6 +17,7 @@ from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.reference import nodal_jacobians
 from gudgeon.pipeline.fem.elements.solid import mass_properties, solid_twists
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.geometry.profile import ProfileTable
 from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, radial_directions
 
@@ -119,7 +120,7 @@ def reuse(
     Raises:
         InputError: the part is plane, supports leave some rigid motions but not all, or the profile does not fit.
     """
-    if mesh.cell_type != "tetra10":
+    if not cell_of(mesh).solid:
         raise InputError(f"{movement.source}: modes of a plane part are not reused, use update 'recompute'")
     if 0 < len(modal.rigid_twists) < 6:
         raise InputError(

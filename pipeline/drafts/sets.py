@@ -82,8 +82,8 @@ class SetsLook:
         return "\n".join(lines)
 
     def _elements(self) -> dict[str, int]:
-        kinds = dict.fromkeys(block.kind for block in self.model.blocks)
-        return {kind: sum(len(b.labels) for b in self.model.blocks if b.kind == kind) for kind in kinds}
+        names = dict.fromkeys(block.cell.name for block in self.model.blocks)
+        return {name: sum(len(b.labels) for b in self.model.blocks if b.cell.name == name) for name in names}
 
     def _centre(self, surface: Surface) -> np.ndarray:
         return self._clean(self.unit * self.model.points[np.unique(surface.facets)].mean(axis=0))

@@ -8,6 +8,7 @@ from gudgeon.pipeline.exporters import abaqus, exudyn, nastran, numpy_file, uff
 from gudgeon.pipeline.exporters.reduced import ReducedBody, reduced_body
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.files import csv_text, write_text
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.point_mass import with_point_masses
 from gudgeon.pipeline.stages.folder import held
 from gudgeon.pipeline.stages.job import Job
@@ -31,10 +32,7 @@ def export_part(job: Job, name: str, form: str) -> list[Path]:
         body, folder = reduced_body(job, name), job.out / "parts"
         if form == "exudyn":
             component = job.scene.component[job.scene.component_of(name)]
-            if (
-                body.mesh.cell_type in ("vertex", "line3", "beam2", "beam3", "frame2", "triangle6")
-                or component.supports
-            ):
+            if not (cell_of(body.mesh).solid or body.mesh.system is not None) or component.supports:
                 raise InputError(
                     f"{job.path}: export: body '{name}' given; format 'exudyn' needs a free solid, whose frame floats"
                 )

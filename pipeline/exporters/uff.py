@@ -4,33 +4,23 @@ Units are SI (164). Elastic coordinates are real normal modes of modal mass 1, n
 rigid motions come first, at 0 Hz.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from gudgeon.pipeline.exporters.reduced import ReducedBody
 from gudgeon.pipeline.files import write_text
-
-ELEMENTS = {
-    "tetra10": (118, [0, 4, 1, 5, 2, 6, 7, 8, 9, 3]), "tetra": (111, [0, 1, 2, 3]),
-    "hexahedron": (115, list(range(8))),
-    "hexahedron20": (116, [0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15]),
-    "wedge15": (113, [0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11]),
-    "triangle6": (92, [0, 3, 1, 4, 2, 5]), "line3": (11, [0, 1]), "beam2": (21, [0, 1]), "beam3": (21, [0, 1]),
-    "frame2": (21, [0, 1]),
-}  # fmt: skip
-"""Descriptor of an element and the order of its nodes, around and upwards with mid-edge nodes between corners."""
-LINES = (11, 21)
-"""Descriptors of elements with a record of their orientation."""
+from gudgeon.pipeline.geometry.cells import cell_of
 
 
 def write(body: ReducedBody, folder: Path) -> list[Path]:
     """Write `NAME.uff` and return it."""
     path = folder / f"{body.name}.uff"
     sets = [_head(body), _units(), _nodes(body), _groups(body)]
-    if body.mesh.cell_type in ELEMENTS:
-        sets.insert(3, _elements(body))
+    cell = cell_of(body.mesh)
+    if cell.universal is not None:
+        sets.insert(3, _elements(body, cell.dimension, *cell.universal))
     modes = (_mode(body, k) for k in range(body.shapes.shape[2]))
     write_text(path, "".join(f"    -1\n{text}    -1\n" for text in (*sets, *modes)))
     return [path]
@@ -61,12 +51,11 @@ def _nodes(body: ReducedBody) -> str:
     return f"{2411:6}\n" + "".join(rows)
 
 
-def _elements(body: ReducedBody) -> str:
-    descriptor, order = ELEMENTS[body.mesh.cell_type]
+def _elements(body: ReducedBody, dimension: int, descriptor: int, order: Sequence[int]) -> str:
     text = [f"{2412:6}\n"]
     for number, cell in enumerate(body.mesh.cells, 1):
         text.append("".join(f"{x:10}" for x in (number, descriptor, 1, 1, 7, len(order))) + "\n")
-        if descriptor in LINES:
+        if dimension == 1:  # A record of its orientation.
             text.append("".join(f"{x:10}" for x in (0, 1, 1)) + "\n")
         text.append(_lines([f"{body.labels[cell[k]]:10}" for k in order], 8))
     return "".join(text)

@@ -11,13 +11,9 @@ from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.files import whole_file, write_text
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
 from gudgeon.pipeline.reduction.expansion import displacement
-
-LINES = {"beam2": "line", "beam3": "line3", "frame2": "line", "nodes": "vertex"}
-"""Names of meshio for the cells of beams and of points; the other cell types have the same name there."""
-SURFACES = ("tetra10", "triangle6")
-"""Cell types whose contact points have an area."""
 
 
 def write_modes(path: Path, mesh: MeshRecord, modal: ModalRecord) -> None:
@@ -117,7 +113,7 @@ def _contact_field(
     mesh: MeshRecord, modal: ModalRecord, trajectory: Trajectory, body: str, frame: int
 ) -> dict[str, np.ndarray]:
     """Return the pressure [Pa] of a body's contacts at its nodes, of one without a surface their force [N], (n,)."""
-    field, spread = np.zeros(len(mesh.nodes)), mesh.cell_type in SURFACES or mesh.system is not None
+    field, spread = np.zeros(len(mesh.nodes)), cell_of(mesh).dimension > 1 or mesh.system is not None
     for contact in trajectory.contacts.values():
         if contact.body == body:
             interface = modal.interfaces[contact.interface]
@@ -129,7 +125,7 @@ def _contact_field(
 def _write_grid(path: Path, mesh: MeshRecord, nodes: np.ndarray, fields: dict[str, np.ndarray]) -> None:
     import meshio
 
-    cell_type = LINES.get(mesh.cell_type, mesh.cell_type)
-    grid = meshio.Mesh(nodes, [(cell_type, mesh.cells)], point_data={**fields})
+    cell = cell_of(mesh)
+    grid = meshio.Mesh(nodes, [(cell.meshio or cell.name, mesh.cells)], point_data={**fields})
     with whole_file(path) as scratch:
         meshio.write(scratch, grid, file_format="vtu")

@@ -1,7 +1,15 @@
-"""Node order of tet10 and six-node triangles, as in meshio and VTK, and the boundary of a mesh."""
+"""Types of cells: nodes, edges and faces in the order of meshio and VTK, names elsewhere; the boundary of a mesh.
+
+A new type is a line of `CELLS`. Who draws, writes or couples a mesh asks its cell, by `cell_of`, and names no type.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 
 EDGES = {
@@ -10,12 +18,126 @@ EDGES = {
     3: np.array([[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]),
 }
 """Corners at the ends of each edge of lines, triangles, tetrahedra, in the order of the mid-side nodes."""
-FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
+
+
+@dataclass(frozen=True, eq=False)
+class Polytope:
+    """A reference cell of straight edges."""
+
+    dimension: int
+    corners: int
+    edges: Sequence[Sequence[int]] | np.ndarray
+    """Corners at the ends of each edge, in the order of the mid-side nodes."""
+    sides: Sequence[Sequence[int]]
+    """Corners of each side of the boundary: outward on a solid, with a plane part on their left."""
+
+
+POINT = Polytope(0, 1, (), ())
+LINE = Polytope(1, 2, EDGES[1], ((0,), (1,)))
+TRIANGLE = Polytope(2, 3, EDGES[2], ((0, 1), (1, 2), (2, 0)))
+TETRAHEDRON = Polytope(3, 4, EDGES[3], ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)))
+HEXAHEDRON = Polytope(
+    3, 8, ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
+    ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+)  # fmt: skip
+WEDGE = Polytope(
+    3, 6, ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
+    ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """A type of cell."""
+
+    name: str
+    """As records have it."""
+    shape: Polytope
+    quadratic: bool = False
+    """Whether a node is in the middle of each edge."""
+    dofs: int = 0
+    """Degrees of freedom of a node of its elements; 0 where nothing is assembled: such cells are only drawn."""
+    universal: tuple[int, Sequence[int]] | None = None
+    """Descriptor in universal files, and its nodes in their order: around and upwards, with mid-edge nodes between
+    corners."""
+    meshio: str = ""
+    """Its name there, where it differs."""
+
+    @property
+    def dimension(self) -> int:
+        """3 of solids, 2 of plane parts, 1 of bars and beams, 0 of points."""
+        return self.shape.dimension
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes."""
+        return self.shape.corners + self.quadratic * len(self.shape.edges)
+
+    @property
+    def solid(self) -> bool:
+        """Whether elements of a solid are made of it."""
+        return self.dimension == 3 and self.dofs > 0
+
+    @property
+    def axial(self) -> bool:
+        """Whether its nodes move along an axis only, as those of bars."""
+        return self.dofs == 1
+
+    @property
+    def spatial(self) -> bool:
+        """Whether its nodes move along and rotate about all axes, as those of beams in space."""
+        return self.dofs == 6
+
+    @cached_property
+    def faces(self) -> list[list[int]]:
+        """Nodes of each side of the boundary, as of its polytope, corners first, in the order of Abaqus."""
+        middle = {frozenset(ends): self.shape.corners + k for k, ends in enumerate(self.shape.edges) if self.quadratic}
+        faces = []
+        for side in self.shape.sides:
+            edges = map(frozenset, zip(side, (*side[1:], side[0]), strict=True))
+            faces.append([*side, *dict.fromkeys(middle[edge] for edge in edges if edge in middle)])
+        return faces
+
+
+TETRA10 = Cell("tetra10", TETRAHEDRON, quadratic=True, dofs=3, universal=(118, (0, 4, 1, 5, 2, 6, 7, 8, 9, 3)))
+TRIANGLE6 = Cell("triangle6", TRIANGLE, quadratic=True, dofs=2, universal=(92, (0, 3, 1, 4, 2, 5)))
+LINE3 = Cell("line3", LINE, quadratic=True, dofs=1, universal=(11, (0, 1)))
+BEAM2 = Cell("beam2", LINE, dofs=2, universal=(21, (0, 1)), meshio="line")
+BEAM3 = Cell("beam3", LINE, quadratic=True, dofs=2, universal=(21, (0, 1)), meshio="line3")
+FRAME2 = Cell("frame2", LINE, dofs=6, universal=(21, (0, 1)), meshio="line")
+VERTEX = Cell("vertex", POINT)
+NODES = Cell("nodes", POINT, meshio="vertex")
+TETRA4 = Cell("tetra", TETRAHEDRON, universal=(111, range(4)))
+HEXAHEDRON8 = Cell("hexahedron", HEXAHEDRON, universal=(115, range(8)))
+HEXAHEDRON20 = Cell(
+    "hexahedron20", HEXAHEDRON, quadratic=True,
+    universal=(116, (0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15)),
+)  # fmt: skip
+WEDGE6 = Cell("wedge", WEDGE)
+WEDGE15 = Cell(
+    "wedge15", WEDGE, quadratic=True, universal=(113, (0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11))
+)  # fmt: skip
+CELLS = {
+    cell.name: cell
+    for cell in (
+        TETRA10, TRIANGLE6, LINE3, BEAM2, BEAM3, FRAME2, VERTEX, NODES, TETRA4, HEXAHEDRON8, HEXAHEDRON20, WEDGE6,
+        WEDGE15,
+    )
+}  # fmt: skip
+
+FACES = np.array(TETRA10.faces)
 """Outward faces of a tet10 of positive volume, corners first."""
+FLAT_TRIANGLES = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+"""Flat triangles that make up one of six nodes."""
 GMSH_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 """gmsh numbers the last two edges of a tet10 the other way round."""
 MIRRORED_TETRA = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
 MIRRORED_TRIANGLE = [0, 2, 1, 5, 4, 3]
+
+
+def cell_of(mesh: MeshRecord) -> Cell:
+    """Return the type of a mesh's cells; those of a foreign record count as points."""
+    return CELLS.get(mesh.cell_type) or Cell(mesh.cell_type, POINT)
 
 
 def compacted(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -35,6 +157,11 @@ def side_counts(cells: np.ndarray, sides: np.ndarray) -> np.ndarray:
     corners = np.sort(cells[:, sides[:, : len(sides) - 1]].reshape(-1, len(sides) - 1), axis=1)
     _, inverse, count = np.unique(corners, axis=0, return_inverse=True, return_counts=True)
     return count[inverse.reshape(-1, len(sides))]
+
+
+def outer_faces(cells: np.ndarray) -> np.ndarray:
+    """Return the faces of tet10 (e, 10) that belong to one of them only, outward, corners first, (f, 6)."""
+    return cells[:, FACES][side_counts(cells, FACES) == 1]
 
 
 def turned(nodes: np.ndarray, triangles: np.ndarray, normal: np.ndarray) -> np.ndarray:

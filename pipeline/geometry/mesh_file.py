@@ -20,7 +20,11 @@ from gudgeon.pipeline.geometry.cells import (
     EDGES,
     FACES,
     GMSH_ORDER,
+    LINE3,
     MIRRORED_TETRA,
+    TETRA4,
+    TETRA10,
+    TRIANGLE6,
     boundary_facets,
     compacted,
 )
@@ -47,9 +51,9 @@ FLAT = 1e-9
 """Least 6 × volume of a tetrahedron by its longest edge cubed; slivers of aspect 1:1000 are at 1e-6."""
 MID_REACH = 0.35
 """How far a mid-edge node may lie from the middle of its chord, by the chord: an arc of 120° is at 0.29."""
-SOLIDS = ("tetra", "tetra10")
-FACETS = {1: ("line", "line3"), 2: ("triangle", "triangle6"), 3: SOLIDS}
-"""Types of the cells that can name a boundary or a volume, by their dimension."""
+SOLIDS = (TETRA4.name, TETRA10.name)
+FACETS = {1: ("line", LINE3.name), 2: ("triangle", TRIANGLE6.name), 3: SOLIDS}
+"""meshio's types of the cells that can name a boundary or a volume, by their dimension."""
 READABLE = "allowed: .msh (saved without Mesh.SaveAll), .inp, .vtu, .unv, .med, .bdf, .cdb or another format of meshio"
 
 
@@ -106,7 +110,7 @@ class MeshFile(Strict):
         if straight:
             _lift(nodes, facets, shapes)
         surfaces = {name: Surface(facets[name], (fitted | shapes)[name]) for name in facets}
-        record = MeshRecord(nodes, cells, "tetra10", surfaces, _named_cells(mesh, number, cells))
+        record = MeshRecord(nodes, cells, TETRA10.name, surfaces, _named_cells(mesh, number, cells))
         refuse_pieces(record, self.path)
         return record
 

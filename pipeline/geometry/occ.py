@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
-from gudgeon.pipeline.geometry.cells import GMSH_ORDER, compacted
+from gudgeon.pipeline.geometry.cells import GMSH_ORDER, TETRA10, compacted
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.signals import unchanged_signals
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance
@@ -224,4 +224,4 @@ def _collect(mesh: Any, faces: list[int], surfaces: dict[str, SurfaceRule]) -> M
         if not found:
             raise StageError(f"geometry: no face of the solid lies on surface '{name}'")
     named = {name: Surface(np.concatenate(facets[name]), surfaces[name]) for name in surfaces}
-    return MeshRecord(nodes, cells, "tetra10", named)
+    return MeshRecord(nodes, cells, TETRA10.name, named)

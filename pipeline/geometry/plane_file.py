@@ -11,7 +11,7 @@ from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import compacted, turned
+from gudgeon.pipeline.geometry.cells import TRIANGLE6, compacted, turned
 from gudgeon.pipeline.geometry.mesh_file import named_facets, read_mesh, scaled_points
 from gudgeon.pipeline.geometry.shapes.plane import UP, PlanePart, boundary_edges
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
@@ -46,7 +46,7 @@ class PlaneFile(PlanePart):
         members = {EDGE: np.ones(len(edges), bool)} | named_facets(mesh, number, edges, dimension=1)
         shape = {"thickness": self.thickness}
         surfaces = {name: Surface(edges[chosen], shape) for name, chosen in members.items()}
-        record = MeshRecord(nodes, cells, "triangle6", surfaces)
+        record = MeshRecord(nodes, cells, TRIANGLE6.name, surfaces)
         refuse_pieces(record, self.path)
         return record
 
@@ -54,9 +54,9 @@ class PlaneFile(PlanePart):
 def _triangles(mesh: Any, path: str) -> np.ndarray:
     """Return the file's triangles (e, 6); other faces and solids are refused, lines and points omitted."""
     kinds = {block.type for block in mesh.cells if len(block.data) and block.dim >= 2}
-    if kinds != {"triangle6"}:
+    if kinds != {TRIANGLE6.name}:
         raise InputError(
             f"{path}: has {', '.join(sorted(kinds)) or 'no triangles'}; a plane part is made of triangle6 alone,"
             " quadratic triangles of six nodes"
         )
-    return np.concatenate([block.data for block in mesh.cells if block.type == "triangle6"])
+    return np.concatenate([block.data for block in mesh.cells if block.type == TRIANGLE6.name])

@@ -6,6 +6,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import cell_of
 
 FLAT = 1e-9
 """Least Jacobian of an element by its extent cubed, in a plane squared; slivers of aspect 1:1000 are at 1e-6."""
@@ -49,7 +50,7 @@ def refuse_pieces(mesh: MeshRecord, where: str, tied: Sequence[np.ndarray] = ())
     raise InputError(
         f"{where}: the mesh falls into {pieces} pieces that share no node; the smallest, {sizes[smallest]} of"
         f" {len(cells)} elements about {_text(place)}, has {surfaces}; allowed: one solid"
-        + (", or a frame whose pieces an interface of tie 'rbe2' joins" if mesh.cell_type == "frame2" else "")
+        + (", or a frame whose pieces an interface of tie 'rbe2' joins" if cell_of(mesh).spatial else "")
     )
 
 

@@ -11,6 +11,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.beam import element_lengths, shear_force, turn_gradient
 from gudgeon.pipeline.fem.elements.frame import Line, hermite, turns
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.geometry.section import Circle
 from gudgeon.pipeline.geometry.shapes.beam import SIDES, Beam
 from gudgeon.pipeline.geometry.shapes.frame import Frame
@@ -75,7 +76,7 @@ def _at_station(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the elements at a gauge's station, (c,), and what each has there per unit of its dofs, (c, n)."""
     node, E = _node(mesh, gauge), material.E
-    if mesh.cell_type == "frame2":
+    if cell_of(mesh).spatial:
         return _in_space(mesh, beam, material, gauge, where)
     assert isinstance(beam, Beam)
     if gauge.quantity == "shear-force":

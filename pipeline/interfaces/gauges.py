@@ -14,10 +14,9 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.frame import Line
 from gudgeon.pipeline.fem.elements.materials import material_parts
-from gudgeon.pipeline.fem.elements.reference import DIMENSIONS
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
-from gudgeon.pipeline.geometry.cells import FACES, side_counts
+from gudgeon.pipeline.geometry.cells import cell_of, outer_faces
 from gudgeon.pipeline.interfaces.fibres import gauge_row, load_row
 from gudgeon.pipeline.interfaces.strain_gauges import along, grid_rows
 from gudgeon.pipeline.interfaces.stress_recovery import complete_strain, hooke, interpolation, strain_rows
@@ -44,9 +43,9 @@ def gauge_rows(model: FEModel, component: Component, where: str) -> dict[str, sp
             row = gauge_row(mesh, component.geometry, material, gauge, f"{where}.gauge.{name}")
             found[name] = sparse.csr_matrix(row)
             continue
-        if mesh.cell_type not in DIMENSIONS:
+        if not cell_of(mesh).dofs:
             raise InputError(f"{where}.gauge.{name}: given, but stress needs elements of ten nodes, the part has"
-                             f" {mesh.cell_type}")  # fmt: skip
+                             f" {cell_of(mesh).name}")  # fmt: skip
         own, part, around = _part_of(mesh, material, gauge, f"{where}.gauge.{name}")
         law = complete_strain(own, getattr(component.geometry, "state", "solid"))
         if gauge.quantity != "strain":
@@ -128,9 +127,9 @@ def gauge_nodes(mesh: MeshRecord, gauge: Gauge, where: str) -> np.ndarray:
     assert gauge.surface is not None
     if gauge.surface != SKIN or SKIN in mesh.surfaces:
         return surface_nodes(mesh, gauge.surface, where)
-    if mesh.cell_type != "tetra10":
+    if not cell_of(mesh).solid:
         return np.unique(mesh.cells)
-    return np.unique(mesh.cells[:, FACES][side_counts(mesh.cells, FACES) == 1])
+    return np.unique(outer_faces(mesh.cells))
 
 
 def refuse_large(gauges: dict[str, sparse.csr_matrix], forces: int, where: str) -> None:

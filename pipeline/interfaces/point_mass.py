@@ -15,6 +15,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.elements.solid import solid_twists
 from gudgeon.pipeline.fem.model import FEModel, MassProperties
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.tie import Tie, tie_of, tie_rows
 from gudgeon.pipeline.scenes.component import Component, PointMass
 from gudgeon.pipeline.scenes.interface import Interface
@@ -66,7 +67,7 @@ def _carrier(model: FEModel, component: Component, mass: PointMass, key: str) ->
     Raises:
         InputError: as of `with_point_masses`.
     """
-    if model.mesh.cell_type == "frame2":
+    if cell_of(model.mesh).spatial:
         if not component.supports:
             raise InputError(
                 f"{key}: given; a beam of motion 'space' has none unless it is held by supports: fix a rigid body to it"

@@ -9,8 +9,7 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.fem.elements.reference import DIMENSIONS
-from gudgeon.pipeline.geometry.cells import FACES, side_counts
+from gudgeon.pipeline.geometry.cells import cell_of, outer_faces
 from gudgeon.pipeline.interfaces.stress_recovery import interpolation
 from gudgeon.pipeline.scenes.gauge import Gauge
 
@@ -66,11 +65,11 @@ def grid_rows(mesh: MeshRecord, gauge: Gauge, where: str) -> tuple[np.ndarray, s
 
 def _refuse_off(mesh: MeshRecord, point: np.ndarray, line: np.ndarray, where: str) -> None:
     """Refuse a gauge that is not on the surface of its part, or whose direction leaves it."""
-    if DIMENSIONS[mesh.cell_type] == 2:
+    if cell_of(mesh).dimension == 2:
         if abs(line[2]) > np.sin(np.radians(TILT)):
             raise InputError(f"{where}.direction: it leaves the plane of the part; allowed: directions in x and y")
         return
-    skin = _skin(mesh)
+    skin = outer_faces(mesh.cells)
     nearest, distance, corners, size = _nearest(mesh.nodes[skin], point)
     if distance > OFF * size:
         raise InputError(f"{where}.point: {point.tolist()} given, it lies {distance:.4g} m off the surface of the part;"
@@ -89,19 +88,14 @@ def refuse_far(mesh: MeshRecord, point: np.ndarray, where: str) -> None:
     Raises:
         InputError: the place [m], (3,), is outside of the part's box; its key `where`, and the nearest place.
     """
-    if DIMENSIONS.get(mesh.cell_type) != 3:
+    if not cell_of(mesh).solid:
         return
     low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
     if (np.maximum(low - point, point - high) <= FAR * (high - low).max()).all():
         return
-    nearest, distance, *_ = _nearest(mesh.nodes[_skin(mesh)], point)
+    nearest, distance, *_ = _nearest(mesh.nodes[outer_faces(mesh.cells)], point)
     raise InputError(f"{where}: {point.tolist()} given, it lies {distance:.4g} m off the part; its nearest place is"
                      f" {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
-
-
-def _skin(mesh: MeshRecord) -> np.ndarray:
-    """Return the nodes of the facets of a solid part's surface, corners first, (f, 6)."""
-    return mesh.cells[:, FACES][side_counts(mesh.cells, FACES) == 1]
 
 
 def _nearest(facets: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, float]:

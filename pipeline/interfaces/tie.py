@@ -20,6 +20,7 @@ from scipy import linalg, sparse
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.loads import LoadRows
 from gudgeon.pipeline.interfaces.points import ON_A_LINE, facet_points
@@ -55,7 +56,7 @@ def tie_of(mesh: MeshRecord, interface: Interface, where: str) -> Tie:
         InputError: the mesh has no such surface, or too few nodes to determine the rotation.
     """
     surface = find_surface(mesh, interface.surface, f"{where}.surface")
-    if mesh.cell_type == "frame2":
+    if cell_of(mesh).spatial:
         at = np.unique(surface.facets)
         if len(at) > 1 and interface.tie != "rbe2":
             raise InputError(f"{where}.tie: '{interface.tie}' given, '{interface.surface}' has {len(at)} nodes;"
@@ -95,7 +96,7 @@ def tie_rows(model: FEModel, tie: Tie) -> LoadRows:
 def _point_rows(model: FEModel, tie: Tie) -> sparse.csr_matrix:
     """Return the motions of a reference point over the dofs, (j, dofs); that of a beam is fixed to its node, or the
     first of several that move as a rigid body."""
-    if model.mesh.cell_type != "frame2":
+    if not cell_of(model.mesh).spatial:
         return model.weighted(tie.nodes, tie.weights)
     node = tie.nodes[0]
     arm, own = tie.point - model.nodes[node], np.zeros((6, len(model.directions)))

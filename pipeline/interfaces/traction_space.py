@@ -19,6 +19,7 @@ from gudgeon.modaldb.records.traction import SUPPORT, along_direction, chart_coo
 from gudgeon.modaldb.records.types import Json
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.height_field import distance, nearest_kept, patch_chart
 from gudgeon.pipeline.interfaces.points import facet_points
@@ -158,7 +159,7 @@ def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
 
 
 def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> SplineGrid:
-    if mesh.cell_type != "tetra10" or surface.facets.shape[1] != 6:
+    if not cell_of(mesh).solid or surface.facets.shape[1] != 6:
         raise InputError(f"{where}: a traction space needs a surface of a solid, '{interface.surface}' is none")
     kind = surface.shape.get("kind")
     if kind == "cylinder" and interface.along is not None and interface.sector_deg is None:

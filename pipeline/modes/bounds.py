@@ -20,11 +20,10 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.given import SINGULAR
 from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, reference
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.modes.problem import Count
 
-LUMPED = ("tetra10", "triangle6")
-"""Cell types whose mass matrix has the same shape functions in each direction."""
 CLUSTER = 1e-3
 """Eigenvalues closer than this share form a cluster: a smaller gap would weaken the bound."""
 BATCH = 4096
@@ -92,7 +91,8 @@ def _with_gaps(theta: np.ndarray, rho: np.ndarray, offsets: np.ndarray, between:
 
 def _mass_norms(model: FEModel, rest: np.ndarray, whole: bool) -> np.ndarray:
     """Return ‖r‖_{M⁻¹} of columns over the free dofs, or an upper bound, (m,)."""
-    if whole and model.mesh.cell_type in LUMPED and model.mesh.system is None and not model.added_mass:
+    # Solids and plane parts have the same shape functions in each direction.
+    if whole and cell_of(model.mesh).dimension > 1 and model.mesh.system is None and not model.added_mass:
         lumped = model.M.diagonal()[model.free]
         return np.sqrt((rest**2 / lumped[:, None]).sum(axis=0) / lumped_share(model.mesh))
     mass = model.free_matrices()[1]

@@ -45,7 +45,7 @@ def supported_body(
         The body, and the displacement of the model's dofs per dof of the body, (dofs of the model, dofs).
     """
     rates = twists @ momentum
-    if model.mesh.cell_type == "vertex":
+    if not model.K.nnz:
         r = len(twists)
         none, one = sparse.csr_matrix((r, r)), sparse.csr_matrix(np.eye(r))
         loads = (_steady(model.properties.mass * (twists[:, :3] @ field)),) if field.any() else ()

@@ -95,7 +95,7 @@ def frequency_errors(
         spread: From the dofs of `model` to those of `untied`, (dofs, dofs).
     """
     frequencies, Phi, count = reduction.angular_frequencies, reduction.Phi, reduction.normal_count
-    if not len(frequencies) or untied.mesh.cell_type == "vertex":
+    if not len(frequencies) or not untied.K.nnz:
         nothing = np.zeros(len(frequencies))
         return FrequencyErrors(nothing, nothing, None)
     relative, rest = residuals(model, frequencies, Phi)

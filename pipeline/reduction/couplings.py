@@ -20,6 +20,7 @@ from gudgeon.pipeline.fem.elements.frame import Line, gauss, hermite, slopes, tu
 from gudgeon.pipeline.fem.elements.materials import material_cells
 from gudgeon.pipeline.fem.elements.reference import quadrature
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.scenes.component import Component
 
@@ -36,7 +37,7 @@ for _a, _b, _c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
 
 def has_floating_frame(model: FEModel) -> bool:
     """Whether a model can turn about all axes and its motion is known in space."""
-    return len(model.rigid_twists) == 6 and model.mesh.cell_type in ("tetra10", "frame2")
+    return len(model.rigid_twists) == 6 and cell_of(model.mesh).dofs >= 3
 
 
 def inertia_couplings(
@@ -63,7 +64,7 @@ def inertia_couplings(
     m, Phi = shapes.shape[1], spread @ shapes
     if not has_floating_frame(model):
         return None, np.empty((0, m, m))
-    if model.mesh.cell_type == "frame2":
+    if cell_of(model.mesh).spatial:
         translation, S, G = _of_frame(model, Phi, component)
     else:
         translation, S, G = _of_nodes(model, Phi)
@@ -87,7 +88,7 @@ def inertia_couplings(
 
 def centrifugal_loads(model: FEModel, component: Component) -> np.ndarray:
     """Return the nodal forces of ρ (x_i e_j + x_j e_i), x from the centre of mass, of each of `PAIRS`, (dofs, 6)."""
-    if model.mesh.cell_type == "frame2":
+    if cell_of(model.mesh).spatial:
         return np.column_stack([_centrifugal_frame(model, i, j, component) for i, j in PAIRS])
     return np.column_stack([_centrifugal(model, i, j) for i, j in PAIRS])
 
@@ -201,7 +202,7 @@ def _centrifugal_frame(model: FEModel, i: int, j: int, component: Component) -> 
 
 def _stress_stiffness(model: FEModel, Phi: np.ndarray, component: Component, moved: np.ndarray) -> np.ndarray:
     """Return K of the stress in each static displacement (dofs, k), (k, m, m)."""
-    if model.mesh.cell_type == "frame2":
+    if cell_of(model.mesh).spatial:
         return _frame_stiffness(model, Phi, component, moved)
     k, m, nodes = moved.shape[1], Phi.shape[1], len(model.nodes)
     u, shapes = moved.reshape(nodes, 3, k), Phi.reshape(nodes, 3, m)

@@ -20,6 +20,7 @@ from gudgeon.modaldb.records.modes import (
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.gauges import body_force_rows, gauge_rows, refuse_large
 from gudgeon.pipeline.interfaces.loads import LoadRows, load_rows
 from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
@@ -128,7 +129,7 @@ def reduce_component(
         tractions={key: one for key, one in modes.items() if isinstance(one, TractionModes)},
         loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
         gauges=gauge_modes(component, gauges, tied, contact.B, own, turning, weighs=bool(pulled and model.held.any())),
-        static_responses=static if static.columns and model.mesh.cell_type == "tetra10" else None,
+        static_responses=static if static.columns and cell_of(model.mesh).solid else None,
         tangential_spans=dict(contact.tangential_spans), **vars(errors),
     )  # fmt: skip
 

@@ -13,7 +13,8 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.report.budget.mesh_edges import CELLS, mean_edge
+from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.report.budget.mesh_edges import mean_edge
 from gudgeon.pipeline.report.choice import choose, judged, keep_report, on_its_mesh
 from gudgeon.pipeline.report.convergence import Neighbour, chain, extrapolated, settling
 from gudgeon.pipeline.report.document import MISSING, Budget, Chain, Document, Errors, Quantity, Run, Table, Term
@@ -141,11 +142,11 @@ def _meshed(job: Job, setting: Setting, repeat: int) -> Meshed:
     edges, kinds, dofs = {}, {}, 0
     for name, steps in changed.components().items():
         mesh: MeshRecord = changed.store.get(steps["mesh"].key, "mesh")
-        if mesh.cell_type not in CELLS:
+        if not (cell := cell_of(mesh)).dofs:
             continue
         modes: ModalRecord = changed.store.get(steps["modes"].key, "modes", only=FIELDS)
-        edges[name], kinds[mesh.cell_type] = mean_edge(mesh), None
-        dofs += len(mesh.nodes) * CELLS[mesh.cell_type][1]
+        edges[name], kinds[cell.name] = mean_edge(mesh), None
+        dofs += len(mesh.nodes) * cell.dofs
         errors = modes.discretisation_errors
         for i, omega in enumerate(modes.angular_frequencies[: modes.normal_count]):
             frequencies[f"{name}.frequency{i + 1}"] = float(omega) / (2 * math.pi)

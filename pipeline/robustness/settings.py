@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.traction_space import MOST_FUNCTIONS, traction_space
 from gudgeon.pipeline.robustness.evidence import FirstContact
 from gudgeon.pipeline.robustness.friction import with_step
@@ -230,7 +231,7 @@ def collinear(subject: Subject, operation: Any) -> Trial:
 
 def change(subject: Subject, operation: Any) -> Trial:
     """Move a cylindrical surface inwards by a share of its radius, with the modes of the design before."""
-    solids = [name for name in subject.elastic() if subject.meshes[name].cell_type == "tetra10"]
+    solids = [name for name in subject.elastic() if cell_of(subject.meshes[name]).solid]
     for name in solids:
         component = subject.scene.component[name]
         for key, interface in component.interface.items():

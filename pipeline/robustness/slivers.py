@@ -9,9 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.cells import EDGES
-
-CORNERS = {"tetra10": 4, "triangle6": 3, "line3": 2, "beam2": 2, "beam3": 2, "frame2": 2}
+from gudgeon.pipeline.geometry.cells import cell_of
 
 
 def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
@@ -51,8 +49,8 @@ def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
 
 def _layout(mesh: MeshRecord) -> tuple[int, list[list[int]]]:
     """Return the number of an element's corners, and the corners of each mid-side node."""
-    corners = CORNERS[mesh.cell_type]
-    return corners, EDGES[corners - 1].tolist() if mesh.cells.shape[1] > corners else []
+    cell = cell_of(mesh)
+    return cell.shape.corners, np.asarray(cell.shape.edges).tolist() if cell.quadratic else []
 
 
 def _mapped(mesh: MeshRecord, number: int, share: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.stress_recovery import hooke, strain_rows, von_mises
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.service import arrays, skin
@@ -65,8 +66,8 @@ def _stress(store: FolderStore, modes: str, mesh: MeshRecord, nodes: np.ndarray,
     Raises:
         Wrong: the part is no solid of one material, or the libraries of the pipeline are not installed.
     """
-    if mesh.cell_type != "tetra10":
-        raise arrays.Wrong(f"stress: a mesh of {mesh.cell_type}; only that of solids is recovered here")
+    if not (cell := cell_of(mesh)).solid:
+        raise arrays.Wrong(f"stress: a mesh of {cell.name}; only that of solids is recovered here")
     try:
         material = Material.model_validate(store.provenance(modes).get("material"))
     except ValidationError:

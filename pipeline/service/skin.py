@@ -6,12 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES, cell_of, outer_faces
 from gudgeon.pipeline.service.arrays import Wrong
 
-FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
-"""Nodes of the faces of a tet10 in meshio's order, outwards: three corners, then the middle of each side after them."""
-PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-"""Flat triangles of a quadratic one."""
 MOST = 400_000
 """Triangles of a skin."""
 
@@ -31,17 +28,13 @@ def skin_of(mesh: MeshRecord) -> Skin:
     Raises:
         Wrong: it is a line or a rigid body, or too large to draw.
     """
-    if mesh.cell_type == "tetra10":
-        faces = mesh.cells[:, FACES].reshape(-1, 6)
-        _, first, counts = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
-        faces = faces[np.sort(first[counts == 1])]
-    elif mesh.cell_type == "triangle6":
-        faces = mesh.cells
-    else:
-        raise Wrong(f"a mesh of {mesh.cell_type} has no surface to draw")
+    cell = cell_of(mesh)
+    if not cell.solid and cell.dimension != 2:
+        raise Wrong(f"a mesh of {cell.name} has no surface to draw")
+    faces = outer_faces(mesh.cells) if cell.solid else mesh.cells
     if 4 * len(faces) > MOST:
         raise Wrong(f"{4 * len(faces)} triangles are more than {MOST}; export the record and draw it elsewhere", 413)
-    nodes, numbers = np.unique(faces[:, PARTS].reshape(-1, 3), return_inverse=True)
+    nodes, numbers = np.unique(faces[:, FLAT_TRIANGLES].reshape(-1, 3), return_inverse=True)
     return Skin(nodes, numbers.reshape(-1, 3))
 
 

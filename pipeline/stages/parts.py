@@ -8,7 +8,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.stores.base import Store
-from gudgeon.pipeline.geometry.cells import EDGES
+from gudgeon.pipeline.geometry.cells import EDGES, cell_of
 from gudgeon.pipeline.geometry.surfaces import distance
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.scenes.component import Component
@@ -32,7 +32,7 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
     from gudgeon.pipeline.interfaces.point_mass import free_model, with_point_masses
 
     material = component.material
-    solid = mesh.cell_type == "tetra10" and mesh.system is None
+    solid = cell_of(mesh).solid and mesh.system is None
     where = f"component.{name}"
     if solid and material is not None:
         own = properties = mass_properties(mesh, densities(mesh, material))

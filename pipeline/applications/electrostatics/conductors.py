@@ -14,7 +14,7 @@ from gudgeon.pipeline.applications.electrostatics.kernel import crossing
 from gudgeon.pipeline.applications.electrostatics.panels import Grading, Onto, Panels, Skin, panels_of
 from gudgeon.pipeline.applications.electrostatics.scene import Conductor
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import FACES, side_counts
+from gudgeon.pipeline.geometry.cells import cell_of, outer_faces
 from gudgeon.pipeline.geometry.surfaces import find_surface, true_surface
 
 KNOWN = ("plane", "sphere", "cylinder", "cone")
@@ -32,16 +32,16 @@ def skin_of(mesh: MeshRecord, surfaces: Sequence[str], where: str) -> Skin:
     Raises:
         InputError: the mesh has no such surface, or is none of a solid or a plane part.
     """
-    if mesh.cell_type == "triangle6" and not surfaces:
+    if cell_of(mesh).dimension == 2 and not surfaces:
         return Skin(mesh.nodes, mesh.cells)
-    if mesh.cell_type != "tetra10":
+    if not cell_of(mesh).solid:
         raise InputError(f"{where}.geometry: a mesh of cells '{mesh.cell_type}' has no surface; allowed: solids, and"
                          " plane parts without `surfaces`, which are sheets")  # fmt: skip
     if surfaces:
         chosen = [find_surface(mesh, name, f"{where}.surfaces") for name in surfaces]
         numbers = np.repeat(np.arange(len(chosen)), [len(one.facets) for one in chosen])
         return Skin(mesh.nodes, np.concatenate([one.facets for one in chosen]), list(map(_onto, chosen)), numbers)
-    outer = mesh.cells[:, FACES][side_counts(mesh.cells, FACES[:, :4]) == 1]
+    outer = outer_faces(mesh.cells)
     named = list(mesh.surfaces.values())
     number = {}
     for index, surface in enumerate(named):
@@ -88,7 +88,7 @@ def conductor_panels(
 
 def solids(conductors: Mapping[str, Conductor], meshes: Mapping[str, MeshRecord]) -> set[str]:
     """Return the conductors that are filled, not sheets."""
-    return {name for name, one in conductors.items() if not one.surfaces and meshes[name].cell_type == "tetra10"}
+    return {name for name, one in conductors.items() if not one.surfaces and cell_of(meshes[name]).solid}
 
 
 def refuse_overlap(panels: Mapping[str, Panels], half_space: HalfSpace | None, filled: Collection[str] = ()) -> None:

@@ -22,6 +22,7 @@ from gudgeon.pipeline.applications.wheel.cyclic.whole_wheel import (
 from gudgeon.pipeline.applications.wheel.scene import KeptInterface, Wheel, blade_radius, reduction
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.points import surface_weights
 from gudgeon.pipeline.interfaces.tie import refuse_rigid
 from gudgeon.pipeline.scenes.component import Component
@@ -68,7 +69,7 @@ def sector_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str) -
         InputError: see `build_model` and `cyclic_sector`; or the sector is not a solid.
     """
     where = f"component.{wheel.component}"
-    if mesh.cell_type != "tetra10":
+    if not cell_of(mesh).solid:
         raise InputError(f"{where}.geometry: '{component.geometry.kind}' given; a wheel needs a sector of tet10")
     refuse_rigid(component.interface, where, "a wheel")
     model = build_model(mesh, component.material, component.supports, where, component.geometry)

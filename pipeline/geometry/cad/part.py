@@ -16,7 +16,7 @@ from gudgeon.pipeline.geometry.cad.faces import Face, distances, faces_of
 from gudgeon.pipeline.geometry.cad.reading import read_solids, solid_name, solid_volume
 from gudgeon.pipeline.geometry.cad.selection import FaceRule, Number, faces_by_name
 from gudgeon.pipeline.geometry.cad.units import model_scale
-from gudgeon.pipeline.geometry.cells import GMSH_ORDER, boundary_facets
+from gudgeon.pipeline.geometry.cells import GMSH_ORDER, TETRA10, boundary_facets
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.occ import GMSH_TETRA10, GMSH_TRIANGLE6, generate, meshing, nodes_and_cells
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
@@ -196,7 +196,7 @@ def _collected(gmsh: Any, named: Mapping[str, tuple[list[Face], SurfaceRule]], s
         triangles = number[np.concatenate(rows).astype(int).reshape(-1, 6)]
         surfaces[name] = Surface(skin[_places(corners, np.sort(triangles[:, :3], axis=1))], shape)
     surfaces[SKIN] = surfaces.get(SKIN, Surface(skin))
-    return MeshRecord(nodes * scale, cells, "tetra10", surfaces)
+    return MeshRecord(nodes * scale, cells, TETRA10.name, surfaces)
 
 
 def _volumes(gmsh: Any, solids: Sequence[int]) -> dict[str, np.ndarray]:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import TETRA4, TETRA10
 from gudgeon.pipeline.geometry.decks.by_gmsh import FileMesh
 
 FORMAT = re.compile(r"\((\d+i\d+)(,\d+i\d+)*(,\d+e\d+\.\d+(e\d+)?)?\)", re.IGNORECASE)
@@ -63,9 +64,7 @@ def read_ansys(path: str) -> FileMesh:
         raise InputError(f"{path}: names node {error.args[0]}, which it does not have") from None
     except NotATetrahedron as error:
         raise InputError(f"{path}: {error}") from None
-    blocks = [
-        (name, np.array([c for c in cells if len(c) == size], int)) for name, size in (("tetra", 4), ("tetra10", 10))
-    ]
+    blocks = [(t.name, np.array([c for c in cells if len(c) == t.nodes], int)) for t in (TETRA4, TETRA10)]
     return FileMesh(points, [block for block in blocks if len(block[1])], {}, found)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import HEXAHEDRON8, HEXAHEDRON20, TETRA4, TETRA10, WEDGE6, WEDGE15, Cell
 from gudgeon.pipeline.geometry.matrices.model import Block, Given, Model, checked_symmetric, model_of
 
 SOLIDS = (45, 62, 72, 87, 90, 92, 95, 185, 186, 187, 285)
@@ -56,14 +57,14 @@ def read_archive(path: str) -> Model:
     except Exception as error:
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(f"{path}: cannot be read as an archive of Ansys ({reason})") from None
-    rows: dict[str, list[tuple[int, list[int]]]] = {}
+    rows: dict[Cell, list[tuple[int, list[int]]]] = {}
     for element in elements:
         if types.get(int(element[1])) in SOLIDS:
-            kind, nodes = _solid(element[10:].tolist())
-            rows.setdefault(kind, []).append((int(element[8]), nodes))
+            cell, nodes = _solid(element[10:].tolist())
+            rows.setdefault(cell, []).append((int(element[8]), nodes))
     blocks = [
-        Block(kind, np.array([one for one, _ in some], int), np.array([nodes for _, nodes in some], int))
-        for kind, some in rows.items()
+        Block(cell, np.array([one for one, _ in some], int), np.array([nodes for _, nodes in some], int))
+        for cell, some in rows.items()
     ]
     return model_of(labels, points, blocks, sets, {}, path)
 
@@ -86,14 +87,14 @@ def _whole(A: Any, path: str) -> sparse.csr_matrix:
     return checked_symmetric(sparse.csr_matrix(A + A.T - sparse.diags(A.diagonal())), path)
 
 
-def _solid(nodes: list[int]) -> tuple[str, list[int]]:
-    """Return kind and nodes of an element, without the corners that it repeats."""
+def _solid(nodes: list[int]) -> tuple[Cell, list[int]]:
+    """Return type and nodes of an element, without the corners that it repeats."""
     if len(nodes) in (4, 10):
-        return ("tetra" if len(nodes) == 4 else "tetra10"), nodes
+        return (TETRA4 if len(nodes) == 4 else TETRA10), nodes
     quadratic = len(nodes) > CORNERS and all(nodes[CORNERS:])
     if nodes[2] == nodes[3] and len(set(nodes[4:CORNERS])) == 1:
-        return ("tetra10", [nodes[k] for k in QUADRATIC_TETRA]) if quadratic else ("tetra", [*nodes[:3], nodes[4]])
+        return (TETRA10, [nodes[k] for k in QUADRATIC_TETRA]) if quadratic else (TETRA4, [*nodes[:3], nodes[4]])
     if nodes[2] == nodes[3]:
         chosen = QUADRATIC_WEDGE if quadratic else WEDGE
-        return ("wedge15" if quadratic else "wedge"), [nodes[k] for k in chosen]
-    return ("hexahedron20", nodes) if quadratic else ("hexahedron", nodes[:CORNERS])
+        return (WEDGE15 if quadratic else WEDGE6), [nodes[k] for k in chosen]
+    return (HEXAHEDRON20, nodes) if quadratic else (HEXAHEDRON8, nodes[:CORNERS])

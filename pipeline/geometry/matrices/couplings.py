@@ -10,7 +10,6 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.matrices.model import Block, Coupling
-from gudgeon.pipeline.geometry.matrices.skin import FACES
 
 Words = Callable[[str], list[str]]
 DIRECTIONS = 3
@@ -127,7 +126,7 @@ def nodes_of_sides(sides: np.ndarray, blocks: list[Block]) -> np.ndarray:
     """
     found = [np.empty(0, int)]
     for block in blocks:
-        for number, face in enumerate(FACES[block.kind]):
+        for number, face in enumerate(block.cell.faces):
             owners = sides[sides[:, 1] == number, 0]
             found.append(block.nodes[np.isin(block.labels, owners)][:, face].ravel())
     return np.unique(np.concatenate(found))

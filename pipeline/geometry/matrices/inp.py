@@ -6,14 +6,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import HEXAHEDRON8, HEXAHEDRON20, TETRA4, TETRA10, WEDGE6, WEDGE15
 from gudgeon.pipeline.geometry.matrices.couplings import DeckCouplings
 from gudgeon.pipeline.geometry.matrices.model import Block, Model, model_of
 
 KINDS = [
-    (re.compile(r"D?C3D4[A-Z]*"), "tetra", 4), (re.compile(r"D?C3D10[A-Z]*"), "tetra10", 10),
-    (re.compile(r"D?C3D8[A-Z]*"), "hexahedron", 8), (re.compile(r"D?C3D20[A-Z]*"), "hexahedron20", 20),
-    (re.compile(r"D?C3D6[A-Z]*"), "wedge", 6), (re.compile(r"D?C3D15[A-Z]*"), "wedge15", 15),
-]  # fmt: skip
+    (re.compile(rf"D?C3D{cell.nodes}[A-Z]*"), cell)
+    for cell in (TETRA4, TETRA10, HEXAHEDRON8, HEXAHEDRON20, WEDGE6, WEDGE15)
+]
 """Solids by the name of their type; other elements are in the matrices, but not drawn."""
 MOST_MEMBERS = 10_000_000
 """Members of a set that a line of a deck stands for."""
@@ -104,13 +104,13 @@ def _numbers(row: str, path: str) -> list[float]:
 
 def _block(kind: str, rows: list[str], path: str) -> Block | None:
     """Return the elements of a block; None of a kind that is no solid."""
-    for pattern, name, count in KINDS:
+    for pattern, cell in KINDS:
         if pattern.fullmatch(kind.upper()):
-            numbers = np.array([x for row in rows for x in _numbers(row, path)], int)
+            numbers, count = np.array([x for row in rows for x in _numbers(row, path)], int), cell.nodes
             if len(numbers) % (count + 1):
                 raise InputError(f"{path}: *ELEMENT, TYPE={kind}: {len(numbers)} numbers, expected {count + 1} each")
             table = numbers.reshape(-1, count + 1)
-            return Block(name, table[:, 0], table[:, 1:])
+            return Block(cell, table[:, 0], table[:, 1:])
     return None
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import Cell
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule
 
 ASYMMETRY = 1e-9
@@ -15,10 +16,10 @@ ASYMMETRY = 1e-9
 
 
 class Block(NamedTuple):
-    """Elements of one kind."""
+    """Elements of one type."""
 
-    kind: str
-    """`tetra`, `tetra10`, `hexahedron`, `hexahedron20`, `wedge` or `wedge15`, as meshio names and orders them."""
+    cell: Cell
+    """Of a solid."""
     labels: np.ndarray
     """(e,)"""
     nodes: np.ndarray

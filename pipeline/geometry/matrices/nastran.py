@@ -12,13 +12,13 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import HEXAHEDRON8, HEXAHEDRON20, TETRA4, TETRA10, WEDGE6, WEDGE15, Cell
 from gudgeon.pipeline.geometry.matrices.model import Block, Coupling, Given, Model, checked_symmetric, model_of
 from gudgeon.pipeline.geometry.matrices.text_matrix import read_dofs
 
-NODES = {"CTETRA": {4: "tetra", 10: "tetra10"}, "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
-         "CPENTA": {6: "wedge", 15: "wedge15"}}  # fmt: skip
-"""Solids by card and number of nodes."""
-UPRIGHT = {"hexahedron20": (12, 16), "wedge15": (9, 12)}
+CARDS = {"CTETRA": (TETRA4, TETRA10), "CHEXA": (HEXAHEDRON8, HEXAHEDRON20), "CPENTA": (WEDGE6, WEDGE15)}
+"""Solids by card."""
+UPRIGHT = {HEXAHEDRON20: (12, 16), WEDGE15: (9, 12)}
 """Mid-edge nodes between both ends, which Nastran numbers before those of the upper end: first and last + 1."""
 HEAD = 2
 """Numbers of an element before its nodes: its own and that of its property."""
@@ -97,14 +97,15 @@ def read_bulk(path: str) -> Model:
             f"{path}: GRID {int(other[0, 0])} is in another coordinate system; allowed: the basic one (CP and CD blank)"
         )
     blocks: list[Block] = []
-    for card, kinds in NODES.items():
+    for card, cells in CARDS.items():
         rows = bulk.rdcards(path, card, return_var="list") or []
-        for count, kind in kinds.items():
-            table = np.array([_whole(row, card, path) for row in rows if len(row) - HEAD == count], int)
+        for cell in cells:
+            table = np.array([_whole(row, card, path) for row in rows if len(row) - HEAD == cell.nodes], int)
             if len(table):
-                blocks.append(Block(kind, table[:, 0], _ordered(table[:, HEAD:], kind)))
-        if wrong := [row for row in rows if len(row) - HEAD not in kinds]:
-            have = " or ".join(map(str, kinds))
+                blocks.append(Block(cell, table[:, 0], _ordered(table[:, HEAD:], cell)))
+        allowed = [cell.nodes for cell in cells]
+        if wrong := [row for row in rows if len(row) - HEAD not in allowed]:
+            have = " or ".join(map(str, allowed))
             raise InputError(f"{path}: {card} {wrong[0][0]} has {len(wrong[0]) - HEAD} nodes, allowed: {have}")
     sets: dict[str, list[int]] = {}
     for row in bulk.rdcards(path, "SET1", return_var="list") or []:
@@ -181,11 +182,11 @@ def _whole(row: list[Any], card: str, path: str) -> list[int]:
     return row
 
 
-def _ordered(nodes: np.ndarray, kind: str) -> np.ndarray:
+def _ordered(nodes: np.ndarray, cell: Cell) -> np.ndarray:
     """Return nodes with those of upright edges last."""
-    if kind not in UPRIGHT:
+    if cell not in UPRIGHT:
         return nodes
-    first, last = UPRIGHT[kind]
+    first, last = UPRIGHT[cell]
     return np.hstack([nodes[:, :first], nodes[:, last:], nodes[:, first:last]])
 
 

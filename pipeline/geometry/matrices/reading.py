@@ -9,6 +9,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface, SystemMatrices, Triangle
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import NODES, WEDGE6, Cell
 from gudgeon.pipeline.geometry.matrices.ansys import read_archive, read_full
 from gudgeon.pipeline.geometry.matrices.inp import read_inp
 from gudgeon.pipeline.geometry.matrices.model import Block, Given, MatrixFiles, Model
@@ -23,8 +24,6 @@ MODELS: dict[str, Callable[[str], Model]] = {
     ".inp": read_inp, ".cdb": read_archive, **dict.fromkeys(BULK, read_bulk),
 }  # fmt: skip
 """Readers of nodes, elements and sets by the ending of the file's name."""
-DRAWN = ("tetra10", "tetra", "hexahedron", "hexahedron20", "wedge15")
-"""Kinds of element that pictures show, where a body has one kind only."""
 ZERO_AREA = 1e-9
 """Area of a node over the largest one of its surface, of nodes that stand for none: corners of six-node facets."""
 DIRECTIONS = 3
@@ -46,10 +45,10 @@ def read_matrices(part: MatrixFiles) -> MeshRecord:
     place = np.full(len(model.labels), -1)
     place[kept] = np.arange(len(kept))
     blocks = [block._replace(nodes=place[block.nodes]) for block in blocks]
-    kind = _common_kind(blocks)
-    cells = np.concatenate([b.nodes for b in blocks]) if kind != "nodes" else np.arange(len(points))[:, None]
-    surfaces = _surfaces(part, model, points, place, blocks, kind)
-    return MeshRecord(points, cells, kind, surfaces, system=system)
+    cell = _common_cell(blocks)
+    cells = np.concatenate([b.nodes for b in blocks]) if cell.dimension else np.arange(len(points))[:, None]
+    surfaces = _surfaces(part, model, points, place, blocks, cell)
+    return MeshRecord(points, cells, cell.name, surfaces, system=system)
 
 
 def read_model(path: str) -> Model:
@@ -76,12 +75,13 @@ def surfaces_of(path: str, model: Model, unit: float) -> dict[str, Surface]:
     )  # fmt: skip
     blocks = [block._replace(nodes=model.rows(block.nodes, path)) for block in model.blocks]
     place = np.arange(len(model.labels))
-    return _surfaces(part, model, unit * model.points, place, blocks, _common_kind(blocks))
+    return _surfaces(part, model, unit * model.points, place, blocks, _common_cell(blocks))
 
 
-def _common_kind(blocks: list[Block]) -> str:
-    kinds = {block.kind for block in blocks}
-    return next(iter(kinds)) if len(kinds) == 1 and kinds <= set(DRAWN) else "nodes"
+def _common_cell(blocks: list[Block]) -> Cell:
+    """Return the type of the elements where all have one; pictures take six nodes for those of a triangle."""
+    cells = {block.cell for block in blocks}
+    return cells.pop() if len(cells) == 1 and WEDGE6 not in cells else NODES
 
 
 def _given(part: MatrixFiles) -> Given:
@@ -162,7 +162,7 @@ def _refuse_eliminated(part: MatrixFiles, model: Model, dofs: np.ndarray, blocks
 
 
 def _surfaces(
-    part: MatrixFiles, model: Model, points: np.ndarray, place: np.ndarray, blocks: list[Block], kind: str
+    part: MatrixFiles, model: Model, points: np.ndarray, place: np.ndarray, blocks: list[Block], cell: Cell
 ) -> dict[str, Surface]:
     """Return the named sets as curved facets of tet10, or as nodes with areas and normals."""
     facets, found = boundary(blocks), {}
@@ -177,7 +177,7 @@ def _surfaces(
             nodes = np.unique(nodes[nodes >= 0])
             chosen = [some.nodes[np.isin(some.nodes, nodes).all(axis=1)] for some in facets]
         if len(nodes):
-            found[name] = _surface(part, points, nodes, chosen, kind, shapes.get(name, {}))
+            found[name] = _surface(part, points, nodes, chosen, cell, shapes.get(name, {}))
     if missing := shapes.keys() - found.keys():
         have = ", ".join(sorted(found)) or "none"
         raise InputError(f"{part.model}: has no set '{min(missing)}', of which geometry.surfaces states the shape;"
@@ -188,9 +188,9 @@ def _surfaces(
 
 
 def _surface(
-    part: MatrixFiles, points: np.ndarray, nodes: np.ndarray, facets: list[np.ndarray], kind: str, shape: SurfaceRule
+    part: MatrixFiles, points: np.ndarray, nodes: np.ndarray, facets: list[np.ndarray], cell: Cell, shape: SurfaceRule
 ) -> Surface:
-    if kind == "tetra10" and sum(map(len, facets)):
+    if cell.solid and sum(map(len, facets)):
         triangles = np.concatenate(facets)
         a, b, c = np.moveaxis(points[triangles[:, :3]], 1, 0)
         normals = np.cross(b - a, c - a)

@@ -11,30 +11,6 @@ import numpy as np
 
 from gudgeon.pipeline.geometry.matrices.model import Block
 
-TETRA = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
-HEXAHEDRON = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-WEDGE = [[0, 2, 1], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]]
-EDGES = {
-    "tetra10": [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)],
-    "hexahedron20": [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)],
-    "wedge15": [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
-}
-"""Corners beside each mid-edge node, which follow the corners in this order."""
-
-
-def _quadratic(faces: list[list[int]], kind: str, corners: int) -> list[list[int]]:
-    middle = {frozenset(pair): corners + k for k, pair in enumerate(EDGES[kind])}
-    return [
-        [*face, *(middle[frozenset((a, b))] for a, b in zip(face, face[1:] + face[:1], strict=True))] for face in faces
-    ]
-
-
-FACES: dict[str, list[list[int]]] = {
-    "tetra": TETRA, "hexahedron": HEXAHEDRON, "wedge": WEDGE,
-    "tetra10": _quadratic(TETRA, "tetra10", 4), "hexahedron20": _quadratic(HEXAHEDRON, "hexahedron20", 8),
-    "wedge15": _quadratic(WEDGE, "wedge15", 6),
-}  # fmt: skip
-"""Outward faces of the elements, corners first, in the order of Abaqus."""
 CORNERS = {3: 3, 4: 4, 6: 3, 8: 4}
 """Corners of a facet by its number of nodes."""
 
@@ -56,7 +32,7 @@ def boundary(blocks: list[Block]) -> list[Facets]:
     """
     every: dict[int, list[tuple[np.ndarray, np.ndarray]]] = {}
     for block in blocks:
-        for number, face in enumerate(FACES[block.kind]):
+        for number, face in enumerate(block.cell.faces):
             owners = np.column_stack([block.labels, np.full(len(block.labels), number)])
             every.setdefault(len(face), []).append((block.nodes[:, face], owners))
     found = []

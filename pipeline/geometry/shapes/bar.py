@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.cells import LINE3
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.surfaces import point_surface
 from gudgeon.solver.numbers import Area, Length, Strict
@@ -35,4 +36,4 @@ class Bar(Strict):
             name: point_surface(node, np.array([sign, 0.0, 0.0]), self.area, nodes[node])
             for name, (node, sign) in ends.items()
         }
-        return MeshRecord(nodes, cells, "line3", surfaces)
+        return MeshRecord(nodes, cells, LINE3.name, surfaces)

@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.cells import BEAM2, BEAM3, FRAME2
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.section import General, Section
 from gudgeon.pipeline.geometry.surfaces import point_surface
@@ -135,8 +136,8 @@ class Beam(Strict):
             for side, sign in SIDES.items():
                 fibre = at + sign * self.section.height / 2 * up
                 surfaces[f"{name}-{side}"] = point_surface(node, sign * up, area, fibre)
-        two = "frame2" if self.motion == "space" else "beam2"
-        return MeshRecord(nodes, cells, "beam3" if quadratic else two, surfaces)
+        cell = BEAM3 if quadratic else FRAME2 if self.motion == "space" else BEAM2
+        return MeshRecord(nodes, cells, cell.name, surfaces)
 
 
 def divided(start: float, end: float, size: float) -> np.ndarray:

@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.geometry.cells import FRAME2
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.numbers import NonZero, Point
 from gudgeon.pipeline.geometry.section import Section
@@ -151,4 +152,4 @@ class Frame(Strict):
         up, area = np.array([0.0, 0.0, 1.0]), self.section.area
         surfaces = {name: point_surface(n, up, area, nodes[n]) for name, n in number.items()}
         surfaces |= {name: Surface(np.array([[number[one]] for one in ones]), {}) for name, ones in self.groups.items()}
-        return MeshRecord(np.array(nodes), np.array(cells), "frame2", surfaces, volumes)
+        return MeshRecord(np.array(nodes), np.array(cells), FRAME2.name, surfaces, volumes)

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import EDGES, side_counts, turned
+from gudgeon.pipeline.geometry.cells import TRIANGLE6, side_counts, turned
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.occ import GMSH_TRIANGLE6, ON_SURFACE, meshing, nodes_and_cells
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, box_faces, distance
@@ -15,7 +15,7 @@ from gudgeon.solver.numbers import Length, Strict
 
 UP = np.array([0.0, 0.0, 1.0])
 
-SIDES = np.column_stack([EDGES[2], [3, 4, 5]])
+SIDES = np.array(TRIANGLE6.faces)
 """Corners and middle of each edge of a triangle of positive area, which is on the left of the edge."""
 
 
@@ -63,7 +63,7 @@ class Rectangle(PlanePart):
         for name, shape in self.surface_shapes().items():
             off = distance(nodes[edges], shape).max(axis=1)
             surfaces[name] = Surface(edges[off < ON_SURFACE * max(self.lx, self.ly)], shape)
-        return MeshRecord(nodes, cells, "triangle6", surfaces)
+        return MeshRecord(nodes, cells, TRIANGLE6.name, surfaces)
 
 
 def boundary_edges(cells: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.cells import VERTEX
 from gudgeon.pipeline.geometry.numbers import NonZero, Point
 from gudgeon.pipeline.geometry.surfaces import point_surface
 from gudgeon.solver.numbers import Area, Mass, Moments, Name, Strict
@@ -40,4 +41,4 @@ class Rigid(Strict):
         for node, (name, point) in enumerate(self.points.items(), start=1):
             normal = np.array(point.normal) / np.linalg.norm(point.normal)
             surfaces[name] = point_surface(node, normal, point.area, places[node])
-        return MeshRecord(np.array(places), np.arange(len(places))[:, None], "vertex", surfaces)
+        return MeshRecord(np.array(places), np.arange(len(places))[:, None], VERTEX.name, surfaces)

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.geometry.cells import turned
+from gudgeon.pipeline.geometry.cells import TRIANGLE6, turned
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.shapes.plane import UP, PlanePart, boundary_edges
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder
@@ -60,4 +60,4 @@ class Ring(PlanePart):
         inside = edges[:, 2] < n
         parts = {"inner": edges[inside], "outer": edges[~inside]}
         shapes = self.surface_shapes()
-        return MeshRecord(nodes, cells, "triangle6", {name: Surface(parts[name], shapes[name]) for name in shapes})
+        return MeshRecord(nodes, cells, TRIANGLE6.name, {name: Surface(parts[name], shapes[name]) for name in shapes})

@@ -8,6 +8,7 @@ from scipy import sparse
 from gudgeon.modaldb.records.modes import SplineGrid
 from gudgeon.modaldb.records.traction import along_direction, chart_coordinates, spread, turned_chart
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.loads import load_rows
 from gudgeon.pipeline.interfaces.traction_space import traction_space
 from gudgeon.pipeline.nodal.problem import (
@@ -107,7 +108,8 @@ def _sliding_problem(job: Job) -> NodalProblem:
 
 def _solid(job: Job, name: str, field: np.ndarray) -> Part:
     part = load_part(job, name, field)
-    if part.model.mesh.cell_type not in ("tetra10", "line3"):
+    cell = cell_of(part.model.mesh)
+    if not (cell.solid or cell.axial):
         raise InputError(
             f"{job.path}: component.{job.scene.component_of(name)}.geometry: '{part.component.geometry.kind}' given,"
             " report.full_fe with sliding points, a joint or a moving force allows solids and bars"

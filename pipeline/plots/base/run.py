@@ -14,16 +14,13 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
 from gudgeon.modaldb.stores.base import Store
+from gudgeon.pipeline.geometry.cells import Cell, cell_of
 from gudgeon.pipeline.plots.base.hardest import Hardest, hardest, with_peaks
 from gudgeon.pipeline.reduction.expansion import displacement
 from gudgeon.solver.bodies.placing import rotation, turned_design, turned_mesh, turned_modes
 from gudgeon.solver.bodies.small_motion import free_twists
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.scene.body import Body
-
-LINES = ("line3", "beam2", "beam3", "frame2")
-SOLIDS = ("tetra10", "tetra", "hexahedron", "hexahedron20", "wedge15")
-"""Kinds of cells of bars and beams."""
 
 
 class Press(NamedTuple):
@@ -199,10 +196,10 @@ class Drawing:
         name = self.trajectory.counts.get("integrator")
         return name is not None and INTEGRATORS[name].turns
 
-    def cell_type(self, body: str) -> str:
-        """Return a body's kind of cells without reading its mesh."""
+    def cell(self, body: str) -> Cell:
+        """Return the type of a body's cells without reading its mesh."""
         morph = self.store.get(self.trajectory.bodies[body], "morph", only=["mesh_key"])
-        return self.store.get(morph.mesh_key, "mesh", only=["cell_type"]).cell_type
+        return cell_of(self.store.get(morph.mesh_key, "mesh", only=["cell_type"]))
 
     def position(self, body: str) -> np.ndarray:
         """Return the position of a body's origin in the scene [m], (3,)."""
@@ -221,13 +218,13 @@ class Drawing:
     def struck_lines(self) -> list[str]:
         """Return the bars and beams on which a contact, their own or another's, ever acts."""
         found = [name for name in self.trajectory.bodies if any(c.force.any() for c in self.contacts_on(name).values())]
-        return [name for name in found if self.cell_type(name) in LINES]
+        return [name for name in found if self.cell(name).dimension == 1]
 
-    def touched(self, *cell_types: str) -> list[str]:
-        """Return the bodies of some cell types on which a contact, their own or another's, acts in some frame."""
+    def touched(self, dimension: int) -> list[str]:
+        """Return the bodies of cells of a dimension on which a contact, their own or another's, acts in some frame."""
         bodies = self.trajectory.bodies
         found = [name for name in bodies if any(c.multipliers.any() for c in self.contacts_on(name).values())]
-        return [name for name in found if self.cell_type(name) in cell_types]
+        return [name for name in found if self.cell(name).dimension == dimension]
 
     def shaped(self, names: Iterable[str]) -> Iterator[BodyMotion]:
         """Yield those of some bodies whose modes have shapes."""
@@ -237,7 +234,7 @@ class Drawing:
 
     def deformed_count(self) -> int:
         """Return how many bodies have a picture of their deformation."""
-        return len(self.touched(*SOLIDS)) + len(self.touched("triangle6")) + len(self.struck_lines())
+        return len(self.touched(3)) + len(self.touched(2)) + len(self.struck_lines())
 
     def frame_force(self, body: str) -> np.ndarray:
         """Return the sum of all contact forces on a body at each frame [N], (f,)."""

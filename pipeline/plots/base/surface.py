@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import pyvista as pv
 
-from gudgeon.pipeline.plots.base.run import LINES, BodyMotion
+from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.plots.base.run import BodyMotion
 
 CELLS = {
     4: pv.CellType.TETRA, 6: pv.CellType.QUADRATIC_TRIANGLE, 8: pv.CellType.HEXAHEDRON,
@@ -128,7 +129,7 @@ def skin_of(
 
 def thread_of(body: BodyMotion) -> tuple[BodyMotion, Thread]:
     """Return the motion of the nodes of a body without volume, and what is drawn of it."""
-    cells, lines = body.mesh.cells, body.mesh.cell_type in LINES
+    cells, lines = body.mesh.cells, cell_of(body.mesh).dimension == 1
     place = pv.PolyData(body.nodes.copy())
     if lines:
         place = pv.PolyData(body.nodes.copy(), lines=np.column_stack([np.full(len(cells), 2), cells[:, :2]]).ravel())

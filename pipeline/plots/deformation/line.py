@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.contact.force_axes import middles, shown_force
@@ -37,7 +38,7 @@ def draw_waves(drawing: Drawing) -> None:
     for body in drawing.shaped(drawing.struck_lines()):
         if body.mesh.volumes:  # A frame has no one axis.
             continue
-        found = _strain_map(body) if body.mesh.cell_type == "line3" else _deflection_map(body)
+        found = _strain_map(body) if cell_of(body.mesh).axial else _deflection_map(body)
         style.draw(drawing.file("deformation.png", body.name, drawing.deformed_count()), _diagram, drawing, body, found)
 
 

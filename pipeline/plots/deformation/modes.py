@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
+from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES, cell_of
 from gudgeon.pipeline.plots.base import style, view
-from gudgeon.pipeline.plots.base.run import LINES, SOLIDS, BodyMotion, Drawing
+from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import skin_of
-from gudgeon.pipeline.plots.deformation.plane import PARTS
 from gudgeon.solver.vectors import unit
 
 SHOWN = 6
@@ -22,8 +22,8 @@ PANEL = (500, 430)
 """Size of the picture of a mode [px]."""
 TOWARDS = np.array([0.55, -0.75, 0.38])
 """From a solid to the camera."""
-KINDS = {**dict.fromkeys(SOLIDS, "solid"), "triangle6": "plane part"}
-"""What a part is called by its cells; others are lines."""
+KINDS = ("points", "line", "plane part", "solid")
+"""What a part is called by the dimension of its cells."""
 RIGID = 1e-6
 """Frequency, of the highest one, up to which a mode is a rigid motion."""
 
@@ -39,8 +39,7 @@ def _parts(drawing: Drawing) -> Iterator[tuple[str, BodyMotion]]:
     """Yield name and a body of each component with elastic modes; one without cells has nothing to draw."""
     seen: set[str] = set()
     for body in drawing.shaped(drawing.trajectory.bodies):
-        drawable = body.mesh.cell_type != "nodes"
-        if drawable and body.morph.modes_key not in seen and len(body.modal.angular_frequencies):
+        if cell_of(body.mesh).dimension and body.morph.modes_key not in seen and len(body.modal.angular_frequencies):
             seen.add(body.morph.modes_key)
             yield drawing.scene.get("body", {}).get(body.name, {}).get("component") or body.name, body
 
@@ -55,7 +54,7 @@ def lowest(body: BodyMotion) -> np.ndarray:
 
 def _picture(drawing: Drawing, name: str, body: BodyMotion) -> Figure:
     numbers, panel = lowest(body), _panel(body)
-    kind = KINDS.get(body.mesh.cell_type, "line")
+    kind = KINDS[cell_of(body.mesh).dimension]
     rows = -(-len(numbers) // COLUMNS)
     how = "shape over the axis" if kind == "line" and not body.mesh.volumes else style.CAPPED
     height = 200 + 500 * rows
@@ -74,9 +73,9 @@ def _picture(drawing: Drawing, name: str, body: BodyMotion) -> Figure:
 
 def _panel(body: BodyMotion) -> Callable[[Axes, int], None]:
     """Return a function that draws a mode of a body, by its number, on axes."""
-    if body.mesh.cell_type in LINES:
+    if (dimension := cell_of(body.mesh).dimension) == 1:
         return _frame(body) if body.mesh.volumes else _line(body)
-    return _plane(body) if body.mesh.cell_type == "triangle6" else _solid(body)
+    return _plane(body) if dimension == 2 else _solid(body)
 
 
 def _scaled(body: BodyMotion, number: int) -> np.ndarray:
@@ -105,7 +104,7 @@ def _plane(body: BodyMotion) -> Callable[[Axes, int], None]:
     def draw(axes: Axes, number: int) -> None:
         moved = _scaled(body, number)
         place, size = body.nodes[:, :2] + moved[:, :2], np.linalg.norm(moved, axis=1)
-        flat = Triangulation(place[:, 0], place[:, 1], body.mesh.cells[:, PARTS].reshape(-1, 3))
+        flat = Triangulation(place[:, 0], place[:, 1], body.mesh.cells[:, FLAT_TRIANGLES].reshape(-1, 3))
         axes.tripcolor(flat, size, shading="gouraud", cmap=style.MAGNITUDE)
         axes.set_aspect("equal")
 
@@ -123,8 +122,8 @@ def _line(body: BodyMotion) -> Callable[[Axes, int], None]:
         shape = _scaled(body, number)
         across = shape - np.outer(shape @ along, along)
         axis = int(np.abs(across).max(axis=0).argmax())
-        values = shape @ along if body.mesh.cell_type == "line3" else across[:, axis]
-        label = "along the axis" if body.mesh.cell_type == "line3" else f"along {'xyz'[axis]}"
+        axial = cell_of(body.mesh).axial
+        values, label = (shape @ along, "along the axis") if axial else (across[:, axis], f"along {'xyz'[axis]}")
         axes.plot(position[order], values[order], color=style.BLUE, lw=1.8)
         axes.axhline(0.0, color=style.FAINT, lw=0.7)
         axes.set_ylim(-1.1 * float(np.abs(values).max()), 1.1 * float(np.abs(values).max()))

@@ -8,9 +8,10 @@ import pyvista as pv
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.plots.base import film, style, view
 from gudgeon.pipeline.plots.base.hardest import hardest
-from gudgeon.pipeline.plots.base.run import SOLIDS, BodyMotion, Drawing
+from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, Thread, skin_of, thread_of
 from gudgeon.pipeline.plots.contact.force_axes import shown_force
 from gudgeon.pipeline.plots.deformation.landing import Landing, landing
@@ -82,7 +83,7 @@ class Script:
 
 def draw_movie(drawing: Drawing) -> None:
     """Make one movie of all bodies, if a contact acts on a solid one."""
-    struck = [body.name for body in drawing.shaped(drawing.touched(*SOLIDS))]
+    struck = [body.name for body in drawing.shaped(drawing.touched(3))]
     if not struck:
         return
     script = _script(drawing, struck)
@@ -98,7 +99,7 @@ def _actors(drawing: Drawing) -> list[Actor]:
     found = []
     for name in drawing.trajectory.bodies:
         body = drawing.body(name)
-        if body.mesh.cell_type in SOLIDS and body.modal.shapes is not None:
+        if cell_of(body.mesh).dimension == 3 and body.modal.shapes is not None:
             found.append(Actor(*skin_of(body, TRIANGLES), drawing.position(name)))
         else:
             found.append(Actor(*thread_of(body), drawing.position(name)))

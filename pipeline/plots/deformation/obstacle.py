@@ -3,6 +3,7 @@
 import numpy as np
 import pyvista as pv
 
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.plots.base import view
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, make_skin
@@ -27,7 +28,7 @@ def opposite(drawing: Drawing, contact: str, triangles: int, gaps: float) -> Ski
     """
     body, obstacle = drawing.body(drawing.trajectory.contacts[contact].body), view.obstacle_at(drawing, contact)
     surface = body.surface(drawing.trajectory.contacts[contact].interface)
-    if surface is None or obstacle is None or body.mesh.cell_type != "tetra10":
+    if surface is None or obstacle is None or not cell_of(body.mesh).solid:
         return None
     wall = make_skin(body.nodes, surface.facets, triangles, {})
     placed = wall.points + drawing.position(body.name)

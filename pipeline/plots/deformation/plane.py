@@ -9,6 +9,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
+from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES
 from gudgeon.pipeline.geometry.shapes.plane import boundary_edges
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
@@ -16,15 +17,13 @@ from gudgeon.pipeline.plots.base.stress import equivalent_stress, stress_gauges
 from gudgeon.pipeline.plots.deformation import equivalent
 from gudgeon.solver.bodies.placing import turned_design, turned_mesh, turned_modes
 
-PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-"""Flat triangles that make up one of six nodes."""
 ARROW = 0.14
 """Length of the force's arrow, relative to the diagonal."""
 
 
 def draw_sheets(drawing: Drawing) -> None:
     """Draw the deformation of each plane part with contact, and its stress where a gauge records it."""
-    names, count = drawing.touched("triangle6"), drawing.deformed_count()
+    names, count = drawing.touched(2), drawing.deformed_count()
     for body in (_in_its_plane(drawing, one) for one in drawing.shaped(names)):
         frame = drawing.hardest(body.name).frame
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
@@ -74,7 +73,7 @@ def _colour(axes: Axes, body: BodyMotion, place: np.ndarray, values: np.ndarray,
 
     A gauge of an edge has no whole triangle; it colours the edge alone.
     """
-    flat, edges = body.mesh.cells[:, PARTS].reshape(-1, 3), boundary_edges(body.mesh.cells)
+    flat, edges = body.mesh.cells[:, FLAT_TRIANGLES].reshape(-1, 3), boundary_edges(body.mesh.cells)
     known = np.isfinite(values)
     whole, shades = known[flat].all(axis=1), np.nan_to_num(values)
     x, y = place.T

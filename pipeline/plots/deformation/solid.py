@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from PIL.Image import Image
 
 from gudgeon.pipeline.plots.base import style, view
-from gudgeon.pipeline.plots.base.run import SOLIDS, BodyMotion, Drawing
+from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.stress import equivalent_stress, stress_gauges
 from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, skin_of
 from gudgeon.pipeline.plots.deformation import equivalent
@@ -54,7 +54,7 @@ class Moment:
 
 def draw_deformation(drawing: Drawing) -> None:
     """Draw one picture for each solid body on which a contact acts."""
-    for body in drawing.shaped(drawing.touched(*SOLIDS)):
+    for body in drawing.shaped(drawing.touched(3)):
         moment = strongest_moment(drawing, body, TRIANGLES)
         magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
         file = drawing.file("deformation.png", body.name, drawing.deformed_count())
@@ -63,7 +63,7 @@ def draw_deformation(drawing: Drawing) -> None:
 
 def draw_stress(drawing: Drawing) -> None:
     """Draw one picture for each solid body with contact and a gauge of stress on a surface."""
-    found = [body for body in drawing.shaped(drawing.touched(*SOLIDS)) if stress_gauges(drawing, body)]
+    found = [body for body in drawing.shaped(drawing.touched(3)) if stress_gauges(drawing, body)]
     for body in found:
         stress = equivalent_stress(drawing, body, drawing.hardest(body.name).frame)
         fields = {"stress": np.nan_to_num(stress), "known": np.isfinite(stress).astype(float)}

@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.hardest import Hardest, hardest
-from gudgeon.pipeline.plots.base.run import SOLIDS, BodyMotion, Drawing
+from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Cut, Skin, make_skin, skin_of
 from gudgeon.pipeline.plots.contact.drive import Drive, drive_of, frame_degrees, own_cycle, shown_angle
 from gudgeon.solver.vectors import length_across
@@ -100,7 +100,7 @@ def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | 
         triangles: Target number of flat triangles of each body.
     """
     drive = drive_of(drawing)
-    names = [name for name in drawing.trajectory.bodies if drawing.cell_type(name) in SOLIDS]
+    names = [name for name in drawing.trajectory.bodies if drawing.cell(name).dimension == 3]
     bodies = {body.name: body for body in drawing.shaped(names)}
     if drive.body not in bodies:
         return None

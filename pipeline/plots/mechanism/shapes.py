@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.pipeline.plots.base.run import LINES, SOLIDS, BodyMotion, Drawing
+from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import skin_of
 from gudgeon.pipeline.plots.mechanism.motion import moving_bodies, rotations, touching
 
@@ -74,10 +75,10 @@ def _drawn(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Shape]:
     """Return points from the centre [m], their elastic displacements, and lines or triangles between them."""
     shaped = body.modal.shapes is not None and body.modal.shapes.size
-    if shaped and body.mesh.cell_type in LINES:
+    if shaped and cell_of(body.mesh).dimension == 1:
         elastic = _elastic(drawing, body, body.nodes, frames)
         return body.nodes - body.morph.centre, elastic, body.mesh.cells[:, :2], Shape.ELASTIC
-    if shaped and body.mesh.cell_type in SOLIDS:
+    if shaped and cell_of(body.mesh).dimension == 3:
         body, skin = skin_of(body, TRIANGLES)
         cells = skin.surface.faces.reshape(-1, 4)[:, 1:]
         return body.nodes - body.morph.centre, _elastic(drawing, body, body.nodes, frames), cells, Shape.ELASTIC

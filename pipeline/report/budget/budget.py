@@ -16,8 +16,9 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.report.budget.fields import FALL, LEAST_POINTS, by_panels, by_points, changed_grids
-from gudgeon.pipeline.report.budget.mesh_edges import CELLS, mean_edge
+from gudgeon.pipeline.report.budget.mesh_edges import mean_edge
 from gudgeon.pipeline.report.convergence import Neighbour, extrapolated
 from gudgeon.pipeline.report.document import MISSING, Budget, Errors, Quantity, Term
 from gudgeon.pipeline.report.errors import Point, apart_from, finest_step, larger
@@ -337,4 +338,4 @@ def _edge_ratio(own: Job, other: Job, components: Collection[str]) -> float:
 def _meshes(job: Job, components: Collection[str]) -> list[MeshRecord]:
     steps = job.components()
     meshes = [job.store.get(steps[name]["mesh"].key, "mesh") for name in components]
-    return [mesh for mesh in meshes if mesh.cell_type in CELLS]
+    return [mesh for mesh in meshes if cell_of(mesh).dofs]

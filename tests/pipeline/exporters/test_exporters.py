@@ -20,6 +20,7 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.exporters import EXPORTERS, Exporter, vtu
 from gudgeon.pipeline.exporters.vtu import BodyRecords
 from gudgeon.pipeline.geometry import Bar, Beam, Rigid
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.reduction.expansion import displacement
@@ -171,7 +172,7 @@ def test_modes_come_back(mesh: MeshRecord, modal: ModalRecord, tmp_path: Path) -
     vtu.write_modes(path, mesh, modal)
     back = meshio.read(path)
     np.testing.assert_array_equal(back.points, mesh.nodes)
-    written = vtu.LINES.get(mesh.cell_type, mesh.cell_type)
+    written = cell_of(mesh).meshio or mesh.cell_type
     assert [(block.type, block.data.tolist()) for block in back.cells] == [(written, mesh.cells.tolist())]
     assert list(back.point_data) == ["mode_001_100.0Hz", "mode_002_1234.5Hz", "mode_003_98765.4Hz"]
     assert modal.shapes is not None

@@ -15,6 +15,7 @@ pytest.importorskip("fastapi", reason="the extra 'service' is not installed")
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.stores.folder import FolderStore, open_folder
+from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES
 from gudgeon.pipeline.gudgeon import run
 from gudgeon.pipeline.service import skin, views
 from gudgeon.pipeline.service.arrays import Wrong
@@ -65,7 +66,7 @@ def test_meshes_without_a_skin() -> None:
 def test_a_plane_part_is_drawn_as_it_is() -> None:
     nodes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0]], float)
     found = skin.skin_of(MeshRecord(nodes, np.arange(6).reshape(1, 6), "triangle6", {}))
-    assert np.array_equal(found.triangles, skin.PARTS)
+    assert np.array_equal(found.triangles, FLAT_TRIANGLES)
 
 
 def test_too_many_triangles(monkeypatch: pytest.MonkeyPatch) -> None:
