@@ -112,8 +112,6 @@ def refuse_probes_off(store: Store, scene: SceneFile, keys: Mapping[str, str]) -
     Raises:
         InputError: there is one.
     """
-    from gudgeon.pipeline.interfaces.strain_gauges import refuse_far
-
     for name, probe in scene.probe.items():
         sides = ("at", "interface", "body"), ("against_at", "against_interface", "against")
         for key, interface, owner in sides:
@@ -122,6 +120,8 @@ def refuse_probes_off(store: Store, scene: SceneFile, keys: Mapping[str, str]) -
                 continue
             component = scene.component_of(getattr(probe, owner))
             if component in keys:
+                from gudgeon.pipeline.interfaces.strain_gauges import refuse_far  # Here: it loads scipy.
+
                 mesh = store.get(keys[component], "mesh", only=["nodes", "cells", "cell_type"])
                 refuse_far(mesh, np.array(at), f"probe.{name}.{key}")
 

@@ -125,7 +125,7 @@ def test_verbose_tells_what_is_fresh_and_what_is_computed(tmp_path: Path) -> Non
     command = [sys.executable, "-m", "gudgeon.pipeline", "mesh", str(write_scene(tmp_path / "skirt"))]
     for extra, said in ((["-v"], "computed in"), (["-v"], "fresh, record"), ([], None)):
         child = subprocess.run([*command, *extra], cwd=tmp_path, capture_output=True, text=True, check=True)
-        lines = [line for line in child.stderr.splitlines() if line.startswith("gudgeon.pipeline.stages.make: ")]
+        lines = [line for line in child.stderr.splitlines() if line.startswith("gudgeon.pipeline.stages.run: ")]
         assert [said in line and "mesh of 'skirt'" in line for line in lines] == ([True] if said else [])
     listing = [sys.executable, "-m", "gudgeon.pipeline", "db", "-v", "ls"]
     assert subprocess.run(listing, cwd=tmp_path, capture_output=True).returncode == 0
