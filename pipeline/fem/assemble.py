@@ -7,11 +7,11 @@ from pydantic import BaseModel
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.fem.elements import ASSEMBLERS
+from gudgeon.pipeline.fem.elements import ELEMENTS
 from gudgeon.pipeline.fem.elements.given import given_model
-from gudgeon.pipeline.fem.elements.rigid import rigid_body
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import hold
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.supports import Support
@@ -41,18 +41,18 @@ def build_model(
     """
     if mesh.system is not None:
         model = given_model(mesh, where)
-    elif mesh.cell_type == "vertex":
-        model = rigid_body(mesh, geometry)
     else:
-        if material is None:
-            raise InputError(f"{where}.material: is missing; an elastic body needs E, nu and rho")
-        known = [mesh.surfaces[name] for name in tied if name in mesh.surfaces and mesh.cell_type == "frame2"]
-        refuse_pieces(mesh, where, [np.unique(one.facets) for one in known])
-        if mesh.cell_type != "tetra10" and not material.simple:
-            key = "volumes" if material.volumes else "orthotropic"
-            raise InputError(f"{where}.material.{key}: given; allowed for solids of tet10")
+        cell = cell_of(mesh)
+        if cell.dofs:
+            if material is None:
+                raise InputError(f"{where}.material: is missing; an elastic body needs E, nu and rho")
+            rigid = [mesh.surfaces[name].facets for name in tied if name in mesh.surfaces and cell.spatial]
+            refuse_pieces(mesh, where, [np.unique(facets) for facets in rigid])
+            if not cell.solid and not material.simple:
+                key = "volumes" if material.volumes else "orthotropic"
+                raise InputError(f"{where}.material.{key}: given; allowed for solids of tet10")
         try:
-            model = ASSEMBLERS[mesh.cell_type](mesh, material, geometry)
+            model = ELEMENTS[cell.name].assemble(mesh, material, geometry)
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
     return hold(model, supports, f"{where}.supports") if supports else model

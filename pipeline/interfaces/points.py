@@ -13,6 +13,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import InterfaceModes
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.reference import reference, rule, shape_functions
+from gudgeon.pipeline.geometry.cells import LINE3, TRIANGLE6
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylindrical, find_surface, true_surface
 from gudgeon.pipeline.scenes.interface import Interface
 
@@ -134,16 +135,16 @@ def facet_points(nodes: np.ndarray, surface: Surface, pieces: int = 1) -> tuple[
     if corners.shape[1] == 1:
         return np.ones((1, 1)), corners, surface.shape["area"] * np.array(surface.shape["normal"])[None, None]
     if corners.shape[1] == 3:
-        N, dN, W = reference("line3", 4)
+        N, dN, W = reference(LINE3, 4)
         along = np.einsum("fai,aq->fqi", corners, dN[:, 0]) * (surface.shape.get("thickness", 1.0) * W)[:, None]
         return N, np.einsum("fai,aq->fqi", corners, N), np.cross(along, [0.0, 0.0, 1.0])
-    X, W = rule("triangle6", 4)
+    X, W = rule(TRIANGLE6, 4)
     upward = [(i, j) for i in range(pieces) for j in range(pieces - i)]
     downward = [(i, j) for i in range(1, pieces) for j in range(1, pieces - i + 1)]
     starts = np.array([(i, j, 1) for i, j in upward] + [(i, j, -1) for i, j in downward], float)
     X = ((starts[:, :2] + starts[:, 2:] * X.T[:, None]) / pieces).reshape(-1, 2).T
     W = np.repeat(W, len(starts)) / pieces**2
-    N, dN = shape_functions("triangle6", X)
+    N, dN = shape_functions(TRIANGLE6, X)
     tangents = np.einsum("fai,akq->fqki", corners, dN)
     vectors = np.cross(tangents[:, :, 0], tangents[:, :, 1]) * W[:, None]
     return N, np.einsum("fai,aq->fqi", corners, N), vectors

@@ -14,7 +14,8 @@ from scipy import sparse
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.materials import elasticity_matrix
-from gudgeon.pipeline.fem.elements.reference import DIMENSIONS, extrapolation, quadrature, shape_functions
+from gudgeon.pipeline.fem.elements.reference import extrapolation, quadrature, shape_functions
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.scenes.material import Material
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
@@ -49,11 +50,12 @@ def strain_rows(mesh: MeshRecord, nodes: np.ndarray) -> sparse.csr_matrix:
 
 def nodal_gradient(mesh: MeshRecord, nodes: np.ndarray) -> list[sparse.csr_matrix]:
     """Return ∂/∂x, ∂/∂y and, of solids, ∂/∂z of a nodal field, recovered at nodes (s,), (s, n) each."""
-    dimension = DIMENSIONS[mesh.cell_type]
+    cell = cell_of(mesh)
+    dimension = cell.dimension
     place = np.full(len(mesh.nodes), -1)
     place[nodes] = np.arange(len(nodes))
     around = np.flatnonzero((place[mesh.cells] >= 0).any(axis=1))
-    E = extrapolation(mesh.cell_type, ORDER)
+    E = extrapolation(cell, ORDER)
     shape = (len(nodes), len(mesh.nodes))
     total, volumes = [sparse.csr_matrix(shape) for _ in range(dimension)], np.zeros(len(nodes))
     for start in range(0, len(around), BATCH):
@@ -106,7 +108,7 @@ def interpolation(mesh: MeshRecord, point: np.ndarray, where: str) -> tuple[np.n
     Raises:
         InputError: the point, whose key is `where`, lies outside the part.
     """
-    dimension = DIMENSIONS[mesh.cell_type]
+    dimension = cell_of(mesh).dimension
     corners = mesh.nodes[mesh.cells]
     low, high = corners.min(axis=1), corners.max(axis=1)
     room = REACH * (high - low).max(axis=1, keepdims=True)
@@ -121,17 +123,17 @@ def interpolation(mesh: MeshRecord, point: np.ndarray, where: str) -> tuple[np.n
         raise InputError(
             f"{where}: {point.tolist()} given, it lies outside the part; the nearest node is {nearest:.4g} m away"
         )
-    N, _ = shape_functions(mesh.cell_type, found[1][:, None])
+    N, _ = shape_functions(cell_of(mesh), found[1][:, None])
     return mesh.cells[found[0]], N[:, 0]
 
 
 def _place(mesh: MeshRecord, cell: int, point: np.ndarray) -> np.ndarray | None:
     """Return a point's coordinates in the reference element (k,), or None if Newton's method does not converge."""
-    dimension = DIMENSIONS[mesh.cell_type]
+    dimension = cell_of(mesh).dimension
     x = mesh.nodes[mesh.cells[cell]][:, :dimension]
     X = np.full(dimension, 1 / (dimension + 1))
     for _ in range(ITERATIONS):
-        N, dN = shape_functions(mesh.cell_type, X[:, None])
+        N, dN = shape_functions(cell_of(mesh), X[:, None])
         J = x.T @ dN[:, :, 0]
         if np.linalg.det(J) <= 0:
             return None

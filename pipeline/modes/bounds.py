@@ -106,9 +106,10 @@ def _mass_norms(model: FEModel, rest: np.ndarray, whole: bool) -> np.ndarray:
 
 def lumped_share(mesh: MeshRecord) -> float:
     """Return a c for which M − c·diag(M) is positive semidefinite, M of constant density."""
-    N, dN, W = reference(mesh.cell_type, MASS_ORDER)
+    cell = cell_of(mesh)
+    N, dN, W = reference(cell, MASS_ORDER)
     if W.min() <= 0:
-        raise ValueError(f"the quadrature of {mesh.cell_type} of order {MASS_ORDER} has weights below zero")
+        raise ValueError(f"the quadrature of {cell.name} of order {MASS_ORDER} has weights below zero")
     mass = (N * W) @ N.T
     scale = 1 / np.sqrt(mass.diagonal())
     share, evenness = float(np.linalg.eigvalsh(mass * np.outer(scale, scale))[0]), 1.0

@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import BaseModel
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.elements import ELEMENTS
 from gudgeon.pipeline.fem.elements.materials import material_parts
-from gudgeon.pipeline.fem.elements.strain import strain_samples
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.patch_recovery import Recovery
 from gudgeon.pipeline.scenes.material import Material
@@ -64,9 +64,10 @@ def _energies(
     mesh: MeshRecord, material: Material, geometry: BaseModel | None, displacements: np.ndarray
 ) -> np.ndarray | None:
     """Return the same for a mesh of one material."""
-    samples = strain_samples(mesh, material, geometry)
-    if samples is None:
+    element = ELEMENTS.get(mesh.cell_type)
+    if element is None or element.samples is None:
         return None
+    samples = element.samples(mesh, material, geometry)
     recovery, energies = Recovery(samples), np.empty(displacements.shape[1])
     per_column = 8 * samples.components * samples.points.shape[0] * samples.points.shape[1]
     block = max(1, BLOCK_BYTES // per_column)

@@ -5,7 +5,7 @@ import pytest
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.fem.assemble import build_model
-from gudgeon.pipeline.fem.elements import ASSEMBLERS
+from gudgeon.pipeline.fem.elements.solid import assemble_solid
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import hold
 from gudgeon.pipeline.geometry.shapes.skirt import Skirt
@@ -35,6 +35,4 @@ def hinge() -> FEModel:
     nodes, cells = np.unique(places, axis=0, return_inverse=True)
     foot = cells.reshape(2, 10)[:1, [0, 1, 2, 4, 5, 6]]
     mesh = MeshRecord(nodes, cells.reshape(2, 10), "tetra10", {"foot": Surface(foot, {})})
-    return hold(
-        ASSEMBLERS["tetra10"](mesh, Material(E=210e9, nu=0.3, rho=7850.0), None), [Support(surface="foot")], "here"
-    )
+    return hold(assemble_solid(mesh, Material(E=210e9, nu=0.3, rho=7850.0), None), [Support(surface="foot")], "here")

@@ -1,18 +1,19 @@
 """Bar elements: quadratic, of axial motion alone."""
 
 import numpy as np
-from pydantic import BaseModel
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.reference import reference
+from gudgeon.pipeline.fem.elements.strain import StrainSamples, continuum_samples
 from gudgeon.pipeline.fem.model import FEModel, LineStiffness, MassProperties, scatter
+from gudgeon.pipeline.geometry.cells import LINE3
 from gudgeon.pipeline.scenes.material import Material
 
 
-def assemble_bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
+def assemble_bar(mesh: MeshRecord, material: Material, _: object) -> FEModel:
     """Assemble a bar: stiffness [N/m] and mass [kg] of the axial displacement of its nodes."""
-    area = next(iter(mesh.surfaces.values())).shape["area"]
-    N, dN, W = reference("line3", 4)
+    area = _area(mesh)
+    N, dN, W = reference(LINE3, 4)
     x = mesh.nodes[mesh.cells]
     axis = x[0, 1] - x[0, 0]
     axis = axis / np.linalg.norm(axis)
@@ -34,3 +35,12 @@ def assemble_bar(mesh: MeshRecord, material: Material, geometry: BaseModel | Non
         K=K, M=M, mesh=mesh, directions=axis[None], rotations=np.zeros((1, 3)), properties=properties,
         rigid_twists=twist, held=np.zeros(count, bool), parts=parts,
     )  # fmt: skip
+
+
+def bar_samples(mesh: MeshRecord, material: Material, _: object) -> StrainSamples:
+    """Return the samples of the strain in a bar."""
+    return continuum_samples(mesh, _area(mesh) * np.array([[material.E]]))
+
+
+def _area(mesh: MeshRecord) -> float:
+    return next(iter(mesh.surfaces.values())).shape["area"]

@@ -8,10 +8,12 @@ needs no reduced integration, is conforming, and exact under forces at nodes; wi
 from collections.abc import Callable
 
 import numpy as np
-from pydantic import BaseModel
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.elements.reference import reference
+from gudgeon.pipeline.fem.elements.strain import GAUSS_ORDER, StrainSamples, sampled
 from gudgeon.pipeline.fem.model import FEModel, LineStiffness, MassProperties, scatter
+from gudgeon.pipeline.geometry.cells import LINE3, cell_of
 from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.scenes.material import Material
 
@@ -21,16 +23,15 @@ SECOND = np.array([1.0, 1.0, -2.0])[:, None]
 """Second difference over the nodes −1, 1, 0."""
 
 
-def assemble_beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
+def assemble_beam(mesh: MeshRecord, material: Material, geometry: Beam) -> FEModel:
     """Assemble a beam: stiffness and mass of deflection [m] and rotation [rad]; no inertia about its own axis."""
-    if not isinstance(geometry, Beam):
-        raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam geometry")
     axis, h = geometry.axis, element_lengths(mesh)
-    blocks = (_timoshenko if mesh.cell_type == "beam3" else _euler_bernoulli)(h, material, geometry)
+    sheared = cell_of(mesh).quadratic
+    blocks = (_timoshenko if sheared else _euler_bernoulli)(h, material, geometry)
     dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(len(h), -1)
     K, M = (scatter(block, dofs, 2 * len(mesh.nodes)) for block in blocks)
     mass, rotary = material.rho * geometry.section.area * geometry.length, 0.0
-    if mesh.cell_type == "beam3":
+    if sheared:
         rotary = material.rho * geometry.section.second_moment * geometry.length
     second = mass * geometry.length**2 / 12
     turn = np.cross(Z, axis)
@@ -58,11 +59,8 @@ def turn_gradient(mesh: MeshRecord, node: int) -> tuple[np.ndarray, np.ndarray]:
 
     The axial strain of a fibre at height z is z θ′, in both theories: θ′ = −w″ without shear.
     """
-    return _at_node(
-        mesh,
-        node,
-        lambda h, xi: timoshenko_strains(h, xi)[0] if mesh.cell_type == "beam3" else hermite_curvature(h, xi),
-    )
+    sheared = cell_of(mesh).quadratic
+    return _at_node(mesh, node, lambda h, xi: timoshenko_strains(h, xi)[0] if sheared else hermite_curvature(h, xi))
 
 
 def shear_force(mesh: MeshRecord, node: int, material: Material, beam: Beam) -> tuple[np.ndarray, np.ndarray]:
@@ -72,14 +70,37 @@ def shear_force(mesh: MeshRecord, node: int, material: Material, beam: Beam) -> 
     """
     section, G = beam.section, material.E / 2 / (1 + material.nu)
 
-    def sheared(h: np.ndarray, xi: np.ndarray) -> np.ndarray:
-        if mesh.cell_type == "beam3":
+    def force(h: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        if cell_of(mesh).quadratic:
             return beam.shear_coefficient * G * section.area * timoshenko_strains(h, xi)[1]
         # Curvatures are linear in ξ.
         slope = hermite_curvature(h, xi + 0.5) - hermite_curvature(h, xi - 0.5)
         return material.E * section.second_moment * 2 / h[:, None, None] * slope
 
-    return _at_node(mesh, node, sheared)
+    return _at_node(mesh, node, force)
+
+
+def beam_samples(mesh: MeshRecord, material: Material, geometry: Beam) -> StrainSamples:
+    """Return the samples of the strain in a beam: of bending and, of Timoshenko's theory, of shear."""
+    N, _, _ = reference(LINE3, GAUSS_ORDER)
+    h, section = element_lengths(mesh), geometry.section
+    xi = 2 * (N[1] + N[2] / 2) - 1
+    nodes, cells = mesh.nodes, mesh.cells
+    bending = np.sqrt(material.E * section.second_moment)
+    if cell_of(mesh).quadratic:
+        bend, shear = timoshenko_strains(h, xi)
+        G = material.E / 2 / (1 + material.nu)
+        rows = np.stack([bending * bend, np.sqrt(geometry.shear_coefficient * G * section.area) * shear], axis=2)
+    else:
+        rows = bending * hermite_curvature(h, xi)[:, :, None]
+        middles = nodes[cells].mean(axis=1)
+        nodes, cells = np.vstack([nodes, middles]), np.column_stack([cells, len(nodes) + np.arange(len(cells))])
+    dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(len(h), -1)
+
+    def strains(columns: np.ndarray) -> np.ndarray:
+        return np.einsum("eqsd,edk->eqsk", rows, columns[dofs])
+
+    return sampled(LINE3, nodes, cells, h, rows.shape[2], strains)
 
 
 def _at_node(

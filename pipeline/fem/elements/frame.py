@@ -5,7 +5,6 @@ the centre line and of the rotation about it (Przemieniecki 1968).
 """
 
 import numpy as np
-from pydantic import BaseModel
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.beam import element_lengths
@@ -23,10 +22,8 @@ ORDER = 4
 Line = Beam | Frame
 
 
-def assemble_frame(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
+def assemble_frame(mesh: MeshRecord, material: Material, geometry: Line) -> FEModel:
     """Assemble beams in space: six dofs at each node, displacements [m] and rotations [rad]."""
-    if not isinstance(geometry, Line):
-        raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam or Frame geometry")
     h, section, axes = element_lengths(mesh), geometry.section, geometry.element_axes(mesh)
     polar = section.second_moment + geometry.lateral_moment
     shear = material.E / 2 / (1 + material.nu)

@@ -5,21 +5,19 @@ of the solid.
 """
 
 import numpy as np
-from pydantic import BaseModel
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.assembly import isotropic
 from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, STIFFNESS_ORDER, quadrature
+from gudgeon.pipeline.fem.elements.strain import StrainSamples, continuum_samples, elasticity
 from gudgeon.pipeline.fem.model import FEModel, point_masses, scatter
 from gudgeon.pipeline.geometry.shapes.plane import PlanePart
 from gudgeon.pipeline.scenes.material import Material
 
 
-def assemble_plane(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
+def assemble_plane(mesh: MeshRecord, material: Material, geometry: PlanePart) -> FEModel:
     """Assemble a plane part, which moves along x and y; its inertia [kg m^2] is that of a thin lamina."""
-    if not isinstance(geometry, PlanePart):
-        raise TypeError("a mesh of type triangle6 needs its plane geometry")
     count, size = len(mesh.cells), 2 * len(mesh.nodes)
     _, grad, dx = quadrature(mesh, STIFFNESS_ORDER)
     flat = grad.reshape(count, 12, -1)
@@ -38,6 +36,11 @@ def assemble_plane(mesh: MeshRecord, material: Material, geometry: BaseModel | N
         K=K, M=sparse.kron(M, sparse.eye(2), format="csr"), mesh=mesh, directions=np.eye(3)[:2],
         rotations=np.zeros((2, 3)), properties=properties, rigid_twists=twists, held=np.zeros(size, bool),
     )  # fmt: skip
+
+
+def plane_samples(mesh: MeshRecord, material: Material, geometry: PlanePart) -> StrainSamples:
+    """Return the samples of the strain in a plane part."""
+    return continuum_samples(mesh, geometry.thickness * elasticity(*plane_lame(material, geometry), 2))
 
 
 def plane_lame(material: Material, geometry: PlanePart) -> tuple[float, float]:

@@ -5,34 +5,33 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.cells import LINE, TETRAHEDRON, TRIANGLE, Cell, cell_of
 from gudgeon.pipeline.geometry.soundness import refuse_degenerate
 
 STIFFNESS_ORDER, MASS_ORDER = 4, 6
 """Polynomial degree that the quadrature of solids and plane parts integrates exactly. Straight elements need 2 and 4;
 the Jacobians of curved ones add to both. Higher degrees do not change the first seven digits of any frequency of the
 skirt."""
-DIMENSIONS = {"tetra10": 3, "triangle6": 2, "line3": 1}
-"""Of the cell types that have reference elements."""
 
 
-def reference(cell_type: str, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def reference(cell: Cell, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return N (a, q), ∂N/∂ξ (a, k, q) and weights (q,) of `rule`, in meshio's node order."""
-    X, W = rule(cell_type, order)
-    return *shape_functions(cell_type, X), W
+    X, W = rule(cell, order)
+    return *shape_functions(cell, X), W
 
 
-def rule(cell_type: str, order: int) -> tuple[np.ndarray, np.ndarray]:
+def rule(cell: Cell, order: int) -> tuple[np.ndarray, np.ndarray]:
     """Return points ξ (k, q) and weights (q,) of the quadrature that is exact to the polynomial degree `order`."""
     from skfem.quadrature import get_quadrature
 
-    return get_quadrature(type(_element(cell_type)).refdom, order)
+    return get_quadrature(type(_basis(cell)).refdom, order)
 
 
-def shape_functions(cell_type: str, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def shape_functions(cell: Cell, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return N (a, q) and ∂N/∂ξ (a, k, q) at places ξ of the reference element, (k, q)."""
-    element = _element(cell_type)
-    basis = [element.lbasis(X, a) for a in range(len(element.doflocs))]
-    return np.array([b[0] for b in basis]), np.array([b[1] for b in basis])
+    basis = _basis(cell)
+    values = [basis.lbasis(X, a) for a in range(cell.nodes)]
+    return np.array([N for N, _ in values]), np.array([dN for _, dN in values])
 
 
 def quadrature(
@@ -43,8 +42,9 @@ def quadrature(
     Raises:
         InputError: an element has no volume, or no area, or is inverted.
     """
-    N, dN, W = reference(mesh.cell_type, order)
-    x = mesh.nodes[mesh.cells[cells]][:, :, : DIMENSIONS[mesh.cell_type]]
+    cell = cell_of(mesh)
+    N, dN, W = reference(cell, order)
+    x = mesh.nodes[mesh.cells[cells]][:, :, : cell.dimension]
     adjugate, det = adjugates(jacobians(x, dN))
     refuse_degenerate(x, det, np.arange(len(mesh.cells))[cells])
     return N, np.einsum("akq,kieq->eaiq", dN, adjugate / det, optimize=True), det * W
@@ -80,18 +80,25 @@ def determinants(J: np.ndarray) -> np.ndarray:
 
 def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
     """Return det(∂x/∂ξ) of every solid or triangle at its nodes, (e, a); positive in a valid element."""
-    _, dN = shape_functions(mesh.cell_type, _element(mesh.cell_type).doflocs.T)
-    return adjugates(jacobians(mesh.nodes[mesh.cells][:, :, : DIMENSIONS[mesh.cell_type]], dN))[1]
+    cell = cell_of(mesh)
+    _, dN = shape_functions(cell, reference_nodes(cell).T)
+    return adjugates(jacobians(mesh.nodes[mesh.cells][:, :, : cell.dimension], dN))[1]
 
 
-def extrapolation(cell_type: str, order: int) -> np.ndarray:
+def reference_nodes(cell: Cell) -> np.ndarray:
+    """Return the places ξ of the nodes of a reference element, (a, k)."""
+    return _basis(cell).doflocs
+
+
+def extrapolation(cell: Cell, order: int) -> np.ndarray:
     """Return E (a, q): values at the nodes of the linear field nearest to values at the points of a quadrature."""
-    X, _ = rule(cell_type, order)
-    linear = [np.column_stack([np.ones(len(places)), places]) for places in (_element(cell_type).doflocs, X.T)]
+    X, _ = rule(cell, order)
+    linear = [np.column_stack([np.ones(len(xi)), xi]) for xi in (reference_nodes(cell), X.T)]
     return linear[0] @ np.linalg.pinv(linear[1])
 
 
-def _element(cell_type: str) -> Any:
+def _basis(cell: Cell) -> Any:
     from skfem import ElementLineP2, ElementTetP2, ElementTriP2
 
-    return {"tetra10": ElementTetP2, "triangle6": ElementTriP2, "line3": ElementLineP2}[cell_type]()
+    assert cell.quadratic
+    return {LINE: ElementLineP2, TRIANGLE: ElementTriP2, TETRAHEDRON: ElementTetP2}[cell.shape]()

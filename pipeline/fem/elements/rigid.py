@@ -1,7 +1,6 @@
 """Rigid bodies: mass and inertia without elasticity."""
 
 import numpy as np
-from pydantic import BaseModel
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
@@ -9,10 +8,8 @@ from gudgeon.pipeline.fem.model import FEModel, MassProperties
 from gudgeon.pipeline.geometry.shapes.rigid import Rigid
 
 
-def rigid_body(mesh: MeshRecord, geometry: BaseModel | None) -> FEModel:
+def rigid_body(mesh: MeshRecord, _: object, geometry: Rigid) -> FEModel:
     """Return the model of a rigid body: K and M are zero, it has rigid motions only."""
-    if not isinstance(geometry, Rigid):
-        raise TypeError("a mesh of type vertex needs its Rigid geometry")
     size = 3 * len(mesh.nodes)
     zero = sparse.csr_matrix((size, size))
     moments = np.array(geometry.inertia)

@@ -6,12 +6,11 @@ and equal to them.
 """
 
 import numpy as np
-from pydantic import BaseModel
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.assembly import NodePairs
-from gudgeon.pipeline.fem.elements.materials import densities, material_cells, stiffness_of
+from gudgeon.pipeline.fem.elements.materials import densities, elasticity_matrix, material_cells, stiffness_of
 from gudgeon.pipeline.fem.elements.reference import (
     MASS_ORDER,
     STIFFNESS_ORDER,
@@ -21,8 +20,9 @@ from gudgeon.pipeline.fem.elements.reference import (
     quadrature,
     reference,
 )
+from gudgeon.pipeline.fem.elements.strain import SHEARS, StrainSamples, continuum_samples, elasticity
 from gudgeon.pipeline.fem.model import FEModel, MassProperties, point_masses
-from gudgeon.pipeline.geometry.cells import EDGES
+from gudgeon.pipeline.geometry.cells import TETRA10
 from gudgeon.pipeline.geometry.soundness import refuse_degenerate
 from gudgeon.pipeline.scenes.material import Material
 
@@ -32,7 +32,7 @@ STRAIGHT = 8 * np.finfo(float).eps
 """Largest distance of a mid-side node from the middle of its edge, over the largest coordinate."""
 
 
-def assemble_solid(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
+def assemble_solid(mesh: MeshRecord, material: Material, _: object) -> FEModel:
     """Assemble a solid: elements with straight edges in closed form, curved ones by quadrature."""
     pairs = NodePairs(mesh.cells, len(mesh.nodes))
     stiffness, mass = np.zeros(()), np.zeros(())
@@ -62,10 +62,17 @@ def assemble_solid(mesh: MeshRecord, material: Material, geometry: BaseModel | N
     )  # fmt: skip
 
 
+def solid_samples(mesh: MeshRecord, material: Material, _: object) -> StrainSamples:
+    """Return the samples of the strain in a solid."""
+    if material.orthotropic is None:
+        return continuum_samples(mesh, elasticity(*material.lame, 3))
+    return continuum_samples(mesh, elasticity_matrix(material, [(0, 0), (1, 1), (2, 2), *SHEARS], 1.0))
+
+
 def straight_elements(mesh: MeshRecord) -> np.ndarray:
     """Return which tet10 have straight edges with the mid-side node in the middle, but for round-off, (e,)."""
     x = mesh.nodes[mesh.cells]
-    away = x[:, 4:] - x[:, EDGES[3]].mean(axis=2)
+    away = x[:, 4:] - x[:, TETRA10.shape.edges].mean(axis=2)
     return np.abs(away).max(axis=(1, 2)) <= STRAIGHT * np.abs(mesh.nodes).max(initial=0.0)
 
 
@@ -83,10 +90,10 @@ def _closed_form(
     g = adjugate / det
     products = np.einsum("mie,nje->eijmn", g, g)
     strain = stiffness_of(products, material) * det[:, None, None, None, None]
-    _, dN, W = reference("tetra10", 2)
+    _, dN, W = reference(TETRA10, 2)
     gradients = np.einsum("amq,bnq,q->mnab", dN, dN, W)[:, :, pairs.first, pairs.second]
     stiffness = strain.reshape(-1, 9) @ gradients.reshape(9, -1)
-    N, _, W = reference("tetra10", 4)
+    N, _, W = reference(TETRA10, 4)
     masses = ((N * W) @ N.T)[pairs.first, pairs.second]
     return stiffness.reshape(len(cells), 3, 3, -1), material.rho * det[:, None] * masses
 
@@ -101,7 +108,7 @@ def _by_quadrature(
     # Advanced indices apart: the pairs come first.
     G = G[:, pairs.first, :, pairs.second].transpose(1, 2, 3, 0)
     # No gradients are needed at the more numerous points of the mass.
-    N, dN, W = reference("tetra10", MASS_ORDER)
+    N, dN, W = reference(TETRA10, MASS_ORDER)
     x = mesh.nodes[mesh.cells[cells]]
     det = determinants(jacobians(x, dN))
     refuse_degenerate(x, det, cells)
@@ -115,7 +122,7 @@ def mass_properties(mesh: MeshRecord, rho: float | np.ndarray) -> MassProperties
     Args:
         rho: Density, or that of each element (e,) [kg/m^3].
     """
-    N, dN, W = reference("tetra10", MASS_ORDER)
+    N, dN, W = reference(TETRA10, MASS_ORDER)
     x = mesh.nodes[mesh.cells]
     weights = (np.reshape(rho, (-1, 1)) * W * determinants(jacobians(x, dN))).ravel()
     return point_masses(np.matmul(N.T, x).reshape(-1, 3), weights)

@@ -8,16 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.fem.elements.beam import element_lengths, hermite_curvature, timoshenko_strains
-from gudgeon.pipeline.fem.elements.materials import elasticity_matrix
-from gudgeon.pipeline.fem.elements.plane import plane_lame
 from gudgeon.pipeline.fem.elements.reference import extrapolation, quadrature, reference
-from gudgeon.pipeline.geometry.shapes.beam import Beam
-from gudgeon.pipeline.geometry.shapes.plane import PlanePart
-from gudgeon.pipeline.scenes.material import Material
+from gudgeon.pipeline.geometry.cells import Cell, cell_of
 
 GAUSS_ORDER = 2
 """Of the rule with d + 1 points: 4 in a tetrahedron, 3 in a triangle, 2 on a line."""
@@ -48,71 +42,23 @@ class StrainSamples:
     """From dof columns (dofs, k) to D^½ ε, whose square is the density of twice the strain energy, (e, q, s, k)."""
 
 
-def strain_samples(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples | None:
-    """Return the strain samples of a mesh of one material; None for cell types without them."""
-    make = SAMPLERS.get(mesh.cell_type)
-    return None if make is None else make(mesh, material, geometry)
-
-
-def _continuum(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
+def continuum_samples(mesh: MeshRecord, D: np.ndarray) -> StrainSamples:
+    """Return the samples of a mesh of isoparametric elements with D in xx, yy, zz, yz, xz, xy."""
     _, grad, dx = quadrature(mesh, GAUSS_ORDER)
-    if mesh.cell_type == "tetra10":
-        D = elasticity(*material.lame, 3)
-        if material.orthotropic is not None:
-            D = elasticity_matrix(material, [(0, 0), (1, 1), (2, 2), *SHEARS], 1.0)
-    elif isinstance(geometry, PlanePart):
-        D = geometry.thickness * elasticity(*plane_lame(material, geometry), 2)
-    elif mesh.cell_type == "line3":
-        D = next(iter(mesh.surfaces.values())).shape["area"] * np.array([[material.E]])
-    else:
-        raise TypeError("a mesh of type triangle6 needs its plane geometry")
-    return _sampled(mesh.cell_type, mesh.nodes, mesh.cells, dx.sum(axis=1), len(D), _from_gradients(mesh, grad, D))
+    return sampled(cell_of(mesh), mesh.nodes, mesh.cells, dx.sum(axis=1), len(D), _from_gradients(mesh, grad, D))
 
 
-def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
-    if not isinstance(geometry, Beam):
-        raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam geometry")
-    N, _, _ = reference("line3", GAUSS_ORDER)
-    h, section = element_lengths(mesh), geometry.section
-    xi = 2 * (N[1] + N[2] / 2) - 1
-    nodes, cells = mesh.nodes, mesh.cells
-    bending = np.sqrt(material.E * section.second_moment)
-    if mesh.cell_type == "beam2":
-        rows = bending * hermite_curvature(h, xi)[:, :, None]
-        middles = nodes[cells].mean(axis=1)
-        nodes, cells = np.vstack([nodes, middles]), np.column_stack([cells, len(nodes) + np.arange(len(cells))])
-    else:
-        bend, shear = timoshenko_strains(h, xi)
-        G = material.E / 2 / (1 + material.nu)
-        rows = np.stack([bending * bend, np.sqrt(geometry.shear_coefficient * G * section.area) * shear], axis=2)
-    dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(len(h), -1)
-
-    def strains(columns: np.ndarray) -> np.ndarray:
-        return np.einsum("eqsd,edk->eqsk", rows, columns[dofs])
-
-    return _sampled("line3", nodes, cells, h, rows.shape[2], strains)
-
-
-def _sampled(
-    cell_type: str, nodes: np.ndarray, cells: np.ndarray, sizes: np.ndarray, components: int, strains: Strains
+def sampled(
+    cell: Cell, nodes: np.ndarray, cells: np.ndarray, sizes: np.ndarray, components: int, strains: Strains
 ) -> StrainSamples:
     """Return the samples at the Gauss points of quadratic elements."""
-    points = np.matmul(reference(cell_type, GAUSS_ORDER)[0].T, nodes[cells])
-    N, _, W = reference(cell_type, 4)
+    points = np.matmul(reference(cell, GAUSS_ORDER)[0].T, nodes[cells])
+    N, _, W = reference(cell, 4)
     mass = (N * W) @ N.T / W.sum()
     return StrainSamples(
-        nodes=nodes, cells=cells, points=points, sizes=sizes, to_nodes=extrapolation(cell_type, GAUSS_ORDER),
-        mass=mass, components=components, strains=strains,
+        nodes=nodes, cells=cells, points=points, sizes=sizes, to_nodes=extrapolation(cell, GAUSS_ORDER), mass=mass,
+        components=components, strains=strains,
     )  # fmt: skip
-
-
-SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSamples]] = {
-    "tetra10": _continuum,
-    "triangle6": _continuum,
-    "line3": _continuum,
-    "beam2": _beam,
-    "beam3": _beam,
-}
 
 
 def elasticity(lam: float, mu: float, d: int) -> np.ndarray:

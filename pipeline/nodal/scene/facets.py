@@ -13,6 +13,7 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import Surface
 from gudgeon.pipeline.fem.elements.reference import shape_functions
+from gudgeon.pipeline.geometry.cells import TRIANGLE6
 from gudgeon.pipeline.interfaces.points import ContactPoints, facet_points
 from gudgeon.pipeline.nodal.scene.body import Part
 
@@ -58,7 +59,7 @@ def faced_rows(
     outward = (areas / size[:, :, None]) @ mine.rotation.T
     found = _meet(mine.placed(places).reshape(-1, 3), outward.reshape(-1, 3), nodes, far.facets)
     hit = np.flatnonzero(found.facet >= 0)
-    values = shape_functions("triangle6", found.place[hit].T)[0].T
+    values = shape_functions(TRIANGLE6, found.place[hit].T)[0].T
     columns, share = far.facets[found.facet[hit]], size.ravel()[hit]
     of, at = np.divmod(hit, N.shape[1])
     functions = _linear(N)
@@ -129,7 +130,7 @@ def _on_curved(
     """Return coordinates (p, 2) and distance [m] (p,) where lines meet facets of six nodes, (p, 6, 3), by Newton."""
     at, distance = start.copy(), np.zeros(len(start))
     for step in range(NEWTON):
-        N, dN = (np.asarray(one) for one in shape_functions("triangle6", at.T))
+        N, dN = (np.asarray(one) for one in shape_functions(TRIANGLE6, at.T))
         x = np.einsum("pai,ap->pi", corners, N)
         slopes = np.einsum("pai,akp->pik", corners, dN)
         if step == 0:

@@ -12,6 +12,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.elements.reference import rule, shape_functions
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.cells import TRIANGLE6
 from gudgeon.pipeline.interfaces.gauges import gauge_rows
 from gudgeon.pipeline.reduction.methods import REDUCTIONS
 from gudgeon.pipeline.reduction.reduce import reduce_component
@@ -74,8 +75,8 @@ def unit_rows(model: FEModel, record: ModalRecord, name: str) -> np.ndarray:
         rows[np.arange(len(axes)), :, found.nodes] = axes
     else:
         facets = model.mesh.surfaces[{"top": "top", "side": "right"}[name]].facets
-        X, W = rule("triangle6", 4)
-        N, _ = shape_functions("triangle6", X)
+        X, W = rule(TRIANGLE6, 4)
+        N, _ = shape_functions(TRIANGLE6, X)
         corners = model.nodes[facets[:, :3]]
         areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         for facet, area in zip(facets, areas / areas.sum(), strict=True):

@@ -15,14 +15,15 @@ from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.cli.results import frequency_text
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.assemble import build_model
-from gudgeon.pipeline.fem.elements.strain import strain_samples
+from gudgeon.pipeline.fem.elements import ELEMENTS
+from gudgeon.pipeline.fem.elements.strain import StrainSamples
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.geometry.shapes.plane import Rectangle
 from gudgeon.pipeline.geometry.shapes.sphere import Sphere
-from gudgeon.pipeline.modes import bounds
 from gudgeon.pipeline.modes.bounds import algebraic_errors, lumped_share, residuals, round_off
 from gudgeon.pipeline.modes.estimate import discretisation_errors
 from gudgeon.pipeline.modes.normal import normal_modes
@@ -180,12 +181,17 @@ def test_both_norms_are_bounds_of_each_other(case: Case, dense: tuple[np.ndarray
 # Estimates
 
 
+def samples_of(model: FEModel, geometry: object) -> StrainSamples:
+    samples = ELEMENTS[model.mesh.cell_type].samples
+    assert samples is not None
+    return samples(model.mesh, STEEL, geometry)
+
+
 @pytest.mark.parametrize("case", [name for name in CASES if name != "sphere"], indirect=True)
 def test_strains_hold_the_energy(case: Case) -> None:
     """Straight elements: the Gauss rule is exact for the squares of linear strains."""
     model, geometry = case
-    samples = strain_samples(model.mesh, STEEL, geometry)
-    assert samples is not None
+    samples = samples_of(model, geometry)
     u = np.random.default_rng(1).standard_normal((len(model.held), 3))
     values = samples.strains(u)
     energy = np.einsum("eqsk,e->k", values**2, samples.sizes) / samples.points.shape[1]
@@ -194,8 +200,7 @@ def test_strains_hold_the_energy(case: Case) -> None:
 
 def test_linear_strains_are_recovered_exactly(case: Case) -> None:
     model, geometry = case
-    samples = strain_samples(model.mesh, STEEL, geometry)
-    assert samples is not None
+    samples = samples_of(model, geometry)
     slopes = np.random.default_rng(2).standard_normal((3, samples.components, 2))
     values = 1.0 + np.einsum("eqi,isk->eqsk", samples.points, slopes)
     if isinstance(geometry, Sphere):
@@ -207,8 +212,7 @@ def test_linear_strains_are_recovered_exactly(case: Case) -> None:
 def test_quadratic_strains_show_their_lack() -> None:
     """What a straight element cannot carry of x²: its error against the best linear fit, known in closed form."""
     model, geometry = bar(20)
-    samples = strain_samples(model.mesh, STEEL, geometry)
-    assert samples is not None
+    samples = samples_of(model, geometry)
     places = samples.points[:, :, :1, None]
     # Through the Gauss points goes the linear part; what is left is h⁴/180 an element (Legendre's second polynomial).
     h = 1 / 20
@@ -425,7 +429,7 @@ def test_lumped_types_have_one_mass_for_all_directions() -> None:
     """The share is of scalar shape functions: a cell type with turns would need another one."""
     for build in CASES.values():
         model = build()[0]
-        if model.mesh.cell_type in bounds.LUMPED:
+        if cell_of(model.mesh).dimension > 1:
             assert not model.rotations.any()
 
 

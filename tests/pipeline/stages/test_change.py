@@ -3,6 +3,7 @@
 import json
 from collections import Counter, OrderedDict
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from gudgeon.modaldb.stores.query import Query
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.design_change import estimate
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.fem.elements import ASSEMBLERS
+from gudgeon.pipeline.fem.elements import ELEMENTS
 from gudgeon.pipeline.kinds import run
 from tests.pipeline.small import TABLE, UPDATE, write_scene
 
@@ -82,7 +83,9 @@ def test_derivatives_are_found_once_for_designs_with_the_same_modes(
     run(place, db=place / "own", out=place / "out", until="modes")
     monkeypatch.setattr(estimate, "_FOUND", OrderedDict())
     monkeypatch.setattr(estimate, "sensitivity_of", counted("derivatives", estimate.sensitivity_of))
-    monkeypatch.setitem(ASSEMBLERS, "tetra10", counted("assemblies", ASSEMBLERS["tetra10"]))
+    solid = ELEMENTS["tetra10"]
+    assemble = counted("assemblies", solid.assemble)
+    monkeypatch.setitem(ELEMENTS, "tetra10", replace(solid, assemble=assemble))
     for offset in (-11e-6, -12e-6):
         run(place, set={OFFSET: offset}, db=place / "own", out=place / "out", until="morph")
     assert counts == {"derivatives": 1}
