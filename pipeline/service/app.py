@@ -1,7 +1,7 @@
 """The application: routes, rights and errors put together."""
 
 from fastapi import Depends, FastAPI, Request
-from fastapi.responses import JSONResponse
+from fastapi.responses import JSONResponse, RedirectResponse
 from starlette.exceptions import HTTPException
 from starlette.routing import Match, Route
 
@@ -32,7 +32,8 @@ def build_app(service: Service) -> FastAPI:
         return {"databases": list(service.stores), "schema_version": SCHEMA_VERSION,
                 "token_needed": service.access.guarded}  # fmt: skip
 
-    app.include_router(views.page)
+    app.add_api_route("/", lambda: RedirectResponse("page/", 307), include_in_schema=False)
+    app.mount("/page", views.Page(directory=views.PAGE, html=True))
     app.include_router(views.router)
     app.include_router(motion.router)
     app.include_router(records.router)
@@ -49,5 +50,5 @@ async def _not_found(request: Request, error: Exception) -> JSONResponse:
     if error.status_code == 405:
         found = {name for route in request.app.routes if isinstance(route, Route)
                  and route.matches(request.scope)[0] is not Match.NONE for name in route.methods or ()}  # fmt: skip
-        answer.headers["Allow"] = ", ".join(sorted(found))
+        answer.headers["Allow"] = ", ".join(sorted(found)) or answer.headers["allow"]
     return answer

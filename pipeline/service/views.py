@@ -1,10 +1,13 @@
 """What the page asks for beside records: skins and shapes, provenance as a graph, MAC matrices; and the page itself."""
 
-from importlib.resources import files
+from pathlib import Path
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Path
-from fastapi.responses import JSONResponse, RedirectResponse, Response
+import fastapi
+from fastapi import APIRouter
+from fastapi.responses import JSONResponse, Response
+from starlette.staticfiles import StaticFiles
+from starlette.types import Scope
 
 from gudgeon.modaldb.stores.query import Entry
 from gudgeon.pipeline.modes.comparison import compare_modes
@@ -14,13 +17,10 @@ from gudgeon.pipeline.service.files import headers_of
 from gudgeon.pipeline.service.motion import mesh_of
 
 router = APIRouter(prefix="/{database}", tags=["views"])
-page = APIRouter(include_in_schema=False)
-PAGE = files("gudgeon.pipeline.service") / "page"
-TYPES = {"html": "text/html; charset=utf-8", "js": "text/javascript; charset=utf-8", "css": "text/css; charset=utf-8"}
-STATIC = ("page.js", "view.js", "charts.js", "study-view.js", "tree.js", "page.css", "vendor/three.module.js",
-          "vendor/three.core.js")  # fmt: skip
+PAGE = Path(__file__).parent / "page"
 POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:"
 """What the page may load: nothing that is not of this server."""
+HEADERS = {"Content-Security-Policy": POLICY, "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
 MOST_RELATED = 100
 """Records of a graph."""
 
@@ -35,7 +35,7 @@ def get_skin(key: Key, asked: Reader) -> JSONResponse:
     "/records/{key}/skin/{mode}", response_class=Response,
     responses=PROBLEMS | {200: {"content": {"application/octet-stream": {}}, "description": "float32, point by point"}},
 )  # fmt: skip
-def get_shape(key: Key, mode: Annotated[int, Path(ge=0, le=10**6)], asked: Reader) -> Response:
+def get_shape(key: Key, mode: Annotated[int, fastapi.Path(ge=0, le=10**6)], asked: Reader) -> Response:
     """Return a mode shape at the points of the skin, scaled to a largest displacement of 1; modes count from 0."""
     nodes = skin.skin_of(mesh_of(asked.store, key)).nodes
     with asked.store.opened(key, "modes") as (source, head):
@@ -80,32 +80,16 @@ def _row(one: Entry) -> dict[str, Any]:
 
 
 @router.get("/records/{key}/mac/{other}", responses=PROBLEMS)
-def get_mac(key: Key, other: Annotated[str, Path(pattern=KEY)], asked: Reader) -> dict[str, Any]:
+def get_mac(key: Key, other: Annotated[str, fastapi.Path(pattern=KEY)], asked: Reader) -> dict[str, Any]:
     """Return the MAC matrix of the normal modes of two bases, and which mode is which."""
     return compare_modes(asked.store, key, other).as_json()
 
 
-@page.get("/")
-def first() -> Response:
-    """Lead to the page."""
-    return RedirectResponse("page/", 307)
+class Page(StaticFiles):
+    """The files of the page; a browser asks each time whether they have changed."""
 
-
-@page.get("/page/")
-def html() -> Response:
-    """Return the page."""
-    return _file("page.html")
-
-
-@page.get("/page/{name:path}")
-def static(name: str) -> Response:
-    """Return one of the page's files."""
-    if name not in STATIC:
-        raise arrays.Wrong(f"the page has no file '{name[:80]}'", 404)
-    return _file(name)
-
-
-def _file(name: str) -> Response:
-    text = (PAGE / name).read_bytes()
-    headers = {"Content-Security-Policy": POLICY, "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
-    return Response(text, 200, headers, TYPES[name.rpartition(".")[2]])
+    def file_response(self, full_path: Any, stat_result: Any, scope: Scope, status_code: int = 200) -> Response:
+        """See `StaticFiles`."""
+        answer = super().file_response(full_path, stat_result, scope, status_code)
+        answer.headers.update(HEADERS)
+        return answer

@@ -145,14 +145,10 @@ def test_the_page_loads_nothing_from_elsewhere() -> None:
     """Its policy forbids it, and its own files name no other place."""
     assert "default-src 'none'" in views.POLICY
     assert "unsafe" not in views.POLICY
-    folder = Path(str(views.PAGE))
-    for name in ("page.html", "page.js", "view.js", "charts.js", "study-view.js", "tree.js", "page.css"):
-        text = (folder / name).read_text()
+    for name in ("index.html", "page.js", "view.js", "charts.js", "study-view.js", "tree.js", "page.css"):
+        text = (views.PAGE / name).read_text()
         assert re.findall(r"https?://(?!www\.w3\.org/2000/svg)", text) == []
         assert " style=" not in text.partition("<body>")[2]
-    assert set(views.STATIC) == {
-        path.relative_to(folder).as_posix() for path in folder.rglob("*.*") if path.suffix in (".js", ".css")
-    }
 
 
 def test_the_page_is_served_and_nothing_beside_it(tmp_path: Path) -> None:
@@ -160,12 +156,17 @@ def test_the_page_is_served_and_nothing_beside_it(tmp_path: Path) -> None:
         client = Client(url)
         status, headers, _ = client.get("/", Authorization="")
         assert (status, headers["location"]) == (307, "page/")
-        for name in ("", *views.STATIC):
+        for name in ("", *(path.relative_to(views.PAGE).as_posix() for path in views.PAGE.rglob("*.*"))):
             status, headers, body = client.get(f"/page/{name}", Authorization="")
             assert (status, headers["content-security-policy"]) == (200, views.POLICY)
-            assert body == (Path(str(views.PAGE)) / (name or "page.html")).read_bytes()
-        for name in ("../run.py", "..%2frun.py", "vendor/LICENSE", "nothing.js"):
+            assert body == (views.PAGE / (name or "index.html")).read_bytes()
+            unchanged = client.get(f"/page/{name}", Authorization="", If_None_Match=headers["etag"])
+            assert (unchanged[0], unchanged[2]) == (304, b"")
+            assert (name in ("", "index.html")) == headers["content-type"].startswith("text/html")
+        for name in ("../run.py", "..%2frun.py", "vendor", "nothing.js"):
             assert client.get(f"/page/{name}", Authorization="")[0] == 404
+        status, headers, _ = client.ask("POST", "/page/page.js", b"", Authorization="")
+        assert (status, headers["allow"]) == (405, "GET, HEAD")
 
 
 def test_numbers_of_a_page_are_those_of_numpy(tmp_path: Path) -> None:
