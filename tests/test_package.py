@@ -89,7 +89,7 @@ def test_wheel_carries_the_package_and_its_scenes(tmp_path: Path) -> None:
     held = set(zipfile.ZipFile(tmp_path / name).namelist())
     assert {"gudgeon/__init__.py", "gudgeon/py.typed"} <= held
     assert {f"gudgeon/pipeline/report/page/page.{ending}" for ending in ("css", "html", "js")} <= held
-    files = "page.html page.js view.js charts.js study-view.js tree.js page.css vendor/three.core.js vendor/LICENSE"
+    files = "index.html page.js view.js charts.js study-view.js tree.js page.css vendor/three.core.js vendor/LICENSE"
     assert {f"gudgeon/pipeline/service/page/{name}" for name in files.split()} <= held
     scenes = {f"gudgeon/examples/{path.relative_to(ROOT / 'data').as_posix()}" for path in ROOT.glob("data/*/*.toml")}
     assert scenes <= held

@@ -1,9 +1,11 @@
 """The application: routes, rights and errors put together."""
 
+from http import HTTPMethod
+
 from fastapi import Depends, FastAPI, Request
 from fastapi.responses import JSONResponse, RedirectResponse
 from starlette.exceptions import HTTPException
-from starlette.routing import Match, Route
+from starlette.routing import Match
 
 from gudgeon.modaldb.records import SCHEMA_VERSION
 from gudgeon.pipeline.service import files, motion, records, views
@@ -47,8 +49,8 @@ async def _not_found(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     answer = problem(error.status_code, "StoreUnusable", f"{request.method} {request.url.path[:200]}: {error.detail}")
     answer.headers.update(error.headers or {})
-    if error.status_code == 405:
-        found = {name for route in request.app.routes if isinstance(route, Route)
-                 and route.matches(request.scope)[0] is not Match.NONE for name in route.methods or ()}  # fmt: skip
-        answer.headers["Allow"] = ", ".join(sorted(found)) or answer.headers["allow"]
+    if error.status_code == 405 and not request.scope["root_path"]:  # The page's files name their methods themselves.
+        methods = [method for method in HTTPMethod for route in request.app.routes
+                   if route.matches({**request.scope, "method": method})[0] is Match.FULL]  # fmt: skip
+        answer.headers["Allow"] = ", ".join(dict.fromkeys(methods))
     return answer

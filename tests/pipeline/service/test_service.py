@@ -536,6 +536,12 @@ def test_wrong_queries(client: Client) -> None:
     line_of(client.ask("PATCH", RECORD), 405, "StoreUnusable")
 
 
+def test_an_answer_405_names_the_methods_of_all_routes_of_the_path(client: Client) -> None:
+    paths = {"/health": "GET", "/": "GET", "/default/records": "GET", "/page/page.js": "GET, HEAD",
+             "/page/default/records": "GET, HEAD", RECORD: "DELETE, GET, HEAD, PUT"}  # fmt: skip
+    assert {path: client.ask("PATCH", path)[1]["allow"] for path in paths} == paths
+
+
 def test_a_sound_record_is_not_set_aside(client: Client, store: FolderStore) -> None:
     store.put(KEY, "mesh", mesh(), INPUTS)
     assert "is sound" in line_of(client.ask("POST", f"{RECORD}/aside", b""), 422, "QueryWrong")
