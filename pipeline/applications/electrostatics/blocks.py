@@ -42,15 +42,17 @@ def compute_parts(
 ) -> list[PoseRecord]:
     """Return the records of blocks, each a product and its poses; see `compute_grid`."""
     store = modaldb.open(root)
-    missing = [(one, poses) for one, poses in blocks if not store.has(one.key)]
+    missing = [(block, poses) for block, poses in blocks if not store.has(block.key)]
     done, total = len(blocks) - len(missing), len(blocks)
     if executor is None:
-        for one, poses in missing:
-            compute_block(root, one, grid, poses)
+        for block, poses in missing:
+            compute_block(root, block, grid, poses)
             done += 1
             tell("poses", done / total)
     else:
-        futures: list[Future[None]] = [executor.submit(compute_block, root, one, grid, poses) for one, poses in missing]
+        futures: list[Future[None]] = [
+            executor.submit(compute_block, root, block, grid, poses) for block, poses in missing
+        ]
         try:
             for future in as_completed(futures):
                 future.result()
@@ -60,14 +62,14 @@ def compute_parts(
             for future in futures:
                 future.cancel()
             raise
-    return [store.get(one.key, "poses") for one, _ in blocks]
+    return [store.get(block.key, "poses") for block, _ in blocks]
 
 
-def compute_block(root: str, one: Product, grid: Grid, poses: np.ndarray) -> None:
+def compute_block(root: str, block: Product, grid: Grid, poses: np.ndarray) -> None:
     """Compute one block and write its record into the database at `root`."""
     store = modaldb.open(root)
     record: FieldRecord = store.get(grid.field_key, "field")
-    keep(store, one, pose_block(record, grid.field_key, grid.moved, list(poses)))
+    keep(store, block, pose_block(record, grid.field_key, grid.moved, list(poses)))
 
 
 def grid_record(
@@ -75,16 +77,16 @@ def grid_record(
 ) -> PoseGridRecord:
     """Return the record of a grid from those of its blocks, with the errors of its cells."""
     axes = {name: np.array(values) for name, values in grid.ordered.items()}
-    C = np.concatenate([one.capacitance for one in blocks])
+    C = np.concatenate([b.capacitance for b in blocks])
     values = C.reshape(*map(len, axes.values()), *C.shape[1:])
     counts = {
         "poses": len(C),
-        "iterations": sum(one.counts["iterations"] for one in blocks),
-        "cpu_seconds": sum(one.counts["cpu_seconds"] for one in blocks),
+        "iterations": sum(b.counts["iterations"] for b in blocks),
+        "cpu_seconds": sum(b.counts["cpu_seconds"] for b in blocks),
     }
     return PoseGridRecord(
         field_key=grid.field_key, moved=blocks[0].moved, axes=axes, capacitance=C,
-        panel_error=np.concatenate([one.panel_error for one in blocks]),
+        panel_error=np.concatenate([b.panel_error for b in blocks]),
         cell_errors=cell_errors(list(axes.values()), values).ravel(), potentials=potentials, charges=charges,
         counts=counts,
     )  # fmt: skip

@@ -67,8 +67,8 @@ class Factor:
     factor: np.ndarray
 
     @classmethod
-    def of(cls, matrix: np.ndarray, what: str) -> "Factor":
-        """Factorise a symmetric matrix, which is overwritten; `what` it is of is named in errors.
+    def of(cls, matrix: np.ndarray, owner: str) -> "Factor":
+        """Factorise a symmetric matrix, which is overwritten; `owner` it is of is named in errors.
 
         Raises:
             StageError: the matrix is not positive definite.
@@ -77,7 +77,7 @@ class Factor:
             # Transposed, the matrix of C's order is one of Fortran's, which is not copied.
             return cls(cho_factor(matrix.T, lower=True, overwrite_a=True, check_finite=False)[0])
         except np.linalg.LinAlgError as error:
-            raise StageError(f"{what}: the matrix of its panels is not positive definite; panels overlap") from error
+            raise StageError(f"{owner}: the matrix of its panels is not positive definite; panels overlap") from error
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Return the solutions for right-hand sides, (panels, k)."""
@@ -111,12 +111,12 @@ def coarsened(values: np.ndarray, coarse: np.ndarray) -> np.ndarray:
 
 def coarse_matrix(matrix: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """Return the integrals of coarse panels [m³] from those of panels; `rows`, `columns` are their coarse panels."""
-    found = np.empty((rows[-1] + 1, columns[-1] + 1))
-    for start in range(0, len(found), BLOCK):
-        here = slice(*np.searchsorted(rows, (start, start + BLOCK)))
-        part = coarsened(matrix[here], rows[here] - start)
-        found[start : start + BLOCK] = coarsened(part.T, columns).T
-    return found
+    coarse = np.empty((rows[-1] + 1, columns[-1] + 1))
+    for start in range(0, len(coarse), BLOCK):
+        span = slice(*np.searchsorted(rows, (start, start + BLOCK)))
+        panel_rows = coarsened(matrix[span], rows[span] - start)
+        coarse[start : start + BLOCK] = coarsened(panel_rows.T, columns).T
+    return coarse
 
 
 def charge(panels: Panels, count: int, permittivity: float, half_space: HalfSpace | None, tell: Progress) -> Charged:
@@ -172,6 +172,6 @@ def state(capacitance: np.ndarray, potentials: np.ndarray, charges: np.ndarray) 
     floating = np.isnan(potentials)
     V = np.where(floating, 0.0, potentials)
     if floating.any():
-        rest = (charges - capacitance @ V)[floating]
-        V[floating] = np.linalg.solve(capacitance[np.ix_(floating, floating)], rest)
+        charge_left = (charges - capacitance @ V)[floating]
+        V[floating] = np.linalg.solve(capacitance[np.ix_(floating, floating)], charge_left)
     return State(V, capacitance @ V)

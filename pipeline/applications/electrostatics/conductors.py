@@ -23,11 +23,11 @@ MOST_PANELS = 20_000
 """Of all conductors together: their matrix has 3.2 GB."""
 
 
-def skin_of(mesh: MeshRecord, surfaces: Sequence[str], where: str) -> Skin:
+def skin_of(mesh: MeshRecord, surfaces: Sequence[str], key: str) -> Skin:
     """Return the whole boundary of a solid, or named surfaces of it as a sheet.
 
     Args:
-        where: Key of the conductor, for messages.
+        key: Key of the conductor, for messages.
 
     Raises:
         InputError: the mesh has no such surface, or is none of a solid or a plane part.
@@ -35,18 +35,18 @@ def skin_of(mesh: MeshRecord, surfaces: Sequence[str], where: str) -> Skin:
     if cell_of(mesh).dimension == 2 and not surfaces:
         return Skin(mesh.nodes, mesh.cells)
     if not cell_of(mesh).solid:
-        raise InputError(f"{where}.geometry: a mesh of cells '{mesh.cell_type}' has no surface; allowed: solids, and"
+        raise InputError(f"{key}.geometry: a mesh of cells '{mesh.cell_type}' has no surface; allowed: solids, and"
                          " plane parts without `surfaces`, which are sheets")  # fmt: skip
     if surfaces:
-        chosen = [find_surface(mesh, name, f"{where}.surfaces") for name in surfaces]
-        numbers = np.repeat(np.arange(len(chosen)), [len(one.facets) for one in chosen])
-        return Skin(mesh.nodes, np.concatenate([one.facets for one in chosen]), list(map(_onto, chosen)), numbers)
+        chosen = [find_surface(mesh, name, f"{key}.surfaces") for name in surfaces]
+        numbers = np.repeat(np.arange(len(chosen)), [len(s.facets) for s in chosen])
+        return Skin(mesh.nodes, np.concatenate([s.facets for s in chosen]), list(map(_onto, chosen)), numbers)
     outer = outer_faces(mesh.cells)
     named = list(mesh.surfaces.values())
-    number = {}
+    shape_of = {}
     for index, surface in enumerate(named):
-        number |= dict.fromkeys(map(tuple, np.sort(surface.facets[:, :3], axis=1).tolist()), index)
-    shape = [number.get(tuple(one), -1) for one in np.sort(outer[:, :3], axis=1).tolist()]
+        shape_of |= dict.fromkeys(map(tuple, np.sort(surface.facets[:, :3], axis=1).tolist()), index)
+    shape = [shape_of.get(tuple(f), -1) for f in np.sort(outer[:, :3], axis=1).tolist()]
     return Skin(mesh.nodes, outer, list(map(_onto, named)), np.array(shape))
 
 
@@ -74,21 +74,21 @@ def conductor_panels(
     Raises:
         InputError: a surface is missing, or there are more panels than fit in memory.
     """
-    found = []
-    for number, (name, one) in enumerate(conductors.items()):
-        skin = skin_of(meshes[name], one.surfaces, f"conductor.{name}")
-        found.append(placed(panels_of(skin, grading, number), one))
-    if (count := sum(map(len, found))) > MOST_PANELS:
+    panels = []
+    for n, (name, conductor) in enumerate(conductors.items()):
+        skin = skin_of(meshes[name], conductor.surfaces, f"conductor.{name}")
+        panels.append(placed(panels_of(skin, grading, n), conductor))
+    if (count := sum(map(len, panels))) > MOST_PANELS:
         raise InputError(
             f"panels.strips: {count} panels in all, whose matrix has {8e-9 * count**2:.1f} GB; allowed: {MOST_PANELS}."
             " Give fewer strips or a larger conductor.NAME.mesh.size"
         )
-    return found
+    return panels
 
 
 def solids(conductors: Mapping[str, Conductor], meshes: Mapping[str, MeshRecord]) -> set[str]:
     """Return the conductors that are filled, not sheets."""
-    return {name for name, one in conductors.items() if not one.surfaces and cell_of(meshes[name]).solid}
+    return {name for name, c in conductors.items() if not c.surfaces and cell_of(meshes[name]).solid}
 
 
 def refuse_overlap(panels: Mapping[str, Panels], half_space: HalfSpace | None, filled: Collection[str] = ()) -> None:
@@ -97,26 +97,27 @@ def refuse_overlap(panels: Mapping[str, Panels], half_space: HalfSpace | None, f
     Args:
         filled: Conductors in which no other may be; one may be within a closed sheet.
     """
-    names, groups = list(panels), [one.group() for one in panels.values()]
-    for i, first in enumerate(groups):
+    names, groups = list(panels), [p.group() for p in panels.values()]
+    for i, group in enumerate(groups):
         for j in range(i):
-            found = np.array([-1, -1])
-            crossing(groups[j], first, found)
-            if found[0] >= 0:
-                place = ", ".join(f"{x:.4g}" for x in groups[j].centres[found[0]])
+            crossed = np.array([-1, -1])
+            crossing(groups[j], group, crossed)
+            if crossed[0] >= 0:
+                position = ", ".join(f"{x:.4g}" for x in groups[j].centres[crossed[0]])
                 raise InputError(
-                    f"conductor.{names[i]}: it touches or overlaps '{names[j]}' near ({place}) m; conductors need a gap"
+                    f"conductor.{names[i]}: it touches or overlaps '{names[j]}' near ({position}) m; conductors need a"
+                    " gap"
                 )
-    if found := enclosed(panels, filled, list(permutations(names, 2))):
+    if nested := enclosed(panels, filled, list(permutations(names, 2))):
         raise InputError(
-            f"conductor.{found[1]}: it lies within '{found[0]}', which is solid; conductors need a gap, and a"
+            f"conductor.{nested[1]}: it lies within '{nested[0]}', which is solid; conductors need a gap, and a"
             " hollow one has a cavity in its geometry, or is a sheet of surfaces"
         )
     if half_space is None:
         return
-    for name, one in panels.items():
-        height = (one.facets - half_space.point) @ half_space.normal
-        size = float(np.ptp(one.facets.reshape(-1, 3), axis=0).max())
+    for name, surface in panels.items():
+        height = (surface.facets - half_space.point) @ half_space.normal
+        size = float(np.ptp(surface.facets.reshape(-1, 3), axis=0).max())
         if height.min() < -1e-9 * size or (half_space.factor == -1 and height.min() <= 1e-9 * size):
             raise InputError(
                 f"conductor.{name}: its lowest point is {height.min():.4g} m above the plane of half_space;"

@@ -58,16 +58,16 @@ def features(nodes: np.ndarray, facets: np.ndarray) -> Features:
     # Of two triangles of one sense, the side runs forwards in one and backwards in the other.
     forwards = np.where((ends[:, :, 0] < ends[:, :, 1]).ravel(), 1.0, -1.0)
     order = np.argsort(side, kind="stable")
-    first = order[np.searchsorted(side[order], np.arange(len(count)))]
-    sense = -forwards * forwards[first[side]]
-    smooth = sense * np.einsum("si,si->s", normals, normals[first[side]]) > SHARP
-    smooth[first] = True
+    first_side = order[np.searchsorted(side[order], np.arange(len(count)))]
+    sense = -forwards * forwards[first_side[side]]
+    smooth = sense * np.einsum("si,si->s", normals, normals[first_side[side]]) > SHARP
+    smooth[first_side] = True
     edge = np.bincount(side, ~smooth, minlength=len(count)) > 0
     edge |= count != 2
     is_edge = edge[side].reshape(-1, 3)
     on_edge = np.zeros(len(nodes), dtype=bool)
     on_edge[ends[is_edge].ravel()] = True
-    at_corner = on_edge & _turns(nodes, facets, ends, first[edge])
+    at_corner = on_edge & _turns(nodes, facets, ends, first_side[edge])
     return Features(is_edge, on_edge[facets[:, :3]], at_corner[facets[:, :3]], int((count == 1).sum()))
 
 
@@ -79,7 +79,7 @@ def _turns(nodes: np.ndarray, facets: np.ndarray, ends: np.ndarray, chosen: np.n
     away = np.concatenate([4 * middles - 3 * a - b, 4 * middles - 3 * b - a])
     away /= np.linalg.norm(away, axis=1, keepdims=True)
     node = np.concatenate([pairs[:, 0], pairs[:, 1]])
-    number = np.bincount(node, minlength=len(nodes))
+    degree = np.bincount(node, minlength=len(nodes))
     total = np.stack([np.bincount(node, x, minlength=len(nodes)) for x in away.T], axis=1)
     # Two unit vectors of opposite sense cancel: |u + v|² = 2 + 2 cos.
-    return (number != 2) | (np.einsum("ni,ni->n", total, total) > 2 - 2 * STRAIGHT)
+    return (degree != 2) | (np.einsum("ni,ni->n", total, total) > 2 - 2 * STRAIGHT)

@@ -21,13 +21,13 @@ def seen(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
         points: (p, 3).
         facets: Corners, ordered as seen from outside, (f, 3, 3).
     """
-    found = []
+    fractions = []
     for point in points:
         a, b, c = np.moveaxis(facets - point, 1, 0)
-        x, y, z = (np.linalg.norm(one, axis=1) for one in (a, b, c))
+        x, y, z = (np.linalg.norm(v, axis=1) for v in (a, b, c))
         below = x * y * z + (a * b).sum(1) * z + (b * c).sum(1) * x + (c * a).sum(1) * y
-        found.append(np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2 * np.pi))
-    return np.array(found)
+        fractions.append(np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2 * np.pi))
+    return np.array(fractions)
 
 
 def enclosed(
@@ -44,7 +44,7 @@ def enclosed(
             continue
         around, middles = panels[outer].facets.reshape(-1, 3), panels[inner].facets.mean(axis=1)
         points = middles[np.unique(np.linspace(0, len(middles) - 1, POINTS).astype(int))]
-        inside = ((points > around.min(axis=0)) & (points < around.max(axis=0))).all(axis=1)
-        if (seen(points[inside], panels[outer].facets) > WITHIN).any():
+        in_box = ((points > around.min(axis=0)) & (points < around.max(axis=0))).all(axis=1)
+        if (seen(points[in_box], panels[outer].facets) > WITHIN).any():
             return outer, inner
     return None

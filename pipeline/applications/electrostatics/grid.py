@@ -57,8 +57,8 @@ class Grid:
 
     def parts(self, scene: str, poses: np.ndarray) -> list[tuple[Product, np.ndarray]]:
         """Return the products of any poses (n, 6) in blocks, and those of each, (b, 6)."""
-        parts = [poses[start : start + BLOCK] for start in range(0, len(poses), BLOCK)]
-        return [(product("poses", scene, self._inputs() | {"poses": part.tolist()}), part) for part in parts]
+        blocks = [poses[start : start + BLOCK] for start in range(0, len(poses), BLOCK)]
+        return [(product("poses", scene, self._inputs() | {"poses": block.tolist()}), block) for block in blocks]
 
     def product(self, scene: str, conditions: dict[str, Any]) -> Product:
         """Return the product of the whole grid."""

@@ -29,14 +29,14 @@ class FieldJob(SceneJob):
     def meshes(self) -> dict[str, Product]:
         """Return the mesh of each conductor, by name."""
         folder = self.path.parent
-        return {name: mesh_product(name, one, folder, "conductor") for name, one in self.scene.conductor.items()}
+        return {name: mesh_product(name, c, folder, "conductor") for name, c in self.scene.conductor.items()}
 
     def field(self) -> Product:
         """Return the field of the conductors in their places."""
         meshes = self.meshes()
         conductors = [
-            {"name": name, "mesh": meshes[name].key} | one.model_dump(mode="json", include=PLACED)
-            for name, one in self.scene.conductor.items()
+            {"name": name, "mesh": meshes[name].key} | c.model_dump(mode="json", include=PLACED)
+            for name, c in self.scene.conductor.items()
         ]
         settings = self.scene.model_dump(mode="json", include={"permittivity", "half_space", "panels"})
         return product("field", self.name, {"conductors": conductors} | settings)
@@ -53,8 +53,7 @@ class FieldJob(SceneJob):
         if (grid := self.grid()) is None:
             return {}
         conditions: dict[str, Any] = {
-            name: one.model_dump(mode="json", include={"potential", "charge"})
-            for name, one in self.scene.conductor.items()
+            name: c.model_dump(mode="json", include={"potential", "charge"}) for name, c in self.scene.conductor.items()
         }
         assert self.scene.poses is not None
         if (tolerance := self.scene.poses.tolerance) is not None:
@@ -80,9 +79,9 @@ def pose_products(job: FieldJob) -> dict[str, Product]:
     return job.pose_grid()
 
 
-def field_job(place: Place) -> FieldJob:
+def field_job(scene_place: Place) -> FieldJob:
     """Return the job of a scene of conductors; raises InputError with every mistake of one kind listed."""
-    scene = check_scene(place.path, place.tables, FieldFile)
-    with named(place.path, InputError):
-        expected = reference_values(Report(**scene.report.model_dump()), place.path.parent)
-    return FieldJob(**vars(place), scene=scene, expected=expected)
+    scene = check_scene(scene_place.path, scene_place.tables, FieldFile)
+    with named(scene_place.path, InputError):
+        expected = reference_values(Report(**scene.report.model_dump()), scene_place.path.parent)
+    return FieldJob(**vars(scene_place), scene=scene, expected=expected)

@@ -65,21 +65,23 @@ class Panels:
     def group(self) -> Group:
         """Return areas, centres and moments beside the facets."""
         corners = self.facets
-        own = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-        areas = np.bincount(self.panel, own)
+        facet_areas = 0.5 * np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )
+        areas = np.bincount(self.panel, facet_areas)
         middles = corners.mean(axis=1)
-        centres = np.stack([np.bincount(self.panel, own * x) for x in middles.T], axis=1) / areas[:, None]
+        centres = np.stack([np.bincount(self.panel, facet_areas * x) for x in middles.T], axis=1) / areas[:, None]
         off = corners - centres[self.panel][:, None]
         # ∫ x xᵀ over a triangle is its area times (Σ x_c x_cᵀ + 9 x̄ x̄ᵀ) / 12.
         mean = off.mean(axis=1)
         squares = (np.einsum("fci,fcj->fij", off, off) + 9 * np.einsum("fi,fj->fij", mean, mean)) / 12
         pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-        moments = np.stack([np.bincount(self.panel, own * squares[:, i, j]) for i, j in pairs], axis=1)
+        moments = np.stack([np.bincount(self.panel, facet_areas * squares[:, i, j]) for i, j in pairs], axis=1)
         radii = np.zeros(len(self))
         np.maximum.at(radii, self.panel, np.linalg.norm(off, axis=2).max(axis=1))
-        first = np.searchsorted(self.panel, np.arange(len(self) + 1))
+        first_facet = np.searchsorted(self.panel, np.arange(len(self) + 1))
         return Group(
-            np.ascontiguousarray(corners.reshape(-1, 9)), first, areas, centres, moments / areas[:, None], radii
+            np.ascontiguousarray(corners.reshape(-1, 9)), first_facet, areas, centres, moments / areas[:, None], radii
         )
 
 
@@ -103,48 +105,51 @@ class Skin(NamedTuple):
 def panels_of(skin: Skin, grading: Grading, conductor: int = 0) -> Panels:
     """Cut the surface of a conductor into panels; `conductor` is its number."""
     nodes, facets = skin.nodes, skin.facets
-    parts = _towards_corners(_one_edge_each(features(nodes, facets)), grading.corner_divisions)
+    triangles = _towards_corners(_one_edge_each(features(nodes, facets)), grading.corner_divisions)
     corners = nodes[facets]
     chords = np.linalg.norm(corners[:, :3] - np.roll(corners[:, :3], -1, axis=1), axis=2)
     curved = (_rise(corners) / chords).max(axis=1) > FLAT
     shape = np.full(len(facets), -1) if skin.shape is None else skin.shape
-    unknown = [number for number, one in enumerate(skin.shapes) if one is None]
+    unknown = [n for n, onto in enumerate(skin.shapes) if onto is None]
     deviation = np.where(np.isin(shape, [-1, *unknown]), _deviation(corners), 0.0)
     deviation += curved * FACET_SHARE * _rise(corners).max(axis=1) / 4 ** (1 + grading.curved_divisions)
-    found, panels, coarse = [], 0, 0
+    groups, panels, coarse = [], 0, 0
     for kind in range(3):
         for bent in (False, True):
-            chosen = (parts.on_edge.sum(axis=1) == kind) & (curved[parts.parent] == bent)
+            chosen = (triangles.on_edge.sum(axis=1) == kind) & (curved[triangles.parent] == bent)
             if not chosen.any():
                 continue
-            turned, parent = _edge_first(parts.coordinates[chosen], parts.on_edge[chosen]), parts.parent[chosen]
+            turned, parent = (
+                _edge_first(triangles.coordinates[chosen], triangles.on_edge[chosen]),
+                triangles.parent[chosen],
+            )
             template = _template(kind, grading, grading.curved_divisions if bent else 0)
-            inside = np.einsum("fck,pkl->pfcl", template.facets, turned)
-            points = np.einsum("pfcn,pnx->pfcx", shape_functions(inside), corners[parent])
+            coordinates = np.einsum("fck,pkl->pfcl", template.facets, turned)
+            points = np.einsum("pfcn,pnx->pfcx", shape_functions(coordinates), corners[parent])
             if bent:
-                points = _bent(inside, corners[parent], shape[parent], skin.shapes)
+                points = _bent(coordinates, corners[parent], shape[parent], skin.shapes)
             each = np.arange(len(parent))[:, None]
-            found.append(
+            groups.append(
                 (points.reshape(-1, 3, 3), (panels + each * len(template.coarse) + template.panel).ravel(),
                  (coarse + each * (template.coarse[-1] + 1) + template.coarse).ravel(),
                  np.repeat(deviation[parent], len(template.coarse)))
             )  # fmt: skip
             panels += len(parent) * len(template.coarse)
             coarse += len(parent) * (template.coarse[-1] + 1)
-    whole = [np.concatenate(one) for one in zip(*found, strict=True)]
-    return Panels(whole[0], whole[1], whole[2], np.full(panels, conductor), whole[3])
+    columns = [np.concatenate(column) for column in zip(*groups, strict=True)]
+    return Panels(columns[0], columns[1], columns[2], np.full(panels, conductor), columns[3])
 
 
 def joined(all_panels: Sequence[Panels]) -> Panels:
     """Return the panels of several conductors as one group, in order."""
-    panels = np.cumsum([0, *(len(one) for one in all_panels)])
-    coarse = np.cumsum([0, *(one.coarse[-1] + 1 for one in all_panels)])
+    panels = np.cumsum([0, *(len(p) for p in all_panels)])
+    coarse = np.cumsum([0, *(p.coarse[-1] + 1 for p in all_panels)])
     return Panels(
-        np.concatenate([one.facets for one in all_panels]),
-        np.concatenate([one.panel + shift for one, shift in zip(all_panels, panels, strict=False)]),
-        np.concatenate([one.coarse + shift for one, shift in zip(all_panels, coarse, strict=False)]),
-        np.concatenate([one.conductor for one in all_panels]),
-        np.concatenate([one.deviation for one in all_panels]),
+        np.concatenate([p.facets for p in all_panels]),
+        np.concatenate([p.panel + shift for p, shift in zip(all_panels, panels, strict=False)]),
+        np.concatenate([p.coarse + shift for p, shift in zip(all_panels, coarse, strict=False)]),
+        np.concatenate([p.conductor for p in all_panels]),
+        np.concatenate([p.deviation for p in all_panels]),
     )
 
 
@@ -152,21 +157,21 @@ _PLACES = np.concatenate([np.eye(3), 0.5 * (np.eye(3) + np.roll(np.eye(3), -1, a
 """Corners of a triangle, and middles of its sides; a third of the weight on each middle is exact to degree two."""
 
 
-def _bent(inside: np.ndarray, corners: np.ndarray, shape: np.ndarray, shapes: Sequence[Onto | None]) -> np.ndarray:
+def _bent(coordinates: np.ndarray, corners: np.ndarray, shape: np.ndarray, shapes: Sequence[Onto | None]) -> np.ndarray:
     """Return flat facets of curved triangles, (p, f, 3, 3), moved to their mean distance 0 from the surface.
 
     Facets between points of the surface lie on one side of it, which would be an error of the first order of their
     distance.
 
     Args:
-        inside: Area coordinates of the facets' corners in their triangles, (p, f, 3, 3).
+        coordinates: Area coordinates of the facets' corners in their triangles, (p, f, 3, 3).
         corners: Six nodes of each triangle, (p, 6, 3).
         shape: Number of each triangle's true surface, (p,); −1 for none.
     """
-    there = np.einsum("kc,pfcl->pfkl", _PLACES, inside)
+    there = np.einsum("kc,pfcl->pfkl", _PLACES, coordinates)
     points = np.einsum("pfkn,pnx->pfkx", shape_functions(there), corners)
-    for number, onto in enumerate(shapes):
-        chosen = shape == number
+    for n, onto in enumerate(shapes):
+        chosen = shape == n
         if onto is not None and chosen.any():
             points[chosen] = onto(points[chosen].reshape(-1, 3)).reshape(points[chosen].shape)
     flat = points[:, :, :3]
@@ -206,33 +211,33 @@ class _Parts(NamedTuple):
     """Whether each side is an edge, (p, 3); sides 01, 12, 20."""
 
 
-def _one_edge_each(found: Features) -> _Parts:
+def _one_edge_each(features_: Features) -> _Parts:
     """Divide triangles until each has at most one edge, and corners on an edge at the ends of it only.
 
     A side between two edges is halved, in both triangles that have it; a triangle of several edges is cut at its
     middle.
     """
-    parts = []
-    across = ~found.sides & found.on_edge[:, [0, 1, 2]] & found.on_edge[:, [1, 2, 0]]
-    for t in range(len(found.sides)):
+    triangles = []
+    across = ~features_.sides & features_.on_edge[:, [0, 1, 2]] & features_.on_edge[:, [1, 2, 0]]
+    for t in range(len(features_.sides)):
         coordinates = np.eye(3)
         # Outline: corners, and middles of the sides that are halved.
         outline, marks = [], []
         for k in range(3):
             outline.append(coordinates[k])
-            marks.append((found.on_edge[t, k], found.at_corner[t, k], found.sides[t, k]))
+            marks.append((features_.on_edge[t, k], features_.at_corner[t, k], features_.sides[t, k]))
             if across[t, k]:
                 outline.append(0.5 * (coordinates[k] + coordinates[(k + 1) % 3]))
                 marks.append((False, False, False))
-        for chosen in _triangles([one[2] for one in marks]):
-            on, at, side = zip(*(marks[i] if i >= 0 else (False, False, False) for i in chosen), strict=True)
-            inside = [outline[i] if i >= 0 else np.full(3, 1 / 3) for i in chosen]
+        for chosen in _triangles([m[2] for m in marks]):
+            on, at_corner, side = zip(*(marks[i] if i >= 0 else (False, False, False) for i in chosen), strict=True)
+            corners = [outline[i] if i >= 0 else np.full(3, 1 / 3) for i in chosen]
             n = len(outline)
             following = (*chosen[1:], chosen[0])
             along = [s and i >= 0 and j == (i + 1) % n for s, i, j in zip(side, chosen, following, strict=True)]
-            parts.append((t, inside, on, at, along))
-    parent, inside, on, at, along = zip(*parts, strict=True)
-    return _Parts(np.array(parent), np.array(inside), np.array(on), np.array(at), np.array(along))
+            triangles.append((t, corners, on, at_corner, along))
+    parent, corners, on, at_corner, along = zip(*triangles, strict=True)
+    return _Parts(np.array(parent), np.array(corners), np.array(on), np.array(at_corner), np.array(along))
 
 
 def _triangles(edges: Sequence[bool]) -> list[tuple[int, int, int]]:
@@ -243,39 +248,41 @@ def _triangles(edges: Sequence[bool]) -> list[tuple[int, int, int]]:
     return [(i, (i + 1) % n, -1) for i in range(n)]
 
 
-def _towards_corners(parts: _Parts, divisions: int) -> _Parts:
+def _towards_corners(triangles: _Parts, divisions: int) -> _Parts:
     """Divide triangles at corners in four, and the part at the corner again."""
-    done, rest = [], parts
+    done, at_corners = [], triangles
     for _ in range(divisions):
-        chosen = rest.at_corner.any(axis=1)
-        done.append(_Parts(*(one[~chosen] for one in rest)))
-        rest = _divided(_Parts(*(one[chosen] for one in rest)))
-    done.append(rest)
-    return _Parts(*(np.concatenate(one) for one in zip(*done, strict=True)))
+        chosen = at_corners.at_corner.any(axis=1)
+        done.append(_Parts(*(column[~chosen] for column in at_corners)))
+        at_corners = _divided(_Parts(*(column[chosen] for column in at_corners)))
+    done.append(at_corners)
+    return _Parts(*(np.concatenate(column) for column in zip(*done, strict=True)))
 
 
-def _divided(parts: _Parts) -> _Parts:
+def _divided(triangles: _Parts) -> _Parts:
     """Divide triangles in four."""
-    coordinates = np.einsum("qck,pkl->pqcl", HALVES, parts.coordinates).reshape(-1, 3, 3)
-    count = len(parts.parent)
-    on, at, side = (np.zeros((count, 4, 3), dtype=bool) for _ in range(3))
+    coordinates = np.einsum("qck,pkl->pqcl", HALVES, triangles.coordinates).reshape(-1, 3, 3)
+    count = len(triangles.parent)
+    on, at_corner, side = (np.zeros((count, 4, 3), dtype=bool) for _ in range(3))
     for k in range(3):
         after, before = (k + 1) % 3, (k + 2) % 3
-        on[:, k, k], at[:, k, k] = parts.on_edge[:, k], parts.at_corner[:, k]
+        on[:, k, k], at_corner[:, k, k] = triangles.on_edge[:, k], triangles.at_corner[:, k]
         # The middle of an edge lies on it: a corner of two of the outer parts and of the inner one.
-        on[:, k, after] = parts.sides[:, k]
-        on[:, after, k] = parts.sides[:, k]
-        on[:, 3, before] = parts.sides[:, k]
-        side[:, k, k] = parts.sides[:, k]
-        side[:, after, k] = parts.sides[:, k]
-    return _Parts(np.repeat(parts.parent, 4), coordinates, on.reshape(-1, 3), at.reshape(-1, 3), side.reshape(-1, 3))
+        on[:, k, after] = triangles.sides[:, k]
+        on[:, after, k] = triangles.sides[:, k]
+        on[:, 3, before] = triangles.sides[:, k]
+        side[:, k, k] = triangles.sides[:, k]
+        side[:, after, k] = triangles.sides[:, k]
+    return _Parts(
+        np.repeat(triangles.parent, 4), coordinates, on.reshape(-1, 3), at_corner.reshape(-1, 3), side.reshape(-1, 3)
+    )
 
 
 def _edge_first(coordinates: np.ndarray, on_edge: np.ndarray) -> np.ndarray:
     """Return the corners turned so that those on an edge come first, (p, 3, 3)."""
     count = on_edge.sum(axis=1)
-    first = np.where(count == 2, (np.argmin(on_edge, axis=1) + 1) % 3, np.argmax(on_edge, axis=1))
-    order = (first[:, None] + np.arange(3)) % 3
+    start = np.where(count == 2, (np.argmin(on_edge, axis=1) + 1) % 3, np.argmax(on_edge, axis=1))
+    order = (start[:, None] + np.arange(3)) % 3
     return np.take_along_axis(coordinates, order[:, :, None], axis=1)
 
 
@@ -316,9 +323,9 @@ def _strips(corners_on_edge: int, grading: Grading) -> tuple[np.ndarray, np.ndar
         for s in (0.0, 0.5):
             a, b = at(levels[k], s), at(levels[k], s + 0.5)
             c, d = at(levels[k + 1], s + 0.5), at(levels[k + 1], s)
-            for one in ((a, b, c), (a, c, d)):
-                if abs(turn := np.linalg.det(np.array(one))) > 1e-14:
-                    facets.append(one if turn > 0 else one[::-1])
+            for facet in ((a, b, c), (a, c, d)):
+                if abs(turn := np.linalg.det(np.array(facet))) > 1e-14:
+                    facets.append(facet if turn > 0 else facet[::-1])
                     panel.append(len(coarse))
             coarse.append(k // 2)
     return np.array(facets), np.array(panel), np.array(coarse)

@@ -73,10 +73,10 @@ def chosen_panels(panels: Panels, chosen: np.ndarray) -> Panels:
     """Return the panels of some conductors, (conductors,) bool, numbered anew; coarse panels are within conductors."""
     keep = chosen[panels.conductor]
     facets = keep[panels.panel]
-    number = np.cumsum(keep) - 1
+    renumbered = np.cumsum(keep) - 1
     coarse = np.unique(panels.coarse[keep], return_inverse=True)[1]
     return Panels(
-        panels.facets[facets], number[panels.panel[facets]], coarse, panels.conductor[keep], panels.deviation[keep]
+        panels.facets[facets], renumbered[panels.panel[facets]], coarse, panels.conductor[keep], panels.deviation[keep]
     )
 
 
@@ -97,7 +97,7 @@ class PoseProblem:
 
     def _part(self, panels: Panels, half_space: HalfSpace | None) -> _Part:
         group = panels.group()
-        matrix = integrals(panels, half_space, lambda stage, share: None)
+        matrix = integrals(panels, half_space, lambda stage, fraction: None)
         factor = Factor.of(matrix.copy(), "poses")
         return _Part(panels, group, matrix, factor, areas_by_conductor(panels, group.areas, self._count))
 
@@ -114,18 +114,18 @@ class PoseProblem:
         panels = replace(moving.panels, facets=(moving.panels.facets - pivot) @ Q.T + pivot + pose[:3])
         group, work = panels.group(), workspace()
         self._refuse_overlap(panels, group, pose)
-        between, own = np.zeros((len(fixed.panels), len(panels))), moving.matrix
+        between, among = np.zeros((len(fixed.panels), len(panels))), moving.matrix
         fill(fixed.group, group, 1.0, between, work)
         if (half := self._half_space) is not None:
             image = half.mirrored(panels).group()
             fill(fixed.group, image, half.factor, between, work)
-            own = own.copy()
-            fill_symmetric(group, image, half.factor, np.array([0, len(panels)]), own, work)
+            among = among.copy()
+            fill_symmetric(group, image, half.factor, np.array([0, len(panels)]), among, work)
         split, right = len(fixed.panels), np.concatenate([fixed.right, moving.right])
 
         def product(x: np.ndarray) -> np.ndarray:
             a, b = x[:split], x[split:]
-            return np.concatenate([fixed.matrix @ a + between @ b, between.T @ a + own @ b])
+            return np.concatenate([fixed.matrix @ a + between @ b, between.T @ a + among @ b])
 
         def precondition(x: np.ndarray) -> np.ndarray:
             return np.concatenate([fixed.factor.solve(x[:split]), moving.factor.solve(x[split:])])
@@ -134,31 +134,31 @@ class PoseProblem:
         # Second order in the error of the density: 2 bᵀx − xᵀAx.
         C = right.T @ density
         C = self._scale * (C + C.T - density.T @ product(density))
-        small = self._coarse(between, own)
+        small = self._coarse(between, among)
         error = COARSE_SHARE * np.abs(C - small) + RULES * np.abs(C)
         return 0.5 * (C + C.T), error, iterations
 
-    def _coarse(self, between: np.ndarray, own: np.ndarray) -> np.ndarray:
+    def _coarse(self, between: np.ndarray, among: np.ndarray) -> np.ndarray:
         a, b = self._fixed.panels.coarse, self._moving.panels.coarse
         mixed = coarse_matrix(between, a, b)
-        matrix = np.block([[coarse_matrix(self._fixed.matrix, a, a), mixed], [mixed.T, coarse_matrix(own, b, b)]])
+        matrix = np.block([[coarse_matrix(self._fixed.matrix, a, a), mixed], [mixed.T, coarse_matrix(among, b, b)]])
         right = np.concatenate([coarsened(self._fixed.right, a), coarsened(self._moving.right, b)])
         return self._scale * (right.T @ Factor.of(matrix, "poses").solve(right))
 
     def _refuse_overlap(self, panels: Panels, group: Group, pose: np.ndarray) -> None:
-        found = np.array([-1, -1])
-        crossing(self._fixed.group, group, found)
-        at = ", ".join(f"{name} = {value:.6g}" for name, value in zip(POSE_AXES, pose, strict=True) if value)
-        if found[0] >= 0:
+        crossed = np.array([-1, -1])
+        crossing(self._fixed.group, group, crossed)
+        position = ", ".join(f"{name} = {value:.6g}" for name, value in zip(POSE_AXES, pose, strict=True) if value)
+        if crossed[0] >= 0:
             raise InputError(
-                f"poses.moved: conductors touch or overlap at the pose {at or 'of the scene'}; narrow the grid"
+                f"poses.moved: conductors touch or overlap at the pose {position or 'of the scene'}; narrow the grid"
             )
         if (half := self._half_space) is not None:
             height = float(((panels.facets - half.point) @ half.normal).min())
             if height < 0 or (half.factor == -1 and height <= 0):
                 raise InputError(
-                    f"poses.moved: a conductor is {height:.4g} m above the plane of half_space at the pose {at}; narrow"
-                    " the grid"
+                    f"poses.moved: a conductor is {height:.4g} m above the plane of half_space at the pose {position};"
+                    " narrow the grid"
                 )
 
 
@@ -170,9 +170,9 @@ def conjugate_gradients(
     Raises:
         StageError: it did not converge.
     """
-    x, rest = np.zeros_like(right), right.copy()
-    z = precondition(rest)
-    p, energy = z.copy(), np.einsum("nk,nk->k", rest, z)
+    x, r = np.zeros_like(right), right.copy()
+    z = precondition(r)
+    p, energy = z.copy(), np.einsum("nk,nk->k", r, z)
     limit = CONVERGED**2 * energy
     for iteration in range(MOST_ITERATIONS):
         active = energy > limit
@@ -184,9 +184,9 @@ def conjugate_gradients(
             raise StageError("poses: the matrix of the panels is not positive definite; panels nearly touch")
         step = np.where(active, energy / np.where(active, curvature, 1.0), 0.0)
         x += step * p
-        rest -= step * image
-        z = precondition(rest)
-        new = np.einsum("nk,nk->k", rest, z)
+        r -= step * image
+        z = precondition(r)
+        new = np.einsum("nk,nk->k", r, z)
         p = z + np.where(active, new / np.where(active, energy, 1.0), 0.0) * p
         energy = np.where(active, new, energy)
     raise StageError(
@@ -196,11 +196,11 @@ def conjugate_gradients(
 
 def pose_block(record: FieldRecord, key: str, moved: Moved, poses: Sequence[np.ndarray]) -> PoseRecord:
     """Compute the capacitances at some poses, (p, 6), of the field with a key; see `PoseProblem` for what is raised."""
-    begin = time.process_time()
+    start = time.process_time()
     problem = PoseProblem(record, moved)
-    found = [problem.at(np.asarray(pose)) for pose in poses]
+    results = [problem.at(np.asarray(pose)) for pose in poses]
     return PoseRecord(
         field_key=key, moved={"names": list(moved.names), "pivot": moved.pivot.tolist()}, poses=np.array(poses),
-        capacitance=np.array([one[0] for one in found]), panel_error=np.array([one[1] for one in found]),
-        counts={"iterations": sum(one[2] for one in found), "cpu_seconds": time.process_time() - begin},
+        capacitance=np.array([r[0] for r in results]), panel_error=np.array([r[1] for r in results]),
+        counts={"iterations": sum(r[2] for r in results), "cpu_seconds": time.process_time() - start},
     )  # fmt: skip

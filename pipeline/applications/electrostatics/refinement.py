@@ -38,9 +38,9 @@ class Refinement:
         Raises:
             InputError, StageError: see `blocks.compute_grid`.
         """
-        missing = [one for one in self.grid.poses() if tuple(one) not in self._known]
-        parts = self.grid.parts(self._scene, np.array(missing))
-        for record in compute_parts(self._root, self.grid, parts, tell, executor):
+        missing = [p for p in self.grid.poses() if tuple(p) not in self._known]
+        blocks = self.grid.parts(self._scene, np.array(missing))
+        for record in compute_parts(self._root, self.grid, blocks, tell, executor):
             self._records.append(record)
             for pose, C, error in zip(record.poses, record.capacitance, record.panel_error, strict=True):
                 self._known[tuple(pose)] = C, error
@@ -52,28 +52,28 @@ class Refinement:
     def record(self) -> PoseRecord:
         """Return the poses of the grid in its order."""
         poses = self.grid.poses()
-        found = [self._known[tuple(pose)] for pose in poses]
-        first = self._records[0]
+        values = [self._known[tuple(pose)] for pose in poses]
+        record = self._records[0]
         counts = {
-            name: sum(one.counts[name] for one in self._records) for name in ("iterations", "cpu_seconds")
+            name: sum(r.counts[name] for r in self._records) for name in ("iterations", "cpu_seconds")
         }  # fmt: skip
         return PoseRecord(
-            field_key=first.field_key, moved=first.moved, poses=poses, capacitance=np.array([one[0] for one in found]),
-            panel_error=np.array([one[1] for one in found]), counts=counts,
+            field_key=record.field_key, moved=record.moved, poses=poses, capacitance=np.array([v[0] for v in values]),
+            panel_error=np.array([v[1] for v in values]), counts=counts,
         )  # fmt: skip
 
     def _refined(self) -> Grid:
         """Return the grid with a knot in the middle of each cell of an axis whose error is above its share."""
         ordered = self.grid.ordered
-        found, allowed = {}, CAUTION * self._tolerance / len(ordered)
+        axes, allowed = {}, CAUTION * self._tolerance / len(ordered)
         C = np.array([self._known[tuple(pose)][0] for pose in self.grid.poses()])
         values = C.reshape(*map(len, ordered.values()), *C.shape[1:])
-        for number, (name, nodes) in enumerate(ordered.items()):
-            along = np.moveaxis(values, number, 0).reshape(len(nodes), -1, 1)
+        for n, (name, nodes) in enumerate(ordered.items()):
+            along = np.moveaxis(values, n, 0).reshape(len(nodes), -1, 1)
             errors = cell_errors([np.array(nodes)], along)
             halved = [0.5 * (nodes[i] + nodes[i + 1]) for i in np.flatnonzero(errors > allowed)]
-            found[name] = tuple(sorted({*nodes, *halved}))
-        return replace(self.grid, axes=found)
+            axes[name] = tuple(sorted({*nodes, *halved}))
+        return replace(self.grid, axes=axes)
 
 
 def not_reached(tolerance: float, grid: Grid) -> StageError:

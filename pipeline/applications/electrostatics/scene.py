@@ -29,8 +29,8 @@ class Conductor(Meshed):
     @model_validator(mode="after")
     def _one_condition(self) -> "Conductor":
         if (self.potential is None) == (self.charge is None):
-            given = "both" if self.charge is not None else "neither"
-            raise ValueError(f"{given} given; one of potential [V] and, of a floating conductor, charge [C] is needed")
+            got = "both" if self.charge is not None else "neither"
+            raise ValueError(f"{got} given; one of potential [V] and, of a floating conductor, charge [C] is needed")
         if self.geometry.kind in WITHOUT_SURFACE:
             raise ValueError(f"geometry '{self.geometry.kind}' has no surface; a conductor is a solid or a plane part")
         return self
@@ -143,10 +143,10 @@ class Poses(Strict):
 
     def axes(self) -> dict[str, tuple[float, ...]]:
         """Return the values of each axis that is given [m, rad]."""
-        given = {name: getattr(self, name) for name in ("x", "y", "z", "rx", "ry", "rz")}
+        axes = {name: getattr(self, name) for name in ("x", "y", "z", "rx", "ry", "rz")}
         return {
             name: tuple((axis.array() if name in "xyz" else np.radians(axis.array())).tolist())
-            for name, axis in given.items()
+            for name, axis in axes.items()
             if axis is not None
         }
 

@@ -60,17 +60,17 @@ def compute_field(job: FieldJob, tell: Progress) -> FieldRecord:
     from gudgeon.pipeline.applications.electrostatics import capacitance, conductors
     from gudgeon.pipeline.applications.electrostatics.panels import Grading, joined
 
-    begin, scene = time.process_time(), job.scene
-    keys = {name: one.key for name, one in job.meshes().items()}
+    start, scene = time.process_time(), job.scene
+    keys = {name: c.key for name, c in job.meshes().items()}
     meshes = {name: job.store.get(key, "mesh") for name, key in keys.items()}
-    parts = conductors.conductor_panels(scene.conductor, meshes, Grading(**scene.panels.model_dump()))
+    by_conductor = conductors.conductor_panels(scene.conductor, meshes, Grading(**scene.panels.model_dump()))
     half_space = half_space_of(scene)
     filled = conductors.solids(scene.conductor, meshes)
-    conductors.refuse_overlap(dict(zip(scene.conductor, parts, strict=True)), half_space, filled)
-    panels, permittivity = joined(parts), capacitance.VACUUM * scene.permittivity
-    charged = capacitance.charge(panels, len(parts), permittivity, half_space, tell)
-    potentials = [np.nan if one.potential is None else one.potential for one in scene.conductor.values()]
-    charges = [one.charge or 0.0 for one in scene.conductor.values()]
+    conductors.refuse_overlap(dict(zip(scene.conductor, by_conductor, strict=True)), half_space, filled)
+    panels, permittivity = joined(by_conductor), capacitance.VACUUM * scene.permittivity
+    charged = capacitance.charge(panels, len(by_conductor), permittivity, half_space, tell)
+    potentials = [np.nan if c.potential is None else c.potential for c in scene.conductor.values()]
+    charges = [c.charge or 0.0 for c in scene.conductor.values()]
     state = capacitance.state(charged.capacitance, np.array(potentials), np.array(charges))
     coarse = capacitance.state(charged.coarse, np.array(potentials), np.array(charges))
     medium: dict[str, Any] = {"permittivity": permittivity}
@@ -93,7 +93,7 @@ def compute_field(job: FieldJob, tell: Progress) -> FieldRecord:
         panel=panels.panel, conductor=panels.conductor, coarse=panels.coarse, density=charged.density,
         capacitance=charged.capacitance, panel_error=charged.panel_error, shape_error=charged.shape_error,
         potentials=state.potentials, charges=state.charges, quantities=quantities,
-        counts=counts | {"cpu_seconds": time.process_time() - begin},
+        counts=counts | {"cpu_seconds": time.process_time() - start},
     )  # fmt: skip
 
 
@@ -110,8 +110,8 @@ def _make_grid(job: FieldJob, tell: Progress, executor: Executor | None = None) 
         blocks = compute_grid(job.store.location, job.name, grid, tell, executor)
     else:
         grid, blocks = _refined(job, grid, tell, executor)
-    potentials = np.array([np.nan if one.potential is None else one.potential for one in conductors])
-    return grid_record(grid, blocks, potentials, np.array([one.charge or 0.0 for one in conductors]))
+    potentials = np.array([np.nan if c.potential is None else c.potential for c in conductors])
+    return grid_record(grid, blocks, potentials, np.array([c.charge or 0.0 for c in conductors]))
 
 
 def _refined(job: FieldJob, grid: Grid, tell: Progress, executor: Executor | None) -> tuple[Grid, list[PoseRecord]]:
@@ -120,13 +120,13 @@ def _refined(job: FieldJob, grid: Grid, tell: Progress, executor: Executor | Non
 
     assert job.scene.poses is not None
     assert job.scene.poses.tolerance is not None
-    found = Refinement(job.store.location, job.name, grid, job.scene.poses.tolerance)
-    for number in range(MOST_ROUNDS):
-        changed = found.compute(lambda stage, share, n=number: tell(f"{stage}, round {n + 1}", share), executor)
+    refinement = Refinement(job.store.location, job.name, grid, job.scene.poses.tolerance)
+    for k in range(MOST_ROUNDS):
+        changed = refinement.compute(lambda stage, fraction, n=k: tell(f"{stage}, round {n + 1}", fraction), executor)
         if not changed:
-            return found.grid, [found.record()]
-        _refuse_long(job, found.grid, job.scene.poses.hours)
-    raise not_reached(job.scene.poses.tolerance, found.grid)
+            return refinement.grid, [refinement.record()]
+        _refuse_long(job, refinement.grid, job.scene.poses.hours)
+    raise not_reached(job.scene.poses.tolerance, refinement.grid)
 
 
 def _refuse_large(job: FieldJob, grid: Grid) -> None:
@@ -140,10 +140,10 @@ def _refuse_large(job: FieldJob, grid: Grid) -> None:
     fixed = sum(counts.values()) - moving
     needed = memory(fixed, moving, images=job.scene.half_space is not None)
     if needed > MOST_MEMORY:
-        most = max(counts, key=lambda name: counts[name])
+        largest = max(counts, key=lambda name: counts[name])
         raise InputError(
             f"poses: {fixed} panels stay and {moving} move, for which a process would need about {needed / 1e9:.2g} GB;"
-            f" allowed: {MOST_MEMORY / 1e9:g}. Give fewer panels: conductor.{most} has {counts[most]}, fewer by a"
+            f" allowed: {MOST_MEMORY / 1e9:g}. Give fewer panels: conductor.{largest} has {counts[largest]}, fewer by a"
             " larger mesh.size, or panels.strips or panels.corner_divisions below"
             f" {job.scene.panels.strips} or {job.scene.panels.corner_divisions}"
         )
@@ -174,19 +174,19 @@ def _refuse_enclosed(job: FieldJob, grid: Grid) -> None:
 
     record: FieldRecord = job.store.get(grid.field_key, "field")
     names = record.conductors["names"]
-    filled = solids(job.scene.conductor, {name: job.store.get(one.key, "mesh") for name, one in job.meshes().items()})
-    parts = {name: chosen_panels(panels_of_record(record), np.array(names) == name) for name in names}
+    filled = solids(job.scene.conductor, {name: job.store.get(p.key, "mesh") for name, p in job.meshes().items()})
+    by_conductor = {name: chosen_panels(panels_of_record(record), np.array(names) == name) for name in names}
     pairs = [(a, b) for a in names for b in names if (a in grid.moved.names) != (b in grid.moved.names)]
     pivot = grid.moved.pivot
     for pose in grid.poses():
         Q = rotation_of(pose[3:])
         there = {
-            name: replace(parts[name], facets=(parts[name].facets - pivot) @ Q.T + pivot + pose[:3])
+            name: replace(by_conductor[name], facets=(by_conductor[name].facets - pivot) @ Q.T + pivot + pose[:3])
             for name in grid.moved.names
         }
-        if enclosed(parts | there, filled, pairs):
-            at = ", ".join(f"{name} = {value:.6g}" for name, value in zip(POSE_AXES, pose, strict=True) if value)
-            raise InputError(f"poses.moved: conductors touch or overlap at the pose {at}; narrow the grid")
+        if enclosed(by_conductor | there, filled, pairs):
+            position = ", ".join(f"{name} = {value:.6g}" for name, value in zip(POSE_AXES, pose, strict=True) if value)
+            raise InputError(f"poses.moved: conductors touch or overlap at the pose {position}; narrow the grid")
 
 
 def compute_poses(job: FieldJob, executor: Executor | None = None, progress: Progress | None = None) -> PoseGridRecord:
@@ -198,7 +198,7 @@ def compute_poses(job: FieldJob, executor: Executor | None = None, progress: Pro
     """
     if not (products := job.pose_grid()):
         raise InputError(f"{job.path}: poses: is missing; the scene has no grid of poses")
-    tell = progress or (lambda stage, share: None)
+    tell = progress or (lambda stage, fraction: None)
     run_job(job, "solve", progress)
     (grid,) = products.values()
     if not job.store.has(grid.key):
@@ -211,9 +211,9 @@ def half_space_of(scene: FieldFile) -> Any:
     """Return the `HalfSpace` of a scene, or None."""
     from gudgeon.pipeline.applications.electrostatics.capacitance import HalfSpace
 
-    if (given := scene.half_space) is None:
+    if (half_space := scene.half_space) is None:
         return None
-    return HalfSpace(np.array(given.point), given.unit_normal, given.image_factor(scene.permittivity))
+    return HalfSpace(np.array(half_space.point), half_space.unit_normal, half_space.image_factor(scene.permittivity))
 
 
 def _quantities(names: list[str], C: np.ndarray, state: Any) -> dict[str, Any]:
@@ -221,17 +221,17 @@ def _quantities(names: list[str], C: np.ndarray, state: Any) -> dict[str, Any]:
 
     The mutual capacitance of two conductors is that between Q on one and −Q on the other, and no charge on the rest.
     """
-    found: dict[str, Any] = {}
+    quantities: dict[str, Any] = {}
     for i, name in enumerate(names):
-        found[f"{name}.capacitance"] = {"value": float(C[i, i]), "unit": "F"}
-        found[f"{name}.potential"] = {"value": float(state.potentials[i]), "unit": "V"}
-        found[f"{name}.charge"] = {"value": float(state.charges[i]), "unit": "C"}
+        quantities[f"{name}.capacitance"] = {"value": float(C[i, i]), "unit": "F"}
+        quantities[f"{name}.potential"] = {"value": float(state.potentials[i]), "unit": "V"}
+        quantities[f"{name}.charge"] = {"value": float(state.charges[i]), "unit": "C"}
     P = np.linalg.inv(C)
     for i, name in enumerate(names):
         for j in range(i):
             mutual = 1 / (P[i, i] + P[j, j] - 2 * P[i, j])
-            found[f"{names[j]}.{name}.mutual_capacitance"] = {"value": float(mutual), "unit": "F"}
-    return found | {"co_energy": {"value": state.co_energy, "unit": "J"}}
+            quantities[f"{names[j]}.{name}.mutual_capacitance"] = {"value": float(mutual), "unit": "F"}
+    return quantities | {"co_energy": {"value": state.co_energy, "unit": "J"}}
 
 
 def results(job: FieldJob, until: str) -> RunReport:
@@ -244,7 +244,7 @@ def results(job: FieldJob, until: str) -> RunReport:
     summary = read_summary(job.out, key, CAPACITANCE, job.expected)
     if summary is None:
         write_text(job.out / CAPACITANCE, _table(record))
-        quantities = {name: _compared(one, job.expected.get(name)) for name, one in record.quantities.items()}
+        quantities = {name: _compared(q, job.expected.get(name)) for name, q in record.quantities.items()}
         summary = {"key": key, "expected": job.expected, "quantities": quantities, "counts": record.counts}
         summary = seal_summary(job.out, summary, CAPACITANCE)
     estimates = {} if until == "solve" or not job.pose_grid() else _interpolation(job)
@@ -286,18 +286,18 @@ def _compared(entry: Mapping[str, Any], reference: float | None) -> dict[str, An
 
 def _largest(error: np.ndarray, C: np.ndarray) -> float:
     """Return the largest error of a capacitance, relative to those of its two conductors."""
-    own = np.sqrt(np.diag(C))
-    return float((error / np.outer(own, own)).max())
+    root = np.sqrt(np.diag(C))
+    return float((error / np.outer(root, root)).max())
 
 
 def _table(record: FieldRecord) -> str:
     """Return Maxwell's matrix with both errors of each entry, as CSV."""
     names = record.conductors["names"]
     rows = [["conductor", "conductor", "C [F]", "error by panels [F]", "error by shape [F]"]]
-    for i, first in enumerate(names):
-        for j, second in enumerate(names[: i + 1]):
+    for i, a in enumerate(names):
+        for j, b in enumerate(names[: i + 1]):
             values = (record.capacitance[i, j], record.panel_error[i, j], record.shape_error[i, j])
-            rows.append([first, second, *(f"{value:.9g}" for value in values)])
+            rows.append([a, b, *(f"{value:.9g}" for value in values)])
     return csv_text(rows)
 
 
@@ -305,7 +305,7 @@ def plan_field(job: FieldJob) -> dict[str, Any]:
     """Return the terms of a field, with the reason for each; nothing is read by a solver."""
     from gudgeon.pipeline.stages.plan import term_row
 
-    scene, floating = job.scene, [name for name, one in job.scene.conductor.items() if one.potential is None]
+    scene, floating = job.scene, [name for name, c in job.scene.conductor.items() if c.potential is None]
     half = scene.half_space
     terms = [
         ("conductors", True, f"{len(scene.conductor)}: {', '.join(scene.conductor)}", ()),

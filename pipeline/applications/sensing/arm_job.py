@@ -27,29 +27,29 @@ def identify_arm(
         files: Table of samples, calibration, and file to write.
     """
     robot = robot_of(job, sensor, progress)
-    asked = Excited(duration=limits[0], limits=Limits(angle=limits[1], rate=limits[2]))
-    found = identify(robot, asked, np.repeat(noise, 3), files, progress)
-    return found, parameters_text(found)
+    excitation = Excited(duration=limits[0], limits=Limits(angle=limits[1], rate=limits[2]))
+    parameters = identify(robot, excitation, np.repeat(noise, 3), files, progress)
+    return parameters, parameters_text(parameters)
 
 
-def parameters_text(found: Parameters) -> str:
+def parameters_text(parameters: Parameters) -> str:
     """Return the parameters for the terminal."""
-    told = found.document
+    document = parameters.document
     lines = [f"{'base parameter':24} {'identified':>13} {'standard error':>15} {'of the scene':>13}"]
-    columns = (told["base_parameters"], told["values"], told["standard_errors"], told["drawn"])
+    columns = (document["base_parameters"], document["values"], document["standard_errors"], document["drawn"])
     lines += [f"{name:24} {value:13.5g} {error:15.2g} {drawn:13.5g}"
               for name, value, error, drawn in zip(*columns, strict=True)]  # fmt: skip
-    if "condition_of_series" in told:
+    if "condition_of_series" in document:
         lines.append(
-            f"trajectory: condition number {told['condition_of_first_series']:.3g} at the first series,"
-            f" {told['condition_of_series']:.3g} optimised, columns of unit length"
+            f"trajectory: condition number {document['condition_of_first_series']:.3g} at the first series,"
+            f" {document['condition_of_series']:.3g} optimised, columns of unit length"
         )
-    left = ", ".join(f"{value:.3g}" for value in told["residual_rms"])
+    residuals = ", ".join(f"{value:.3g}" for value in document["residual_rms"])
     lines.append(
-        f"{len(told['values'])} of {len(told['names'])} parameters by {told['samples']} samples: condition number"
-        f" {told['condition_number']:.4g}, weighted by noise; rms left {left} N, N m"
+        f"{len(document['values'])} of {len(document['names'])} parameters by {document['samples']} samples:"
+        f" condition number {document['condition_number']:.4g}, weighted by noise; rms left {residuals} N, N m"
     )
-    return "\n".join([*lines, f"written: {found.path}"])
+    return "\n".join([*lines, f"written: {parameters.path}"])
 
 
 def wrench_of(
@@ -63,5 +63,5 @@ def wrench_of(
     """
     parameters, calibration, data, to = files
     robot = robot_of(job, sensor, progress)
-    found = tool_wrench(robot, Given(parameters, calibration, data, np.repeat(noise, 3), to), progress)
-    return found, tool_text(found)
+    tool = tool_wrench(robot, Given(parameters, calibration, data, np.repeat(noise, 3), to), progress)
+    return tool, tool_text(tool)

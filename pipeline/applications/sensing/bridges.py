@@ -13,11 +13,11 @@ from gudgeon.pipeline.scenes.gauge import ARMS, Channel, Sensor
 
 def bridge_matrix(channels: Mapping[str, Channel], gauges: Sequence[str], factor: float) -> np.ndarray:
     """Return the signals per strain of each gauge [V/V], (n, g)."""
-    found = np.zeros((len(channels), len(gauges)))
+    matrix = np.zeros((len(channels), len(gauges)))
     for row, channel in enumerate(channels.values()):
         for sign, gauge in zip(ARMS, channel.gauges, strict=False):
-            found[row, list(gauges).index(gauge)] += sign * factor / 4
-    return found
+            matrix[row, list(gauges).index(gauge)] += sign * factor / 4
+    return matrix
 
 
 def measured(signals: np.ndarray, interval: float, sensor: Sensor) -> np.ndarray:
@@ -27,5 +27,5 @@ def measured(signals: np.ndarray, interval: float, sensor: Sensor) -> np.ndarray
     offset = sensor.offset * random.standard_normal(channels)
     walk = sensor.drift * np.sqrt(interval) * random.standard_normal((count, channels)).cumsum(axis=0)
     noise = sensor.noise * random.standard_normal((count, channels))
-    found = signals + offset + walk + noise
-    return found if sensor.resolution == 0 else sensor.resolution * np.round(found / sensor.resolution)
+    values = signals + offset + walk + noise
+    return values if sensor.resolution == 0 else sensor.resolution * np.round(values / sensor.resolution)

@@ -44,7 +44,7 @@ class Calibration:
     @property
     def names(self) -> list[str]:
         """Names of the channels."""
-        return [one["name"] for one in self.channels]
+        return [c["name"] for c in self.channels]
 
     def wrenches(self, signals: np.ndarray) -> np.ndarray:
         """Return the wrenches of signals [V/V], (s, n) → (s, k)."""
@@ -82,11 +82,11 @@ def calibrated(
     """
     scale = _scale(sensitivity, components)
     U, s, Vt = np.linalg.svd(sensitivity / scale, full_matrices=True)
-    told = int((s > INDEPENDENT * max(s.max(initial=0.0), np.finfo(float).tiny)).sum())
-    if told < len(components):
-        missing = directions(Vt[told:].T / scale[:, None], components)
+    rank = int((s > INDEPENDENT * max(s.max(initial=0.0), np.finfo(float).tiny)).sum())
+    if rank < len(components):
+        missing = directions(Vt[rank:].T / scale[:, None], components)
         raise InputError(
-            f"sensor: calibration of too low rank: the {len(channels)} signals tell {told} of {len(components)}"
+            f"sensor: calibration of too low rank: the {len(channels)} signals tell {rank} of {len(components)}"
             f" components; missing: {missing}; add gauges, or name what acts in sensor.NAME.components"
         )
     k = len(components)
@@ -109,20 +109,20 @@ def fitted(wrenches: np.ndarray, signals: np.ndarray, components: tuple[str, ...
     span = (wrenches - middle) / scale
     _, s, Vt = np.linalg.svd(span, full_matrices=True)
     s = np.concatenate([s, np.zeros(len(components) - len(s))]) if len(s) < len(components) else s
-    found = int((s > INDEPENDENT * max(s.max(initial=0.0), np.finfo(float).tiny)).sum())
-    if found < len(components):
-        missing = directions(Vt[found:].T / scale[:, None], components)
+    rank = int((s > INDEPENDENT * max(s.max(initial=0.0), np.finfo(float).tiny)).sum())
+    if rank < len(components):
+        missing = directions(Vt[rank:].T / scale[:, None], components)
         raise InputError(
             f"{path}: calibration data of too low rank: the wrenches of its {len(wrenches)} rows, less their mean, span"
-            f" {found} of {len(components)} components; missing: {missing}"
+            f" {rank} of {len(components)} components; missing: {missing}"
         )
     rows = np.column_stack([wrenches / scale, np.ones(len(wrenches))])
     answer = np.linalg.lstsq(rows, signals, rcond=None)[0]
-    left = signals - rows @ answer
+    residual = signals - rows @ answer
     freedom = max(len(rows) - rows.shape[1], 1)
     return {
-        "sensitivity": answer[:-1].T / scale, "offsets": answer[-1], "rms": np.sqrt((left**2).sum(axis=0) / freedom),
-        "condition": float(s[0] / s[len(components) - 1]),
+        "sensitivity": answer[:-1].T / scale, "offsets": answer[-1],
+        "rms": np.sqrt((residual**2).sum(axis=0) / freedom), "condition": float(s[0] / s[len(components) - 1]),
     }  # fmt: skip
 
 
@@ -131,36 +131,36 @@ def directions(basis: np.ndarray, components: tuple[str, ...]) -> str:
     size = np.abs(basis).max(axis=1)
     weights = basis / np.maximum(size.max(), np.finfo(float).tiny)
     chosen = linalg.qr((weights / np.maximum(np.linalg.norm(weights, axis=0), 1e-300)).T, pivoting=True)[2]
-    own = np.sort(chosen[: basis.shape[1]])
-    vectors = basis @ np.linalg.inv(basis[own])
-    found = []
-    for number, vector in zip(own, vectors.T, strict=True):
+    pivots = np.sort(chosen[: basis.shape[1]])
+    vectors = basis @ np.linalg.inv(basis[pivots])
+    texts = []
+    for pivot, vector in zip(pivots, vectors.T, strict=True):
         others = [
             f"{vector[j]:+.3g} {components[j]}" for j in range(len(components))
-            if j not in own and abs(vector[j]) > SHOWN * _share(components[number], components[j])
+            if j not in pivots and abs(vector[j]) > SHOWN * _share(components[pivot], components[j])
         ]  # fmt: skip
-        found.append(" with ".join([components[number], " ".join(others)] if others else [components[number]]))
-    return ", ".join(found)
+        texts.append(" with ".join([components[pivot], " ".join(others)] if others else [components[pivot]]))
+    return ", ".join(texts)
 
 
-def _share(one: str, other: str) -> float:
+def _share(a: str, b: str) -> float:
     """Return a lever [m] or its inverse between a force and a moment, one between equals."""
-    return 1.0 if one[0] == other[0] else (0.05 if other[0] == "M" else 20.0)
+    return 1.0 if a[0] == b[0] else (0.05 if b[0] == "M" else 20.0)
 
 
 def _scale(sensitivity: np.ndarray, components: tuple[str, ...]) -> np.ndarray:
     """Return the length of each column, (k,); of a column without signal that of the largest of its unit, or 1."""
     length = np.linalg.norm(sensitivity, axis=0)
     for j, name in enumerate(components):
-        same = [length[i] for i, other in enumerate(components) if other[0] == name[0]]
+        same = [length[i] for i, c in enumerate(components) if c[0] == name[0]]
         if length[j] <= INDEPENDENT * max(same):
             length[j] = max(max(same), np.finfo(float).tiny) or 1.0
     return np.where(length > np.finfo(float).tiny, length, 1.0)
 
 
-def write_calibration(path: Path, found: Calibration) -> None:
+def write_calibration(path: Path, calibration: Calibration) -> None:
     """Write a calibration."""
-    write_text(path, json.dumps(found.as_json(), indent=1) + "\n")
+    write_text(path, json.dumps(calibration.as_json(), indent=1) + "\n")
 
 
 def read_calibration(path: Path) -> Calibration:
@@ -177,18 +177,20 @@ def read_calibration(path: Path) -> Calibration:
     if not isinstance(raw, dict) or raw.get("kind") != KIND or raw.get("version") != 1:
         raise InputError(f"{path}: no calibration of version 1; write one by `gudgeon calibrate SCENE`")
     try:
-        found = Calibration(
+        calibration = Calibration(
             channels=raw["channels"], components=tuple(raw["wrench"]),
             sensitivity=np.array(raw["sensitivity"], float), offsets=np.array(raw["offsets"], float),
             matrix=np.array(raw["matrix"], float), condition=float(raw["condition_number"]),
             residuals=raw["residuals"], origin=raw["origin"],
         )  # fmt: skip
-        n, k = len(found.names), len(found.components)
-        shapes = (found.matrix.shape, found.offsets.shape)
+        n, k = len(calibration.names), len(calibration.components)
+        shapes = (calibration.matrix.shape, calibration.offsets.shape)
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: damaged: {type(error).__name__} at {error}") from error
-    if shapes != ((k, n), (n,)) or not (np.isfinite(found.matrix).all() and np.isfinite(found.offsets).all()):
+    if shapes != ((k, n), (n,)) or not (
+        np.isfinite(calibration.matrix).all() and np.isfinite(calibration.offsets).all()
+    ):
         raise InputError(
             f"{path}: damaged: {k} components and {n} channels need a finite matrix of {k} x {n} and {n} offsets"
         )
-    return found
+    return calibration

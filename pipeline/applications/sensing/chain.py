@@ -40,30 +40,30 @@ class Chain:
 
     def parameters(self) -> np.ndarray:
         """Return p of the links, (10 n,), by `NAMES`, about the joints' points."""
-        found = []
+        p = []
         for mass, centre, point, inertia in zip(self.masses, self.centres, self.points, self.inertias, strict=True):
             arm = centre - point
             about = inertia + mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
-            found.append([mass, *(mass * arm), *(about[i, j] for i, j in PAIRS)])
-        return np.concatenate(found)
+            p.append([mass, *(mass * arm), *(about[i, j] for i, j in PAIRS)])
+        return np.concatenate(p)
 
     def motion(self, q: np.ndarray, rates: np.ndarray, seconds: np.ndarray) -> "Motion":
         """Return the motion of the links at joint angles (s, n), their rates and second rates."""
         count, n = q.shape
         turn, omega, alpha = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3)), np.zeros((count, 3))
-        place, pull, before = np.tile(self.points[0], (count, 1)), np.zeros((count, 3)), self.points[0]
-        parts: list[list[np.ndarray]] = [[], [], [], [], []]
+        position, acceleration, before = np.tile(self.points[0], (count, 1)), np.zeros((count, 3)), self.points[0]
+        motions: list[list[np.ndarray]] = [[], [], [], [], []]
         for i in range(n):
-            reach = np.einsum("sij,j->si", turn, self.points[i] - before)
-            pull = pull + np.cross(alpha, reach) + np.cross(omega, np.cross(omega, reach))
-            place, before = place + reach, self.points[i]
+            lever = np.einsum("sij,j->si", turn, self.points[i] - before)
+            acceleration = acceleration + np.cross(alpha, lever) + np.cross(omega, np.cross(omega, lever))
+            position, before = position + lever, self.points[i]
             line = np.einsum("sij,j->si", turn, self.axes[i])
             alpha = alpha + line * seconds[:, i : i + 1] + np.cross(omega, line) * rates[:, i : i + 1]
             omega = omega + line * rates[:, i : i + 1]
             turn = turn @ turned(self.axes[i], q[:, i])
-            for part, value in zip(parts, (turn, place, omega, alpha, pull), strict=True):
-                part.append(value)
-        return Motion(*(np.stack(part, axis=1) for part in parts))
+            for series, value in zip(motions, (turn, position, omega, alpha, acceleration), strict=True):
+                series.append(value)
+        return Motion(*(np.stack(series, axis=1) for series in motions))
 
     def regressor(
         self,
@@ -83,19 +83,22 @@ class Chain:
         count, n = q.shape
         m, Y = self.motion(q, rates, seconds), np.zeros((count, 6, PER_LINK * n))
         for i in range(n):
-            R, place, omega, alpha = m.turn[:, i], m.place[:, i] - self.base, m.omega[:, i], m.alpha[:, i]
-            pull = m.pull[:, i] - gravity
+            R, lever, omega, alpha = m.turn[:, i], m.place[:, i] - self.base, m.omega[:, i], m.alpha[:, i]
+            acceleration = m.pull[:, i] - gravity
             if carried is not None:
-                pull, alpha = pull + carried[:, :3] + np.cross(carried[:, 3:], place), alpha + carried[:, 3:]
+                acceleration, alpha = (
+                    acceleration + carried[:, :3] + np.cross(carried[:, 3:], lever),
+                    alpha + carried[:, 3:],
+                )
             spin = crossed(omega)
             f = np.zeros((count, 3, PER_LINK))
-            f[:, :, 0], f[:, :, 1:4] = pull, (crossed(alpha) + spin @ spin) @ R
-            own = np.zeros((count, 3, PER_LINK))
-            own[:, :, 1:4] = -crossed(pull) @ R
-            back_omega, back_alpha = (np.einsum("sji,sj->si", R, one) for one in (omega, alpha))
-            own[:, :, 4:] = R @ inertial(back_alpha) + spin @ R @ inertial(back_omega)
+            f[:, :, 0], f[:, :, 1:4] = acceleration, (crossed(alpha) + spin @ spin) @ R
+            moment = np.zeros((count, 3, PER_LINK))
+            moment[:, :, 1:4] = -crossed(acceleration) @ R
+            back_omega, back_alpha = (np.einsum("sji,sj->si", R, w) for w in (omega, alpha))
+            moment[:, :, 4:] = R @ inertial(back_alpha) + spin @ R @ inertial(back_omega)
             columns = slice(PER_LINK * i, PER_LINK * (i + 1))
-            Y[:, :3, columns], Y[:, 3:, columns] = f, own + crossed(place) @ f
+            Y[:, :3, columns], Y[:, 3:, columns] = f, moment + crossed(lever) @ f
         return Y
 
 
@@ -121,20 +124,20 @@ def turned(axis: np.ndarray, angles: np.ndarray) -> np.ndarray:
 
 def crossed(vectors: np.ndarray) -> np.ndarray:
     """Return the matrices of the cross product with vectors (s, 3), (s, 3, 3)."""
-    found = np.zeros((len(vectors), 3, 3))
+    matrices = np.zeros((len(vectors), 3, 3))
     x, y, z = vectors.T
-    found[:, 0, 1], found[:, 0, 2], found[:, 1, 2] = -z, y, -x
-    return found - found.transpose(0, 2, 1)
+    matrices[:, 0, 1], matrices[:, 0, 2], matrices[:, 1, 2] = -z, y, -x
+    return matrices - matrices.transpose(0, 2, 1)
 
 
 def inertial(vectors: np.ndarray) -> np.ndarray:
     """Return the matrices of I v over xx, yy, zz, xy, yz, zx of I, (s, 3, 6)."""
-    found = np.zeros((len(vectors), 3, 6))
+    matrices = np.zeros((len(vectors), 3, 6))
     for column, (i, j) in enumerate(PAIRS):
-        found[:, i, column] += vectors[:, j]
+        matrices[:, i, column] += vectors[:, j]
         if i != j:
-            found[:, j, column] += vectors[:, i]
-    return found
+            matrices[:, j, column] += vectors[:, i]
+    return matrices
 
 
 @dataclass(frozen=True)
@@ -162,13 +165,13 @@ def base_parameters(Y: np.ndarray) -> Base:
     R, order = linalg.qr(rows[:, seen] / scale[seen], mode="r", pivoting=True)
     size = np.abs(np.diag(R[: len(seen)]))
     count = int((size > DEPENDENT * size[0]).sum())
-    first, rest = seen[order[:count]], seen[order[count:]]
+    independent, dependent = seen[order[:count]], seen[order[count:]]
     grouping = np.zeros((count, Y.shape[2]))
-    grouping[np.arange(count), first] = 1.0
+    grouping[np.arange(count), independent] = 1.0
     weights = linalg.solve_triangular(R[:count, :count], R[:count, count : len(seen)])
-    grouping[:, rest] = weights / scale[first][:, None] * scale[rest]
-    arranged = np.argsort(first)
-    return Base(first[arranged], grouping[arranged])
+    grouping[:, dependent] = weights / scale[independent][:, None] * scale[dependent]
+    arranged = np.argsort(independent)
+    return Base(independent[arranged], grouping[arranged])
 
 
 @dataclass(frozen=True)
@@ -189,10 +192,10 @@ def identified(Y: np.ndarray, wrenches: np.ndarray, base: Base, levels: np.ndarr
     Args:
         levels: Noise of each component [N, N m], by which rows are weighted, (6,).
     """
-    own = Y[:, :, base.independent] / levels[:, None]
-    rows = own.reshape(-1, own.shape[2])
+    weighted = Y[:, :, base.independent] / levels[:, None]
+    rows = weighted.reshape(-1, weighted.shape[2])
     scale = np.linalg.norm(rows, axis=0)
     values, _, _, s = np.linalg.lstsq(rows / scale, (wrenches / levels).ravel(), rcond=None)
     values = values / scale
-    left = wrenches - Y[:, :, base.independent] @ values
-    return Identified(values, float(s[0] / s[-1]), np.sqrt((left**2).mean(axis=0)))
+    residual = wrenches - Y[:, :, base.independent] @ values
+    return Identified(values, float(s[0] / s[-1]), np.sqrt((residual**2).mean(axis=0)))

@@ -24,52 +24,52 @@ HEAD = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*(?:[\[(](?P<unit>[^\[\]()]*)[\])]
 TIME = "time"
 
 
-def read_columns(path: Path, wanted: Mapping[str, str], what: str, *, timed: bool = True) -> dict[str, np.ndarray]:
+def read_columns(path: Path, required: Mapping[str, str], table: str, *, timed: bool = True) -> dict[str, np.ndarray]:
     """Return the columns of a CSV file in SI units by name, (s,) each, `time` among them where it is there.
 
     Args:
-        wanted: SI unit of each column that must be there.
-        what: Name of the table in messages.
+        required: SI unit of each column that must be there.
+        table: Name of the table in messages.
         timed: Whether a column `time` may be there.
 
     Raises:
         InputError: the file is missing or no such table; file, row and column.
     """
-    text = read_text(path, what)
-    first, _, _ = text.lstrip().partition("\n")
+    text = read_text(path, table)
+    head, _, _ = text.lstrip().partition("\n")
     if not text.strip():
-        raise InputError(f"{path}: {what} is empty; its first row names columns {', '.join(wanted)}")
+        raise InputError(f"{path}: {table} is empty; its first row names columns {', '.join(required)}")
     for mark, word in ((";", "semicolons"), ("\t", "tabs")):
-        if mark in first and "," not in first:
-            raise InputError(f"{path}: {what} is separated by {word}; allowed: commas, with points in numbers")
-    heads = next(csv.reader([first]))
-    names, factors = _names(path, heads, wanted, what, timed=timed)
+        if mark in head and "," not in head:
+            raise InputError(f"{path}: {table} is separated by {word}; allowed: commas, with points in numbers")
+    heads = next(csv.reader([head]))
+    names, factors = _names(path, heads, required, table, timed=timed)
     values = _numbers(path, text.lstrip(), len(heads))
     return {name: factor * values[:, n] for n, (name, factor) in enumerate(zip(names, factors, strict=True))}
 
 
 def _names(
-    path: Path, heads: Sequence[str], wanted: Mapping[str, str], what: str, *, timed: bool
+    path: Path, heads: Sequence[str], required: Mapping[str, str], table: str, *, timed: bool
 ) -> tuple[list[str], list[float]]:
     """Return name and factor of each column."""
-    known = {**wanted, **({TIME: "s"} if timed else {})}
+    allowed = {**required, **({TIME: "s"} if timed else {})}
     names, factors = list[str](), list[float]()
-    for number, head in enumerate(heads, 1):
+    for column, head in enumerate(heads, 1):
         match = HEAD.fullmatch(head)
         name = "" if match is None else match["name"]
-        if match is None or name not in known:
-            near = difflib.get_close_matches(name, known, 1)
-            hint = f"did you mean '{near[0]}'? " if near else ""
-            raise InputError(f"{path}: column {number} is '{head.strip()}', {hint}{what} has {', '.join(known)}")
+        if match is None or name not in allowed:
+            matches = difflib.get_close_matches(name, allowed, 1)
+            hint = f"did you mean '{matches[0]}'? " if matches else ""
+            raise InputError(f"{path}: column {column} is '{head.strip()}', {hint}{table} has {', '.join(allowed)}")
         if name in names:
-            raise InputError(f"{path}: column {number}: '{name}' stands twice")
-        units, unit = UNITS[known[name]], match["unit"]
+            raise InputError(f"{path}: column {column}: '{name}' stands twice")
+        units, unit = UNITS[allowed[name]], match["unit"]
         if unit is not None and unit.strip() not in units:
-            raise InputError(f"{path}: column {number}: '{name}' is in '{unit.strip()}', allowed: {', '.join(units)}")
+            raise InputError(f"{path}: column {column}: '{name}' is in '{unit.strip()}', allowed: {', '.join(units)}")
         names.append(name)
         factors.append(1.0 if unit is None else units[unit.strip()])
-    if lacking := [name for name in wanted if name not in names]:
-        raise InputError(f"{path}: no column {', '.join(lacking)}; {what} needs {', '.join(wanted)}")
+    if lacking := [name for name in required if name not in names]:
+        raise InputError(f"{path}: no column {', '.join(lacking)}; {table} needs {', '.join(required)}")
     return names, factors
 
 
@@ -77,23 +77,23 @@ def _numbers(path: Path, text: str, width: int) -> np.ndarray:
     """Return the numbers below the head, (s, width), with the place of the first that is none in a message."""
     lines = text.splitlines()[1:]
     try:
-        found = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None) if any(map(str.strip, lines[:9])) else None
+        values = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None) if any(map(str.strip, lines[:9])) else None
     except ValueError:
-        found = None
-    if found is not None and len(found) and found.shape[1] == width and np.isfinite(found).all():
-        return found
+        values = None
+    if values is not None and len(values) and values.shape[1] == width and np.isfinite(values).all():
+        return values
     return _checked_rows(path, lines, width)
 
 
 def _checked_rows(path: Path, lines: Sequence[str], width: int) -> np.ndarray:
     """Return the same, cell by cell."""
     rows = []
-    for number, row in enumerate(csv.reader(lines), 2):
+    for line, row in enumerate(csv.reader(lines), 2):
         if not row:
             continue
         if len(row) != width:
-            raise InputError(f"{path}: row {number} has {len(row)} cells, the first row has {width}; is it cut off?")
-        rows.append([finite_number(cell, f"{path}: row {number}, column {n}") for n, cell in enumerate(row, 1)])
+            raise InputError(f"{path}: row {line} has {len(row)} cells, the first row has {width}; is it cut off?")
+        rows.append([finite_number(cell, f"{path}: row {line}, column {n}") for n, cell in enumerate(row, 1)])
     if not rows:
         raise InputError(f"{path}: has no row below the head; at least one is needed")
     return np.array(rows)

@@ -54,8 +54,8 @@ class Limits:
 def within(series: Series, limits: Limits, times: np.ndarray) -> Series:
     """Return a series scaled joint by joint so that it keeps its limits at times [s]."""
     q, v, _ = series.at(times)
-    share = np.minimum(limits.angle / np.abs(q).max(axis=0), limits.rate / np.abs(v).max(axis=0))[:, None]
-    return Series(series.frequency, series.rise, share * series.cosines, share * series.sines)
+    factor = np.minimum(limits.angle / np.abs(q).max(axis=0), limits.rate / np.abs(v).max(axis=0))[:, None]
+    return Series(series.frequency, series.rise, factor * series.cosines, factor * series.sines)
 
 
 def condition(chain: Chain, base: Base, moved: tuple[np.ndarray, np.ndarray, np.ndarray], gravity: np.ndarray) -> float:
@@ -69,31 +69,31 @@ def condition(chain: Chain, base: Base, moved: tuple[np.ndarray, np.ndarray, np.
 
 
 def optimised(
-    chain: Chain, first: Series, limits: Limits, duration: float, gravity: np.ndarray, *, steps: int = 40
+    chain: Chain, guess: Series, limits: Limits, duration: float, gravity: np.ndarray, *, steps: int = 40
 ) -> tuple[Series, float, float]:
     """Return a series of low condition number, and this number before and after, by scipy's Powell method.
 
     Args:
-        first: Where the search begins.
+        guess: Where the search begins.
         steps: Evaluations over the number of coefficients.
     """
     from scipy.optimize import minimize
 
     times = np.linspace(0.0, duration, 60)
-    shape = first.cosines.shape
+    shape = guess.cosines.shape
     base = base_parameters(chain.regressor(*random_motion(len(chain.axes), seed=0), gravity))
 
     def series(x: np.ndarray) -> Series:
         cosines, sines = x.reshape(2, *shape)
-        return within(Series(first.frequency, first.rise, cosines, sines), limits, times)
+        return within(Series(guess.frequency, guess.rise, cosines, sines), limits, times)
 
     def cost(x: np.ndarray) -> float:
         return float(np.log(condition(chain, base, series(x).at(times), gravity)))
 
-    x = np.concatenate([first.cosines.ravel(), first.sines.ravel()])
+    x = np.concatenate([guess.cosines.ravel(), guess.sines.ravel()])
     best = minimize(cost, x, method="Powell", options={"maxfev": steps * len(x), "xtol": 1e-2, "ftol": 1e-3})
-    found = best.x if best.fun < cost(x) else x
-    return series(found), float(np.exp(cost(x))), float(np.exp(cost(found)))
+    x_best = best.x if best.fun < cost(x) else x
+    return series(x_best), float(np.exp(cost(x))), float(np.exp(cost(x_best)))
 
 
 def random_motion(count: int, *, seed: int, samples: int = 200) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -32,7 +32,7 @@ PASSES = 3
 
 
 def excite_calibration(
-    robot: Robot, parameters: np.ndarray | None, progress: Progress, asked: Excited = MOVED
+    robot: Robot, parameters: np.ndarray | None, progress: Progress, excitation: Excited = MOVED
 ) -> tuple[Calibration, dict[str, Any]]:
     """Return the calibration of a plate by the arm that moves on it, and what it is worth.
 
@@ -46,31 +46,31 @@ def excite_calibration(
         raise InputError(f"{robot.job.path}: --excite: the arm stands on load cells, which have no gauges")
     p = robot.arm.chain.parameters() if parameters is None else parameters
     progress("excite", 0.0)
-    series, _, after = excitation_of(robot, asked)
-    found, along = excited(robot, series, asked, progress)
-    times = np.asarray(found.times)
+    series, _, after = excitation_of(robot, excitation)
+    trajectory, along = excited(robot, series, excitation, progress)
+    times = np.asarray(trajectory.times)
     interval = float(times[1] - times[0])
-    signals = measured(robot.signals(found), interval, robot.sensor)
+    signals = measured(robot.signals(trajectory), interval, robot.sensor)
     wrench = -following(along, times, p)
     later = times > SETTLED
-    band = LOW * asked.frequency, HIGH * lowest(along, p)
+    band = LOW * excitation.frequency, HIGH * lowest(along, p)
     if not band[0] < band[1] < 0.45 / interval:
         raise InputError(
             f"{robot.job.path}: --excite: the plate swings at {band[1] / HIGH:.3g} Hz under the arm, too near the"
-            f" trajectory's {asked.frequency:g} Hz"
+            f" trajectory's {excitation.frequency:g} Hz"
         )
-    passed = [banded(one[later], band, 1 / interval) for one in (wrench, signals)]
+    passed = [banded(v[later], band, 1 / interval) for v in (wrench, signals)]
     fit = fitted(passed[0], passed[1], WRENCH, robot.job.path)
     offsets = (signals - wrench @ fit["sensitivity"].T)[later].mean(axis=0)
     unit = unit_calibration(robot)
-    one = calibrated(unit.channels, WRENCH, fit["sensitivity"], offsets, {}, {})
-    left = one.wrenches(passed[1] + offsets) - passed[0]
-    return one, {
+    calibration = calibrated(unit.channels, WRENCH, fit["sensitivity"], offsets, {}, {})
+    residual = calibration.wrenches(passed[1] + offsets) - passed[0]
+    return calibration, {
         "source": "excitation", "samples": len(passed[0]), "band": list(band), "condition_of_series": after,
         "condition_of_data": fit["condition"], "signal_rms": fit["rms"].tolist(),
-        "wrench_rms": np.sqrt((left**2).mean(axis=0)).tolist(),
+        "wrench_rms": np.sqrt((residual**2).mean(axis=0)).tolist(),
         "excited_rms": np.sqrt((passed[0] ** 2).mean(axis=0)).tolist(),
-        "unit_wrenches": (one.matrix @ unit.sensitivity).tolist(),
+        "unit_wrenches": (calibration.matrix @ unit.sensitivity).tolist(),
     }  # fmt: skip
 
 
@@ -80,15 +80,15 @@ def banded(values: np.ndarray, band: tuple[float, float], rate: float) -> np.nda
     The ends of the second filter are then those of smooth values, the same in all of them.
     """
     cut = round(ENDS / 2 * rate)
-    low, high = (signal.butter(n, at, kind, fs=rate, output="sos")
-                 for n, at, kind in ((4, band[1], "lowpass"), (2, band[0], "highpass")))  # fmt: skip
+    low, high = (signal.butter(n, edge, kind, fs=rate, output="sos")
+                 for n, edge, kind in ((4, band[1], "lowpass"), (2, band[0], "highpass")))  # fmt: skip
     smooth = signal.sosfiltfilt(low, values, axis=0)[cut:-cut]
     return signal.sosfiltfilt(high, smooth, axis=0)[cut:-cut]
 
 
 def lowest(robot: Robot, parameters: np.ndarray) -> float:
     """Return the lowest frequency of an arm on its base at the start [Hz]."""
-    moved = tuple(one[:1] for one in robot.arm.angles(np.zeros(1)))
+    moved = tuple(m[:1] for m in robot.arm.angles(np.zeros(1)))
     base = robot.base.yields()
     mass = inertias(robot.arm.chain, robot.arm.mass + base.mass, (moved[0], moved[1], moved[2]), parameters)[0]
     return float(np.sqrt(linalg.eigh(base.stiffness, mass, eigvals_only=True)[0])) / (2 * np.pi)

@@ -83,22 +83,24 @@ class Parameters:
     path: Path
 
 
-def excitation_of(robot: Robot, asked: Excited) -> tuple[Series, float, float]:
+def excitation_of(robot: Robot, excitation: Excited) -> tuple[Series, float, float]:
     """Return an optimised series, and the condition number before and after."""
     random, n = np.random.default_rng(1), len(robot.arm.drives)
-    first = Series(asked.frequency, 0.5, *(0.3 * random.standard_normal((n, asked.harmonics)) for _ in range(2)))
-    found, before, after = optimised(
-        robot.arm.chain, first, asked.limits, asked.duration, robot.gravity, steps=asked.steps
+    guess = Series(
+        excitation.frequency, 0.5, *(0.3 * random.standard_normal((n, excitation.harmonics)) for _ in range(2))
     )
-    dense = np.linspace(0.0, asked.duration, max(200, int(FINE * asked.duration)))
-    return within(found, asked.limits, dense), before, after
+    series, before, after = optimised(
+        robot.arm.chain, guess, excitation.limits, excitation.duration, robot.gravity, steps=excitation.steps
+    )
+    dense = np.linspace(0.0, excitation.duration, max(200, int(FINE * excitation.duration)))
+    return within(series, excitation.limits, dense), before, after
 
 
-def excited(robot: Robot, series: Series, asked: Excited, progress: Progress) -> tuple[Any, Robot]:
+def excited(robot: Robot, series: Series, excitation: Excited, progress: Progress) -> tuple[Any, Robot]:
     """Return the record of an excited arm that touches nothing, and the arm with this motion."""
     from gudgeon.pipeline.applications.sensing.robot import robot_like
 
-    job = moved_job(robot.job, robot.arm, series, asked.duration, asked.rate)
+    job = moved_job(robot.job, robot.arm, series, excitation.duration, excitation.rate)
     return run_of(job, progress), robot_like(robot, job)
 
 
@@ -111,15 +113,15 @@ def unit_calibration(robot: Robot) -> Calibration:
         return calibrated(channels, WRENCH, robot.bridges @ robot.strains, robot.bridges @ robot.base.own, {}, {})
 
 
-def sensed(robot: Robot, found: Any, calibration: Calibration | None, noise: np.ndarray, seed: int) -> Sensed:
+def sensed(robot: Robot, trajectory: Any, calibration: Calibration | None, noise: np.ndarray, seed: int) -> Sensed:
     """Return what the base of an arm measures in a run: by its sensor's electronics, or its cells with noise (6,)."""
-    times = np.asarray(found.times)
+    times = np.asarray(trajectory.times)
     if isinstance(robot.base, Gauged):
         assert robot.sensor is not None
         calibration = calibration or unit_calibration(robot)
-        signals = measured(robot.signals(found), float(times[1] - times[0]), robot.sensor)
+        signals = measured(robot.signals(trajectory), float(times[1] - times[0]), robot.sensor)
         return Sensed(times, -calibration.wrenches(signals), levels_of(robot, calibration), signals, robot)
-    wrench = robot.base.measured(found) + noise * np.random.default_rng(seed).standard_normal((len(times), 6))
+    wrench = robot.base.measured(trajectory) + noise * np.random.default_rng(seed).standard_normal((len(times), 6))
     return Sensed(times, wrench, np.where(noise > 0, noise, QUIET * USUAL), None, robot)
 
 
@@ -127,34 +129,34 @@ def levels_of(robot: Robot, calibration: Calibration) -> np.ndarray:
     """Return the noise of a wrench by a plate's electronics, with that of rounding, (6,)."""
     assert robot.sensor is not None
     variance = robot.sensor.noise**2 + robot.sensor.resolution**2 / 12
-    found = np.sqrt(variance * (calibration.matrix**2).sum(axis=1))
-    return np.where(found > 0, found, QUIET * USUAL)
+    noise = np.sqrt(variance * (calibration.matrix**2).sum(axis=1))
+    return np.where(noise > 0, noise, QUIET * USUAL)
 
 
-def fit_of(one: Sensed, keep: np.ndarray, where: Path, progress: Progress) -> tuple[Base, Identified, np.ndarray]:
+def fit_of(samples: Sensed, keep: np.ndarray, path: Path, progress: Progress) -> tuple[Base, Identified, np.ndarray]:
     """Return base parameters of an arm on a base that yields, and its completed parameters (10 n,).
 
     Raises:
-        InputError: the motion does not tell all; it names the file `where`.
+        InputError: the motion does not tell all; it names the file `path`.
     """
-    robot, chain = one.robot, one.robot.arm.chain
+    robot, chain = samples.robot, samples.robot.arm.chain
     base = base_parameters(chain.regressor(*random_motion(len(robot.arm.drives), seed=0), robot.gravity))
-    drawn, still = chain.parameters(), np.zeros_like(one.wrench)
-    told = condition(chain, base, robot.arm.angles(one.times[keep]), robot.gravity)
-    if not told < POOR:
+    drawn, still = chain.parameters(), np.zeros_like(samples.wrench)
+    condition_number = condition(chain, base, robot.arm.angles(samples.times[keep]), robot.gravity)
+    if not condition_number < POOR:
         raise InputError(
-            f"{where}: the motion does not excite all {len(base.independent)} base parameters (condition number"
-            f" {told:.3g}); move every joint, through larger angles"
+            f"{path}: the motion does not excite all {len(base.independent)} base parameters (condition number"
+            f" {condition_number:.3g}); move every joint, through larger angles"
         )
 
     def fitted_with(carried: np.ndarray) -> Identified:
-        Y = chain.regressor(*robot.arm.angles(one.times), robot.gravity, carried)
-        return identified(Y[keep], (one.wrench - robot.own(carried))[keep], base, one.levels)
+        Y = chain.regressor(*robot.arm.angles(samples.times), robot.gravity, carried)
+        return identified(Y[keep], (samples.wrench - robot.own(carried))[keep], base, samples.levels)
 
     progress("identify", 0.2)
-    first = base.completed(fitted_with(still).values, drawn)
-    moved = robot.arm.felt(one.times, one.wrench, base=robot.base.yields(), parameters=first, gravity=robot.gravity,
-                           levels=one.levels)  # fmt: skip
+    p_first = base.completed(fitted_with(still).values, drawn)
+    moved = robot.arm.felt(samples.times, samples.wrench, base=robot.base.yields(), parameters=p_first,
+                           gravity=robot.gravity, levels=samples.levels)  # fmt: skip
     progress("identify", 0.9)
     fit = fitted_with(moved.acceleration)
     return base, fit, base.completed(fit.values, drawn)
@@ -168,9 +170,9 @@ def of_columns(robot: Robot, data: Path, calibration: Path | None, noise: np.nda
     """
     from gudgeon.pipeline.applications.sensing.robot import robot_along
 
-    known = None if calibration is None else read_calibration(calibration)
+    read = None if calibration is None else read_calibration(calibration)
     joints = names_of(robot)
-    measured_as = {one: unit_of(one) for one in WRENCH} if known is None else dict.fromkeys(known.names, "V/V")
+    measured_as = {c: unit_of(c) for c in WRENCH} if read is None else dict.fromkeys(read.names, "V/V")
     columns = read_columns(data, {TIME: "s", **dict.fromkeys(joints, "rad"), **measured_as}, "the table of samples")
     times, steps = columns[TIME], np.diff(columns[TIME])
     if len(times) < 20 or steps.min() <= 0 or np.ptp(steps) > 1e-3 * steps.mean():
@@ -178,61 +180,61 @@ def of_columns(robot: Robot, data: Path, calibration: Path | None, noise: np.nda
     angles = make_interp_spline(times, np.column_stack([columns[name] for name in joints]), k=5)
     values = np.column_stack([columns[name] for name in measured_as])
     along = robot_along(robot, angles)
-    if known is None:
+    if read is None:
         return Sensed(times, values, np.where(noise > 0, noise, QUIET * USUAL), None, along)
-    sized = np.sqrt((known.matrix**2).sum(axis=1)) * (robot.sensor.noise if robot.sensor else 0.0)
-    return Sensed(times, -known.wrenches(values), np.where(sized > 0, sized, QUIET * USUAL), values, along)
+    sized = np.sqrt((read.matrix**2).sum(axis=1)) * (robot.sensor.noise if robot.sensor else 0.0)
+    return Sensed(times, -read.wrenches(values), np.where(sized > 0, sized, QUIET * USUAL), values, along)
 
 
 def identify(
-    robot: Robot, asked: Excited, noise: np.ndarray, given: tuple[Path | None, Path | None, Path | None],
+    robot: Robot, excitation: Excited, noise: np.ndarray, paths: tuple[Path | None, Path | None, Path | None],
     progress: Progress, *, seed: int = 0,
 ) -> Parameters:  # fmt: skip
     """Write the parameters of an arm.
 
     Args:
         noise: Of load cells' wrench [N, N m], (6,).
-        given: Table of samples (default: a run of the scene), calibration (default: unit wrenches), file to write.
+        paths: Table of samples (default: a run of the scene), calibration (default: unit wrenches), file to write.
     """
-    data, calibration, to = given
+    data, calibration, to = paths
     out, origin = robot.job.out, {"scene": robot.job.name, "data": None if data is None else data.name}
     entries: dict[str, Any] = {}
     if data is None:
         progress("excite", 0.0)
-        series, before, after = excitation_of(robot, asked)
+        series, before, after = excitation_of(robot, excitation)
         entries = {"condition_of_first_series": before, "condition_of_series": after}
-        found, along = excited(robot, series, asked, progress)
-        one = sensed(along, found, None if calibration is None else read_calibration(calibration), noise, seed)
-        write_excitation(out / EXCITATION, robot, series, asked)
+        trajectory, along = excited(robot, series, excitation, progress)
+        samples = sensed(along, trajectory, None if calibration is None else read_calibration(calibration), noise, seed)
+        write_excitation(out / EXCITATION, robot, series, excitation)
     else:
-        one = of_columns(robot, data, calibration, noise)
-    keep = one.times - one.times[0] > (SETTLED if data is None else 0.0)
-    base, fit, whole = fit_of(one, keep, data or robot.job.path, progress)
+        samples = of_columns(robot, data, calibration, noise)
+    keep = samples.times - samples.times[0] > (SETTLED if data is None else 0.0)
+    base, fit, completed = fit_of(samples, keep, data or robot.job.path, progress)
     drawn = robot.arm.chain.parameters()
     labels = [f"{joint}.{name}" for joint in names_of(robot) for name in NAMES]
     document = {
         "kind": KIND, "version": 1, "joints": names_of(robot), "base_parameters": [labels[n] for n in base.independent],
-        "values": fit.values.tolist(), "drawn": (base.grouping @ drawn).tolist(), "parameters": whole.tolist(),
+        "values": fit.values.tolist(), "drawn": (base.grouping @ drawn).tolist(), "parameters": completed.tolist(),
         "names": labels, "samples": int(keep.sum()), "condition_number": fit.condition, **entries,
-        "noise": one.levels.tolist(), "residual_rms": fit.residual.tolist(),
-        "standard_errors": errors_of(one, base, keep).tolist(), "origin": origin,
+        "noise": samples.levels.tolist(), "residual_rms": fit.residual.tolist(),
+        "standard_errors": errors_of(samples, base, keep).tolist(), "origin": origin,
     }  # fmt: skip
     path = to or out / PARAMETERS
     write_text(path, json.dumps(document, indent=1) + "\n")
     return Parameters(document, base, fit, path)
 
 
-def errors_of(one: Sensed, base: Base, keep: np.ndarray) -> np.ndarray:
+def errors_of(samples: Sensed, base: Base, keep: np.ndarray) -> np.ndarray:
     """Return the standard error of each base parameter by the noise that is stated, (b,)."""
-    rows = one.robot.arm.chain.regressor(*one.robot.arm.angles(one.times[keep]), one.robot.gravity)
-    rows = (rows[:, :, base.independent] / one.levels[:, None]).reshape(-1, len(base.independent))
+    rows = samples.robot.arm.chain.regressor(*samples.robot.arm.angles(samples.times[keep]), samples.robot.gravity)
+    rows = (rows[:, :, base.independent] / samples.levels[:, None]).reshape(-1, len(base.independent))
     scale = np.linalg.norm(rows, axis=0)
     return np.sqrt(np.diag(np.linalg.pinv((rows / scale).T @ (rows / scale)))) / scale
 
 
-def write_excitation(path: Path, robot: Robot, series: Series, asked: Excited) -> None:
+def write_excitation(path: Path, robot: Robot, series: Series, excitation: Excited) -> None:
     """Write the joints' angles over time."""
-    times = np.linspace(0.0, asked.duration, int(asked.duration * 400) + 1)
+    times = np.linspace(0.0, excitation.duration, int(excitation.duration * 400) + 1)
     heads = ["time [s]", *(f"{name} [rad]" for name in names_of(robot))]
     rows = np.column_stack([times, series.at(times)[0]])
     write_text(path, csv_text([heads, *([f"{x:.10g}" for x in row] for row in rows)]))

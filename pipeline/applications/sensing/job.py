@@ -71,28 +71,28 @@ def calibrate(
         raise InputError(f"{job.path}: --excite: the scene has no arm that could move; give the scene of an arm")
     channels, force = sensor.channels(gauges), f"joint on {sensor.body}" if turns else _wrench(job, name, sensor)
     described = [
-        {"name": key, "wiring": one.wired, "gauge_factor": sensor.gauge_factor,
-         "gauges": [_place(job, sensor.body, gauge) for gauge in one.gauges]}
-        for key, one in channels.items()
+        {"name": key, "wiring": c.wired, "gauge_factor": sensor.gauge_factor,
+         "gauges": [_place(job, sensor.body, gauge) for gauge in c.gauges]}
+        for key, c in channels.items()
     ]  # fmt: skip
     origin: dict[str, Any] = {"scene": job.name, "sensor": name, "body": sensor.body, "force": force, "axes": "scene",
                               "data": None if data is None else data.name}  # fmt: skip
     if data is None and turns:
-        found = _of_arm(job, name, excite, parameters, (described, sensor.components, origin), progress)
+        calibration = _of_arm(job, name, excite, parameters, (described, sensor.components, origin), progress)
     elif data is None:
-        asked = Asked(static=True, force=f"force.{force}", at=tuple(f"gauge.{sensor.body}.{one}" for one in gauges))
-        table = analyse(job, asked, progress).static
+        request = Asked(static=True, force=f"force.{force}", at=tuple(f"gauge.{sensor.body}.{g}" for g in gauges))
+        table = analyse(job, request, progress).static
         assert table is not None
-        strains = table.values[:, [WRENCH.index(one) for one in sensor.components]]
+        strains = table.values[:, [WRENCH.index(c) for c in sensor.components]]
         A = bridge_matrix(channels, gauges, sensor.gauge_factor) @ strains
         residuals: dict[str, Any] = {"source": "unit wrenches", "samples": 0}
         with named(job.path, InputError):
-            found = calibrated(described, sensor.components, A, np.zeros(len(A)), residuals, origin)
+            calibration = calibrated(described, sensor.components, A, np.zeros(len(A)), residuals, origin)
     else:
-        found = of_data(data, described, sensor.components, origin)
+        calibration = of_data(data, described, sensor.components, origin)
     path = to or job.out / CALIBRATION
-    write_calibration(path, found)
-    return path, found
+    write_calibration(path, calibration)
+    return path, calibration
 
 
 def _of_arm(
@@ -102,14 +102,16 @@ def _of_arm(
     """Return the calibration of a plate under an arm, by unit wrenches or by its motion."""
     robot = robot_of(job, name, progress)
     if excite:
-        known = None if parameters is None else read_parameters(parameters, robot)
-        found, told = excite_calibration(robot, known, progress)
+        link_parameters = None if parameters is None else read_parameters(parameters, robot)
+        calibration, residuals = excite_calibration(robot, link_parameters, progress)
     else:
-        found, told = unit_calibration(robot), {"source": "unit wrenches", "samples": 0}
+        calibration, residuals = unit_calibration(robot), {"source": "unit wrenches", "samples": 0}
     described, components, origin = words
-    columns = [WRENCH.index(one) for one in components]
+    columns = [WRENCH.index(c) for c in components]
     with named(job.path, InputError):
-        return calibrated(described, components, found.sensitivity[:, columns], found.offsets, told, origin)
+        return calibrated(
+            described, components, calibration.sensitivity[:, columns], calibration.offsets, residuals, origin
+        )
 
 
 def of_data(
@@ -120,20 +122,20 @@ def of_data(
     Raises:
         InputError: it is no such table, or of too low rank.
     """
-    names = [one["name"] for one in channels]
-    wanted = {one: unit_of(one) for one in components} | dict.fromkeys(names, "V/V")
-    columns = read_columns(data, wanted, "calibration data")
-    wrenches = np.column_stack([columns[one] for one in components])
-    signals = np.column_stack([columns[one] for one in names])
+    names = [c["name"] for c in channels]
+    units = {c: unit_of(c) for c in components} | dict.fromkeys(names, "V/V")
+    columns = read_columns(data, units, "calibration data")
+    wrenches = np.column_stack([columns[c] for c in components])
+    signals = np.column_stack([columns[c] for c in names])
     fit = fitted(wrenches, signals, components, data)
     with named(data, InputError):
-        found = calibrated(channels, components, fit["sensitivity"], fit["offsets"], {}, origin)
-    left = found.wrenches(signals) - wrenches
+        calibration = calibrated(channels, components, fit["sensitivity"], fit["offsets"], {}, origin)
+    residual = calibration.wrenches(signals) - wrenches
     residuals = {
         "source": "data", "samples": len(signals), "condition_of_data": fit["condition"],
-        "signal_rms": fit["rms"].tolist(), "wrench_rms": np.sqrt((left**2).mean(axis=0)).tolist(),
+        "signal_rms": fit["rms"].tolist(), "wrench_rms": np.sqrt((residual**2).mean(axis=0)).tolist(),
     }  # fmt: skip
-    return replace(found, residuals=residuals)
+    return replace(calibration, residuals=residuals)
 
 
 def signals(job: Job, name: str | None, to: Path | None, progress: Progress) -> tuple[Path, int]:
@@ -144,15 +146,15 @@ def signals(job: Job, name: str | None, to: Path | None, progress: Progress) -> 
     """
     name, sensor = _sensor(job, name)
     run_job(job, "solve", progress)
-    found = job.store.get(job.trajectory().key, "trajectory", only=["times", "gauges"])
+    trajectory = job.store.get(job.trajectory().key, "trajectory", only=["times", "gauges"])
     gauges = tuple(job.scene.body[sensor.body].gauges)
     channels = sensor.channels(gauges)
-    strains = np.column_stack([found.gauges[f"{sensor.body}.{one}"] for one in gauges])
+    strains = np.column_stack([trajectory.gauges[f"{sensor.body}.{g}"] for g in gauges])
     ideal = strains @ bridge_matrix(channels, gauges, sensor.gauge_factor).T
-    times = np.asarray(found.times)
+    times = np.asarray(trajectory.times)
     interval = float(times[1] - times[0]) if len(times) > 1 else float(times[0])
     path = to or job.out / SIGNALS
-    heads = ["time [s]", *(f"{one} [V/V]" for one in channels)]
+    heads = ["time [s]", *(f"{c} [V/V]" for c in channels)]
     write_text(path, _table(heads, np.column_stack([times, measured(ideal, interval, sensor)])))
     return path, len(times)
 
@@ -163,53 +165,55 @@ def infer(calibration: Path, data: Path, to: Path | None) -> Inferred:
     Raises:
         InputError: a file is missing or none of its kind.
     """
-    found = read_calibration(calibration)
-    begin = time.perf_counter()
-    columns = read_columns(data, dict.fromkeys(found.names, "V/V"), "the table of signals")
-    values = np.column_stack([columns[one] for one in found.names])
+    matrix = read_calibration(calibration)
+    start = time.perf_counter()
+    columns = read_columns(data, dict.fromkeys(matrix.names, "V/V"), "the table of signals")
+    values = np.column_stack([columns[c] for c in matrix.names])
     middle = time.perf_counter()
-    wrenches = found.wrenches(values)
+    wrenches = matrix.wrenches(values)
     product = time.perf_counter() - middle
     if not np.isfinite(wrenches).all():
         raise InputError(f"{data}: its signals give wrenches beyond the range of numbers; check their unit, V/V")
-    heads = [f"{one} [{unit_of(one)}]" for one in found.components]
+    heads = [f"{c} [{unit_of(c)}]" for c in matrix.components]
     if TIME in columns:
         heads, wrenches = ["time [s]", *heads], np.column_stack([columns[TIME], wrenches])
     path = to or data.with_name(f"{data.stem}-wrench.csv")
     if path.resolve() in (data.resolve(), calibration.resolve()):
         raise InputError(f"--to {path}: this is one of the files that are read; name another one")
     write_text(path, _table(heads, wrenches))
-    return Inferred(path, len(values), time.perf_counter() - begin, product)
+    return Inferred(path, len(values), time.perf_counter() - start, product)
 
 
-def calibration_text(found: Calibration) -> str:
+def calibration_text(calibration: Calibration) -> str:
     """Return a calibration for the terminal."""
-    lines = [f"{'':12}" + "".join(f"{one:>13}" for one in found.names)]
+    lines = [f"{'':12}" + "".join(f"{c:>13}" for c in calibration.names)]
     lines += [
         f"{name} [{unit_of(name)}]".ljust(12) + "".join(f"{value:13.4e}" for value in row)
-        for name, row in zip(found.components, found.matrix, strict=True)
+        for name, row in zip(calibration.components, calibration.matrix, strict=True)
     ]
-    lines.append(f"\ncondition number {found.condition:.4g}, columns of unit length")
-    if "unit_wrenches" in found.residuals:
-        lines += _of_excitation(found.residuals)
-    if found.residuals.get("samples"):
-        parts = zip(found.components, found.residuals["wrench_rms"], strict=True)
-        lines.append("rms left: " + ", ".join(f"{name} {value:.3g} {unit_of(name)}" for name, value in parts))
+    lines.append(f"\ncondition number {calibration.condition:.4g}, columns of unit length")
+    if "unit_wrenches" in calibration.residuals:
+        lines += _of_excitation(calibration.residuals)
+    if calibration.residuals.get("samples"):
+        rms = zip(calibration.components, calibration.residuals["wrench_rms"], strict=True)
+        lines.append("rms left: " + ", ".join(f"{name} {value:.3g} {unit_of(name)}" for name, value in rms))
     return "\n".join(lines)
 
 
-def _of_excitation(told: dict[str, Any]) -> list[str]:
+def _of_excitation(residuals: dict[str, Any]) -> list[str]:
     """Return lines of what a calibration by an arm is worth against unit wrenches."""
-    wrong = (np.array(told["unit_wrenches"]) - np.eye(len(WRENCH))) * np.array(told["excited_rms"])
+    wrong = (np.array(residuals["unit_wrenches"]) - np.eye(len(WRENCH))) * np.array(residuals["excited_rms"])
     lines = [
-        f"excitation: condition number {told['condition_of_series']:.3g} of the trajectory,"
-        f" {told['condition_of_data']:.3g} of its wrenches; {told['samples']} samples between {told['band'][0]:.3g} and"
-        f" {told['band'][1]:.3g} Hz",
+        f"excitation: condition number {residuals['condition_of_series']:.3g} of the trajectory,"
+        f" {residuals['condition_of_data']:.3g} of its wrenches; {residuals['samples']} samples between"
+        f" {residuals['band'][0]:.3g} and {residuals['band'][1]:.3g} Hz",
         "against unit wrenches: error of each component's own, and of wrenches as large as those of the run:",
     ]
     for n, name in enumerate(WRENCH):
-        own, whole = told["unit_wrenches"][n][n] - 1, float(np.linalg.norm(wrong[n]))
-        lines.append(f"  {name} {own:+.2%}, {whole:.3g} of {told['excited_rms'][n]:.3g} {unit_of(name)}")
+        own_error, total_error = residuals["unit_wrenches"][n][n] - 1, float(np.linalg.norm(wrong[n]))
+        lines.append(
+            f"  {name} {own_error:+.2%}, {total_error:.3g} of {residuals['excited_rms'][n]:.3g} {unit_of(name)}"
+        )
     return lines
 
 
@@ -219,9 +223,9 @@ def _sensor(job: Job, name: str | None) -> tuple[str, Sensor]:
     if name is None and len(have) == 1:
         return next(iter(have.items()))
     if name is None or name not in have:
-        given = "" if name is None else f"'{name}' given, "
+        got = "" if name is None else f"'{name}' given, "
         hint = "name one of them" if have else "add a table [sensor.NAME] with the body whose gauges are wired"
-        raise InputError(f"{job.path}: --sensor: {given}the scene has {', '.join(have) or 'none'}; {hint}")
+        raise InputError(f"{job.path}: --sensor: {got}the scene has {', '.join(have) or 'none'}; {hint}")
     return name, have[name]
 
 

@@ -60,10 +60,10 @@ class Robot:
         assert self.sensor is not None
         return tuple(self.job.scene.body[self.sensor.body].gauges)
 
-    def signals(self, found: Trajectory) -> np.ndarray:
+    def signals(self, trajectory: Trajectory) -> np.ndarray:
         """Return the ideal signals of a run [V/V], (s, n)."""
         assert self.sensor is not None
-        strains = np.column_stack([found.gauges[f"{self.sensor.body}.{name}"] for name in self.gauges])
+        strains = np.column_stack([trajectory.gauges[f"{self.sensor.body}.{name}"] for name in self.gauges])
         return strains @ self.bridges.T
 
     def own(self, carried: np.ndarray) -> np.ndarray:
@@ -97,8 +97,8 @@ def robot_of(job: Job, sensor: str | None, progress: Progress) -> Robot:
     scene = job.scene
     with named(job.path, InputError):
         arm = arm_of(scene)
-        feet = [one for one in scene.hinges().values()
-                if isinstance(one, Fixed) and one.body == arm.stand and one.against is not None]  # fmt: skip
+        feet = [j for j in scene.hinges().values()
+                if isinstance(j, Fixed) and j.body == arm.stand and j.against is not None]  # fmt: skip
         if not feet:
             return Robot(job, standing(scene), None, None)
         if len(feet) > 1:
@@ -106,19 +106,19 @@ def robot_of(job: Job, sensor: str | None, progress: Progress) -> Robot:
                 raise InputError(f"--sensor: '{sensor}' given, but the stand is fixed on {len(feet)} load cells")
             return Robot(job, _on_cells(job, arm, progress), None, None)
         plate = str(feet[0].against)
-        able = {name: one for name, one in scene.sensor.items() if one.body == plate}
+        able = {name: j for name, j in scene.sensor.items() if j.body == plate}
         if sensor is not None and sensor not in able:
             raise InputError(f"--sensor: '{sensor}' given, on body '{plate}' are {', '.join(able) or 'none'}")
         if not able or (sensor is None and len(able) > 1):
             have = ", ".join(able) or "none"
             raise InputError(f"sensor: the stand is fixed on body '{plate}', whose sensors are {have}; name one")
-    own = able[sensor] if sensor is not None else next(iter(able.values()))
+    chosen = able[sensor] if sensor is not None else next(iter(able.values()))
     alone = unit_wrenches(job, plate, str(feet[0].against_interface), progress)
     gauges = [f"{plate}.{name}" for name in scene.body[plate].gauges]
     damping = scene.body[plate].damping
     beta = 0.0 if damping is None else float(getattr(damping, "beta", None) or 0.0)
     base = Gauged(arm, gauges, np.linalg.pinv(alone.strains), alone.compliance, beta, mass=alone.mass, own=alone.own)
-    return Robot(job, base, own, alone.strains)
+    return Robot(job, base, chosen, alone.strains)
 
 
 def _on_cells(job: Job, arm: Arm, progress: Progress) -> Standing:
@@ -126,26 +126,26 @@ def _on_cells(job: Job, arm: Arm, progress: Progress) -> Standing:
 
     The wrench of a cell is that of its joint with the stand, and its stiffness that of unit wrenches on its top.
     """
-    scene, found, cells = job.scene, [], set[str]()
-    probes = {getattr(one, "of", ""): name for name, one in scene.probe.items()}
-    for name, one in scene.hinges().items():
-        if not isinstance(one, Fixed) or one.body != arm.stand or one.against is None:
+    scene, rows, cells = job.scene, [], set[str]()
+    probes = {getattr(p, "of", ""): name for name, p in scene.probe.items()}
+    for name, joint in scene.hinges().items():
+        if not isinstance(joint, Fixed) or joint.body != arm.stand or joint.against is None:
             continue
         if f"joint.{name}" not in probes:
             raise InputError(f"probe: no probe reads joint.{name}; add one of kind 'force'")
-        if one.against_interface is None:
-            raise InputError(f"joint.{name}.against_interface: is missing; name the top of cell '{one.against}'")
-        if one.against in cells:
-            raise InputError(f"joint.{name}.against: '{one.against}' holds the stand twice; a load cell has one top")
-        cells.add(one.against)
-        compliance = unit_wrenches(job, one.against, one.against_interface, progress).compliance
-        damping = scene.body[one.against].damping
+        if joint.against_interface is None:
+            raise InputError(f"joint.{name}.against_interface: is missing; name the top of cell '{joint.against}'")
+        if joint.against in cells:
+            raise InputError(f"joint.{name}.against: '{joint.against}' holds the stand twice; a load cell has one top")
+        cells.add(joint.against)
+        compliance = unit_wrenches(job, joint.against, joint.against_interface, progress).compliance
+        damping = scene.body[joint.against].damping
         beta = 0.0 if damping is None else float(getattr(damping, "beta", None) or 0.0)
-        at, K = np.array(one.at or (0.0, 0.0, 0.0)), np.linalg.inv(compliance)
-        found.append((probes[f"joint.{name}"], at, about(K, at), beta * about(K, at)))
-    names, arms, stiffness, damped = zip(*found, strict=True)
-    places = arm.chain.base + np.array(arms)
-    return Standing(arm=arm, cells=list(names), places=places, stiffness=np.sum(stiffness, axis=0),
+        offset, K = np.array(joint.at or (0.0, 0.0, 0.0)), np.linalg.inv(compliance)
+        rows.append((probes[f"joint.{name}"], offset, about(K, offset), beta * about(K, offset)))
+    names, arms, stiffness, damped = zip(*rows, strict=True)
+    positions = arm.chain.base + np.array(arms)
+    return Standing(arm=arm, cells=list(names), places=positions, stiffness=np.sum(stiffness, axis=0),
                     damping=np.sum(damped, axis=0))  # fmt: skip
 
 
@@ -171,27 +171,29 @@ def unit_wrenches(job: Job, plate: str, hub: str, progress: Progress) -> Alone:
     """
     scene, tables = job.scene, job.tables
     component = scene.component_of(plate)
-    part = dict(tables["component"][component])
-    held = [one.interface for one in scene.hinges().values()
-            if isinstance(one, Fixed) and one.body == plate and one.against is None]  # fmt: skip
-    if not held or None in held:
+    component_table = dict(tables["component"][component])
+    interfaces = [j.interface for j in scene.hinges().values()
+            if isinstance(j, Fixed) and j.body == plate and j.against is None]  # fmt: skip
+    if not interfaces or None in interfaces:
         raise InputError(f"{job.path}: body.{plate}: no joint of kind 'fixed' holds it on the ground at an interface")
-    part["supports"] = [scene.component[component].interface[str(name)].surface for name in held]
-    part["interface"] = {hub: part["interface"][hub]}
-    part["modes"] = {"reduction": "row-craig-bampton", "normal_count": 0, "fixed_count": 0}
-    own = {key: value for key, value in tables["body"][plate].items() if key in ("component", "gauges", "orientation")}
+    component_table["supports"] = [scene.component[component].interface[str(name)].surface for name in interfaces]
+    component_table["interface"] = {hub: component_table["interface"][hub]}
+    component_table["modes"] = {"reduction": "row-craig-bampton", "normal_count": 0, "fixed_count": 0}
+    body_table = {
+        key: value for key, value in tables["body"][plate].items() if key in ("component", "gauges", "orientation")
+    }
     load = {"kind": "wrench", "body": plate, "interface": hub, "force": [0.0, 0.0, 1.0], "moment": [0.0, 0.0, 0.0],
             "expression": "1"}  # fmt: skip
-    alone = {"component": {component: part}, "body": {plate: own}, "force": {"wrench": load},
+    alone = {"component": {component: component_table}, "body": {plate: body_table}, "force": {"wrench": load},
              "run": {"duration": 1e-3, "gravity": list(scene.run.gravity)}}  # fmt: skip
     still = contact_job(job.place(name=f"{job.name}-{plate}", tables=alone, out=job.out / "plate", overrides=()))
-    at = tuple(f"gauge.{plate}.{name}" for name in scene.body[plate].gauges)
+    gauges = tuple(f"gauge.{plate}.{name}" for name in scene.body[plate].gauges)
     table = analyse(still, Asked(static=True), progress).static
     assert table is not None
     rows = dict(zip(table.places, table.values, strict=True))
-    strains, C = np.array([rows[name] for name in at]), np.array([rows[f"force.wrench[{n}]"] for n in range(1, 7)])
-    mass, own = static_inertia(still, "force.wrench", at)
-    return Alone(strains, C, mass=np.linalg.solve(C, np.linalg.solve(C, mass).T), own=own)
+    strains, C = np.array([rows[name] for name in gauges]), np.array([rows[f"force.wrench[{n}]"] for n in range(1, 7)])
+    mass, gravity_strains = static_inertia(still, "force.wrench", gauges)
+    return Alone(strains, C, mass=np.linalg.solve(C, np.linalg.solve(C, mass).T), own=gravity_strains)
 
 
 def moved_job(job: Job, arm: Arm, series: Series, duration: float, rate: float) -> Job:
@@ -202,17 +204,17 @@ def moved_job(job: Job, arm: Arm, series: Series, duration: float, rate: float) 
         key: value for key, value in job.tables.items() if key not in ("contact", "plot", "report")
     }
     joints = dict(tables["joint"])
-    by_joint = {one.joint: n for n, one in enumerate(arm.drives)}
-    for name, given in job.tables["joint"].items():
-        if given.get("kind") == "driven" and given["joint"] in by_joint:
-            values = np.column_stack([times, angles[:, by_joint[given["joint"]]]]).tolist()
-            joints[name] = {"kind": "driven", "joint": given["joint"], "values": values}
+    by_joint = {drive.joint: n for n, drive in enumerate(arm.drives)}
+    for name, table in job.tables["joint"].items():
+        if table.get("kind") == "driven" and table["joint"] in by_joint:
+            values = np.column_stack([times, angles[:, by_joint[table["joint"]]]]).tolist()
+            joints[name] = {"kind": "driven", "joint": table["joint"], "values": values}
     probes: Mapping[str, Any] = tables.get("probe", {})
-    kept = {name: one for name, one in probes.items() if not str(one.get("of", "")).startswith("contact.")}
+    free_probes = {name: p for name, p in probes.items() if not str(p.get("of", "")).startswith("contact.")}
     count = round(duration * rate)
     frames = max(2, count // 20)
     run = tables["run"] | {"duration": duration, "samples": frames * 20, "frames": frames}
-    tables |= {"joint": joints, "run": run} | ({"probe": kept} if probes else {})
+    tables |= {"joint": joints, "run": run} | ({"probe": free_probes} if probes else {})
     return contact_job(job.place(name=f"{job.name}-excited", tables=tables, out=job.out / "excited", overrides=()))
 
 

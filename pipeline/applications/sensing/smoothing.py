@@ -82,7 +82,7 @@ def smoothed(process: Process, Q: np.ndarray, y: np.ndarray, *, back: bool = Tru
     H, n = process.H, len(process.start)
     x, P, cost = process.start, process.spread, 0.0
     states, spreads = np.zeros((len(y), n)), np.zeros((len(y) if back else 1, n, n))
-    told, gains = np.zeros(y.shape), np.zeros((len(y) if back else 1, n, y.shape[1]))
+    innovations, gains = np.zeros(y.shape), np.zeros((len(y) if back else 1, n, y.shape[1]))
     for k, seen in enumerate(y):
         HP = H @ P
         root = np.linalg.cholesky(HP @ H.T + process.R)
@@ -91,50 +91,50 @@ def smoothed(process: Process, Q: np.ndarray, y: np.ndarray, *, back: bool = Tru
         cost += float(np.log(np.diag(root)).sum() + 0.5 * half[:, -1] @ half[:, -1])
         states[k] = x
         if back:
-            spreads[k], gains[k], told[k] = P, both[:, :-1].T, both[:, -1]
+            spreads[k], gains[k], innovations[k] = P, both[:, :-1].T, both[:, -1]
         F = process.steps[process.which[k]]
         x = F @ (x + HP.T @ both[:, -1]) + process.inputs[k]
         P = F @ (P - half[:, :-1].T @ half[:, :-1]) @ F.T + Q
         P = 0.5 * (P + P.T)
     if back:
-        pull = np.zeros(n)
+        adjoint = np.zeros(n)
         for k in range(len(y) - 1, -1, -1):
-            pull = pull - H.T @ (told[k] + gains[k].T @ pull)
-            states[k] -= spreads[k] @ pull
+            adjoint = adjoint - H.T @ (innovations[k] + gains[k].T @ adjoint)
+            states[k] -= spreads[k] @ adjoint
             if k:
-                pull = process.steps[process.which[k - 1]].T @ pull
+                adjoint = process.steps[process.which[k - 1]].T @ adjoint
     return states, cost
 
 
-def likeliest(process: Process, y: np.ndarray, parts: np.ndarray, guess: np.ndarray, interval: float) -> np.ndarray:
+def likeliest(process: Process, y: np.ndarray, rows: np.ndarray, guess: np.ndarray, interval: float) -> np.ndarray:
     """Return the noise of ċ of greatest likelihood, of forces and of moments, as square roots, (2,).
 
     Args:
-        parts: Numbers of the states that are c.
+        rows: Numbers of the states that are c.
         guess: Where the search begins.
     """
     from scipy.optimize import minimize
 
     def cost(logs: np.ndarray) -> float:
-        return smoothed(process, diffusion(process, parts, np.exp(logs), interval), y, back=False)[1]
+        return smoothed(process, diffusion(process, rows, np.exp(logs), interval), y, back=False)[1]
 
-    first = np.log(guess)
-    simplex = first + np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]])
-    found = minimize(cost, first, method="Nelder-Mead", options={"maxfev": SEARCHED, "xatol": CLOSE, "fatol": 0.1,
+    start = np.log(guess)
+    simplex = start + np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]])
+    minimum = minimize(cost, start, method="Nelder-Mead", options={"maxfev": SEARCHED, "xatol": CLOSE, "fatol": 0.1,
                                                                  "initial_simplex": simplex})  # fmt: skip
-    return np.exp(found.x)
+    return np.exp(minimum.x)
 
 
-def diffusion(process: Process, parts: np.ndarray, rates: np.ndarray, interval: float) -> np.ndarray:
+def diffusion(process: Process, rows: np.ndarray, rates: np.ndarray, interval: float) -> np.ndarray:
     """Return Q, where c alone changes at random, (n, n)."""
     Q = np.zeros_like(process.spread)
-    Q[parts, parts] = np.repeat(np.square(rates), SIZE // 2) * interval
+    Q[rows, rows] = np.repeat(np.square(rates), SIZE // 2) * interval
     return Q
 
 
 def felt(
     chain: Chain,
-    own: np.ndarray,
+    stand_inertia: np.ndarray,
     moved: Moved,
     wrench: np.ndarray,
     *,
@@ -147,7 +147,7 @@ def felt(
     """Return the wrench on a tool by the wrench of its base on the stand, (s, 6), measured about the base point.
 
     Args:
-        own: Inertia of the stand about the base point, (6, 6).
+        stand_inertia: Inertia of the stand about the base point, (6, 6).
         moved: Joint angles, rates and second rates, (s, n) each.
         base: None for one that does not yield.
         parameters: p of the links, (10 n,).
@@ -159,42 +159,42 @@ def felt(
     """
     if not np.all(np.asarray(levels) > 0):
         raise InputError("noise: a component has none; the estimate needs that of each, above zero")
-    load = chain.regressor(*moved, gravity) @ parameters + np.concatenate([-gravity, np.zeros(3)]) @ own
-    sizes = np.repeat([np.sqrt((part**2).mean()) for part in (wrench[:, :3], wrench[:, 3:])], SIZE // 2)
+    load = chain.regressor(*moved, gravity) @ parameters + np.concatenate([-gravity, np.zeros(3)]) @ stand_inertia
+    sizes = np.repeat([np.sqrt((block**2).mean()) for block in (wrench[:, :3], wrench[:, 3:])], SIZE // 2)
     R, stride = np.diag(np.square(levels)), max(1, round(HELD / interval))
-    carried = own if base is None else own + base.mass
+    carried = stand_inertia if base is None else stand_inertia + base.mass
     masses = inertias(chain, carried, (moved[0][::stride], moved[1][::stride], moved[2][::stride]), parameters)
     if base is None:
         process = Process(
             steps=np.eye(SIZE)[None], which=np.zeros(len(wrench), int), inputs=np.zeros_like(wrench), H=-np.eye(SIZE),
             R=R, start=np.zeros(SIZE), spread=np.diag(np.square(sizes)),
         )  # fmt: skip
-        y, parts = wrench - load, np.arange(SIZE)
+        y, rows = wrench - load, np.arange(SIZE)
     else:
         process = swaying(base, masses, stride, load, sizes=sizes, R=R, interval=interval)
-        y, parts = wrench, np.arange(2 * SIZE, 3 * SIZE)
+        y, rows = wrench, np.arange(2 * SIZE, 3 * SIZE)
     guess = np.array([sizes[0], sizes[-1]]) / np.sqrt(interval * len(wrench)) + 1e-9
-    rates = likeliest(process, y, parts, 10 * guess, interval)
-    states, _ = smoothed(process, diffusion(process, parts, rates, interval), y)
-    contact, acceleration = states[:, parts].copy(), np.zeros_like(wrench)
+    rates = likeliest(process, y, rows, 10 * guess, interval)
+    states, _ = smoothed(process, diffusion(process, rows, rates, interval), y)
+    contact, acceleration = states[:, rows].copy(), np.zeros_like(wrench)
     if base is not None:
         contact[1:] = 0.5 * (
             contact[1:] + contact[:-1]
         )  # What is constant between two samples is that of their middle.
         u, v = states[:, :SIZE], states[:, SIZE : 2 * SIZE]
-        push = contact - load - u @ base.stiffness.T - v @ base.damping.T
-        acceleration = np.linalg.solve(masses[process.which], push[:, :, None])[:, :, 0]
+        net_force = contact - load - u @ base.stiffness.T - v @ base.damping.T
+        acceleration = np.linalg.solve(masses[process.which], net_force[:, :, None])[:, :, 0]
     return Felt(contact, acceleration, (float(rates[0]), float(rates[1])))
 
 
-def inertias(chain: Chain, own: np.ndarray, moved: Moved, parameters: np.ndarray) -> np.ndarray:
+def inertias(chain: Chain, stand_inertia: np.ndarray, moved: Moved, parameters: np.ndarray) -> np.ndarray:
     """Return M(q) of stand and arm about the base point, (s, 6, 6)."""
     still = 0 * moved[0]
-    found = np.zeros((len(moved[0]), SIZE, SIZE))
+    M = np.zeros((len(moved[0]), SIZE, SIZE))
     for column in range(SIZE):
-        unit = np.tile(np.eye(SIZE)[column], (len(found), 1))
-        found[:, :, column] = chain.regressor(moved[0], still, still, np.zeros(3), unit) @ parameters
-    return 0.5 * (found + found.transpose(0, 2, 1)) + own
+        unit = np.tile(np.eye(SIZE)[column], (len(M), 1))
+        M[:, :, column] = chain.regressor(moved[0], still, still, np.zeros(3), unit) @ parameters
+    return 0.5 * (M + M.transpose(0, 2, 1)) + stand_inertia
 
 
 def swaying(

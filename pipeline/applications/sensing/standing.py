@@ -54,7 +54,7 @@ class Arm:
             levels=levels, interval=float(times[1] - times[0]),
         )  # fmt: skip
 
-    def touched(self, found: Trajectory, scene: SceneFile, times: np.ndarray) -> np.ndarray:
+    def touched(self, trajectory: Trajectory, scene: SceneFile, times: np.ndarray) -> np.ndarray:
         """Return the true wrench of all contacts on the last link about the base point, (s, 6)."""
         moved = self.chain.motion(*self.angles(times))
         total = np.zeros((len(times), 6))
@@ -63,9 +63,9 @@ class Arm:
                 raise InputError(f"contact.{name}.body: '{contact.body}' given, the tool is '{self.tool}'")
             points = scene.component[scene.component_of(self.tool)].geometry.points  # type: ignore[union-attr]
             arm = self.chain.centres[-1] + np.array(points[contact.interface].at) - self.chain.points[-1]
-            place = moved.place[:, -1] + np.einsum("sij,j->si", moved.turn[:, -1], arm)
-            force = np.asarray(found.contacts[name].force)
-            total += np.hstack([force, np.cross(place - self.chain.base, force)])
+            position = moved.place[:, -1] + np.einsum("sij,j->si", moved.turn[:, -1], arm)
+            force = np.asarray(trajectory.contacts[name].force)
+            total += np.hstack([force, np.cross(position - self.chain.base, force)])
         return total
 
 
@@ -82,13 +82,13 @@ class Standing:
     """K of all cells about the base point [N/m, N, N m], (6, 6)."""
     damping: np.ndarray
 
-    def measured(self, found: Trajectory) -> np.ndarray:
+    def measured(self, trajectory: Trajectory) -> np.ndarray:
         """Return the wrench of the cells on the stand about the base point, (s, 6)."""
-        total = np.zeros((len(found.times), 6))
-        for name, place in zip(self.cells, self.places, strict=True):
-            values = np.asarray(found.probes[name].values)
+        total = np.zeros((len(trajectory.times), 6))
+        for name, position in zip(self.cells, self.places, strict=True):
+            values = np.asarray(trajectory.probes[name].values)
             total[:, :3] += values[:, :3]
-            total[:, 3:] += values[:, 3:] + np.cross(place - self.arm.chain.base, values[:, :3])
+            total[:, 3:] += values[:, 3:] + np.cross(position - self.arm.chain.base, values[:, :3])
         return total
 
     def yields(self) -> Yielding:
@@ -130,29 +130,29 @@ def arm_of(scene: SceneFile) -> Arm:
     Raises:
         InputError: the scene has no such arm; what is missing.
     """
-    drives = {one.joint: one for one in scene.joint.values() if isinstance(one, Driven)}
-    hinges = [(name, one) for name, one in scene.hinges().items() if isinstance(one, Revolute)]
-    others = [one for one in scene.hinges().values() if not isinstance(one, Revolute | Fixed)]
+    drives = {j.joint: j for j in scene.joint.values() if isinstance(j, Driven)}
+    hinges = [(name, h) for name, h in scene.hinges().items() if isinstance(h, Revolute)]
+    others = [h for h in scene.hinges().values() if not isinstance(h, Revolute | Fixed)]
     if not hinges or others or any(name not in drives for name, _ in hinges) or hinges[0][1].against is None:
         raise InputError("joint: an arm needs revolute joints, each with a drive, on a stand; others may be fixed")
     stand = before = str(hinges[0][1].against)
-    parts = []
+    links = []
     for name, hinge in hinges:
         if hinge.against != before:
             raise InputError(f"joint.{name}.against: '{hinge.against}' given, the chain needs '{before}'")
         geometry, before = scene.component[scene.component_of(hinge.body)].geometry, hinge.body
-        place = np.array(scene.body[hinge.body].position, float)
+        centre = np.array(scene.body[hinge.body].position, float)
         if geometry.kind != "rigid":
             raise InputError(f"joint.{name}.body: '{hinge.body}' deforms; the links of an arm are rigid")
-        point = place + np.array(hinge.at or (0.0, 0.0, 0.0))
-        parts.append((unit(hinge.axis), point, geometry.mass, place, np.diag(geometry.inertia)))
-    axes, points, masses, centres, inertias = (np.array(part) for part in zip(*parts, strict=True))
+        point = centre + np.array(hinge.at or (0.0, 0.0, 0.0))
+        links.append((unit(hinge.axis), point, geometry.mass, centre, np.diag(geometry.inertia)))
+    axes, points, masses, centres, inertias = (np.array(column) for column in zip(*links, strict=True))
     base = np.array(scene.body[stand].position, float)
     chain = Chain(axes=axes, points=points, masses=masses, centres=centres, inertias=inertias, base=base)
-    own = scene.component[scene.component_of(stand)].geometry
-    if own.kind != "rigid":
+    stand_geometry = scene.component[scene.component_of(stand)].geometry
+    if stand_geometry.kind != "rigid":
         raise InputError(f"joint.{hinges[0][0]}.against: '{stand}' deforms; the stand of an arm is rigid")
-    mass = np.diag([own.mass] * 3 + list(own.inertia))
+    mass = np.diag([stand_geometry.mass] * 3 + list(stand_geometry.inertia))
     return Arm(chain, [drives[name] for name, _ in hinges], stand, tool=before, mass=mass)
 
 
@@ -163,16 +163,18 @@ def standing(scene: SceneFile) -> Standing:
         InputError: the scene has no such arm; what is missing.
     """
     arm = arm_of(scene)
-    held = {n: f for n, f in scene.force.items() if isinstance(f, Bushing) and f.body == arm.stand and not f.against}
-    if not held:
+    cells_by_name = {
+        n: f for n, f in scene.force.items() if isinstance(f, Bushing) and f.body == arm.stand and not f.against
+    }
+    if not cells_by_name:
         raise InputError(f"force: no bushing holds the stand, body '{arm.stand}', on the ground")
-    probes = {getattr(one, "of", ""): name for name, one in scene.probe.items()}
-    if lacking := [name for name in held if f"force.{name}" not in probes]:
+    probes = {getattr(p, "of", ""): name for name, p in scene.probe.items()}
+    if lacking := [name for name in cells_by_name if f"force.{name}" not in probes]:
         raise InputError(f"probe: no probe reads force.{lacking[0]}; add one of kind 'force'")
-    arms = [np.array(one.at or (0.0, 0.0, 0.0)) for one in held.values()]
-    both = [(one.matrices(), at) for one, at in zip(held.values(), arms, strict=True)]
-    K, C = (np.sum([about(two[which], at) for two, at in both], axis=0) for which in (0, 1))
-    cells = [probes[f"force.{name}"] for name in held]
+    arms = [np.array(b.at or (0.0, 0.0, 0.0)) for b in cells_by_name.values()]
+    both = [(b.matrices(), point) for b, point in zip(cells_by_name.values(), arms, strict=True)]
+    K, C = (np.sum([about(two[which], point) for two, point in both], axis=0) for which in (0, 1))
+    cells = [probes[f"force.{name}"] for name in cells_by_name]
     return Standing(arm=arm, cells=cells, places=arm.chain.base + np.array(arms), stiffness=K, damping=C)
 
 

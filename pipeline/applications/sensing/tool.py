@@ -58,112 +58,120 @@ class Tool:
     path: Path
 
 
-def tool_wrench(robot: Robot, given: Given, progress: Progress) -> Tool:
+def tool_wrench(robot: Robot, inputs: Given, progress: Progress) -> Tool:
     """Write the wrench on the tool of an arm; of a run, with the rms of its errors by source.
 
     Raises:
         InputError: a file is missing or none of its kind, or a contact is not the tool's.
     """
     drawn = robot.arm.chain.parameters()
-    known = drawn if given.parameters is None else read_parameters(given.parameters, robot)
-    calibration = None if given.calibration is None else read_calibration(given.calibration)
-    path, sources, found = given.to or robot.job.out / WRENCHES, {}, None
-    if given.data is not None:
-        one = of_columns(robot, given.data, given.calibration, given.noise)
+    parameters = drawn if inputs.parameters is None else read_parameters(inputs.parameters, robot)
+    calibration = None if inputs.calibration is None else read_calibration(inputs.calibration)
+    path, sources, trajectory = inputs.to or robot.job.out / WRENCHES, {}, None
+    if inputs.data is not None:
+        samples = of_columns(robot, inputs.data, inputs.calibration, inputs.noise)
     else:
-        found = run_of(robot.job, progress)
-        one = sensed(robot, found, calibration, given.noise, given.seed)
-    felt = infer_tool(one, known, one.levels, moving=True)
-    if found is not None:
-        sources = error_sources(one, found, (known, calibration), felt.contact, progress)
+        trajectory = run_of(robot.job, progress)
+        samples = sensed(robot, trajectory, calibration, inputs.noise, inputs.seed)
+    felt = infer_tool(samples, parameters, samples.levels, moving=True)
+    if trajectory is not None:
+        sources = error_sources(samples, trajectory, (parameters, calibration), felt.contact, progress)
     heads = ["time [s]", *(f"{name} [{unit_of(name)}]" for name in WRENCH)]
-    rows = np.column_stack([one.times, felt.contact])
+    rows = np.column_stack([samples.times, felt.contact])
     write_text(path, csv_text([heads, *([f"{x:.10g}" for x in row] for row in rows)]))
-    return Tool(one.times, felt.contact, one.levels, felt.rates, sources=sources, path=path)
+    return Tool(samples.times, felt.contact, samples.levels, felt.rates, sources=sources, path=path)
 
 
-def infer_tool(one: Sensed, parameters: np.ndarray, levels: np.ndarray, *, moving: bool) -> Any:
+def infer_tool(samples: Sensed, parameters: np.ndarray, levels: np.ndarray, *, moving: bool) -> Any:
     """Return what is estimated of the tool; `moving`: whether the base yields."""
-    robot = one.robot
+    robot = samples.robot
     return robot.arm.felt(
-        one.times, one.wrench, base=robot.base.yields() if moving else None, parameters=parameters,
+        samples.times, samples.wrench, base=robot.base.yields() if moving else None, parameters=parameters,
         gravity=robot.gravity, levels=levels,
     )  # fmt: skip
 
 
 def error_sources(
-    one: Sensed, found: Any, given: tuple[np.ndarray, Calibration | None], inferred: np.ndarray, progress: Progress
+    samples: Sensed,
+    trajectory: Any,
+    inputs: tuple[np.ndarray, Calibration | None],
+    inferred: np.ndarray,
+    progress: Progress,
 ) -> dict[str, tuple[float, float]]:
     """Return rms of force and moment: of the true wrench, of errors by each source alone, and of all together.
 
     Args:
-        one: Samples of the run `found`.
-        given: Parameters, and calibration if any.
+        samples: Samples of the run `trajectory`.
+        inputs: Parameters, and calibration if any.
         inferred: Wrench on the tool by all that is given, (s, 6).
     """
-    robot, (known, calibration) = one.robot, given
+    robot, (parameters, calibration) = samples.robot, inputs
     drawn = robot.arm.chain.parameters()
-    true = robot.arm.touched(found, robot.job.scene, one.times)
-    keep, quiet = one.times > SETTLED, QUIET * USUAL
-    ideal = ideal_wrench(robot, found, None)
+    true = robot.arm.touched(trajectory, robot.job.scene, samples.times)
+    keep, quiet = samples.times > SETTLED, QUIET * USUAL
+    ideal = ideal_wrench(robot, trajectory, None)
     cases: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]] = {
         "the method alone: ideal signals, exact parameters": (ideal, drawn, quiet),
     }
-    if not np.array_equal(known, drawn):
-        cases["identified parameters alone"] = (ideal, known, quiet)
+    if not np.array_equal(parameters, drawn):
+        cases["identified parameters alone"] = (ideal, parameters, quiet)
     if robot.sensor is None:
-        cases["noise of the cells alone"] = (one.wrench, drawn, one.levels)
+        cases["noise of the cells alone"] = (samples.wrench, drawn, samples.levels)
     else:
         if calibration is not None:
-            cases["calibration alone"] = (ideal_wrench(robot, found, calibration), drawn, quiet)
-        parts = {"noise": "noise", "drift": "drift", "offset": "offsets", "resolution": "quantisation"}
-        for key, word in parts.items():
+            cases["calibration alone"] = (ideal_wrench(robot, trajectory, calibration), drawn, quiet)
+        sources = {"noise": "noise", "drift": "drift", "offset": "offsets", "resolution": "quantisation"}
+        for key, word in sources.items():
             if getattr(robot.sensor, key):
-                alone = {other: 0.0 for other in parts if other != key}
-                own = replace(robot, sensor=robot.sensor.model_copy(update=alone))
-                levels = levels_of(own, unit_calibration(robot))
-                cases[f"{word} of the bridges alone"] = (ideal_wrench(own, found, None, noisy=True), drawn, levels)
+                alone = {k: 0.0 for k in sources if k != key}
+                robot_alone = replace(robot, sensor=robot.sensor.model_copy(update=alone))
+                levels = levels_of(robot_alone, unit_calibration(robot))
+                cases[f"{word} of the bridges alone"] = (
+                    ideal_wrench(robot_alone, trajectory, None, noisy=True),
+                    drawn,
+                    levels,
+                )
     rows = {"true wrench of the contacts": rms_of(true[keep])}
-    for number, (name, (wrench, p, levels)) in enumerate(cases.items()):
-        progress("errors", number / (len(cases) + 1))
-        contact = infer_tool(replace(one, wrench=wrench), p, levels, moving=True).contact
+    for n, (name, (wrench, p, levels)) in enumerate(cases.items()):
+        progress("errors", n / (len(cases) + 1))
+        contact = infer_tool(replace(samples, wrench=wrench), p, levels, moving=True).contact
         rows[f"error, {name}"] = rms_of((contact - true)[keep])
     rows["error, all of them"] = rms_of((inferred - true)[keep])
     rows["error, all of them, base taken as rigid"] = rms_of(
-        (infer_tool(one, known, one.levels, moving=False).contact - true)[keep]
+        (infer_tool(samples, parameters, samples.levels, moving=False).contact - true)[keep]
     )
-    raw = robot.load(one.times, known) - one.wrench
+    raw = robot.load(samples.times, parameters) - samples.wrench
     rows["error, all of them, base taken as rigid, not smoothed"] = rms_of((raw - true)[keep])
     return rows
 
 
-def ideal_wrench(robot: Robot, found: Any, calibration: Calibration | None, *, noisy: bool = False) -> np.ndarray:
+def ideal_wrench(robot: Robot, trajectory: Any, calibration: Calibration | None, *, noisy: bool = False) -> np.ndarray:
     """Return the wrench of the base on the stand of a run without noise, (s, 6), by a calibration or unit wrenches.
 
     Args:
         noisy: With what is left of the sensor's electronics.
     """
     if robot.sensor is None:
-        return robot.base.measured(found)  # type: ignore[arg-type]
-    signals = robot.signals(found)
+        return robot.base.measured(trajectory)  # type: ignore[arg-type]
+    signals = robot.signals(trajectory)
     if noisy:
-        signals = measured(signals, float(found.times[1] - found.times[0]), robot.sensor)
+        signals = measured(signals, float(trajectory.times[1] - trajectory.times[0]), robot.sensor)
     return -(calibration or unit_calibration(robot)).wrenches(signals)
 
 
 def rms_of(values: np.ndarray) -> tuple[float, float]:
     """Return the rms of force and moment."""
-    force, moment = (float(np.sqrt((part**2).sum(axis=1).mean())) for part in (values[:, :3], values[:, 3:]))
+    force, moment = (float(np.sqrt((v**2).sum(axis=1).mean())) for v in (values[:, :3], values[:, 3:]))
     return force, moment
 
 
-def tool_text(found: Tool) -> str:
+def tool_text(tool: Tool) -> str:
     """Return the table of errors and the file."""
     lines = []
-    if found.sources:
+    if tool.sources:
         lines.append(f"{'rms over the run, force N and moment N m about the base':62} {'force':>10} {'moment':>10}")
-        lines += [f"{name:62} {force:10.3f} {moment:10.4f}" for name, (force, moment) in found.sources.items()]
-    noise = ", ".join(f"{name} {value:.3g} {unit_of(name)}" for name, value in zip(WRENCH, found.levels, strict=True))
+        lines += [f"{name:62} {force:10.3f} {moment:10.4f}" for name, (force, moment) in tool.sources.items()]
+    noise = ", ".join(f"{name} {value:.3g} {unit_of(name)}" for name, value in zip(WRENCH, tool.levels, strict=True))
     lines.append(f"noise of a sample: {noise}")
-    lines.append(f"the wrench changes at random by {found.rates[0]:.3g} N and {found.rates[1]:.3g} N m in a √s")
-    return "\n".join([*lines, f"written: {found.path}, {len(found.times)} samples"])
+    lines.append(f"the wrench changes at random by {tool.rates[0]:.3g} N and {tool.rates[1]:.3g} N m in a √s")
+    return "\n".join([*lines, f"written: {tool.path}, {len(tool.times)} samples"])

@@ -42,7 +42,7 @@ def compliance_change(job: Any, name: str, joint: Clearance, depths: np.ndarray)
 
     The mesh and the modes of the bush are in the database.
     """
-    bearing, where = joint.bearing, f"joint.{name}.bearing"
+    bearing, key = joint.bearing, f"joint.{name}.bearing"
     assert bearing is not None
     assert bearing.component is not None
     assert bearing.interface is not None
@@ -51,7 +51,7 @@ def compliance_change(job: Any, name: str, joint: Clearance, depths: np.ndarray)
     across, radius = frame_along(joint.axes[1])[:, :2], joint.radius + joint.clearance
     off, nodes = cKDTree(mesh.nodes).query(face.points)
     if off.max() > ON_NODE * radius:
-        raise StageError(f"{job.path}: {where}.interface: a place of the bore is {off.max():.2g} m from its node")
+        raise StageError(f"{job.path}: {key}.interface: a place of the bore is {off.max():.2g} m from its node")
     model = component_model(mesh, component, f"component.{bearing.component}")
     out = face.points @ across
     angles = np.arctan2(out[:, 1], out[:, 0])
@@ -62,7 +62,7 @@ def compliance_change(job: Any, name: str, joint: Clearance, depths: np.ndarray)
     movement = moved_nodes(mesh.nodes @ across, radius, len(nodes), depths) @ across.T
     size = 4 * np.pi * radius / len(nodes)
     scale = min(1.0, STEP * size / float(np.abs(movement).max()))
-    ends = [component_model(replace(mesh, nodes=mesh.nodes + side * scale * movement), component, where).K
+    ends = [component_model(replace(mesh, nodes=mesh.nodes + side * scale * movement), component, key).K
             for side in (1, -1)]  # fmt: skip
     change = -shapes.T @ ((ends[0] - ends[1]) @ shapes) / (2 * scale)
     return float(np.abs(linalg.eigvalsh(0.5 * (change + change.T), forces.T @ shapes)).max())
@@ -82,32 +82,34 @@ def worn_profile(job: Any, name: str, joint: Clearance, depths: np.ndarray) -> d
     bearing = joint.bearing
     assert bearing is not None
     assert bearing.component is not None
-    part, mesh = job.scene.component[bearing.component], job.record(bearing.component, "mesh")
-    where, own = f"{job.path}: component.{bearing.component}", part.interface[bearing.interface].surface
-    surface = mesh.surfaces[own]
+    component, mesh = job.scene.component[bearing.component], job.record(bearing.component, "mesh")
+    key, surface_name = f"{job.path}: component.{bearing.component}", component.interface[bearing.interface].surface
+    surface = mesh.surfaces[surface_name]
     if surface.shape.get("kind") != "cylinder":
-        raise StageError(f"{where}: wear moves its surface '{own}', which is no cylinder; declare it in geometry")
+        raise StageError(
+            f"{key}: wear moves its surface '{surface_name}', which is no cylinder; declare it in geometry"
+        )
     nodes = mesh.nodes[np.unique(surface.facets)]
     _, around, heights = cylindrical(nodes, surface.shape)
     across = nodes @ frame_along(joint.axes[1])[:, :2]
     angles = np.arctan2(across[:, 1], across[:, 0])
     # Both count from axes of their own, perhaps in opposite directions: θ = ± φ + constant.
     turns = {sign: np.exp(1j * (angles - sign * around)).mean() for sign in (1.0, -1.0)}
-    sign = max(turns, key=lambda one: abs(turns[one]))
-    at = 2 * np.pi / len(depths) * np.arange(len(depths) + 1)
-    shape = CubicSpline(at, np.append(depths, depths[0]), bc_type="periodic")
+    sign = max(turns, key=lambda s: abs(turns[s]))
+    cell_angles = 2 * np.pi / len(depths) * np.arange(len(depths) + 1)
+    shape = CubicSpline(cell_angles, np.append(depths, depths[0]), bc_type="periodic")
     columns = np.linspace(-np.pi, np.pi, len(nodes) + 1)
     row = np.maximum(shape((sign * columns + np.angle(turns[sign])) % (2 * np.pi)), 0.0)
     row[-1] = row[0]
-    head = ["height [m]", *(f"{one:.12g}" for one in np.degrees(columns))]
+    head = ["height [m]", *(f"{x:.12g}" for x in np.degrees(columns))]
     ends = (heights.min() - FLAT, heights.max() + FLAT)
-    rows = [[f"{end:.12g}", *(f"{one:.15g}" for one in row)] for end in ends]
+    rows = [[f"{end:.12g}", *(f"{x:.15g}" for x in row)] for end in ends]
     with held(job.out):
         path = write_table(job.out, bearing.component, [head, *rows])
-    return {"update": "recompute", "profile": {"surface": own, "table": str(path.resolve()), "scale": 1.0}}
+    return {"update": "recompute", "profile": {"surface": surface_name, "table": str(path.resolve()), "scale": 1.0}}
 
 
-def moved_nodes(places: np.ndarray, radius: float, count: int, depths: np.ndarray) -> np.ndarray:
+def moved_nodes(positions: np.ndarray, radius: float, count: int, depths: np.ndarray) -> np.ndarray:
     """Return the movement of nodes at places across the axis (n, 2) by worn depths, (n, 2).
 
     Args:
@@ -115,9 +117,9 @@ def moved_nodes(places: np.ndarray, radius: float, count: int, depths: np.ndarra
         count: Number of its places, two to an element.
         depths: Of evenly spaced cells from angle zero [m].
     """
-    apart, angles = np.linalg.norm(places, axis=1), np.arctan2(places[:, 1], places[:, 0]) % (2 * np.pi)
+    distance, angles = np.linalg.norm(positions, axis=1), np.arctan2(positions[:, 1], positions[:, 0]) % (2 * np.pi)
     cells = np.arange(len(depths) + 1) * 2 * np.pi / len(depths)
     height = np.interp(angles, cells, np.append(depths, depths[0]))
-    reach = LAYERS * 4 * np.pi * radius / count
-    height *= np.clip(1 - (apart - radius) / reach, 0.0, 1.0)
-    return places / np.where(apart > 0, apart, 1.0)[:, None] * height[:, None]
+    depth_of_decay = LAYERS * 4 * np.pi * radius / count
+    height *= np.clip(1 - (distance - radius) / depth_of_decay, 0.0, 1.0)
+    return positions / np.where(distance > 0, distance, 1.0)[:, None] * height[:, None]

@@ -64,75 +64,75 @@ class Asked:
     """Largest difference over the clearance."""
 
 
-def run_cycles(scene: Worn, asked: Asked, tell: Told, kept: Callable[[History], None]) -> History:
+def run_cycles(scene: Worn, request: Asked, tell: Told, on_update: Callable[[History], None]) -> History:
     """Wear a scene's joints over cycles.
 
     Args:
-        kept: Called after each update, so that what is done is not lost.
+        on_update: Called after each update, so that what is done is not lost.
     """
-    found = History()
+    history = History()
     shapes, done, soft = scene.start(), 0.0, Soft()
     step: float | None = None
     try:
-        while done < asked.marks[-1]:
-            base = _run(scene, shapes, soft, found, _share(tell, done / asked.marks[-1]))
-            found.first, found.last = found.first or base, base
+        while done < request.marks[-1]:
+            base = _run(scene, shapes, soft, history, _share(tell, done / request.marks[-1]))
+            history.first, history.last = history.first or base, base
             soft = base.soft
-            step = _first(scene, base, asked) if step is None else step
-            done, shapes, step = _update(scene, (done, shapes, step), base, asked, found, tell)
-            if done in asked.marks:
-                found.marks[done] = shapes
-            kept(found)
-            if found.reason is not None:
-                return found
-        found.last = _run(scene, shapes, soft, found, _share(tell, 1.0))
+            step = _first(scene, base, request) if step is None else step
+            done, shapes, step = _update(scene, (done, shapes, step), base, request, history, tell)
+            if done in request.marks:
+                history.marks[done] = shapes
+            on_update(history)
+            if history.reason is not None:
+                return history
+        history.last = _run(scene, shapes, soft, history, _share(tell, 1.0))
     except Ended as ended:
-        found.reason = f"after {done:g} cycles the run failed: {ended}"
-    return found
+        history.reason = f"after {done:g} cycles the run failed: {ended}"
+    return history
 
 
 def _update(
-    scene: Worn, at: tuple[float, Shapes, float], base: Cycle, asked: Asked, found: History, tell: Told
+    scene: Worn, state: tuple[float, Shapes, float], base: Cycle, request: Asked, history: History, tell: Told
 ) -> tuple[float, Shapes, float]:
-    """Return cycles and shapes after the first update from `at` that keeps the tolerance, and the next step."""
-    done, shapes, step = at
-    mark = next(one for one in asked.marks if one > done)
+    """Return cycles and shapes after the first update from `state` that keeps the tolerance, and the next step."""
+    done, shapes, step = state
+    mark = next(m for m in request.marks if m > done)
     while True:
         size = max(FEWEST, min(step, (mark - done) / 2))
         middle = _worn(shapes, base.rate, size)
         if (reason := _through(scene, middle)) is not None:
-            found.reason = f"before {done + size:g} cycles {reason}"
+            history.reason = f"before {done + size:g} cycles {reason}"
             return done, shapes, step
-        mean = _run(scene, middle, base.soft, found, _share(tell, done / asked.marks[-1]))
+        mean = _run(scene, middle, base.soft, history, _share(tell, done / request.marks[-1]))
         difference = max(
             float(size * np.abs(mean.rate[name] - base.rate[name]).max()) / scale
             for name, scale in scene.scales().items()
         )
-        ratio = float(np.clip(SAFETY * np.sqrt(asked.tolerance / max(difference, 1e-300)), LEAST, MOST))
-        if difference <= asked.tolerance or size <= FEWEST:
+        ratio = float(np.clip(SAFETY * np.sqrt(request.tolerance / max(difference, 1e-300)), LEAST, MOST))
+        if difference <= request.tolerance or size <= FEWEST:
             break
-        found.rejected += 1
+        history.rejected += 1
         step = size * min(ratio, 0.7)
-    found.coarse += difference > asked.tolerance
+    history.coarse += difference > request.tolerance
     end = _worn(middle, mean.rate, size)
     if (reason := _through(scene, end)) is not None:
-        found.reason = f"before {done + 2 * size:g} cycles {reason}"
+        history.reason = f"before {done + 2 * size:g} cycles {reason}"
         return done, shapes, step
     cycles = mark if mark - done <= 2 * size * (1 + 1e-9) else done + 2 * size
-    found.updates.append(Update(cycles, end, cycles - done, difference, base, mean))
+    history.updates.append(Update(cycles, end, cycles - done, difference, base, mean))
     # A step that a mark cut short says little of the next one.
     return cycles, end, max(size * ratio, step if size < step else 0.0)
 
 
-def _run(scene: Worn, shapes: Shapes, soft: Soft, found: History, tell: Told) -> Cycle:
-    found.runs += 1
+def _run(scene: Worn, shapes: Shapes, soft: Soft, history: History, tell: Told) -> Cycle:
+    history.runs += 1
     return scene.cycle(shapes, soft, tell)
 
 
-def _first(scene: Worn, base: Cycle, asked: Asked) -> float:
+def _first(scene: Worn, base: Cycle, request: Asked) -> float:
     """Return the first step: it wears off as much as the tolerance of the difference."""
     rate = max(float(base.rate[name].max()) / scale for name, scale in scene.scales().items())
-    return max(FEWEST, asked.tolerance / rate) if rate > 0 else np.inf
+    return max(FEWEST, request.tolerance / rate) if rate > 0 else np.inf
 
 
 def _worn(shapes: Shapes, rate: Shapes, cycles: float) -> Shapes:
@@ -148,5 +148,5 @@ def _through(scene: Worn, shapes: Shapes) -> str | None:
     return None
 
 
-def _share(tell: Told, share: float) -> Any:
-    return lambda stage, part: tell("wear", min(share, 1.0))
+def _share(tell: Told, fraction: float) -> Any:
+    return lambda stage, stage_fraction: tell("wear", min(fraction, 1.0))

@@ -42,13 +42,13 @@ def draw(path: Path, shown: Shown) -> None:
 
 
 def _figure(shown: Shown) -> Figure:
-    last = max((*shown.marks, *(one[0] for one in shown.course)))
+    cycles = max((*shown.marks, *(c[0] for c in shown.course)))
     subtitle = (
-        f"{shown.scene}, joint {shown.joint}  ·  {last:g} cycles; angles about the bearing's axis, on the bearing"
+        f"{shown.scene}, joint {shown.joint}  ·  {cycles:g} cycles; angles about the bearing's axis, on the bearing"
     )
     figure = style.new_figure("Wear of a joint with clearance", subtitle, height=HEIGHT, width=WIDTH)
     grid = figure.add_gridspec(2, 2, left=0.09, right=0.93, bottom=0.07, top=0.85, hspace=0.34, wspace=0.26)
-    labels = ("unworn" if not shown.start.any() else "at the start", f"after {last:g} cycles")
+    labels = ("unworn" if not shown.start.any() else "at the start", f"after {cycles:g} cycles")
     _orbit(figure.add_subplot(grid[0, 0]), shown, labels)
     _force(figure.add_subplot(grid[0, 1], projection="polar"), shown, labels)
     _depth(figure.add_subplot(grid[1, 0]), shown)
@@ -62,8 +62,8 @@ def _orbit(axes: Axes, shown: Shown, labels: Sequence[str]) -> None:
     turn = np.linspace(0, 2 * np.pi, shown.start.shape[2] + 1)
     shapes = [shown.start[0, 0], list(shown.marks.values())[-1][0, 0] if shown.marks else shown.start[0, 0]]
     for (orbit, _), label, colour, shape in zip(shown.ends, labels, COLOURS, shapes, strict=False):
-        reach = factor * (shown.clearance + np.append(shape, shape[0]))
-        axes.plot(reach * np.cos(turn), reach * np.sin(turn), color=colour, lw=1.0, ls="--")
+        radius = factor * (shown.clearance + np.append(shape, shape[0]))
+        axes.plot(radius * np.cos(turn), radius * np.sin(turn), color=colour, lw=1.0, ls="--")
         axes.plot(*(factor * orbit.T), color=colour, lw=0.6, alpha=0.75, label=label)
         axes.plot(*(factor * orbit[-1:].T), "o", color=colour, ms=3)
     axes.set_aspect("equal", adjustable="datalim")
@@ -74,8 +74,8 @@ def _orbit(axes: Axes, shown: Shown, labels: Sequence[str]) -> None:
 
 def _force(axes: Axes, shown: Shown, labels: Sequence[str]) -> None:
     """Draw the mean force on the bearing per angle."""
-    most = max(float(force.max()) for _, force in shown.ends)
-    factor, unit = style.prefixed(most, "N")
+    largest = max(float(force.max()) for _, force in shown.ends)
+    factor, unit = style.prefixed(largest, "N")
     for (_, force), label, colour in zip(shown.ends, labels, COLOURS, strict=False):
         turn = np.linspace(0, 2 * np.pi, len(force) + 1)
         axes.plot(turn, factor * np.append(force, force[0]), color=colour, lw=1.2, label=label)
@@ -88,11 +88,11 @@ def _force(axes: Axes, shown: Shown, labels: Sequence[str]) -> None:
 def _depth(axes: Axes, shown: Shown) -> None:
     """Draw the depth over the angle after some cycles, of all sections, bearing and journal."""
     shapes = {0.0: shown.start} | dict(shown.marks) if shown.start.any() else dict(shown.marks)
-    most = max((float(shape.max()) for shape in shapes.values()), default=0.0)
-    if most <= 0:
+    largest = max((float(shape.max()) for shape in shapes.values()), default=0.0)
+    if largest <= 0:
         axes.set_axis_off()
         return
-    factor, unit = style.prefixed(most, "m")
+    factor, unit = style.prefixed(largest, "m")
     for (cycles, shape), colour in zip(shapes.items(), COLOURS, strict=False):
         angles = np.linspace(0, 360, shape.shape[2] + 1)
         for section, sides in enumerate(shape):
@@ -111,7 +111,7 @@ def _depth(axes: Axes, shown: Shown) -> None:
 
 def _course(axes: Axes, shown: "Shown | WornSurface") -> None:
     """Draw the largest depth over the cycles, and the difference of each update."""
-    cycles, depths, differences = (np.array(one) for one in zip(*shown.course, strict=True))
+    cycles, depths, differences = (np.array(column) for column in zip(*shown.course, strict=True))
     factor, unit = style.prefixed(float(depths.max()), "m")
     axes.plot(cycles, factor * depths, "o-", color=style.BLUE, ms=3.5, lw=1.2, label="largest depth")
     axes.set_xlabel("cycles")
@@ -150,10 +150,10 @@ def draw_surface(path: Path, shown: WornSurface) -> None:
 
 def _surface(shown: WornSurface) -> Figure:
     count = 2 if shown.against is None else 3
-    last = shown.course[-1][0]
+    cycles = shown.course[-1][0]
     figure = style.new_figure(
         "Wear of a contact",
-        f"{shown.scene}, contact {shown.contact}  ·  {last:g} cycles",
+        f"{shown.scene}, contact {shown.contact}  ·  {cycles:g} cycles",
         height=900,
         width=750 * count,
     )

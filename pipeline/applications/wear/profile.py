@@ -27,33 +27,35 @@ class WornProfile:
     """Writes profile tables of a worn component."""
 
     def __init__(
-        self, job: Any, component: str, surface: str, places: Mapping[str, np.ndarray], *,
+        self, job: Any, component: str, surface: str, positions: Mapping[str, np.ndarray], *,
         spacing: float, radius: float, span: tuple[float, float],
     ) -> None:  # fmt: skip
         """Take the unworn profile of a component.
 
         Args:
-            places: Angle [rad] and height [m] of the points of each contact, (c, 2).
+            positions: Angle [rad] and height [m] of the points of each contact, (c, 2).
             spacing: Of contact points [m].
             radius: Of the cylinder [m].
             span: Lowest and highest node of the surface [m].
         """
         self.surface, self.component = surface, component
-        self._places = {name: np.column_stack([radius * one[:, 0], one[:, 1]]) for name, one in places.items()}
+        self._places = {name: np.column_stack([radius * p[:, 0], p[:, 1]]) for name, p in positions.items()}
         self._spacing, self._turn = spacing, 2 * np.pi * radius
-        given = deviation_of(job.scene.component[component], job.folder, component)
-        base = 0.0 if given is None else given[1]
+        deviation = deviation_of(job.scene.component[component], job.folder, component)
+        base = 0.0 if deviation is None else deviation[1]
         step = spacing / FINER
-        rows, columns = (min(MOST, max(5, int(np.ceil(one / step)) + 1)) for one in (span[1] - span[0], self._turn))
-        own = base if isinstance(base, ProfileTable) else None
-        self._heights = _lines(np.linspace(*span, rows), None if own is None else own.heights, span)
-        turns = None if own is None or len(own.angles) == 1 else np.mod(own.angles + np.pi, 2 * np.pi) - np.pi
+        rows, columns = (
+            min(MOST, max(5, int(np.ceil(length / step)) + 1)) for length in (span[1] - span[0], self._turn)
+        )
+        table = base if isinstance(base, ProfileTable) else None
+        self._heights = _lines(np.linspace(*span, rows), None if table is None else table.heights, span)
+        turns = None if table is None or len(table.angles) == 1 else np.mod(table.angles + np.pi, 2 * np.pi) - np.pi
         self._angles = _lines(np.linspace(-np.pi, np.pi, columns), turns, (-np.pi, np.pi))
         grid = np.meshgrid(self._heights, self._angles, indexing="ij")
-        found = (
+        heights = (
             base(grid[0].ravel(), grid[1].ravel()) if isinstance(base, ProfileTable) else np.full(grid[0].size, base)
         )
-        self._unworn = np.asarray(found).reshape(grid[0].shape)
+        self._unworn = np.asarray(heights).reshape(grid[0].shape)
         self._at = np.column_stack([radius * grid[1].ravel(), grid[0].ravel()])
         self._radius = radius
         self.mismatch = 0.0
@@ -71,44 +73,44 @@ class WornProfile:
     def worn(self, depths: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the worn depth on the grid [m], (h, a), whose spline has `depths` at the contact points."""
         total = np.zeros(self._unworn.shape)
-        for name, wanted in depths.items():
-            if not wanted.any():
+        for name, target in depths.items():
+            if not target.any():
                 continue
-            places, left = self._places[name], wanted.copy()
-            found = np.zeros(total.shape)
+            positions, residual = self._places[name], target.copy()
+            worn = np.zeros(total.shape)
             for _ in range(PASSES):
-                found = np.maximum(found + self._spread(places, left).reshape(total.shape), 0.0)
-                table = ProfileTable(self._heights, self._angles, found, "worn depths")
-                left = wanted - table(places[:, 1], places[:, 0] / self._radius)
-            self.mismatch = max(self.mismatch, float(np.abs(left).max() / wanted.max()))
-            total += found
+                worn = np.maximum(worn + self._spread(positions, residual).reshape(total.shape), 0.0)
+                table = ProfileTable(self._heights, self._angles, worn, "worn depths")
+                residual = target - table(positions[:, 1], positions[:, 0] / self._radius)
+            self.mismatch = max(self.mismatch, float(np.abs(residual).max() / target.max()))
+            total += worn
         return total
 
-    def _spread(self, places: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def _spread(self, positions: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Interpolate values at places on the unrolled cylinder (c, 2) on the grid, zero two spacings beside them."""
         from scipy.interpolate import LinearNDInterpolator
         from scipy.spatial import KDTree
 
-        found = np.zeros(len(self._at))
-        around = np.concatenate([places + np.array([n * self._turn, 0.0]) for n in (-1, 0, 1)])
-        far, near = KDTree(around).query(self._at)
+        spread = np.zeros(len(self._at))
+        around = np.concatenate([positions + np.array([n * self._turn, 0.0]) for n in (-1, 0, 1)])
+        far, nearest = KDTree(around).query(self._at)
         close = far < 2 * self._spacing
-        inside = LinearNDInterpolator(around, np.tile(values, 3))(self._at[close])
+        interpolated = LinearNDInterpolator(around, np.tile(values, 3))(self._at[close])
         fade = np.clip(2 - far[close] / self._spacing, 0.0, 1.0)
-        beside = np.tile(values, 3)[near[close]]
-        found[close] = fade * np.where(np.isnan(inside), beside, inside)
-        return found
+        beside = np.tile(values, 3)[nearest[close]]
+        spread[close] = fade * np.where(np.isnan(interpolated), beside, interpolated)
+        return spread
 
 
-def _lines(even: np.ndarray, own: np.ndarray | None, span: tuple[float, float]) -> np.ndarray:
+def _lines(even: np.ndarray, table_lines: np.ndarray | None, span: tuple[float, float]) -> np.ndarray:
     """Return evenly spaced lines of a grid with those of the scene's own table among them, ascending."""
     low, high = span
-    both = even if own is None else np.concatenate([even, np.clip(own, low, high)])
+    both = even if table_lines is None else np.concatenate([even, np.clip(table_lines, low, high)])
     ordered = np.unique(both)
-    apart = np.diff(ordered, prepend=-np.inf) > APART * (high - low)
-    kept = ordered[apart]
-    kept[0], kept[-1] = low, high
-    return kept
+    separate = np.diff(ordered, prepend=-np.inf) > APART * (high - low)
+    lines = ordered[separate]
+    lines[0], lines[-1] = low, high
+    return lines
 
 
 def write_table(out: Path, component: str, rows: list[list[str]], name: str | None = None) -> Path:

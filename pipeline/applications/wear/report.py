@@ -39,11 +39,11 @@ class WearReport:
     reason: str | None
 
 
-def marks_of(cycles: float, at: list[float]) -> list[float]:
+def marks_of(cycles: float, requested: list[float]) -> list[float]:
     """Return the numbers of cycles after which shapes are written, the last one included, ascending."""
     powers = [10.0**k for k in range(int(np.log10(cycles)) + 1)] if cycles >= 1 else []
-    chosen = at or [one for one in powers if one > 1]
-    if beyond := [one for one in chosen if not 0 < one <= cycles]:
+    chosen = requested or [c for c in powers if c > 1]
+    if beyond := [c for c in chosen if not 0 < c <= cycles]:
         raise InputError(f"--at {beyond[0]:g}: given; allowed: numbers of cycles above 0, up to --cycles {cycles:g}")
     return sorted({*chosen, cycles})
 
@@ -66,7 +66,7 @@ class Told:
     """Further entries of the document."""
 
 
-def run_wear(job: Any, asked: Asked, period: float | None, tell: Progress) -> WearReport:
+def run_wear(job: Any, request: Asked, period: float | None, tell: Progress) -> WearReport:
     """Wear the joints or the contacts of a scene over cycles, and write table, document and pictures.
 
     Args:
@@ -80,16 +80,16 @@ def run_wear(job: Any, asked: Asked, period: float | None, tell: Progress) -> We
         scene: Wearing | Surfaces = surfaces(job, asked_period(job, contacts, period), tell)
     else:
         scene = wearing(job, period)
-    told = _told(scene)
+    writing = _told(scene)
 
-    def kept(history: History) -> None:
+    def write(history: History) -> None:
         with held(job.out):
-            _write(scene, told, asked, history)
+            _write(scene, writing, request, history)
 
-    history = run_cycles(scene, asked, tell, kept)
+    history = run_cycles(scene, request, tell, write)
     with held(job.out):
-        document, files = _write(scene, told, asked, history)
-        files += told.pictures(history)
+        document, files = _write(scene, writing, request, history)
+        files += writing.pictures(history)
     return WearReport(document, job.out, files, history.reason)
 
 
@@ -110,48 +110,50 @@ def _told(scene: Wearing | Surfaces) -> Told:
 def _bushes(scene: Wearing) -> dict[str, Any]:
     """Return how often the compliance of each bush was kept or computed again, by joint."""
     names = sorted(scene.estimates | scene.recomputed)
-    found = {n: {"estimate": scene.estimates.get(n, 0.0), "recomputed": scene.recomputed.get(n, 0)} for n in names}
-    return {"bushes": found} if found else {}
+    bushes = {n: {"estimate": scene.estimates.get(n, 0.0), "recomputed": scene.recomputed.get(n, 0)} for n in names}
+    return {"bushes": bushes} if bushes else {}
 
 
-def _write(scene: Wearing | Surfaces, told: Told, asked: Asked, history: History) -> tuple[dict[str, Any], list[str]]:
+def _write(
+    scene: Wearing | Surfaces, writing: Told, request: Asked, history: History
+) -> tuple[dict[str, Any], list[str]]:
     """Write document and table of what is done so far."""
     marks = dict(history.marks)
     if history.updates:
         marks.setdefault(history.updates[-1].cycles, history.updates[-1].shapes)
     updates = [
-        {"cycles": one.cycles, "step": one.step, "difference": one.difference}
-        | {told.owners: told.sizes(one.shapes)}
-        | {"quantities": one.mean.quantities}
-        for one in history.updates
+        {"cycles": u.cycles, "step": u.step, "difference": u.difference}
+        | {writing.owners: writing.sizes(u.shapes)}
+        | {"quantities": u.mean.quantities}
+        for u in history.updates
     ]
     document = {
         "scene": scene.job.name, "set": list(scene.job.overrides), "period": scene.period,
-        "cycles": history.updates[-1].cycles if history.updates else 0.0, "asked": list(asked.marks),
-        "tolerance": asked.tolerance, "runs": history.runs, "rejected": history.rejected, "coarse": history.coarse,
-        "simulated_cycles": history.runs * (scene.job.scene.run.duration - told.after) / scene.period,
+        "cycles": history.updates[-1].cycles if history.updates else 0.0, "asked": list(request.marks),
+        "tolerance": request.tolerance, "runs": history.runs, "rejected": history.rejected, "coarse": history.coarse,
+        "simulated_cycles": history.runs * (scene.job.scene.run.duration - writing.after) / scene.period,
         "first": {} if history.first is None else history.first.quantities,
         "last": {} if history.last is None else history.last.quantities,
         "reason": history.reason, "updates": updates,
         "depths": {f"{cycles:.{DIGITS}g}": {name: shape.tolist() for name, shape in shapes.items()}
                    for cycles, shapes in sorted(marks.items())},
-    } | told.more()  # fmt: skip
+    } | writing.more()  # fmt: skip
     write_sealed(scene.job.out / DOCUMENT, document)
-    write_text(scene.job.out / TABLE, csv_text(told.rows(marks)))
+    write_text(scene.job.out / TABLE, csv_text(writing.rows(marks)))
     return document, [DOCUMENT, TABLE]
 
 
 def _sizes(scene: Wearing, name: str, shapes: Shapes) -> dict[str, Any]:
     """Return volume, largest depth and its angle of bearing and journal of a joint."""
-    found, areas = {}, scene.joints[name].worn_areas()
+    sizes, areas = {}, scene.joints[name].worn_areas()
     for side, which in enumerate(SIDES):
         depths = shapes[name][:, side]
         section, cell = np.unravel_index(int(depths.argmax()), depths.shape)
-        found[which] = {
+        sizes[which] = {
             "volume": float(depths.sum()) * areas[side], "depth": float(depths.max()),
             "angle": float(cell) * scene.wear(name).step, "section": int(section),
         }  # fmt: skip
-    return found
+    return sizes
 
 
 def _rows(scene: Wearing, marks: dict[float, Shapes]) -> list[list[str]]:
@@ -167,8 +169,8 @@ def _rows(scene: Wearing, marks: dict[float, Shapes]) -> list[list[str]]:
                     if which == "bearing" or depths.any():
                         head = f"{name}.{which}{end} after {cycles:.{DIGITS}g} cycles [m]"
                         columns.append((head, [f"{depth:.{DIGITS}g}" for depth in depths]))
-    most = max(len(values) for _, values in columns)
-    filled = [values + [""] * (most - len(values)) for _, values in columns]
+    longest = max(len(values) for _, values in columns)
+    filled = [values + [""] * (longest - len(values)) for _, values in columns]
     return [[head for head, _ in columns], *map(list, zip(*filled, strict=True))]
 
 
@@ -180,11 +182,11 @@ def _pictures(scene: Wearing, history: History) -> list[str]:
 
     names = []
     for name in scene.joints:
-        ends = [_shown(scene, name, one) for one in (history.first, history.last) if one is not None]
+        ends = [_shown(scene, name, c) for c in (history.first, history.last) if c is not None]
         shown = picture.Shown(
             scene.job.name, name, scene.joints[name].clearance, ends, start=scene.start()[name],
             marks={cycles: shapes[name] for cycles, shapes in sorted(history.marks.items())},
-            course=[(one.cycles, float(one.shapes[name].max()), one.difference) for one in history.updates],
+            course=[(u.cycles, float(u.shapes[name].max()), u.difference) for u in history.updates],
         )  # fmt: skip
         names.append(PICTURE.format(name))
         picture.draw(scene.job.out / names[-1], shown)
@@ -193,11 +195,11 @@ def _pictures(scene: Wearing, history: History) -> list[str]:
 
 def _shown(scene: Wearing, name: str, cycle: Cycle) -> tuple[np.ndarray, np.ndarray]:
     """Return the orbit of a joint's first section (s, 2) [m] and its mean force over the angle [N/rad], (cells,)."""
-    found = scene.job.store.get(cycle.key, "trajectory", only=["counts", "times", "probes"])
+    trajectory = scene.job.store.get(cycle.key, "trajectory", only=["counts", "times", "probes"])
     wear = scene.wear(name)
-    time = float(found.times[-1]) - wear.after
-    force = np.array(found.counts[WEAR][name]["impulse"][0]) / (time * wear.step)
-    return found.probes[f"{name}.orbit"].values[found.times >= wear.after, :2], force
+    time = float(trajectory.times[-1]) - wear.after
+    force = np.array(trajectory.counts[WEAR][name]["impulse"][0]) / (time * wear.step)
+    return trajectory.probes[f"{name}.orbit"].values[trajectory.times >= wear.after, :2], force
 
 
 def wear_text(report: WearReport) -> str:
@@ -205,30 +207,30 @@ def wear_text(report: WearReport) -> str:
     document = report.document
     owner = "contacts" if "components" in document else "joints"
     lines = [f"{'cycles':>10} {'difference':>11}   {owner[:-1]:10} side     volume        depth         at"]
-    for one in document["updates"]:
-        for name, sides in one[owner].items():
+    for update in document["updates"]:
+        for name, sides in update[owner].items():
             for which, size in sides.items():
                 if size["volume"]:
                     lines.append(
-                        f"{one['cycles']:10.6g} {one['difference']:10.2%}   {name:10} {which:8}"
+                        f"{update['cycles']:10.6g} {update['difference']:10.2%}   {name:10} {which:8}"
                         f" {size['volume'] * 1e9:.5g} mm³  {size['depth'] * 1e6:.5g} µm"
                         f"  {np.degrees(size['angle']):.4g}°"
                         + (f", {size['height'] * 1e3:.4g} mm" if "height" in size else "")
                     )
     cycles, simulated_cycles = document["cycles"], document["simulated_cycles"]
     runs = f"{document['runs']} runs, {simulated_cycles:.6g} cycles simulated"
-    more = f", {cycles:.6g} by extrapolation from them" if cycles > simulated_cycles else ""
-    lines.append(f"{runs}{more}; {document['rejected']} steps repeated with fewer cycles")
-    for name, one in document.get("components", {}).items():
+    extrapolated = f", {cycles:.6g} by extrapolation from them" if cycles > simulated_cycles else ""
+    lines.append(f"{runs}{extrapolated}; {document['rejected']} steps repeated with fewer cycles")
+    for name, component in document.get("components", {}).items():
         lines.append(
-            f"component {name}: modes computed again for {one['recomputed']} runs; else they are kept, estimated change"
-            f" of frequencies or compliance up to {one['estimate']:.2%}; the moved surface has the worn depths to"
-            f" {one['mismatch']:.2%} of the largest"
+            f"component {name}: modes computed again for {component['recomputed']} runs; else they are kept, estimated"
+            f" change of frequencies or compliance up to {component['estimate']:.2%}; the moved surface has the worn"
+            f" depths to {component['mismatch']:.2%} of the largest"
         )
-    for name, one in document.get("bushes", {}).items():
+    for name, bush in document.get("bushes", {}).items():
         lines.append(
-            f"joint {name}: modes of its bush computed again for {one['recomputed']} runs; else they are kept, wear is"
-            f" estimated to change its compliance by up to {one['estimate']:.2%}"
+            f"joint {name}: modes of its bush computed again for {bush['recomputed']} runs; else they are kept, wear is"
+            f" estimated to change its compliance by up to {bush['estimate']:.2%}"
         )
     if document["coarse"]:
         lines.append(
@@ -241,4 +243,4 @@ def wear_text(report: WearReport) -> str:
 
 def wear_json(report: WearReport) -> str:
     """Return the document, without depths over the angle, which `wear.csv` has."""
-    return json.dumps({key: one for key, one in report.document.items() if key != "depths"}, indent=1)
+    return json.dumps({key: v for key, v in report.document.items() if key != "depths"}, indent=1)

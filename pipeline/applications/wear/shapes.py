@@ -44,21 +44,21 @@ class Wearing:
 
     def wear(self, name: str) -> JournalWear:
         """Return the table `wear` of a joint."""
-        found = self.joints[name].wear
-        assert found is not None
-        return found
+        wear = self.joints[name].wear
+        assert wear is not None
+        return wear
 
     def start(self) -> Shapes:
         """Return the shapes that the scene gives; others are zero."""
-        found = {}
+        shapes = {}
         for name, joint in self.joints.items():
             wear = self.wear(name)
             shape = np.zeros((len(joint.sections), len(SIDES), wear.cells))
             for side, rows in enumerate((wear.bearing_depth, wear.journal_depth)):
                 for section, row in enumerate(rows):
                     shape[section, side] = wear.on_cells(row)
-            found[name] = shape
-        return found
+            shapes[name] = shape
+        return shapes
 
     def scales(self) -> dict[str, float]:
         """Return the clearances [m]."""
@@ -80,24 +80,24 @@ class Wearing:
         Raises:
             Ended: such a component is the bearing of several joints.
         """
-        found = {}
+        changes = {}
         for name, joint in self.joints.items():
-            part = None if joint.bearing is None else joint.bearing.component
-            if part is None or not shapes[name][0, 0].any():
+            component = None if joint.bearing is None else joint.bearing.component
+            if component is None or not shapes[name][0, 0].any():
                 continue
             solve_records(self.job, "morph", tell)
             change = compliance_change(self.job, name, joint, shapes[name][0, 0])
-            if change > self.job.scene.component[part].change.tolerance:
-                if [*self.job.scene.bearings().values()].count(part) > 1:
+            if change > self.job.scene.component[component].change.tolerance:
+                if [*self.job.scene.bearings().values()].count(component) > 1:
                     raise Ended(
-                        f"wear changes the compliance of component '{part}' by an estimated {change:.2%}, and it is the"
-                        " bearing of several joints; give each joint a component of its own"
+                        f"wear changes the compliance of component '{component}' by an estimated {change:.2%}, and it"
+                        " is the bearing of several joints; give each joint a component of its own"
                     )
-                found[part] = worn_profile(self.job, name, joint, shapes[name][0, 0])
+                changes[component] = worn_profile(self.job, name, joint, shapes[name][0, 0])
                 self.recomputed[name] = self.recomputed.get(name, 0) + 1
             else:
                 self.estimates[name] = max(self.estimates.get(name, 0.0), change)
-        return found
+        return changes
 
     def deepest(self, name: str) -> tuple[float, str]:
         """Return the depth at which wear ends, and why."""
@@ -154,14 +154,14 @@ def wearing(job: Any, period: float | None) -> Wearing:
     """
     scene = getattr(job, "scene", None)
     hinges = scene.hinges() if scene is not None and hasattr(scene, "hinges") else {}
-    joints = {n: one for n, one in hinges.items() if isinstance(one, Clearance) and one.wear is not None}
+    joints = {n: h for n, h in hinges.items() if isinstance(h, Clearance) and h.wear is not None}
     if not joints:
         raise InputError(
             f"{job.path}: wear: no joint of the scene wears, and no contact; give a joint of kind 'clearance' a table"
             " [joint.NAME.wear], or a contact a table [contact.NAME.wear]"
         )
     cycle = asked_period(job, joints, period)
-    if not any(one.wear.coefficient or one.wear.journal_coefficient for one in joints.values() if one.wear):
+    if not any(j.wear.coefficient or j.wear.journal_coefficient for j in joints.values() if j.wear):
         raise InputError(f"{job.path}: wear: all coefficients of wear are zero; nothing wears")
     return Wearing(job, joints, cycle)
 
@@ -173,7 +173,7 @@ def asked_period(job: Any, worn: Mapping[str, Any], period: float | None) -> flo
         InputError: a cycle is longer than the time of the run in which wear counts.
     """
     owner = "joint" if isinstance(next(iter(worn.values())), Clearance) else "contact"
-    duration, latest = job.scene.run.duration, max(one.wear.after for one in worn.values())
+    duration, latest = job.scene.run.duration, max(w.wear.after for w in worn.values())
     if latest >= duration:
         raise InputError(
             f"{job.path}: {owner}.NAME.wear.after: {latest:g} s given, but the run ends at run.duration ="
@@ -193,21 +193,21 @@ def _cycle(scene: Wearing, shapes: Shapes, soft: Soft, tell: Progress, bushes: d
     if report.reason is not None:
         raise Ended(report.reason)
     key = job.trajectory().key
-    found = scene.job.store.get(key, "trajectory", only=["counts", "quantities"])
+    trajectory = scene.job.store.get(key, "trajectory", only=["counts", "quantities"])
     rates, softs = {}, {}
     for name, joint in scene.joints.items():
         wear, areas = scene.wear(name), joint.worn_areas()
         cycles = (job.scene.run.duration - wear.after) / scene.period
-        per = [one / wear.hardness / areas[side] / cycles
-               for side, one in enumerate((wear.coefficient, wear.journal_coefficient))]  # fmt: skip
-        sums = [np.array(found.counts[WEAR][name][one]) * per[side] for side, one in enumerate(SUMS)]
+        per = [coefficient / wear.hardness / areas[side] / cycles
+               for side, coefficient in enumerate((wear.coefficient, wear.journal_coefficient))]  # fmt: skip
+        sums = [np.array(trajectory.counts[WEAR][name][term]) * per[side] for side, term in enumerate(SUMS)]
         rates[name] = np.maximum(np.stack(sums, axis=1), 0.0)
-        mean = found.quantities.get(f"{name}.rubbed_indentation")
+        mean = trajectory.quantities.get(f"{name}.rubbed_indentation")
         if wear.indentation is not None:
             softs[name] = wear.indentation
         elif mean is not None and mean["value"] > 0:
             softs[name] = mean["value"]
-    numbers = {name: one["value"] for name, one in found.quantities.items() if name.partition(".")[0] in scene.joints}
+    numbers = {name: q["value"] for name, q in trajectory.quantities.items() if name.partition(".")[0] in scene.joints}
     return Cycle(rates, softs, numbers, key)
 
 
@@ -217,8 +217,8 @@ def worn_job(scene: Wearing, shapes: Shapes, soft: Soft, bushes: Mapping[str, An
     Args:
         bushes: The `change` of components whose modes are computed again.
     """
-    place = scene.job.place()
-    joints = dict(place.tables["joint"])
+    scene_place = scene.job.place()
+    joints = dict(scene_place.tables["joint"])
     for name, shape in shapes.items():
         worn = dict(joints[name]["wear"])
         for side, key in enumerate(SIDES):
@@ -229,8 +229,10 @@ def worn_job(scene: Wearing, shapes: Shapes, soft: Soft, bushes: Mapping[str, An
         if name in soft and shape.any():
             worn["indentation"] = soft[name]
         joints[name] = joints[name] | {"wear": worn}
-    tables = merged(place.tables, {"component": {part: {"change": one} for part, one in bushes.items()}})
+    tables = merged(
+        scene_place.tables, {"component": {component: {"change": change} for component, change in bushes.items()}}
+    )
     try:
-        return place.kind.open(replace(place, tables=tables | {"joint": joints}))
+        return scene_place.kind.open(replace(scene_place, tables=tables | {"joint": joints}))
     except InputError as error:  # The scene itself is sound: a shape has left the model.
         raise StageError(str(error)) from error

@@ -74,13 +74,13 @@ class Surfaces:
     @property
     def after(self) -> float:
         """Time from which all wear counts [s]."""
-        return max(one.wear.after for one in self.rubbed.values())
+        return max(s.wear.after for s in self.rubbed.values())
 
     def start(self) -> Shapes:
         """Return the unworn surfaces: depth of points (1, 1, c), and of functions of traction spaces (1, 1, F)."""
-        shapes = {name: np.zeros((1, 1, len(one.points))) for name, one in self.rubbed.items()}
-        spaces = {name: one for name, one in self.rubbed.items() if one.space is not None}
-        return shapes | {name + AGAINST: np.zeros((1, 1, one.space.size)) for name, one in spaces.items()}
+        shapes = {name: np.zeros((1, 1, len(s.points))) for name, s in self.rubbed.items()}
+        spaces = {name: s for name, s in self.rubbed.items() if s.space is not None}
+        return shapes | {name + AGAINST: np.zeros((1, 1, s.space.size)) for name, s in spaces.items()}
 
     def scales(self) -> dict[str, float]:
         """Return the clearances [m]."""
@@ -88,14 +88,17 @@ class Surfaces:
 
     def deepest(self, name: str) -> tuple[float, str]:
         """Return the depth at which wear ends, and why."""
-        one = self.rubbed[name.removesuffix(AGAINST)]
-        bound, what = DEEPEST * one.radius, name.replace(AGAINST, "', what it slides over, '").rstrip(" '")
-        if one.wear.thickness is not None and one.wear.thickness <= bound:
+        surface = self.rubbed[name.removesuffix(AGAINST)]
+        bound, contact = DEEPEST * surface.radius, name.replace(AGAINST, "', what it slides over, '").rstrip(" '")
+        if surface.wear.thickness is not None and surface.wear.thickness <= bound:
             return (
-                one.wear.thickness,
-                f"the wall of contact '{what}' is worn through, thickness = {one.wear.thickness:g} m",
+                surface.wear.thickness,
+                f"the wall of contact '{contact}' is worn through, thickness = {surface.wear.thickness:g} m",
             )
-        return bound, f"contact '{what}' is worn by more than {DEEPEST:g} of its radius, beyond the model of its shape"
+        return (
+            bound,
+            f"contact '{contact}' is worn by more than {DEEPEST:g} of its radius, beyond the model of its shape",
+        )
 
     def cycle(self, shapes: Shapes, soft: Soft, tell: Progress) -> Cycle:
         """Run the scene with worn surfaces, unless the database has this run, and return what a cycle wears off.
@@ -107,30 +110,30 @@ class Surfaces:
         report = solve_records(job, "solve", tell)
         if report.reason is not None:
             raise Ended(report.reason)
-        found = self.job.store.get(key := job.trajectory().key, "trajectory", only=["counts", "quantities"])
+        trajectory = self.job.store.get(key := job.trajectory().key, "trajectory", only=["counts", "quantities"])
         rates: Shapes = {}
-        for name, one in self.rubbed.items():
-            sums, wear = found.counts[WEAR][name], one.wear
+        for name, surface in self.rubbed.items():
+            sums, wear = trajectory.counts[WEAR][name], surface.wear
             cycles = (self.job.scene.run.duration - wear.after) / self.period
             slide = np.array(sums["slide"]) / cycles
-            if len(slide) != len(one.points):
+            if len(slide) != len(surface.points):
                 raise StageError(f"{self.job.path}: contact.{name}: {len(slide)} points of the worn body, it had"
-                                 f" {len(one.points)}")  # fmt: skip
-            rates[name] = (wear.coefficient / wear.hardness * slide / one.areas)[None, None]
-            if one.space is not None:
+                                 f" {len(surface.points)}")  # fmt: skip
+            rates[name] = (wear.coefficient / wear.hardness * slide / surface.areas)[None, None]
+            if surface.space is not None:
                 against = np.array(sums["against_slide"]) / cycles
-                rates[name + AGAINST] = (wear.against_coefficient / wear.hardness * against / one.cell)[None, None]
-        numbers = {n: one["value"] for n, one in found.quantities.items() if n.partition(".")[0] in self.rubbed}
+                rates[name + AGAINST] = (wear.against_coefficient / wear.hardness * against / surface.cell)[None, None]
+        numbers = {n: q["value"] for n, q in trajectory.quantities.items() if n.partition(".")[0] in self.rubbed}
         return Cycle(rates, Soft(), numbers, key)
 
     def worn_job(self, shapes: Shapes, tell: Progress) -> Any:
         """Return the job of the scene with worn surfaces, with kept modes or with those computed again."""
         tables = {}
         for component, profile in self.profiles.items():
-            own = {name: shapes[name][0, 0] for name, one in self.rubbed.items() if one.component == component}
-            if any(depths.any() for depths in own.values()):
+            depths_of = {name: shapes[name][0, 0] for name, s in self.rubbed.items() if s.component == component}
+            if any(depths.any() for depths in depths_of.values()):
                 with held(self.job.out):
-                    tables[component] = str(profile.write(own, self.job.out).resolve())
+                    tables[component] = str(profile.write(depths_of, self.job.out).resolve())
         if not tables:
             return self.job
         job = self._changed(tables, set())
@@ -159,7 +162,7 @@ def worn_contacts(job: Any) -> dict[str, Contact]:
     """Return the contacts of a scene that wear."""
     scene = getattr(job, "scene", None)
     contacts = getattr(scene, "contact", {}) if scene is not None else {}
-    return {name: one for name, one in contacts.items() if getattr(one, "wear", None) is not None}
+    return {name: c for name, c in contacts.items() if getattr(c, "wear", None) is not None}
 
 
 def surfaces(job: Any, period: float, tell: Progress) -> Surfaces:
@@ -169,52 +172,55 @@ def surfaces(job: Any, period: float, tell: Progress) -> Surfaces:
         InputError: a surface that wears is no cylinder, or two of a component are not the same.
     """
     contacts = worn_contacts(job)
-    if not any(one.wear.coefficient or one.wear.against_coefficient for one in contacts.values() if one.wear):
+    if not any(c.wear.coefficient or c.wear.against_coefficient for c in contacts.values() if c.wear):
         raise InputError(f"{job.path}: wear: all coefficients of wear are zero; nothing wears")
     for name, contact in contacts.items():
         _check(job, name, contact)
     solve_records(job, "morph", tell)
     rubbed = {name: _rubbed(job, name, contact) for name, contact in contacts.items()}
     profiles = {}
-    for name, one in rubbed.items():
-        own = {key: other.places for key, other in rubbed.items() if other.component == one.component}
-        areas = np.concatenate([other.areas for other in rubbed.values() if other.component == one.component])
-        if one.component not in profiles:
-            shape, surface = _cylinder(job, name, one.contact)
-            heights = job.record(one.component, "mesh").nodes[np.unique(_facets(job, one.component, surface))]
-            span = cylindrical(heights, shape)[2]
-            profiles[one.component] = WornProfile(
-                job, one.component, surface, own, spacing=float(np.sqrt(np.median(areas))), radius=one.radius,
-                span=(float(span.min()), float(span.max())),
-            )  # fmt: skip
+    for name, member in rubbed.items():
+        component = member.component
+        if component in profiles:
+            continue
+        members = {key: m for key, m in rubbed.items() if m.component == component}
+        areas = np.concatenate([m.areas for m in members.values()])
+        shape, surface = _cylinder(job, name, member.contact)
+        nodes = job.record(component, "mesh").nodes[np.unique(_facets(job, component, surface))]
+        heights = cylindrical(nodes, shape)[2]
+        profiles[component] = WornProfile(
+            job, component, surface, {key: m.places for key, m in members.items()},
+            spacing=float(np.sqrt(np.median(areas))), radius=member.radius,
+            span=(float(heights.min()), float(heights.max())),
+        )  # fmt: skip
     return Surfaces(job, rubbed, period, profiles)
 
 
 def _check(job: Any, name: str, contact: Contact) -> None:
     """Raise an InputError where the worn depth of a contact cannot move nodes."""
     component = job.scene.component_of(contact.body)
-    where, part = f"{job.path}: contact.{name}.wear", job.scene.component[component]
-    if part.geometry.kind in ("rigid", "bar", "beam", "frame", "matrices"):
+    key, component_table = f"{job.path}: contact.{name}.wear", job.scene.component[component]
+    if component_table.geometry.kind in ("rigid", "bar", "beam", "frame", "matrices"):
         raise InputError(
-            f"{where}: '{contact.body}' is of geometry '{part.geometry.kind}', which has no mesh whose nodes wear could"
-            " move; `gudgeon run` gives the worn volume of one run"
+            f"{key}: '{contact.body}' is of geometry '{component_table.geometry.kind}', which has no mesh whose nodes"
+            " wear could move; `gudgeon run` gives the worn volume of one run"
         )
     if users := [body for body in job.scene.body if body != contact.body and job.scene.component_of(body) == component]:
         raise InputError(
-            f"{where}: component '{component}' is also that of body '{users[0]}', which would wear with it; give each"
+            f"{key}: component '{component}' is also that of body '{users[0]}', which would wear with it; give each"
             " body a component of its own"
         )
-    surface = part.interface[contact.interface].surface
+    surface = component_table.interface[contact.interface].surface
     others = {
-        part.interface[one.interface].surface
-        for one in worn_contacts(job).values() if job.scene.component_of(one.body) == component
+        component_table.interface[c.interface].surface
+        for c in worn_contacts(job).values() if job.scene.component_of(c.body) == component
     }  # fmt: skip
-    moved = moved_surface(part, job.folder, component)
+    moved = moved_surface(component_table, job.folder, component)
     if moved is not None:
         others.add(moved[0])
     if others != {surface}:
         raise InputError(
-            f"{where}: wear of component '{component}' moves one surface, but its contacts that wear and its profile"
+            f"{key}: wear of component '{component}' moves one surface, but its contacts that wear and its profile"
             f" name {', '.join(sorted(others))}; wear of one surface is supported"
         )
 
@@ -245,16 +251,16 @@ def _rubbed(job: Any, name: str, contact: Contact) -> Rubbed:
     shape, _ = _cylinder(job, name, contact)
     interface = job.record(component).interfaces[contact.interface]
     radius, angle, height = cylindrical(interface.points, shape)
-    own, space, outer = float(shape.get("radius", radius.mean())), None, None
+    own_radius, space, outer = float(shape.get("radius", radius.mean())), None, None
     if isinstance(contact.against, Bore):
         outer = contact.against.radius
     elif isinstance(contact.against, MasterSurface):
         space = job.record(job.scene.component_of(contact.against.body)).tractions[contact.against.interface]
         outer = float(space.chart["radius"]) if space.chart["kind"] == "cylinder" else None
-    clearance = 0.0 if outer is None else outer - own
+    clearance = 0.0 if outer is None else outer - own_radius
     assert contact.wear is not None
-    places = np.column_stack([angle, height])
+    positions = np.column_stack([angle, height])
     return Rubbed(
-        contact, contact.wear, component, interface.points, interface.areas, places, radius=own, space=space,
-        clearance=clearance if clearance > 0 else NO_CLEARANCE * own,
+        contact, contact.wear, component, interface.points, interface.areas, positions, radius=own_radius, space=space,
+        clearance=clearance if clearance > 0 else NO_CLEARANCE * own_radius,
     )  # fmt: skip

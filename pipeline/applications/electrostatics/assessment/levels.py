@@ -58,7 +58,7 @@ def changes_of(job: FieldJob, factor: float) -> dict[str, Any]:
     """Return the changes of a scene for a mesh whose edges are longer by a factor."""
     if factor == 1.0:
         return {}
-    sizes = {name: one.mesh.size for name, one in job.scene.conductor.items()}
+    sizes = {name: c.mesh.size for name, c in job.scene.conductor.items()}
     meshes = {name: {"mesh": {"size": factor * size}} for name, size in sizes.items() if size is not None}
     strips = min(20, max(1, round(job.scene.panels.strips / factor)))
     return {"conductor": meshes, "panels": {"strips": strips}}
@@ -72,14 +72,14 @@ def level(job: FieldJob, factor: float, repeat: int, progress: Progress) -> Leve
         StageError: a numerical routine failed.
     """
     changes = changes_of(job, factor)
-    own = changed(job, changes)
-    run_job(own, "solve", progress)
-    record: FieldRecord = own.store.get(own.field().key, "field")
+    level_job = changed(job, changes)
+    run_job(level_job, "solve", progress)
+    record: FieldRecord = level_job.store.get(level_job.field().key, "field")
     seconds = Seconds(record.counts["cpu_seconds"], record.counts["cpu_seconds"])
     if repeat > 1:
-        again = fastest(lambda: compute_field(own, progress), repeat - 1)[1]
-        seconds = min(seconds, again, key=lambda one: one.cpu)
-    return Level(factor, changes, own, record, seconds)
+        again = fastest(lambda: compute_field(level_job, progress), repeat - 1)[1]
+        seconds = min(seconds, again, key=lambda s: s.cpu)
+    return Level(factor, changes, level_job, record, seconds)
 
 
 @dataclass(frozen=True)
@@ -107,39 +107,39 @@ def checked_poses(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
     return poses, widths
 
 
-def truth(one: Level, progress: Progress) -> Truth:
+def truth(level_: Level, progress: Progress) -> Truth:
     """Return what a level finds at the poses that are checked; they are kept in the database."""
-    grid = one.job.grid()
+    grid = level_.job.grid()
     assert grid is not None
     poses, widths = checked_poses(grid)
     numbers = grid.numbers
     shifts = np.zeros((len(poses), len(numbers), 4, 6))
-    for a, number in enumerate(numbers):
-        shifts[:, a, :, number] = STENCIL * widths[:, a, None] * np.array([-2.0, -1.0, 1.0, 2.0])
+    for a, axis in enumerate(numbers):
+        shifts[:, a, :, axis] = STENCIL * widths[:, a, None] * np.array([-2.0, -1.0, 1.0, 2.0])
     around = poses[:, None, None] + shifts
-    C = _capacitances(one.job, grid, np.concatenate([poses, around.reshape(-1, 6)]), progress)
-    G = _energies(one.job, C)
+    C = _capacitances(level_.job, grid, np.concatenate([poses, around.reshape(-1, 6)]), progress)
+    G = _energies(level_.job, C)
     stencil = G[len(poses) :].reshape(shifts.shape[:3]) @ (np.array([1.0, -8.0, 8.0, -1.0]) / 12)
     return Truth(poses, G[: len(poses)], stencil / (STENCIL * widths))
 
 
 def _capacitances(job: FieldJob, grid: Grid, poses: np.ndarray, progress: Progress) -> np.ndarray:
-    parts, found = grid.parts(job.name, poses), []
-    for number, (product, some) in enumerate(parts):
-        progress("poses between points", number / len(parts))
+    blocks, capacitances = grid.parts(job.name, poses), []
+    for n, (product, some) in enumerate(blocks):
+        progress("poses between points", n / len(blocks))
         if not job.store.has(product.key):
             compute_block(job.store.location, product, grid, some)
         record: PoseRecord = job.store.get(product.key, "poses")
-        found.append(record.capacitance)
-    return np.concatenate(found)
+        capacitances.append(record.capacitance)
+    return np.concatenate(capacitances)
 
 
 def conditions(job: FieldJob) -> tuple[np.ndarray, np.ndarray, bool]:
     """Return potentials [V], NaN of floating conductors, and charges [C], of a scene; where nothing is charged, 1 V of
     the conductors that move, and whether that is so."""
     conductors, moved = job.scene.conductor, () if job.scene.poses is None else job.scene.poses.moved
-    potentials = np.array([np.nan if one.potential is None else one.potential for one in conductors.values()])
-    charges = np.array([one.charge or 0.0 for one in conductors.values()])
+    potentials = np.array([np.nan if c.potential is None else c.potential for c in conductors.values()])
+    charges = np.array([c.charge or 0.0 for c in conductors.values()])
     if np.nan_to_num(potentials).any() or charges.any():
         return potentials, charges, False
     return np.array([1.0 if name in moved else 0.0 for name in conductors]), charges, True
@@ -182,9 +182,9 @@ class GridPart:
     @cached_property
     def energies(self) -> np.ndarray:
         """G at its points [J]."""
-        whole = self._whole
-        C = np.asarray(self.record.capacitance).reshape(*map(len, whole), *self.record.capacitance.shape[1:])
-        for a, nodes in enumerate(whole):
+        full_axes = self._whole
+        C = np.asarray(self.record.capacitance).reshape(*map(len, full_axes), *self.record.capacitance.shape[1:])
+        for a, nodes in enumerate(full_axes):
             C = np.take(C, chosen(len(nodes), self.every), axis=a)
         return _energies(self.level.job, C)
 
@@ -196,13 +196,15 @@ class GridPart:
             spline = make_interp_spline(nodes, coefficients, k=degrees[-1], axis=a)
             coefficients = np.moveaxis(np.asarray(spline.c), 0, a)
             knots.append(np.asarray(spline.t))
-        found = NdBSpline(tuple(knots), np.ascontiguousarray(coefficients), tuple(degrees))
+        spline_of_all = NdBSpline(tuple(knots), np.ascontiguousarray(coefficients), tuple(degrees))
         grid = self.level.job.grid()
         assert grid is not None
         numbers = grid.numbers
-        at = poses[:, numbers]
-        slopes = [found(at, nu=tuple(int(a == b) for b in range(len(numbers)))) for a in range(len(numbers))]
-        return np.asarray(found(at)), np.stack(slopes, axis=-1)
+        points = poses[:, numbers]
+        slopes = [
+            spline_of_all(points, nu=tuple(int(a == b) for b in range(len(numbers)))) for a in range(len(numbers))
+        ]
+        return np.asarray(spline_of_all(points)), np.stack(slopes, axis=-1)
 
 
 def chosen(count: int, every: int) -> np.ndarray:
@@ -210,27 +212,27 @@ def chosen(count: int, every: int) -> np.ndarray:
     return np.unique([*range(0, count, every), count - 1])
 
 
-def grid_parts(one: Level, progress: Progress) -> Iterator[GridPart]:
+def grid_parts(level_: Level, progress: Progress) -> Iterator[GridPart]:
     """Compute the grid of a level, and yield it with its parts of two points an axis or more, the finest first.
 
     Raises:
         InputError: it would take longer than poses.hours.
     """
-    record, grid = compute_poses(one.job, progress=progress), one.job.grid()
+    record, grid = compute_poses(level_.job, progress=progress), level_.job.grid()
     assert grid is not None
-    poses, problem = grid.poses(), PoseProblem(one.record, grid.moved)
+    poses, problem = grid.poses(), PoseProblem(level_.record, grid.moved)
     problem.at(poses[0])
     clock = Clock()
     for pose in poses[np.linspace(0, len(poses) - 1, TIMED).astype(int)]:
         problem.at(pose)
     each = clock.read().cpu / TIMED
-    least = min(map(len, record.axes.values()))
+    smallest = min(map(len, record.axes.values()))
     for every in (1, 2, 4):
-        if every == 1 or (least - 1) // every >= 2:
-            yield GridPart(one, every, record, each)
+        if every == 1 or (smallest - 1) // every >= 2:
+            yield GridPart(level_, every, record, each)
 
 
-def spacings(parts: Sequence[GridPart]) -> list[float]:
+def spacings(grids: Sequence[GridPart]) -> list[float]:
     """Return the mean spacing of each part over that of the whole grid."""
-    sizes = [np.mean([1 / (len(nodes) - 1) for nodes in one.axes]) for one in parts]
+    sizes = [np.mean([1 / (len(nodes) - 1) for nodes in p.axes]) for p in grids]
     return [float(size / sizes[0]) for size in sizes]

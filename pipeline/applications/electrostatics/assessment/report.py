@@ -54,8 +54,10 @@ def report_field(job: FieldJob, how: Effort, progress: Progress) -> Document:
     """
     with report_folder(job.out, job.name):
         levels, left_out = _levels(job, how.repeat, progress)
-        parts = _of_poses if job.scene.poses is not None else _of_places
-        document = parts(replace(new_document(job, how), kind=job.kind.name, left_out=left_out), job, levels, progress)
+        document_of = _of_poses if job.scene.poses is not None else _of_places
+        document = document_of(
+            replace(new_document(job, how), kind=job.kind.name, left_out=left_out), job, levels, progress
+        )
         runs = with_front(document.runs)
         timing = TIMING.format(repeat=how.repeat) + ("" if job.scene.poses is None else POSES_TIMING)
         document = replace(
@@ -72,22 +74,22 @@ def report_field(job: FieldJob, how: Effort, progress: Progress) -> Document:
 
 def _levels(job: FieldJob, repeat: int, progress: Progress) -> tuple[list[Level], list[dict[str, str]]]:
     """Solve every mesh, the coarsest first; another one than the scene's that cannot be solved is omitted."""
-    found, left_out = list[Level](), list[dict[str, str]]()
-    for number, factor in enumerate(FACTORS):
-        progress(f"mesh {number + 1} of {len(FACTORS)}", number / len(FACTORS))
+    levels, left_out = list[Level](), list[dict[str, str]]()
+    for n, factor in enumerate(FACTORS):
+        progress(f"mesh {n + 1} of {len(FACTORS)}", n / len(FACTORS))
         try:
             # What is compiled on first use does not count.
-            one = level(job, factor, repeat if found else repeat + 1, progress)
+            solved = level(job, factor, repeat if levels else repeat + 1, progress)
         except InputError as error:
             if factor == 1.0:
                 raise
             left_out.append({"name": f"edges × {factor:g}", "why": str(error).partition(": ")[2] or str(error)})
             continue
-        if not found or one.panels > found[-1].panels:
-            found.append(one)
+        if not levels or solved.panels > levels[-1].panels:
+            levels.append(solved)
         elif factor == 1.0:
-            found[-1] = one
-    return found, left_out
+            levels[-1] = solved
+    return levels, left_out
 
 
 def _of_places(document: Document, job: FieldJob, levels: Sequence[Level], progress: Progress) -> Document:
@@ -96,16 +98,16 @@ def _of_places(document: Document, job: FieldJob, levels: Sequence[Level], progr
     expected = job.expected
     names = list(expected) or [name for name in finest.record.quantities if name.endswith(("capacitance", ENERGY))]
     reference = expected or {name: finest.record.quantities[name]["value"] for name in names}
-    runs, sizes = list[Run](), [float(one.panels) for one in levels]
-    for one in levels:
-        errors = {name: _relative(one.record.quantities[name]["value"], reference[name]) for name in names}
-        errors = {} if one is finest and not expected and len(levels) > 1 else errors
-        runs.append(_run(f"{one.panels} panels", "meshes", one.changes, one, errors, one.seconds))
+    runs, sizes = list[Run](), [float(m.panels) for m in levels]
+    for mesh in levels:
+        errors = {name: _relative(mesh.record.quantities[name]["value"], reference[name]) for name in names}
+        errors = {} if mesh is finest and not expected and len(levels) > 1 else errors
+        runs.append(_run(f"{mesh.panels} panels", "meshes", mesh.changes, mesh, errors, mesh.seconds))
     quantities = []
     for name in names:
         unit = finest.record.quantities[name]["unit"]
-        values = [_relative(one.record.quantities[name]["value"], reference[name]) for one in levels]
-        chains = [chain("basis", [run.name for run in runs], sizes, values, [one - values[-1] for one in values])]
+        values = [_relative(m.record.quantities[name]["value"], reference[name]) for m in levels]
+        chains = [chain("basis", [run.name for run in runs], sizes, values, [e - values[-1] for e in values])]
         settles, why = settling(name, chains)
         value = expected.get(name)
         quantities.append(Quantity(name, unit, "relative", value, True, settles, why=why, chains=chains))
@@ -125,26 +127,26 @@ def _of_poses(document: Document, job: FieldJob, levels: Sequence[Level], progre
     finest = truth(levels[-1], progress)
     runs, quantities, left_out = list[Run](), _quantities(job, finest), list(document.left_out)
     by_panels, by_grid = list[tuple[Level, dict[str, float]]](), list[tuple[GridPart, dict[str, float]]]()
-    for one in levels:
-        own = finest if one is levels[-1] else truth(one, progress)
-        by_panels.append((one, _apart(job, (own.energies, own.forces), finest)))
-        if one.factor < 1.0:
+    for mesh in levels:
+        exact = finest if mesh is levels[-1] else truth(mesh, progress)
+        by_panels.append((mesh, _apart(job, (exact.energies, exact.forces), finest)))
+        if mesh.factor < 1.0:
             continue
         try:
-            parts = list(grid_parts(one, progress))
+            grids = list(grid_parts(mesh, progress))
         except InputError as error:
-            if one.factor == 1.0:
+            if mesh.factor == 1.0:
                 raise
-            left_out.append({"name": f"grid of {one.panels} panels", "why": str(error)})
+            left_out.append({"name": f"grid of {mesh.panels} panels", "why": str(error)})
             continue
-        for part in parts:
+        for grid in grids:
             for degree in DEGREES:
-                found = part.interpolated(degree, finest.poses)
-                apart = _apart(job, found, own)
-                runs.append(_spline_run(part, degree, _apart(job, found, finest), (by_panels[-1][1], apart)))
-                if degree == SOLVER and one.factor == 1.0:
-                    by_grid.append((part, apart))
-    quantities = [_with_chains(one, by_panels, by_grid) for one in quantities]
+                interpolated = grid.interpolated(degree, finest.poses)
+                errors = _apart(job, interpolated, exact)
+                runs.append(_spline_run(grid, degree, _apart(job, interpolated, finest), (by_panels[-1][1], errors)))
+                if degree == SOLVER and mesh.factor == 1.0:
+                    by_grid.append((grid, errors))
+    quantities = [_with_chains(q, by_panels, by_grid) for q in quantities]
     notes = ["Nothing is charged in the scene: errors are those with 1 V on what moves."] if conditions(job)[2] else []
     source = f"{levels[-1].panels} panels, {CHECKED} poses between the points of the grid, without interpolation"
     tables = [_estimates(levels), _cells(by_grid)]
@@ -154,8 +156,8 @@ def _of_poses(document: Document, job: FieldJob, levels: Sequence[Level], progre
     )  # fmt: skip
 
 
-def _quantities(job: FieldJob, found: Truth) -> list[Quantity]:
-    values = _parts(job, (found.energies, found.forces))
+def _quantities(job: FieldJob, finest: Truth) -> list[Quantity]:
+    values = _parts(job, (finest.energies, finest.forces))
     return [
         Quantity(name, UNITS[name], "L2", float(np.linalg.norm(value)), True, None, why="", chains=[])
         for name, value in values.items()
@@ -163,38 +165,38 @@ def _quantities(job: FieldJob, found: Truth) -> list[Quantity]:
     ]
 
 
-def _parts(job: FieldJob, found: tuple[np.ndarray, np.ndarray]) -> dict[str, np.ndarray]:
+def _parts(job: FieldJob, values: tuple[np.ndarray, np.ndarray]) -> dict[str, np.ndarray]:
     grid = job.grid()
     assert grid is not None
     moves = np.array(grid.numbers) < 3
-    parts = {ENERGY: found[0], FORCE: found[1][:, moves], TORQUE: found[1][:, ~moves]}
-    return {name: value for name, value in parts.items() if value.size}
+    by_quantity = {ENERGY: values[0], FORCE: values[1][:, moves], TORQUE: values[1][:, ~moves]}
+    return {name: value for name, value in by_quantity.items() if value.size}
 
 
-def _apart(job: FieldJob, found: tuple[np.ndarray, np.ndarray], other: Truth) -> dict[str, float]:
+def _apart(job: FieldJob, values: tuple[np.ndarray, np.ndarray], reference: Truth) -> dict[str, float]:
     """Return the norm of the difference from a truth over that of the truth, by quantity."""
-    own, like = _parts(job, found), _parts(job, (other.energies, other.forces))
+    by_quantity, like = _parts(job, values), _parts(job, (reference.energies, reference.forces))
     return {
-        name: float(np.linalg.norm(own[name] - value) / np.linalg.norm(value))
+        name: float(np.linalg.norm(by_quantity[name] - value) / np.linalg.norm(value))
         for name, value in like.items()
         if value.any()
     }
 
 
 def _spline_run(
-    part: GridPart, degree: int, errors: dict[str, float], terms: tuple[dict[str, float], dict[str, float]]
+    grid: GridPart, degree: int, errors: dict[str, float], terms: tuple[dict[str, float], dict[str, float]]
 ) -> Run:
     """Return the run of a mesh, a grid and a degree; `terms`: its errors by panels, and by interpolation."""
-    one, seconds = part.level, Seconds(part.cpu, part.cpu)
+    mesh, seconds = grid.level, Seconds(grid.cpu, grid.cpu)
     poses = {}
-    if part.every > 1:
-        names = list(part.record.axes)
-        axes = {name: _axis(name, axis) for name, axis in zip(names, part.axes, strict=True)}
+    if grid.every > 1:
+        names = list(grid.record.axes)
+        axes = {name: _axis(name, axis) for name, axis in zip(names, grid.axes, strict=True)}
         poses = {"poses": {"tolerance": "unset", **axes}}
-    sizes = "×".join(str(len(axis)) for axis in part.axes)
+    sizes = "×".join(str(len(axis)) for axis in grid.axes)
     run = _run(
-        f"{one.panels} panels, {sizes} poses, {DEGREES[degree]}", f"{DEGREES[degree]} splines", one.changes | poses,
-        one, errors, seconds,
+        f"{mesh.panels} panels, {sizes} poses, {DEGREES[degree]}", f"{DEGREES[degree]} splines", mesh.changes | poses,
+        mesh, errors, seconds,
     )  # fmt: skip
     kind = "reduced" if degree == SOLVER else "spline"
     return replace(run, kind=kind, truncation=terms[0], truncation_against="the finest panels, without interpolation",
@@ -202,16 +204,16 @@ def _spline_run(
 
 
 def _axis(name: str, values: np.ndarray) -> dict[str, Any]:
-    own = values if name in "xyz" else np.degrees(values)
-    return {"values": own.tolist(), "ends": "unset", "points": "unset"}
+    in_units = values if name in "xyz" else np.degrees(values)
+    return {"values": in_units.tolist(), "ends": "unset", "points": "unset"}
 
 
 def _run(
-    name: str, scheme: str, changes: dict[str, Any], one: Level, errors: dict[str, float], seconds: Seconds
+    name: str, scheme: str, changes: dict[str, Any], mesh: Level, errors: dict[str, float], seconds: Seconds
 ) -> Run:
     worst = max(errors, key=lambda key: abs(errors[key]), default=None)
     return Run(
-        name=name, kind="reduced", scheme=scheme, settings=changes, coordinates=one.panels, result="FINISHED",
+        name=name, kind="reduced", scheme=scheme, settings=changes, coordinates=mesh.panels, result="FINISHED",
         errors=errors, largest_error=None if worst is None else abs(errors[worst]), largest_of=worst,
         truncation_against="finer panels", time_against="fields have no time step", cpu_seconds=seconds.cpu,
         wall_seconds=seconds.wall, stages={"solve": StageSeconds(seconds, seconds)},
@@ -219,23 +221,27 @@ def _run(
 
 
 def _with_chains(
-    one: Quantity,
+    quantity: Quantity,
     by_panels: Sequence[tuple[Level, Mapping[str, float]]],
     by_grid: Sequence[tuple[GridPart, Mapping[str, float]]],
 ) -> Quantity:
     chains: list[Chain] = []
     if len(by_panels) > 1:
-        apart = [errors[one.name] for _, errors in by_panels]
+        errors_of_panels = [errors[quantity.name] for _, errors in by_panels]
         sizes = [float(level.panels) for level, _ in by_panels]
-        chains.append(chain("basis", [f"{level.panels} panels" for level, _ in by_panels], sizes, apart, apart))
+        chains.append(
+            chain(
+                "basis", [f"{level.panels} panels" for level, _ in by_panels], sizes, errors_of_panels, errors_of_panels
+            )
+        )
     if len(by_grid) > 1:
-        errors = [errors[one.name] for _, errors in by_grid]
-        sizes = spacings([part for part, _ in by_grid])
-        names = [f"{part.points} poses" for part, _ in by_grid]
+        errors = [errors[quantity.name] for _, errors in by_grid]
+        sizes = spacings([grid for grid, _ in by_grid])
+        names = [f"{grid.points} poses" for grid, _ in by_grid]
         # The truth, at spacing 0, is no run; the differences are from it.
         chains.append(chain("grid", names[::-1], sizes[::-1], errors[::-1], errors[::-1]))
-    settles, why = settling(one.name, chains)
-    return replace(one, chains=chains, converges=settles, why=why)
+    settles, why = settling(quantity.name, chains)
+    return replace(quantity, chains=chains, converges=settles, why=why)
 
 
 def _budget(document: Document, best: Run | None) -> Budget | None:
@@ -254,13 +260,13 @@ def _budget(document: Document, best: Run | None) -> Budget | None:
 def _estimates(levels: Sequence[Level]) -> Table:
     """Return the panels of each mesh and the error that its own coarse panels estimate."""
     rows = []
-    for one in levels:
-        C = np.asarray(one.record.capacitance)
-        own = np.sqrt(np.diag(C))
-        worst = (float((np.asarray(error) / np.outer(own, own)).max())
-                 for error in (one.record.panel_error, one.record.shape_error))  # fmt: skip
-        rows.append([f"× {one.factor:g}", f"{one.panels:,}", *(f"{value:.1e}" for value in worst),
-                     f"{one.seconds.cpu:.3g} s"])  # fmt: skip
+    for mesh in levels:
+        C = np.asarray(mesh.record.capacitance)
+        root = np.sqrt(np.diag(C))
+        worst = (float((np.asarray(error) / np.outer(root, root)).max())
+                 for error in (mesh.record.panel_error, mesh.record.shape_error))  # fmt: skip
+        rows.append([f"× {mesh.factor:g}", f"{mesh.panels:,}", *(f"{value:.1e}" for value in worst),
+                     f"{mesh.seconds.cpu:.3g} s"])  # fmt: skip
     note = "the largest of the capacitances in the places of the scene, as every run estimates it from its own panels"
     return Table("Meshes", ["edges", "panels", "error by panels", "error by shape", "CPU time"], rows, note)
 
@@ -270,10 +276,10 @@ def _cells(by_grid: Sequence[tuple[GridPart, Mapping[str, float]]]) -> Table:
     from gudgeon.solver.forces.fields.pose_field import cell_errors
 
     rows = []
-    for part, errors in by_grid:
-        estimate = cell_errors(part.axes, part.energies[..., None, None])
-        rows.append([f"{part.points:,}", f"{estimate.max():.1e}", f"{np.median(estimate):.1e}",
-                     *(f"{value:.1e}" for value in errors.values()), f"{part.cpu:.3g} s"])  # fmt: skip
+    for grid, errors in by_grid:
+        estimate = cell_errors(grid.axes, grid.energies[..., None, None])
+        rows.append([f"{grid.points:,}", f"{estimate.max():.1e}", f"{np.median(estimate):.1e}",
+                     *(f"{value:.1e}" for value in errors.values()), f"{grid.cpu:.3g} s"])  # fmt: skip
     names = [name.replace("_", "-") for _, errors in by_grid[:1] for name in errors]
     note = "cubic splines; estimates are of the co-energy in the cells, relative to its largest value"
     return Table("Grids", ["poses", "largest estimate", "median estimate", *names, "CPU time"], rows, note)

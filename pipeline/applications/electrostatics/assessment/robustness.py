@@ -34,7 +34,7 @@ def field_subject(job: FieldJob, progress: Progress) -> Subject:
     """Return a scene of conductors as the subject of robustness cases; its conductors are meshed first."""
     run_job(job, "mesh", progress)
     meshes = {name: job.store.get(product.key, "mesh") for name, product in job.meshes().items()}
-    evidence, mesh_of = partial(_evidence, progress=progress), lambda own, name: own.meshes()[name]
+    evidence, mesh_of = partial(_evidence, progress=progress), lambda trial_job, name: trial_job.meshes()[name]
     return Subject(
         job, meshes, lambda trial, folder: attempt(trial, folder, evidence, mesh_of), _unchanged,
         dict.fromkeys(BODIES, _no_bodies) | OPERATIONS,
@@ -45,7 +45,7 @@ def _evidence(job: FieldJob, progress: Progress) -> Evidence:
     run_job(job, "solve", progress)
     record: FieldRecord = job.store.get(job.field().key, "field", only=["conductors", "capacitance", "counts"])
     names, C = record.conductors["names"], record.capacitance / (4 * np.pi * VACUUM)
-    readings = {f"{one}.{other}": (float(C[i, j]), "m") for i, one in enumerate(names) for j, other in enumerate(names)}
+    readings = {f"{a}.{b}": (float(C[i, j]), "m") for i, a in enumerate(names) for j, b in enumerate(names)}
     values = np.linalg.eigvalsh(0.5 * (C + C.T))
     return Evidence(readings=readings, condition=float(values[-1] / values[0]), steps=int(record.counts["panels"]))
 
@@ -57,10 +57,10 @@ def _unchanged(changes: Any) -> Any:
 def _in_units(subject: Subject, units: Units) -> Trial:
     """Return the trial of the same panels with all lengths in another unit."""
     scene: FieldFile = subject.scene
-    conductors = {name: rescaled(one, units) for name, one in scene.conductor.items()}
+    conductors = {name: rescaled(c, units) for name, c in scene.conductor.items()}
     half = scene.half_space
     if half is not None:
-        half = with_values(half, {"point": tuple(units.length * one for one in half.point)})
+        half = with_values(half, {"point": tuple(units.length * x for x in half.point)})
     meshes = {name: rescaled_mesh(mesh, units) for name, mesh in subject.meshes.items()}
     return _trial(subject, {"conductor": conductors, "half_space": half}, Units(length=units.length), meshes)
 
@@ -75,10 +75,12 @@ def _turned(subject: Subject, operation: Any) -> Trial:
     """Turn the whole scene: its capacitances are the same."""
     scene: FieldFile = subject.scene
     Q, conductors = ANY.matrix(), {}
-    for name, one in scene.conductor.items():
-        own = np.eye(3) if one.orientation is None else one.orientation.matrix()
-        turn = Orientation(quaternion=tuple(np.array(quaternion_of(Q @ own)).tolist()))
-        conductors[name] = with_values(one, {"position": tuple((Q @ one.position).tolist()), "orientation": turn})
+    for name, conductor in scene.conductor.items():
+        Q_conductor = np.eye(3) if conductor.orientation is None else conductor.orientation.matrix()
+        turn = Orientation(quaternion=tuple(np.array(quaternion_of(Q @ Q_conductor)).tolist()))
+        conductors[name] = with_values(
+            conductor, {"position": tuple((Q @ conductor.position).tolist()), "orientation": turn}
+        )
     half = scene.half_space
     if half is not None:
         placed = {"point": tuple((Q @ half.point).tolist()), "normal": tuple((Q @ half.normal).tolist())}
@@ -89,9 +91,9 @@ def _turned(subject: Subject, operation: Any) -> Trial:
 def _voltage(subject: Subject, operation: Any) -> Trial:
     """Scale potentials and charges: capacitances do not depend on them."""
     conductors = {}
-    for name, one in subject.scene.conductor.items():
-        key = "charge" if one.potential is None else "potential"
-        conductors[name] = with_values(one, {key: operation.factor * getattr(one, key)})
+    for name, conductor in subject.scene.conductor.items():
+        key = "charge" if conductor.potential is None else "potential"
+        conductors[name] = with_values(conductor, {key: operation.factor * getattr(conductor, key)})
     scene = subject.scene.model_copy(update={"poses": None, "conductor": conductors})
     return Trial(replace(subject.job, scene=scene), subject.meshes, agreement=SAME)
 
