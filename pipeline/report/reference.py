@@ -1,6 +1,5 @@
 """The reference of a report, and the errors of a run against it: quantities, windowed force, impacts and motion."""
 
-import difflib
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
@@ -9,7 +8,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from gudgeon.modaldb.records.nodal import NodalRecord
-from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.errors import InputError, closest
 from gudgeon.pipeline.files import read_json
 from gudgeon.pipeline.report.document import Errors
 from gudgeon.pipeline.report.force import (
@@ -180,10 +179,8 @@ def check_names(job: Job, reference: Reference, known: Collection[str], compared
     wrong += [("interest", name, every) for name in job.scene.report.interest if not named_by(compared, [name])]
     lines = []
     for key, name, able in wrong:
-        near = difflib.get_close_matches(name, able, 1)
-        hint = f"did you mean '{near[0]}'? " if near else ""
         have = ", ".join(sorted(able)) or "none"
-        lines.append(f"{job.path}: report.{key}: no run has '{name}'; {hint}known are {have}")
+        lines.append(f"{job.path}: report.{key}: no run has '{name}'; {closest(name, able)}known are {have}")
     if lines:
         raise InputError("\n".join(lines))
 

@@ -142,7 +142,7 @@ def mass(subject: Subject, operation: Any) -> Trial:
         return _in_units(subject, Units(mass=factor, time=factor**0.5))
     body = next((contact.body for contact in subject.contacts.values()), next(iter(subject.bodies)))
     name = scene.component_of(body)
-    component, shared = scene.component[name], [b for b in scene.body if scene.component_of(b) == name]
+    component, shared = scene.component[name], scene.bodies_of(name)
     if component.material is None:
         inertia = tuple(factor * one for one in component.geometry.inertia)
         changed = {"geometry": {"mass": factor * component.geometry.mass, "inertia": inertia}}

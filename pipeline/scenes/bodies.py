@@ -38,12 +38,16 @@ class SceneFile(Scene):
         contacts = raw.get("contact") if isinstance(raw, dict) else None
         if not isinstance(contacts, dict):
             return raw
-        found = {
+        changed = {
             name: contact | {"against": contact["against"] | {"shape": "body"}}
             for name, contact in contacts.items()
             if isinstance(contact, dict) and _kind_against(raw, contact.get("against")) in CONTACT_KINDS
         }
-        return raw | {"contact": contacts | found} if found else raw
+        return raw | {"contact": contacts | changed} if changed else raw
+
+    def bodies_of(self, component: str) -> list[str]:
+        """Return the bodies of a component."""
+        return [body for body in self.body if self.component_of(body) == component]
 
     def rubbed_of(self, component: str) -> list[str]:
         """Return the interfaces of an elastic component that need tangential rows, sorted.
@@ -51,23 +55,22 @@ class SceneFile(Scene):
         A contact of one of its bodies has friction there, or presses at a slant. Points of a rigid component need none:
         its rigid motion is known everywhere; its traction spaces need the resultants of their tractions.
         """
-        rigid, spaces = self.component[component].modes.reduction == "rigid", self.component[component].interface
-        rubbed, own = self.rubbed(), [body for body in self.body if self.component_of(body) == component]
-        found = {name for body in own for name in rubbed[body]}
-        if rigid:
-            return sorted(name for name in found if name in spaces and spaces[name].kind == "traction")
-        spots = {n for n, one in self.component[component].interface.items() if one.kind in CONTACT_KINDS}
-        if _is_soft_across(self.component[component]):
+        definition, bodies = self.component[component], self.bodies_of(component)
+        rubbed, kinds = self.rubbed(), {name: interface.kind for name, interface in definition.interface.items()}
+        names = {name for body in bodies for name in rubbed[body]}
+        if definition.modes.reduction == "rigid":
+            return sorted(name for name in names if kinds.get(name) == "traction")
+        if _is_soft_across(definition):
             slanting = oblique(self)
-            found |= {name for body in own for name in slanting[body] if name in spots}
+            names |= {name for body in bodies for name in slanting[body] if kinds.get(name) in CONTACT_KINDS}
         if self.turning(component):  # What turns is not pressed along its normals alone.
-            found |= {contact.interface for contact in self.contact.values() if contact.body in own}
-        return sorted(found)
+            names |= {contact.interface for contact in self.contact.values() if contact.body in bodies}
+        return sorted(names)
 
     def deforms(self, body: str) -> bool:
         """Whether the component of a body deforms."""
-        part = self.component.get(self.component_of(body))
-        return part is None or part.modes.reduction != "rigid"
+        component = self.component.get(self.component_of(body))
+        return component is None or component.modes.reduction != "rigid"
 
     def turning(self, component: str) -> bool:
         """Whether a component deforms and one of its bodies turns by any angle: it needs a floating frame."""
@@ -85,7 +88,7 @@ class SceneFile(Scene):
         """Return the traction space that a moving force crosses, and where across [m]; None without `modes.swap`."""
         if self.component[component].modes.swap is None:
             return None
-        force = next(one for one in self.moving().values() if self.component_of(one.body) == component)
+        force = next(f for f in self.moving().values() if self.component_of(f.body) == component)
         return force.interface, force.at[0]
 
     def pulls_on(self, component: str) -> list[tuple[float, ...]]:
@@ -93,22 +96,21 @@ class SceneFile(Scene):
 
         None without supports: gravity does not deform a free body.
         """
-        part, size = self.component[component], float(np.linalg.norm(self.run.gravity))
-        if not size or not part.supports or part.modes.reduction == "rigid" or self.capabilities.turns:
+        definition, size = self.component[component], float(np.linalg.norm(self.run.gravity))
+        if not size or not definition.supports or definition.modes.reduction == "rigid" or self.capabilities.turns:
             return []
-        found = set[tuple[float, ...]]()
-        for name, body in self.body.items():
-            if self.component_of(name) == component:
-                turned = np.eye(3) if body.orientation is None else body.orientation.matrix()
-                along = np.round(turned.T @ np.asarray(self.run.gravity) / size, AXIS_DIGITS) + 0.0
-                found.add(tuple((along * np.sign(along[np.flatnonzero(along)[0]]) + 0.0).tolist()))
-        return sorted(found)
+        directions = set[tuple[float, ...]]()
+        for orientation in (self.body[body].orientation for body in self.bodies_of(component)):
+            turned = np.eye(3) if orientation is None else orientation.matrix()
+            along = np.round(turned.T @ np.asarray(self.run.gravity) / size, AXIS_DIGITS) + 0.0
+            directions.add(tuple((along * np.sign(along[np.flatnonzero(along)[0]]) + 0.0).tolist()))
+        return sorted(directions)
 
 
-def _is_soft_across(part: Component) -> bool:
+def _is_soft_across(component: Component) -> bool:
     """Whether a component deforms across the normals of its surfaces: a bar moves along its axis alone, a beam in a
     plane across it."""
-    geometry = part.geometry
+    geometry = component.geometry
     return geometry.kind != "bar" and not (geometry.kind == "beam" and geometry.motion == "plane")
 
 

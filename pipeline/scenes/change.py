@@ -15,21 +15,21 @@ def moved_surface(component: Component, folder: Path, name: str) -> tuple[str, P
         InputError: the table is neither in the scene's folder nor in the current one; or no surface is named and the
             component has no interface; or the surface carries a traction space.
     """
-    profile, where = component.change.profile, f"component.{name}.change.profile"
-    path = None if profile.table is None else find_file(profile.table, folder, f"{where}.table")
+    profile, owner = component.change.profile, f"component.{name}.change.profile"
+    path = None if profile.table is None else find_file(profile.table, folder, f"{owner}.table")
     if path is None and profile.offset == 0:
         return None
     surface = profile.surface
     if surface is None:
         if not component.interface:
             raise InputError(
-                f"{where}.surface: is missing; its default is the surface of the first interface, and there is none"
+                f"{owner}.surface: is missing; its default is the surface of the first interface, and there is none"
             )
         surface = next(iter(component.interface.values())).surface
     for key, interface in component.interface.items():
         if interface.kind == "traction" and interface.surface == surface:
             raise InputError(
-                f"{where}.surface: '{surface}' carries the traction space interface.{key}, so a profile must not move"
+                f"{owner}.surface: '{surface}' carries the traction space interface.{key}, so a profile must not move"
                 " it; give the profile to the body that slides over it"
             )
     return surface, path

@@ -150,10 +150,10 @@ class Component(Meshed):
             raise ValueError(f"{', '.join(value)} given; the stress of a body of matrices needs its material")
         for name, gauge in value.items():
             if kind is not None and (kind in LINES) != (gauge.station is not None):
-                wanted = "a station" if kind in LINES else "a point or a surface"
-                raise ValueError(f"{name}: geometry '{kind}' needs {wanted}")
-            if kind in LINES and gauge.station not in (places := info.data["geometry"].places()):
-                have = ", ".join(places) or "none"
+                needed = "a station" if kind in LINES else "a point or a surface"
+                raise ValueError(f"{name}: geometry '{kind}' needs {needed}")
+            if kind in LINES and gauge.station not in (stations := info.data["geometry"].places()):
+                have = ", ".join(stations) or "none"
                 raise ValueError(f"{name}: station '{gauge.station}' given, the {kind} has {have}")
         return value
 

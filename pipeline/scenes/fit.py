@@ -31,21 +31,21 @@ def misfits(scene: "SceneFile", folder: Path) -> list[str]:
     for name, master in scene.masters().items():
         contact = scene.contact[name]
         slave = _surface(scene, contact.body, contact.interface)
-        over = _surface(scene, master.body, master.interface)
-        if slave is None or over is None or {slave[1]["kind"], over[1]["kind"]} != {"cylinder"}:
+        master_surface = _surface(scene, master.body, master.interface)
+        if slave is None or master_surface is None or {slave[1]["kind"], master_surface[1]["kind"]} != {"cylinder"}:
             continue
         if any(scene.body[name].orientation is not None for name in (contact.body, master.body)):
             continue
-        lines += _clearance(scene, folder, name, slave, over)
-        lines += _travel(scene, name, slave, over)
+        lines += _clearance(scene, folder, name, slave, master_surface)
+        lines += _travel(scene, name, slave, master_surface)
     for name, joint in scene.cranks().items():
         pin = _rod_end(scene, joint)
         if pin is None:
             continue
         _, lateral = joint.axes
-        own = scene.body[joint.body]
-        turn = np.eye(3) if own.orientation is None else own.orientation.matrix()
-        origin = turn @ pin + own.position
+        body = scene.body[joint.body]
+        turn = np.eye(3) if body.orientation is None else body.orientation.matrix()
+        origin = turn @ pin + body.position
         offset = abs(float((origin - np.asarray(joint.centre)) @ lateral))
         if joint.rod_length <= joint.crank_radius + offset:
             lines.append(
@@ -61,23 +61,23 @@ def wrong_swaps(scene: "SceneFile") -> list[str]:
     for name, component in scene.component.items():
         if component.modes.swap is None:
             continue
-        where = f"component.{name}.modes.swap"
-        bodies = [body for body in scene.body if scene.component_of(body) == name]
+        key = f"component.{name}.modes.swap"
+        bodies = scene.bodies_of(name)
         forces = [force for force in scene.moving().values() if force.body in bodies]
         if len(bodies) != 1 or len(forces) != 1:
             lines.append(
-                f"{where}: {len(bodies)} bodies and {len(forces)} forces of kind 'moving' are of component '{name}',"
+                f"{key}: {len(bodies)} bodies and {len(forces)} forces of kind 'moving' are of component '{name}',"
                 " needed: one of each, whose place tells the basis"
             )
         others = {"contact": scene.contact, "joint": scene.joint, "motion": scene.motion}
         others |= {"force": scene.fields() | scene.electrodes() | scene.external()}
-        if found := [f"{table}.{one}" for table, members in others.items() for one in members]:
+        if excluded := [f"{table}.{n}" for table, members in others.items() for n in members]:
             lines.append(
-                f"{where}: {found[0]} given; bases change in scenes of given forces, springs and bushings alone, leave"
+                f"{key}: {excluded[0]} given; bases change in scenes of given forces, springs and bushings alone, leave"
                 " out one of them"
             )
         if (integrator := scene.run.integrator) not in ("auto", "implicit"):
-            lines.append(f"{where}: run.integrator '{integrator}' given, bases change with 'implicit'; use 'auto'")
+            lines.append(f"{key}: run.integrator '{integrator}' given, bases change with 'implicit'; use 'auto'")
     return lines
 
 
@@ -96,8 +96,8 @@ def _rod_end(scene: "SceneFile", joint: SliderCrank) -> np.ndarray | None:
     """Return the point of a body that a rod holds, in the axes of the component [m], (3,); None where it is unknown."""
     if joint.interface is None:
         return np.asarray(joint.at or (0.0, 0.0, 0.0))
-    held = _surface(scene, joint.body, joint.interface)
-    return np.asarray(held[1]["origin"]) if held is not None and "origin" in held[1] else None
+    end = _surface(scene, joint.body, joint.interface)
+    return np.asarray(end[1]["origin"]) if end is not None and "origin" in end[1] else None
 
 
 def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, master: Shaped) -> list[str]:
@@ -112,8 +112,8 @@ def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, maste
     profile = moved[1] if moved is not None and moved[0] == item.surface else 0.0
     table = profile if isinstance(profile, ProfileTable) else None
     aside = np.asarray(scene.body[contact.body].position) - scene.body[scene.masters()[name].body].position
-    most = float(profile.deviations.max() if isinstance(profile, ProfileTable) else profile)
-    if bore - radius - most - float(np.hypot(aside[0], aside[1])) > 0:  # At any height and angle.
+    deviation_max = float(profile.deviations.max() if isinstance(profile, ProfileTable) else profile)
+    if bore - radius - deviation_max - float(np.hypot(aside[0], aside[1])) > 0:  # At any height and angle.
         return []
     bottom, top = item.height or (table.heights[[0, -1]] if table else (0.0, 0.0))
     z = np.linspace(bottom, top, HEIGHTS)
@@ -123,12 +123,12 @@ def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, maste
     worst = np.unravel_index(np.argmin(clearance), clearance.shape)
     if clearance[worst] >= 0:
         return []
-    share = float(np.mean(clearance < 0))
+    fraction = float(np.mean(clearance < 0))
     height, angle, taken = z[worst[0]], theta[worst[1]], out[worst[1]]
     nearer = f"; {taken * 1e6:.3g} µm of it are taken by body.{contact.body}.position" if taken else ""
     there = bore - clearance[worst] - taken
     return [
-        f"contact.{name}: the clearance is below zero on {f'{share:.0%}' if share >= 0.01 else 'under 1%'} of"
+        f"contact.{name}: the clearance is below zero on {f'{fraction:.0%}' if fraction >= 0.01 else 'under 1%'} of"
         f" '{contact.interface}', worst {clearance[worst] * 1e6:.3g} µm at height {height:.4g} m and"
         f" {np.degrees(angle):.0f} degrees, all along the stroke; the bore's radius is {bore} m, the"
         f" radius there {there:.7g} m{nearer}"
@@ -139,30 +139,30 @@ def _travel(scene: "SceneFile", name: str, slave: Shaped, master: Shaped) -> lis
     """Check that the sliding surface stays within the height of the other one all along the stroke."""
     contact = scene.contact[name]
     rod, joint = next(((key, item) for key, item in scene.cranks().items() if item.body == contact.body), ("", None))
-    held = _rod_end(scene, joint) if joint is not None else None
-    over = scene.masters()[name]
-    geometry = scene.component[scene.component_of(over.body)].geometry
+    pin_point = _rod_end(scene, joint) if joint is not None else None
+    master_ends = scene.masters()[name]
+    geometry = scene.component[scene.component_of(master_ends.body)].geometry
     length = getattr(geometry, "length", None)
     span = master[0].height or ((0.0, float(length)) if length is not None else None)
-    if joint is None or held is None or slave[0].height is None or span is None:
+    if joint is None or pin_point is None or slave[0].height is None or span is None:
         return []
     along, lateral = joint.axes
-    pin = held + scene.body[contact.body].position
+    pin = pin_point + scene.body[contact.body].position
     turn = np.linspace(0.0, 2 * np.pi / joint.rate, 721)
     try:
-        places = joint.piston_pin(turn, float(pin @ lateral))[:, 0] - float(pin @ along)
+        pin_path = joint.piston_pin(turn, float(pin @ lateral))[:, 0] - float(pin @ along)
     except ValueError:
         return []
-    own, other = scene.body[contact.body].position, scene.body[over.body].position
-    shift = float((np.asarray(own) - other) @ along)
-    low, high = slave[0].height[0] + places.min() + shift, slave[0].height[1] + places.max() + shift
+    position, base = scene.body[contact.body].position, scene.body[master_ends.body].position
+    shift = float((np.asarray(position) - base) @ along)
+    low, high = slave[0].height[0] + pin_path.min() + shift, slave[0].height[1] + pin_path.max() + shift
     beyond = max(span[0] - low, high - span[1])
     if beyond <= 1e-9:
         return []
     return [
-        f"contact.{name}: '{contact.interface}' travels from {low:.4g} to {high:.4g} m along '{over.interface}', which"
-        f" reaches from {span[0]:.4g} to {span[1]:.4g} m: {beyond * 1e3:.3g} mm too short; move joint.{rod}.centre, or"
-        f" give a longer component.{scene.component_of(over.body)}.geometry"
+        f"contact.{name}: '{contact.interface}' travels from {low:.4g} to {high:.4g} m along '{master_ends.interface}',"
+        f" which reaches from {span[0]:.4g} to {span[1]:.4g} m: {beyond * 1e3:.3g} mm too short; move joint.{rod}.centre,"
+        f" or give a longer component.{scene.component_of(master_ends.body)}.geometry"
     ]
 
 
@@ -170,20 +170,22 @@ def wrong_bearings(scene: "SceneFile") -> list[str]:
     """Return what is wrong with the components of elastic bearings, a line each."""
     lines = []
     for name, owner in scene.bearings().items():
-        joint, where = scene.hinges()[name], f"joint.{name}.bearing"
+        joint, key = scene.hinges()[name], f"joint.{name}.bearing"
         assert isinstance(joint, Clearance)
         bearing = joint.bearing
         assert bearing is not None
         assert bearing.interface is not None
         if (component := scene.component.get(owner)) is None:
-            lines.append(f"{where}.component: no component '{owner}'; the scene has {', '.join(scene.component)}")
-        elif (found := component.interface.get(bearing.interface)) is None:
+            lines.append(f"{key}.component: no component '{owner}'; the scene has {', '.join(scene.component)}")
+        elif (interface := component.interface.get(bearing.interface)) is None:
             have = ", ".join(component.interface) or "none"
-            lines.append(f"{where}.interface: no interface '{bearing.interface}', the component has {have}")
-        elif found.kind != "points":
-            lines.append(f"{where}.interface: '{bearing.interface}' is of kind '{found.kind}', kind 'points' is needed")
+            lines.append(f"{key}.interface: no interface '{bearing.interface}', the component has {have}")
+        elif interface.kind != "points":
+            lines.append(
+                f"{key}.interface: '{bearing.interface}' is of kind '{interface.kind}', kind 'points' is needed"
+            )
         elif not component.supports:
-            lines.append(f"{where}.component: '{owner}' has no supports; name where the bearing is held on its body")
+            lines.append(f"{key}.component: '{owner}' has no supports; name where the bearing is held on its body")
         elif component.change.profile.table is not None and (joint.wear is None or not joint.wear.bearing_depth):
             lines.append(
                 f"component.{owner}.change.profile.table: given, but the gap of joint '{name}' is round without its"

@@ -47,10 +47,10 @@ class Gauge(Strict):
 
     @model_validator(mode="after")
     def _is_one_of_them(self) -> "Gauge":
-        given = [name for name in ("station", "point", "surface") if getattr(self, name) is not None]
-        if len(given) != 1:
+        positions = [name for name in ("station", "point", "surface") if getattr(self, name) is not None]
+        if len(positions) != 1:
             raise ValueError(
-                f"{' and '.join(given) or 'none'} given; exactly one of station, point and surface is needed"
+                f"{' and '.join(positions) or 'none'} given; exactly one of station, point and surface is needed"
             )
         section = self.quantity in SECTION_UNITS
         if section and (self.station is None or self.fibre is not None):

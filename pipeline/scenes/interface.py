@@ -71,7 +71,9 @@ class Interface(Strict):
         if self.kind == "tie" and self.tie is None:
             raise ValueError("kind 'tie' needs tie, 'rbe2' or 'rbe3'")
         for names, kinds in OWN_KEYS.items():
-            given = [name for name in names if getattr(self, name) is not None]
-            if given and self.kind not in kinds:
-                raise ValueError(f"{given[0]} is for {' and '.join(map(repr, kinds))} only, the kind is '{self.kind}'")
+            set_keys = [name for name in names if getattr(self, name) is not None]
+            if set_keys and self.kind not in kinds:
+                raise ValueError(
+                    f"{set_keys[0]} is for {' and '.join(map(repr, kinds))} only, the kind is '{self.kind}'"
+                )
         return self

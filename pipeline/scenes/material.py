@@ -46,16 +46,16 @@ class Orthotropic(Strict):
     def tensor(self) -> np.ndarray:
         """Elastic constants C_ijkl in the component's axes [Pa], (3, 3, 3, 3)."""
         inner = np.linalg.inv(self._compliance())
-        own = np.zeros((3, 3, 3, 3))
+        C = np.zeros((3, 3, 3, 3))
         for row, (i, j) in enumerate(PAIRS):
             for column, (k, l) in enumerate(PAIRS):
                 value = inner[row, column]
                 for a, b in {(i, j), (j, i)}:
                     for c, d in {(k, l), (l, k)}:
-                        own[a, b, c, d] = value
-        one, two = (np.array(axis) / np.linalg.norm(axis) for axis in self.axes)
-        Q = np.stack([one, two, np.cross(one, two)], axis=1)
-        return np.einsum("ia,jb,kc,ld,abcd->ijkl", Q, Q, Q, Q, own, optimize=True)
+                        C[a, b, c, d] = value
+        e1, two = (np.array(axis) / np.linalg.norm(axis) for axis in self.axes)
+        Q = np.stack([e1, two, np.cross(e1, two)], axis=1)
+        return np.einsum("ia,jb,kc,ld,abcd->ijkl", Q, Q, Q, Q, C, optimize=True)
 
     @property
     def isotropic(self) -> tuple[float, float]:
@@ -67,10 +67,10 @@ class Orthotropic(Strict):
 
     def _compliance(self) -> np.ndarray:
         """Return the compliance of the components 11, 22, 33 and of engineering shears 12, 13, 23 [1/Pa], (6, 6)."""
-        (one, two, three), (n12, n13, n23) = self.E, self.nu
-        S = np.diag([1 / one, 1 / two, 1 / three, *(1 / G for G in self.G)])
-        S[0, 1] = S[1, 0] = -n12 / one
-        S[0, 2] = S[2, 0] = -n13 / one
+        (E1, two, three), (n12, n13, n23) = self.E, self.nu
+        S = np.diag([1 / E1, 1 / two, 1 / three, *(1 / G for G in self.G)])
+        S[0, 1] = S[1, 0] = -n12 / E1
+        S[0, 2] = S[2, 0] = -n13 / E1
         S[1, 2] = S[2, 1] = -n23 / two
         return S
 
@@ -127,8 +127,8 @@ class Material(Strict):
     @field_validator("volumes")
     @classmethod
     def _flat(cls, value: dict[str, "Material"], info: ValidationInfo) -> dict[str, "Material"]:
-        for name, one in value.items():
-            if one.volumes:
+        for name, material in value.items():
+            if material.volumes:
                 raise ValueError(f"{name}: volumes given within a volume; allowed: one level")
         return value
 
@@ -140,7 +140,7 @@ class Material(Strict):
     @property
     def contrast(self) -> float:
         """The largest ratio of two of its moduli."""
-        moduli = [self.E, *(one.E for one in self.volumes.values())]
+        moduli = [self.E, *(m.E for m in self.volumes.values())]
         return max(moduli) / min(moduli)
 
     @property
@@ -167,8 +167,8 @@ class Material(Strict):
     def _mistake(self) -> str | None:
         """Return the units that were probably given, one other unit before two; None if there are none."""
         pairs = [(e, rho) for e in MISTAKEN_E.items() for rho in MISTAKEN_RHO.items()]
-        for (one, e), (other, r) in sorted(pairs, key=lambda pair: bool(pair[0][0]) + bool(pair[1][0])):
-            E, rho, names = self.E * e, self.rho * r, [name for name in (one, other) if name]
+        for (unit_E, e), (unit_rho, r) in sorted(pairs, key=lambda pair: bool(pair[0][0]) + bool(pair[1][0])):
+            E, rho, names = self.E * e, self.rho * r, [name for name in (unit_E, unit_rho) if name]
             values = {"speed": (E / rho) ** 0.5, "E": E, "rho": rho}
             if names and all(_between(values[key], limits) for key, limits in LIKELY.items()):
                 return f"probably {' and '.join(names)} {'was' if len(names) == 1 else 'were'} given"

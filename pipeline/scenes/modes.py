@@ -130,7 +130,7 @@ class ModesSettings(Strict):
     @field_validator("ritz_count")
     @classmethod
     def _enough(cls, value: int | None, info: ValidationInfo) -> int | None:
-        least = info.data.get("normal_count", 1)
-        if value is not None and value < least:
-            raise ValueError(f"{value} given, at least normal_count = {least} vectors are needed")
+        minimum = info.data.get("normal_count", 1)
+        if value is not None and value < minimum:
+            raise ValueError(f"{value} given, at least normal_count = {minimum} vectors are needed")
         return value

@@ -1,7 +1,6 @@
 """Reading a scene: TOML, overrides of the command line, and errors that name the allowed keys."""
 
 import contextlib
-import difflib
 import json
 import re
 import tomllib
@@ -13,7 +12,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.errors import InputError, closest
 from gudgeon.pipeline.files import is_file
 from gudgeon.pipeline.scenes.reference.file_schema import UNSET
 from gudgeon.pipeline.scenes.reference.table_text import ALIASES, home_text, table, table_text
@@ -82,8 +81,8 @@ def _tables(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
     return merged(below, tables)
 
 
-def _parsed(text: str, where: str) -> dict[str, Any]:
-    """Return the tables of a TOML text; errors name `where` it stands."""
+def _parsed(text: str, source: str) -> dict[str, Any]:
+    """Return the tables of a TOML text; errors name `source` it stands."""
     try:
         tables = tomllib.loads(text)
         if not _deeper(tables, DEEPEST):
@@ -91,27 +90,27 @@ def _parsed(text: str, where: str) -> dict[str, Any]:
     except RecursionError:
         pass
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{where}: not valid TOML: {_explained(str(error))}") from error
+        raise InputError(f"{source}: not valid TOML: {_explained(str(error))}") from error
     except ValueError as error:
-        raise InputError(f"{where}: not valid TOML: a whole number has too many digits") from error
-    raise InputError(f"{where}: tables or lists are nested too deeply; allowed: {DEEPEST} levels")
+        raise InputError(f"{source}: not valid TOML: a whole number has too many digits") from error
+    raise InputError(f"{source}: tables or lists are nested too deeply; allowed: {DEEPEST} levels")
 
 
 def _explained(error: str) -> str:
     """Return a message of the TOML reader; a table that cannot be added to is named as in the file, with what helps."""
-    if (found := CLOSED.match(error)) is None:
+    if (match := CLOSED.match(error)) is None:
         return error
-    table = ".".join(part.strip(" '\"") for part in found["table"].split(",") if part.strip())
+    table = ".".join(word.strip(" '\"") for word in match["table"].split(",") if word.strip())
     return (
         f"[{table}] stands there twice, or a table around it is in braces {{…}}, which are complete: write that as a"
-        f" table of its own, its keys in lines below its name ({found['place']})"
+        f" table of its own, its keys in lines below its name ({match['place']})"
     )
 
 
 def _deeper(value: Any, levels: int) -> bool:
     """Return whether tables and lists within each other have more levels than given."""
     below = value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ()
-    return any(levels == 0 or _deeper(one, levels - 1) for one in below)
+    return any(levels == 0 or _deeper(v, levels - 1) for v in below)
 
 
 @contextlib.contextmanager
@@ -137,8 +136,8 @@ def check_scene(path: Path, raw: Mapping[str, Any], model: type[Model]) -> Model
         schema = _schema(model)
         entries = error.errors(include_url=False)
         wrong = {entry["loc"][:-1] for entry in entries}  # A list is not too short because of a wrong item.
-        kept = [entry for entry in entries if not (entry["type"] == "too_short" and entry["loc"] in wrong)]
-        lines = [_explain(path, entry, schema) for entry in _without_forms(kept, raw)]
+        shown = [entry for entry in entries if not (entry["type"] == "too_short" and entry["loc"] in wrong)]
+        lines = [_explain(path, entry, schema) for entry in _without_forms(shown, raw)]
         raise InputError("\n".join(dict.fromkeys(lines))) from None
 
 
@@ -160,12 +159,12 @@ def parse_override(text: str) -> dict[str, Any]:
         InputError: there is no `=`, or a part of the path is empty.
     """
     path, equals, value = text.partition("=")
-    parts = [IN_QUOTES.sub(r"\2", part.strip()) for part in DOT.split(path)]
+    keys = [IN_QUOTES.sub(r"\2", k.strip()) for k in DOT.split(path)]
     shown = text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
-    if not equals or not all(parts):
+    if not equals or not all(keys):
         raise InputError(f"--set {shown}: expected path.to.key=value")
-    if len(parts) > DEEPEST:
-        raise InputError(f"--set {shown}: {len(parts)} parts of the path; allowed: {DEEPEST}")
+    if len(keys) > DEEPEST:
+        raise InputError(f"--set {shown}: {len(keys)} parts of the path; allowed: {DEEPEST}")
     try:
         tables = tomllib.loads(f"value = {value}")
         leaf = tables["value"] if len(tables) == 1 else value.strip()
@@ -175,21 +174,21 @@ def parse_override(text: str) -> dict[str, Any]:
         raise InputError(f"--set {shown}: the value has too many digits or levels") from error
     if _deeper(leaf, DEEPEST):
         raise InputError(f"--set {shown}: the value has more than {DEEPEST} levels")
-    return nested(parts, leaf)
+    return nested(keys, leaf)
 
 
-def override_texts(given: Any) -> list[str]:
+def override_texts(changes: Any) -> list[str]:
     """Return the overrides of a mapping of paths to values, of texts `path.to.key=value`, or of one such text.
 
     Raises:
         InputError: it is neither, or TOML has no such value.
     """
-    if isinstance(given, Mapping):
-        return [override_text(key, value) for key, value in given.items()]
-    texts = [given] if isinstance(given, str) else list(given) if isinstance(given, Iterable) else [given]
-    for one in texts:
-        if not isinstance(one, str):
-            raise InputError(f"set: {_shown(one)} given; allowed: texts path.to.key=value, or a mapping of such paths")
+    if isinstance(changes, Mapping):
+        return [override_text(key, value) for key, value in changes.items()]
+    texts = [changes] if isinstance(changes, str) else list(changes) if isinstance(changes, Iterable) else [changes]
+    for text in texts:
+        if not isinstance(text, str):
+            raise InputError(f"set: {_shown(text)} given; allowed: texts path.to.key=value, or a mapping of such paths")
     return texts
 
 
@@ -211,7 +210,7 @@ def override_text(key: str, value: Any) -> str:
 def _toml(value: Any) -> str:
     value = value.tolist() if hasattr(value, "tolist") else value  # Scalars and arrays of numpy.
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{json.dumps(str(key))} = {_toml(one)}" for key, one in value.items()) + "}"
+        return "{" + ", ".join(f"{json.dumps(str(key))} = {_toml(v)}" for key, v in value.items()) + "}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_toml, value))}]"
     if isinstance(value, float):
@@ -236,104 +235,106 @@ def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, A
     Raises:
         InputError: a list has no such item.
     """
-    found = dict(tables)
+    result = dict(tables)
     for name, value in changes.items():
-        below = found.get(name)
+        below = result.get(name)
         if value == UNSET:
-            found.pop(name, None)
+            result.pop(name, None)
         elif isinstance(value, Mapping) and isinstance(below, list) and all(key.isdecimal() for key in value):
-            found[name] = _with_items(name, below, value)
+            result[name] = _with_items(name, below, value)
         elif isinstance(value, Mapping):
-            found[name] = merged(below if isinstance(below, dict) else {}, value)
+            result[name] = merged(below if isinstance(below, dict) else {}, value)
         else:
-            found[name] = value
-    return found
+            result[name] = value
+    return result
 
 
-def _refuse_misspelt(tables: Mapping[str, Any], changes: Mapping[str, Any], where: str, *above: str) -> None:
+def _refuse_misspelt(tables: Mapping[str, Any], changes: Mapping[str, Any], source: str, *above: str) -> None:
     """Raise InputError where changes remove a key that tables do not have, but one whose name resembles it."""
     for name, value in changes.items():
         below = tables.get(name)
         if value == UNSET and name not in tables and (hint := _hint(name, list(tables))):
             raise InputError(
-                f"{where}: {'.'.join((*above, name))} is not given, so that it cannot be unset; {hint.strip()}"
+                f"{source}: {'.'.join((*above, name))} is not given, so that it cannot be unset; {hint.strip()}"
             )
         if isinstance(value, Mapping):
-            _refuse_misspelt(below if isinstance(below, Mapping) else {}, value, where, *above, name)
+            _refuse_misspelt(below if isinstance(below, Mapping) else {}, value, source, *above, name)
 
 
 def _with_items(name: str, items: list[Any], changes: Mapping[str, Any]) -> list[Any]:
     """Return a list with some items replaced; `changes` are numbers of items, as text, and their values."""
-    found = list(items)
+    result = list(items)
     for key, value in changes.items():
-        if int(key) >= len(found):
-            raise InputError(f"{name}.{key}: no such item; the list has items 0 to {len(found) - 1}")
-        found[int(key)] = merged({"": found[int(key)]}, {"": value})[""]
-    return found
+        if int(key) >= len(result):
+            raise InputError(f"{name}.{key}: no such item; the list has items 0 to {len(result) - 1}")
+        result[int(key)] = merged({"": result[int(key)]}, {"": value})[""]
+    return result
 
 
 def _without_forms(entries: Sequence[Any], raw: Mapping[str, Any]) -> list[Any]:
     """Return mistakes with one of each whole value that has none of several forms, such as numbers or rows of them."""
-    found, others = [], []
+    mistakes, others = [], []
     for entry in entries:
-        location = tuple(takewhile(lambda part: not str(part).startswith("tuple["), entry["loc"]))
+        location = tuple(takewhile(lambda key: not str(key).startswith("tuple["), entry["loc"]))
         value: Any = raw
         if len(location) == len(entry["loc"]) or entry["type"] not in (*EXPECTED, *COUNTED):  # Its form is right.
-            found.append(entry | {"loc": location + entry["loc"][len(location) + 1 :]})
+            mistakes.append(entry | {"loc": location + entry["loc"][len(location) + 1 :]})
             continue
-        for part in location:  # Others are tags of unions.
-            if (isinstance(value, Mapping) and part in value) or (isinstance(value, list) and isinstance(part, int)):
-                value = value[part]
+        for step in location:  # Others are tags of unions.
+            if (isinstance(value, Mapping) and step in value) or (isinstance(value, list) and isinstance(step, int)):
+                value = value[step]
         others.append(entry | {"type": "tuple_type", "loc": location, "input": value})
-    return found + [one for one in others if not any(each["loc"][: len(one["loc"])] == one["loc"] for each in found)]
+    return mistakes + [e for e in others if not any(each["loc"][: len(e["loc"])] == e["loc"] for each in mistakes)]
 
 
 def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
-    location = [part for part in entry["loc"] if part != "[key]"]
+    location = [step for step in entry["loc"] if step != "[key]"]
     if entry["type"] == "missing" and isinstance(location[-1], int):  # A list that is too short.
         location.pop()
     keys, allowed, node = _walk(schema, location)
-    where = ": ".join([str(path), ".".join(keys)] if keys else [str(path)])
+    source = ": ".join(filter(None, (str(path), ".".join(keys))))
     if entry["type"] == "extra_forbidden":
         hint = _hint(keys[-1], allowed) or home_text(schema, keys[-1], keys[:-1])
-        return f"{where}: unknown key; {hint}allowed here: {', '.join(allowed)}"
+        return f"{source}: unknown key; {hint}allowed here: {', '.join(allowed)}"
     if entry["type"] == "union_tag_invalid":
         key, tags = entry["ctx"]["discriminator"].strip("'"), entry["ctx"]["expected_tags"]
         tag = entry["ctx"]["tag"]
-        return f"{where}.{key}: '{tag}' given; {_hint(tag, re.findall(QUOTED, tags))}input should be one of {tags}"
+        return f"{source}.{key}: '{tag}' given; {_hint(tag, re.findall(QUOTED, tags))}input should be one of {tags}"
     if entry["type"] == "union_tag_not_found":
-        kinds = ", ".join(f"'{one}'" for one in node.get("discriminator", {}).get("mapping", ()))
-        return f"{where}.{entry['ctx']['discriminator'].strip(chr(39))}: is missing; allowed: {kinds}"
+        kinds = ", ".join(f"'{k}'" for k in node.get("discriminator", {}).get("mapping", ()))
+        return f"{source}.{entry['ctx']['discriminator'].strip(chr(39))}: is missing; allowed: {kinds}"
     if entry["type"] == "missing" and len(location) == len(entry["loc"]):
         form = _expected(node)
         form = table_text(schema, node, keys[-1]) if form == "a table" else form
-        return f"{where}: is missing; give {form}" if form else f"{where}: is missing"
+        return f"{source}: is missing; give {form}" if form else f"{source}: is missing"
+    return f"{source}: {_wrong_value(entry, schema, node, keys[-1] if keys else '')}"
+
+
+def _wrong_value(entry: Any, schema: dict[str, Any], node: dict[str, Any], key: str) -> str:
+    """Return what is wrong with the value of a key, whose schema is `node`, and what is allowed."""
     message = entry["msg"].removeprefix("Value error, ")
-    given = entry["input"]
+    got = entry["input"]
     if entry["type"] in COUNTED and "prefixItems" not in node:
         bound = f"{COUNTED[entry['type']]} {entry['ctx'].get('min_length', entry['ctx'].get('max_length'))}"
-        return f"{where}: {len(given)} given; allowed: {bound}"
-    if isinstance(given, Mapping) or entry["type"] == "value_error":
-        return f"{where}: {message}"
-    shown = _shown(given)
+        return f"{len(got)} given; allowed: {bound}"
+    if isinstance(got, Mapping) or entry["type"] == "value_error":
+        return message
+    shown = _shown(got)
     if entry["type"] in EXPECTED and (expected := _expected(node)):
-        if expected == "a list" and isinstance(given, str) and len(given) < SHOWN:
-            expected = f'a list, such as ["{given}"]'
+        if expected == "a list" and isinstance(got, str) and len(got) < SHOWN:
+            expected = f'a list, such as ["{got}"]'
         if expected == "a table":
-            expected = table_text(schema, node, keys[-1] if keys else "", given)
-        return f"{where}: {shown} given; allowed: {expected}"
-    hint = (
-        _hint(given if isinstance(given, str) else shown, re.findall(QUOTED, message))
-        if entry["type"] == "literal_error"
-        else ""
-    )
-    return f"{where}: {shown} given; {hint}{message[0].lower()}{message[1:]}"
+            expected = table_text(schema, node, key, got)
+        return f"{shown} given; allowed: {expected}"
+    literal = entry["type"] == "literal_error"
+    hint = _hint(got if isinstance(got, str) else shown, re.findall(QUOTED, message)) if literal else ""
+    return f"{shown} given; {hint}{message[0].lower()}{message[1:]}"
 
 
 def _expected(node: dict[str, Any]) -> str:
     """Return what a key takes, in words; empty where the form of its value says nothing."""
     if "anyOf" in node:
-        return " or ".join(dict.fromkeys(text for one in node["anyOf"] if (text := _expected(one))))
+        return " or ".join(dict.fromkeys(text for n in node["anyOf"] if (text := _expected(n))))
     unit = f" in {node['unit']}" if isinstance(node.get("unit"), str) and node["unit"] != "1" else ""
     if (items := node.get("prefixItems")) is not None:
         names = " [x, y, z]" if len(items) == 3 else ""
@@ -346,41 +347,41 @@ def _expected(node: dict[str, Any]) -> str:
     return FORMS.get(node.get("type", ""), "") + unit
 
 
-def _shown(given: Any) -> str:
+def _shown(value: Any) -> str:
     """Return a value as text, cut to one short line."""
-    if isinstance(given, int) and abs(given) >= 10**SHOWN:
+    if isinstance(value, int) and abs(value) >= 10**SHOWN:
         return "a whole number of more digits than are read"
     try:
-        text = repr(given)
+        text = repr(value)
     except ValueError:
         return "whole numbers of more digits than are read"
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
 
 
-def _hint(given: str, allowed: Sequence[str]) -> str:
+def _hint(name: str, allowed: Sequence[str]) -> str:
     """Return a question with the allowed name that replaces or resembles the given one; empty if there is none."""
-    near = [new for new in allowed if ALIASES.get(given) == new] or difflib.get_close_matches(given, allowed, 1, NEAR)
-    return f"did you mean '{near[0]}'? " if near else ""
+    alias = ALIASES.get(name)
+    return f"did you mean '{alias}'? " if alias in allowed else closest(name, allowed, NEAR)
 
 
 def _walk(schema: dict[str, Any], location: Sequence[str | int]) -> tuple[list[str], list[str], dict[str, Any]]:
     """Return the location's keys as a user writes them, the keys allowed in its table, and the schema of its value."""
     node, keys, allowed = schema, [], list(schema.get("properties", {}))
-    for part in location:
+    for step in location:
         node = table(schema, node)
-        if (mapping := node.get("discriminator", {}).get("mapping")) is not None and part in mapping:
-            node = {"$ref": mapping[str(part)]}
+        if (mapping := node.get("discriminator", {}).get("mapping")) is not None and step in mapping:
+            node = {"$ref": mapping[str(step)]}
             allowed = list(table(schema, node).get("properties", {}))
             continue
-        keys.append(str(part))
+        keys.append(str(step))
         allowed = list(node.get("properties", {}))
         items = dict(enumerate(node.get("prefixItems", ())))
-        below = node.get("properties", items).get(part, node.get("additionalProperties", node.get("items")))
+        below = node.get("properties", items).get(step, node.get("additionalProperties", node.get("items")))
         node = below if isinstance(below, dict) else {}
-    return keys, allowed, next((one for one in node.get("anyOf", ()) if "discriminator" in one), node)
+    return keys, allowed, next((n for n in node.get("anyOf", ()) if "discriminator" in n), node)
 
 
-def find_file(name: str, folder: Path, where: str) -> Path:
+def find_file(name: str, folder: Path, key: str) -> Path:
     """Return the path of a file that a scene names, in the scene's folder or the current one.
 
     Raises:
@@ -389,4 +390,4 @@ def find_file(name: str, folder: Path, where: str) -> Path:
     for candidate in (folder / name, Path(name)):
         if is_file(candidate):
             return candidate
-    raise InputError(f"{where}: no file '{name}', neither in {folder} nor in the current folder")
+    raise InputError(f"{key}: no file '{name}', neither in {folder} nor in the current folder")

@@ -33,9 +33,9 @@ def _rising(text: str, path: Path, columns: str) -> Pairs:
     if len(rows) < 3:
         raise InputError(f"{path}: a table of {columns} needs a header and at least two rows")
     values = _pairs(rows, path, columns)
-    for number, (before, after) in enumerate(pairwise(values), 3):
+    for line, (before, after) in enumerate(pairwise(values), 3):
         if after[0] <= before[0]:
-            raise InputError(f"{path}: row {number}: {after[0]:g} must be above {before[0]:g} of the row before")
+            raise InputError(f"{path}: row {line}: {after[0]:g} must be above {before[0]:g} of the row before")
     return values
 
 
@@ -75,34 +75,34 @@ def read_knots(path: Path) -> Pairs:
 def _pairs(rows: list[list[str]], path: Path, needed: str) -> Pairs:
     """Return the numbers of the rows below the header."""
     values = []
-    for number, row in enumerate(rows[1:], 2):
+    for line, row in enumerate(rows[1:], 2):
         if len(row) != 2:
-            raise InputError(f"{path}: row {number} has {len(row)} cells, {needed} are needed")
-        where = f"{path}: row {number}"
-        values.append((finite_number(row[0], where), finite_number(row[1], where)))
+            raise InputError(f"{path}: row {line} has {len(row)} cells, {needed} are needed")
+        location = f"{path}: row {line}"
+        values.append((finite_number(row[0], location), finite_number(row[1], location)))
     return tuple(values)
 
 
-def check_closed(where: str, table: np.ndarray, first_row: int = 1) -> None:
+def check_closed(key: str, table: np.ndarray, first_row: int = 1) -> None:
     """Raise InputError unless the angles [deg] of a table, (rows, 2), increase and it is periodic in one or two turns.
 
-    Messages name the file or key `where`, and rows from `first_row` on.
+    Messages name the file or key `key`, and rows from `first_row` on.
     """
     turned = np.flatnonzero(np.diff(table[:, 0]) <= 0)
     if len(turned):
         later = turned[0] + 1
         raise InputError(
-            f"{where}: row {later + first_row}: the angle {table[later, 0]:g} must be above that of the row before"
+            f"{key}: row {later + first_row}: the angle {table[later, 0]:g} must be above that of the row before"
         )
     span = table[-1, 0] - table[0, 0]
-    if min(abs(span - whole) for whole in SPANS) > 1e-6:
+    if min(abs(span - turns) for turns in SPANS) > 1e-6:
         raise InputError(
-            f"{where}: angles reach from {table[0, 0]:g} to {table[-1, 0]:g} degrees, {span:g} in all; a cycle must"
+            f"{key}: angles reach from {table[0, 0]:g} to {table[-1, 0]:g} degrees, {span:g} in all; a cycle must"
             f" close over {SPANS[1]:g} (or {SPANS[0]:g})"
         )
     jump = abs(table[-1, 1] - table[0, 1])
     if jump > CLOSED * np.abs(table[:, 1]).max():
         raise InputError(
-            f"{where}: the first value is {table[0, 1]:g} and the last {table[-1, 1]:g} at the same crank angle; the"
+            f"{key}: the first value is {table[0, 1]:g} and the last {table[-1, 1]:g} at the same crank angle; the"
             " table must close"
         )

@@ -35,10 +35,10 @@ def sampled(parameters: Sequence[Parameter], how: Sampling) -> list[tuple[Any, .
         InputError: there are too many designs, or the seed is negative.
     """
     if how.kind == "full":
-        lists = [one.listed() for one in parameters]
+        lists = [p.listed() for p in parameters]
         count = math.prod(map(len, lists))
         if count > MOST:
-            sizes = " × ".join(str(len(one)) for one in lists)
+            sizes = " × ".join(str(len(p)) for p in lists)
             raise InputError(
                 f"--vary: {sizes} = {count} designs; allowed: up to {MOST}; --latin N takes N designs of them"
             )
@@ -48,7 +48,7 @@ def sampled(parameters: Sequence[Parameter], how: Sampling) -> list[tuple[Any, .
     if how.seed < 0:
         raise InputError(f"--seed {how.seed}: allowed: 0 or more")
     return [
-        tuple(parameter.at(float(share)) for parameter, share in zip(parameters, row, strict=True))
+        tuple(parameter.at(float(fraction)) for parameter, fraction in zip(parameters, row, strict=True))
         for row in _shares(len(parameters), how)
     ]
 
@@ -75,38 +75,45 @@ def read_designs(path: Path) -> tuple[list[Parameter], list[tuple[Any, ...]]]:
     rows = _rows(path)
     if not rows:
         raise InputError(f"{path}: is empty; the first row has the keys, such as body.part.velocity.2")
-    (_, head), body = rows[0], rows[1:]
-    paths = [".".join(part.strip() for part in cell.split(".")) for cell in head]
-    for column, one in enumerate(paths):
-        if not all(one.split(".")) or ";" in one or "\t" in one:
-            allowed = "path.to.key, separated by commas"
-            raise InputError(f"{path}: row 1, column {column + 1}: {head[column][:SHOWN]!r} given; allowed: {allowed}")
-    refuse_same(paths, f"{path}: row 1:")
+    paths, body = _paths(rows[0][1], path), rows[1:]
     if not body:
         raise InputError(f"{path}: has no designs below the keys in its first row")
     if len(body) > MOST:
         raise InputError(f"{path}: {len(body)} designs; allowed: up to {MOST}")
-    designs, places = [], [dict[str, str]() for _ in paths]
+    designs, sources = [], [dict[str, str]() for _ in paths]
     for line, cells in body:
         if len(cells) != len(paths):
             raise InputError(f"{path}: row {line}: {len(cells)} cells; the first row has {len(paths)} keys")
-        where = [f"{path}: row {line}, column {number} '{name}'" for number, name in enumerate(paths, 1)]
-        designs.append(tuple(_cell(cell, place) for cell, place in zip(cells, where, strict=True)))
-        for found, value, place in zip(places, designs[-1], where, strict=True):
-            found.setdefault(repr(value), place)
+        locations = [f"{path}: row {line}, column {n} '{name}'" for n, name in enumerate(paths, 1)]
+        designs.append(tuple(_cell(cell, location) for cell, location in zip(cells, locations, strict=True)))
+        for sources_of_column, value, location in zip(sources, designs[-1], locations, strict=True):
+            sources_of_column.setdefault(repr(value), location)
     parameters = [
-        Parameter(name, f"{path}: column '{name}'", tuple({repr(one): one for one in values}.values()), places=found)
-        for name, values, found in zip(paths, zip(*designs, strict=True), places, strict=True)
+        Parameter(
+            name, f"{path}: column '{name}'", tuple({repr(v): v for v in values}.values()), places=sources_of_column
+        )
+        for name, values, sources_of_column in zip(paths, zip(*designs, strict=True), sources, strict=True)
     ]
     return parameters, designs
 
 
-def _cell(text: str, where: str) -> Any:
+def _paths(head: Sequence[str], path: Path) -> list[str]:
+    """Return the keys in the first row of a table."""
+    paths = [".".join(k.strip() for k in cell.split(".")) for cell in head]
+    for column, key in enumerate(paths):
+        if not all(key.split(".")) or ";" in key or "\t" in key:
+            allowed = "path.to.key, separated by commas"
+            raise InputError(f"{path}: row 1, column {column + 1}: {head[column][:SHOWN]!r} given; allowed: {allowed}")
+    refuse_same(paths, f"{path}: row 1:")
+    return paths
+
+
+def _cell(text: str, location: str) -> Any:
     value = one_value(text)
     if value == "":
-        raise InputError(f"{where}: is empty; every design needs a value ('unset' removes the key)")
+        raise InputError(f"{location}: is empty; every design needs a value ('unset' removes the key)")
     if isinstance(value, float) and not math.isfinite(value):
-        raise InputError(f"{where}: {value} given; allowed: finite numbers")
+        raise InputError(f"{location}: {value} given; allowed: finite numbers")
     return value
 
 

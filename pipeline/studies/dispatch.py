@@ -49,10 +49,10 @@ class _Run:
         """Number of steps on which each still waits."""
         self._before: dict[int, list[int]] = {}
         """Steps that wait on each."""
-        for number, step in enumerate(steps):
-            for other in step.after:
-                self._before.setdefault(other, []).append(number)
-        self._ready = deque(number for number, left in enumerate(self._left) if not left)
+        for n, step in enumerate(steps):
+            for earlier in step.after:
+                self._before.setdefault(earlier, []).append(n)
+        self._ready = deque(n for n, waiting in enumerate(self._left) if not waiting)
         self._suspects: deque[int] = deque()
         """Steps whose workers ended, to be tried alone."""
         self._running: dict[Future[Row], int] = {}
@@ -97,11 +97,11 @@ class _Run:
         """Give out the first task of a queue; return whether the executor took it."""
         if self._pool is None:
             self._pool = self._workers.open()
-        number = queue.popleft()
+        step = queue.popleft()
         try:
-            self._running[self._pool.submit(self._work, self._steps[number].task)] = number
+            self._running[self._pool.submit(self._work, self._steps[step].task)] = step
         except Exception as error:
-            queue.appendleft(number)
+            queue.appendleft(step)
             self._broken(error)
             return False
         return True
@@ -121,12 +121,12 @@ class _Run:
             self._breaks = 0
             self._note(self._running.pop(future), row)
 
-    def _note(self, number: int, row: Row) -> None:
-        self._done.append((number, row))
-        for other in self._before.get(number, ()):
-            self._left[other] -= 1
-            if not self._left[other]:
-                self._ready.append(other)
+    def _note(self, step: int, row: Row) -> None:
+        self._done.append((step, row))
+        for waiting in self._before.get(step, ()):
+            self._left[waiting] -= 1
+            if not self._left[waiting]:
+                self._ready.append(waiting)
 
     def _broken(self, error: Exception) -> None:
         """Take back all tasks of workers that have ended."""
@@ -139,17 +139,17 @@ class _Run:
         self.close()
         numbers = [*self._running.values()]
         self._running.clear()
-        for number in numbers:
-            self._lost(number, error, self._suspects)
+        for step in numbers:
+            self._lost(step, error, self._suspects)
 
-    def _lost(self, number: int, error: BaseException, queue: deque[int]) -> None:
+    def _lost(self, step: int, error: BaseException, queue: deque[int]) -> None:
         """Put a task whose worker ended into a queue again, or note that it is lost."""
-        self._tries[number] += 1
-        if self._tries[number] < TRIES:
-            queue.append(number)
+        self._tries[step] += 1
+        if self._tries[step] < TRIES:
+            queue.append(step)
             return
         text = f"its worker ended {TRIES} times ({_text(error)}); it is tried again when the study is run again"
-        self._note(number, Row(self._steps[number].task.design, LOST, text))
+        self._note(step, Row(self._steps[step].task.design, LOST, text))
 
 
 def _text(error: BaseException) -> str:

@@ -44,11 +44,11 @@ def processes(jobs: int) -> Workers:
 
     def close(pool: Any) -> None:
         # Before version 3.14 of Python there is no other way to end them.
-        own = [*(pool._processes or {}).values()]
+        children = [*(pool._processes or {}).values()]
         pool.shutdown(wait=False)
-        for child in own:
+        for child in children:
             child.terminate()
-        for child in own:
+        for child in children:
             child.join()
 
     return Workers(opened, close, AHEAD * jobs)
@@ -90,13 +90,13 @@ def executor_of(make: Callable[[], Executor], source: str, jobs: int | None = No
 
     def opened() -> Executor:
         try:
-            found = make()
+            executor = make()
         except Exception as error:
             raise InputError(f"{source}: raised {type(error).__name__}: {error}") from error
-        if not callable(getattr(found, "submit", None)) or not callable(getattr(found, "shutdown", None)):
-            kind = type(found).__name__
+        if not callable(getattr(executor, "submit", None)) or not callable(getattr(executor, "shutdown", None)):
+            kind = type(executor).__name__
             raise InputError(f"{source}: returned {kind}; allowed: an executor as of concurrent.futures")
-        return found
+        return executor
 
     # Executors of clusters do not have all arguments of the standard ones.
     return Workers(opened, lambda pool: pool.shutdown(wait=False), jobs or GIVEN_OUT)

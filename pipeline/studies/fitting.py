@@ -1,12 +1,11 @@
 """Whether a scene has the keys that a study varies, and each value alone is one that its key allows."""
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import Any
 
-from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.errors import InputError, closest
 from gudgeon.pipeline.scenes.reading import check_scene, merged, nested
 from gudgeon.pipeline.studies.parameters import Parameter
 
@@ -27,46 +26,44 @@ def fitted(job: Any, parameters: Sequence[Parameter]) -> tuple[dict[str, Any], l
     """
     tables: dict[str, Any] = {name: table for name, table in job.tables.items() if name not in NO_RUN}
     full = job.scene.model_dump(mode="json")
-    for one in parameters:
-        tables = _with_lists(tables, full, one)
-    return tables, [_checked(job, tables, one) for one in parameters]
+    for parameter in parameters:
+        tables = _with_lists(tables, full, parameter)
+    return tables, [_checked(job, tables, parameter) for parameter in parameters]
 
 
 def _with_lists(tables: dict[str, Any], full: Mapping[str, Any], parameter: Parameter) -> dict[str, Any]:
     """Return tables with the list that a parameter changes; raises InputError where the scene has no such place."""
-    parts = parameter.path.split(".")
+    keys = parameter.path.split(".")
     node: Any = full
-    for depth, part in enumerate(parts):
-        if depth == 0 and part in NO_RUN:
-            raise InputError(f"{parameter.source}: '{part}' does not affect the motion; vary keys of other tables")
+    if keys[0] in NO_RUN:
+        raise InputError(f"{parameter.source}: '{keys[0]}' does not affect the motion; vary keys of other tables")
+    for depth, key in enumerate(keys):
         if isinstance(node, list):
-            if not part.isdecimal() or int(part) >= len(node):
-                raise InputError(f"{parameter.source}: no item '{part}'; allowed: 0 to {len(node) - 1}")
-            tables = _defaults(tables, parts[:depth], node)
-            node = node[int(part)]
-        elif isinstance(node, Mapping) and part in node:
-            node = node[part]
+            if not key.isdecimal() or int(key) >= len(node):
+                raise InputError(f"{parameter.source}: no item '{key}'; allowed: 0 to {len(node) - 1}")
+            tables = _defaults(tables, keys[:depth], node)
+            node = node[int(key)]
+        elif isinstance(node, Mapping) and key in node:
+            node = node[key]
         elif isinstance(node, Mapping) and depth < 2:
-            above = ".".join(parts[:depth]) or "the scene"
-            near = difflib.get_close_matches(part, node, 1)
-            hint = f"did you mean '{near[0]}'? " if near else ""
+            above = ".".join(keys[:depth]) or "the scene"
             have = ", ".join(name for name in node if name not in NO_RUN) or "nothing"
-            raise InputError(f"{parameter.source}: no '{part}' in {above}; {hint}it has {have}")
+            raise InputError(f"{parameter.source}: no '{key}' in {above}; {closest(key, node)}it has {have}")
         else:
             break
     return tables
 
 
-def _defaults(tables: dict[str, Any], parts: Sequence[str], items: list[Any]) -> dict[str, Any]:
+def _defaults(tables: dict[str, Any], keys: Sequence[str], items: list[Any]) -> dict[str, Any]:
     """Return tables with a list at a path, unless one is there."""
     node: Any = tables
-    for part in parts:
+    for key in keys:
         if isinstance(node, list):
-            node = node[int(part)]
+            node = node[int(key)]
             continue
-        if not isinstance(node, Mapping) or part not in node:
-            return merged(tables, nested(parts, items))
-        node = node[part]
+        if not isinstance(node, Mapping) or key not in node:
+            return merged(tables, nested(keys, items))
+        node = node[key]
     return tables
 
 
@@ -103,9 +100,9 @@ def _refusal(job: Any, tables: dict[str, Any], path: str, value: Any) -> str | N
 def _exists(job: Any, path: str) -> bool:
     """Return whether a scene with its defaults has something at a path."""
     node: Any = job.scene.model_dump(mode="json")
-    for part in path.split("."):
+    for key_text in path.split("."):
         items = dict(enumerate(node)) if isinstance(node, list) else node if isinstance(node, Mapping) else {}
-        key: Any = int(part) if isinstance(node, list) and part.isdecimal() else part
+        key: Any = int(key_text) if isinstance(node, list) and key_text.isdecimal() else key_text
         if key not in items:
             return False
         node = items[key]
@@ -117,7 +114,8 @@ def check_shown(job: Any, patterns: Sequence[str]) -> None:
     possible = job.quantities() if patterns else ()
     for pattern in patterns if possible else ():
         if not any(fnmatchcase(name, pattern) for name in possible):
-            near = difflib.get_close_matches(pattern, possible, 1)
-            hint = f"did you mean '{near[0]}'? " if near else ""
             have = ", ".join(dict.fromkeys(name.partition(".")[0] for name in possible))
-            raise InputError(f"--quantity {pattern}: no run of the scene has it; {hint}it has quantities of {have}")
+            raise InputError(
+                f"--quantity {pattern}: no run of the scene has it; {closest(pattern, possible)}it has"
+                f" quantities of {have}"
+            )

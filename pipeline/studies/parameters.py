@@ -56,25 +56,25 @@ class Parameter:
         """Return its values, those of a range from one end to the other."""
         if self.values:
             return self.values
-        shares = [number / (self.count - 1) for number in range(self.count)]
-        return tuple(dict.fromkeys(self._between(share, SPREAD_DIGITS) for share in shares))
+        shares = [i / (self.count - 1) for i in range(self.count)]
+        return tuple(dict.fromkeys(self._between(fraction, SPREAD_DIGITS) for fraction in shares))
 
-    def at(self, share: float) -> Any:
+    def at(self, fraction: float) -> Any:
         """Return the value at a share of the values, or of the range, 0 to 1."""
         if self.values or self.count:
             values = self.listed()
-            return values[min(int(share * len(values)), len(values) - 1)]
-        return self._between(share, DRAWN_DIGITS)
+            return values[min(int(fraction * len(values)), len(values) - 1)]
+        return self._between(fraction, DRAWN_DIGITS)
 
     def representatives(self) -> tuple[Any, ...]:
         """Return the values that are checked before any design runs: those of a list, and the ends of a range."""
-        return self.values or tuple(dict.fromkeys(self._between(share, SPREAD_DIGITS) for share in (0.0, 1.0)))
+        return self.values or tuple(dict.fromkeys(self._between(fraction, SPREAD_DIGITS) for fraction in (0.0, 1.0)))
 
-    def _between(self, share: float, digits: int) -> float | int:
+    def _between(self, fraction: float, digits: int) -> float | int:
         ratio = self.high / self.low if self.log else 1.0
-        value = self.low * ratio**share if self.log else self.low + share * (self.high - self.low)
-        least, most = sorted((self.low, self.high))
-        value = min(max(float(f"{value:.{digits}g}"), least), most)
+        value = self.low * ratio**fraction if self.log else self.low + fraction * (self.high - self.low)
+        lower, upper = sorted((self.low, self.high))
+        value = min(max(float(f"{value:.{digits}g}"), lower), upper)
         return round(value) if self.whole else value
 
 
@@ -87,34 +87,34 @@ def parse_parameters(texts: Sequence[str], *, drawn: bool) -> list[Parameter]:
     Raises:
         InputError: a text is none of the forms above, or two texts are about the same key.
     """
-    found = [_parsed(text, drawn) for text in texts]
-    refuse_same([one.path for one in found], "--vary")
-    return found
+    parameters = [_parsed(text, drawn) for text in texts]
+    refuse_same([p.path for p in parameters], "--vary")
+    return parameters
 
 
-def refuse_same(paths: Sequence[str], where: str) -> None:
+def refuse_same(paths: Sequence[str], source: str) -> None:
     """Raise an InputError where two paths are the same, or one contains the other."""
-    for number, one in enumerate(paths):
-        for other in paths[:number]:
-            if f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}."):
-                both = f"{one}: given twice" if one == other else f"{other} and {one}: one contains the other"
-                raise InputError(f"{where} {both}; allowed: each key once")
+    for n, path in enumerate(paths):
+        for earlier in paths[:n]:
+            if f"{path}.".startswith(f"{earlier}.") or f"{earlier}.".startswith(f"{path}."):
+                both = f"{path}: given twice" if path == earlier else f"{earlier} and {path}: one contains the other"
+                raise InputError(f"{source} {both}; allowed: each key once")
 
 
 def _parsed(text: str, drawn: bool) -> Parameter:
     shown = text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
-    left, equals, right = text.partition("=")
-    parts = [part.strip() for part in left.split(".")]
-    if not equals or not all(parts) or not right.strip():
+    key, equals, right = text.partition("=")
+    names = [k.strip() for k in key.split(".")]
+    if not equals or not all(names) or not right.strip():
         raise InputError(f"--vary {shown}: expected path.to.key={FORMS}")
-    path, source = ".".join(parts), f"--vary {'.'.join(parts)}"
+    path, source = ".".join(names), f"--vary {'.'.join(names)}"
     if (match := RANGE.fullmatch(right)) is not None:
         return _range(path, shown, match, drawn)
     values = listed_values(right)
     for value in values:
         if value == "" or (isinstance(value, float) and not math.isfinite(value)):
-            given = "an empty value" if value == "" else value
-            raise InputError(f"--vary {shown}: {given} given; allowed: finite numbers, texts, lists and truth values")
+            got = "an empty value" if value == "" else value
+            raise InputError(f"--vary {shown}: {got} given; allowed: finite numbers, texts, lists and truth values")
     if len(values) > MOST:
         raise InputError(f"--vary {path}: {len(values)} values given; allowed: up to {MOST}")
     return Parameter(path, source, tuple(values))
@@ -143,7 +143,7 @@ def listed_values(text: str) -> list[Any]:
             return tables["v"]
     except (ValueError, RecursionError):
         pass
-    return [one_value(part) for part in _split(text)]
+    return [one_value(v) for v in _split(text)]
 
 
 def one_value(text: str) -> Any:
@@ -167,11 +167,11 @@ def _is_json(value: Any) -> bool:
 
 def _split(text: str) -> list[str]:
     """Return the parts of a text between commas that stand in no brackets."""
-    parts, depth = [""], 0
+    texts, depth = [""], 0
     for letter in text:
         depth += (letter in "[{") - (letter in "]}")
         if letter == "," and depth <= 0:
-            parts.append("")
+            texts.append("")
         else:
-            parts[-1] += letter
-    return parts
+            texts[-1] += letter
+    return texts

@@ -56,20 +56,20 @@ def planned(
     """
     changes = [tuple(zip(paths, values, strict=True)) for values in designs]
     equal: dict[str, list[int]] = {}
-    for number, one in enumerate(changes, 1):
-        equal.setdefault(json.dumps(one), []).append(number)
+    for design_number, changed in enumerate(changes, 1):
+        equal.setdefault(json.dumps(changed), []).append(design_number)
     groups: dict[str, _Group] = {}
     group_of: dict[int, _Group] = {}
-    for first, *_ in equal.values():
-        shaping = [pair for pair in changes[first - 1] if pair[0].partition(".")[0] in SHAPING]
-        group = groups.setdefault(json.dumps(shaping), _Group(changes[first - 1]))
-        group.designs.append(first)
-        group_of[first] = group
+    for design, *_ in equal.values():
+        shaping = [pair for pair in changes[design - 1] if pair[0].partition(".")[0] in SHAPING]
+        group = groups.setdefault(json.dumps(shaping), _Group(changes[design - 1]))
+        group.designs.append(design)
+        group_of[design] = group
     steps = _shared_steps(source, stages, list(groups.values()))
-    first = frozenset({len(steps)} if compiles else ())
+    compiling = frozenset({len(steps)} if compiles else ())
     for text, numbers in equal.items():
         task = Task(source, numbers[0], text, stages)
-        after = frozenset(group_of[numbers[0]].after) | (first - {len(steps)})
+        after = frozenset(group_of[numbers[0]].after) | (compiling - {len(steps)})
         steps.append(Step(task, after, tuple(numbers)))
     return steps
 
@@ -79,18 +79,18 @@ def _shared_steps(source: Source, stages: tuple[str, ...], groups: list[_Group])
     early = stages[: stages.index(SOLVE)]
     missing = [_missing(source, early, group) for group in groups]
     needed: Counter[str] = Counter()
-    for group, found in zip(groups, missing, strict=True):
-        for keys in found.values():
+    for group, missing_keys in zip(groups, missing, strict=True):
+        for keys in missing_keys.values():
             needed.update({key: len(group.designs) for key in keys})
     steps: list[Step] = []
     makers: dict[str, int] = {}
-    for number, stage in enumerate(early):
-        for group, found in zip(groups, missing, strict=True):
-            shared = [key for key in found.get(stage, ()) if needed[key] > 1]
-            if own := [key for key in shared if key not in makers]:
-                makers |= dict.fromkeys(own, len(steps))
+    for s, stage in enumerate(early):
+        for group, missing_keys in zip(groups, missing, strict=True):
+            shared = [key for key in missing_keys.get(stage, ()) if needed[key] > 1]
+            if new_keys := [key for key in shared if key not in makers]:
+                makers |= dict.fromkeys(new_keys, len(steps))
                 after = frozenset(group.after | {makers[key] for key in shared} - {len(steps)})
-                task = Task(source, group.designs[0], json.dumps(group.changes), stages[: number + 1])
+                task = Task(source, group.designs[0], json.dumps(group.changes), stages[: s + 1])
                 steps.append(Step(task, after))
             group.after |= {makers[key] for key in shared}
     return steps
@@ -100,7 +100,9 @@ def _missing(source: Source, stages: Sequence[str], group: _Group) -> dict[str, 
     """Return the keys of the records of each stage that a group needs and the database lacks; none if it is refused."""
     try:
         job = source.job(group.changes)
-        keys = {stage: [one.key for one in job.products([stage]).values()] for stage in stages}
+        keys = {stage: [p.key for p in job.products([stage]).values()] for stage in stages}
     except InputError:  # Each of its designs says so.
         return {}
-    return {stage: [key for key in dict.fromkeys(found) if not job.store.has(key)] for stage, found in keys.items()}
+    return {
+        stage: [key for key in dict.fromkeys(all_keys) if not job.store.has(key)] for stage, all_keys in keys.items()
+    }

@@ -25,11 +25,11 @@ MOST_DESIGNS = 10_000
 """Designs of a study that is kept: each names its run in the inputs, which every list of records reads."""
 
 
-def keep_study(job: SceneJob, asked: Mapping[str, Any], table: Table, rows: Mapping[int, Row]) -> str | None:
+def keep_study(job: SceneJob, request: Mapping[str, Any], table: Table, rows: Mapping[int, Row]) -> str | None:
     """Put a study into its database and return the key; None where designs are missing, or are too many.
 
     Args:
-        asked: What `study.json` has.
+        request: What `study.json` has.
         rows: Of the designs, by number.
 
     Raises:
@@ -39,13 +39,13 @@ def keep_study(job: SceneJob, asked: Mapping[str, Any], table: Table, rows: Mapp
     if len(rows) < len(table.rows) or results & {LOST, MISSING} or len(rows) > MOST_DESIGNS:
         return None
     document = {
-        "stage": STUDY, "scene": job.name, "parameters": list(asked["parameters"]), "heads": list(table.heads),
+        "stage": STUDY, "scene": job.name, "parameters": list(request["parameters"]), "heads": list(table.heads),
         "rows": [[_finite(value) for value in row] for row in table.rows],
     }  # fmt: skip
     text = json.dumps(document, sort_keys=True, allow_nan=False)
-    runs = [rows[number].key for number in sorted(rows) if rows[number].key]
+    runs = [rows[n].key for n in sorted(rows) if rows[n].key]
     inputs = {
-        "stage": STUDY, "scene": job.name, **{name: asked[name] for name in ASKED},
+        "stage": STUDY, "scene": job.name, **{name: request[name] for name in ASKED},
         "table": hashlib.sha256(text.encode()).hexdigest(),
         "runs": list(dict.fromkeys(runs)), **made_by("report"),
     }  # fmt: skip

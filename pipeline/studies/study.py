@@ -92,8 +92,8 @@ class StudyReport:
         lines = ["".join(f"<th>{escape(str(head))}</th>" for head in heads)]
         lines += ["".join(f"<td>{escape(cell_text(cell))}</td>" for cell in row) for row in rows]
         table = "".join(f"<tr>{line}</tr>" for line in lines)
-        more = len(self.table.heads) - SHOWN
-        foot = f"<div>{more} further columns: to_frame()</div>" if more > 0 else ""
+        hidden = len(self.table.heads) - SHOWN
+        foot = f"<div>{hidden} further columns: to_frame()</div>" if hidden > 0 else ""
         return f"<b>{escape(self.scene)}: {counts}</b>{image}<table>{table}</table>{foot}"
 
 
@@ -133,26 +133,26 @@ def study(
     if random and latin:
         raise InputError("study: random and latin are given; allowed: one of them")
     how = Sampling("random", random, seed) if random else Sampling("latin", latin, seed) if latin else Sampling()
-    asked = Asked(_texts(vary), None if over is None else Path(over), how, quantities, jobs, executor)
-    return run_study(open_job(scene, set=set, db=db, out=out), asked, progress or (lambda stage, share: None))
+    request = Asked(_texts(vary), None if over is None else Path(over), how, quantities, jobs, executor)
+    return run_study(open_job(scene, set=set, db=db, out=out), request, progress or (lambda stage, fraction: None))
 
 
 def _texts(vary: Sequence[str] | Mapping[str, Any]) -> list[str]:
     """Return the texts of parameters that are given as texts or as a mapping."""
     if not isinstance(vary, Mapping):
         return [vary] if isinstance(vary, str) else override_texts(vary)
-    found = []
+    texts = []
     for path, values in vary.items():
         if isinstance(values, str):
-            found.append(f"{path}={values}")
+            texts.append(f"{path}={values}")
             continue
         listed = values.tolist() if hasattr(values, "tolist") else values
         listed = list(listed) if isinstance(listed, Iterable) and not isinstance(listed, Mapping) else [listed]
-        found.append(f"{path}={override_text(path, listed).partition('=')[2].strip()[1:-1]}")
-    return found
+        texts.append(f"{path}={override_text(path, listed).partition('=')[2].strip()[1:-1]}")
+    return texts
 
 
-def run_study(job: Any, asked: Asked, tell: Progress, work: Work = solve_design) -> StudyReport:
+def run_study(job: Any, request: Asked, tell: Progress, work: Work = solve_design) -> StudyReport:
     """Run the designs of a job and write table and picture; see `study`.
 
     Args:
@@ -160,73 +160,73 @@ def run_study(job: Any, asked: Asked, tell: Progress, work: Work = solve_design)
         work: What workers do with a task.
     """
     job.kind.function(job.path, "study")
-    parameters, designs = _designs(asked)
+    parameters, designs = _designs(request)
     tables, parameters = fitted(job, parameters)
-    check_shown(job, asked.quantities)
-    if asked.over is None:
-        designs = sampled(parameters, asked.sampling)
-    workers = _workers(asked)
+    check_shown(job, request.quantities)
+    if request.over is None:
+        designs = sampled(parameters, request.sampling)
+    workers = _workers(request)
     with held(job.out):
         claim(job)
-        document = _asked_text(job, asked, parameters, len(designs))
+        document = _asked_text(job, request, parameters, len(designs))
         write_sealed(job.out / STUDY, document)
-    where = job.store.location if "://" in job.store.location else os.path.abspath(job.store.location)
-    source = Source(job.name, str(job.path.absolute()), json.dumps(tables), where, version_key())
-    paths = [one.path for one in parameters]
+    location = job.store.location if "://" in job.store.location else os.path.abspath(job.store.location)
+    source = Source(job.name, str(job.path.absolute()), json.dumps(tables), location, version_key())
+    paths = [p.path for p in parameters]
     stages = job.stages[: job.stages.index(SOLVE) + 1]
     tell("study", 0.0)
     loop = getattr(job.scene, "loop", None)
     steps = planned(source, stages, paths, designs, compiles=loop is not None and not is_compiled(loop))
-    found: dict[int, Row] = {}
+    rows: dict[int, Row] = {}
     try:
-        _collect(steps, workers, work, found, tell)
+        _collect(steps, workers, work, rows, tell)
     except BaseException:  # Ctrl-C, or no more room in the database: what is done is in the table.
-        _write(job, document, paths, (designs, found), ())
+        _write(job, document, paths, (designs, rows), ())
         raise
     tell("study", 1.0)
-    report = _write(job, document, paths, (designs, found), asked.quantities)
-    return replace(report, key=keep_study(job, document, report.table, found))
+    report = _write(job, document, paths, (designs, rows), request.quantities)
+    return replace(report, key=keep_study(job, document, report.table, rows))
 
 
-def _designs(asked: Asked) -> tuple[list[Parameter], list[tuple[Any, ...]]]:
+def _designs(request: Asked) -> tuple[list[Parameter], list[tuple[Any, ...]]]:
     """Return the parameters, and the designs of a table; the others need what the scene says of the parameters."""
-    if asked.over is not None:
-        if asked.vary or asked.sampling.kind != "full":
-            raise InputError(f"--over {asked.over}: given with --vary, --random or --latin; allowed: the table alone")
-        return read_designs(asked.over)
-    if not asked.vary:
+    if request.over is not None:
+        if request.vary or request.sampling.kind != "full":
+            raise InputError(f"--over {request.over}: given with --vary, --random or --latin; allowed: the table alone")
+        return read_designs(request.over)
+    if not request.vary:
         raise InputError("study: nothing varies; give --vary path.to.key=VALUES or --over FILE")
-    return parse_parameters(asked.vary, drawn=asked.sampling.kind != "full"), []
+    return parse_parameters(request.vary, drawn=request.sampling.kind != "full"), []
 
 
-def _workers(asked: Asked) -> Workers:
-    if asked.jobs is not None and asked.jobs < 1:
-        raise InputError(f"study: jobs: {asked.jobs} given; allowed: 1 or more")
-    if asked.executor is None:
-        return processes(asked.jobs or len(os.sched_getaffinity(0)))
-    if isinstance(asked.executor, str):
-        return named_executor(asked.executor, asked.jobs)
-    return executor_of(asked.executor, "executor", asked.jobs)
+def _workers(request: Asked) -> Workers:
+    if request.jobs is not None and request.jobs < 1:
+        raise InputError(f"study: jobs: {request.jobs} given; allowed: 1 or more")
+    if request.executor is None:
+        return processes(request.jobs or len(os.sched_getaffinity(0)))
+    if isinstance(request.executor, str):
+        return named_executor(request.executor, request.jobs)
+    return executor_of(request.executor, "executor", request.jobs)
 
 
-def _asked_text(job: SceneJob, asked: Asked, parameters: Sequence[Parameter], count: int) -> dict[str, Any]:
+def _asked_text(job: SceneJob, request: Asked, parameters: Sequence[Parameter], count: int) -> dict[str, Any]:
     """Return what a study was asked for, as JSON."""
-    how = asked.sampling
-    sampling = {"kind": "table" if asked.over is not None else how.kind}
+    how = request.sampling
+    sampling = {"kind": "table" if request.over is not None else how.kind}
     sampling |= {} if how.kind == "full" else {"count": how.count, "seed": how.seed}
     return {
-        "scene": job.name, "set": list(job.overrides), "vary": list(asked.vary),
-        "parameters": [one.path for one in parameters], "sampling": sampling, "designs": count,
+        "scene": job.name, "set": list(job.overrides), "vary": list(request.vary),
+        "parameters": [p.path for p in parameters], "sampling": sampling, "designs": count,
     }  # fmt: skip
 
 
-def _collect(steps: Sequence[Step], workers: Workers, work: Work, found: dict[int, Row], tell: Progress) -> None:
+def _collect(steps: Sequence[Step], workers: Workers, work: Work, rows: dict[int, Row], tell: Progress) -> None:
     """Note the row of each design as it is done, and tell the share of those that were not in the database."""
     fresh = 0
-    for done, (number, row) in enumerate(dispatched(steps, workers, work), 1):
+    for done, (step, row) in enumerate(dispatched(steps, workers, work), 1):
         fresh += row.fresh
-        for design in steps[number].designs:
-            found[design] = Row(**{**vars(row), "design": design})
+        for design in steps[step].designs:
+            rows[design] = Row(**{**vars(row), "design": design})
         tell("study", min((done - fresh) / max(len(steps) - fresh, 1), 1 - 1e-9))
 
 
@@ -240,31 +240,31 @@ def _write(
     """Write what was asked for, table and picture, of one study together, and return the report."""
     from gudgeon.pipeline.studies import picture
 
-    designs, found = done
-    table = table_of(paths, designs, found)
+    designs, rows = done
+    table = table_of(paths, designs, rows)
     with held(job.out):
         write_sealed(job.out / STUDY, document)  # Another study may have begun here since.
         files = write_table(job.out, table)
         schema = schema_of(job)
-        units = {one: unit_at(schema, one) for one in paths}
-        drawn = picture.draw(job.out / PICTURE, job.name, paths, (designs, found), shown, units=units)
+        units = {p: unit_at(schema, p) for p in paths}
+        drawn = picture.draw(job.out / PICTURE, job.name, paths, (designs, rows), shown, units=units)
         files += [PICTURE] if drawn else []
     column = table.heads.index("result")
     results = [row[column : column + 2] for row in table.rows]
     return StudyReport(
-        job.name, table, dict(Counter(result for result, _ in results)), sum(row.fresh for row in found.values()),
+        job.name, table, dict(Counter(result for result, _ in results)), sum(row.fresh for row in rows.values()),
         str(job.out), [STUDY, *files],
         reasons=_alike(reason for result, reason in results if result != Result.FINISHED.name),
-        notes=_alike(note for row in found.values() for note in row.notes),
+        notes=_alike(note for row in rows.values() for note in row.notes),
     )  # fmt: skip
 
 
 def _alike(texts: Iterable[str]) -> dict[str, int]:
     """Return the number of texts that differ by numbers only, by the first of them."""
-    first: dict[str, str] = {}
+    representative: dict[str, str] = {}
     counts: Counter[str] = Counter()
     for text in texts:
-        counts[first.setdefault(NUMBERS.sub("", text), text)] += 1
+        counts[representative.setdefault(NUMBERS.sub("", text), text)] += 1
     return dict(counts)
 
 
@@ -276,12 +276,12 @@ def exit_code(report: StudyReport) -> int:
 def study_text(report: StudyReport) -> str:
     """Return counts, reasons and files of a study as text."""
     total = sum(report.counts.values())
-    parts = [f"{count} {result}" for result, count in sorted(report.counts.items(), key=lambda one: -one[1])]
-    kept = f"; in the database before: {report.fresh}" if report.fresh else ""
-    lines = [f"{total} designs: {', '.join(parts)}{kept}"]
+    counts = [f"{count} {result}" for result, count in sorted(report.counts.items(), key=lambda c: -c[1])]
+    in_database = f"; in the database before: {report.fresh}" if report.fresh else ""
+    lines = [f"{total} designs: {', '.join(counts)}{in_database}"]
     for reason, count in Counter(report.reasons).most_common(NOT_FINISHED):
         lines.append(f"  {count} × {reason}")
     if len(report.reasons) > NOT_FINISHED:
         lines.append(f"  and {len(report.reasons) - NOT_FINISHED} other reasons, in {report.files[1]}")
-    kept = f"; record {report.key[:12]}" if report.key else ""
-    return "\n".join([*lines, f"results in {report.out}: {', '.join(report.files)}{kept}"])
+    record_text = f"; record {report.key[:12]}" if report.key else ""
+    return "\n".join([*lines, f"results in {report.out}: {', '.join(report.files)}{record_text}"])

@@ -13,7 +13,7 @@ from gudgeon.pipeline.studies.task import MISSING, Row
 
 TABLE, PARQUET = "study.csv", "study.parquet"
 SOURCES = ("step", "basis", "mesh")
-STATED = {"impulse": [f"{one}.impulse" for one in SOURCES], "force_peak": [f"{one}.force" for one in SOURCES]}
+STATED = {"impulse": [f"{s}.impulse" for s in SOURCES], "force_peak": [f"{s}.force" for s in SOURCES]}
 """Quantities of which estimates of a run are the relative errors, which add up; by the last part of their names."""
 NOT_REACHED = "the study ended before it"
 TEXTS = ("result", "reason", "notes", "key")
@@ -35,37 +35,40 @@ class Table:
         ]
 
 
-def table_of(paths: Sequence[str], designs: Sequence[Sequence[Any]], found: Mapping[int, Row]) -> Table:
+def table_of(paths: Sequence[str], designs: Sequence[Sequence[Any]], reached: Mapping[int, Row]) -> Table:
     """Return the table of a study.
 
     Args:
         designs: Values of each design in the order of `paths`; numbered from 1.
-        found: Rows of the designs that were reached.
+        reached: Rows of the designs that were reached.
     """
-    rows = [found.get(number) or Row(number, MISSING, NOT_REACHED) for number in range(1, len(designs) + 1)]
+    rows = [reached.get(n) or Row(n, MISSING, NOT_REACHED) for n in range(1, len(designs) + 1)]
     quantities, errors = _merged([[*row.quantities] for row in rows]), _merged([[*row.errors] for row in rows])
-    units = {name: one["unit"] for row in reversed(rows) for name, one in row.quantities.items()}
+    units = {name: q["unit"] for row in reversed(rows) for name, q in row.quantities.items()}
     stated = {name for row in rows for name in row.quantities if stated_error(row, name) is not None}
     heads = ["design", *paths, "result", "reason"]
     for name in quantities:
         heads += [f"{name} [{units[name]}]", *([f"{name} error [{units[name]}]"] if name in stated else [])]
     heads += [f"relative error by {name}" for name in errors]
     heads += ["energy drift", "momentum residual", "notes", "key"]
-    lines = []
-    for row, values in zip(rows, designs, strict=True):
-        line: list[Any] = [row.design, *values, row.result, row.reason or None]
-        for name in quantities:
-            line.append(row.quantities[name]["value"] if name in row.quantities else None)
-            line += [stated_error(row, name)] if name in stated else []
-        line += [row.errors.get(name) for name in errors]
-        lines.append((*line, row.energy_drift, row.momentum_residual, "; ".join(row.notes) or None, row.key or None))
-    return Table(tuple(heads), tuple(lines))
+    columns = {name: name in stated for name in quantities}
+    return Table(tuple(heads), tuple(_cells(*line, columns, errors) for line in zip(rows, designs, strict=True)))
+
+
+def _cells(row: Row, values: Sequence[Any], quantities: Mapping[str, bool], errors: Sequence[str]) -> tuple[Any, ...]:
+    """Return the line of a design; of quantities, whether they have a column of stated errors."""
+    line: list[Any] = [row.design, *values, row.result, row.reason or None]
+    for name, stated in quantities.items():
+        line.append(row.quantities[name]["value"] if name in row.quantities else None)
+        line += [stated_error(row, name)] if stated else []
+    line += [row.errors.get(name) for name in errors]
+    return (*line, row.energy_drift, row.momentum_residual, "; ".join(row.notes) or None, row.key or None)
 
 
 def stated_error(row: Row, name: str) -> float | None:
     """Return the estimated error of a quantity by step and basis, in its unit; None where nothing is stated."""
-    parts = [row.errors[one] for one in STATED.get(name.rpartition(".")[2], ()) if one in row.errors]
-    return sum(parts) * abs(row.quantities[name]["value"]) if parts and name in row.quantities else None
+    errors = [row.errors[s] for s in STATED.get(name.rpartition(".")[2], ()) if s in row.errors]
+    return sum(errors) * abs(row.quantities[name]["value"]) if errors and name in row.quantities else None
 
 
 def write_table(folder: Path, table: Table) -> list[str]:
@@ -82,8 +85,8 @@ def write_table(folder: Path, table: Table) -> list[str]:
 def _write_parquet(path: Path, table: Table) -> None:
     arrow, parquet = importlib.import_module("pyarrow"), importlib.import_module("pyarrow.parquet")
     columns = {}
-    for number, head in enumerate(table.heads):
-        values = [row[number] for row in table.rows]
+    for column, head in enumerate(table.heads):
+        values = [row[column] for row in table.rows]
         kinds = {type(value) for value in values if value is not None}
         if (not kinds <= {int, float} and len(kinds) > 1) or kinds & {list, dict}:
             values = [None if value is None else _text(value) for value in values]
@@ -104,20 +107,20 @@ def _text(value: Any) -> str:
 
 def _merged(lists: Sequence[Sequence[str]]) -> list[str]:
     """Return all names of some lists once, each after the one that it follows in the list that has it first."""
-    found: list[str] = []
-    known: set[str] = set()
+    names_once: list[str] = []
+    seen: set[str] = set()
     for names in lists:
-        if known.issuperset(names):
+        if seen.issuperset(names):
             continue
-        at = 0
+        position = 0
         for name in names:
-            if name in known:
-                at = found.index(name) + 1
+            if name in seen:
+                position = names_once.index(name) + 1
             else:
-                found.insert(at, name)
-                known.add(name)
-                at += 1
-    return found
+                names_once.insert(position, name)
+                seen.add(name)
+                position += 1
+    return names_once
 
 
 def cell_text(value: Any) -> str:

@@ -114,8 +114,8 @@ def solve_design(task: Task) -> Row:
 
 
 def _solved(task: Task) -> Row:
-    begin, here = time.process_time(), version_key()
-    if here != task.source.made_by:
+    start, own_version = time.process_time(), version_key()
+    if own_version != task.source.made_by:
         text = "this worker has other sources of gudgeon, or other versions of its libraries, than the study"
         return Row(task.design, LOST, text)
     try:
@@ -141,16 +141,16 @@ def _solved(task: Task) -> Row:
         errors=report.estimates | _changes(report.changes), energy_drift=report.energy_drift,
         momentum_residual=report.momentum_residual, notes=tuple(report.notes),
     )  # fmt: skip
-    return replace(row, cpu=(time.process_time() - begin, computing))
+    return replace(row, cpu=(time.process_time() - start, computing))
 
 
 def _changes(changes: dict[str, dict[str, Any]]) -> dict[str, float]:
     """Return the largest estimated change of frequencies and of compliance of each component that reuses modes."""
-    found = {}
+    changes_of_modes = {}
     for name, entry in changes.items():
         for words, value in largest_changes(entry).items():
-            found[f"reuse.{name}.{words.split()[0]}"] = abs(value)
-    return found
+            changes_of_modes[f"reuse.{name}.{words.split()[0]}"] = abs(value)
+    return changes_of_modes
 
 
 def _one_line(error: Exception, task: Task) -> str:

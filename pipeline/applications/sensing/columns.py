@@ -1,14 +1,13 @@
 """Tables of measured columns: CSV whose first row has names with units, such as `Fx [N]` or `top0 [mV/V]`."""
 
 import csv
-import difflib
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.errors import InputError, closest
 from gudgeon.pipeline.files import finite_number
 from gudgeon.pipeline.geometry.profile import read_text
 
@@ -58,8 +57,7 @@ def _names(
         match = HEAD.fullmatch(head)
         name = "" if match is None else match["name"]
         if match is None or name not in allowed:
-            matches = difflib.get_close_matches(name, allowed, 1)
-            hint = f"did you mean '{matches[0]}'? " if matches else ""
+            hint = closest(name, allowed)
             raise InputError(f"{path}: column {column} is '{head.strip()}', {hint}{table} has {', '.join(allowed)}")
         if name in names:
             raise InputError(f"{path}: column {column}: '{name}' stands twice")

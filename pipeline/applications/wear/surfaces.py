@@ -205,7 +205,7 @@ def _check(job: Any, name: str, contact: Contact) -> None:
             f"{key}: '{contact.body}' is of geometry '{component_table.geometry.kind}', which has no mesh whose nodes"
             " wear could move; `gudgeon run` gives the worn volume of one run"
         )
-    if users := [body for body in job.scene.body if body != contact.body and job.scene.component_of(body) == component]:
+    if users := [body for body in job.scene.bodies_of(component) if body != contact.body]:
         raise InputError(
             f"{key}: component '{component}' is also that of body '{users[0]}', which would wear with it; give each"
             " body a component of its own"

@@ -14,17 +14,17 @@ LONGEST = 60
 
 def found_examples(schema: Mapping[str, Any], scenes: Iterable[Mapping[str, Any]]) -> Examples:
     """Return a value of every key: the first in some scenes' tables, or one of `example_values`, or the default."""
-    found: dict[tuple[str, str], Any] = {}
+    examples: dict[tuple[str, str], Any] = {}
     for tables in scenes:
         for root in schema["anyOf"]:
             name = root["$ref"].rsplit("/", 1)[1]
             if set(tables) <= set(schema["$defs"][name]["properties"]):
-                _collect(schema["$defs"], root, tables, found)
+                _collect(schema["$defs"], root, tables, examples)
     for name, definition in schema["$defs"].items():
         for key, node in definition.get("properties", {}).items():
-            if (name, key) not in found and (value := _own(definition["title"], key, node)) is not None:
-                found[name, key] = value
-    return found
+            if (name, key) not in examples and (value := _own(definition["title"], key, node)) is not None:
+                examples[name, key] = value
+    return examples
 
 
 def _own(title: str, key: str, node: Mapping[str, Any]) -> Any:
@@ -33,7 +33,7 @@ def _own(title: str, key: str, node: Mapping[str, Any]) -> Any:
         return node["const"]
     if key in BY_TABLE.get(title, {}):
         return BY_TABLE[title][key]
-    table = any("$ref" in one or "discriminator" in one for one in (node, *node.get("anyOf", ())))
+    table = any("$ref" in n or "discriminator" in n for n in (node, *node.get("anyOf", ())))
     if table or "additionalProperties" in node:
         return None
     if key in BY_NAME and not ("enum" in node and "default" in node):
@@ -42,35 +42,33 @@ def _own(title: str, key: str, node: Mapping[str, Any]) -> Any:
     return None if isinstance(default, Mapping) else default
 
 
-def _collect(definitions: Mapping[str, Any], node: Mapping[str, Any], value: Any, found: dict[Any, Any]) -> None:
+def _collect(definitions: Mapping[str, Any], node: Mapping[str, Any], value: Any, examples: dict[Any, Any]) -> None:
     if "$ref" in node and isinstance(value, Mapping):
         name = node["$ref"].rsplit("/", 1)[1]
-        for key, below in definitions[name].get("properties", {}).items():
-            if key not in value:
-                continue
+        properties = definitions[name].get("properties", {})
+        for key in filter(value.__contains__, properties):
             if len(as_toml(value[key])) <= LONGEST:
-                found.setdefault((name, key), value[key])
-            _collect(definitions, below, value[key], found)
+                examples.setdefault((name, key), value[key])
+            _collect(definitions, properties[key], value[key], examples)
     elif "discriminator" in node and isinstance(value, Mapping):
         tag = value.get(node["discriminator"]["propertyName"])
-        place = node["discriminator"]["mapping"].get(tag)
-        if place is not None:
-            _collect(definitions, {"$ref": place}, value, found)
-    elif isinstance(node.get("additionalProperties"), dict) and isinstance(value, Mapping):
-        for one in value.values():
-            _collect(definitions, node["additionalProperties"], one, found)
-    elif isinstance(node.get("items"), dict) and isinstance(value, list):
-        for one in value:
-            _collect(definitions, node["items"], one, found)
+        if (reference := node["discriminator"]["mapping"].get(tag)) is not None:
+            _collect(definitions, {"$ref": reference}, value, examples)
+    elif isinstance(below := node.get("additionalProperties"), dict) and isinstance(value, Mapping):
+        for item in value.values():
+            _collect(definitions, below, item, examples)
+    elif isinstance(below := node.get("items"), dict) and isinstance(value, list):
+        for item in value:
+            _collect(definitions, below, item, examples)
     else:
-        for one in node.get("anyOf", ()):
-            _collect(definitions, one, value, found)
+        for form in node.get("anyOf", ()):
+            _collect(definitions, form, value, examples)
 
 
 def as_toml(value: Any) -> str:
     """Return a value as it stands in a scene file; tables on one line."""
     if isinstance(value, Mapping):
-        entries = ", ".join(f"{key} = {as_toml(one)}" for key, one in value.items() if one is not None)
+        entries = ", ".join(f"{key} = {as_toml(v)}" for key, v in value.items() if v is not None)
         return f"{{ {entries} }}" if entries else "{}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(as_toml, value))}]"

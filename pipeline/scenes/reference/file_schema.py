@@ -29,19 +29,19 @@ def described(models: Mapping[str, Any]) -> Schema:
 
     A key that names the kind of its table has the description of that kind; a key that is a table, that of the table.
     """
-    found = copy.deepcopy(dict(models))
-    for definition in found["$defs"].values():
+    schema = copy.deepcopy(dict(models))
+    for definition in schema["$defs"].values():
         text = _first_line(definition)
-        for name, one in definition.get("properties", {}).items():
-            if "description" in one:
+        for name, key_schema in definition.get("properties", {}).items():
+            if "description" in key_schema:
                 continue
-            if "const" in one:
-                one["description"] = text
-            elif (below := _definition_of(one)) is not None:
-                one["description"] = _first_line(found["$defs"][below])
+            if "const" in key_schema:
+                key_schema["description"] = text
+            elif (below := _definition_of(key_schema)) is not None:
+                key_schema["description"] = _first_line(schema["$defs"][below])
             else:
                 raise ValueError(f"{definition['title']}.{name} has no description")
-    return found
+    return schema
 
 
 def _first_line(definition: Mapping[str, Any]) -> str:
@@ -50,7 +50,7 @@ def _first_line(definition: Mapping[str, Any]) -> str:
 
 def _definition_of(node: Mapping[str, Any]) -> str | None:
     """Return the name of the definition that a key refers to, also where it may be null."""
-    choices = [one for one in node.get("anyOf", [node]) if one.get("type") != "null"]
+    choices = [n for n in node.get("anyOf", [node]) if n.get("type") != "null"]
     return choices[0]["$ref"].rsplit("/", 1)[1] if len(choices) == 1 and "$ref" in choices[0] else None
 
 
@@ -61,7 +61,7 @@ def file_schema(models: Mapping[str, Any]) -> Schema:
         models: As `described` returns them.
     """
     definitions, roots = models["$defs"], models["anyOf"]
-    changes = {f"{name}{CHANGES}": _relaxed(one) for name, one in definitions.items()}
+    changes = {f"{name}{CHANGES}": _relaxed(d) for name, d in definitions.items()}
     tops = [{"$ref": f"{root['$ref']}{CHANGES}"} for root in roots]
     for top in tops:
         name = top["$ref"].rsplit("/", 1)[1]
@@ -73,43 +73,43 @@ def file_schema(models: Mapping[str, Any]) -> Schema:
         "if": {"required": ["base"]},
         "then": {"anyOf": tops},
         "else": {"anyOf": roots},
-        "$defs": {name: _with_short_form(one) for name, one in (definitions | changes).items()},
+        "$defs": {name: _with_short_form(d) for name, d in (definitions | changes).items()},
     }
 
 
 def _with_short_form(definition: Schema) -> Schema:
     """Return a definition that also accepts what a file may write in place of its table."""
-    table = {key: one for key, one in definition.items() if key != SHORT_FORM}
+    table = {key: v for key, v in definition.items() if key != SHORT_FORM}
     return {"anyOf": [table, definition[SHORT_FORM]]} if SHORT_FORM in definition else table
 
 
 def _relaxed(definition: Mapping[str, Any]) -> Schema:
     """Return the schema of changes of a table: no key is needed, and each may be unset."""
-    found = _renamed(definition)
-    found.pop("required", None)
-    found.pop("anyOf", None)
-    found["properties"] = {name: _or_unset(one) for name, one in found.get("properties", {}).items()}
-    if found.get("additionalProperties") is False:  # A key of the kind that the base has may be unset.
-        found["additionalProperties"] = {"const": UNSET}
-    return found
+    changes = _renamed(definition)
+    changes.pop("required", None)
+    changes.pop("anyOf", None)
+    changes["properties"] = {name: _or_unset(p) for name, p in changes.get("properties", {}).items()}
+    if changes.get("additionalProperties") is False:  # A key of the kind that the base has may be unset.
+        changes["additionalProperties"] = {"const": UNSET}
+    return changes
 
 
 def _renamed(node: Any) -> Any:
     """Return a schema whose references lead to the definitions of changes, in which any number of keys is enough."""
     if isinstance(node, list):
-        return [_renamed(one) for one in node]
+        return [_renamed(n) for n in node]
     if not isinstance(node, Mapping):
         return node
-    found = {key: _renamed(one) for key, one in node.items() if key not in ("discriminator", "minProperties")}
-    if "$ref" in found:
-        found["$ref"] = f"{found['$ref']}{CHANGES}"
-    if "oneOf" in found:  # Changes of a table need not name its kind.
-        found["anyOf"] = found.pop("oneOf")
-    if isinstance(found.get("additionalProperties"), dict):
-        found["additionalProperties"] = _or_unset(found["additionalProperties"])
-    return found
+    schema = {key: _renamed(n) for key, n in node.items() if key not in ("discriminator", "minProperties")}
+    if "$ref" in schema:
+        schema["$ref"] = f"{schema['$ref']}{CHANGES}"
+    if "oneOf" in schema:  # Changes of a table need not name its kind.
+        schema["anyOf"] = schema.pop("oneOf")
+    if isinstance(schema.get("additionalProperties"), dict):
+        schema["additionalProperties"] = _or_unset(schema["additionalProperties"])
+    return schema
 
 
 def _or_unset(node: Schema) -> Schema:
-    kept = {key: node[key] for key in ("description", "default", "unit") if key in node}
-    return {**kept, "anyOf": [node, {"const": UNSET}]}
+    described_as = {key: node[key] for key in ("description", "default", "unit") if key in node}
+    return {**described_as, "anyOf": [node, {"const": UNSET}]}

@@ -52,15 +52,15 @@ class Table:
 
 def tables(schema: Mapping[str, Any], examples: Examples) -> list[Table]:
     """Return all tables of scene files, from the described schema of their models; see `file_schema.described`."""
-    found: dict[str, Table] = {}
+    by_path: dict[str, Table] = {}
     for root in schema["anyOf"]:
         for table in _walk(schema["$defs"], root["$ref"].rsplit("/", 1)[1], "", "", {}, examples):
-            first = found.setdefault(table.path, table)
-            if first is not table and not table.path:  # The scene itself: keys of every kind of scene.
-                known = {one.name for one in first.keys}
-                new = [_of_its_kind(key) for key in table.keys if key.name not in known]
-                found[""] = Table("", "", "", "", (*first.keys, *new))
-    return list(found.values())
+            original = by_path.setdefault(table.path, table)
+            if original is not table and not table.path:  # The scene itself: keys of every kind of scene.
+                names = {k.name for k in original.keys}
+                new = [_of_its_kind(key) for key in table.keys if key.name not in names]
+                by_path[""] = Table("", "", "", "", (*original.keys, *new))
+    return list(by_path.values())
 
 
 def _of_its_kind(key: Key) -> Key:
@@ -71,20 +71,24 @@ def _walk(
     definitions: Mapping[str, Any], name: str, path: str, header: str, above: Mapping[str, str], examples: Examples
 ) -> Iterator[Table]:
     """Yield a table and those below it; `above` has the paths of the definitions that it stands in."""
-    definition, inside = definitions[name], {**above, name: path}
+    definition, within = definitions[name], {**above, name: path}
     keys, below = [], []
     for key, node in definition.get("properties", {}).items():
         inner = f"{path}.{key}" if path else key
         targets = [
-            (inside.get(target, f"{inner}{suffix}"), f"{header}.{key}{more}" if header else f"{key}{more}", target)
-            for suffix, more, target in _targets(node)
+            (
+                within.get(target, f"{inner}{suffix}"),
+                f"{header}.{key}{suffix_of_header}" if header else f"{key}{suffix_of_header}",
+                target,
+            )
+            for suffix, suffix_of_header, target in _targets(node)
         ]
-        below += [one for one in targets if one[2] not in inside]
+        below += [t for t in targets if t[2] not in within]
         needed = key in definition.get("required", ())
-        keys.append(_key(key, node, needed, examples.get((name, key)), tuple(one[0] for one in targets)))
+        keys.append(_key(key, node, needed, examples.get((name, key)), tuple(t[0] for t in targets)))
     yield Table(path, f"[{header}]" if header else "", name, " ".join(definition["description"].split()), tuple(keys))
-    for inner, more, target in below:
-        yield from _walk(definitions, target, inner, more, inside, examples)
+    for inner, suffix_of_header, target in below:
+        yield from _walk(definitions, target, inner, suffix_of_header, within, examples)
 
 
 def _targets(node: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
@@ -93,18 +97,18 @@ def _targets(node: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
         yield "", "", node["$ref"].rsplit("/", 1)[1]
     elif "discriminator" in node:
         names: dict[str, list[str]] = {}
-        for tag, place in node["discriminator"]["mapping"].items():
-            names.setdefault(place.rsplit("/", 1)[1], []).append(tag)
+        for tag, reference in node["discriminator"]["mapping"].items():
+            names.setdefault(reference.rsplit("/", 1)[1], []).append(tag)
         for target, tags in names.items():
             yield f".{tags[0]}", "", target
     elif isinstance(node.get("additionalProperties"), dict):
-        for suffix, more, target in _targets(node["additionalProperties"]):
-            yield suffix, f".NAME{more}", target
+        for suffix, header, target in _targets(node["additionalProperties"]):
+            yield suffix, f".NAME{header}", target
     elif "items" in node and isinstance(node["items"], dict):
         yield from _targets(node["items"])
     else:
-        for one in node.get("anyOf", ()):
-            yield from _targets(one)
+        for form in node.get("anyOf", ()):
+            yield from _targets(form)
 
 
 def _key(name: str, node: Mapping[str, Any], needed: bool, example: Any, below: tuple[str, ...]) -> Key:
@@ -131,12 +135,12 @@ def _form(node: Mapping[str, Any]) -> str:
         below = _form(node["additionalProperties"])
         return "tables by name" if below == "table" else f"table of names, each with a {below}"
     if "prefixItems" in node:
-        kinds = [_form(one) for one in node["prefixItems"]]
+        kinds = [_form(n) for n in node["prefixItems"]]
         return f"list of {len(kinds)}: {', '.join(dict.fromkeys(kinds))}"
     if isinstance(node.get("items"), dict):
         return f"list: {_form(node['items'])}"
     if "anyOf" in node:
-        forms = [_form(one) for one in node["anyOf"] if one.get("type") != "null"]
+        forms = [_form(n) for n in node["anyOf"] if n.get("type") != "null"]
         return " or ".join(dict.fromkeys(forms))
     return FORMS.get(node.get("type", ""), "any value")
 
@@ -145,33 +149,33 @@ def unit_of(node: Any) -> str:
     """Return the unit of a value, or those of the columns of rows."""
     if isinstance(node, Mapping):
         if "unit" in node:
-            given = node["unit"]
-            return "" if given == "1" else given if isinstance(given, str) else ", ".join(given)
+            units = node["unit"]
+            return "" if units == "1" else units if isinstance(units, str) else ", ".join(units)
         if isinstance(node.get("additionalProperties"), dict) or "$ref" in node:
             return ""
     below = node.values() if isinstance(node, Mapping) else node if isinstance(node, list) else ()
-    return next((unit for one in below if (unit := unit_of(one))), "")
+    return next((unit for v in below if (unit := unit_of(v))), "")
 
 
 def _allowed(node: Mapping[str, Any]) -> str:
     if "enum" in node:
-        return ", ".join(f'"{one}"' for one in node["enum"])
+        return ", ".join(f'"{v}"' for v in node["enum"])
     if "const" in node:
         return f'"{node["const"]}"'
     if node.get("type") in ("number", "integer"):
         return _range(node)
     below = [*node.get("anyOf", ()), *node.get("prefixItems", ())]
     below += [node["items"]] if isinstance(node.get("items"), dict) else []
-    found = dict.fromkeys(text for one in below if "$ref" not in one and (text := _allowed(one)))
-    return "; ".join(found)
+    texts = dict.fromkeys(text for n in below if "$ref" not in n and (text := _allowed(n)))
+    return "; ".join(texts)
 
 
 def _range(node: Mapping[str, Any]) -> str:
-    above, from_, most = node.get("exclusiveMinimum"), node.get("minimum"), node.get("maximum")
+    above, from_, to = node.get("exclusiveMinimum"), node.get("minimum"), node.get("maximum")
     below = node.get("exclusiveMaximum")
-    least = f"above {above:g}" if above is not None else f"from {from_:g}" if _shown(from_) else ""
-    largest = f"below {below:g}" if below is not None else f"to {most:g}" if _shown(most) else ""
-    return f"{least} {largest}".strip()
+    lowest = f"above {above:g}" if above is not None else f"from {from_:g}" if _shown(from_) else ""
+    largest = f"below {below:g}" if below is not None else f"to {to:g}" if _shown(to) else ""
+    return f"{lowest} {largest}".strip()
 
 
 def _shown(limit: float | None) -> bool:
@@ -180,10 +184,10 @@ def _shown(limit: float | None) -> bool:
 
 def markdown(all_tables: Iterable[Table]) -> str:
     """Return the reference as Markdown; a table that stands in several places is described at the first."""
-    places: dict[str, str] = {}
+    path_of: dict[str, str] = {}
     for table in all_tables:
-        places.setdefault(table.definition, table.path)
-    homes = {table.path: places[table.definition] for table in all_tables}
+        path_of.setdefault(table.definition, table.path)
+    homes = {table.path: path_of[table.definition] for table in all_tables}
     return "\n".join(_section(table, homes) for table in all_tables if homes[table.path] == table.path)
 
 
@@ -223,12 +227,12 @@ def key_text(all_tables: Iterable[Table], path: str) -> str:
     if path in by_path:
         return _table_text(by_path[path])
     outer, _, name = path.rpartition(".")
-    keys = [(outer, one) for one in by_path[outer].keys if one.name == name] if outer in by_path else []
+    keys = [(outer, k) for k in by_path[outer].keys if k.name == name] if outer in by_path else []
     if keys:
-        return "\n\n".join([_key_text(keys[0][1]), *(f"{one}: {by_path[one].meaning}" for one in keys[0][1].tables)])
-    known = [*by_path, *(f"{table.path}.{key.name}".lstrip(".") for table in by_path.values() for key in table.keys)]
-    near = difflib.get_close_matches(path, dict.fromkeys(known), 3)
-    meant = f"did you mean {' or '.join(near)}?" if near else f"tables are {', '.join(filter(None, by_path))}"
+        return "\n\n".join([_key_text(keys[0][1]), *(f"{t}: {by_path[t].meaning}" for t in keys[0][1].tables)])
+    paths = [*by_path, *(f"{table.path}.{key.name}".lstrip(".") for table in by_path.values() for key in table.keys)]
+    matches = difflib.get_close_matches(path, dict.fromkeys(paths), 3)
+    meant = f"did you mean {' or '.join(matches)}?" if matches else f"tables are {', '.join(filter(None, by_path))}"
     raise InputError(f"schema {path}: no such table or key; {meant}")
 
 

@@ -34,54 +34,53 @@ LISTED = 6
 
 def table(schema: Mapping[str, Any], node: Mapping[str, Any]) -> dict[str, Any]:
     """Return the definition of a value; of one with several forms, such as an optional table, that of its table."""
-    found: Any = node
-    while "$ref" in found or ("anyOf" in found and "properties" not in found):
-        if "$ref" in found:
-            found = schema["$defs"][found["$ref"].rsplit("/", 1)[1]]
+    definition: Any = node
+    while "$ref" in definition or ("anyOf" in definition and "properties" not in definition):
+        if "$ref" in definition:
+            definition = schema["$defs"][definition["$ref"].rsplit("/", 1)[1]]
         else:
             forms = ("$ref", "discriminator", "properties", "additionalProperties", "prefixItems", "items")
-            found = next((one for one in found["anyOf"] if any(form in one for form in forms)), {})
-    return found
+            definition = next((n for n in definition["anyOf"] if any(form in n for form in forms)), {})
+    return definition
 
 
-def table_text(schema: Mapping[str, Any], node: Mapping[str, Any], key: str, given: Any = None) -> str:
+def table_text(schema: Mapping[str, Any], node: Mapping[str, Any], key: str, number: Any = None) -> str:
     """Return the keys of a table with an example; a number that was given instead stands there where one key takes it.
 
     So `friction = 0.2` has `a table of static, kinetic, direction, such as friction = { static = 0.2 }`.
     """
-    found = table(schema, node)
-    if isinstance(below := found.get("additionalProperties"), dict):  # Members by names of the user.
+    definition = table(schema, node)
+    if isinstance(below := definition.get("additionalProperties"), dict):  # Members by names of the user.
         kinds = list(_forms(schema, table(schema, below)))
         text = f"a table {key}.NAME for each"
-        example = next((EXAMPLES[one["title"]] for one in kinds if one.get("title") in EXAMPLES), None)
+        example = next((EXAMPLES[k["title"]] for k in kinds if k.get("title") in EXAMPLES), None)
         return text if example is None else f"{text}, such as {key}.part = {as_toml(example)}"
-    kinds = list(_forms(schema, found))
-    keys = list(found.get("properties", {}))
+    kinds = list(_forms(schema, definition))
+    keys = list(definition.get("properties", {}))
     text = "a table of " + ", ".join(keys[:LISTED]) + (", …" if len(keys) > LISTED else "") if keys else "a table"
-    example = next((EXAMPLES[one["title"]] for one in kinds if one.get("title") in EXAMPLES), None)
+    example = next((EXAMPLES[k["title"]] for k in kinds if k.get("title") in EXAMPLES), None)
     if example is None:
         return text
-    if len(example) == 1 and isinstance(given, int | float) and not isinstance(given, bool):
-        example = {name: given if isinstance(value, float | int) else value for name, value in example.items()}
+    if len(example) == 1 and isinstance(number, int | float) and not isinstance(number, bool):
+        example = {name: number if isinstance(value, float | int) else value for name, value in example.items()}
     return f"{text}, such as {key} = {as_toml(example)}"
 
 
 def homes(schema: Mapping[str, Any], key: str) -> list[str]:
     """Return where in a scene a key stands, as paths such as `contact.NAME.friction`."""
-    found = []
+    paths = []
     for name, node in schema.get("properties", {}).items():
-        own = table(schema, node)
-        below, path = own.get("additionalProperties"), name
+        definition = table(schema, node)
+        below, path = definition.get("additionalProperties"), name
         if isinstance(below, dict):
-            own, path = table(schema, below), f"{name}.NAME"
-        for one in _forms(schema, own):
-            if key in one.get("properties", {}):
-                found.append(f"{path}.{key}")
-            for part, inner in one.get("properties", {}).items():
-                below = table(schema, inner)
-                if any(key in form.get("properties", {}) for form in _forms(schema, below)):
-                    found.append(f"{path}.{part}.{key}")
-    return list(dict.fromkeys(found))
+            definition, path = table(schema, below), f"{name}.NAME"
+        for form in _forms(schema, definition):
+            if key in form.get("properties", {}):
+                paths.append(f"{path}.{key}")
+            for inner_key, inner in form.get("properties", {}).items():
+                if any(key in f.get("properties", {}) for f in _forms(schema, table(schema, inner))):
+                    paths.append(f"{path}.{inner_key}.{key}")
+    return list(dict.fromkeys(paths))
 
 
 def home_text(schema: Mapping[str, Any], key: str, above: Sequence[str]) -> str:
@@ -90,8 +89,8 @@ def home_text(schema: Mapping[str, Any], key: str, above: Sequence[str]) -> str:
     Args:
         above: The keys of the table where it stands.
     """
-    places = [one for one in homes(schema, ALIASES.get(key, key)) if one.split(".")[:-1] != list(above)]
-    return f"it belongs in {' or '.join(places)}; " if 0 < len(places) <= 2 else ""
+    paths = [p for p in homes(schema, ALIASES.get(key, key)) if p.split(".")[:-1] != list(above)]
+    return f"it belongs in {' or '.join(paths)}; " if 0 < len(paths) <= 2 else ""
 
 
 def _forms(schema: Mapping[str, Any], node: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
@@ -100,5 +99,5 @@ def _forms(schema: Mapping[str, Any], node: Mapping[str, Any]) -> Iterator[Mappi
     if kinds is None:
         yield node
         return
-    for place in kinds.values():
-        yield schema["$defs"][place.rsplit("/", 1)[1]]
+    for reference in kinds.values():
+        yield schema["$defs"][reference.rsplit("/", 1)[1]]

@@ -17,26 +17,26 @@ def unit_at(schema: Schema, path: str) -> str:
     Returns:
         Empty where it has none, or where kinds of its table have different ones.
     """
-    definitions, nodes, last = schema.get("$defs", {}), [schema], list[Schema]()
-    for part in path.split("."):
-        last, nodes = nodes, [below for node in nodes for below in _below(definitions, node, part)]
-    found = {unit for node in nodes if (unit := unit_of(node))}
-    if not found and path.rpartition(".")[2].isdecimal():  # Items have the unit that stands beside their list.
-        found = {unit for node in last if (unit := unit_of(node))}
-    return found.pop() if len(found) == 1 and ", " not in min(found) else ""
+    definitions, nodes, parents = schema.get("$defs", {}), [schema], list[Schema]()
+    for key in path.split("."):
+        parents, nodes = nodes, [below for node in nodes for below in _below(definitions, node, key)]
+    units = {unit for node in nodes if (unit := unit_of(node))}
+    if not units and path.rpartition(".")[2].isdecimal():  # Items have the unit that stands beside their list.
+        units = {unit for node in parents if (unit := unit_of(node))}
+    return units.pop() if len(units) == 1 and ", " not in min(units) else ""
 
 
-def _below(definitions: Schema, node: Schema, part: str) -> Iterator[Schema]:
+def _below(definitions: Schema, node: Schema, key: str) -> Iterator[Schema]:
     """Yield what a part of a path may name within a node."""
     if "$ref" in node:
-        yield from _below(definitions, definitions[node["$ref"].rpartition("/")[2]], part)
-    for one in (*node.get("anyOf", ()), *node.get("oneOf", ())):
-        yield from _below(definitions, one, part)
-    if part in node.get("properties", {}):
-        yield node["properties"][part]
+        yield from _below(definitions, definitions[node["$ref"].rpartition("/")[2]], key)
+    for form in (*node.get("anyOf", ()), *node.get("oneOf", ())):
+        yield from _below(definitions, form, key)
+    if key in node.get("properties", {}):
+        yield node["properties"][key]
     elif isinstance(node.get("additionalProperties"), Mapping):
         yield node["additionalProperties"]
-    elif part.isdecimal():
+    elif key.isdecimal():
         if isinstance(node.get("items"), Mapping):
             yield node["items"]
-        yield from node.get("prefixItems", ())[int(part) : int(part) + 1]
+        yield from node.get("prefixItems", ())[int(key) : int(key) + 1]
