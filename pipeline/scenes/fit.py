@@ -161,8 +161,8 @@ def _travel(scene: "SceneFile", name: str, slave: Shaped, master: Shaped) -> lis
         return []
     return [
         f"contact.{name}: '{contact.interface}' travels from {low:.4g} to {high:.4g} m along '{master_ends.interface}',"
-        f" which reaches from {span[0]:.4g} to {span[1]:.4g} m: {beyond * 1e3:.3g} mm too short; move joint.{rod}.centre,"
-        f" or give a longer component.{scene.component_of(master_ends.body)}.geometry"
+        f" which reaches from {span[0]:.4g} to {span[1]:.4g} m: {beyond * 1e3:.3g} mm too short; move"
+        f" joint.{rod}.centre, or give a longer component.{scene.component_of(master_ends.body)}.geometry"
     ]
 
 
