@@ -1,7 +1,5 @@
 """Errors of the pipeline: one line each, naming file, key, value and what is allowed."""
 
-import difflib
-from collections.abc import Iterable
 from typing import Any
 
 
@@ -17,12 +15,6 @@ class StageError(PipelineError):
     """A stage failed on correct input: exit code 1."""
 
 
-def closest(name: str, allowed: Iterable[str], cutoff: float = 0.6) -> str:
-    """Return a question with the allowed name that resembles the given one; empty if there is none."""
-    matches = difflib.get_close_matches(name, list(allowed), 1, cutoff)
-    return f"did you mean '{matches[0]}'? " if matches else ""
-
-
 def pandas() -> Any:
     """Return the library of tables.
 
@@ -30,7 +22,7 @@ def pandas() -> Any:
         ImportError: it is not installed; the message has the command.
     """
     try:
-        import pandas as library
+        import pandas as found
     except ModuleNotFoundError:
         raise ImportError("to_frame needs pandas: pip install 'gudgeon[frames]'") from None
-    return library
+    return found

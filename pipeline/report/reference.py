@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from gudgeon.modaldb.records.nodal import NodalRecord
-from gudgeon.pipeline.errors import InputError, closest
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import read_json
 from gudgeon.pipeline.report.document import Errors
 from gudgeon.pipeline.report.force import (
@@ -25,6 +25,7 @@ from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.summary import reference_values
 from gudgeon.solver.joints import Driven
+from gudgeon.solver.scene.refusals import suggestion
 
 DRIFT = "energy drift"
 BEYOND = "force, whole run"
@@ -180,7 +181,7 @@ def check_names(job: Job, reference: Reference, known: Collection[str], compared
     lines = []
     for key, name, able in wrong:
         have = ", ".join(sorted(able)) or "none"
-        lines.append(f"{job.path}: report.{key}: no run has '{name}'; {closest(name, able)}known are {have}")
+        lines.append(f"{job.path}: report.{key}: no run has '{name}'; {suggestion(name, able)}known are {have}")
     if lines:
         raise InputError("\n".join(lines))
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from gudgeon.pipeline.errors import InputError, closest
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.fit import misfits, wrong_bearings
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
 from gudgeon.pipeline.scenes.tables import check_closed, read_cycle, read_knots, read_pairs
@@ -17,6 +17,7 @@ from gudgeon.solver.joints.coupled import Driven
 from gudgeon.solver.joints.markers import Distance, Spherical
 from gudgeon.solver.registry import definition, names
 from gudgeon.solver.scene.body import ALL_FREE
+from gudgeon.solver.scene.refusals import suggestion
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.bodies import SceneFile
@@ -65,9 +66,8 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
             continue
         if interface not in component.interface:
             have = ", ".join(component.interface) or "none"
-            lines.append(
-                f"{key}: no interface '{interface}', {closest(interface, component.interface)}the component has {have}"
-            )
+            hint = suggestion(interface, component.interface)
+            lines.append(f"{key}: no interface '{interface}', {hint}the component has {have}")
         elif (got := component.interface[interface].kind) not in kinds:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{key}: interface '{interface}' is of kind '{got}', kind {needed} is needed")

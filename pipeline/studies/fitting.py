@@ -5,9 +5,10 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import Any
 
-from gudgeon.pipeline.errors import InputError, closest
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.reading import check_scene, merged, nested
 from gudgeon.pipeline.studies.parameters import Parameter
+from gudgeon.solver.scene.refusals import suggestion
 
 NO_RUN = ("report", "plot", "robustness", "sensor")
 """Tables of a scene that do not affect its motion; tasks are sent without them."""
@@ -48,7 +49,7 @@ def _with_lists(tables: dict[str, Any], full: Mapping[str, Any], parameter: Para
         elif isinstance(node, Mapping) and depth < 2:
             above = ".".join(keys[:depth]) or "the scene"
             have = ", ".join(name for name in node if name not in NO_RUN) or "nothing"
-            raise InputError(f"{parameter.source}: no '{key}' in {above}; {closest(key, node)}it has {have}")
+            raise InputError(f"{parameter.source}: no '{key}' in {above}; {suggestion(key, node)}it has {have}")
         else:
             break
     return tables
@@ -116,6 +117,6 @@ def check_shown(job: Any, patterns: Sequence[str]) -> None:
         if not any(fnmatchcase(name, pattern) for name in possible):
             have = ", ".join(dict.fromkeys(name.partition(".")[0] for name in possible))
             raise InputError(
-                f"--quantity {pattern}: no run of the scene has it; {closest(pattern, possible)}it has"
+                f"--quantity {pattern}: no run of the scene has it; {suggestion(pattern, possible)}it has"
                 f" quantities of {have}"
             )

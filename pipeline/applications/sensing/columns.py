@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gudgeon.pipeline.errors import InputError, closest
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import finite_number
 from gudgeon.pipeline.geometry.profile import read_text
+from gudgeon.solver.scene.refusals import suggestion
 
 UNITS: dict[str, dict[str, float]] = {
     "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
@@ -57,7 +58,7 @@ def _names(
         match = HEAD.fullmatch(head)
         name = "" if match is None else match["name"]
         if match is None or name not in allowed:
-            hint = closest(name, allowed)
+            hint = suggestion(name, allowed)
             raise InputError(f"{path}: column {column} is '{head.strip()}', {hint}{table} has {', '.join(allowed)}")
         if name in names:
             raise InputError(f"{path}: column {column}: '{name}' stands twice")
