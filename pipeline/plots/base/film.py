@@ -1,18 +1,18 @@
-"""Movies: a rendered scene and time marks on curves over a static figure.
+"""Films: what moves and time marks on curves over a static figure.
 
-Titles, colour bars and curves are drawn once, and each frame is pasted on them. Arrows are drawn in 2-D, so that only
+Titles, colour bars and curves are drawn once, and each frame is drawn on them. Arrows are drawn in 2-D, so that only
 the bodies are rendered: rendering takes most of the time.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import imageio
 import numpy as np
 import pyvista as pv
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -25,22 +25,35 @@ FINER = 1.5
 """Factor by which the rendered scene is larger before it is averaged; half the time of VTK's own smoothing."""
 DPI = 100
 RATE, SLOW = 25, 10
-"""Frames per second of a movie, and of one with fewer than `FEW` frames."""
+"""Frames per second of a film, and of one with fewer than `FEW` frames."""
 FEW = 60
 UPPER = 25
 """Distance of a frame's text from the upper border [px], as that of the title."""
 HEAD, HALF, THICK = 20, 9, 3
 """Length and half width of an arrow's head, and half width of its shaft [px]."""
+Box = tuple[int, int, int, int]
+"""Left, upper, right, lower border in the film [px]."""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What one frame shows."""
+
+    abscissa: float
+    """Of the time mark on the curves."""
+    text: str
+    image: Image.Image | None = None
+    """At the upper left corner of the moving part."""
+    arrows: Sequence[tuple[np.ndarray, np.ndarray, str]] = ()
+    """Tail and tip [px], at one height, and text."""
 
 
 @dataclass(frozen=True)
 class Stage:
-    """The moving parts: a scene, empty at first, its place in the movie, and the curves with a time mark."""
+    """A rendered scene, empty at first."""
 
-    box: tuple[int, int, int, int]
-    """Left, upper, right, lower border of the scene in the movie [px]."""
-    curves: Sequence[Axes]
-    """Of one figure, with one abscissa."""
+    box: Box
+    """Its place in the film."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -54,57 +67,68 @@ class Stage:
         plotter.disable_anti_aliasing()
         return plotter
 
+    def photograph(self) -> Image.Image:
+        """Render the scene."""
+        return view.photograph(self.plotter, self.size)
 
-@dataclass(frozen=True)
-class Shot:
-    """Time mark, text and arrows of one frame."""
-
-    abscissa: float
-    """Of the time mark on the curves."""
-    text: str
-    arrows: Sequence[tuple[np.ndarray, np.ndarray, str]] = field(default=())
-    """Tail and tip [m], horizontal on the screen, and text."""
+    def pixel(self, point: np.ndarray) -> np.ndarray:
+        """Return the pixel of a point in the film, (2,)."""
+        return view.pixel(self.plotter, self.size, point) + self.box[:2]
 
 
-def new_writer(path: Path, frames: int) -> Any:
-    """Return a context that takes the pictures of a movie of so many frames."""
-    return imageio.get_writer(
-        path, fps=RATE if frames >= FEW else SLOW, codec="libx264", quality=None, macro_block_size=8,
-        output_params=["-crf", "24", "-preset", "veryfast", "-movflags", "+faststart"],
-    )  # fmt: skip
+def evenly(count: int, limit: int) -> np.ndarray:
+    """Return the numbers of at most `limit` of so many frames, at equal distances, the first and last among them."""
+    return np.unique(np.linspace(0, count - 1, min(limit, count)).round().astype(int))
 
 
-def shoot(path: Path, figure: Figure, stage: Stage, frames: np.ndarray, turn_to: Callable[[int], Shot]) -> None:
-    """Write a movie.
+def shoot(
+    path: Path, figure: Figure, box: Box, frames: np.ndarray, turn_to: Callable[[int], Shot], *,
+    curves: Sequence[Axes], moving: Sequence[tuple[Axes, Artist]] = (), letters: int = 20,
+) -> None:  # fmt: skip
+    """Write a film.
 
     Args:
         figure: The static part.
+        box: Where the image of each shot is.
         frames: Numbers of the frames.
-        turn_to: Moves the scene to a frame and returns its mark, text and arrows.
+        turn_to: Moves the scene and the artists to a frame.
+        curves: Of one abscissa, with a time mark.
+        moving: Artists in the figure that a frame changes, with their axes.
+        letters: Height of the text [px].
     """
     style.fit(figure)
-    canvas = FigureCanvasAgg(figure)
+    canvas, scale = FigureCanvasAgg(figure), figure.dpi / DPI
+    for _, artist in moving:
+        artist.set_animated(True)
     canvas.draw()
-    ground = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
-    font = ImageFont.truetype(findfont("DejaVu Sans:bold"), 20)
-    with new_writer(path, len(frames)) as writer:
+    ground = canvas.copy_from_bbox(figure.bbox)
+    font = ImageFont.truetype(findfont("DejaVu Sans:bold"), letters)
+    writer = imageio.get_writer(
+        path, fps=RATE if len(frames) >= FEW else SLOW, codec="libx264", quality=None, macro_block_size=8,
+        output_params=["-crf", "24", "-preset", "veryfast", "-movflags", "+faststart"],
+    )  # fmt: skip
+    with writer:
         for frame in frames:
-            shot, picture = turn_to(frame), ground.copy()
-            picture.paste(view.photograph(stage.plotter, stage.size), stage.box[:2])
+            shot = turn_to(int(frame))
+            canvas.restore_region(ground)
+            for axes, artist in moving:
+                axes.draw_artist(artist)
+            picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+            if shot.image is not None:
+                picture.paste(shot.image, box[:2])
             for tail, tip, text in shot.arrows:
-                ends = [view.pixel(stage.plotter, stage.size, point) + stage.box[:2] for point in (tail, tip)]
-                _draw_arrow(picture, ends[0], ends[1], text)
-            pen = ImageDraw.Draw(picture)
-            pen.text((picture.width - 24, UPPER), shot.text, font=font, fill=style.INK, anchor="rm")
-            for axes in stage.curves:
-                x, box = axes.transData.transform((shot.abscissa, 0))[0], axes.get_window_extent()
-                pen.line([(x, picture.height - box.y0), (x, picture.height - box.y1)], fill=style.RED, width=2)
+                _draw_arrow(picture, tail, tip, text)
+            pen, corner = ImageDraw.Draw(picture), (picture.width - 24, UPPER * scale)
+            pen.text(corner, shot.text, font=font, fill=style.INK, anchor="rm")
+            for axes in curves:
+                x, area = axes.transData.transform((shot.abscissa, 0))[0], axes.get_window_extent()
+                ends = [(x, picture.height - area.y0), (x, picture.height - area.y1)]
+                pen.line(ends, fill=style.RED, width=round(2 * scale))
             writer.append_data(np.asarray(picture))
-    stage.plotter.close()
 
 
 def _draw_arrow(picture: Image.Image, tail: np.ndarray, tip: np.ndarray, text: str) -> None:
-    """Draw a horizontal arrow between two places [px], with smooth edges, and its text above."""
+    """Draw a horizontal arrow between two points [px], with smooth edges, and its text above."""
     length, away = abs(tail[0] - tip[0]), float(np.sign(tail[0] - tip[0]))
     size = (int(length) + 1, 2 * HALF + 1)
     mask = Image.new("L", (4 * size[0], 4 * size[1]))
@@ -117,6 +141,7 @@ def _draw_arrow(picture: Image.Image, tail: np.ndarray, tip: np.ndarray, text: s
     corner = (round(min(tail[0], tip[0])), round(tip[1]) - HALF)
     picture.paste(Image.new("RGB", size, style.RED), corner, mask)
     font = ImageFont.truetype(findfont("DejaVu Sans:bold"), 15)
-    place = (tip[0] + 6 * away, tip[1] - 34)
     anchor, align = ("lm", "left") if away > 0 else ("rm", "right")
-    ImageDraw.Draw(picture).multiline_text(place, text, font=font, fill=style.RED, anchor=anchor, align=align)
+    ImageDraw.Draw(picture).multiline_text(
+        (tip[0] + 6 * away, tip[1] - 34), text, font=font, fill=style.RED, anchor=anchor, align=align
+    )

@@ -213,6 +213,13 @@ def rows(
     return list(grid.subplots(squeeze=False)[:, 0])
 
 
+def include_zero(axes: Axes, values: np.ndarray, margin: float) -> None:
+    """Limit the ordinate to zero and all values, with a margin relative to that."""
+    low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
+    room = margin * (high - low) or 1.0
+    axes.set_ylim(low - room, high + room)
+
+
 def legend(axes: Axes, *more: tuple[Any, str], beside: Axes | None = None, columns: int = 3) -> None:
     """Draw the legend of axes, of axes at the same place, and of more handles, above them, in rows in their order."""
     found = [*zip(*axes.get_legend_handles_labels(), strict=True), *more]

@@ -64,13 +64,13 @@ def _figure(drawing: Drawing, touch: Touch) -> Figure:
 
 def _places(axes: Axes, courses: list[Course], touch: Touch, span: tuple[float, float]) -> None:
     shown, _ = style.time_unit(span[1] - span[0])
-    seen = np.concatenate([_within(course, span) for course in courses] + ([] if touch.other else [np.zeros(1)]))
+    seen = np.concatenate([_within(course, span) for course in courses] + ([] if touch.partner else [np.zeros(1)]))
     size = float(np.ptp(seen)) or 1.0
     low, high = float(seen.min()) - 0.06 * size, float(seen.max()) + HEADROOM * size
     scale, unit = style.prefixed(float(np.abs(seen).max()), "m")
     for course, colour in zip(courses, COLOURS, strict=False):
         axes.plot(course.times * shown, course.place * scale, color=colour, lw=1.8, label=course.label)
-    if touch.other is None:
+    if touch.partner is None:
         axes.axhspan(low * scale, 0, facecolor="none", edgecolor=style.GREY, hatch="////", alpha=0.45, lw=0)
         axes.axhline(0, color=style.FAINT, lw=1.2, zorder=0.7, label="obstacle")
     axes.set_ylim(low * scale, high * scale)

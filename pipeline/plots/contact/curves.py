@@ -34,13 +34,11 @@ def _force(drawing: Drawing) -> Figure:
     count = len(trajectory.contacts)
     located = {touch.name: touch for touch in touches(drawing)}
     impulsive = all(touch.brief.all() for touch in located.values()) and len(located) == count
-    figure = style.new_figure(
-        "Contact impulse" if impulsive else "Contact force",
-        _force_subtitle(drawing.scene_name, trajectory),
-        height=style.HEIGHT if count == 1 else 300 + 550 * count,
-    )
-    right = 0.91 if any(touch.impulsive and not touch.brief.all() for touch in located.values()) else 0.965
-    panels = style.rows(figure, [1.0] * count, 0.45, (0.1, right))
+    mixed = any(touch.impulsive and not touch.brief.all() for touch in located.values())
+    height = style.HEIGHT if count == 1 else 300 + 550 * count
+    title = "Contact impulse" if impulsive else "Contact force"
+    figure = style.new_figure(title, _force_subtitle(drawing.scene_name, trajectory), height=height)
+    panels = style.rows(figure, [1.0] * count, 0.45, (0.1, 0.91 if mixed else 0.965))
     span = _span(trajectory, list(located.values()))
     abscissa = style.over_time(trajectory.times, span)
     for axes, name in zip(panels, trajectory.contacts, strict=True):
@@ -48,10 +46,9 @@ def _force(drawing: Drawing) -> Figure:
         if touch is not None and touch.impulsive:
             impact_axes(axes, touch, span)
         else:
-            rubs = touch is not None and drawing.scene["contact"][name].get("friction") is not None
-            along = touch.direction if touch and rubs else None
+            normal = touch.direction if touch and drawing.scene["contact"][name].get("friction") is not None else None
             reference = drawing.reference_force(name)
-            force_axes(axes, trajectory, name, abscissa.values, along, reference=reference)
+            force_axes(axes, trajectory, name, abscissa.values, normal, reference=reference)
         if count > 1:
             _name(axes, name)
     abscissa.finish(panels)
@@ -66,9 +63,11 @@ def _cycle_force(drawing: Drawing) -> Figure:
     panels = style.rows(figure, [1.0] * len(names), 0.35)
     for axes, name in zip(panels, names, strict=True):
         force_axes(axes, run.trajectory, name, run.degrees, reference=drawing.reference_force(name))
-        most = hardest(run.trajectory, [name])
-        angle = "" if most is None else f" at {shown_angle(float(frame_degrees(drawing, run.drive)[most.frame]), 1)}°"
-        _name(axes, name if most is None else f"{name}: largest force {style.quantity(most.force, 'N')}{angle}")
+        text = name
+        if (strongest := hardest(run.trajectory, [name])) is not None:
+            angle = shown_angle(float(frame_degrees(drawing, run.drive)[strongest.frame]), 1)
+            text += f": largest force {style.quantity(strongest.force, 'N')} at {angle}°"
+        _name(axes, text)
     run.abscissa.finish(panels)
     return figure
 
@@ -89,7 +88,7 @@ def _span(trajectory: Trajectory, located: list[Touch]) -> tuple[float, float]:
 
 
 def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
-    parts = [scene]
+    texts = [scene]
     for name in trajectory.contacts:
         start, duration = (trajectory.quantities.get(f"{name}.{item}") for item in ("start", "duration"))
         if start and duration and duration["value"] > 0:
@@ -100,16 +99,16 @@ def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
             end = (start["value"] + duration["value"]) * factor
             decimals = max(0, 2 - int(np.floor(np.log10(end))))
             # Both with the digits of the end, so that a start within round-off of zero is zero.
-            first, last = (f"{time:.{decimals}f}" for time in (start["value"] * factor, end))
-            parts.append(f"{label} {f'at {first}' if first == last else f'from {first} to {last}'} {unit}")
-    return "  ·  ".join(parts[:4])
+            ends = [f"{time:.{decimals}f}" for time in (start["value"] * factor, end)]
+            span = f"at {ends[0]}" if ends[0] == ends[1] else f"from {ends[0]} to {ends[1]}"
+            texts.append(f"{label} {span} {unit}")
+    return "  ·  ".join(texts[:4])
 
 
 def draw_energy(drawing: Drawing) -> None:
     """Draw kinetic, strain, contact and dissipated energy, and their balance, over time or the crank angle."""
-    if not drawing.trajectory.energies.any():
-        return
-    style.draw(drawing.file("energy.png"), _cycle_energy if drawing.driven else _energy, drawing)
+    if drawing.trajectory.energies.any():
+        style.draw(drawing.file("energy.png"), _cycle_energy if drawing.driven else _energy, drawing)
 
 
 def _energy(drawing: Drawing) -> Figure:
@@ -124,9 +123,9 @@ def _energy(drawing: Drawing) -> Figure:
     for label, colour, energy in curves:
         dashes = (0, (5, 2)) if colour == style.INK else "-"
         axes.plot(abscissa.values, energy * scale, color=colour, lw=1.6, ls=dashes, label=label)
-    low, high = min(0.0, float(values.min())) * scale, max(0.0, float(values.max())) * scale
-    room = 0.06 * (high - low) or 1.0
-    axes.set_ylim(low - room if low < -1e-9 * high else 0.0, high + room)
+    style.include_zero(axes, values * scale, 0.06)
+    if values.min() >= -1e-9 * values.max():
+        axes.set_ylim(bottom=0.0)
     axes.set_ylabel(f"energy [{unit}]")
     abscissa.finish([axes])
     style.legend(axes, columns=6)
@@ -136,20 +135,25 @@ def _energy(drawing: Drawing) -> Figure:
 def _cycle_energy(drawing: Drawing) -> Figure:
     """Draw each energy of a driven scene on a separate scale, without the much larger energy of the drive."""
     trajectory, run = drawing.trajectory, own_cycle(drawing)
-    kinetic, work = (float(np.abs(trajectory.energies[:, column]).max()) for column in (0, 4))
-    subtitle = (
-        f"{drawing.scene_name}  ·  not shown: kinetic energy of the drive ≤ {style.quantity(kinetic, 'J')},"
-        f" work of loads and joints ≤ {style.quantity(work, 'J')}  ·  drift {powers(trajectory.energy_drift)}"
-    )
-    across = across_energy(drawing, trajectory, run.drive)
-    curves = [(f"kinetic, {run.drive.body}: lateral motion and tilt", style.BLUE, across)]
+    curves = [
+        (
+            f"kinetic, {run.drive.body}: lateral motion and tilt",
+            style.BLUE,
+            across_energy(drawing, trajectory.motion[run.drive.body], run.drive),
+        )
+    ]
     curves += [(name, colour, trajectory.energies[:, k]) for k, (name, colour) in enumerate(ENERGIES) if k]
-    shown = [curve for curve in curves if curve[2].any()]
-    if not shown:  # It has the prescribed motion alone.
+    curves = [curve for curve in curves if curve[2].any()]
+    if not curves:  # It has the prescribed motion alone.
         return _energy(drawing)
+    kinetic, work = (style.quantity(float(np.abs(trajectory.energies[:, column]).max()), "J") for column in (0, 4))
+    subtitle = (
+        f"{drawing.scene_name}  ·  not shown: kinetic energy of the drive ≤ {kinetic},"
+        f" work of loads and joints ≤ {work}  ·  drift {powers(trajectory.energy_drift)}"
+    )
     figure = style.new_figure("Energy without the prescribed motion", subtitle)
-    panels = style.rows(figure, [1.0] * len(shown), 0.3)
-    for axes, (name, colour, energy) in zip(panels, shown, strict=True):
+    panels = style.rows(figure, [1.0] * len(curves), 0.3)
+    for axes, (name, colour, energy) in zip(panels, curves, strict=True):
         scale, unit = style.prefixed(float(energy.max()), "J")
         axes.fill_between(run.degrees, energy * scale, color=colour, alpha=0.12, lw=0)
         axes.plot(run.degrees, energy * scale, color=colour, lw=1.3)
@@ -161,13 +165,16 @@ def _cycle_energy(drawing: Drawing) -> Figure:
     return figure
 
 
-def across_energy(drawing: Drawing, trajectory: Trajectory, drive: Drive) -> np.ndarray:
-    """Return ½ m v² + ½ ω·J ω of the driven body's rigid motion without its velocity along [J], (s,)."""
+def across_energy(drawing: Drawing, motion: np.ndarray, drive: Drive) -> np.ndarray:
+    """Return ½ m v² + ½ ω·J ω of the driven body's rigid motion without its velocity along [J], (s,).
+
+    Args:
+        motion: Of its centre, as in `Trajectory.motion`, (s, 12).
+    """
     morph = drawing.design(drive.body, ["mass", "inertia"])
-    rates = trajectory.motion[drive.body][:, 6:]
-    velocity = rates[:, :3] - (rates[:, :3] @ drive.along)[:, None] * drive.along
-    turning = np.einsum("si,ij,sj->s", rates[:, 3:], morph.inertia, rates[:, 3:])
-    return 0.5 * morph.mass * (velocity**2).sum(axis=1) + 0.5 * turning
+    velocity, spin = np.split(motion[:, 6:], 2, axis=1)
+    across = velocity - (velocity @ drive.along)[:, None] * drive.along
+    return 0.5 * morph.mass * (across**2).sum(axis=1) + 0.5 * np.einsum("si,ij,sj->s", spin, morph.inertia, spin)
 
 
 def energy_curves(energies: np.ndarray) -> list[tuple[str, str, np.ndarray]]:
@@ -176,19 +183,19 @@ def energy_curves(energies: np.ndarray) -> list[tuple[str, str, np.ndarray]]:
     Args:
         energies: As in `Trajectory.energies`.
     """
-    work = energies[:, 4:].sum(axis=1)
-    worked = bool(np.abs(work).max() > ROUND_OFF * np.abs(energies).max())
-    total = balance(energies)
-    if worked and np.abs(total).max() < ROUND_OFF * np.abs(energies).max():
+    work, total, round_off = energies[:, 4:].sum(axis=1), balance(energies), ROUND_OFF * np.abs(energies).max()
+    worked = bool(np.abs(work).max() > round_off)
+    if worked and np.abs(total).max() < round_off:
         total = np.zeros_like(total)
-    seen = np.abs(energies).max(axis=0) > ROUND_OFF * np.abs(energies).max()
     curves = [("energy balance" if worked else "total", style.INK, total)]
-    curves += [(name, c, energies[:, k]) for k, (name, c) in enumerate(ENERGIES) if seen[k]]
+    curves += [
+        (n, c, energy) for (n, c), energy in zip(ENERGIES, energies.T, strict=False) if np.abs(energy).max() > round_off
+    ]
     return [*curves, ("work of loads", WORK, work)] if worked else curves
 
 
 def balance(energies: np.ndarray) -> np.ndarray:
-    """Return all energies minus the work of loads, which old records lack; constant but for errors [J], (s,)."""
+    """Return all energies minus the work of loads; constant but for errors [J], (s,)."""
     return energies[:, :4].sum(axis=1) - energies[:, 4:].sum(axis=1)
 
 

@@ -45,7 +45,7 @@ class Touch:
     name: str
     trajectory: Trajectory
     side: Side
-    other: Side | None
+    partner: Side | None
     """On the other body; None against an obstacle."""
     direction: np.ndarray
     """Unit vector of the normal force on the body, (3,)."""
@@ -193,17 +193,17 @@ def normal_courses(drawing: Drawing, touch: Touch) -> list[Course]:
     pressed = -touch.contact.multipliers if flexible else None
     path, times = touch.contact.path, touch.trajectory.times
     if path is not None:
-        sides = [(touch.side, touch.gap)] + ([(touch.other, 0.0)] if touch.other else [])
+        sides = [(touch.side, touch.gap)] + ([(touch.partner, 0.0)] if touch.partner else [])
         return [_course(drawing, side, times, place, start) for (side, start), place in zip(sides, path.T, strict=True)]
     own = course(drawing, touch.side, touch.direction, pressed, start=touch.gap)
-    if touch.other is None:
+    if touch.partner is None:
         return [own]
     if pressed is not None:
         # Of the point of the body opposite each point of the other.
         mine = touch.contact.points + drawing.position(touch.side.body)
-        far = _placed(drawing, touch.other.body, touch.other.interface)[:, None] - mine[None]
+        far = _placed(drawing, touch.partner.body, touch.partner.interface)[:, None] - mine[None]
         pressed = pressed[:, length_across(far, touch.direction).argmin(axis=1)]
-    return [own, course(drawing, touch.other, touch.direction, pressed)]
+    return [own, course(drawing, touch.partner, touch.direction, pressed)]
 
 
 def _residual(drawing: Drawing, body: BodyMotion, side: Side, interface: InterfaceModes) -> np.ndarray:

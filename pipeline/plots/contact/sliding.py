@@ -46,8 +46,8 @@ def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
     line = _line(touch, settings["friction"].get("direction"))
     belt = float(line @ np.asarray(settings["against"].get("velocity", (0.0, 0.0, 0.0))))
     place, speed = rigid_course(drawing, touch.side, line)
-    if touch.other is not None:
-        ground, ground_speed = rigid_course(drawing, touch.other, line)
+    if touch.partner is not None:
+        ground, ground_speed = rigid_course(drawing, touch.partner, line)
     else:
         ground, ground_speed = belt * trajectory.times, np.full(len(trajectory.times), belt)
     largest = max(float(np.abs(speed).max()), float(np.abs(ground_speed).max()))
@@ -61,7 +61,7 @@ def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
     panels = [
         figure.add_axes((0.1, bottom, 0.865, height)) for bottom, height in ((0.57, 0.26), (0.365, 0.165), (0.1, 0.18))
     ]
-    met = touch.other.label if touch.other else "the obstacle"
+    met = touch.partner.label if touch.partner else "the obstacle"
     _place_axes(panels[0], times, place, ground, (touch.side.label, met))
     _speed_axes(panels[1], times, speed, ground_speed)
     _force_axes(panels[2], times, touch, line, settings["friction"])

@@ -12,6 +12,7 @@ import numpy as np
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
+from gudgeon.pipeline.plots.deformation.obstacle import planes_of
 from gudgeon.solver.obstacles.plane import Plane
 
 
@@ -28,11 +29,11 @@ class Landing:
 
     def places(self, body: BodyMotion, position: np.ndarray, frame: int, scale: float) -> np.ndarray:
         """Return where the points of a body are drawn at a frame [m], (p, 3), its deformation magnified by `scale`."""
-        rest = body.nodes + position
-        drawn = rest + body.rigid(self.origin) + self.scale * (body.rigid(frame) - body.rigid(self.origin))
+        still, origin = body.nodes + position, body.rigid(self.origin)
+        drawn = still + origin + self.scale * (body.rigid(frame) - origin)
         drawn = drawn + scale * body.elastic(frame)
         for plane in self.planes.get(body.name, ()):
-            height = self.scale * _gap(plane, rest + body.total(frame))
+            height = self.scale * _gap(plane, still + body.total(frame))
             drawn = drawn + (height - plane.gap(drawn).min()) * plane.direction(drawn)
         return drawn
 
@@ -42,19 +43,16 @@ def landing(
 ) -> Landing | None:
     """Return how the rigid motion of bodies is drawn, with the position of each [m]; None where one meets more than
     whole planes."""
-    planes: dict[str, list[Plane]] = {}
-    for name, contact in drawing.scene.get("contact", {}).items():
-        if contact["against"]["shape"] != "plane" or contact["against"].get("edges"):
-            return None
-        if drawing.trajectory.contacts[name].force.any():
-            planes.setdefault(contact["body"], []).append(Plane.model_validate(contact["against"]))
-    scales = []
+    contacts = [contact["against"] for contact in drawing.scene.get("contact", {}).values()]
+    if any(against["shape"] != "plane" or against.get("edges") for against in contacts):
+        return None
+    planes, scales = planes_of(drawing, acting=True), []
     for body, position in bodies:
-        way = max(float(np.linalg.norm(body.rigid(frame) - body.rigid(origin), axis=1).max()) for frame in frames)
-        touched = planes.get(body.name, ())
-        way = max([way, *(_gap(one, body.nodes + position + body.total(frame)) for one in touched for frame in frames)])
+        travel = [float(np.linalg.norm(body.rigid(frame) - body.rigid(origin), axis=1).max()) for frame in frames]
+        for plane in planes.get(body.name, ()):
+            travel += [_gap(plane, body.nodes + position + body.total(frame)) for frame in frames]
         if body.size > 0:
-            scales.append(style.nice_scale(style.SHOWN * body.size, way))
+            scales.append(style.nice_scale(style.SHOWN * body.size, max(travel)))
     return Landing(planes, origin, min(scales))
 
 

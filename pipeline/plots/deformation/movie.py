@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import pyvista as pv
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -15,7 +14,7 @@ from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, Thread, skin_of, thread_of
 from gudgeon.pipeline.plots.contact.force_axes import shown_force
 from gudgeon.pipeline.plots.deformation.landing import Landing, landing
-from gudgeon.pipeline.plots.deformation.obstacle import FACE, WALL, faces, opposite
+from gudgeon.pipeline.plots.deformation.obstacle import FACE, WALL, faces, opposite, planes_of
 from gudgeon.pipeline.plots.deformation.solid import Moment, elevation, moment_of
 from gudgeon.solver.obstacles.plane import Plane
 
@@ -48,6 +47,13 @@ class Actor:
     position: np.ndarray
     """Of its origin in the scene [m], (3,)."""
 
+    @property
+    def caption(self) -> str:
+        """The body's name, and what it is drawn as if that is not its surface."""
+        if isinstance(self.drawn, Skin):
+            return self.body.name
+        return f"{self.body.name} (drawn as {'a line' if self.drawn.lines else 'points'})"
+
 
 @dataclass(frozen=True)
 class Script:
@@ -76,9 +82,16 @@ class Script:
     window: str
     """Over which it is a mean."""
     planes: dict[str, list[Plane]]
-    """Those of all contacts, by the body that meets them."""
+    """Those that are drawn, by the body that meets them."""
     wall: Skin | None
     """The obstacle opposite the contact surface, where rigid motion is magnified like the deformation."""
+
+    def points(self, actor: Actor, frame: int, scale: float) -> np.ndarray:
+        """Return where the points of a body are drawn [m], (p, 3), its deformation magnified by `scale`."""
+        if self.landing is not None:
+            return self.landing.places(actor.body, actor.position, frame, scale)
+        moved = scale * (actor.body.total(frame) if self.travels else actor.body.elastic(frame))
+        return actor.body.nodes + actor.position + (moved + actor.body.rigid(frame) if self.carries else moved)
 
 
 def draw_movie(drawing: Drawing) -> None:
@@ -89,37 +102,29 @@ def draw_movie(drawing: Drawing) -> None:
     script = _script(drawing, struck)
     with style.styled(), drawing.file("impact.mp4") as path:
         figure, axes = _ground(drawing, script)
-        stage = film.Stage(BOX, [axes])
+        stage = film.Stage(BOX)
         _set_up(stage, script)
-        film.shoot(path, figure, stage, script.frames, _mover(drawing, script))
+        film.shoot(path, figure, BOX, script.frames, _mover(drawing, script, stage), curves=[axes])
+        stage.plotter.close()
 
 
 def _actors(drawing: Drawing) -> list[Actor]:
     """Return all bodies: solids as skins, bars and beams as lines, rigid bodies as points."""
-    found = []
-    for name in drawing.trajectory.bodies:
-        body = drawing.body(name)
-        if cell_of(body.mesh).dimension == 3 and body.modal.shapes is not None:
-            found.append(Actor(*skin_of(body, TRIANGLES), drawing.position(name)))
-        else:
-            found.append(Actor(*thread_of(body), drawing.position(name)))
-    return found
+    actors = []
+    for body in map(drawing.body, drawing.trajectory.bodies):
+        solid = cell_of(body.mesh).dimension == 3 and body.modal.shapes is not None
+        actors.append(Actor(*(skin_of(body, TRIANGLES) if solid else thread_of(body)), drawing.position(body.name)))
+    return actors
 
 
 def _script(drawing: Drawing, struck: list[str]) -> Script:
     """Choose frames around the contacts, and one scale for all of them."""
-    trajectory = drawing.trajectory
-    most = hardest(trajectory, [contact for name in struck for contact in drawing.contacts_on(name)])
-    assert most is not None
-    lead = next((name for name in struck if name == trajectory.contacts[most.contact].body), None)
-    lead = lead or next(name for name in struck if most.contact in drawing.contacts_on(name))
-    times, pressed = trajectory.frame_times, np.sum([drawing.frame_force(name) for name in struck], axis=0)
-    first, last = style.contact_span(times, pressed, 0.35)
-    within = np.flatnonzero((times >= first) & (times <= last))
-    if len(within) < FRAMES // 4:
-        within = np.arange(len(times))
-    frames = within[np.unique(np.linspace(0, len(within) - 1, FRAMES).round().astype(int))]
-    actors = _actors(drawing)
+    trajectory, contacts = drawing.trajectory, {name: drawing.contacts_on(name) for name in struck}
+    strongest = hardest(trajectory, [contact for touching in contacts.values() for contact in touching])
+    assert strongest is not None
+    body = trajectory.contacts[strongest.contact].body
+    lead = body if body in struck else next(name for name in struck if strongest.contact in contacts[name])
+    frames, actors = _frames(drawing, struck), _actors(drawing)
     solid = [actor for actor in actors if actor.body.size > 0]
     limits = [max(_longest(actor.body.elastic(frame)) for frame in frames) for actor in solid]
     travel = max(_longest(actor.body.total(frame)) for actor in actors for frame in frames)
@@ -130,26 +135,27 @@ def _script(drawing: Drawing, struck: list[str]) -> Script:
     actor = next(actor for actor in actors if actor.body.name == lead)
     assert isinstance(actor.drawn, Skin)
     moment = moment_of(drawing, drawing.body(lead), actor.body, actor.drawn)
-    places = [(one.body, one.position) for one in actors]
-    falls = None if carries else landing(drawing, places, frames, moment.frame)
-    travels = together >= LEAST_ELASTIC * alone and not carries and falls is None
+    landed = None if carries else landing(drawing, [(a.body, a.position) for a in actors], frames, moment.frame)
+    travels = together >= LEAST_ELASTIC * alone and not carries and landed is None
     scale = min(together, alone) if travels else alone
-    meets = drawing.scene["contact"][most.contact]["against"]["shape"] in ("body", "surface")
-    wall = opposite(drawing, most.contact, TRIANGLES, scale) if travels and not meets else None
-    force, window = shown_force(trajectory, most.contact)
+    meets = drawing.scene["contact"][strongest.contact]["against"]["shape"] in ("body", "surface")
+    wall = opposite(drawing, strongest.contact, TRIANGLES, scale) if travels and not meets else None
+    force, window = shown_force(trajectory, strongest.contact)
+    planes = landed.planes if landed is not None else planes_of(drawing) if carries else {}
     return Script(
-        actors, moment, frames, scale, travels, carries, landing=falls, limit=max(limits), contact=most.contact,
-        meets=meets, force=np.linalg.norm(force, axis=1), window=window, planes=_planes(drawing), wall=wall,
+        actors, moment, frames, scale, travels, carries, landing=landed, limit=max(limits), contact=strongest.contact,
+        meets=meets, force=np.linalg.norm(force, axis=1), window=window, planes=planes, wall=wall,
     )  # fmt: skip
 
 
-def _planes(drawing: Drawing) -> dict[str, list[Plane]]:
-    """Return the planes that contacts of a scene meet, by body."""
-    found: dict[str, list[Plane]] = {}
-    for contact in drawing.scene["contact"].values():
-        if contact["against"]["shape"] == "plane":
-            found.setdefault(contact["body"], []).append(Plane.model_validate(contact["against"]))
-    return found
+def _frames(drawing: Drawing, struck: list[str]) -> np.ndarray:
+    """Return the numbers of frames around the contacts of bodies; all where there are few."""
+    times, forces = drawing.trajectory.frame_times, np.sum([drawing.frame_force(name) for name in struck], axis=0)
+    start, stop = style.contact_span(times, forces, 0.35)
+    within = np.flatnonzero((times >= start) & (times <= stop))
+    if len(within) < FRAMES // 4:
+        within = np.arange(len(times))
+    return within[film.evenly(len(within), FRAMES)]
 
 
 def _longest(displacement: np.ndarray) -> float:
@@ -157,49 +163,36 @@ def _longest(displacement: np.ndarray) -> float:
 
 
 def _set_up(stage: film.Stage, script: Script) -> None:
-    """Add bodies and obstacle to the scene and aim the camera."""
-    moment, plotter, seen = script.moment, stage.plotter, []
+    """Add bodies and obstacles to the scene and aim the camera."""
+    moment, plotter, seen, limits = script.moment, stage.plotter, [], (0.0, script.limit or 1.0)
     for actor in script.actors:
         actor.drawn.move(actor.body.nodes + actor.position)
         actor.drawn.colour(np.linalg.norm(actor.body.elastic(moment.frame), axis=1))
         if isinstance(actor.drawn, Skin):
-            view.add_skin(plotter, actor.drawn, style.MAGNITUDE, (0.0, script.limit or 1.0), 1.8)
+            view.add_skin(plotter, actor.drawn, style.MAGNITUDE, limits, 1.8)
         else:
-            view.add_thread(plotter, actor.drawn, style.MAGNITUDE, (0.0, script.limit or 1.0))
+            view.add_thread(plotter, actor.drawn, style.MAGNITUDE, limits)
         seen.append(actor.drawn.points)
-    if script.carries:
-        passed = script.frames[:: max(1, len(script.frames) // PASSED)]
+    if script.carries or script.landing is not None:
+        passed, scale = script.frames[:: max(1, len(script.frames) // PASSED)], 0.0 if script.carries else script.scale
         for actor in script.actors:
-            swept = np.concatenate([actor.drawn.points + actor.body.rigid(frame) for frame in passed])
-            seen.append(swept)
-            for face in faces(script.planes.get(actor.body.name, []), swept):
-                plotter.add_mesh(face, color=FACE, opacity=0.35, ambient=0.4, show_edges=True, edge_color=style.FAINT)
-                seen.append(np.asarray(face.points))
-    if script.landing is not None:
-        _add_planes(plotter, script, script.landing, seen)
-    if (wall := script.wall) is not None:
-        plotter.add_mesh(wall.surface, color=WALL, culling="front", ambient=0.5, smooth_shading=True)
-        view.add_edges(plotter, wall.edges, style.FAINT, 2.4)
-        seen.append(wall.points)
+            swept = np.concatenate([script.points(actor, frame, scale) for frame in passed])
+            walls = faces(script.planes.get(actor.body.name, []), swept)
+            for wall in walls:
+                plotter.add_mesh(wall, color=FACE, opacity=0.35, ambient=0.4, show_edges=True, edge_color=style.FAINT)
+            seen += [swept, *(np.asarray(wall.points) for wall in walls)]
+    if script.wall is not None:
+        plotter.add_mesh(script.wall.surface, color=WALL, culling="front", ambient=0.5, smooth_shading=True)
+        view.add_edges(plotter, script.wall.edges, style.FAINT, 2.4)
+        seen.append(script.wall.points)
     magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
     stacked = (script.meets or script.landing is not None) and abs(moment.outward @ moment.up) > view.STEEP
-    angle = LEVEL if stacked else STEEP
-    angle = angle if elevation(moment.body.nodes, moment.up, magnitude) > 0 or stacked else -angle
+    raised = elevation(moment.body.nodes, moment.up, magnitude) > 0
+    angle = LEVEL if stacked else STEEP if raised else -STEEP
     view.aim(plotter, view.looking(moment.outward, moment.up, -75.0, angle), np.concatenate(seen))
 
 
-def _add_planes(plotter: pv.Plotter, script: Script, falls: Landing, seen: list[np.ndarray]) -> None:
-    """Add the planes that press, around the bodies in all frames, and what is seen of both to `seen`."""
-    passed = script.frames[:: max(1, len(script.frames) // PASSED)]
-    for actor in script.actors:
-        swept = [falls.places(actor.body, actor.position, frame, script.scale) for frame in passed]
-        seen.append(np.concatenate(swept))
-        for face in faces(falls.planes.get(actor.body.name, []), seen[-1]):
-            plotter.add_mesh(face, color=FACE, opacity=0.35, ambient=0.4, show_edges=True, edge_color=style.FAINT)
-            seen.append(np.asarray(face.points))
-
-
-def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
+def _mover(drawing: Drawing, script: Script, stage: film.Stage) -> Callable[[int], film.Shot]:
     """Return a function that moves all bodies to a frame."""
     trajectory = drawing.trajectory
     shown, time_name = style.time_unit(float(trajectory.times[-1]))
@@ -207,18 +200,12 @@ def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
 
     def turn_to(frame: int) -> film.Shot:
         for actor in script.actors:
-            elastic = actor.body.elastic(frame)
-            if script.landing is not None:
-                actor.drawn.move(script.landing.places(actor.body, actor.position, frame, script.scale))
-                actor.drawn.colour(np.linalg.norm(elastic, axis=1))
-                continue
-            moved = script.scale * (actor.body.total(frame) if script.travels else elastic)
-            moved = moved + actor.body.rigid(frame) if script.carries else moved
-            actor.drawn.move(actor.body.nodes + actor.position + moved)
-            actor.drawn.colour(np.linalg.norm(elastic, axis=1))
+            actor.drawn.move(script.points(actor, frame, script.scale))
+            actor.drawn.colour(np.linalg.norm(actor.body.elastic(frame), axis=1))
         time = float(trajectory.frame_times[frame])
         force = float(np.interp(time, trajectory.times, script.force)) * newtons
-        return film.Shot(time * shown, f"{style.digits(time * shown)} {time_name}     {force:.2f} {force_unit}")
+        text = f"{style.digits(time * shown)} {time_name}     {force:.2f} {force_unit}"
+        return film.Shot(time * shown, text, stage.photograph())
 
     return turn_to
 
@@ -243,20 +230,12 @@ def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
 
 def _subtitle(script: Script) -> str:
     """Return how the bodies and what they meet are drawn."""
-    factor, falls = style.magnified(script.scale), script.landing
-    what = f"gaps and deformation × {factor}" if script.travels else f"elastic deformation × {factor}"
-    what += f", {style.CAPPED}  ·  "
-    what += "bodies " * (len(script.actors) > 1) + ", ".join(_caption(actor) for actor in script.actors)
-    if falls is not None:
-        what += f"; rigid motion and gaps × {style.magnified(falls.scale)}"
+    factor = style.magnified(script.scale)
+    text = f"gaps and deformation × {factor}" if script.travels else f"elastic deformation × {factor}"
+    text += f", {style.CAPPED}  ·  " + "bodies " * (len(script.actors) > 1)
+    text += ", ".join(actor.caption for actor in script.actors)
+    if script.landing is not None:
+        text += f"; rigid motion and gaps × {style.magnified(script.landing.scale)}"
     elif not script.travels:
-        what += "; rigid motion as it is" if script.carries else "; rigid motion not shown"
-    grey = script.wall is not None or (falls is not None and falls.planes) or (script.carries and script.planes)
-    return what + "; grey: obstacle" * bool(grey)
-
-
-def _caption(actor: Actor) -> str:
-    """Return a body's name, and what it is drawn as if that is not its surface."""
-    if isinstance(actor.drawn, Skin):
-        return actor.body.name
-    return f"{actor.body.name} (drawn as {'a line' if actor.drawn.lines else 'points'})"
+        text += "; rigid motion as it is" if script.carries else "; rigid motion not shown"
+    return text + "; grey: obstacle" * (script.wall is not None or bool(script.planes))

@@ -58,39 +58,52 @@ def touching(
             wall.move(wall.points - position + shift)
         return None if wall is None else wall.surface
     normal = obstacle.direction(point[None])[0]
-    first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
-    tangents = np.stack([first / np.linalg.norm(first), np.cross(normal, first) / np.linalg.norm(first)])
+    tangents = _tangents(normal)
     margin = MARGIN * float(np.linalg.norm(np.ptp(nodes, axis=0)))
     low, high = (nodes @ tangents.T).min(axis=0) - margin, (nodes @ tangents.T).max(axis=0) + margin
     corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
     return pv.PolyData(corners @ tangents + ((point + shift) @ normal) * normal, faces=[4, 0, 1, 2, 3])
 
 
+def planes_of(drawing: Drawing, acting: bool = False) -> dict[str, list[Plane]]:
+    """Return the planes that contacts of a scene meet, by body; with `acting` only those that ever press."""
+    planes: dict[str, list[Plane]] = {}
+    for name, contact in drawing.scene.get("contact", {}).items():
+        if contact["against"]["shape"] == "plane" and (not acting or drawing.trajectory.contacts[name].force.any()):
+            planes.setdefault(contact["body"], []).append(Plane.model_validate(contact["against"]))
+    return planes
+
+
 def faces(planes: list[Plane], seen: np.ndarray) -> list[pv.PolyData]:
     """Return planes as polygons around points, (n, 3), of which they are no farther than their extent; faces of solids
     end at their edges."""
-    found = []
-    middle, reach = 0.5 * (seen.min(axis=0) + seen.max(axis=0)), 0.5 * float(np.ptp(seen, axis=0).max())
+    polygons = []
+    middle, radius = 0.5 * (seen.min(axis=0) + seen.max(axis=0)), 0.5 * float(np.ptp(seen, axis=0).max())
     for plane in planes:
-        normal = unit(plane.normal)
+        tangents, normal = _tangents(plane.normal), unit(plane.normal)
         centre = middle - float(plane.gap(middle[None])[0]) * normal
-        first = unit(np.cross(normal, np.eye(3)[np.abs(normal).argmin()]))
-        across = np.cross(normal, first)
-        corners = [centre + reach * (a * first + b * across) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+        corners = [centre + radius * np.array(pair) @ tangents for pair in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
         for edge in plane.edges:
             corners = _clipped(corners, np.asarray(edge.point), unit(edge.normal))
-        if len(corners) > 2 and float(np.linalg.norm(np.mean(corners, axis=0) - middle)) < 2 * reach:
-            found.append(pv.PolyData(np.array(corners), faces=[len(corners), *range(len(corners))]))
-    return found
+        if len(corners) > 2 and float(np.linalg.norm(np.mean(corners, axis=0) - middle)) < 2 * radius:
+            polygons.append(pv.PolyData(np.array(corners), faces=[len(corners), *range(len(corners))]))
+    return polygons
+
+
+def _tangents(vector: tuple[float, ...] | np.ndarray) -> np.ndarray:
+    """Return two directions across a vector and each other, (2, 3)."""
+    normal = unit(vector)
+    across = unit(np.cross(normal, np.eye(3)[np.abs(normal).argmin()]))
+    return np.stack([across, np.cross(normal, across)])
 
 
 def _clipped(corners: list[np.ndarray], point: np.ndarray, normal: np.ndarray) -> list[np.ndarray]:
     """Return the part of a convex polygon behind a plane (Sutherland and Hodgman)."""
-    kept = []
-    for here, there in zip(corners, corners[1:] + corners[:1], strict=True):
-        a, b = float((here - point) @ normal), float((there - point) @ normal)
+    clipped = []
+    for start, stop in zip(corners, corners[1:] + corners[:1], strict=True):
+        a, b = float((start - point) @ normal), float((stop - point) @ normal)
         if a <= 0:
-            kept.append(here)
-        if (a < 0 < b) or (b < 0 < a):
-            kept.append(here + a / (a - b) * (there - here))
-    return kept
+            clipped.append(start)
+        if a * b < 0:
+            clipped.append(start + a / (a - b) * (stop - start))
+    return clipped

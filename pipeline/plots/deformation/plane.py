@@ -14,7 +14,7 @@ from gudgeon.pipeline.geometry.shapes.plane import boundary_edges
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.stress import equivalent_stress, stress_gauges
-from gudgeon.pipeline.plots.deformation import equivalent
+from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, Colouring, hardest_text, stress_text
 from gudgeon.solver.bodies.placing import turned_design, turned_mesh, turned_modes
 
 ARROW = 0.14
@@ -28,11 +28,11 @@ def draw_sheets(drawing: Drawing) -> None:
         frame = drawing.hardest(body.name).frame
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
         file = drawing.file("deformation.png", body.name, count)
-        style.draw(file, _picture, drawing, body, magnitude, equivalent.DISPLACEMENT)
+        style.draw(file, _picture, drawing, body, magnitude, DISPLACEMENT)
         if stress_gauges(drawing, body):
             stress = equivalent_stress(drawing, body, frame)
             file = drawing.file("stress.png", body.name, len(names))
-            style.draw(file, _picture, drawing, body, stress, equivalent.stress_text(drawing, body))
+            style.draw(file, _picture, drawing, body, stress, stress_text(drawing, body))
 
 
 def _in_its_plane(drawing: Drawing, body: BodyMotion) -> BodyMotion:
@@ -45,16 +45,16 @@ def _in_its_plane(drawing: Drawing, body: BodyMotion) -> BodyMotion:
     )  # fmt: skip
 
 
-def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: equivalent.Text) -> Figure:
-    """Return a part coloured by values (n,), with texts such as `DISPLACEMENT`."""
-    (title, name, unit, lacks), frame = text, drawing.hardest(body.name).frame
+def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: Colouring) -> Figure:
+    """Return a part coloured by values (n,)."""
+    frame = drawing.hardest(body.name).frame
     elastic, size = body.elastic(frame)[:, :2], body.size
     scale = style.nice_scale(style.SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
     place = body.nodes[:, :2] + scale * elastic
-    subtitle = equivalent.hardest_text(drawing, body.name, lacks)
+    subtitle = hardest_text(drawing, body.name, text.missing)
     reach = np.ptp(place, axis=0) + 2 * ARROW * size
     height = int(np.clip(0.8 * style.WIDTH * reach[1] / reach[0] + 300, 700, style.HEIGHT))
-    figure = style.new_figure(f"{title} × {style.magnified(scale)}", subtitle, height=height)
+    figure = style.new_figure(f"{text.title} × {style.magnified(scale)}", subtitle, height=height)
     axes = figure.add_axes((0.04, 120 / height, 0.8, 1 - 270 / height))
     top = float(np.nanmax(values))
     _colour(axes, body, place, values, top or 1.0)
@@ -63,7 +63,7 @@ def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: equiv
     axes.margins(0.08)
     style.plain_axes(axes)
     axes.set(xticks=[], yticks=[])
-    style.magnitude_bar(figure, top, name, unit, (0.875, 150 / height, 0.018, 1 - 330 / height))
+    style.magnitude_bar(figure, top, text.name, text.unit, (0.875, 150 / height, 0.018, 1 - 330 / height))
     style.legend_below(figure, (style.RED, 3, "contact force on the part"), (style.GREY, 1.6, "undeformed"))
     return figure
 

@@ -16,7 +16,7 @@ from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.stress import equivalent_stress, stress_gauges
 from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, skin_of
-from gudgeon.pipeline.plots.deformation import equivalent
+from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, Colouring, hardest_text, stress_text
 from gudgeon.pipeline.plots.deformation.obstacle import WALL, touching
 
 TRIANGLES = 100_000
@@ -41,10 +41,8 @@ class Moment:
     """On the points of the skin."""
     skin: Skin
     frame: int
-    force: np.ndarray
-    """Resultant on the body [N], (3,)."""
     middle: np.ndarray
-    """Its point of action: mean of the contact points, weighted by force [m], (3,)."""
+    """Point of action of the resultant on the body: mean of the contact points, weighted by force [m], (3,)."""
     outward: np.ndarray
     """Unit vector towards the side in contact, against the force, (3,)."""
     up: np.ndarray
@@ -58,19 +56,19 @@ def draw_deformation(drawing: Drawing) -> None:
         moment = strongest_moment(drawing, body, TRIANGLES)
         magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
         file = drawing.file("deformation.png", body.name, drawing.deformed_count())
-        style.draw(file, _picture, drawing, moment, magnitude, equivalent.DISPLACEMENT)
+        style.draw(file, _picture, drawing, moment, magnitude, DISPLACEMENT)
 
 
 def draw_stress(drawing: Drawing) -> None:
     """Draw one picture for each solid body with contact and a gauge of stress on a surface."""
-    found = [body for body in drawing.shaped(drawing.touched(3)) if stress_gauges(drawing, body)]
-    for body in found:
+    gauged = [body for body in drawing.shaped(drawing.touched(3)) if stress_gauges(drawing, body)]
+    for body in gauged:
         stress = equivalent_stress(drawing, body, drawing.hardest(body.name).frame)
         fields = {"stress": np.nan_to_num(stress), "known": np.isfinite(stress).astype(float)}
         moment = strongest_moment(drawing, body, TRIANGLES, fields)
         values = values_where_known(moment.skin)
-        file, text = drawing.file("stress.png", body.name, len(found)), equivalent.stress_text(drawing, body)
-        style.draw(file, _picture, drawing, moment, values, text)
+        file = drawing.file("stress.png", body.name, len(gauged))
+        style.draw(file, _picture, drawing, moment, values, stress_text(drawing, body))
 
 
 def values_where_known(skin: Skin) -> np.ndarray:
@@ -92,47 +90,42 @@ def strongest_moment(
 
 def moment_of(drawing: Drawing, body: BodyMotion, skinned: BodyMotion, skin: Skin) -> Moment:
     """Return a body with its skin, and the body's motion there, at the frame of its largest contact force."""
-    most, presses = drawing.hardest(body.name), drawing.presses(body.name)
-    frame = most.frame
+    strongest, presses = drawing.hardest(body.name), drawing.presses(body.name)
+    frame = strongest.frame
     points = np.concatenate([press.points for press in presses.values()])
     weights = np.concatenate([press.multipliers[frame] for press in presses.values()])
     normals = np.concatenate([press.outward for press in presses.values()])
     force = -(weights @ normals)
     pinched = np.linalg.norm(force) < PINCHED * weights.sum()
     outward = normals[np.argmax(weights)] if pinched else -force / np.linalg.norm(force)
-    middle = weights @ points / weights.sum()
-    up = view.axis_of(body.surface(presses[most.contact].interface), outward)
-    return Moment(skinned, skin, frame, force, middle, outward=outward, up=up, contact=most.contact)
+    up = view.axis_of(body.surface(presses[strongest.contact].interface), outward)
+    return Moment(skinned, skin, frame, weights @ points / weights.sum(), outward, up, contact=strongest.contact)
 
 
-def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: equivalent.Text) -> Figure:
+def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: Colouring) -> Figure:
     """Return the body with magnified deformation and the force on it.
 
     Args:
         values: Of the colours, not negative, NaN where unknown, at the points of the moment's body, (p,).
-        text: Such as `DISPLACEMENT`.
     """
-    (title, name, unit, lacks), largest = text, float(np.nanmax(values))
+    largest = float(np.nanmax(values))
     size, elastic = moment.body.size, moment.body.elastic(moment.frame)
-    scale = style.nice_scale(style.SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
+    magnitude = np.linalg.norm(elastic, axis=1)
+    scale = style.nice_scale(style.SHOWN * size, float(magnitude.max()))
     nearest = int(np.linalg.norm(moment.body.nodes - moment.middle, axis=1).argmin())
     shift = scale * (elastic[nearest] @ moment.outward) * moment.outward
     wall = touching(drawing, moment.contact, moment.body.nodes, moment.middle, shift, TRIANGLES)
-    seen = _camera(moment, elastic)
+    angle = elevation(moment.body.nodes, moment.up, magnitude)
+    seen = view.looking(moment.outward, moment.up, 38.0, angle)
     image = _render(moment, scale * elastic, values / (largest or 1.0), seen, wall)
-    subtitle = equivalent.hardest_text(drawing, moment.body.name, lacks)
-    figure = style.new_figure(f"{title} × {style.magnified(scale)}", subtitle)
+    subtitle = hardest_text(drawing, moment.body.name, text.missing)
+    figure = style.new_figure(f"{text.title} × {style.magnified(scale)}", subtitle)
     style.show_image(figure, image, (0.02, 0.06))
-    style.magnitude_bar(figure, largest, name, unit, style.BAR)
+    style.magnitude_bar(figure, largest, text.name, text.unit, style.BAR)
     view.draw_triad(figure, seen)
     labels = [(style.RED, 3, "contact force on the body"), (style.GREY, 1.6, "undeformed edges")]
     style.legend_below(figure, *labels, *([] if wall is None else [(WALL, 7, "obstacle, at the deformed body")]))
     return figure
-
-
-def _camera(moment: Moment, elastic: np.ndarray) -> view.View:
-    angle = elevation(moment.body.nodes, moment.up, np.linalg.norm(elastic, axis=1))
-    return view.looking(moment.outward, moment.up, 38.0, angle)
 
 
 def _render(

@@ -32,8 +32,7 @@ def draw_cycle_movie(drawing: Drawing) -> None:
     """Make one movie of a driven scene, with one scale and one range of colours."""
     if not drawing.contacts_of(drive_of(drawing).body):
         return
-    count = len(drawing.trajectory.frame_times)
-    frames = np.unique(np.linspace(0, count - 1, min(FRAMES, count)).round().astype(int))
+    frames = film.evenly(len(drawing.trajectory.frame_times), FRAMES)
     if (assembly := assemble(drawing, TRIANGLES, frames.tolist())) is None:
         return
     along, run = assembly.drive.along, own_cycle(drawing)
@@ -43,9 +42,10 @@ def draw_cycle_movie(drawing: Drawing) -> None:
     }
     with style.styled(), drawing.file("cycle.mp4") as path:
         figure, curves = _ground(drawing, assembly, run, tops)
-        stage = film.Stage(BOX, curves)
+        stage = film.Stage(BOX)
         _set_up(stage, assembly, frames, tops)
-        film.shoot(path, figure, stage, frames, _mover(drawing, assembly, run))
+        film.shoot(path, figure, BOX, frames, _mover(drawing, assembly, run, stage), curves=curves)
+        stage.plotter.close()
 
 
 def _set_up(stage: film.Stage, assembly: Assembly, frames: np.ndarray, tops: dict[str, float]) -> None:
@@ -59,7 +59,7 @@ def _set_up(stage: film.Stage, assembly: Assembly, frames: np.ndarray, tops: dic
     view.aim(stage.plotter, assembly.view, np.concatenate(seen))
 
 
-def _mover(drawing: Drawing, assembly: Assembly, run: Cycle) -> Callable[[int], film.Shot]:
+def _mover(drawing: Drawing, assembly: Assembly, run: Cycle, stage: film.Stage) -> Callable[[int], film.Shot]:
     """Return a function that moves the bodies to a frame."""
     angles = frame_degrees(drawing, assembly.drive)
 
@@ -70,7 +70,9 @@ def _mover(drawing: Drawing, assembly: Assembly, run: Cycle) -> Callable[[int], 
         degrees = float(angles[frame])
         force = float(np.interp(degrees, run.degrees, run.side_force))
         text = f"{shown_angle(degrees, 0):>3}° crank angle     side force {style.signed(force / 1e3, 2)} kN"
-        return film.Shot(degrees, text, arrows(drawing, assembly, frame))
+        image = stage.photograph()
+        forces = [(stage.pixel(tail), stage.pixel(tip), name) for tail, tip, name in arrows(drawing, assembly, frame)]
+        return film.Shot(degrees, text, image, forces)
 
     return turn_to
 

@@ -4,14 +4,11 @@ joints and contacts as arrows."""
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import imageio
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.font_manager import findfont
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from gudgeon.pipeline.plots.base import film, style
 from gudgeon.pipeline.plots.base.run import Drawing
@@ -70,37 +67,22 @@ def draw_film(drawing: Drawing) -> None:
     times = drawing.trajectory.frame_times
     if len(times) < LEAST or not len(drawing.trajectory.times):
         return
-    frames = np.unique(np.linspace(0, len(times) - 1, FRAMES).round().astype(int))
+    frames = film.evenly(len(times), FRAMES)
     bodies = shown_bodies(drawing, frames)
-    largest = max((float(one.bent.max(initial=0.0)) for one in bodies), default=0.0)
-    moving = moving_bodies(drawing)
-    arrows = _arrows(drawing, times[frames], bodies)
-    walls = _walls(drawing, bodies)
-    view = _view(bodies, moving, arrows, walls)
+    largest = max((float(body.bent.max(initial=0.0)) for body in bodies), default=0.0)
+    arrows, walls = _arrows(drawing, times[frames], bodies), _walls(drawing, bodies)
+    view = _view(bodies, moving_bodies(drawing), arrows, walls)
+    scale, unit = style.time_unit(float(drawing.trajectory.times[-1]))
+    row = {int(frame): k for k, frame in enumerate(frames)}
+
+    def turn_to(frame: int) -> film.Shot:
+        time = float(times[frame])
+        picture = _bodies_at((row[frame], time), bodies, arrows, view, largest=largest, walls=walls)
+        return film.Shot(time * scale, f"{style.digits(time * scale)} {unit}", picture)
+
     with style.styled(), drawing.file("mechanism.mp4") as path:
         figure, axes = _ground(drawing, largest, bool(arrows), bool(walls))
-        style.fit(figure)
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-        ground = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
-        font = ImageFont.truetype(findfont("DejaVu Sans:bold"), 20)
-        scale, unit = style.time_unit(float(drawing.trajectory.times[-1]))
-        writer = imageio.get_writer(
-            path, fps=film.RATE if len(frames) >= film.FEW else film.SLOW, codec="libx264", quality=None,
-            macro_block_size=8, output_params=["-crf", "24", "-preset", "veryfast", "-movflags", "+faststart"],
-        )  # fmt: skip
-        with writer:
-            for number, frame in enumerate(frames):
-                picture = _bodies_at((number, float(times[frame])), bodies, arrows, view, largest=largest, walls=walls)
-                shot, time = ground.copy(), float(times[frame]) * scale
-                shot.paste(picture, BOX[:2])
-                pen = ImageDraw.Draw(shot)
-                pen.text(
-                    (SIZE[0] - 24, film.UPPER), f"{style.digits(time)} {unit}", font=font, fill=style.INK, anchor="rm"
-                )
-                x, box = axes.transData.transform((time, 0))[0], axes.get_window_extent()
-                pen.line([(x, SIZE[1] - box.y0), (x, SIZE[1] - box.y1)], fill=style.RED, width=2)
-                writer.append_data(np.asarray(shot))
+        film.shoot(path, figure, BOX, frames, turn_to, curves=[axes])
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base import view
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, middles
-from gudgeon.pipeline.plots.contact.pressure import _panels, chart, colours, in_holes, on_an_edge
+from gudgeon.pipeline.plots.contact.maps import chart, on_an_edge, raster
+from gudgeon.pipeline.plots.contact.pressure import colours, panels_of
 from gudgeon.pipeline.plots.deformation.obstacle import touching
 from gudgeon.pipeline.plots.deformation.solid import strongest_moment
 from gudgeon.pipeline.stages.run import run_job
@@ -42,7 +43,7 @@ def test_lengths_along_both_axes_of_the_pressure_have_one_scale() -> None:
     shape = {"kind": "cylinder", "axis": [0.0, 0.0, 1.0], "origin": [0.0, 0.0, 0.0], "radius": radius}
     plane = chart(points, Surface(np.zeros((0, 6), int), shape))
     assert plane is not None
-    figure, (axes,) = _panels("", [(plane, np.ones(len(points)))])
+    figure, (axes,) = panels_of("", [(raster(plane, 100), np.ones(len(points)), "")])
     figure.canvas.draw()
     box = axes.get_window_extent()
     assert box.width / box.height == pytest.approx(3.0, rel=0.01)
@@ -64,14 +65,14 @@ def test_a_hole_of_a_plane_surface_has_no_pressure() -> None:
     plane = chart(points, Surface(quadratic), np.concatenate([corners, points]))
     assert plane is not None
     drawn = Triangulation(plane.metric[:, 0], plane.metric[:, 1])
-    holes = in_holes(plane, drawn.triangles)
+    holes = plane.in_holes(drawn.triangles)
     middles = points[drawn.triangles].mean(axis=1)
     inside = (np.abs(middles[:, :2] - 3.0) < 1.0 - 1e-9).all(axis=1)
     assert inside.any()
     np.testing.assert_array_equal(holes, inside)
     curved = chart(points + np.column_stack([0 * points[:, :2], 0.1 * points[:, 0] ** 2]), Surface(quadratic), corners)
     assert curved is not None
-    assert not in_holes(curved, drawn.triangles).any()
+    assert not curved.in_holes(drawn.triangles).any()
 
 
 def test_the_largest_pressure_is_not_black() -> None:

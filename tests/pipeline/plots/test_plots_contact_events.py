@@ -145,12 +145,12 @@ def test_points_meet_in_impacts_and_nowhere_else(scene: tuple[str, Path, str], t
     (touch,) = touches(drawing)
     courses = normal_courses(drawing, touch)
     own = courses[0]
-    other = np.interp(own.times, courses[1].times, courses[1].place) if touch.other else np.zeros(len(own.times))
+    other = np.interp(own.times, courses[1].times, courses[1].place) if touch.partner else np.zeros(len(own.times))
     apart = own.place - other
     start = touch.impacts[:, 0]
     impacts = touch.impacts[start > 0]
     # A ball meets the floor at the located times; frames of the beam are 0.25 ms apart, 25 µm at the first speed.
-    resolved = 1e-5 if touch.other else touch.interval * np.abs(impacts[:, 5]).max(initial=0.0)
+    resolved = 1e-5 if touch.partner else touch.interval * np.abs(impacts[:, 5]).max(initial=0.0)
     assert np.abs(np.interp(impacts[:, 0], own.times, apart)).max(initial=0.0) <= resolved + 1e-12
     inside = ((own.times[:, None] >= touch.impacts[:, 0]) & (own.times[:, None] <= touch.impacts[:, 1])).any(axis=1)
     free = ~inside & (own.times > 0)
@@ -165,7 +165,7 @@ def test_paths_at_samples_pass_through_the_frames(scene: tuple[str, Path, str], 
     contact = drawing.scene["contact"][touch.name]
     pressed = -touch.contact.multipliers if contact.get("method") == "residual" else None
     size = max(float(np.ptp(one.place)) for one in courses)
-    for found, side, start in zip(courses, (touch.side, touch.other), (touch.gap, 0.0), strict=False):
+    for found, side, start in zip(courses, (touch.side, touch.partner), (touch.gap, 0.0), strict=False):
         assert len(found.times) == len(touch.trajectory.times) + 1
         assert side is not None
         expected = course(drawing, side, touch.direction, pressed, start=start)

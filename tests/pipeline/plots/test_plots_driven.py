@@ -209,7 +209,7 @@ def test_energy_of_a_free_drop_across(drawing: Drawing) -> None:
     motion = np.zeros_like(trajectory.motion["piston"])
     motion[:, 6], motion[:, 8], motion[:, 10] = 2.0, 100.0, 3.0
     morph = drawing.body("piston").morph
-    found = across_energy(drawing, replace(trajectory, motion={"piston": motion}), drive_of(drawing))
+    found = across_energy(drawing, motion, drive_of(drawing))
     np.testing.assert_allclose(found, 0.5 * morph.mass * 4 + 0.5 * morph.inertia[1, 1] * 9, rtol=ROUND_OFF)
     total = balance(trajectory.energies)
     assert np.ptp(total) < 0.01 * np.ptp(trajectory.energies[:, 4])

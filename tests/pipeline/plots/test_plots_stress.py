@@ -12,9 +12,8 @@ from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.exporters.export import _records
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.plots.base.row_forces import READ, row_forces
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.base.stress import equivalent_stress, left_out, nodal_stress
+from gudgeon.pipeline.plots.base.stress import READ, equivalent_stress, left_out, nodal_stress, row_forces
 from gudgeon.pipeline.stages.run import run_job
 
 pytest.importorskip("matplotlib")

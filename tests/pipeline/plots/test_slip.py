@@ -13,18 +13,20 @@ from gudgeon.pipeline.stages.run import run_job
 pytest.importorskip("matplotlib")
 imageio = pytest.importorskip("imageio.v3")
 
-from gudgeon.pipeline.plots.contact.pressure import Chart  # noqa: E402
-from gudgeon.pipeline.plots.contact.pressure_film import draw_pressure_film  # noqa: E402
-from gudgeon.pipeline.plots.contact.raster import raster  # noqa: E402
-from gudgeon.pipeline.plots.contact.slip import (  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+
+from gudgeon.pipeline.plots.contact.maps import (  # noqa: E402
     OPEN,
     SLIPS,
     STICKS,
-    draw_slip,
+    Chart,
     kinetic_of,
-    slips_of,
+    maps_of,
+    raster,
     states_of,
 )
+from gudgeon.pipeline.plots.contact.pressure_film import draw_pressure_film  # noqa: E402
+from gudgeon.pipeline.plots.contact.slip import draw_slip  # noqa: E402
 from tests.pipeline.plots.test_plots import assert_picture  # noqa: E402
 
 BLOCK = """
@@ -72,15 +74,15 @@ def test_pixels_between_points() -> None:
     lattice = np.array([[i / 6, j / 6] for i in range(7) for j in range(7 - i)])
     places = lattice * [2.0, 1.0]
     pixels = raster(Chart(1e3 * places, places, ("x", "y")), 100)
-    assert pixels.extent == (0.0, 2000.0, 0.0, 1000.0)
-    assert pixels.inside.shape == (50, 100)
-    assert pixels.inside.mean() == pytest.approx(0.5, abs=0.02)
+    assert tuple(pixels.draw(Figure().subplots(), 1.0 * pixels.covered).get_extent()) == (0.0, 2000.0, 0.0, 1000.0)
+    assert pixels.covered.shape == (50, 100)
+    assert pixels.covered.mean() == pytest.approx(0.5, abs=0.02)
     x, y = np.meshgrid((np.arange(100) + 0.5) / 50, (np.arange(50) + 0.5) / 50)
     between = pixels.between(3.0 + places @ [1.0, -2.0])
-    assert np.isnan(between[~pixels.inside]).all()
-    np.testing.assert_allclose(between[pixels.inside], (3.0 + x - 2.0 * y)[pixels.inside], rtol=0, atol=1e-12)
-    there = np.column_stack([x[pixels.inside], y[pixels.inside]])
-    nearest = pixels.of_nearest(np.arange(28.0))[pixels.inside].astype(int)
+    assert np.isnan(between[~pixels.covered]).all()
+    np.testing.assert_allclose(between[pixels.covered], (3.0 + x - 2.0 * y)[pixels.covered], rtol=0, atol=1e-12)
+    there = np.column_stack([x[pixels.covered], y[pixels.covered]])
+    nearest = pixels.of_nearest(np.arange(28.0))[pixels.covered].astype(int)
     apart = np.linalg.norm(there[:, None] - places, axis=2)
     np.testing.assert_allclose(apart[np.arange(len(there)), nearest], apart.min(axis=1), rtol=1e-12)
 
@@ -104,9 +106,9 @@ def test_friction_of_points_is_kept_and_drawn(block: tuple[Path, str], tmp_path:
     size = np.linalg.norm(friction, axis=2)
     assert (size <= 0.3 * normal + 1e-9 * normal.max()).all()
     assert not friction[..., 2].any()
-    (found,) = slips_of(drawing)
-    assert (found.states == SLIPS).any()
+    (found,) = maps_of(drawing)
     slips = found.states == SLIPS
+    assert slips.any()
     np.testing.assert_allclose(size[slips], 0.2 * normal[slips], rtol=1e-6, atol=1e-9 * normal.max())
     # What slides along x is dragged back.
     assert friction[..., 0].sum() < 0
