@@ -60,14 +60,14 @@ def open_file(path: Path) -> BufferedReader:
 
 def differences(old: Mapping[str, Any], new: Mapping[str, Any], prefix: str = "") -> list[str]:
     """List what changed between two inputs, one `path: old → new` a line, sorted by path."""
-    found = []
+    lines = []
     for name in sorted({*old, *new}):
         path, before, after = f"{prefix}{name}", old.get(name), new.get(name)
         if isinstance(before, Mapping) and isinstance(after, Mapping):
-            found += differences(before, after, f"{path}.")
+            lines += differences(before, after, f"{path}.")
         elif before != after:
-            found.append(f"{path}: {_short(before)} → {_short(after)}")
-    return found
+            lines.append(f"{path}: {_short(before)} → {_short(after)}")
+    return lines
 
 
 def _short(value: Any) -> str:

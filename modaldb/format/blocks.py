@@ -51,19 +51,19 @@ class Blocks:
         self._left -= size
         if self._left < 0:
             raise Malformed("blocks that overlap")
-        found = bytearray(size)
-        self._source.read_into(address + USERBLOCK, memoryview(found))
-        return bytes(found)
+        buffer = bytearray(size)
+        self._source.read_into(address + USERBLOCK, memoryview(buffer))
+        return bytes(buffer)
 
     def block(self, address: int, size: int, signature: bytes) -> bytes:
         """Return a block that no other may refer to; it must begin with `signature`."""
         if address in self._visited:
             raise Malformed("two references to one block")
         self._visited.add(address)
-        found = self.read(address, size)
-        if not found.startswith(signature):
+        content = self.read(address, size)
+        if not content.startswith(signature):
             raise Malformed(f"no block {signature[:4].decode()} where one should be")
-        return found
+        return content
 
     def count(self) -> None:
         """Note one more item of the structure."""
@@ -75,23 +75,23 @@ class Blocks:
         """Return a text of variable length: an object of a global heap [III.E]."""
         if address not in self._collections:
             self._collections[address] = dict(self._collection(address))
-        found = self._collections[address].get(index)
-        if found is None or len(found) < size:
+        content = self._collections[address].get(index)
+        if content is None or len(content) < size:
             raise Malformed("a text that is not there")
-        return found[:size].decode()
+        return content[:size].decode()
 
     def _collection(self, address: int) -> Iterator[tuple[int, bytes]]:
         (size,) = struct.unpack_from("<Q", self.block(address, 16, b"GCOL\1"), 8)
-        whole, place = self.read(address, size), 16
-        while place + 16 <= size:
+        heap, offset = self.read(address, size), 16
+        while offset + 16 <= size:
             self.count()
-            index, length = struct.unpack_from("<H6xQ", whole, place)
+            index, length = struct.unpack_from("<H6xQ", heap, offset)
             if index == 0:  # Free space to the end.
                 return
-            if place + 16 + length > size:
+            if offset + 16 + length > size:
                 raise Malformed("a text longer than its heap")
-            yield index, whole[place + 16 : place + 16 + length]
-            place += 16 + (length + 7) // 8 * 8
+            yield index, heap[offset + 16 : offset + 16 + length]
+            offset += 16 + (length + 7) // 8 * 8
 
 
 class Heap:
@@ -100,14 +100,14 @@ class Heap:
     def __init__(self, blocks: Blocks, address: int) -> None:
         self._blocks = blocks
         head = blocks.block(address, 142, b"FRHP\0")
-        self._id_size, filtered, self._flags, most = struct.unpack_from("<HHBI", head, 5)
+        self._id_size, filtered, self._flags, max_size = struct.unpack_from("<HHBI", head, 5)
         self._width, self._start, self._largest, self._bits = struct.unpack_from("<HQQH", head, 110)
         self._root, self._rows = struct.unpack_from("<QH", head, 132)
         sizes = (self._width, self._start, self._largest)
         if filtered or not all(size and size & (size - 1) == 0 for size in sizes) or self._start > self._largest:
             raise Malformed("a heap of another layout")
         self._offset_size = (self._bits + 7) // 8
-        self._length_size = min((_log2(self._largest) + 7) // 8, _encoded_size(most))
+        self._length_size = min((_log2(self._largest) + 7) // 8, _encoded_size(max_size))
         if self._bits > 64 or self._id_size < 1 + self._offset_size + self._length_size:
             raise Malformed("a heap of another layout")
         self._indirect: dict[int, bytes] = {}
@@ -130,7 +130,7 @@ class Heap:
     def _direct_block(self, offset: int) -> tuple[int, int, int]:
         """Return address and size of the direct block of an offset in the heap, and the offset within."""
         address, rows = self._root, self._rows
-        last = _log2(self._largest) - _log2(self._start) + 2  # The first row of indirect blocks.
+        indirect_row = _log2(self._largest) - _log2(self._start) + 2  # The first row of indirect blocks.
         while True:
             row, size, within = 0, self._start, offset
             if offset >= self._start * self._width:
@@ -142,15 +142,15 @@ class Heap:
                 raise Malformed("an object outside its heap")
             table = self._table(address, rows * self._width)
             (address,) = struct.unpack_from("<Q", table, 8 * (row * self._width + column))
-            if row < last:
+            if row < indirect_row:
                 return address, offset, size
             rows = _log2(size) - _log2(self._start * self._width) + 1
 
     def _table(self, address: int, count: int) -> bytes:
         """Return the addresses of the blocks below an indirect block."""
         if address not in self._indirect:
-            first = 13 + self._offset_size
-            self._indirect[address] = self._blocks.block(address, first + 8 * count, b"FHIB\0")[first:]
+            table_start = 13 + self._offset_size
+            self._indirect[address] = self._blocks.block(address, table_start + 8 * count, b"FHIB\0")[table_start:]
         return self._indirect[address]
 
 
@@ -174,34 +174,36 @@ class Tree:
     @cached_property
     def _pointers(self) -> list[tuple[int, int]]:
         """Bytes of a child's number of records, and of that with all below it, by the depth of the parent."""
-        most = (self._node - 10) // self._record
-        own, whole, size = _encoded_size(most), most, 0
-        found = [(0, 0)]
+        capacity = (self._node - 10) // self._record
+        count_width, subtree_capacity, size = _encoded_size(capacity), capacity, 0
+        widths = [(0, 0)]
         for _ in range(self._depth):
-            found.append((own, size))
-            pointer = 8 + own + size
-            most = max((self._node - 10 - pointer) // (self._record + pointer), 0)
-            whole = (most + 1) * whole + most
-            size = _encoded_size(whole)
-        return found
+            widths.append((count_width, size))
+            pointer = 8 + count_width + size
+            capacity = max((self._node - 10 - pointer) // (self._record + pointer), 0)
+            subtree_capacity = (capacity + 1) * subtree_capacity + capacity
+            size = _encoded_size(subtree_capacity)
+        return widths
 
     def _below(self, address: int, count: int, depth: int) -> Iterator[bytes]:
         node = self._blocks.block(address, self._node, b"BTIN\0" if depth else b"BTLF\0")
-        own, whole = self._pointers[depth]
+        count_width, subtree_width = self._pointers[depth]
         end = 6 + count * self._record
-        if end + (count + 1) * (8 + own + whole) * bool(depth) > self._node:
+        if end + (count + 1) * (8 + count_width + subtree_width) * bool(depth) > self._node:
             raise Malformed("a node with more records than it can have")
-        for place in range(6, end, self._record):
+        for offset in range(6, end, self._record):
             self._blocks.count()
-            yield node[place + 4 : place + self._record] if self._kind == 5 else node[place : place + self._record]
-        for number in range(count + 1 if depth else 0):
-            place = end + number * (8 + own + whole)
-            (child,) = struct.unpack_from("<Q", node, place)
-            yield from self._below(child, int.from_bytes(node[place + 8 : place + 8 + own], "little"), depth - 1)
+            yield node[offset + 4 : offset + self._record] if self._kind == 5 else node[offset : offset + self._record]
+        for child_index in range(count + 1 if depth else 0):
+            offset = end + child_index * (8 + count_width + subtree_width)
+            (child,) = struct.unpack_from("<Q", node, offset)
+            yield from self._below(
+                child, int.from_bytes(node[offset + 8 : offset + 8 + count_width], "little"), depth - 1
+            )
 
 
-def _log2(number: int) -> int:
-    return number.bit_length() - 1
+def _log2(power: int) -> int:
+    return power.bit_length() - 1
 
 
 def _encoded_size(limit: int) -> int:

@@ -9,7 +9,7 @@ from gudgeon.modaldb.format.schema import Outline
 from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.field import POSE_AXES, FieldRecord, PoseGridRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
+from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord, TractionModes
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 
@@ -68,22 +68,26 @@ def _modes(record: ModalRecord, outline: Outline) -> None:
     _ranges(record.interface_rows, rows, end, "interface_rows")
     _tangential(record, outline, end)
     for name, space in record.tractions.items():
-        if not space.chart:
-            raise Malformed(f"tractions/{name}/chart: empty")
-        _entries(space.chart, CHARTS, f"tractions/{name}/chart")
-        if space.chart["kind"] not in CHARTS:
-            raise Malformed(f"tractions/{name}/chart: kind '{space.chart['kind']}', expected {', '.join(CHARTS)}")
-        if space.chart["kind"] == "patch":
-            _patch(space.chart, f"tractions/{name}/chart")
-        count = outline.shapes[f"tractions/{name}/rows"][0]
-        if space.counts.size and (space.counts.min() < 4 or int(space.counts[0]) * int(space.counts[1]) != count):
-            raise Malformed(f"tractions/{name}/counts: {space.counts.tolist()}, expected 4 or more, {count} in all")
-        if space.spacing.size and not space.spacing.min() > 0:
-            raise Malformed(f"tractions/{name}/spacing: {space.spacing.tolist()}, expected more than 0")
+        _traction(space, outline.shapes[f"tractions/{name}/rows"][0], f"tractions/{name}")
     _swap(record, outline)
     if record.static_responses is not None and "static_responses/shapes" in outline.shapes:
         columns = outline.shapes["static_responses/shapes"][2]
         _ranges(record.static_responses.columns, {}, columns, "static_responses/columns")
+
+
+def _traction(space: TractionModes, count: int, path: str) -> None:
+    """Check chart and grid of a traction space of `count` functions."""
+    if not space.chart:
+        raise Malformed(f"{path}/chart: empty")
+    _entries(space.chart, CHARTS, f"{path}/chart")
+    if space.chart["kind"] not in CHARTS:
+        raise Malformed(f"{path}/chart: kind '{space.chart['kind']}', expected {', '.join(CHARTS)}")
+    if space.chart["kind"] == "patch":
+        _patch(space.chart, f"{path}/chart")
+    if space.counts.size and (space.counts.min() < 4 or int(space.counts[0]) * int(space.counts[1]) != count):
+        raise Malformed(f"{path}/counts: {space.counts.tolist()}, expected 4 or more, {count} in all")
+    if space.spacing.size and not space.spacing.min() > 0:
+        raise Malformed(f"{path}/spacing: {space.spacing.tolist()}, expected more than 0")
 
 
 def _swap(record: ModalRecord, outline: Outline) -> None:
@@ -104,23 +108,23 @@ def _tangential(record: ModalRecord, outline: Outline, end: float) -> None:
     """Check that tangential rows have their directions, and that R has them behind all other rows."""
     counts, spans = dict[str, int](), record.tangential_spans
     for group, beside in (("interfaces", "tangents"), ("tractions", "tangential_resultant")):
-        found: dict[str, dict[str, int]] = {beside: {}, "tangential_rows": {}}
+        row_counts: dict[str, dict[str, int]] = {beside: {}, "tangential_rows": {}}
         for path, shape in outline.shapes.items():
-            place, _, field = path.rpartition("/")
-            if field in found and place.startswith(f"{group}/"):
-                found[field][place.removeprefix(f"{group}/")] = 2 * shape[0]
-        if alone := found["tangential_rows"].keys() ^ found[beside].keys():
+            group_path, _, field = path.rpartition("/")
+            if field in row_counts and group_path.startswith(f"{group}/"):
+                row_counts[field][group_path.removeprefix(f"{group}/")] = 2 * shape[0]
+        if alone := row_counts["tangential_rows"].keys() ^ row_counts[beside].keys():
             raise Malformed(f"{group}/{min(alone)}: {beside} and tangential_rows, only one of them is there")
-        counts |= found["tangential_rows"]
+        counts |= row_counts["tangential_rows"]
     if unknown := spans.keys() - counts.keys():
         raise Malformed(f"tangential_spans: '{min(unknown)}' has no tangential rows")
     if "C" in outline.letters and (missing := counts.keys() - spans.keys()):
         raise Malformed(f"tangential_spans: '{min(missing)}' is missing")
     _ranges(spans, counts, end, "tangential_spans")
-    first = max((last for _, last in record.interface_rows.values()), default=0)
-    for name, (start, last) in spans.items():
-        if start < last and start < first:
-            raise Malformed(f"tangential_spans: {name}: [{start}, {last}], where other rows are")
+    normal_rows = max((stop for _, stop in record.interface_rows.values()), default=0)
+    for name, (start, end_row) in spans.items():
+        if start < end_row and start < normal_rows:
+            raise Malformed(f"tangential_spans: {name}: [{start}, {end_row}], where other rows are")
 
 
 def _morph(record: MorphRecord, outline: Outline) -> None:
@@ -135,9 +139,13 @@ def _positive_mass(record: ModalRecord | MorphRecord) -> None:
 def _cyclic(record: CyclicRecord, outline: Outline) -> None:
     if record.sectors < 1:
         raise Malformed(f"sectors: {record.sectors}, expected 1 or more")
-    for name, one in record.harmonics.items():
-        if name != str(one.harmonic) or not 0 <= one.harmonic <= record.sectors // 2 or one.multiplicity not in (1, 2):
-            raise Malformed(f"harmonics/{name}: harmonic {one.harmonic} of multiplicity {one.multiplicity}")
+    for name, modes in record.harmonics.items():
+        if (
+            name != str(modes.harmonic)
+            or not 0 <= modes.harmonic <= record.sectors // 2
+            or modes.multiplicity not in (1, 2)
+        ):
+            raise Malformed(f"harmonics/{name}: harmonic {modes.harmonic} of multiplicity {modes.multiplicity}")
 
 
 def _trajectory(record: Trajectory, outline: Outline) -> None:
@@ -145,12 +153,12 @@ def _trajectory(record: Trajectory, outline: Outline) -> None:
     for name, key in record.bodies.items():
         if not isinstance(key, str):
             raise Malformed(f"bodies: {name}: no key")
-    for name, first in record.coordinate_offsets.items():
-        if not _whole(first) or not 0 <= first <= outline.letters["q"]:
-            raise Malformed(f"coordinate_offsets: {name}: {first}, expected 0 to {outline.letters['q']}")
-    for name, number in record.peaks.items():
-        if not _whole(number) or not 0 <= number < outline.letters.get("p", 0):
-            raise Malformed(f"peaks: {name}: {number}, which peak_times lacks")
+    for name, offset in record.coordinate_offsets.items():
+        if not _whole(offset) or not 0 <= offset <= outline.letters["q"]:
+            raise Malformed(f"coordinate_offsets: {name}: {offset}, expected 0 to {outline.letters['q']}")
+    for name, peak in record.peaks.items():
+        if not _whole(peak) or not 0 <= peak < outline.letters.get("p", 0):
+            raise Malformed(f"peaks: {name}: {peak}, which peak_times lacks")
 
 
 def _quantities(record: Trajectory | NodalRecord | WheelRecord | FieldRecord, outline: Outline) -> None:
@@ -172,7 +180,7 @@ def _field(record: FieldRecord, outline: Outline) -> None:
 
 
 def _pose_grid(record: PoseGridRecord, outline: Outline) -> None:
-    shapes = {path.removeprefix("axes/"): one for path, one in outline.shapes.items() if path.startswith("axes/")}
+    shapes = {path.removeprefix("axes/"): shape for path, shape in outline.shapes.items() if path.startswith("axes/")}
     if not shapes or not shapes.keys() <= set(POSE_AXES):
         raise Malformed(f"axes: {', '.join(shapes) or 'none'}, expected some of {', '.join(POSE_AXES)}")
     counts = [size for (size,) in shapes.values()]
@@ -181,29 +189,29 @@ def _pose_grid(record: PoseGridRecord, outline: Outline) -> None:
     for name, values in record.axes.items():
         if not (values[1:] > values[:-1]).all():
             raise Malformed(f"axes: {name}: expected values that ascend")
-    for found, wanted in (("p", math.prod(counts)), ("c", math.prod(n - 1 for n in counts))):
-        if outline.letters[found] != wanted:
-            raise Malformed(f"axes: {wanted} points or cells, {outline.letters[found]} in the arrays")
+    for letter, points in (("p", math.prod(counts)), ("c", math.prod(n - 1 for n in counts))):
+        if outline.letters[letter] != points:
+            raise Malformed(f"axes: {points} points or cells, {outline.letters[letter]} in the arrays")
 
 
-def _ranges(found: Mapping[str, Any], rows: Mapping[str, int], end: float, field: str) -> None:
+def _ranges(ranges: Mapping[str, Any], rows: Mapping[str, int], end: float, field: str) -> None:
     """Check ranges [first, last + 1] by name: within `end`, and as long as the rows of that name."""
-    for name, one in found.items():
-        if not isinstance(one, list) or len(one) != 2 or not all(map(_whole, one)):
+    for name, span in ranges.items():
+        if not isinstance(span, list) or len(span) != 2 or not all(map(_whole, span)):
             raise Malformed(f"{field}: {name}: expected [first, last + 1]")
-        if not 0 <= one[0] <= one[1] <= end or rows.get(name, one[1] - one[0]) != one[1] - one[0]:
-            raise Malformed(f"{field}: {name}: {one}, which are not its rows")
+        if not 0 <= span[0] <= span[1] <= end or rows.get(name, span[1] - span[0]) != span[1] - span[0]:
+            raise Malformed(f"{field}: {name}: {span}, which are not its rows")
 
 
-def _entries(found: Mapping[str, Any], kinds: Mapping[str, Mapping[str, int]], field: str) -> None:
+def _entries(description: Mapping[str, Any], kinds: Mapping[str, Mapping[str, int]], field: str) -> None:
     """Check the numbers of the description of a surface."""
-    if not found:
+    if not description:
         return
-    kind = found.get("kind")
+    kind = description.get("kind")
     if not isinstance(kind, str):
         raise Malformed(f"{field}: no kind")
     for name, count in kinds.get(kind, {}).items():
-        entry = found.get(name)
+        entry = description.get(name)
         values = [entry] if count == 1 else entry
         if not isinstance(values, list) or len(values) != count or not all(_number(v, finite=True) for v in values):
             raise Malformed(f"{field}: {name}: expected {count} finite number{'s' * (count > 1)}")

@@ -94,47 +94,50 @@ def record_bytes(kind: str, record: Any, inputs: dict[str, Any] | str) -> tuple[
 
 
 def read_head(
-    source: Source, place: Path | str, kind: str | None = None, known: tuple[str, dict[str, Any]] | None = None
+    source: Source,
+    location: Path | str,
+    kind: str | None = None,
+    known_inputs: tuple[str, dict[str, Any]] | None = None,
 ) -> Head:
     """Read all of a record but its arrays, and check it against the schema of its kind.
 
     Args:
         source: Bytes that `verify_open` accepts.
-        place: Path or URL, for the message.
+        location: Path or URL, for the message.
         kind: The kind expected; None takes the one that the file has.
-        known: The inputs as text and read, if the caller has them: the same text is not read again.
+        known_inputs: The inputs as text and read, if the caller has them: the same text is not read again.
 
     Raises:
         RecordMismatch: another kind, an unknown schema version, or not what the schema says.
     """
-    with _mismatch(place):
+    with _mismatch(location):
         root = read_structure(source)
         encoding, version = root.attributes.get("encoding-type"), root.attributes.get("encoding-version")
-        found = str(encoding).removeprefix("gudgeon-")
-        if (encoding != f"gudgeon-{kind}") if kind is not None else (found not in KINDS):
+        record_kind = str(encoding).removeprefix("gudgeon-")
+        if (encoding != f"gudgeon-{kind}") if kind is not None else (record_kind not in KINDS):
             expected = f"gudgeon-{kind}" if kind is not None else f"one of {', '.join(KINDS)}"
             raise Malformed(f"holds {encoding}, expected {expected}")
         if version != SCHEMA_VERSION:
             raise Malformed(f"schema version {version}, this release reads {SCHEMA_VERSION}")
         text = root.attributes.get("provenance")
-        inputs = known[1] if known is not None and known[0] == text else _json(text, "provenance")
-        return Head(found, root, checked_outline(root, KINDS[found], BESIDE), inputs)
+        inputs = known_inputs[1] if known_inputs is not None and known_inputs[0] == text else _json(text, "provenance")
+        return Head(record_kind, root, checked_outline(root, KINDS[record_kind], BESIDE), inputs)
 
 
-def read_fields(source: Source, head: Head, place: Path | str, only: Collection[str] | None = None) -> Any:
+def read_fields(source: Source, head: Head, location: Path | str, only: Collection[str] | None = None) -> Any:
     """Read a record, or some fields of it.
 
     Args:
         source: Its bytes.
         head: What `read_head` returned for it.
-        place: Path or URL, for the message.
+        location: Path or URL, for the message.
         only: Field paths to read, such as `interfaces/thrust/rows`; a path includes all below it. Other optional
             fields become None and other arrays empty. None reads all fields.
 
     Raises:
         RecordMismatch: numbers are not what the schema says, or the kind has no such field.
     """
-    with _mismatch(place):
+    with _mismatch(location):
         check_paths(KINDS[head.kind], only or ())
         record = _Reader(source, head.outline, only).group(head.root, KINDS[head.kind], "")
         check_contents(record, head.outline)
@@ -165,13 +168,13 @@ def dataset_bytes(head: Head) -> dict[str, int]:
 
 
 @contextmanager
-def _mismatch(place: Path | str) -> Iterator[None]:
+def _mismatch(location: Path | str) -> Iterator[None]:
     try:
         yield
     except Malformed as error:
         # Names and texts of the file may hold anything.
-        cause = "".join(one if one.isprintable() else "�" for one in str(error)[:LONGEST_CAUSE])
-        raise RecordMismatch(f"{place}: {cause}") from None
+        cause = "".join(c if c.isprintable() else "�" for c in str(error)[:LONGEST_CAUSE])
+        raise RecordMismatch(f"{location}: {cause}") from None
 
 
 class _Reader:
@@ -197,8 +200,8 @@ class _Reader:
             return None if base is not hint else _sealed(np.empty(0))
         if (member := member_type(base)) is not None:
             below = {unquote(name): item for name, item in value.members.items()}
-            wanted = {name: item for name, item in below.items() if self._wants(f"{path}/{name}")}
-            return {name: self._field(item, member, f"{path}/{name}", rule) for name, item in wanted.items()}
+            requested = {name: item for name, item in below.items() if self._wants(f"{path}/{name}")}
+            return {name: self._field(item, member, f"{path}/{name}", rule) for name, item in requested.items()}
         if isinstance(value, Group):
             return self.group(value, base, f"{path}/") if base is hint or self._wants(path) else None
         return _json(value, path) if typing.get_origin(base) is dict else base(value)
@@ -231,9 +234,9 @@ def _sealed(array: np.ndarray) -> np.ndarray:
 
 def _json(text: Any, path: str) -> dict[str, Any]:
     try:
-        found = json.loads(text)
+        document = json.loads(text)
     except (TypeError, ValueError, RecursionError):
-        found = None
-    if not isinstance(found, dict):
+        document = None
+    if not isinstance(document, dict):
         raise Malformed(f"{path}: no JSON object")
-    return found
+    return document

@@ -37,19 +37,21 @@ def checked_outline(root: Group, cls: type, beside: set[str]) -> Outline:
         cls: Dataclass of the record.
         beside: Attributes of the root that are no fields.
     """
-    found = Outline()
+    outline = Outline()
     rules = list(_walk(root, cls, "", beside))
-    for path, dataset, rule, own in rules:
+    for path, dataset, rule, member_letters in rules:
         if dataset.dtype != DTYPES[rule.dtype]:
             raise Malformed(f"{path}: numbers of type {dataset.dtype}, expected {rule.dtype}")
-        if not any(_fits(dataset.shape, shape.split(), found.letters, own) for shape in rule.shape.split(" or ")):
-            known = {**found.letters, **own}
-            letters = ", ".join(f"{k} = {known[k]}" for k in dict.fromkeys(rule.shape.split()) if k in known)
+        if not any(
+            _fits(dataset.shape, shape.split(), outline.letters, member_letters) for shape in rule.shape.split(" or ")
+        ):
+            sizes = {**outline.letters, **member_letters}
+            letters = ", ".join(f"{k} = {sizes[k]}" for k in dict.fromkeys(rule.shape.split()) if k in sizes)
             with_known = f" with {letters}" if letters else ""
             expected = rule.shape.replace(" or ", "; ").replace(" ", ", ").replace(";,", ") or (")
             raise Malformed(f"{path}: shape {dataset.shape}, expected ({expected}){with_known}")
-        found.shapes[path] = dataset.shape
-    return found
+        outline.shapes[path] = dataset.shape
+    return outline
 
 
 @cache
@@ -72,13 +74,13 @@ def member_type(hint: Any) -> Any:
 def check_paths(cls: type, paths: Collection[str]) -> None:
     """Raise Malformed where a field path leads to no field of a record; members of a group may have any name."""
     for path in paths:
-        here: Any = cls
-        for part in path.split("/"):
-            fields_here = type_hints(here) if is_dataclass(here) else {part: member_type(here)}
-            if (below := fields_here.get(part)) is None:
-                have = f"; allowed: {', '.join(fields_here)}" if is_dataclass(here) else ""
+        hint: Any = cls
+        for name in path.split("/"):
+            names = type_hints(hint) if is_dataclass(hint) else {name: member_type(hint)}
+            if (below := names.get(name)) is None:
+                have = f"; allowed: {', '.join(names)}" if is_dataclass(hint) else ""
                 raise Malformed(f"no field '{path}'{have}")
-            here = base_type(below)
+            hint = base_type(below)
 
 
 def check_values(array: np.ndarray, rule: ArrayRule, letters: Letters, path: str) -> None:
@@ -102,7 +104,7 @@ Found = Iterator[tuple[str, Dataset, ArrayRule, Letters]]
 
 def _walk(group: Group, cls: type, prefix: str, beside: set[str]) -> Found:
     """Yield every array of a record with its rule and the letters of its member, and check all else."""
-    hints, expected, own = type_hints(cls), set(beside), Letters()
+    hints, expected, letters = type_hints(cls), set(beside), Letters()
     for entry in fields(cls):
         name, hint = entry.name, hints[entry.name]
         expected.add(name)
@@ -111,53 +113,60 @@ def _walk(group: Group, cls: type, prefix: str, beside: set[str]) -> Found:
         if value is None and base is hint:
             raise Malformed(f"{path}: missing")
         if value is not None:
-            yield from _field(value, base, entry, path, own)
+            yield from _field(value, base, entry, path, letters)
     if unknown := (group.attributes.keys() | group.members.keys()) - expected:
         raise Malformed(f"{prefix}{unquote(min(unknown))}: no field of such a record")
 
 
-def _field(value: Any, base: Any, entry: Field, path: str, own: Letters) -> Found:
+def _field(value: Any, base: Any, entry: Field, path: str, letters: Letters) -> Found:
     member = member_type(base)
     kind = Dataset if base is np.ndarray else Group if is_dataclass(base) or member is not None else (str, int, float)
     if not isinstance(value, kind):
-        wanted = {Dataset: "an array", Group: "a group"}.get(kind, "a number or text")  # type: ignore[call-overload]
-        raise Malformed(f"{path}: expected {wanted}")
+        expected = {Dataset: "an array", Group: "a group"}.get(kind, "a number or text")  # type: ignore[call-overload]
+        raise Malformed(f"{path}: expected {expected}")
     if isinstance(value, Dataset):
-        yield path, value, entry.metadata[ARRAY], own
+        yield path, value, entry.metadata[ARRAY], letters
     elif isinstance(value, Group) and member is None:
         yield from _walk(value, typing.cast(type, base), f"{path}/", set())
     elif isinstance(value, Group):
-        if value.attributes:
-            raise Malformed(f"{path}: attributes of a group of named members")
-        names: set[str] = set()
-        for name, below in value.members.items():
-            names.add(unquote(name))
-            yield from _field(below, member, entry, f"{path}/{unquote(name)}", Letters())
-        if len(names) < len(value.members):
-            raise Malformed(f"{path}: two members of one name")
+        yield from _members(value, member, entry, path)
     elif not isinstance(value, str if base is str or typing.get_origin(base) is dict else (int, float)):
         raise Malformed(f"{path}: {type(value).__name__}, expected {getattr(base, '__name__', base)}")
     elif base is int and not isinstance(value, int):
         raise Malformed(f"{path}: {value}, expected a whole number")
 
 
-def _fits(shape: tuple[int, ...], dimensions: list[str], letters: Letters, own: Letters) -> bool:
+def _members(group: Group, member: Any, entry: Field, path: str) -> Found:
+    """Yield as `_walk` for a group of named members of one type."""
+    if group.attributes:
+        raise Malformed(f"{path}: attributes of a group of named members")
+    names: set[str] = set()
+    for name, below in group.members.items():
+        names.add(unquote(name))
+        yield from _field(below, member, entry, f"{path}/{unquote(name)}", Letters())
+    if len(names) < len(group.members):
+        raise Malformed(f"{path}: two members of one name")
+
+
+def _fits(shape: tuple[int, ...], dimensions: list[str], letters: Letters, member_letters: Letters) -> bool:
     """Whether a shape has these dimensions; letters that it is the first to have are noted."""
     if len(shape) != len(dimensions):
         return False
     new: list[tuple[Letters, str, int]] = []
-    for size, wanted in zip(shape, dimensions, strict=True):
-        if wanted == "*":
+    for size, dimension in zip(shape, dimensions, strict=True):
+        if dimension == "*":
             continue
-        if wanted[0].isdigit():
-            if str(size) not in wanted.split("|"):
+        if dimension[0].isdigit():
+            if str(size) not in dimension.split("|"):
                 return False
             continue
-        scope = own if wanted.endswith("'") else letters
-        known = scope.get(wanted, next((s for where, name, s in new if where is scope and name == wanted), size))
-        if known != size:
+        scope = member_letters if dimension.endswith("'") else letters
+        expected = scope.get(
+            dimension, next((s for table, name, s in new if table is scope and name == dimension), size)
+        )
+        if expected != size:
             return False
-        new.append((scope, wanted, size))
+        new.append((scope, dimension, size))
     for scope, name, size in new:
         scope[name] = size
     return True

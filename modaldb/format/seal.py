@@ -18,8 +18,8 @@ def user_block(digest: str, kind: bytes) -> bytes:
     return (MAGIC + digest.encode() + b"\n" + kind + b"\n").ljust(USERBLOCK, b"\0")
 
 
-def verify_open(descriptor: int, place: Path | str) -> str:
-    """Check an open file against its digest and return its kind; `place` is for the message.
+def verify_open(descriptor: int, location: Path | str) -> str:
+    """Check an open file against its digest and return its kind; `location` is for the message.
 
     Raises:
         RecordDamaged: the header is not that of a record, or a byte has changed.
@@ -29,8 +29,8 @@ def verify_open(descriptor: int, place: Path | str) -> str:
         block = raw.read(USERBLOCK)
         lines = block.rstrip(b"\0").split(b"\n")
         if not block.startswith(MAGIC) or len(lines) != 4:
-            raise RecordDamaged(f"{place}: not a gudgeon record (header damaged)")
+            raise RecordDamaged(f"{location}: not a gudgeon record (header damaged)")
         digest = hashlib.file_digest(raw, lambda: hashlib.sha256(lines[2])).hexdigest()
         if block != user_block(digest, lines[2]):
-            raise RecordDamaged(f"{place}: checksum differs from the one written")
+            raise RecordDamaged(f"{location}: checksum differs from the one written")
     return lines[2].decode(errors="replace")

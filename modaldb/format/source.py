@@ -39,16 +39,16 @@ class BytesSource:
 
     def read_into(self, offset: int, buffer: memoryview) -> None:
         """See `blocks.Source`."""
-        part = self.data[offset : offset + len(buffer)]
-        if len(part) != len(buffer):
+        content = self.data[offset : offset + len(buffer)]
+        if len(content) != len(buffer):
             raise Malformed("the bytes end before")
-        buffer[:] = part
+        buffer[:] = content
 
 
 def parts_of(source: Source, size: int) -> Iterator[memoryview]:
     """Yield all bytes of a record in parts of a size; each part is valid until the next one."""
     buffer = memoryview(bytearray(size))
     for start in range(0, source.length, size):
-        part = buffer[: source.length - start]
-        source.read_into(start, part)
-        yield part
+        chunk = buffer[: source.length - start]
+        source.read_into(start, chunk)
+        yield chunk

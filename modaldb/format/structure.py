@@ -68,23 +68,23 @@ def read_structure(source: Source) -> Group:
     Raises:
         Malformed: it is not that of a record.
     """
-    found, length = _root(source, whole=True)
-    if isinstance(found[0], Dataset):
+    root, length = _root(source, with_members=True)
+    if isinstance(root[0], Dataset):
         raise Malformed("its root is an array")
-    if found[1] > length:
+    if root[1] > length:
         raise Malformed("arrays that overlap")
-    return found[0]
+    return root[0]
 
 
 def read_attributes(source: Source) -> dict[str, str | int | float]:
     """Return the attributes of a record's root without a look at what is below; raises as `read_structure` does."""
-    found, _ = _root(source, whole=False)
-    if isinstance(found[0], Dataset):
+    root, _ = _root(source, with_members=False)
+    if isinstance(root[0], Dataset):
         raise Malformed("its root is an array")
-    return found[0].attributes
+    return root[0].attributes
 
 
-def _root(source: Source, *, whole: bool) -> tuple[tuple["Group | Dataset", int], int]:
+def _root(source: Source, *, with_members: bool) -> tuple[tuple["Group | Dataset", int], int]:
     blocks = Blocks(source)
     try:
         head = blocks.read(0, 48)
@@ -93,7 +93,7 @@ def _root(source: Source, *, whole: bool) -> tuple[tuple["Group | Dataset", int]
             raise Malformed("not the HDF5 layout of a record")
         if base != USERBLOCK or beside != UNDEFINED:
             raise Malformed("another base address, or a superblock extension")
-        return _Objects(blocks, DEEPEST if whole else -1).read(root, ""), blocks.length
+        return _Objects(blocks, DEEPEST if with_members else -1).read(root, ""), blocks.length
     except (struct.error, IndexError, UnicodeDecodeError, OverflowError) as error:
         raise Malformed(f"a damaged structure ({error})") from None
 
@@ -112,7 +112,7 @@ class _Objects:
         if LAYOUT in messages or DATASPACE in messages:
             array = self._dataset(messages, path)
             return array, array.nbytes
-        group, whole = Group(), 0
+        group, nbytes = Group(), 0
         for body in [*messages.get(ATTRIBUTE, ()), *self._dense(messages, ATTRIBUTE_INFO, 2)]:
             name, value = self._attribute(body, path)
             _put(group.attributes, name, value, path)
@@ -123,41 +123,41 @@ class _Objects:
                 raise Malformed(f"{path}: groups deeper than {self._deepest}")
             below, size = self.read(target, f"{path}/{name}".lstrip("/"), depth + 1)
             _put(group.members, name, below, path)
-            whole += size
+            nbytes += size
         # As HDF5's library lists them.
-        return Group(dict(sorted(group.attributes.items())), dict(sorted(group.members.items()))), whole
+        return Group(dict(sorted(group.attributes.items())), dict(sorted(group.members.items()))), nbytes
 
     def _messages(self, address: int, path: str) -> Iterator[tuple[int, bytes]]:
         """Yield type and content of the messages of an object [IV.A.1.b]."""
         blocks = self._blocks
         head = blocks.block(address, 16, b"OHDR\2")
         flags = head[5]
-        first = 6 + 16 * bool(flags & 0x20) + 4 * bool(flags & 0x10)
+        size_start = 6 + 16 * bool(flags & 0x20) + 4 * bool(flags & 0x10)
         width = 1 << (flags & 3)
-        size = int.from_bytes(blocks.read(address + first, width), "little")
-        rest, order = [(address + first + width, size, 0)], 2 * bool(flags & 4)
-        while rest:
-            start, size, skipped = rest.pop(0)
+        size = int.from_bytes(blocks.read(address + size_start, width), "little")
+        pending, order = [(address + size_start + width, size, 0)], 2 * bool(flags & 4)
+        while pending:
+            start, size, skipped = pending.pop(0)
             chunk = blocks.read(start, size)
             if skipped and not chunk.startswith(b"OCHK"):
                 raise Malformed(f"{path}: no block OCHK where one should be")
-            place, end = skipped, size - skipped
-            while place + 4 + order <= end:
+            offset, end = skipped, size - skipped
+            while offset + 4 + order <= end:
                 blocks.count()
-                kind, length, marks = struct.unpack_from("<BHB", chunk, place)
-                place += 4 + order
-                body, place = chunk[place : place + length], place + length
-                if place > end or kind not in KNOWN or marks & SHARED:
+                kind, length, marks = struct.unpack_from("<BHB", chunk, offset)
+                offset += 4 + order
+                body, offset = chunk[offset : offset + length], offset + length
+                if offset > end or kind not in KNOWN or marks & SHARED:
                     raise Malformed(f"{path or '/'}: {FOREIGN.get(kind, f'a message of type {kind}')}, not of a record")
                 if kind == CONTINUATION:
-                    rest.append((*struct.unpack("<QQ", body[:16]), 4))
+                    pending.append((*struct.unpack("<QQ", body[:16]), 4))
                 yield kind, body
 
     def _dense(self, messages: dict[int, list[bytes]], kind: int, index_size: int) -> Iterator[bytes]:
         """Yield the messages of a group that stand in a heap, since they are many."""
         for body in messages.get(kind, ()):
-            first = 2 + index_size * (body[1] & 1)
-            heap, tree = struct.unpack_from("<QQ", body, first)
+            addresses = 2 + index_size * (body[1] & 1)
+            heap, tree = struct.unpack_from("<QQ", body, addresses)
             if heap != UNDEFINED:
                 within = Heap(self._blocks, heap)
                 yield from map(within.get, Tree(self._blocks, tree).identities())
@@ -166,14 +166,14 @@ class _Objects:
         version, flags, name_size, type_size, space_size = struct.unpack_from("<BBHHH", body)
         middle = 9 + name_size
         name = body[9 : middle - 1].decode()
-        kind, place = body[middle : middle + type_size].hex(), middle + type_size + space_size
-        scalar = body[middle + type_size : place] == b"\2\0\0\0"
+        kind, value_start = body[middle : middle + type_size].hex(), middle + type_size + space_size
+        scalar = body[middle + type_size : value_start] == b"\2\0\0\0"
         if version != 3 or flags or not scalar or not (kind == TEXT or DTYPES.get(kind) in ("<f8", "<i8")):
             raise Malformed(f"{path}/{name}: neither a number nor a text")
         if kind == TEXT:
-            size, heap, index = struct.unpack_from("<IQI", body, place)
+            size, heap, index = struct.unpack_from("<IQI", body, value_start)
             return name, self._blocks.text(heap, index, size) if size else ""
-        return name, struct.unpack_from("<d" if DTYPES[kind] == "<f8" else "<q", body, place)[0]
+        return name, struct.unpack_from("<d" if DTYPES[kind] == "<f8" else "<q", body, value_start)[0]
 
     def _dataset(self, messages: dict[int, list[bytes]], path: str) -> Dataset:
         for kind in (DATASPACE, DATATYPE, LAYOUT):
@@ -181,12 +181,7 @@ class _Objects:
                 raise Malformed(f"{path}: an array without its shape, type or place")
         if unknown := messages.keys() & {LINK, LINK_INFO}:
             raise Malformed(f"{path}: an array with messages {sorted(unknown)}")
-        labels: dict[str, Any] = {}
-        for body in [*messages.get(ATTRIBUTE, ()), *self._dense(messages, ATTRIBUTE_INFO, 2)]:
-            name, value = self._attribute(body, path)
-            if name not in LABELS or not isinstance(value, str):
-                raise Malformed(f"{path}: an array with an attribute {name!r}")
-            _put(labels, name, value, path)
+        self._check_labels(messages, path)
         space, layout = messages[DATASPACE][0], messages[LAYOUT][0]
         dtype = DTYPES.get(messages[DATATYPE][0].hex())
         if dtype is None:
@@ -205,26 +200,35 @@ class _Objects:
             raise Malformed(f"{path}: shape {shape}")
         return Dataset(dtype, shape, address + USERBLOCK if nbytes else 0, nbytes)
 
+    def _check_labels(self, messages: dict[int, list[bytes]], path: str) -> None:
+        """Check that an array has no attributes but texts of `LABELS`."""
+        labels: dict[str, Any] = {}
+        for body in [*messages.get(ATTRIBUTE, ()), *self._dense(messages, ATTRIBUTE_INFO, 2)]:
+            name, value = self._attribute(body, path)
+            if name not in LABELS or not isinstance(value, str):
+                raise Malformed(f"{path}: an array with an attribute {name!r}")
+            _put(labels, name, value, path)
+
 
 def _link(body: bytes, path: str) -> tuple[str, int]:
     """Return name and address of a hard link [IV.A.2.g]."""
     version, flags = body[0], body[1]
-    place = 2
+    offset = 2
     if flags & 8:
-        if body[place]:
+        if body[offset]:
             raise Malformed(f"{path or '/'}: a soft or external link")
-        place += 1
-    place += 8 * bool(flags & 4) + bool(flags & 16)
+        offset += 1
+    offset += 8 * bool(flags & 4) + bool(flags & 16)
     width = 1 << (flags & 3)
-    size = int.from_bytes(body[place : place + width], "little")
-    place += width
-    name = body[place : place + size].decode()
+    size = int.from_bytes(body[offset : offset + width], "little")
+    offset += width
+    name = body[offset : offset + size].decode()
     if version != 1 or not name:
         raise Malformed(f"{path or '/'}: a link of another version, or without a name")
-    return name, struct.unpack_from("<Q", body, place + size)[0]
+    return name, struct.unpack_from("<Q", body, offset + size)[0]
 
 
-def _put(found: dict[str, Any], name: str, value: Any, path: str) -> None:
-    if name in found:
+def _put(members: dict[str, Any], name: str, value: Any, path: str) -> None:
+    if name in members:
         raise Malformed(f"{path or '/'}: two members '{name}'")
-    found[name] = value
+    members[name] = value

@@ -61,8 +61,8 @@ def _write_field(group: Any, name: str, value: Any, field: tuple[Any, Any, str])
         write_fields(_new_group(group, name), value, f"{path}/")
     elif (member := member_type(hint)) is not None:
         below = _new_group(group, name)
-        for item, part in value.items():
-            _write_field(below, escaped(item), part, (member, rule, f"{path}/{item}"))
+        for item, member_value in value.items():
+            _write_field(below, escaped(item), member_value, (member, rule, f"{path}/{item}"))
     elif value is not None:
         write_attribute(group, name, json.dumps(value) if isinstance(value, dict) else value)
 
@@ -70,8 +70,8 @@ def _write_field(group: Any, name: str, value: Any, field: tuple[Any, Any, str])
 def write_attribute(owner: Any, name: str, value: Any) -> None:
     """Write a number, a truth value or a text as an attribute of a group or dataset."""
     array = np.array(value, TEXT if isinstance(value, str) else None)
-    kind, here = TEXT_TYPES if isinstance(value, str) else _types_of(array.dtype)
-    h5a.create(owner, name.encode(), kind, SINGLE).write(array, here)
+    kind, memory_type = TEXT_TYPES if isinstance(value, str) else _types_of(array.dtype)
+    h5a.create(owner, name.encode(), kind, SINGLE).write(array, memory_type)
 
 
 def _new_group(group: Any, name: str) -> Any:
@@ -80,18 +80,18 @@ def _new_group(group: Any, name: str) -> Any:
 
 def _write_array(group: Any, name: str, array: np.ndarray) -> Any:
     """Write an array and return its dataset."""
-    (kind, here), space = _types_of(array.dtype), h5s.create_simple(array.shape)
+    (kind, memory_type), space = _types_of(array.dtype), h5s.create_simple(array.shape)
     dataset = h5d.create(group, name.encode(), kind, space, NEW_ARRAY)
     if array.size:
-        dataset.write(h5s.ALL, h5s.ALL, array, here)
+        dataset.write(h5s.ALL, h5s.ALL, array, memory_type)
     return dataset
 
 
 def _without_times(kind: Any) -> Any:
     """Return properties by which a new group or dataset does not hold when it was made."""
-    found = h5p.create(kind)
-    found.set_obj_track_times(False)
-    return found
+    properties = h5p.create(kind)
+    properties.set_obj_track_times(False)
+    return properties
 
 
 NEW_GROUP, NEW_ARRAY = _without_times(h5p.GROUP_CREATE), _without_times(h5p.DATASET_CREATE)

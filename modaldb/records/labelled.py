@@ -26,9 +26,9 @@ POINTS = 400
 
 def labelled_arrays(record: Any, member: str = "") -> Iterator[tuple[str, str, np.ndarray, ArrayRule]]:
     """Yield path, member, values and rule of every array of a record: `contacts.floor.force` of `contacts.floor`."""
-    for one in fields(record):
-        value, path = getattr(record, one.name), f"{member}.{one.name}" if member else one.name
-        rule = one.metadata.get(ARRAY)
+    for field in fields(record):
+        value, path = getattr(record, field.name), f"{member}.{field.name}" if member else field.name
+        rule = field.metadata.get(ARRAY)
         if isinstance(value, dict):
             for name, below in value.items():
                 if is_dataclass(below):
@@ -51,44 +51,44 @@ def dataset(record: Any) -> "Dataset":
         import xarray
     except ModuleNotFoundError:
         raise ImportError("to_xarray needs xarray: pip install 'gudgeon[frames]'") from None
-    places = {name: getattr(record, key, None) for name, key in PLACES.items()}
+    axes = {name: getattr(record, key, None) for name, key in PLACES.items()}
     arrays, coordinates = {}, {}
     for path, member, values, rule in labelled_arrays(record):
         dimensions, names = _dimensions(path, member, values, rule)
         coordinates.update(names)
         arrays[path] = (dimensions, values, {"units": rule.unit, "long_name": rule.name})
     used = {name for dimensions, *_ in arrays.values() for name in dimensions}
-    for name, values in places.items():
+    for name, values in axes.items():
         if values is not None and name in used:
             coordinates[name] = ((name,), values, {"units": "s"})
-    kept = {path: one for path, one in arrays.items() if path not in PLACES.values()}
-    return xarray.Dataset(kept, coordinates)
+    data = {path: variable for path, variable in arrays.items() if path not in PLACES.values()}
+    return xarray.Dataset(data, coordinates)
 
 
 def _shape(values: np.ndarray, rule: ArrayRule) -> list[str]:
     """Return the dimensions of the rule's shape that has as many as the array; none if there is no such shape."""
-    return next((one for one in map(str.split, rule.shape.split(" or ")) if len(one) == values.ndim), [])
+    return next((shape for shape in map(str.split, rule.shape.split(" or ")) if len(shape) == values.ndim), [])
 
 
 def _dimensions(path: str, member: str, values: np.ndarray, rule: ArrayRule) -> tuple[list[str], dict[str, Any]]:
     """Return the names of an array's dimensions, and the names along its last one where it has columns."""
     shape = _shape(values, rule)
-    found: list[str] = []
-    for number, text in enumerate(shape):
+    dimensions: list[str] = []
+    for axis, text in enumerate(shape):
         if text in WHOLE:
             name = WHOLE[text]
         elif text[0] in OWN and text.endswith("'"):
             name = f"{member}.{OWN[text[0]]}"
-        elif number == len(shape) - 1 and rule.columns == AXES:
+        elif axis == len(shape) - 1 and rule.columns == AXES:
             name = "axis"
         else:
             name = f"{path}.column"
-        while name in found:
+        while name in dimensions:
             name += "'"
-        found.append(name)
-    if not rule.columns or not found or shape[-1] in WHOLE or shape[-1].endswith("'"):
-        return found, {}
-    return found, {found[-1]: rule.columns.split(", ")[: values.shape[-1]]}
+        dimensions.append(name)
+    if not rule.columns or not dimensions or shape[-1] in WHOLE or shape[-1].endswith("'"):
+        return dimensions, {}
+    return dimensions, {dimensions[-1]: rule.columns.split(", ")[: values.shape[-1]]}
 
 
 class Labelled:
@@ -116,13 +116,13 @@ class Labelled:
 
 def _drawing(title: str, x: np.ndarray, y: np.ndarray, size: tuple[int, int] = (480, 120)) -> str:
     """Return a curve as SVG in the colour of the text."""
-    kept = np.isfinite(x) & np.isfinite(y)
-    x, y = x[kept], y[kept]
+    finite = np.isfinite(x) & np.isfinite(y)
+    x, y = x[finite], y[finite]
     if not len(x):
         return ""
-    first = np.arange(0, len(x), -(-len(x) // POINTS))
-    x, y = x[first], np.maximum.reduceat(y, first)  # Peaks stay.
-    spans = [float(np.ptp(one)) or 1.0 for one in (x, y)]
+    starts = np.arange(0, len(x), -(-len(x) // POINTS))
+    x, y = x[starts], np.maximum.reduceat(y, starts)  # Peaks stay.
+    spans = [float(np.ptp(v)) or 1.0 for v in (x, y)]
     across = (x - x.min()) / spans[0] * size[0]
     down = size[1] - (y - y.min()) / spans[1] * size[1]
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True))

@@ -301,17 +301,19 @@ class ModalRecord(Labelled):
 
     def curve(self) -> tuple[str, np.ndarray, np.ndarray] | None:
         """Return the frequencies of the normal modes over their numbers."""
-        found = self.frequencies
-        title = f"frequencies of {len(found)} normal modes" + (f", up to {found[-1]:.4g} Hz" if len(found) else "")
-        return title, np.arange(1.0, len(found) + 1), found
+        frequencies = self.frequencies
+        title = f"frequencies of {len(frequencies)} normal modes" + (
+            f", up to {frequencies[-1]:.4g} Hz" if len(frequencies) else ""
+        )
+        return title, np.arange(1.0, len(frequencies) + 1), frequencies
 
     @property
     def are_modes(self) -> np.ndarray:
         """Whether each coordinate is a mode of the body: a normal mode, or a Ritz vector that is close to one, (m,)."""
-        found = np.arange(len(self.angular_frequencies)) < self.normal_count
+        are_modes = np.arange(len(self.angular_frequencies)) < self.normal_count
         if errors := self.quality.get(SHAPE_ERRORS):
-            found[len(found) - len(errors) :] = np.array(errors) <= MODE
-        return found
+            are_modes[len(are_modes) - len(errors) :] = np.array(errors) <= MODE
+        return are_modes
 
     @property
     def row_count(self) -> int:

@@ -31,18 +31,18 @@ def tangents(normals: np.ndarray, axis: np.ndarray | None = None) -> np.ndarray:
     size = float(np.linalg.norm(mean))
     mean = mean / size if size > CLOSED else np.array([0.0, 0.0, 1.0])
     seed = np.eye(3)[int(np.abs(mean).round(ROUNDED).argmin())]
-    first = _across(seed[None], mean[None])[0]
-    first /= np.linalg.norm(first)
+    t1 = _across(seed[None], mean[None])[0]
+    t1 /= np.linalg.norm(t1)
     facing = 1 + normals @ mean
-    turned = first - ((normals @ first) / np.maximum(facing, AGAINST))[:, None] * (mean + normals)
-    return _completed(np.where(facing[:, None] > AGAINST, turned, first), normals)
+    turned = t1 - ((normals @ t1) / np.maximum(facing, AGAINST))[:, None] * (mean + normals)
+    return _completed(np.where(facing[:, None] > AGAINST, turned, t1), normals)
 
 
 def _completed(along: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Return unit tangents nearest to vectors (c, 3), and those across them, (c, 2, 3)."""
-    first = _across(along, normals)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(normals, first)], axis=1)
+    t1 = _across(along, normals)
+    t1 /= np.linalg.norm(t1, axis=1, keepdims=True)
+    return np.stack([t1, np.cross(normals, t1)], axis=1)
 
 
 def _across(vectors: np.ndarray, normals: np.ndarray) -> np.ndarray:

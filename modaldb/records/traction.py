@@ -27,8 +27,8 @@ def chart_coordinates(chart: dict[str, Any], points: np.ndarray) -> np.ndarray:
     if chart["kind"] != "cylinder":
         return np.column_stack([arm @ np.asarray(chart["across"], float), arm @ np.asarray(chart["along"], float)])
     axis = np.asarray(chart["axis"], float)
-    first, second = cross_axes(axis)
-    turned = np.exp(1j * (np.arctan2(arm @ second, arm @ first) - chart["middle"]))
+    e1, e2 = cross_axes(axis)
+    turned = np.exp(1j * (np.arctan2(arm @ e2, arm @ e1) - chart["middle"]))
     return np.column_stack([chart["radius"] * np.angle(turned), arm @ axis])
 
 
@@ -47,9 +47,9 @@ def heights(chart: dict[str, Any], coordinates: np.ndarray) -> np.ndarray:
 def cross_axes(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the two unit vectors across a unit axis; angles are counted from the first towards the second."""
     seed = np.array([1.0, 0, 0]) if abs(axis[0]) < 0.9 else np.array([0, 0, 1.0])
-    first = seed - axis * (seed @ axis)
-    first /= np.linalg.norm(first)
-    return first, np.cross(axis, first)
+    e1 = seed - axis * (seed @ axis)
+    e1 /= np.linalg.norm(e1)
+    return e1, np.cross(axis, e1)
 
 
 def along_direction(chart: dict[str, Any]) -> np.ndarray:
@@ -66,13 +66,13 @@ def spline_weights(space: SplineGrid, coordinates: np.ndarray, *, tails: bool = 
     """
     numbers, values = [], []
     for axis in range(2):
-        place = (coordinates[:, axis] - space.start[axis]) / space.spacing[axis]
-        first, last = np.floor(place).astype(int), int(space.counts[axis]) - 1
+        position = (coordinates[:, axis] - space.start[axis]) / space.spacing[axis]
+        start, top = np.floor(position).astype(int), int(space.counts[axis]) - 1
         if not tails:
-            first = np.clip(first, 0, last - 3)
-        number = first[:, None] + np.arange(4)
-        numbers.append(np.clip(number, 0, last))
-        values.append(cubic_weights(place - first) * (number == numbers[-1]))
+            start = np.clip(start, 0, top - 3)
+        indices = start[:, None] + np.arange(4)
+        numbers.append(np.clip(indices, 0, top))
+        values.append(cubic_weights(position - start) * (indices == numbers[-1]))
     joined = numbers[0][:, :, None] * int(space.counts[1]) + numbers[1][:, None, :]
     product = values[0][:, :, None] * values[1][:, None, :]
     return joined.reshape(-1, SUPPORT), product.reshape(-1, SUPPORT)
@@ -86,9 +86,9 @@ def spread(space: SplineGrid, coordinates: np.ndarray, forces: np.ndarray) -> np
         forces: (p,)
     """
     numbers, values = spline_weights(space, coordinates)
-    found = np.zeros((len(forces), int(np.prod(space.counts))))
-    np.put_along_axis(found, numbers, forces[:, None] * values, axis=1)
-    return found
+    shares = np.zeros((len(forces), int(np.prod(space.counts))))
+    np.put_along_axis(shares, numbers, forces[:, None] * values, axis=1)
+    return shares
 
 
 def cubic_weights(t: np.ndarray) -> np.ndarray:
@@ -105,9 +105,9 @@ def inside(space: SplineGrid, coordinates: np.ndarray) -> np.ndarray:
 
 def turned_chart(chart: dict[str, Any], Q: np.ndarray) -> dict[str, Any]:
     """Return a chart with its vectors turned; the angle of a cylinder is counted from the axes of the new direction."""
-    found = {key: (Q @ np.asarray(value, float)).tolist() if key in VECTORS else value for key, value in chart.items()}
+    turned = {key: (Q @ np.asarray(value, float)).tolist() if key in VECTORS else value for key, value in chart.items()}
     if "middle" in chart:
-        first, second = cross_axes(np.asarray(found["axis"], float))
+        e1, e2 = cross_axes(np.asarray(turned["axis"], float))
         old = Q @ cross_axes(np.asarray(chart["axis"], float))[0]
-        found["middle"] = float(chart["middle"] + np.arctan2(old @ second, old @ first))
-    return found
+        turned["middle"] = float(chart["middle"] + np.arctan2(old @ e2, old @ e1))
+    return turned

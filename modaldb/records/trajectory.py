@@ -244,8 +244,8 @@ class Trajectory(Labelled):
 
     def curve(self) -> tuple[str, np.ndarray, np.ndarray] | None:
         """Return the force of the contact with the largest one over time."""
-        sizes = {name: np.linalg.norm(one.force, axis=1) for name, one in self.contacts.items()}
-        name = max(sizes, key=lambda one: sizes[one].max(initial=0.0), default=None)
+        sizes = {name: np.linalg.norm(c.force, axis=1) for name, c in self.contacts.items()}
+        name = max(sizes, key=lambda contact: sizes[contact].max(initial=0.0), default=None)
         if name is None:
             return None
         title = f"force of {name}, up to {sizes[name].max(initial=0.0):.4g} N, over {self.times[-1]:.4g} s"

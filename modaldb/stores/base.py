@@ -39,8 +39,8 @@ class Store(ABC):
     """Folder or URL, as `modaldb.open` takes it."""
 
     @abstractmethod
-    def opened(self, key: str, what: str = "record") -> AbstractContextManager["tuple[Source, hdf5.Head]"]:
-        """Yield the bytes and the head of a sound record; `what` names it if it is missing.
+    def opened(self, key: str, kind: str = "record") -> AbstractContextManager["tuple[Source, hdf5.Head]"]:
+        """Yield the bytes and the head of a sound record; `kind` names it if it is missing.
 
         Raises:
             RecordMissing: there is no record of `key`.
@@ -91,11 +91,11 @@ class Store(ABC):
         """
 
     @abstractmethod
-    def set_aside(self, place: str) -> str:
+    def set_aside(self, location: str) -> str:
         """Rename a record that `verify` found unusable, so that the next run makes it again; return its new name."""
 
     @abstractmethod
-    def remove(self, place: str) -> None:
+    def remove(self, location: str) -> None:
         """Remove a record, by its key, or a leftover, by its place."""
 
     @abstractmethod
@@ -165,15 +165,15 @@ class Store(ABC):
             yield self.place(key), self.examine(key)
 
 
-def missing(location: str, key: str, what: str) -> str:
-    """Return the message that a record is not there; `what` is its kind, or `record`."""
-    return f"{location}: no {what if what == 'record' else f'{what} record'} {key[:12]}…"
+def missing(location: str, key: str, kind: str) -> str:
+    """Return the message that a record is not there; `kind` is its kind, or `record`."""
+    return f"{location}: no {kind if kind == 'record' else f'{kind} record'} {key[:12]}…"
 
 
-def check_key(location: str, key: str, what: str) -> None:
+def check_key(location: str, key: str, kind: str) -> None:
     """Raise RecordMissing where a text is no key."""
     if KEY.fullmatch(key) is None:
-        named = what if what == "record" else f"{what} record"
+        named = kind if kind == "record" else f"{kind} record"
         raise RecordMissing(f"{location}: no {named}: {key[:SHOWN]!r} is no key, 64 hexadecimal digits")
 
 
@@ -185,7 +185,7 @@ def check_tag(name: str) -> None:
         )
 
 
-def check_inputs(place: str, key: str, head: "hdf5.Head") -> None:
+def check_inputs(location: str, key: str, head: "hdf5.Head") -> None:
     """Raise RecordMismatch where the key is not that of the inputs that a record names."""
     if (named := text_key(head.provenance)) != key:
-        raise RecordMismatch(f"{place}: holds the record of another key, {named[:12]}…")
+        raise RecordMismatch(f"{location}: holds the record of another key, {named[:12]}…")

@@ -121,8 +121,8 @@ class CachedSource:
 
     def add(self, blocks: Mapping[int, bytes]) -> None:
         """Keep blocks that came along; those that are not as the manifest says are left out."""
-        for number in blocks.keys() & range(len(self._manifest.digests)):
-            self._store(number, blocks[number])
+        for n in blocks.keys() & range(len(self._manifest.digests)):
+            self._store(n, blocks[n])
 
     def read_into(self, offset: int, buffer: memoryview) -> None:
         """Fill a buffer with the bytes from an offset on.
@@ -143,33 +143,33 @@ class CachedSource:
     def _fetched(self, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
         """Yield blocks that follow each other, as they come from the server."""
         content = self._fetch(numbers[0] * BLOCK, min((numbers[-1] + 1) * BLOCK, self.length))
-        for i, number in enumerate(numbers):
+        for i, n in enumerate(numbers):
             block = content[i * BLOCK : (i + 1) * BLOCK]
-            if not self._store(number, block):
-                raise RecordDamaged(f"block {number} of {len(self._manifest.digests)} is not as its digest says")
-            yield number, block
+            if not self._store(n, block):
+                raise RecordDamaged(f"block {n} of {len(self._manifest.digests)} is not as its digest says")
+            yield n, block
 
-    def _kept(self, number: int) -> bytes | None:
-        if number in self._held or self._descriptor is None:
-            return self._held.get(number)
+    def _kept(self, n: int) -> bytes | None:
+        if n in self._held or self._descriptor is None:
+            return self._held.get(n)
         try:
-            block = os.pread(self._descriptor, min(BLOCK, self.length - number * BLOCK), number * BLOCK)
+            block = os.pread(self._descriptor, min(BLOCK, self.length - n * BLOCK), n * BLOCK)
         except OSError:
             return None
-        return block if self._is(number, block) else None
+        return block if self._is(n, block) else None
 
-    def _is(self, number: int, block: bytes) -> bool:
-        return hashlib.sha256(block).hexdigest() == self._manifest.digests[number]
+    def _is(self, n: int, block: bytes) -> bool:
+        return hashlib.sha256(block).hexdigest() == self._manifest.digests[n]
 
-    def _store(self, number: int, block: bytes) -> bool:
+    def _store(self, n: int, block: bytes) -> bool:
         """Keep a block and return whether it is as its digest says; one that is not is left out."""
-        if not self._is(number, block):
+        if not self._is(n, block):
             return False
-        if number in self._manifest.head:  # Read again and again, a few bytes at a time.
-            self._held[number] = block
+        if n in self._manifest.head:  # Read again and again, a few bytes at a time.
+            self._held[n] = block
         if self._descriptor is not None:
             with contextlib.suppress(OSError):  # A full disk keeps nothing.
-                os.pwrite(self._descriptor, block, number * BLOCK)
+                os.pwrite(self._descriptor, block, n * BLOCK)
         return True
 
 

@@ -37,12 +37,12 @@ def write_domain(domain: Any, image: bytes, manifest: Manifest, made: float) -> 
     with h5py.File(io.BytesIO(image), "r") as file:
         _copy(file, domain, "", arrays)
     arrays.sort()
-    rest, place = [], 0
-    for first, length, _ in arrays:
-        rest.append(image[place:first])
-        place = first + length
-    rest.append(image[place:])
-    domain.create_dataset(FILE, data=np.frombuffer(b"".join(rest), np.uint8))
+    pieces, offset = [], 0
+    for array_start, length, _ in arrays:
+        pieces.append(image[offset:array_start])
+        offset = array_start + length
+    pieces.append(image[offset:])
+    domain.create_dataset(FILE, data=np.frombuffer(b"".join(pieces), np.uint8))
     row = manifest.as_json()
     digests = np.frombuffer(base64.b64decode(row.pop("digests")), np.uint8).reshape(-1, 32)
     domain.create_dataset(DIGESTS, data=digests)
@@ -66,16 +66,16 @@ def _copy(group: Any, target: Any, prefix: str, arrays: list[tuple[int, int, str
 def read_layout(domain: Any) -> dict[str, Any] | None:
     """Return what a domain says of the file that it was made from; None where it is none, or was not finished."""
     try:
-        found = json.loads(domain.attrs[LAYOUT])
-        return found if isinstance(found["manifest"]["size"], int) and isinstance(found["arrays"], list) else None
+        layout = json.loads(domain.attrs[LAYOUT])
+        return layout if isinstance(layout["manifest"]["size"], int) and isinstance(layout["arrays"], list) else None
     except (KeyError, ValueError, TypeError, RecursionError):
         return None
 
 
-def read_manifest(domain: Any, layout: dict[str, Any], place: str) -> Manifest:
+def read_manifest(domain: Any, layout: dict[str, Any], location: str) -> Manifest:
     """Return the digests of the blocks of a domain's file; raise RecordDamaged where there are none."""
     digests = base64.b64encode(np.asarray(domain[DIGESTS][...], np.uint8).tobytes()).decode()
-    return manifest_from(layout["manifest"] | {"digests": digests}, place)
+    return manifest_from(layout["manifest"] | {"digests": digests}, location)
 
 
 class DomainFile:
@@ -83,36 +83,36 @@ class DomainFile:
 
     def __init__(self, domain: Any, layout: dict[str, Any]) -> None:
         self._domain = domain
-        self._arrays = [(int(first), int(length), str(path)) for first, length, path in layout["arrays"]]
-        self._starts = [first for first, _, _ in self._arrays]
+        self._arrays = [(int(start), int(length), str(path)) for start, length, path in layout["arrays"]]
+        self._starts = [start for start, _, _ in self._arrays]
         self._before = list(itertools.accumulate((length for _, length, _ in self._arrays), initial=0))
         self._rest: bytes | None = None
         self._open: dict[str, Any] = {}
 
-    def fetch(self, first: int, end: int) -> bytes:
+    def fetch(self, start: int, end: int) -> bytes:
         """Return the bytes from one place to another; raises Malformed where an array is not there any more."""
-        return b"".join(self._parts(first, end))
+        return b"".join(self._parts(start, end))
 
-    def _parts(self, first: int, end: int) -> Iterator[bytes]:
-        while first < end:
-            number = bisect.bisect_right(self._starts, first) - 1
-            start, length, path = self._arrays[number] if number >= 0 else (0, 0, "")
-            if first < start + length:
-                stop = min(end, start + length)
-                yield self._rows(path, first - start, stop - start)
+    def _parts(self, start: int, end: int) -> Iterator[bytes]:
+        while start < end:
+            i = bisect.bisect_right(self._starts, start) - 1
+            array_start, length, path = self._arrays[i] if i >= 0 else (0, 0, "")
+            if start < array_start + length:
+                stop = min(end, array_start + length)
+                yield self._rows(path, start - array_start, stop - array_start)
             else:
-                follows = self._starts[number + 1] if number + 1 < len(self._starts) else end
+                follows = self._starts[i + 1] if i + 1 < len(self._starts) else end
                 stop = min(end, follows)
-                before = self._before[number + 1]
-                yield self._outside()[first - before : stop - before]
-            first = stop
+                before = self._before[i + 1]
+                yield self._outside()[start - before : stop - before]
+            start = stop
 
     def _outside(self) -> bytes:
         if self._rest is None:
             self._rest = np.asarray(self._domain[FILE][...], np.uint8).tobytes()
         return self._rest
 
-    def _rows(self, path: str, first: int, end: int) -> bytes:
+    def _rows(self, path: str, start: int, end: int) -> bytes:
         """Return bytes of an array, from and to places within it."""
         if (array := self._open.get(path)) is None:
             try:
@@ -120,8 +120,8 @@ class DomainFile:
             except KeyError:
                 raise Malformed(f"{path}: not there") from None
         if not array.shape:
-            return np.asarray(array[()]).tobytes()[first:end]
+            return np.asarray(array[()]).tobytes()[start:end]
         width = max(array.dtype.itemsize * int(np.prod(array.shape[1:], dtype=int)), 1)
-        low = first // width
-        found = np.ascontiguousarray(array[low : -(-end // width)]).tobytes()
-        return found[first - low * width : end - low * width]
+        low = start // width
+        content = np.ascontiguousarray(array[low : -(-end // width)]).tobytes()
+        return content[start - low * width : end - low * width]

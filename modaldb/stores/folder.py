@@ -80,9 +80,9 @@ class FolderStore(Store):
             return
         from gudgeon.modaldb.format import hdf5
 
-        parts = hdf5.record_bytes(kind, record, text)
-        with self._written(key, (kind, text, inputs), sum(map(len, parts))) as descriptor:
-            scratch.write_whole(descriptor, parts)
+        chunks = hdf5.record_bytes(kind, record, text)
+        with self._written(key, (kind, text, inputs), sum(map(len, chunks))) as descriptor:
+            scratch.write_whole(descriptor, chunks)
 
     @contextlib.contextmanager
     def incoming(self, key: str) -> Iterator[int]:
@@ -98,11 +98,11 @@ class FolderStore(Store):
         with self._written(key, None, 0) as descriptor:
             yield descriptor
             os.fsync(descriptor)
-            place, source = f"record {key[:12]}…", FileSource(descriptor)
-            verify_open(descriptor, place)
-            head = hdf5.read_head(source, place)
-            check_inputs(place, key, head)
-            hdf5.read_fields(source, head, place)
+            location, source = f"record {key[:12]}…", FileSource(descriptor)
+            verify_open(descriptor, location)
+            head = hdf5.read_head(source, location)
+            check_inputs(location, key, head)
+            hdf5.read_fields(source, head, location)
 
     @contextlib.contextmanager
     def _written(self, key: str, made: tuple[str, str, dict[str, Any]] | None, size: int) -> Iterator[int]:
@@ -114,13 +114,13 @@ class FolderStore(Store):
         """
         from gudgeon.modaldb.format import hdf5
 
-        kind, known = (made[0], made[1:]) if made is not None else (None, None)
+        kind, known_inputs = (made[0], made[1:]) if made is not None else (None, None)
         path = self.path(key)
         try:
             self._make_folders(path.parent)
             with scratch.scratch_file(path.parent, self.root.stat()) as (descriptor, unfinished):
                 yield descriptor
-                head = hdf5.read_head(FileSource(descriptor), path, kind, known)
+                head = hdf5.read_head(FileSource(descriptor), path, kind, known_inputs)
                 if (fault := self.fault(key)) is None:
                     return
                 if not isinstance(fault, RecordMissing):
@@ -196,22 +196,22 @@ class FolderStore(Store):
         """See `Store`."""
         return running.running(self.root)
 
-    def set_aside(self, place: str) -> str:
+    def set_aside(self, location: str) -> str:
         """See `Store`."""
-        path = Path(place)
+        path = Path(location)
         if path not in self.root.glob(RECORDS):
-            raise RecordMissing(f"{self.root}: no file of a record: {place[:SHOWN]!r}")
+            raise RecordMissing(f"{self.root}: no file of a record: {location[:SHOWN]!r}")
         with _changing(path):
             return set_aside(path).name
 
-    def remove(self, place: str) -> None:
+    def remove(self, location: str) -> None:
         """See `Store`."""
-        if KEY.fullmatch(place):
-            path = self.path(place)
-        elif place in {one.place for one in self.leftovers()}:
-            path = Path(place)
+        if KEY.fullmatch(location):
+            path = self.path(location)
+        elif location in {leftover.place for leftover in self.leftovers()}:
+            path = Path(location)
         else:
-            raise RecordMissing(f"{self.root}: neither a record nor a leftover: {place[:SHOWN]!r}")
+            raise RecordMissing(f"{self.root}: neither a record nor a leftover: {location[:SHOWN]!r}")
         with _changing(path):
             scratch.remove(path)
 
@@ -222,15 +222,15 @@ class FolderStore(Store):
         return [Leftover(str(path), scratch.size(path), why) for path, why in dead + damaged]
 
     @contextlib.contextmanager
-    def opened(self, key: str, what: str = "record") -> Iterator["tuple[FileSource, hdf5.Head]"]:
+    def opened(self, key: str, kind: str = "record") -> Iterator["tuple[FileSource, hdf5.Head]"]:
         """See `Store`."""
-        check_key(self.location, key, what)
+        check_key(self.location, key, kind)
         path = self.path(key)
         try:
             # Not to wait for the writer of a pipe.
             descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
         except (FileNotFoundError, NotADirectoryError):
-            raise RecordMissing(missing(self.location, key, what)) from None
+            raise RecordMissing(missing(self.location, key, kind)) from None
         except OSError as error:
             raise StoreUnusable(f"{path}: cannot be read ({error.strerror})") from error
         try:
@@ -245,9 +245,9 @@ class FolderStore(Store):
         path, stamp = self.path(key), _stamp(descriptor)
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
             raise RecordDamaged(f"{path}: not a file")
-        known = self._sound.get(path)
-        if known is not None and known[0] == stamp:
-            return known[1]
+        cached = self._sound.get(path)
+        if cached is not None and cached[0] == stamp:
+            return cached[1]
         from gudgeon.modaldb.format import hdf5  # With numpy and the kinds of records, which a list does without.
 
         verify_open(descriptor, path)
@@ -284,8 +284,8 @@ def set_aside(path: Path) -> Path:
 
 
 def _stamp(descriptor: int) -> Stamp:
-    found = os.fstat(descriptor)
-    return found.st_mtime_ns, found.st_size, found.st_ino
+    status = os.fstat(descriptor)
+    return status.st_mtime_ns, status.st_size, status.st_ino
 
 
 def open_folder(location: str | Path) -> FolderStore:

@@ -68,8 +68,8 @@ class HsdsStore(Store):
         self.location = url.rstrip("/")
         endpoint, self._folder = _checked(url)
         # h5pyd reads its variables once in a process.
-        own = {name: text for name in OPTIONS if (text := os.environ.get(f"HS_{name.upper()}"))}
-        self._options: dict[str, Any] = own | {"retries": TRIES} | ({"endpoint": endpoint} if endpoint else {})
+        environment = {name: text for name in OPTIONS if (text := os.environ.get(f"HS_{name.upper()}"))}
+        self._options: dict[str, Any] = environment | {"retries": TRIES} | ({"endpoint": endpoint} if endpoint else {})
         folder = Cache(self.location).folder
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
@@ -85,23 +85,23 @@ class HsdsStore(Store):
         return f"{self.location}/{key}{ENDING}"
 
     @contextlib.contextmanager
-    def opened(self, key: str, what: str = "record") -> Iterator[tuple[CachedSource, hdf5.Head]]:
+    def opened(self, key: str, kind: str = "record") -> Iterator[tuple[CachedSource, hdf5.Head]]:
         """See `Store`; a part is fetched when it is read."""
-        check_key(self.location, key, what)
+        check_key(self.location, key, kind)
         with self._domain(f"{key}{ENDING}") as domain:
             if domain is None:
-                raise RecordMissing(missing(self.location, key, what))
-            place = self.place(key)
-            with _damaged(place):
-                layout, manifest = _described(domain, place)
+                raise RecordMissing(missing(self.location, key, kind))
+            location = self.place(key)
+            with _damaged(location):
+                layout, manifest = _described(domain, location)
                 source = CachedSource(manifest, domains.DomainFile(domain, layout).fetch, None)
-            known = self._heads.get(key)
-            with _damaged(place):
-                if known is None or known[0] != manifest.digest:
-                    head = hdf5.read_head(source, place)
-                    check_inputs(place, key, head)
-                    known = self._heads[key] = manifest.digest, head
-                yield source, known[1]
+            cached = self._heads.get(key)
+            with _damaged(location):
+                if cached is None or cached[0] != manifest.digest:
+                    head = hdf5.read_head(source, location)
+                    check_inputs(location, key, head)
+                    cached = self._heads[key] = manifest.digest, head
+                yield source, cached[1]
 
     def put(self, key: str, kind: str, record: Any, inputs: dict[str, Any]) -> None:
         """See `Store`; the record was read back when this returns."""
@@ -140,8 +140,8 @@ class HsdsStore(Store):
 
     def keys(self) -> Iterator[str]:
         """See `Store`."""
-        found = (name.removesuffix(ENDING) for name in self._names() if name.endswith(ENDING))
-        return iter(sorted(key for key in found if KEY.fullmatch(key)))
+        keys = (name.removesuffix(ENDING) for name in self._names() if name.endswith(ENDING))
+        return iter(sorted(key for key in keys if KEY.fullmatch(key)))
 
     def find(self, query: Query = Query()) -> list[Entry]:  # noqa: B008
         """See `Store`; the index is kept in the local cache."""
@@ -150,8 +150,8 @@ class HsdsStore(Store):
     def export(self, key: str, path: Path) -> None:
         """See `Store`."""
         with self.opened(key) as (source, _), path.open("wb") as file:
-            for part in parts_of(source, AT_A_TIME * BLOCK):
-                file.write(part)
+            for chunk in parts_of(source, AT_A_TIME * BLOCK):
+                file.write(chunk)
 
     def note(self, key: str, scene: str, component: str) -> None:
         """See `Store`."""
@@ -169,11 +169,11 @@ class HsdsStore(Store):
         attribute = f"tag-{time.time_ns():020d}-{uuid.uuid4().hex}"  # The last one holds.
         self._patiently(lambda: self._name(attribute, {"key": key or "", "tag": name}))
 
-    def set_aside(self, place: str) -> str:
+    def set_aside(self, location: str) -> str:
         """See `Store`."""
-        name = place.removeprefix(f"{self.location}/")
+        name = location.removeprefix(f"{self.location}/")
         if not KEY.fullmatch(key := name.removesuffix(ENDING)) or name not in self._names():
-            raise RecordMissing(f"{self.location}: no domain of a record: {place[:SHOWN]!r}")
+            raise RecordMissing(f"{self.location}: no domain of a record: {location[:SHOWN]!r}")
         with contextlib.suppress(StoreUnusable):  # One that was set aside before.
             self._remove(f"{key}{DAMAGED}")
         self._link(f"{key}{DAMAGED}", name)
@@ -181,19 +181,19 @@ class HsdsStore(Store):
         self._heads.pop(key, None)
         return f"{key}{DAMAGED}"
 
-    def remove(self, place: str) -> None:
+    def remove(self, location: str) -> None:
         """See `Store`."""
-        if KEY.fullmatch(place):
-            self._remove(f"{place}{ENDING}")
-            self._heads.pop(place, None)
-        elif place in {one.place for one in self.leftovers()}:
-            self._remove(place.removeprefix(f"{self.location}/"))
+        if KEY.fullmatch(location):
+            self._remove(f"{location}{ENDING}")
+            self._heads.pop(location, None)
+        elif location in {leftover.place for leftover in self.leftovers()}:
+            self._remove(location.removeprefix(f"{self.location}/"))
         else:
-            raise RecordMissing(f"{self.location}: neither a record nor a leftover: {place[:SHOWN]!r}")
+            raise RecordMissing(f"{self.location}: neither a record nor a leftover: {location[:SHOWN]!r}")
 
     def leftovers(self) -> list[Leftover]:
         """See `Store`."""
-        found = []
+        leftovers = []
         for name in sorted(self._names()):
             if not name.startswith(WRITING) and not name.endswith(DAMAGED):
                 continue
@@ -202,10 +202,10 @@ class HsdsStore(Store):
                     continue
                 size = (domains.read_layout(domain) or {"manifest": {"size": 0}})["manifest"]["size"]
                 if name.endswith(DAMAGED):
-                    found.append(Leftover(f"{self.location}/{name}", size, "damaged, set aside"))
+                    leftovers.append(Leftover(f"{self.location}/{name}", size, "damaged, set aside"))
                 elif time.time() - domain.modified.timestamp() > DAY:
-                    found.append(Leftover(f"{self.location}/{name}", size, "left by a writer that was killed"))
-        return found
+                    leftovers.append(Leftover(f"{self.location}/{name}", size, "left by a writer that was killed"))
+        return leftovers
 
     def stamps(self, known: Mapping[str, Stamp]) -> Iterable[tuple[str, Stamp]]:
         """See `index.Catalogue`; what a key stands for does not change, so that known records are not read again."""
@@ -300,10 +300,10 @@ class HsdsStore(Store):
                 raise
 
     def _make_folder(self) -> None:
-        parts = self._folder.strip("/").split("/")
+        names = self._folder.strip("/").split("/")
         with self._asked():
-            for count in range(1, len(parts) + 1):
-                folder = f"/{'/'.join(parts[:count])}/"
+            for count in range(1, len(names) + 1):
+                folder = f"/{'/'.join(names[:count])}/"
                 try:
                     self._h5pyd.Folder(folder, **self._options)
                 except OSError as error:
@@ -352,40 +352,40 @@ class HsdsStore(Store):
 def _checked(url: str) -> tuple[str, str]:
     """Return endpoint, empty for that of h5pyd's configuration, and folder of a URL."""
     try:
-        parts = urlsplit(url)
-        sound = parts.scheme in SCHEMES and parts.port != 0 and parts.path.strip("/") and "//" not in parts.path
+        address = urlsplit(url)
+        sound = address.scheme in SCHEMES and address.port != 0 and address.path.strip("/") and "//" not in address.path
     except ValueError:
-        parts, sound = urlsplit(""), False
-    if not sound or parts.query or parts.fragment or parts.username:
+        address, sound = urlsplit(""), False
+    if not sound or address.query or address.fragment or address.username:
         raise StoreUnusable(f"{url[:SHOWN]}: no folder of HSDS; expected hsds://HOST:PORT/FOLDER or hsds:///FOLDER")
-    return f"{SCHEMES[parts.scheme]}://{parts.netloc}" if parts.netloc else "", f"/{parts.path.strip('/')}"
+    return f"{SCHEMES[address.scheme]}://{address.netloc}" if address.netloc else "", f"/{address.path.strip('/')}"
 
 
-def _described(domain: Any, place: str) -> tuple[dict[str, Any], Manifest]:
+def _described(domain: Any, location: str) -> tuple[dict[str, Any], Manifest]:
     layout = domains.read_layout(domain)
     if layout is None:
         raise RecordDamaged("no record: it does not say what it was made from")
-    return layout, domains.read_manifest(domain, layout, place)
+    return layout, domains.read_manifest(domain, layout, location)
 
 
 def _is_written(domain: Any, manifest: Manifest) -> bool:
     """Whether a domain has the bytes of a manifest; all of them are read."""
     try:
-        layout, found = _described(domain, "")
+        layout, stored = _described(domain, "")
         if "provenance" not in domain.attrs:
             return False
-        for _ in parts_of(CachedSource(found, domains.DomainFile(domain, layout).fetch, None), AT_A_TIME * BLOCK):
+        for _ in parts_of(CachedSource(stored, domains.DomainFile(domain, layout).fetch, None), AT_A_TIME * BLOCK):
             pass
     except (RecordDamaged, Malformed):
         return False
-    return found == manifest
+    return stored == manifest
 
 
 @contextlib.contextmanager
-def _damaged(place: str) -> Iterator[None]:
+def _damaged(location: str) -> Iterator[None]:
     """Name the place of damage, and take what a domain lacks for damage."""
     try:
         yield
     except (RecordDamaged, Malformed, KeyError) as error:
         text = str(error)
-        raise RecordDamaged(text if text.startswith(place) else f"{place}: {text}") from error
+        raise RecordDamaged(text if text.startswith(location) else f"{location}: {text}") from error

@@ -98,10 +98,10 @@ class Index:
 
     def _add_new(self) -> None:
         """Add what is new, unless another process writes the index."""
-        found, self._new, self._added = self._new, [], time.monotonic()
+        entries, self._new, self._added = self._new, [], time.monotonic()
         try:
             with self._connected(wait=0.0) as base:
-                _insert(base, found)
+                _insert(base, entries)
         except (OSError, sqlite3.Error) as error:
             logger.info("%s: not written (%s)", self.path, error)
 
@@ -151,36 +151,36 @@ class Index:
 
     def _update(self, base: sqlite3.Connection) -> None:
         """Bring the index up to the state of the records."""
-        known = {key: (m, s, i) for key, m, s, i in base.execute("SELECT key, mtime, size, inode FROM records")}
-        there = dict(self._catalogue.stamps(known))
-        if gone := known.keys() - there.keys():
+        stamps = {key: (m, s, i) for key, m, s, i in base.execute("SELECT key, mtime, size, inode FROM records")}
+        there = dict(self._catalogue.stamps(stamps))
+        if gone := stamps.keys() - there.keys():
             rows = [(key,) for key in gone]
             base.executemany("DELETE FROM records WHERE key = ?", rows)
             base.executemany("DELETE FROM refers WHERE key = ?", rows)
-        changed = [(key, stamp) for key, stamp in there.items() if known.get(key) != stamp]
+        changed = [(key, stamp) for key, stamp in there.items() if stamps.get(key) != stamp]
         read = ((key, stamp, *self._catalogue.read(key)) for key, stamp in changed)
         _insert(base, ((key, stamp, kind, canonical_json(inputs)) for key, stamp, kind, inputs in read))
         row = base.execute("SELECT place FROM names").fetchone()
-        entries, place = self._catalogue.names(before := row[0] if row else 0)
-        if place < before:  # Another file.
+        entries, position = self._catalogue.names(before := row[0] if row else 0)
+        if position < before:  # Another file.
             base.execute("DELETE FROM uses")
             base.execute("DELETE FROM tags")
-            entries, place = self._catalogue.names(0)
-        uses = [(one["key"], one["scene"], one["component"]) for one in entries if "tag" not in one]
+            entries, position = self._catalogue.names(0)
+        uses = [(e["key"], e["scene"], e["component"]) for e in entries if "tag" not in e]
         base.executemany("INSERT OR IGNORE INTO uses VALUES (?, ?, ?)", uses)
-        for one in entries:
-            if "tag" in one:
-                base.execute("DELETE FROM tags WHERE tag = ?", (one["tag"],))
-                if one["key"]:
-                    base.execute("INSERT INTO tags VALUES (?, ?)", (one["tag"], one["key"]))
+        for entry in entries:
+            if "tag" in entry:
+                base.execute("DELETE FROM tags WHERE tag = ?", (entry["tag"],))
+                if entry["key"]:
+                    base.execute("INSERT INTO tags VALUES (?, ?)", (entry["tag"], entry["key"]))
         base.execute("DELETE FROM names")
-        base.execute("INSERT INTO names VALUES (?)", (place,))
+        base.execute("INSERT INTO names VALUES (?)", (position,))
 
 
 @atexit.register
 def _flush_all() -> None:
-    for one in list(OPEN):
-        one.flush()
+    for index in list(OPEN):
+        index.flush()
 
 
 class FolderCatalogue:
@@ -210,9 +210,9 @@ class FolderCatalogue:
         except OSError:
             return UNKNOWN, {}
         try:
-            found = read_attributes(FileSource(descriptor))
-            kind = str(found.get("encoding-type")).removeprefix("gudgeon-")
-            inputs = json.loads(str(found.get("provenance")))
+            attributes = read_attributes(FileSource(descriptor))
+            kind = str(attributes.get("encoding-type")).removeprefix("gudgeon-")
+            inputs = json.loads(str(attributes.get("provenance")))
             sound = kind in KINDS and isinstance(inputs, dict) and content_key(inputs) == key
         except (Malformed, OSError, ValueError, RecursionError):
             return UNKNOWN, {}
@@ -230,8 +230,8 @@ def record_files(root: Path) -> Iterator[tuple[str, Stamp]]:
             key = file.name.removesuffix(".h5")
             if file.name.endswith(".h5") and key.startswith(folder.name) and KEY.fullmatch(key):
                 with suppress(OSError):
-                    found = file.stat()
-                    yield key, (found.st_mtime_ns, found.st_size, found.st_ino)
+                    status = file.stat()
+                    yield key, (status.st_mtime_ns, status.st_size, status.st_ino)
 
 
 def _scanned(folder: str | Path) -> list[os.DirEntry[str]]:
@@ -242,18 +242,18 @@ def _scanned(folder: str | Path) -> list[os.DirEntry[str]]:
         return []
 
 
-def _insert(base: sqlite3.Connection, found: Iterable[tuple[str, Stamp, str, str]]) -> None:
-    for key, stamp, kind, text in found:
+def _insert(base: sqlite3.Connection, entries: Iterable[tuple[str, Stamp, str, str]]) -> None:
+    for key, stamp, kind, text in entries:
         base.execute("INSERT OR REPLACE INTO records VALUES (?, ?, ?, ?, ?, ?)", (key, *stamp, kind, text))
         base.execute("DELETE FROM refers WHERE key = ?", (key,))
-        targets = [(key, one) for one in set(KEY.findall(text))]
+        targets = [(key, target) for target in set(KEY.findall(text))]
         base.executemany("INSERT INTO refers VALUES (?, ?)", targets)
 
 
 def _found(base: sqlite3.Connection, query: Query) -> list[Entry]:
-    where, values = _conditions(query)
+    condition, values = _conditions(query)
     limit = "" if query.limit is None else f" LIMIT {int(query.limit)}"
-    text = f"SELECT key, kind, size, mtime, inputs FROM records WHERE {where} ORDER BY mtime DESC, key{limit}"
+    text = f"SELECT key, kind, size, mtime, inputs FROM records WHERE {condition} ORDER BY mtime DESC, key{limit}"
     rows = base.execute(text, values).fetchall()
     all_rows = len(rows) > 500
     uses = _grouped(base, "SELECT key, scene, component FROM uses", rows, all_rows)
@@ -263,9 +263,9 @@ def _found(base: sqlite3.Connection, query: Query) -> list[Entry]:
     return [
         Entry(
             key, kind, size, mtime / 1e9,
-            uses=tuple(sorted((one[0], one[1]) for one in uses.get(key, ()))),
-            tags=tuple(sorted(one[0] for one in tags.get(key, ()))),
-            refers=tuple(sorted(one[0] for one in refers.get(key, ()))),
+            uses=tuple(sorted((row[0], row[1]) for row in uses.get(key, ()))),
+            tags=tuple(sorted(row[0] for row in tags.get(key, ()))),
+            refers=tuple(sorted(row[0] for row in refers.get(key, ()))),
             referred=len(referred.get(key, ())), inputs=json.loads(inputs),
         )
         for key, kind, size, mtime, inputs in rows
@@ -276,21 +276,21 @@ def _grouped(
     base: sqlite3.Connection, select: str, rows: Sequence[Any], all_rows: bool
 ) -> dict[str, list[tuple[str, ...]]]:
     """Return the rows of a table by their first column: of all records, or of the few in `rows`."""
-    found: dict[str, list[tuple[str, ...]]] = {}
+    groups: dict[str, list[tuple[str, ...]]] = {}
     if all_rows:
         lines = base.execute(select)
     else:
         column = select.split()[1].rstrip(",")
         lines = base.execute(f"{select} WHERE {column} IN ({','.join('?' * len(rows))})", [row[0] for row in rows])
-    for first, *rest in lines:
-        found.setdefault(first, []).append(tuple(rest))
-    return found
+    for key, *columns in lines:
+        groups.setdefault(key, []).append(tuple(columns))
+    return groups
 
 
 def _conditions(query: Query) -> tuple[str, list[Any]]:
     """Return the condition of a query in SQL, and its values."""
     escaped = query.key.replace("[", "[[]").replace("*", "[*]").replace("?", "[?]")
-    parts: list[tuple[Any, str, list[Any]]] = [
+    conditions: list[tuple[Any, str, list[Any]]] = [
         (query.kind, "kind = ?", [query.kind]),
         (query.key, "key GLOB ?", [f"{escaped}*"]),
         (query.scene, "key IN (SELECT key FROM uses WHERE instr(scene, ?))", [query.scene]),
@@ -299,23 +299,23 @@ def _conditions(query: Query) -> tuple[str, list[Any]]:
         (query.text, "instr(inputs, ?)", [json.dumps(query.text)[1:-1]]),
         (query.since is not None, "mtime >= ?", [_nanoseconds(query.since)]),
         (query.until is not None, "mtime < ?", [_nanoseconds(query.until)]),
-        *((True, *_compared(one)) for one in query.where),
+        *((True, *_compared(c)) for c in query.where),
     ]
-    asked = [(text, values) for wanted, text, values in parts if wanted]
-    return " AND ".join(text for text, _ in asked) or "1", [value for _, values in asked for value in values]
+    applied = [(text, values) for applies, text, values in conditions if applies]
+    return " AND ".join(text for text, _ in applied) or "1", [value for _, values in applied for value in values]
 
 
 def _nanoseconds(seconds: float | None) -> int:
     return int(max(min(seconds or 0.0, 9e9), -9e9) * 1e9)
 
 
-def _compared(one: Condition) -> tuple[str, list[Any]]:
+def _compared(condition: Condition) -> tuple[str, list[Any]]:
     """Return a comparison in SQL; a value of another type is never equal, less or more."""
-    path = "$" + "".join(f'."{name}"' for name in one.path.split("."))
-    kinds = {bool: "('true', 'false')", str: "('text')"}.get(type(one.value), "('integer', 'real')")
-    value = int(one.value) if isinstance(one.value, bool) else one.value
+    path = "$" + "".join(f'."{name}"' for name in condition.path.split("."))
+    kinds = {bool: "('true', 'false')", str: "('text')"}.get(type(condition.value), "('integer', 'real')")
+    value = int(condition.value) if isinstance(condition.value, bool) else condition.value
     if isinstance(value, int) and abs(value) > 2**62:
         value = float(value)
-    assert one.relation in RELATIONS
-    text = f"json_type(inputs, ?) IN {kinds} AND json_extract(inputs, ?) {one.relation} ?"
+    assert condition.relation in RELATIONS
+    text = f"json_type(inputs, ?) IN {kinds} AND json_extract(inputs, ?) {condition.relation} ?"
     return text, [path, path, value]

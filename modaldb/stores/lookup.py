@@ -17,15 +17,15 @@ def find_one(store: Store, name: str) -> Entry:
         QueryWrong: there is none, or there are several.
     """
     if DIGITS.fullmatch(name) is None:
-        found = store.find(Query(tag=name)) if name else []
-        if not found:
+        entries = store.find(Query(tag=name)) if name else []
+        if not entries:
             raise QueryWrong(f"{store.location}: no tag {name[:SHOWN]!r}, and no key: four or more of its digits")
-        return found[0]
-    found = store.find(Query(key=name, limit=MOST + 1))
-    if not found:
+        return entries[0]
+    entries = store.find(Query(key=name, limit=MOST + 1))
+    if not entries:
         raise QueryWrong(f"{store.location}: no record {name[:12]}{'…' if len(name) > 12 else ''}")
-    if len(found) > 1:
-        shown = ", ".join(one.key[:12] for one in found[:MOST])
-        more = " and others" if len(found) > MOST else ""
-        raise QueryWrong(f"{store.location}: {name} begins several keys: {shown}{more}; give more digits")
-    return found[0]
+    if len(entries) > 1:
+        shown = ", ".join(entry.key[:12] for entry in entries[:MOST])
+        suffix = " and others" if len(entries) > MOST else ""
+        raise QueryWrong(f"{store.location}: {name} begins several keys: {shown}{suffix}; give more digits")
+    return entries[0]

@@ -44,22 +44,22 @@ class Manifest:
                 "head": list(self.head), "digest": self.digest}  # fmt: skip
 
 
-def manifest_from(row: Any, place: str) -> Manifest:
+def manifest_from(row: Any, location: str) -> Manifest:
     """Return the manifest that `as_json` made; raise RecordDamaged where it is none."""
     try:
         raw = base64.b64decode(row["digests"], validate=True)
-        found = Manifest(
+        manifest = Manifest(
             row["key"], row["kind"], row["size"], tuple(raw[n : n + 32].hex() for n in range(0, len(raw), 32)),
             tuple(row["head"]),
         )  # fmt: skip
-        sound = KEY.fullmatch(found.key) and row["block"] == BLOCK and row["digest"] == found.digest
-        count = len(found.digests)
-        sound = sound and found.size > 0 and count == -(-found.size // BLOCK) and len(raw) == 32 * count
-        if sound and all(isinstance(one, int) and 0 <= one < count for one in found.head):
-            return found
+        sound = KEY.fullmatch(manifest.key) and row["block"] == BLOCK and row["digest"] == manifest.digest
+        count = len(manifest.digests)
+        sound = sound and manifest.size > 0 and count == -(-manifest.size // BLOCK) and len(raw) == 32 * count
+        if sound and all(isinstance(block, int) and 0 <= block < count for block in manifest.head):
+            return manifest
     except (LookupError, TypeError, ValueError, AttributeError):
         pass
-    raise RecordDamaged(f"{place}: the list of its blocks is none")
+    raise RecordDamaged(f"{location}: the list of its blocks is none")
 
 
 class _Watched:
@@ -75,10 +75,10 @@ class _Watched:
         self._source.read_into(offset, buffer)
 
 
-def manifest_of(key: str, source: Source, place: str) -> Manifest:
+def manifest_of(key: str, source: Source, location: str) -> Manifest:
     """Return the manifest of a record that is verified."""
     watched = _Watched(source)
-    kind = hdf5.read_head(watched, place).kind
+    kind = hdf5.read_head(watched, location).kind
     digests = [hashlib.sha256(block).hexdigest() for block in parts_of(source, BLOCK)]
     head = range(len(digests)) if source.length <= SMALL else sorted(watched.blocks)
     return Manifest(key, kind, source.length, tuple(digests), tuple(head))
@@ -87,17 +87,17 @@ def manifest_of(key: str, source: Source, place: str) -> Manifest:
 def packed(source: Source, numbers: Iterable[int]) -> dict[str, str]:
     """Return some blocks as JSON: base64 by number."""
     texts = {}
-    for number in numbers:
-        block = bytearray(min(BLOCK, source.length - number * BLOCK))
-        source.read_into(number * BLOCK, memoryview(block))
-        texts[str(number)] = base64.b64encode(block).decode()
+    for n in numbers:
+        block = bytearray(min(BLOCK, source.length - n * BLOCK))
+        source.read_into(n * BLOCK, memoryview(block))
+        texts[str(n)] = base64.b64encode(block).decode()
     return texts
 
 
 def unpacked(texts: Mapping[str, str]) -> dict[int, bytes]:
     """Return the blocks that `packed` packed; what is none is left out."""
     blocks = {}
-    for number, text in texts.items():
+    for n, text in texts.items():
         with contextlib.suppress(ValueError, TypeError):
-            blocks[int(number)] = base64.b64decode(text, validate=True)
+            blocks[int(n)] = base64.b64decode(text, validate=True)
     return blocks

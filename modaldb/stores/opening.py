@@ -20,13 +20,13 @@ def open_store(location: str | Path | None = None) -> Store:
     Raises:
         StoreUnusable: the path exists and is not a folder, no folder can have it, or it is no URL of a database.
     """
-    place = os.environ.get(VARIABLE) or USUAL if location is None else location
-    if "://" not in str(place):
-        return open_folder(place)
-    if str(place).startswith("hsds"):
+    target = os.environ.get(VARIABLE) or USUAL if location is None else location
+    if "://" not in str(target):
+        return open_folder(target)
+    if str(target).startswith("hsds"):
         from gudgeon.modaldb.stores.hsds import HsdsStore
 
-        return HsdsStore(str(place))
+        return HsdsStore(str(target))
     from gudgeon.modaldb.stores.remote import RemoteStore
 
-    return RemoteStore(str(place))
+    return RemoteStore(str(target))

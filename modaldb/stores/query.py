@@ -40,9 +40,9 @@ def condition(text: str) -> Condition:
     Raises:
         QueryWrong: it states none.
     """
-    if (found := CONDITION.fullmatch(text)) is None:
+    if (match := CONDITION.fullmatch(text)) is None:
         raise QueryWrong(f"'{text[:80]}' given; expected PATH=VALUE, with = or one of != < <= > >=, such as size<0.003")
-    path, relation, value = found.groups()
+    path, relation, value = match.groups()
     try:
         parsed = json.loads(value)
     except (ValueError, RecursionError):

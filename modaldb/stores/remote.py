@@ -40,11 +40,11 @@ class RemoteStore(Store):
         return f"{self.location}{RECORDS}/{key}"
 
     @contextlib.contextmanager
-    def opened(self, key: str, what: str = "record") -> Iterator[tuple[CachedSource, hdf5.Head]]:
+    def opened(self, key: str, kind: str = "record") -> Iterator[tuple[CachedSource, hdf5.Head]]:
         """See `Store`; a part is fetched when it is read."""
-        check_key(self.location, key, what)
-        manifest, along = self._manifest(key, what)
-        source = self._cache.source(manifest, lambda first, end: self._fetch(key, first, end))
+        check_key(self.location, key, kind)
+        manifest, along = self._manifest(key, kind)
+        source = self._cache.source(manifest, lambda start, end: self._fetch(key, start, end))
         try:
             source.add(along)
             yield source, self._head(key, manifest, source)
@@ -62,16 +62,16 @@ class RemoteStore(Store):
             raise RecordMismatch(f"{kind} record: its key {key[:12]}… is not that of its inputs")
         if self._fault_there(key) is None:
             return
-        parts = hdf5.record_bytes(kind, record, inputs)
-        whole = BytesSource(b"".join(parts))
-        headers = {"Content-Type": "application/octet-stream", "Content-Length": str(whole.length)}
-        answer = self._server.parsed(self._server.request("PUT", f"{RECORDS}/{key}", body=parts, headers=headers))
-        manifest = manifest_of(key, whole, self.place(key))
+        chunks = hdf5.record_bytes(kind, record, inputs)
+        source = BytesSource(b"".join(chunks))
+        headers = {"Content-Type": "application/octet-stream", "Content-Length": str(source.length)}
+        answer = self._server.parsed(self._server.request("PUT", f"{RECORDS}/{key}", body=chunks, headers=headers))
+        manifest = manifest_of(key, source, self.place(key))
         if answer["digest"] != manifest.digest:
             if answer["state"] == "written":
                 raise RecordDamaged(f"{self.place(key)}: the server has other bytes than those that were sent")
             return  # A record of this key came from somebody else meanwhile.
-        self._keep(manifest, whole)
+        self._keep(manifest, source)
 
     def keys(self) -> Iterator[str]:
         """See `Store`."""
@@ -79,27 +79,27 @@ class RemoteStore(Store):
 
     def find(self, query: Query = Query()) -> list[Entry]:  # noqa: B008
         """See `Store`."""
-        asked: dict[str, Any] = {"inputs": "true", "where": [str(one) for one in query.where]}
+        parameters: dict[str, Any] = {"inputs": "true", "where": [str(c) for c in query.where]}
         for name in ("kind", "scene", "component", "tag", "key", "text"):
-            asked |= {name: value} if (value := getattr(query, name)) else {}
+            parameters |= {name: value} if (value := getattr(query, name)) else {}
         for name in ("since", "until", "limit"):
-            asked |= {name: value} if (value := getattr(query, name)) is not None else {}
-        return [entry_of(row) for row in self._server.json("GET", RECORDS, query=asked)]
+            parameters |= {name: value} if (value := getattr(query, name)) is not None else {}
+        return [entry_of(row) for row in self._server.json("GET", RECORDS, query=parameters)]
 
     def export(self, key: str, path: Path) -> None:
         """See `Store`."""
         with self.opened(key) as (source, _), path.open("wb") as file:
-            for part in parts_of(source, AT_A_TIME * BLOCK):
-                file.write(part)
+            for chunk in parts_of(source, AT_A_TIME * BLOCK):
+                file.write(chunk)
 
     def examine(self, key: str) -> ModalDBError | None:
         """See `Store`; the server reads its own file."""
         try:
             check_key(self.location, key, "record")
-            found = self._server.json("GET", f"{RECORDS}/{key}/examine")["fault"]
+            fault = self._server.json("GET", f"{RECORDS}/{key}/examine")["fault"]
         except RecordMissing as error:
             return error
-        return None if found is None else KNOWN[found["error"]](f"{self.location}: {found['detail']}")
+        return None if fault is None else KNOWN[fault["error"]](f"{self.location}: {fault['detail']}")
 
     def note(self, key: str, scene: str, component: str) -> None:
         """See `Store`; a server that takes no names from this user keeps none."""
@@ -125,19 +125,19 @@ class RemoteStore(Store):
         """See `Store`."""
         return self._server.json("GET", "/running")
 
-    def set_aside(self, place: str) -> str:
+    def set_aside(self, location: str) -> str:
         """See `Store`."""
-        key = self._key_of(place)
+        key = self._key_of(location)
         name = self._server.json("POST", f"{RECORDS}/{key}/aside")["name"]
         self._forget(key)
         return name
 
-    def remove(self, place: str) -> None:
+    def remove(self, location: str) -> None:
         """See `Store`."""
-        if place.startswith(f"{self.location}/leftovers/"):
-            self._server.request("DELETE", place.removeprefix(self.location))
+        if location.startswith(f"{self.location}/leftovers/"):
+            self._server.request("DELETE", location.removeprefix(self.location))
             return
-        key = self._key_of(place)
+        key = self._key_of(location)
         self._server.request("DELETE", f"{RECORDS}/{key}")
         self._forget(key)
 
@@ -150,9 +150,9 @@ class RemoteStore(Store):
         """See `Store`; the server says so, whatever the cache has. While it does not answer, the cache does."""
         if not self._server.is_silent:
             with contextlib.suppress(Unanswered):
-                if (found := self._fault_there(key)) is not None:
+                if (fault := self._fault_there(key)) is not None:
                     self._forget(key)
-                    return found
+                    return fault
         return super().fault(key)
 
     def _fault_there(self, key: str) -> ModalDBError | None:
@@ -164,45 +164,45 @@ class RemoteStore(Store):
             return error
         return None
 
-    def _key_of(self, place: str) -> str:
-        key = place.removeprefix(f"{self.location}{RECORDS}/")
+    def _key_of(self, location: str) -> str:
+        key = location.removeprefix(f"{self.location}{RECORDS}/")
         check_key(self.location, key, "record")
         return key
 
-    def _manifest(self, key: str, what: str) -> tuple[Manifest, dict[int, bytes]]:
+    def _manifest(self, key: str, kind: str) -> tuple[Manifest, dict[int, bytes]]:
         """Return the manifest of a record and the blocks that came with it, none from the cache."""
-        if (kept := self._cache.manifest(key)) is not None:
-            return kept, {}
+        if (cached := self._cache.manifest(key)) is not None:
+            return cached, {}
         try:
             row = self._server.json("GET", f"{RECORDS}/{key}/blocks")
         except RecordMissing as error:
-            raise RecordMissing(str(error).replace(": no record", f": no {what} record", 1) if what != "record"
+            raise RecordMissing(str(error).replace(": no record", f": no {kind} record", 1) if kind != "record"
                                 else str(error)) from None  # fmt: skip
-        found = manifest_from(row, self.place(key))
-        if found.key != key:
+        manifest = manifest_from(row, self.place(key))
+        if manifest.key != key:
             raise RecordDamaged(f"{self.place(key)}: the list of blocks of another record")
-        self._cache.keep(found)
-        return found, unpacked(row["blocks"])
+        self._cache.keep(manifest)
+        return manifest, unpacked(row["blocks"])
 
     def _head(self, key: str, manifest: Manifest, source: CachedSource) -> hdf5.Head:
-        known = self._heads.get(key)
-        if known is not None and known[0] == manifest.digest:
-            return known[1]
+        cached = self._heads.get(key)
+        if cached is not None and cached[0] == manifest.digest:
+            return cached[1]
         head = hdf5.read_head(source, self.place(key))
         check_inputs(self.place(key), key, head)
         self._heads[key] = manifest.digest, head
         return head
 
-    def _fetch(self, key: str, first: int, end: int) -> bytes:
-        answer = self._server.request("GET", f"{RECORDS}/{key}", headers={"Range": f"bytes={first}-{end - 1}"})
-        if answer.status != 206 or len(answer.data) != end - first:
-            raise RecordDamaged(f"bytes {first} to {end}: {len(answer.data)} came with status {answer.status}")
+    def _fetch(self, key: str, start: int, end: int) -> bytes:
+        answer = self._server.request("GET", f"{RECORDS}/{key}", headers={"Range": f"bytes={start}-{end - 1}"})
+        if answer.status != 206 or len(answer.data) != end - start:
+            raise RecordDamaged(f"bytes {start} to {end}: {len(answer.data)} came with status {answer.status}")
         return answer.data
 
-    def _keep(self, manifest: Manifest, whole: BytesSource) -> None:
+    def _keep(self, manifest: Manifest, source: BytesSource) -> None:
         self._cache.keep(manifest)
-        with contextlib.closing(self._cache.source(manifest, lambda start, stop: whole.data[start:stop])) as source:
-            source.add({n: whole.data[n * BLOCK : (n + 1) * BLOCK] for n in range(len(manifest.digests))})
+        with contextlib.closing(self._cache.source(manifest, lambda start, stop: source.data[start:stop])) as cached:
+            cached.add({n: source.data[n * BLOCK : (n + 1) * BLOCK] for n in range(len(manifest.digests))})
 
     def _forget(self, key: str) -> None:
         self._cache.forget(key)

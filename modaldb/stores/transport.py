@@ -147,26 +147,26 @@ def _connections(process: int) -> urllib3.PoolManager:
 
 def _checked(url: str) -> Url:
     try:
-        parts = parse_url(url)
+        address = parse_url(url)
     except LocationParseError:
-        parts = Url()
-    sound = parts.scheme in ("http", "https") and parts.host and parts.port != 0
-    if not sound or parts.query or parts.fragment or parts.auth or (parts.path or "").strip("/").count("/"):
+        address = Url()
+    sound = address.scheme in ("http", "https") and address.host and address.port != 0
+    if not sound or address.query or address.fragment or address.auth or (address.path or "").strip("/").count("/"):
         raise StoreUnusable(f"{url[:200]}: no URL of a database; expected http://HOST:PORT or http://HOST:PORT/NAME")
-    return parts
+    return address
 
 
 def _token() -> str:
-    found, file = os.environ.get(TOKEN, ""), os.environ.get(TOKEN_FILE, "")
-    if not found and file:
+    token, file = os.environ.get(TOKEN, ""), os.environ.get(TOKEN_FILE, "")
+    if not token and file:
         try:
-            found = Path(file).read_text(encoding="ascii")
+            token = Path(file).read_text(encoding="ascii")
         except (OSError, ValueError) as error:
             raise StoreUnusable(f"{TOKEN_FILE}={file}: cannot be read ({getattr(error, 'strerror', error)})") from error
-    found = found.strip()
-    if not found.isascii() or any(one.isspace() or not one.isprintable() for one in found):
+    token = token.strip()
+    if not token.isascii() or any(c.isspace() or not c.isprintable() for c in token):
         raise StoreUnusable(f"{TOKEN if os.environ.get(TOKEN) else TOKEN_FILE}: expected one word of ASCII letters")
-    return found
+    return token
 
 
 def allowed_wait() -> float:

@@ -18,18 +18,18 @@ def unreferenced(
         is_current: Whether the inputs of a record are those that this release would make a key of.
         studies: Whether studies without a tag are no reason to keep what they refer to, directly or not.
     """
-    entries = {one.key: one for one in store.find() if one.inputs}
-    kept = {key for key, one in entries.items() if not studies and one.inputs.get("stage") == STUDY}
-    rest = [key for key, one in entries.items() if one.tags or key in kept or is_current(one.inputs)]
+    entries = {e.key: e for e in store.find() if e.inputs}
+    study_keys = {key for key, e in entries.items() if e.inputs.get("stage") == STUDY}
+    roots = set() if studies else study_keys
+    pending = [key for key, e in entries.items() if e.tags or key in roots or is_current(e.inputs)]
     used: set[str] = set()
-    while rest:
-        key = rest.pop()
+    while pending:
+        key = pending.pop()
         if key not in used:
             used.add(key)
-            rest += (one for one in entries[key].refers if one in entries)
+            pending += entries.keys() & entries[key].refers
     why = "made by other code or libraries, and no record of this release refers to it"
-    study = "a study without a tag"
     return [
-        Leftover(key, entries[key].size, study if entries[key].inputs.get("stage") == STUDY else why)
+        Leftover(key, entries[key].size, "a study without a tag" if key in study_keys else why)
         for key in sorted(entries.keys() - used)
     ]

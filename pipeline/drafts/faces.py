@@ -66,7 +66,7 @@ class Look:
         """Return a table of the faces, and the rules to paste into a scene."""
         size = " × ".join(f"{1e3 * length:.5g}" for length in self.extents)
         unit = "no unit" if self.unit is None else f"unit {self.unit:g} m"
-        solids = ", ".join(f"{number} '{name}'" if name else str(number) for number, name in self.solids.items())
+        solids = ", ".join(f"{n} '{name}'" if name else str(n) for n, name in self.solids.items())
         lines = [
             f"{self.path}: {self.kind}, {unit}, {size} mm, {1e9 * self.volume:.6g} mm^3",
             f"solids: {solids}",
@@ -89,16 +89,16 @@ class Look:
         """Return a face's name and rule as a line of a scene; of faces apart from each other, which they are."""
         line, same = f"{surface_name(face)} = {self.rules[face.number]}", self.same_rule(face)
         joined = [face]
-        for one in joined:
-            joined += [other for other in same if other not in joined and other.edges & one.edges]
+        for member in joined:
+            joined += [f for f in same if f not in joined and f.edges & member.edges]
         if len(joined) == len(same):
             return line
-        numbers = ", ".join(str(one.number) for one in same)
+        numbers = ", ".join(str(member.number) for member in same)
         return f"{line}  # faces {numbers}; with `at`, a point on one of them, that one alone"
 
     def same_rule(self, face: Face) -> list[Face]:
         """Return the faces that the rule of a face describes."""
-        return [one for one in self.faces if self.rules[one.number] == self.rules[face.number]]
+        return [f for f in self.faces if self.rules[f.number] == self.rules[face.number]]
 
 
 def look_at(path: str, unit: float | None, solids: Sequence[str | int], picture: Path | None) -> Look:
@@ -108,12 +108,12 @@ def look_at(path: str, unit: float | None, solids: Sequence[str | int], picture:
         InputError: the file is no part, see `geometry.cad.reading`.
         StageError: gmsh failed.
     """
-    part = CadPart(kind="cad", path=path, unit=unit, solids=tuple(solids))
+    cad = CadPart(kind="cad", path=path, unit=unit, solids=tuple(solids))
     notes = []
-    names, faces, rules, volume, arrays = called_apart(path, "gmsh", _read, part)
+    names, faces, rules, volume, arrays = called_apart(path, "gmsh", _read, cad)
     stated = stated_unit(path)
-    if (other := differs(path, unit)) is not None:
-        notes.append(f"{path}: states a unit of {other:g} m, {unit:g} m is used")
+    if (stated_other := differs(path, unit)) is not None:
+        notes.append(f"{path}: states a unit of {stated_other:g} m, {unit:g} m is used")
     drawn = None
     if picture is not None:
         reason = _draw(arrays, Path(path).name, picture)
@@ -127,10 +127,10 @@ def look_at(path: str, unit: float | None, solids: Sequence[str | int], picture:
 
 
 def _read(
-    part: CadPart,
+    cad: CadPart,
 ) -> tuple[dict[int, str], list[Face], dict[int, str], float, dict[str, np.ndarray]]:
     """Return the solids, faces and rules of a part, its volume, and its triangles: what `Look` keeps of gmsh."""
-    with opened(part) as opened_part:
+    with opened(cad) as opened_part:
         gmsh, faces, scale = opened_part.gmsh, opened_part.faces, opened_part.scale
         names = {tag: solid_name(gmsh, tag) for tag in opened_part.solids}
         rules = {face.number: rule_of(face, faces, opened_part.away) for face in faces}
@@ -140,15 +140,15 @@ def _read(
 def rule_of(face: Face, faces: Sequence[Face], away: Callable[[Sequence[Face], np.ndarray], np.ndarray]) -> str:
     """Return the shortest rule that describes a face, with the others on its true surface, as a table of a scene."""
     size = _key(face)
-    place = face.points[int(np.linalg.norm(face.points - face.centre, axis=1).argmin())]
-    at = "[{}]".format(", ".join(f"{_clean(value, face):.6g}" for value in place))
-    texts = ([size] if size else []) + [f"{size}, at = {at}" if size else f"at = {at}"]
+    position = face.points[int(np.linalg.norm(face.points - face.centre, axis=1).argmin())]
+    point = "[{}]".format(", ".join(f"{_clean(value, face):.6g}" for value in position))
+    texts = ([size] if size else []) + [f"{size}, at = {point}" if size else f"at = {point}"]
     for text in texts:
         try:
-            found = chosen_faces(FaceRule.model_validate(_values(text)), faces, away, "")
+            chosen = chosen_faces(FaceRule.model_validate(_values(text)), faces, away, "")
         except InputError:
             continue
-        if face in found and (len(found) == 1 or common_shape(found)):
+        if face in chosen and (len(chosen) == 1 or common_shape(chosen)):
             return f"{{ {text} }}"
     return f"{{ face = {face.number} }}"
 
@@ -156,7 +156,7 @@ def rule_of(face: Face, faces: Sequence[Face], away: Callable[[Sequence[Face], n
 def surface_name(face: Face) -> str:
     """Return a name for a face, by its kind and number."""
     kind = "bore" if face.kind == "cylinder" and face.hollow else face.kind.split()[0]
-    return f"{''.join(one for one in kind if one.isalnum()) or 'surface'}{face.number}"
+    return f"{''.join(c for c in kind if c.isalnum()) or 'surface'}{face.number}"
 
 
 def _key(face: Face) -> str:

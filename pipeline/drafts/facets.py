@@ -63,53 +63,55 @@ class Near:
     """Least and largest distance of the centres of those facets along normals [m]."""
 
 
-def near(own: Boundary, other: Boundary, within: float) -> list[Near]:
+def near(boundary_a: Boundary, boundary_b: Boundary, within: float) -> list[Near]:
     """Return the surfaces of two parts that face each other within a distance [m], those with most facets first.
 
     A surface whose near facets all belong to one found before is left out.
     """
-    pairs, gaps = _pairs(own, other, within)
+    pairs, gaps = _pairs(boundary_a, boundary_b, within)
     if not len(pairs):
         return []
-    key = own.owner[pairs[:, 0]] * len(other.names) + other.owner[pairs[:, 1]]
-    found, taken = list[Near](), np.zeros((2, max(len(own.centres), len(other.centres))), np.bool_)
-    groups = {int(one): np.flatnonzero(key == one) for one in np.unique(key)}
-    for one, here in sorted(groups.items(), key=lambda item: (-len(np.unique(pairs[item[1], 0])), item[0])):
-        mine, theirs = (_places(part, pairs[here, side]) for side, part in enumerate((own, other)))
+    key = boundary_a.owner[pairs[:, 0]] * len(boundary_b.names) + boundary_b.owner[pairs[:, 1]]
+    surfaces, taken = list[Near](), np.zeros((2, max(len(boundary_a.centres), len(boundary_b.centres))), np.bool_)
+    groups = {int(k): np.flatnonzero(key == k) for k in np.unique(key)}
+    for surface_pair, group in sorted(groups.items(), key=lambda item: (-len(np.unique(pairs[item[1], 0])), item[0])):
+        mine, theirs = (_places(boundary, pairs[group, side]) for side, boundary in enumerate((boundary_a, boundary_b)))
         if taken[0, mine].all() and taken[1, theirs].all():
             continue
         taken[0, mine] = taken[1, theirs] = True
-        a, b = divmod(one, len(other.names))
+        a, b = divmod(surface_pair, len(boundary_b.names))
         facets = len(np.unique(mine)), len(np.unique(theirs))
-        found.append(Near(own.names[a], other.names[b], facets, (float(gaps[here].min()), float(gaps[here].max()))))
-    return found
+        surfaces.append(
+            Near(boundary_a.names[a], boundary_b.names[b], facets, (float(gaps[group].min()), float(gaps[group].max())))
+        )
+    return surfaces
 
 
-def apart(own: Boundary, other: Boundary) -> float:
+def apart(a: Boundary, b: Boundary) -> float:
     """Return the least distance of facets of two parts that face each other [m]; infinite where none do."""
-    size = float(np.linalg.norm(np.ptp(np.vstack([own.centres, other.centres]), axis=0)))
-    _, gaps = _pairs(own, other, size)
+    size = float(np.linalg.norm(np.ptp(np.vstack([a.centres, b.centres]), axis=0)))
+    _, gaps = _pairs(a, b, size)
     return float(gaps[gaps >= 0].min(initial=np.inf))
 
 
-def _places(part: Boundary, numbers: np.ndarray) -> np.ndarray:
+def _places(boundary: Boundary, numbers: np.ndarray) -> np.ndarray:
     """Return the first facet at the place of each: surfaces may share facets."""
-    return KDTree(part.centres).query(part.centres[numbers])[1]
+    return KDTree(boundary.centres).query(boundary.centres[numbers])[1]
 
 
-def _pairs(own: Boundary, other: Boundary, within: float) -> tuple[np.ndarray, np.ndarray]:
+def _pairs(a: Boundary, b: Boundary, within: float) -> tuple[np.ndarray, np.ndarray]:
     """Return pairs of facets that face each other, (p, 2), and their distances along the normal of the first [m]."""
-    if not len(own.centres) or not len(other.centres):
+    if not len(a.centres) or not len(b.centres):
         return np.empty((0, 2), np.int64), np.empty(0)
-    reach = within + own.radii + other.radii.max()
-    listed = KDTree(other.centres).query_ball_point(own.centres, reach)
-    first = np.repeat(np.arange(len(own.centres)), [len(one) for one in listed])
-    second = np.concatenate([np.empty(0, np.int64), *(np.asarray(one, np.int64) for one in listed)])
-    way = other.centres[second] - own.centres[first]
-    gap = np.einsum("pi,pi->p", way, own.normals[first])
-    aside = np.linalg.norm(way - gap[:, None] * own.normals[first], axis=1)
-    faces = np.einsum("pi,pi->p", own.normals[first], other.normals[second]) < FACING
+    radius = within + a.radii + b.radii.max()
+    listed = KDTree(b.centres).query_ball_point(a.centres, radius)
+    i = np.repeat(np.arange(len(a.centres)), [len(js) for js in listed])
+    j = np.concatenate([np.empty(0, np.int64), *(np.asarray(js, np.int64) for js in listed)])
+    offset = b.centres[j] - a.centres[i]
+    gap = np.einsum("pi,pi->p", offset, a.normals[i])
+    aside = np.linalg.norm(offset - gap[:, None] * a.normals[i], axis=1)
+    faces = np.einsum("pi,pi->p", a.normals[i], b.normals[j]) < FACING
     # Facets inside the other part by more than their size are those of its far side.
-    kept = faces & (gap <= within) & (gap >= -np.minimum(within, own.radii[first]))
-    kept &= aside <= own.radii[first] + other.radii[second]
-    return np.column_stack([first, second])[kept], gap[kept]
+    facing = faces & (gap <= within) & (gap >= -np.minimum(within, a.radii[i]))
+    facing &= aside <= a.radii[i] + b.radii[j]
+    return np.column_stack([i, j])[facing], gap[facing]

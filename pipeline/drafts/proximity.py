@@ -34,29 +34,29 @@ def with_found(place: Place) -> tuple[Place, tuple[str, ...]]:
         StageError: gmsh failed.
     """
     contacts = place.tables.get("contact")
-    wanted = [name for name, one in contacts.items() if _is_auto(one)] if isinstance(contacts, dict) else []
+    names = [name for name, contact in contacts.items() if _is_auto(contact)] if isinstance(contacts, dict) else []
     try:
-        parts = TypeAdapter(dict[str, Component]).validate_python(place.tables.get("component", {}))
+        components = TypeAdapter(dict[str, Component]).validate_python(place.tables.get("component", {}))
         bodies = TypeAdapter(dict[str, Body]).validate_python(place.tables.get("body", {}))
     except ValidationError:
         return place, ()  # The check of the whole scene lists all mistakes.
     tables, lines = dict(place.tables), list[str]()
     with named(place.path, InputError, StageError):
-        for name in wanted:
-            sides = _sides(name, tables["contact"][name], bodies, parts)
-            tables, found = _resolved(place, tables, name, sides, (parts, bodies))
-            lines += found
+        for name in names:
+            sides = _sides(name, tables["contact"][name], bodies, components)
+            tables, notes = _resolved(place, tables, name, sides, (components, bodies))
+            lines += notes
     return replace(place, tables=tables), tuple(lines)
 
 
 def _is_auto(contact: Any) -> bool:
     against = contact.get("against") if isinstance(contact, dict) else None
-    other = against.get("interface") if isinstance(against, dict) else None
-    return isinstance(contact, dict) and AUTO in (contact.get("interface"), other)
+    partner = against.get("interface") if isinstance(against, dict) else None
+    return isinstance(contact, dict) and AUTO in (contact.get("interface"), partner)
 
 
 def _sides(
-    name: str, contact: Mapping[str, Any], bodies: Mapping[str, Body], parts: Mapping[str, Component]
+    name: str, contact: Mapping[str, Any], bodies: Mapping[str, Body], components: Mapping[str, Component]
 ) -> tuple[tuple[str, str | None], tuple[str, str | None]]:
     """Return body and interface of both sides of a contact; None for an interface that is to be found."""
     against = contact.get("against")
@@ -66,16 +66,18 @@ def _sides(
             " against.shape must be 'body'; name the interface that meets an obstacle"
         )
     sides = []
-    for where, side in (("", contact), (".against", against)):
+    for key, side in (("", contact), (".against", against)):
         body, interface = str(side.get("body")), str(side.get("interface"))
         if body not in bodies:
-            raise InputError(f"contact.{name}{where}.body: no body '{body}', the scene has {', '.join(bodies)}")
-        part = bodies[body].component or body
-        if part not in parts:
-            raise InputError(f"body.{body}.component: no component '{part}'; the scene has {', '.join(parts)}")
-        if interface != AUTO and interface not in parts[part].interface:
-            have = ", ".join(parts[part].interface) or "none"
-            raise InputError(f"contact.{name}{where}.interface: no interface '{interface}', the component has {have}")
+            raise InputError(f"contact.{name}{key}.body: no body '{body}', the scene has {', '.join(bodies)}")
+        component = bodies[body].component or body
+        if component not in components:
+            raise InputError(
+                f"body.{body}.component: no component '{component}'; the scene has {', '.join(components)}"
+            )
+        if interface != AUTO and interface not in components[component].interface:
+            have = ", ".join(components[component].interface) or "none"
+            raise InputError(f"contact.{name}{key}.interface: no interface '{interface}', the component has {have}")
         sides.append((body, None if interface == AUTO else interface))
     if sides[0][0] == sides[1][0]:
         raise InputError(
@@ -93,75 +95,77 @@ def _resolved(
     models: tuple[Mapping[str, Component], Mapping[str, Body]],
 ) -> tuple[dict[str, Any], list[str]]:
     """Return the tables with the contacts that stand for one with `auto`, and what is found."""
-    parts, bodies = models
-    meshes = [_mesh(place, bodies[body].component or body, parts) for body, _ in sides]
+    models_by_name, bodies = models
+    meshes = [_mesh(place, bodies[body].component or body, models_by_name) for body, _ in sides]
     contact = dict(tables["contact"][name])
     within = contact.pop("within", None)
     if within is None:
         within = SHARE * min(float(np.ptp(mesh.nodes, axis=0).max()) for mesh in meshes)
     boundaries = [
-        _boundary(mesh, bodies[body], parts[bodies[body].component or body], interface)
+        _boundary(mesh, bodies[body], models_by_name[bodies[body].component or body], interface)
         for mesh, (body, interface) in zip(meshes, sides, strict=True)
     ]
-    found = near(boundaries[0], boundaries[1], within)
-    if not found:
-        least = apart(boundaries[0], boundaries[1])
-        facing = f"the nearest ones are {least:.3g} m apart" if np.isfinite(least) else "none do at any distance"
+    pairs = near(boundaries[0], boundaries[1], within)
+    if not pairs:
+        distance = apart(boundaries[0], boundaries[1])
+        facing = f"the nearest ones are {distance:.3g} m apart" if np.isfinite(distance) else "none do at any distance"
         raise InputError(
             f"contact.{name}.interface: no named surfaces of '{sides[0][0]}' and '{sides[1][0]}' face each other within"
             f" {within:.3g} m; {facing}; give within [m], move the bodies, or name the interfaces"
         )
     contacts, components, lines = dict(tables["contact"]), dict(tables["component"]), list[str]()
     del contacts[name]
-    for number, pair in enumerate(found):
-        own = name if len(found) == 1 else f"{name}-{number + 1}"
+    for i, pair in enumerate(pairs):
+        contact_name = name if len(pairs) == 1 else f"{name}-{i + 1}"
         interfaces = []
-        for (body, given), surface in zip(sides, (pair.own, pair.other), strict=True):
-            part = bodies[body].component or body
-            components[part], interface = _with_interface(components[part], given, surface)
+        for (body, interface_name), surface in zip(sides, (pair.own, pair.other), strict=True):
+            component = bodies[body].component or body
+            components[component], interface = _with_interface(components[component], interface_name, surface)
             interfaces.append(interface)
         against = dict(contact["against"]) | {"shape": "body", "interface": interfaces[1]}
-        contacts[own] = contact | {"interface": interfaces[0], "against": against}
-        lines.append(_line(own, sides, pair, within))
+        contacts[contact_name] = contact | {"interface": interfaces[0], "against": against}
+        lines.append(_line(contact_name, sides, pair, within))
     return tables | {"contact": contacts, "component": components}, lines
 
 
 def _line(name: str, sides: tuple[tuple[str, Any], tuple[str, Any]], pair: Near, within: float) -> str:
-    low, high = (f"{1e3 * one:.3g}" for one in pair.gaps)
+    low, high = (f"{1e3 * gap:.3g}" for gap in pair.gaps)
     return (
         f"contact.{name}: '{pair.own}' of {sides[0][0]} ({pair.facets[0]} facets) and '{pair.other}' of {sides[1][0]}"
         f" ({pair.facets[1]} facets) were found, {low} to {high} mm apart; within {1e3 * within:.3g} mm"
     )
 
 
-def _mesh(place: Place, part: str, parts: Mapping[str, Component]) -> MeshRecord:
+def _mesh(place: Place, component: str, components: Mapping[str, Component]) -> MeshRecord:
     """Return the mesh of a part, made where the database has none."""
-    product = mesh_product(part, parts[part], place.path.parent)
+    product = mesh_product(component, components[component], place.path.parent)
     if not place.store.has(product.key):
-        keep(place.store, product, build_mesh(parts[part], place.path.parent, part))
+        keep(place.store, product, build_mesh(components[component], place.path.parent, component))
     mesh: MeshRecord = place.store.get(product.key, "mesh")
     return mesh
 
 
-def _boundary(mesh: MeshRecord, body: Body, part: Component, interface: str | None) -> Boundary:
+def _boundary(mesh: MeshRecord, body: Body, component: Component, interface: str | None) -> Boundary:
     """Return the boundary of a body, or only the surface of an interface."""
     if interface is not None:
-        kept = part.interface[interface].surface
-        mesh = replace(mesh, surfaces={name: one for name, one in mesh.surfaces.items() if name == kept})
+        surface_name = component.interface[interface].surface
+        mesh = replace(
+            mesh, surfaces={name: surface for name, surface in mesh.surfaces.items() if name == surface_name}
+        )
     turn = np.eye(3) if body.orientation is None else body.orientation.matrix()
     return Boundary.of(mesh, turn, np.asarray(body.position))
 
 
-def _with_interface(component: dict[str, Any], given: str | None, surface: str) -> tuple[dict[str, Any], str]:
+def _with_interface(component: dict[str, Any], interface: str | None, surface: str) -> tuple[dict[str, Any], str]:
     """Return a component with an interface of contact points on a surface, and its name."""
     interfaces = dict(component.get("interface", {}))
-    if given is not None:
-        return component, given
-    for name, one in interfaces.items():
+    if interface is not None:
+        return component, interface
+    for name, table in interfaces.items():
         if (
-            one.get("surface") == surface
-            and one.keys() <= {"surface", "kind"}
-            and one.get("kind", "points") == "points"
+            table.get("surface") == surface
+            and table.keys() <= {"surface", "kind"}
+            and table.get("kind", "points") == "points"
         ):
             return component, name
     name = surface if surface not in interfaces else f"{surface}-{AUTO}"

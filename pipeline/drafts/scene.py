@@ -114,12 +114,12 @@ def draft(look: Look, unit: float | None, solids: Sequence[str | int]) -> str:
     chosen = _surfaces(look, impact.face)
     duration = PASSAGES * float(np.linalg.norm(extents)) / WAVE
     foot = impact.direction * (impact.reach + min(GAP, SOON * duration * SPEED))
-    first = surface_name(impact.face)
+    surface = surface_name(impact.face)
     fine = f"{size / 2:.2g}"
     text = TEXT.format(
-        title=file, file=file, kind=look.kind, name=name, speed=SPEED, mesh=f"{size:.2g}", fine=fine, first=first,
+        title=file, file=file, kind=look.kind, name=name, speed=SPEED, mesh=f"{size:.2g}", fine=fine, first=surface,
         size=" × ".join(f"{1e3 * length:.4g}" for length in extents), mass=7850.0 * volume_of(look),
-        path=json.dumps(file, ensure_ascii=False), unit="" if unit is None else f"unit = {unit:g}\n", impact=first,
+        path=json.dumps(file, ensure_ascii=False), unit="" if unit is None else f"unit = {unit:g}\n", impact=surface,
         solids=f"solids = {json.dumps(list(solids))}\n" if solids else "",
         surfaces="\n".join(look.rule_line(face) for face in chosen),
         more=_more(name, _bore(look, chosen)), velocity=_list(SPEED * impact.direction), point=_list(foot),
@@ -135,12 +135,12 @@ def impact_of(look: Look) -> Impact:
     # Downward of equal ones.
     for face in sorted(flat, key=lambda face: (-round(EQUAL * math.log(face.area)), face.shape["normal"][2])):
         normal = np.array(face.shape["normal"])
-        reach = float(np.array(face.shape["origin"]) @ normal)
-        if float((look.points @ normal).max()) <= reach + SUPPORTS * extent:
-            return Impact(face, normal, reach)
+        support = float(np.array(face.shape["origin"]) @ normal)
+        if float((look.points @ normal).max()) <= support + SUPPORTS * extent:
+            return Impact(face, normal, support)
     lowest = int(look.points[:, 2].argmin())
     owners = look.owner[(look.triangles == lowest).any(axis=1)]
-    face = max((look.faces[int(one)] for one in owners), key=lambda face: face.area)
+    face = max((look.faces[int(owner)] for owner in owners), key=lambda face: face.area)
     return Impact(face, np.array([0.0, 0.0, -1.0]), -float(look.points[lowest, 2]))
 
 
@@ -160,11 +160,11 @@ def volume_of(look: Look) -> float:
 
 def _surfaces(look: Look, impact: Face) -> list[Face]:
     """Return the face of the impact and the largest others, one of each rule."""
-    found: dict[str, Face] = {look.rules[impact.number]: impact}
+    faces: dict[str, Face] = {look.rules[impact.number]: impact}
     for face in sorted(look.faces, key=lambda face: -face.area):
-        if len(found) < MOST_SURFACES:
-            found.setdefault(look.rules[face.number], face)
-    return list(found.values())
+        if len(faces) < MOST_SURFACES:
+            faces.setdefault(look.rules[face.number], face)
+    return list(faces.values())
 
 
 def _bore(look: Look, faces: Sequence[Face]) -> Face | None:
@@ -172,7 +172,7 @@ def _bore(look: Look, faces: Sequence[Face]) -> Face | None:
     for face in faces:
         if face.kind != "cylinder" or not face.hollow:
             continue
-        points = [one.points for one in look.same_rule(face)]
+        points = [f.points for f in look.same_rule(face)]
         _, angle, _ = cylindrical(np.concatenate(points), face.shape)
         angles = np.sort(angle)
         if np.diff(angles, append=angles[0] + 2 * np.pi).max() < TURN:
@@ -193,13 +193,13 @@ def _more(name: str, bore: Face | None) -> str:
 
 def _aligned(line: str) -> str:
     """Return a line of a scene with its comment, which follows two spaces, at the column of all comments."""
-    code, apart, comment = line.rpartition("  # ")
-    return f"{code:{COLUMN}}  # {comment}" if apart else line
+    code, separator, comment = line.rpartition("  # ")
+    return f"{code:{COLUMN}}  # {comment}" if separator else line
 
 
 def _name(stem: str) -> str:
     """Return a name of a component and a body that TOML needs no quotes for."""
-    name = "".join(one if one.isascii() and (one.isalnum() or one in "-_") else "-" for one in stem).strip("-")
+    name = "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "-" for c in stem).strip("-")
     return name or "part"
 
 

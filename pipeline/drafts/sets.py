@@ -52,14 +52,14 @@ class SetsLook:
             "elements": self._elements(), "extents": self.size.tolist(),
             "sets": {
                 name: {
-                    "nodes": len(np.unique(one.facets)), "kind": one.shape.get("kind", "free"), "shape": one.shape,
-                    "centre": self._centre(one).tolist(),
+                    "nodes": len(np.unique(surface.facets)), "kind": surface.shape.get("kind", "free"),
+                    "shape": surface.shape, "centre": self._centre(surface).tolist(),
                 }
-                for name, one in self.surfaces.items()
+                for name, surface in self.surfaces.items()
             },
             "couplings": {
-                one.name: {"surface": one.surface, "tie": one.tie, "point": self.reference(one)}
-                for one in self.model.couplings
+                c.name: {"surface": c.surface, "tie": c.tie, "point": self.reference(c)}
+                for c in self.model.couplings
             },
         }  # fmt: skip
 
@@ -72,10 +72,10 @@ class SetsLook:
             "",
             f"{'set':24} {'nodes':>7}  {'kind':9} centre [mm]",
         ]
-        for name, one in self.surfaces.items():
-            centre = ", ".join(f"{value:.5g}" for value in 1e3 * self._centre(one))
-            kind = one.shape.get("kind", "free")
-            lines.append(f"{name:24} {len(np.unique(one.facets)):7}  {kind:9} {centre:28}".rstrip())
+        for name, surface in self.surfaces.items():
+            centre = ", ".join(f"{value:.5g}" for value in 1e3 * self._centre(surface))
+            kind = surface.shape.get("kind", "free")
+            lines.append(f"{name:24} {len(np.unique(surface.facets)):7}  {kind:9} {centre:28}".rstrip())
         if self.model.couplings:
             lines += ["", "[component.NAME.interface]    # the couplings of the file"]
             lines += [f'"{name}" = {text}' for name, text in self.interfaces().items()]

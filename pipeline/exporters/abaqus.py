@@ -38,8 +38,8 @@ def _deck(body: ReducedBody) -> str:
     text = ["*HEADING", f"Body {body.name}, reduced, written by Gudgeon. SI units.", "*NODE, NSET=COORDINATES"]
     text += [f"{k}, {centre}" for k in range(1, len(body.stiffness) + 1)]
     for k, row in enumerate(body.rows, FIRST_ROW):
-        place = np.where(np.isnan(row.place), body.morph.centre, row.place)
-        text += [f'*NODE, NSET="{row.name}"', f"{k}, {', '.join(f'{x:.17g}' for x in place)}"]
+        position = np.where(np.isnan(row.place), body.morph.centre, row.place)
+        text += [f'*NODE, NSET="{row.name}"', f"{k}, {', '.join(f'{x:.17g}' for x in position)}"]
     for k, line in enumerate(body.B):
         filled = np.flatnonzero(line)
         terms = [f"{FIRST_ROW + k}, 1, -1.0", *(f"{j + 1}, 1, {line[j]:.17g}" for j in filled)]
@@ -50,7 +50,9 @@ def _deck(body: ReducedBody) -> str:
     return "\n".join([*text, "*MATRIX ASSEMBLE, STIFFNESS=STIF, MASS=MASS"]) + "\n"
 
 
-def _entries(A: np.ndarray, first: int) -> str:
+def _entries(A: np.ndarray, first_node: int) -> str:
     """Return the lower triangle as lines `node, 1, node, 1, value`, with the diagonal whole."""
     rows, columns = np.nonzero(np.tril(A) + np.eye(len(A)))
-    return "".join(f"{first + i}, 1, {first + j}, 1, {A[i, j]:.17e}\n" for i, j in zip(rows, columns, strict=True))
+    return "".join(
+        f"{first_node + i}, 1, {first_node + j}, 1, {A[i, j]:.17e}\n" for i, j in zip(rows, columns, strict=True)
+    )

@@ -34,11 +34,11 @@ def write(body: ReducedBody, model: FEModel, folder: Path) -> list[Path]:
 
 def _spread(body: ReducedBody) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return nodes and weights of sum 1 of every surface, and of the interfaces, whose points have their areas."""
-    found = {}
+    weights = {}
     for name, surface in body.mesh.surfaces.items():
         nodes, areas, _ = surface_weights(body.mesh, surface)
-        found[f"surface {name}"] = nodes, areas / areas.sum()
-    for name, one in body.modal.interfaces.items():
-        if isinstance(one, InterfaceModes) and len(one.nodes) > 1:
-            found[name] = one.nodes, one.areas / one.areas.sum()
-    return {name: pair for name, pair in found.items() if not isinstance(pair, TractionModes)}
+        weights[f"surface {name}"] = nodes, areas / areas.sum()
+    for name, interface in body.modal.interfaces.items():
+        if isinstance(interface, InterfaceModes) and len(interface.nodes) > 1:
+            weights[name] = interface.nodes, interface.areas / interface.areas.sum()
+    return {name: pair for name, pair in weights.items() if not isinstance(pair, TractionModes)}

@@ -43,12 +43,12 @@ def _records(name: str, A: np.ndarray, form: int) -> Iterator[bytes]:
     """Yield the records of a matrix: its head, its columns from first to last entry, and the mark of its end."""
     rows, columns = A.shape
     yield np.array([columns, rows, form, DOUBLE], "<i4").tobytes() + f"{name:8}".encode()
-    for number, column in enumerate(A.T, 1):
+    for column_number, column in enumerate(A.T, 1):
         filled = np.flatnonzero(column)
         if len(filled):
-            part = column[filled[0] : filled[-1] + 1]
-            head = np.array([number, filled[0] + 1, 2 * len(part)], "<i4")
-            yield head.tobytes() + part.astype("<f8").tobytes()
+            values = column[filled[0] : filled[-1] + 1]
+            head = np.array([column_number, filled[0] + 1, 2 * len(values)], "<i4")
+            yield head.tobytes() + values.astype("<f8").tobytes()
     yield np.array([columns + 1, 1, 2], "<i4").tobytes() + np.array([1.0], "<f8").tobytes()
 
 

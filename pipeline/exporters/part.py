@@ -36,9 +36,9 @@ def export_part(job: Job, name: str, form: str) -> list[Path]:
                 raise InputError(
                     f"{job.path}: export: body '{name}' given; format 'exudyn' needs a free solid, whose frame floats"
                 )
-            where = f"component.{job.scene.component_of(name)}"
-            model = build_model(body.mesh, component.material, (), where, component.geometry)
-            model = with_point_masses(model, component, where)
+            key = f"component.{job.scene.component_of(name)}"
+            model = build_model(body.mesh, component.material, (), key, component.geometry)
+            model = with_point_masses(model, component, key)
             files = exudyn.write(body, model, folder)
         else:
             files = FORMATS[form](body, folder)

@@ -89,7 +89,7 @@ def reduced_body(job: Job, name: str) -> ReducedBody:
     labels = np.arange(1, len(mesh.nodes) + 1) if mesh.system is None else mesh.system.labels
     nodes = mesh.nodes if morph.nodes is None else morph.nodes
     count = len(morph.rigid_twists) + len(modal.angular_frequencies)
-    units = (displacement(nodes, morph, modal, one) for one in np.eye(count))
+    units = (displacement(nodes, morph, modal, q) for q in np.eye(count))
     shapes = np.stack([*units, *([np.empty((len(nodes), 3))] if not count else [])], axis=2)[:, :, :count]
     body = FlexibleBody(
         name=name, morph_key="", morph=morph, modal=modal, twists=morph.rigid_twists, damping=None, first=0
@@ -104,52 +104,59 @@ def reduced_body(job: Job, name: str) -> ReducedBody:
 def _rows(body: FlexibleBody, labels: np.ndarray) -> tuple[tuple[Row, ...], np.ndarray]:
     """Return the rows in the order of the residual flexibility, and their displacements, (C, r + m)."""
     modal, morph = body.modal, body.morph
-    found: list[tuple[int, list[Row], np.ndarray]] = []
-    for name, one in {**modal.interfaces, **modal.tractions, **modal.loads}.items():
-        first = modal.interface_rows[name][0]
-        if isinstance(one, InterfaceModes):
+    groups: list[tuple[int, list[Row], np.ndarray]] = []
+    for name, modes in {**modal.interfaces, **modal.tractions, **modal.loads}.items():
+        start = modal.interface_rows[name][0]
+        if isinstance(modes, InterfaceModes):
             points = morph.points[name]
-            where = labels[one.nodes]
-            own = [
-                Row(f"{name}/{n}/normal", "N", int(n), *at) for n, *at in zip(where, points, one.normals, strict=True)
+            row_labels = labels[modes.nodes]
+            rows = [
+                Row(f"{name}/{n}/normal", "N", int(n), *position)
+                for n, *position in zip(row_labels, points, modes.normals, strict=True)
             ]
-            found.append((first, own, np.hstack([body.rigid_rows(points, one.normals), one.rows])))
-            if name in modal.tangential_spans and one.tangential_rows is not None:
-                found.append(_across(body, name, one, where))
+            groups.append((start, rows, np.hstack([body.rigid_rows(points, modes.normals), modes.rows])))
+            if name in modal.tangential_spans and modes.tangential_rows is not None:
+                groups.append(_across(body, name, modes, row_labels))
         else:
-            own = _traction(name, one) if isinstance(one, TractionModes) else _load(name, one)
-            found.append((first, own, np.hstack([body.wrench_rows(one.resultant), one.rows])))
-    found.sort(key=lambda entry: entry[0])
+            rows = _traction(name, modes) if isinstance(modes, TractionModes) else _load(name, modes)
+            groups.append((start, rows, np.hstack([body.wrench_rows(modes.resultant), modes.rows])))
+    groups.sort(key=lambda entry: entry[0])
     width = body.rigid_count + len(modal.angular_frequencies)
-    return tuple(row for _, own, _ in found for row in own), np.vstack([np.empty((0, width)), *(B for *_, B in found)])
+    return tuple(row for _, rows, _ in groups for row in rows), np.vstack(
+        [np.empty((0, width)), *(B for *_, B in groups)]
+    )
 
 
-def _across(body: FlexibleBody, name: str, one: InterfaceModes, where: np.ndarray) -> tuple[int, list[Row], np.ndarray]:
+def _across(
+    body: FlexibleBody, name: str, modes: InterfaceModes, row_labels: np.ndarray
+) -> tuple[int, list[Row], np.ndarray]:
     """Return the tangential rows of an interface: t1 and t2 of its first point, of its second, …"""
     points = body.morph.points[name]
-    along = tangents(one.normals) if one.tangents is None else one.tangents
+    along = tangents(modes.normals) if modes.tangents is None else modes.tangents
     rows = [
         Row(f"{name}/{n}/t{k + 1}", "N", int(n), point, pair[k])
-        for n, point, pair in zip(where, points, along, strict=True)
+        for n, point, pair in zip(row_labels, points, along, strict=True)
         for k in range(2)
     ]
-    assert one.tangential_rows is not None
+    assert modes.tangential_rows is not None
     rigid = body.rigid_rows(np.repeat(points, 2, axis=0), along.reshape(-1, 3))
-    elastic = one.tangential_rows.reshape(len(rows), -1)
+    elastic = modes.tangential_rows.reshape(len(rows), -1)
     return body.modal.tangential_spans[name][0], rows, np.hstack([rigid, elastic])
 
 
-def _traction(name: str, one: TractionModes) -> list[Row]:
+def _traction(name: str, modes: TractionModes) -> list[Row]:
     return [
-        Row(f"{name}/{i},{j}", "N", 0, NO_PLACE, NO_PLACE) for i in range(one.counts[0]) for j in range(one.counts[1])
+        Row(f"{name}/{i},{j}", "N", 0, NO_PLACE, NO_PLACE)
+        for i in range(modes.counts[0])
+        for j in range(modes.counts[1])
     ]
 
 
-def _load(name: str, one: LoadModes) -> list[Row]:
-    if one.unit == "Pa":
-        return [Row(f"{name}/pressure", "Pa", 0, one.point, NO_PLACE)]
-    motions = ("x", "y", "z") if one.unit == "N" else MOTIONS[len(one.rows)]
+def _load(name: str, load: LoadModes) -> list[Row]:
+    if load.unit == "Pa":
+        return [Row(f"{name}/pressure", "Pa", 0, load.point, NO_PLACE)]
+    motions = ("x", "y", "z") if load.unit == "N" else MOTIONS[len(load.rows)]
     return [
-        Row(f"{name}/{motion}", "N m" if motion[0] == "r" else "N", 0, one.point, np.eye(3)["xyz".index(motion[-1])])
+        Row(f"{name}/{motion}", "N m" if motion[0] == "r" else "N", 0, load.point, np.eye(3)["xyz".index(motion[-1])])
         for motion in motions
     ]

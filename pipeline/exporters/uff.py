@@ -39,22 +39,22 @@ def _head(body: ReducedBody) -> str:
 
 
 def _units() -> str:
-    number = "".join(f"{value:25.17E}".replace("E", "D") for value in (1.0, 1.0, 1.0))
-    return f"{164:6}\n{1:10}{'SI: Meter (newton)':20}{2:10}\n{number}\n{273.15:25.17E}\n".replace("E+", "D+")
+    factors = "".join(f"{value:25.17E}".replace("E", "D") for value in (1.0, 1.0, 1.0))
+    return f"{164:6}\n{1:10}{'SI: Meter (newton)':20}{2:10}\n{factors}\n{273.15:25.17E}\n".replace("E+", "D+")
 
 
 def _nodes(body: ReducedBody) -> str:
     rows = (
-        f"{label:10}{1:10}{1:10}{11:10}\n" + "".join(f"{x:25.16E}".replace("E", "D") for x in place) + "\n"
-        for label, place in zip(body.labels, body.nodes, strict=True)
+        f"{label:10}{1:10}{1:10}{11:10}\n" + "".join(f"{x:25.16E}".replace("E", "D") for x in position) + "\n"
+        for label, position in zip(body.labels, body.nodes, strict=True)
     )
     return f"{2411:6}\n" + "".join(rows)
 
 
 def _elements(body: ReducedBody, dimension: int, descriptor: int, order: Sequence[int]) -> str:
     text = [f"{2412:6}\n"]
-    for number, cell in enumerate(body.mesh.cells, 1):
-        text.append("".join(f"{x:10}" for x in (number, descriptor, 1, 1, 7, len(order))) + "\n")
+    for cell_id, cell in enumerate(body.mesh.cells, 1):
+        text.append("".join(f"{x:10}" for x in (cell_id, descriptor, 1, 1, 7, len(order))) + "\n")
         if dimension == 1:  # A record of its orientation.
             text.append("".join(f"{x:10}" for x in (0, 1, 1)) + "\n")
         text.append(_lines([f"{body.labels[cell[k]]:10}" for k in order], 8))
@@ -64,25 +64,25 @@ def _elements(body: ReducedBody, dimension: int, descriptor: int, order: Sequenc
 def _groups(body: ReducedBody) -> str:
     """Return the nodes of each named surface as a group."""
     text = [f"{2477:6}\n"]
-    for number, (name, surface) in enumerate(body.mesh.surfaces.items(), 1):
+    for group_id, (name, surface) in enumerate(body.mesh.surfaces.items(), 1):
         members = body.labels[np.unique(surface.facets)]
-        text.append("".join(f"{x:10}" for x in (number, 0, 0, 0, 0, 0, 0, len(members))) + f"\n{name[:40]}\n")
+        text.append("".join(f"{x:10}" for x in (group_id, 0, 0, 0, 0, 0, 0, len(members))) + f"\n{name[:40]}\n")
         text.append(_lines([f"{7:10}{label:10}{0:10}{0:10}" for label in members], 2))
     return "".join(text)
 
 
-def _mode(body: ReducedBody, number: int) -> str:
+def _mode(body: ReducedBody, k: int) -> str:
     """Return one shape as data at nodes: a normal mode, real, three translations a node."""
-    omega = float(np.sqrt(body.stiffness[number]))
-    rigid = number < body.rigid_count
-    name = f"rigid motion {number + 1}" if rigid else f"coordinate {number + 1}"
+    omega = float(np.sqrt(body.stiffness[k]))
+    rigid = k < body.rigid_count
+    name = f"rigid motion {k + 1}" if rigid else f"coordinate {k + 1}"
     lines = [f"{body.name}: {name}", "Gudgeon", "NONE", f"{omega / (2 * np.pi):.9g} Hz, modal mass 1 kg", "NONE"]
     head = "".join(f"{line[:80]}\n" for line in lines)
     head += "".join(f"{x:10}" for x in (1, 2, 2, 8, 2, 3)) + "\n"
-    head += "".join(f"{x:10}" for x in (2, 4, 0, number + 1)) + "\n"
+    head += "".join(f"{x:10}" for x in (2, 4, 0, k + 1)) + "\n"
     head += "".join(f"{x:13.5E}" for x in (omega / (2 * np.pi), 1.0, 0.0, 0.0)) + "\n"
     rows = (
         f"{label:10}\n" + "".join(f"{x:13.5E}" for x in u) + "\n"
-        for label, u in zip(body.labels, body.shapes[:, :, number], strict=True)
+        for label, u in zip(body.labels, body.shapes[:, :, k], strict=True)
     )
     return f"{55:6}\n{head}" + "".join(rows)

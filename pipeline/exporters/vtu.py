@@ -64,13 +64,13 @@ def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory,
         raise InputError(f"{folder}: every = {every} given; allowed: 1 or more")
     mesh, modal, morph = records[:3]
     nodes = mesh.nodes if morph.nodes is None else morph.nodes
-    first = trajectory.coordinate_offsets[body]
-    own = slice(first, first + len(morph.rigid_twists) + len(modal.angular_frequencies))
+    start = trajectory.coordinate_offsets[body]
+    span = slice(start, start + len(morph.rigid_twists) + len(modal.angular_frequencies))
     files, entries = [], []
     for frame in range(0, len(trajectory.frames), every):
         fields = {
-            "displacement": displacement(nodes, morph, modal, trajectory.frames[frame, own]),
-            "velocity": displacement(nodes, morph, modal, trajectory.velocities[frame, own]),
+            "displacement": displacement(nodes, morph, modal, trajectory.frames[frame, span]),
+            "velocity": displacement(nodes, morph, modal, trajectory.velocities[frame, span]),
             **_contact_field(mesh, modal, trajectory, body, frame),
             "body_id": np.full(len(nodes), records.number),
         }
@@ -92,11 +92,11 @@ def write_results(folder: Path, bodies: Mapping[str, BodyRecords], trajectory: T
     """
     files, entries = [], []
     for name, records in bodies.items():
-        own = write_trajectory(folder / name, records, trajectory, name, every)
-        files += own
+        body_files = write_trajectory(folder / name, records, trajectory, name, every)
+        files += body_files
         entries += [
             (float(trajectory.frame_times[frame]), records.number, f"{name}/{path.name}")
-            for frame, path in zip(range(0, len(trajectory.frames), every), own, strict=False)
+            for frame, path in zip(range(0, len(trajectory.frames), every), body_files, strict=False)
         ]
     _write_collection(folder / "results.pvd", sorted(entries))
     return [*files, folder / "results.pvd"]
@@ -104,7 +104,7 @@ def write_results(folder: Path, bodies: Mapping[str, BodyRecords], trajectory: T
 
 def _write_collection(path: Path, entries: list[tuple[float, int, str]]) -> None:
     """Write a ParaView collection of files by time [s] and part."""
-    lines = [f'<DataSet timestep="{time:.17g}" part="{part}" file="{file}"/>' for time, part, file in entries]
+    lines = [f'<DataSet timestep="{time:.17g}" part="{body_id}" file="{file}"/>' for time, body_id, file in entries]
     head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>'
     write_text(path, "\n".join([head, *lines, "</Collection></VTKFile>\n"]))
 

@@ -44,9 +44,9 @@ class PardisoCondensed(Pardiso):
         B = sparse.csr_matrix(sparse.diags_array(scale) @ rows)
         # Its diagonal has to be stored.
         corner = sparse.csr_matrix((np.zeros(count), np.arange(count), np.arange(count + 1)), shape=(count, count))
-        whole = sparse.csr_matrix(sparse.vstack([sparse.hstack([matrix, B.T]), sparse.hstack([B, corner])]))
-        whole.sort_indices()
-        upper = upper_triangle(whole, 1, np.dtype(float))
+        bordered = sparse.csr_matrix(sparse.vstack([sparse.hstack([matrix, B.T]), sparse.hstack([B, corner])]))
+        bordered.sort_indices()
+        upper = upper_triangle(bordered, 1, np.dtype(float))
         super().__init__(upper, self._inner + count, block=1, definite=False, single=False)
         # PARDISO replaces these marks.
         self._order[self._inner :] = 1

@@ -155,12 +155,12 @@ def upper_triangle(
     matrix: sparse.csr_matrix, block: int, precision: np.dtype
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return values, row starts and columns of the upper triangle, in blocks or single entries."""
-    whole = (matrix if matrix.has_sorted_indices else matrix.sorted_indices()).tobsr((block, block))
-    count = len(whole.indptr) - 1
-    rows = np.repeat(np.arange(count, dtype=np.int32), np.diff(whole.indptr))
-    kept = whole.indices >= rows
-    values, columns = whole.data[kept].ravel(), whole.indices[kept]
-    starts = np.concatenate([[0], np.cumsum(np.bincount(rows[kept], minlength=count))])
+    blocks = (matrix if matrix.has_sorted_indices else matrix.sorted_indices()).tobsr((block, block))
+    count = len(blocks.indptr) - 1
+    rows = np.repeat(np.arange(count, dtype=np.int32), np.diff(blocks.indptr))
+    upper = blocks.indices >= rows
+    values, columns = blocks.data[upper].ravel(), blocks.indices[upper]
+    starts = np.concatenate([[0], np.cumsum(np.bincount(rows[upper], minlength=count))])
     return np.ascontiguousarray(values, precision), starts.astype(np.int32), columns.astype(np.int32)
 
 

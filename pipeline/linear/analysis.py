@@ -60,18 +60,18 @@ class Answer:
 
     def as_json(self) -> dict[str, Any]:
         """Return the document that `--json` prints."""
-        found = {"modes": self.modes, "closed": self.closed, "files": [str(one) for one in self.files],
-                 "notes": self.notes}  # fmt: skip
-        return found | ({} if self.static is None else {"static": self.static.as_json()})
+        document = {"modes": self.modes, "closed": self.closed, "files": [str(file) for file in self.files],
+                    "notes": self.notes}  # fmt: skip
+        return document | ({} if self.static is None else {"static": self.static.as_json()})
 
 
-def analyse(job: Job, asked: Asked, progress: Progress) -> Answer:
+def analyse(job: Job, request: Asked, progress: Progress) -> Answer:
     """Write modes and response of a scene of bodies at its start into its folder of results.
 
     Raises:
         InputError, SceneError, SolverError: a name, a range or the scene is wrong.
     """
-    _refuse(asked)
+    _refuse(request)
     refuse_turning(job, "linear")
     for name in job.scene.fields() | job.scene.electrodes():
         raise InputError(
@@ -81,20 +81,14 @@ def analyse(job: Job, asked: Asked, progress: Progress) -> Answer:
     run_job(job, "morph", progress)
     progress("linear", 0.0)
     from gudgeon.solver.linear.modes import assembled_modes
-    from gudgeon.solver.linear.state import linearised, places
+    from gudgeon.solver.linear.state import linearised
 
     with named(job.path, InputError, SceneError, SolverError):
-        found = linearised(system_of(job), asked.closed)
-        force = None if asked.force is None else places(found, asked.force, "--force")
-        if force is not None and len(force) > 1 and not asked.static:
-            raise SceneError(f"--force '{asked.force}': it has {len(force)} rows; name one, as '{force[0].label}'")
-        if force is not None and force[0].port < 0:
-            raise SceneError(f"--force '{asked.force}': a force acts at a contact, joint, force or motion")
-        read = [one for name in asked.at or (() if force is None else (asked.force or "",))
-                for one in places(found, name, "--at")]  # fmt: skip
-        modes = assembled_modes(found)
-        table = static_table(found, asked.force, asked.at) if asked.static else None
-    rows, notes = _mode_rows(modes), _notes(found, modes)
+        linear = linearised(system_of(job), request.closed)
+        force, read = _ends(linear, request)
+        modes = assembled_modes(linear)
+        table = static_table(linear, request.force, request.at) if request.static else None
+    rows, notes = _mode_rows(modes), _notes(linear, modes)
     files = [job.out / MODES]
     with held(job.out):
         claim(job)
@@ -103,27 +97,41 @@ def analyse(job: Job, asked: Asked, progress: Progress) -> Answer:
         if table is not None:
             write_text(job.out / STATIC, table.as_csv())
             files.append(job.out / STATIC)
-        if force is None or asked.static:
+        if force is None or request.static:
             for name in (RESPONSE, PICTURE):
                 (job.out / name).unlink(missing_ok=True)
         else:
-            notes += _write_response(job, asked, found, modes, (force[0], read))
+            notes += _write_response(job, request, linear, modes, (force, read))
             files += [job.out / RESPONSE, job.out / PICTURE]
     progress("linear", 1.0)
-    return Answer(rows, found.closed, files, notes, table)
+    return Answer(rows, linear.closed, files, notes, table)
 
 
-def _refuse(asked: Asked) -> None:
-    if asked.quantity not in QUANTITIES:
-        raise InputError(f"--quantity '{asked.quantity}': allowed: {', '.join(QUANTITIES)}")
-    if not 0 <= asked.loss < 1:
-        raise InputError(f"--loss {asked.loss:g}: allowed: 0 to below 1")
-    if asked.static and asked.frequencies is not None:
+def _ends(linear: "Linearised", request: Asked) -> tuple["Place | None", list["Place"]]:
+    """Return the row of the force, if one is named, and the rows that are read: of the force by default."""
+    from gudgeon.solver.linear.state import places
+
+    rows = [] if request.force is None else places(linear, request.force, "--force")
+    if len(rows) > 1 and not request.static:
+        raise SceneError(f"--force '{request.force}': it has {len(rows)} rows; name one, as '{rows[0].label}'")
+    if rows and rows[0].port < 0:
+        raise SceneError(f"--force '{request.force}': a force acts at a contact, joint, force or motion")
+    names = request.at or filter(None, [request.force])
+    read = [row for name in names for row in places(linear, name, "--at")]
+    return (rows[0] if rows else None), read
+
+
+def _refuse(request: Asked) -> None:
+    if request.quantity not in QUANTITIES:
+        raise InputError(f"--quantity '{request.quantity}': allowed: {', '.join(QUANTITIES)}")
+    if not 0 <= request.loss < 1:
+        raise InputError(f"--loss {request.loss:g}: allowed: 0 to below 1")
+    if request.static and request.frequencies is not None:
         raise InputError("--frequencies: a static answer has none; leave it out, or --static")
-    if asked.force is None and asked.at and not asked.static:
+    if request.force is None and request.at and not request.static:
         raise InputError("--at: a response needs --force, where it acts")
-    if asked.frequencies is not None:
-        low, high, count = asked.frequencies
+    if request.frequencies is not None:
+        low, high, count = request.frequencies
         if not 0 < low < high < np.inf:
             raise InputError(f"--frequencies {low:g} {high:g}: two rising frequencies above zero [Hz] are needed")
         if not 2 <= count <= MOST_POINTS:
@@ -134,7 +142,7 @@ def _mode_rows(modes: "AssembledModes") -> list[dict[str, Any]]:
     rows = []
     for n, (frequency, ratio) in enumerate(zip(modes.frequencies, modes.damping, strict=True)):
         row: dict[str, Any] = {"number": n + 1, "frequency": float(frequency), "damping": float(ratio)}
-        row["energy"] = {name: float(share[n]) for name, share in modes.shares.items()}
+        row["energy"] = {name: float(fractions[n]) for name, fractions in modes.shares.items()}
         row["mass"] = None if modes.masses is None else modes.masses[n].tolist()
         rows.append(row)
     return rows
@@ -146,17 +154,17 @@ def _modes_text(rows: list[dict[str, Any]]) -> str:
     masses = bool(rows) and rows[0]["mass"] is not None
     heads += [f"effective mass {axis} [kg]" for axis in "xyz"] if masses else []
     lines = [
-        [str(row["number"]), *(repr(one) for one in (row["frequency"], row["damping"], *row["energy"].values())),
-         *(repr(one) for one in row["mass"] or ())]
+        [str(row["number"]), *(repr(x) for x in (row["frequency"], row["damping"], *row["energy"].values())),
+         *(repr(x) for x in row["mass"] or ())]
         for row in rows
     ]  # fmt: skip
     return csv_text([heads, *lines])
 
 
-def _notes(found: "Linearised", modes: "AssembledModes") -> list[str]:
+def _notes(linear: "Linearised", modes: "AssembledModes") -> list[str]:
     from gudgeon.solver.linear.response import band
 
-    notes, limit = [], band(found)
+    notes, limit = [], band(linear)
     if np.isfinite(limit):
         notes.append(
             f"up to {limit:.4g} Hz, half of the lowest of the bodies' highest kept frequencies, the residual"
@@ -170,29 +178,29 @@ def _notes(found: "Linearised", modes: "AssembledModes") -> list[str]:
 
 
 def _write_response(
-    job: Job, asked: Asked, found: "Linearised", modes: "AssembledModes", ends: tuple["Place", list["Place"]]
+    job: Job, request: Asked, linear: "Linearised", modes: "AssembledModes", ends: tuple["Place", list["Place"]]
 ) -> list[str]:
     """Write table and picture of the response; returns notes."""
     from gudgeon.pipeline.linear.picture import draw
     from gudgeon.solver.linear.response import band, response
 
     force, read = ends
-    low, high, count = asked.frequencies or _range(modes, band(found))
+    low, high, count = request.frequencies or _range(modes, band(linear))
     frequencies = np.geomspace(low, high, count)
-    symbol, power = QUANTITIES[asked.quantity]
-    answers = response(found, force, read, frequencies, loss=asked.loss)
-    powers = np.array([0 if one.unit else power for one in read])
+    symbol, power = QUANTITIES[request.quantity]
+    answers = response(linear, force, read, frequencies, loss=request.loss)
+    powers = np.array([0 if p.unit else power for p in read])
     answers = answers * (2j * np.pi * frequencies[:, None]) ** powers
     per = "" if force.given else "/N"
     heads = ["frequency [Hz]"]
-    for one in read:
-        heads += [f"{one.label} amplitude [{one.unit or symbol}{per}]", f"{one.label} phase [deg]"]
-    parts = np.stack([np.abs(answers), np.degrees(np.angle(answers))], axis=2).reshape(len(answers), -1)
-    rows = np.column_stack([frequencies, parts])
-    write_text(job.out / RESPONSE, csv_text([heads, *([repr(float(one)) for one in row] for row in rows)]))
-    what = f"{asked.quantity} per {'motion' if force.given else 'force'} at {force.label} [{symbol}{per}]"
-    draw(job.out / PICTURE, (job.name, what), frequencies, answers, [one.label for one in read], band(found))
-    return [f"--frequencies: beyond {band(found):.4g} Hz the response lacks modes"] if high > band(found) else []
+    for point in read:
+        heads += [f"{point.label} amplitude [{point.unit or symbol}{per}]", f"{point.label} phase [deg]"]
+    columns = np.stack([np.abs(answers), np.degrees(np.angle(answers))], axis=2).reshape(len(answers), -1)
+    rows = np.column_stack([frequencies, columns])
+    write_text(job.out / RESPONSE, csv_text([heads, *([repr(float(x)) for x in row] for row in rows)]))
+    title = f"{request.quantity} per {'motion' if force.given else 'force'} at {force.label} [{symbol}{per}]"
+    draw(job.out / PICTURE, (job.name, title), frequencies, answers, [p.label for p in read], band(linear))
+    return [f"--frequencies: beyond {band(linear):.4g} Hz the response lacks modes"] if high > band(linear) else []
 
 
 def _range(modes: "AssembledModes", limit: float) -> tuple[float, float, int]:
@@ -200,8 +208,8 @@ def _range(modes: "AssembledModes", limit: float) -> tuple[float, float, int]:
     elastic = modes.frequencies[modes.frequencies > 0]
     if not len(elastic):
         return 1.0, 1000.0, 401
-    inside = elastic[elastic <= limit]
-    return 0.2 * float(elastic[0]), 1.5 * float(inside[-1] if len(inside) else elastic[0]), 2001
+    below_limit = elastic[elastic <= limit]
+    return 0.2 * float(elastic[0]), 1.5 * float(below_limit[-1] if len(below_limit) else elastic[0]), 2001
 
 
 def answer_text(answer: Answer) -> str:
@@ -217,4 +225,4 @@ def answer_text(answer: Answer) -> str:
         lines += ["", answer.static.as_text()]
     closed = [f"{name}: {count} points" for name, count in answer.closed.items() if count]
     lines.append(f"\nclosed contacts: {', '.join(closed) or 'none'}")
-    return "\n".join([*lines, *(f"written: {one}" for one in answer.files)])
+    return "\n".join([*lines, *(f"written: {file}" for file in answer.files)])

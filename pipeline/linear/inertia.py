@@ -29,9 +29,9 @@ def static_inertia(job: Job, force: str, at: Sequence[str]) -> tuple[np.ndarray,
         InputError: there is no such port or place.
     """
     with named(job.path, InputError, SceneError):
-        found = linearised(system_of(job))
-        soft = 1 / found.system.stiffness
-        answers = soft * np.array([one.row for one in places(found, force, "--force")])
-        felt = np.reshape([places(found, name, "--at")[0].row for name in at], (len(at), len(soft)))
+        linear = linearised(system_of(job))
+        soft = 1 / linear.system.stiffness
+        answers = soft * np.array([port.row for port in places(linear, force, "--force")])
+        felt = np.reshape([places(linear, name, "--at")[0].row for name in at], (len(at), len(soft)))
     mass = answers @ answers.T
-    return 0.5 * (mass + mass.T), felt @ (soft * found.system.driving.gravity)
+    return 0.5 * (mass + mass.T), felt @ (soft * linear.system.driving.gravity)

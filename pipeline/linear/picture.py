@@ -21,10 +21,10 @@ def draw(
     with style.styled():
         figure = style.new_figure("Frequency response", f"{titles[0]}  ·  {titles[1]}", height=900)
         upper, lower = style.rows(figure, [2.0, 1.0], 0.12)
-        for number, label in enumerate(labels):
-            colour = COLOURS[number % len(COLOURS)]
-            upper.loglog(frequencies, np.abs(answers[:, number]), color=colour, lw=1.3, label=label)
-            lower.semilogx(frequencies, np.degrees(np.angle(answers[:, number])), color=colour, lw=1.1)
+        for i, label in enumerate(labels):
+            colour = COLOURS[i % len(COLOURS)]
+            upper.loglog(frequencies, np.abs(answers[:, i]), color=colour, lw=1.3, label=label)
+            lower.semilogx(frequencies, np.degrees(np.angle(answers[:, i])), color=colour, lw=1.1)
         for axes in (upper, lower):
             axes.set_xlim(frequencies[0], frequencies[-1])
             if limit < frequencies[-1]:

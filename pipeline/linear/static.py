@@ -37,17 +37,17 @@ class StaticTable:
     def as_csv(self) -> str:
         """Return the table as CSV."""
         rows = [
-            [place, unit, *(repr(float(one)) for one in line)]
-            for place, unit, line in zip(self.places, self.units, self.values, strict=True)
+            [name, unit, *(repr(float(x)) for x in line)]
+            for name, unit, line in zip(self.places, self.units, self.values, strict=True)
         ]
         return csv_text([["place", "unit", *self.heads()], *rows])
 
     def as_text(self) -> str:
         """Return the table for the terminal."""
         width = max(map(len, self.places), default=0)
-        lines = [f"{'per unit':{width}} {'':4} " + " ".join(f"{one:>12}" for one in self.forces)]
-        for place, unit, line in list(zip(self.places, self.units, self.values, strict=True))[:SHOWN]:
-            lines.append(f"{place:{width}} {unit:4} " + " ".join(f"{one:12.4e}" for one in line))
+        lines = [f"{'per unit':{width}} {'':4} " + " ".join(f"{force:>12}" for force in self.forces)]
+        for name, unit, line in list(zip(self.places, self.units, self.values, strict=True))[:SHOWN]:
+            lines.append(f"{name:{width}} {unit:4} " + " ".join(f"{x:12.4e}" for x in line))
         if len(self.places) > SHOWN:
             lines.append(f"… {len(self.places)} rows in all")
         return "\n".join(lines)
@@ -58,7 +58,7 @@ class StaticTable:
                 "values": self.values.tolist()}  # fmt: skip
 
 
-def static_table(found: "Linearised", force: str | None, at: tuple[str, ...]) -> StaticTable:
+def static_table(linear: "Linearised", force: str | None, at: tuple[str, ...]) -> StaticTable:
     """Return the static answers of a scene at its start.
 
     Args:
@@ -72,41 +72,49 @@ def static_table(found: "Linearised", force: str | None, at: tuple[str, ...]) ->
     from gudgeon.solver.linear.static import static_response
     from gudgeon.solver.scene.probe import PointProbe
 
-    system = found.system
-    given = [f"force.{name}" for name in system.scene.given()]
-    if force is None and not given:
-        raise SceneError(
-            "--static: the scene has no force; add one of kind 'wrench' at a tie, or name a port by --force"
-        )
-    pushed = [one for name in ([force] if force else given) for one in places(found, name, "--force")]
-    for one in pushed:
-        if one.port < 0 or one.given:
-            raise SceneError(f"--force '{one.label}': a unit force acts at a contact, joint or force")
-    probes = [f"probe.{name}" for name, one in system.scene.probe.items()
-              if isinstance(one, PointProbe) and one.kind in ("displacement", "rotation")]  # fmt: skip
-    wanted = at or (*map(read_as, dict.fromkeys(system.gauges)), *probes, *given)
-    read = [one for name in wanted for one in places(found, name, "--at")]
-    values = static_response(found, pushed, read)
-    names = [_named(found, one) for one in pushed]
+    system = linear.system
+    force_ports = [f"force.{name}" for name in system.scene.given()]
+    loads = _loads(linear, [force] if force else force_ports)
+    probes = [f"probe.{name}" for name, probe in system.scene.probe.items()
+              if isinstance(probe, PointProbe) and probe.kind in ("displacement", "rotation")]  # fmt: skip
+    read_names = at or (*map(read_as, dict.fromkeys(system.gauges)), *probes, *force_ports)
+    read = [p for name in read_names for p in places(linear, name, "--at")]
+    values = static_response(linear, loads, read)
+    names = [_named(linear, p) for p in loads]
     return StaticTable(
-        [name for name, _ in names], [unit for _, unit in names], [one.label for one in read],
-        [one.unit or _motion_unit(found, one) for one in read], np.where(np.abs(values) > 0, values, 0.0),
+        [name for name, _ in names], [unit for _, unit in names], [p.label for p in read],
+        [p.unit or _motion_unit(linear, p) for p in read], np.where(np.abs(values) > 0, values, 0.0),
     )  # fmt: skip
 
 
-def _motion_unit(found: "Linearised", place: "Place") -> str:
+def _loads(linear: "Linearised", names: list[str]) -> list["Place"]:
+    """Return the rows of the ports at which unit forces act."""
+    from gudgeon.solver.linear.state import places
+
+    if not names:
+        raise SceneError(
+            "--static: the scene has no force; add one of kind 'wrench' at a tie, or name a port by --force"
+        )
+    loads = [row for name in names for row in places(linear, name, "--force")]
+    for row in loads:
+        if row.port < 0 or row.given:
+            raise SceneError(f"--force '{row.label}': a unit force acts at a contact, joint or force")
+    return loads
+
+
+def _motion_unit(linear: "Linearised", point: "Place") -> str:
     """Return the unit of a displacement or rotation."""
-    if place.port < 0:
-        kind = getattr(found.system.scene.probe[place.label.removeprefix("probe.").partition("[")[0]], "kind", "")
+    if point.port < 0:
+        kind = getattr(linear.system.scene.probe[point.label.removeprefix("probe.").partition("[")[0]], "kind", "")
         return "rad" if kind == "rotation" else "m"
-    return "rad" if _named(found, place)[1] == "N m" else "m"
+    return "rad" if _named(linear, point)[1] == "N m" else "m"
 
 
-def _named(found: "Linearised", place: "Place") -> tuple[str, str]:
+def _named(linear: "Linearised", point: "Place") -> tuple[str, str]:
     """Return what a port is called and the unit of its force: `force.NAME Fx` of a wrench."""
-    base, _, number = place.label.partition("[")
-    kind = getattr(found.system.scene.force.get(base.removeprefix("force.")), "kind", "")
+    base, _, index = point.label.partition("[")
+    kind = getattr(linear.system.scene.force.get(base.removeprefix("force.")), "kind", "")
     if kind == "wrench":
-        component = int(number.removesuffix("]")) - 1
+        component = int(index.removesuffix("]")) - 1
         return f"{base} {WRENCH[component]}", "N" if component < 3 else "N m"
-    return place.label, {"torque": "N m", "pressure": "Pa", "gas": "Pa"}.get(kind, "N")
+    return point.label, {"torque": "N m", "pressure": "Pa", "gas": "Pa"}.get(kind, "N")

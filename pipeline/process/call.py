@@ -66,13 +66,13 @@ def _ended(path: str, reader: str, code: int, stderr: str) -> InputError | Stage
     """Return the error of a process that ended without an answer."""
     if -code in (*CRASHES, ENDLESS):
         name = signal.Signals(-code).name
-        what = "does not come to its end" if -code == ENDLESS else f"ends by signal {name} while it reads or meshes it"
+        cause = "does not come to its end" if -code == ENDLESS else f"ends by signal {name} while it reads or meshes it"
         return InputError(
-            f"{path}: geometry.path: the file is damaged, {reader} {what}; allowed: whole files; repair the part in the"
-            " program that made it, and write it again"
+            f"{path}: geometry.path: the file is damaged, {reader} {cause}; allowed: whole files; repair the part in"
+            " the program that made it, and write it again"
         )
-    last = next(reversed(stderr.strip().splitlines()), "without a word")
-    how = f"by signal {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}: {last}"
+    last_line = next(reversed(stderr.strip().splitlines()), "without a word")
+    how = f"by signal {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}: {last_line}"
     hint = "; it may need more memory than there is: increase mesh.size" if -code == signal.SIGKILL else ""
     return StageError(f"{path}: the process in which {reader} reads it ended {how}{hint}")
 
@@ -86,9 +86,9 @@ def main(folder: Path) -> None:
     except Exception as error:
         returned, value = False, error
     text = pickle.dumps((returned, value), pickle.HIGHEST_PROTOCOL)
-    part = folder / f"{ANSWER}.part"
-    part.write_bytes(text)
-    part.rename(folder / ANSWER)
+    unfinished = folder / f"{ANSWER}.part"
+    unfinished.write_bytes(text)
+    unfinished.rename(folder / ANSWER)
 
 
 if __name__ == "__main__":

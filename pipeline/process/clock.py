@@ -29,9 +29,9 @@ class Clock:
 
 def fastest(make: Callable[[], Made], repeat: int) -> tuple[Made, Seconds]:
     """Return the result and the time of the run with the least CPU time."""
-    found = []
+    runs = []
     for _ in range(repeat):
         clock = Clock()
         made = make()
-        found.append((made, clock.read()))
-    return min(found, key=lambda one: one[1].cpu)
+        runs.append((made, clock.read()))
+    return min(runs, key=lambda run: run[1].cpu)

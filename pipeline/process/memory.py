@@ -19,8 +19,8 @@ def peak_memory() -> Iterator[SimpleNamespace]:
         RESET.write_text("5")
     yield peak
     try:
-        found = re.search(r"VmHWM:\s+(\d+) kB", STATUS.read_text())
+        match = re.search(r"VmHWM:\s+(\d+) kB", STATUS.read_text())
     except OSError:
-        found = None
-    kib = int(found[1]) if found else resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        match = None
+    kib = int(match[1]) if match else resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     peak.mib = kib / 1024

@@ -18,22 +18,22 @@ def stoppable(tell: Callable[[float], None]) -> Iterator[Callable[[float], None]
     Args:
         tell: Called with the completed share.
     """
-    asked, before = threading.Event(), list[Any]()
+    requested, before = threading.Event(), list[Any]()
 
-    def stop(number: int, frame: Any) -> None:
-        if asked.is_set():
-            signal.signal(number, before[0])
-            signal.raise_signal(number)
-        asked.set()
+    def stop(signal_number: int, frame: Any) -> None:
+        if requested.is_set():
+            signal.signal(signal_number, before[0])
+            signal.raise_signal(signal_number)
+        requested.set()
 
-    def progress(share: float) -> None:
+    def progress(fraction: float) -> None:
         if not before and threading.current_thread() is threading.main_thread():
-            now = signal.getsignal(signal.SIGINT)
-            if callable(now):  # A signal that is ignored stays so.
+            handler = signal.getsignal(signal.SIGINT)
+            if callable(handler):  # A signal that is ignored stays so.
                 before.append(signal.signal(signal.SIGINT, stop))
-        if asked.is_set():
+        if requested.is_set():
             raise RunStopped
-        tell(share)
+        tell(fraction)
 
     try:
         yield progress

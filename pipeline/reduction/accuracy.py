@@ -43,7 +43,7 @@ def refuse_locking(
     errors: np.ndarray | None,
     frequencies: np.ndarray,
     component: Component,
-    where: str,
+    key: str,
     reduced: Callable[[Component], np.ndarray | None],
 ) -> None:
     """Refuse nearly incompressible material on elements that lock.
@@ -51,7 +51,7 @@ def refuse_locking(
     Args:
         errors: Estimates of (ω − ω_exact)/ω, (m,).
         frequencies: [rad/s], (m,).
-        where: The component's key in the scene.
+        key: The component's key in the scene.
         reduced: Returns the estimates of another component on the same mesh.
 
     Raises:
@@ -60,7 +60,7 @@ def refuse_locking(
     material = component.material
     if material is None or errors is None or np.isnan(errors).all():
         return
-    highest = max(material.nu, *(one.nu for one in material.volumes.values()), -1.0)
+    highest = max(material.nu, *(volume.nu for volume in material.volumes.values()), -1.0)
     if highest < INCOMPRESSIBLE:
         return
     worst = int(np.nanargmax(errors))
@@ -70,7 +70,7 @@ def refuse_locking(
     usual = float(np.nanmax(soft)) if soft is not None and not np.isnan(soft).all() else 0.0
     if error > (allowed := max(ACCEPTED, LOCKING_RATIO * usual)):
         raise StageError(
-            f"{where}.material.nu: {highest:g} given, elements of this size lock: the frequency of mode"
+            f"{key}.material.nu: {highest:g} given, elements of this size lock: the frequency of mode"
             f" {worst + 1}, {frequencies[worst] / (2 * np.pi):.4g} Hz, is too high by about {error:.1%}, allowed:"
             f" {allowed:.1%} (the larger of {ACCEPTED:.0%} and {LOCKING_RATIO:g} times the error at"
             f" ν = {COMPRESSIBLE:g}); refine the mesh, keep fewer modes, or reduce nu"
@@ -80,7 +80,7 @@ def refuse_locking(
 def _compressible(material: Material) -> Material:
     """Return a material without volumes that are nearly incompressible."""
     nu = COMPRESSIBLE if material.nu >= INCOMPRESSIBLE else material.nu
-    volumes = {name: _compressible(one) for name, one in material.volumes.items()}
+    volumes = {name: _compressible(volume) for name, volume in material.volumes.items()}
     return material.model_copy(update={"nu": nu, "volumes": volumes})
 
 
@@ -98,11 +98,11 @@ def frequency_errors(
     if not len(frequencies) or not untied.K.nnz:
         nothing = np.zeros(len(frequencies))
         return FrequencyErrors(nothing, nothing, None)
-    relative, rest = residuals(model, frequencies, Phi)
+    relative, R = residuals(model, frequencies, Phi)
     proven = None
     if reduction.quality.get("inertia_expected", count + 1) <= count:
         proven = reduction.quality["inertia_shift"], int(reduction.quality["inertia_expected"])
-    algebraic = algebraic_errors(model, (frequencies, Phi), rest, proven, model.M is untied.M)
+    algebraic = algebraic_errors(model, (frequencies, Phi), R, proven, model.M is untied.M)
     modes = np.flatnonzero(algebraic[:count] < IS_A_MODE)
     estimates = None
     if component.material is not None:

@@ -78,12 +78,14 @@ def inertia_couplings(
     compliance = centrifugal.T @ moved[:, : len(PAIRS)]
     turned = _unit_rotations(model)
     K = _stress_stiffness(model, np.hstack([Phi, turned]), component, moved)
-    own = np.empty((3, 3, m + 3, m + 3))
-    for number, (i, j) in enumerate(PAIRS):
-        own[i, j] = own[j, i] = K[number]
+    centrifugal_stiffness = np.empty((3, 3, m + 3, m + 3))
+    for k, (i, j) in enumerate(PAIRS):
+        centrifugal_stiffness[i, j] = centrifugal_stiffness[j, i] = K[k]
     static = per_square(per_square(0.5 * (compliance + compliance.T)).transpose(1, 2, 0))
-    found = InertiaCouplings(translation, rotation, gradient, S, G, own, centrifugal_compliance=static)
-    return found, K[len(PAIRS) :]
+    couplings = InertiaCouplings(
+        translation, rotation, gradient, S, G, centrifugal_stiffness, centrifugal_compliance=static
+    )
+    return couplings, K[len(PAIRS) :]
 
 
 def centrifugal_loads(model: FEModel, component: Component) -> np.ndarray:
@@ -103,30 +105,30 @@ def centrifugal_fields(model: FEModel) -> np.ndarray:
     for side in range(2):
         np.add.at(axes, ends[:, side], along)
     axes /= np.maximum(count, 1)[:, None]
-    found = []
+    fields = []
     for i, j in PAIRS:
         A = np.zeros((3, 3))
         A[i, j] += 1.0
         A[j, i] += 1.0
         turned = np.cross(axes, axes @ A)
-        found.append(((arm @ A) @ model.directions.T + turned @ model.rotations.T).ravel())
-    return np.column_stack(found)
+        fields.append(((arm @ A) @ model.directions.T + turned @ model.rotations.T).ravel())
+    return np.column_stack(fields)
 
 
 def per_square(answers: np.ndarray) -> np.ndarray:
     """Return answers to each of `PAIRS`, (…, 6), as those T to the load ρ C x, Σ C_ij T_ij of a symmetric C,
     (…, 3, 3)."""
-    found = np.empty((*answers.shape[:-1], 3, 3))
-    for number, (i, j) in enumerate(PAIRS):
-        found[..., i, j] = found[..., j, i] = 0.5 * answers[..., number]
-    return found
+    T = np.empty((*answers.shape[:-1], 3, 3))
+    for k, (i, j) in enumerate(PAIRS):
+        T[..., i, j] = T[..., j, i] = 0.5 * answers[..., k]
+    return T
 
 
 def _unit_rotations(model: FEModel) -> np.ndarray:
     """Return the motions of the dofs by unit rotations about x, y, z through the centre, (dofs, 3)."""
     arm = model.nodes - model.properties.centre
     motions = [np.cross(axis, arm) @ model.directions.T + axis @ model.rotations.T for axis in np.eye(3)]
-    return np.column_stack([one.ravel() for one in motions])
+    return np.column_stack([u.ravel() for u in motions])
 
 
 def _of_nodes(model: FEModel, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -151,9 +153,9 @@ def _of_frame(model: FEModel, Phi: np.ndarray, component: Component) -> tuple[np
     y = np.einsum("eam,eaq->eqm", local[:, [1, 5, 7, 11]], hermite(h, x, 1.0)[0])
     shapes = np.einsum("eqkm,eki->eqim", np.stack([along, y, z], axis=2), axes)
     ends = model.nodes[model.mesh.cells]
-    places = np.einsum("eai,aq->eqi", ends, linear) - model.properties.centre
+    positions = np.einsum("eai,aq->eqi", ends, linear) - model.properties.centre
     mass = material.rho * beam.section.area * weights
-    S = np.einsum("eqi,eqjk,eq->ijk", places, shapes, mass, optimize=True)
+    S = np.einsum("eqi,eqjk,eq->ijk", positions, shapes, mass, optimize=True)
     polar = material.rho * (beam.section.second_moment + beam.lateral_moment)
     spin = polar * np.einsum("eam,e->em", local[:, [3, 9]], h / 2)
     S += 0.5 * np.einsum("aij,ea,ek->ijk", LEVI, axes[:, 0], spin)
@@ -186,18 +188,18 @@ def _centrifugal_frame(model: FEModel, i: int, j: int, component: Component) -> 
     axes, ends = beam.element_axes(model.mesh), model.nodes[model.mesh.cells] - model.properties.centre
     h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     x, weights = gauss(h)
-    places = np.einsum("eai,aq->eqi", ends, np.array([1 - x, x]))
-    field = np.zeros_like(places)
-    field[..., j] += places[..., i]
-    field[..., i] += places[..., j]
-    pull = np.einsum("eki,eqi,eq->ekq", axes, field, material.rho * beam.section.area * weights)
+    positions = np.einsum("eai,aq->eqi", ends, np.array([1 - x, x]))
+    field = np.zeros_like(positions)
+    field[..., j] += positions[..., i]
+    field[..., i] += positions[..., j]
+    line_load = np.einsum("eki,eqi,eq->ekq", axes, field, material.rho * beam.section.area * weights)
     local = np.zeros((len(h), 12))
-    local[:, [0, 6]] = np.einsum("aq,eq->ea", np.array([1 - x, x]), pull[:, 0])
-    local[:, [2, 4, 8, 10]] = np.einsum("eaq,eq->ea", hermite(h, x, -1.0)[0], pull[:, 2])
-    local[:, [1, 5, 7, 11]] = np.einsum("eaq,eq->ea", hermite(h, x, 1.0)[0], pull[:, 1])
-    found = np.zeros((len(model.nodes), 6))
-    np.add.at(found, model.mesh.cells, np.einsum("eai,ea->ei", turns(axes), local).reshape(-1, 2, 6))
-    return found.ravel()
+    local[:, [0, 6]] = np.einsum("aq,eq->ea", np.array([1 - x, x]), line_load[:, 0])
+    local[:, [2, 4, 8, 10]] = np.einsum("eaq,eq->ea", hermite(h, x, -1.0)[0], line_load[:, 2])
+    local[:, [1, 5, 7, 11]] = np.einsum("eaq,eq->ea", hermite(h, x, 1.0)[0], line_load[:, 1])
+    forces = np.zeros((len(model.nodes), 6))
+    np.add.at(forces, model.mesh.cells, np.einsum("eai,ea->ei", turns(axes), local).reshape(-1, 2, 6))
+    return forces.ravel()
 
 
 def _stress_stiffness(model: FEModel, Phi: np.ndarray, component: Component, moved: np.ndarray) -> np.ndarray:
@@ -210,17 +212,17 @@ def _stress_stiffness(model: FEModel, Phi: np.ndarray, component: Component, mov
     total = np.zeros((k, m, m))
     for material, cells in material_cells(model.mesh, component.material):
         for start in range(0, len(cells), BATCH):
-            own = cells[start : start + BATCH]
-            _, grad, dx = quadrature(model.mesh, ORDER, own)
-            slope = np.einsum("eaiq,eajk->eqijk", grad, u[model.mesh.cells[own]], optimize=True)
+            batch = cells[start : start + BATCH]
+            _, grad, dx = quadrature(model.mesh, ORDER, batch)
+            slope = np.einsum("eaiq,eajk->eqijk", grad, u[model.mesh.cells[batch]], optimize=True)
             flat = slope.reshape(-1, 3, 3, k)
             stress = _stress(flat, material) * dx.reshape(-1, 1, 1, 1)
-            tilt = np.einsum("eaiq,eajm->eqijm", grad, shapes[model.mesh.cells[own]], optimize=True).reshape(
+            tilt = np.einsum("eaiq,eajm->eqijm", grad, shapes[model.mesh.cells[batch]], optimize=True).reshape(
                 -1, 3, 3, m
             )
-            for number in range(k):
-                pulled = np.einsum("pij,pjcm->picm", stress[..., number], tilt)
-                total[number] += tilt.reshape(-1, m).T @ pulled.reshape(-1, m)
+            for load in range(k):
+                pulled = np.einsum("pij,pjcm->picm", stress[..., load], tilt)
+                total[load] += tilt.reshape(-1, m).T @ pulled.reshape(-1, m)
     return 0.5 * (total + total.transpose(0, 2, 1))
 
 
@@ -243,9 +245,9 @@ def _frame_stiffness(model: FEModel, Phi: np.ndarray, component: Component, move
     assert material is not None
     h, _, loaded = _local(model, moved, beam)
     _, _, local = _local(model, Phi, beam)
-    pull = material.E * beam.section.area * (loaded[:, 6] - loaded[:, 0]) / h[:, None]
+    N = material.E * beam.section.area * (loaded[:, 6] - loaded[:, 0]) / h[:, None]
     x, weights = gauss(h)
     z = np.einsum("eam,eaq->eqm", local[:, [2, 4, 8, 10]], slopes(h, x, -1.0))
     y = np.einsum("eam,eaq->eqm", local[:, [1, 5, 7, 11]], slopes(h, x, 1.0))
-    parts = [np.einsum("eqm,eqn,eq,ek->kmn", one, one, weights, pull, optimize=True) for one in (y, z)]
-    return parts[0] + parts[1]
+    integrals = [np.einsum("eqm,eqn,eq,ek->kmn", w, w, weights, N, optimize=True) for w in (y, z)]
+    return integrals[0] + integrals[1]

@@ -21,10 +21,10 @@ def displacement(nodes: np.ndarray, morph: MorphRecord, modal: ModalRecord, coor
     if modal.shapes is None:
         raise StageError("modes: the record contains no nodal shapes, so that only contact points have displacements")
     rigid_count = len(morph.rigid_twists)
-    given = (len(nodes), len(coordinates) - rigid_count)
+    shape = (len(nodes), len(coordinates) - rigid_count)
     have = (modal.shapes.shape[0], modal.shapes.shape[2])
-    if given != have:
-        raise StageError(f"modes: got {given[0]} nodes and {given[1]} elastic coordinates, the shapes have {have}")
+    if shape != have:
+        raise StageError(f"modes: got {shape[0]} nodes and {shape[1]} elastic coordinates, the shapes have {have}")
     twist = coordinates[:rigid_count] @ morph.rigid_twists
     rigid = twist[:3] + np.cross(twist[3:], nodes - morph.centre)
     return rigid + modal.shapes @ coordinates[rigid_count:]

@@ -29,7 +29,7 @@ def gauge_modes(
     gauges: GaugeRows,
     model: FEModel,
     B: sparse.csr_matrix,
-    own: Reduction,
+    reduction: Reduction,
     turning: np.ndarray | None = None,
     *,
     weighs: bool,
@@ -41,33 +41,33 @@ def gauge_modes(
 
     Args:
         B: Displacement conjugate to each force, (C, dofs).
-        own: The reduction, in the model's dofs.
+        reduction: The reduction, in the model's dofs.
         turning: Forces of `couplings.centrifugal_loads` over the model's dofs, (dofs, 6), if its bodies turn.
         weighs: Whether gravity deforms the component.
     """
     if not gauges.values:
         return {}
-    S, has = sparse.csr_matrix(sparse.vstack(list(gauges.values.values()))), own.residual_flexibility is not None
-    rows, residual, weights, centrifugal = S @ own.Phi, np.zeros((S.shape[0], B.shape[0])), None, None
+    S, has = sparse.csr_matrix(sparse.vstack(list(gauges.values.values()))), reduction.residual_flexibility is not None
+    rows, residual, weights, centrifugal = S @ reduction.Phi, np.zeros((S.shape[0], B.shape[0])), None, None
     if has:
-        residual = _lacking(S, model, B, own) + _beside(gauges, model, B, 0.0)
+        residual = _lacking(S, model, B, reduction) + _beside(gauges, model, B, 0.0)
     if weighs:
         unit = np.tile(model.directions, (len(model.nodes), 1))
         F = sparse.csr_matrix((model.M @ unit).T)
-        weights = _lacking(S, model, F, own) + _beside(gauges, model, F, unit)
+        weights = _lacking(S, model, F, reduction) + _beside(gauges, model, F, unit)
     if turning is not None:
         F = sparse.csr_matrix(turning.T)
         field = centrifugal_fields(model) if gauges.loads else 0.0
-        centrifugal = per_square(_lacking(S, model, F, own) + _beside(gauges, model, F, field))
-    found, first = {}, 0
+        centrifugal = per_square(_lacking(S, model, F, reduction) + _beside(gauges, model, F, field))
+    modes, start = {}, 0
     for name, lines in gauges.values.items():
-        gauge, here = component.gauge[name], slice(first, first + lines.shape[0])
-        first = here.stop
+        gauge, span = component.gauge[name], slice(start, start + lines.shape[0])
+        start = span.stop
         nodes = None if gauge.surface is None else gauge_nodes(model.mesh, gauge, name)
-        part = residual[here] if has or nodes is None else np.empty((lines.shape[0], 0))
-        loads = (None if one is None else one[here] for one in (weights, centrifugal))
-        found[name] = GaugeModes(rows[here], part, gauge.unit, nodes, *loads)
-    return found
+        span_residual = residual[span] if has or nodes is None else np.empty((lines.shape[0], 0))
+        loads = (None if values is None else values[span] for values in (weights, centrifugal))
+        modes[name] = GaugeModes(rows[span], span_residual, gauge.unit, nodes, *loads)
+    return modes
 
 
 def _beside(gauges: GaugeRows, model: FEModel, F: sparse.csr_matrix, unit: np.ndarray | float) -> np.ndarray | float:
@@ -83,18 +83,18 @@ def _beside(gauges: GaugeRows, model: FEModel, F: sparse.csr_matrix, unit: np.nd
     return sparse.vstack(list(gauges.loads.values())) @ (unit - rigid @ (F @ rigid).T)
 
 
-def _lacking(S: sparse.csr_matrix, model: FEModel, B: sparse.csr_matrix, own: Reduction) -> np.ndarray:
+def _lacking(S: sparse.csr_matrix, model: FEModel, B: sparse.csr_matrix, reduction: Reduction) -> np.ndarray:
     """Return what the coordinates lack of S G Bᵀ, (k, C)."""
-    return _static(S, model, B) - ((S @ own.Phi) / own.angular_frequencies**2) @ (B @ own.Phi).T
+    return _static(S, model, B) - ((S @ reduction.Phi) / reduction.angular_frequencies**2) @ (B @ reduction.Phi).T
 
 
 def _static(S: sparse.csr_matrix, model: FEModel, B: sparse.csr_matrix) -> np.ndarray:
     """Return S G Bᵀ, (k, C), solved for the side with fewer rows; G is symmetric."""
     flexibility = Flexibility(model)
     few, many = (S, B) if S.shape[0] <= B.shape[0] else (B, S)
-    found = np.empty((many.shape[0], few.shape[0]))
+    answers = np.empty((many.shape[0], few.shape[0]))
     for start in range(0, few.shape[0], BLOCK):
         block = slice(start, start + BLOCK)
-        found[:, block] = many @ flexibility.solve(few[block].T.toarray())
+        answers[:, block] = many @ flexibility.solve(few[block].T.toarray())
     flexibility.free()
-    return found if few is B else found.T.copy()
+    return answers if few is B else answers.T.copy()

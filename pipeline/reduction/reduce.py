@@ -66,10 +66,10 @@ class _Acting:
 
     def modes(self, Phi: np.ndarray) -> InterfaceModes | TractionModes | LoadModes:
         """Return its record with the displacements per coordinate of shapes (dofs, m)."""
-        found = self.at.modes(self.rows @ Phi)
-        if self.tangential is None or isinstance(found, LoadModes):
-            return found
-        return self.tangential.added(found, Phi)
+        modes = self.at.modes(self.rows @ Phi)
+        if self.tangential is None or isinstance(modes, LoadModes):
+            return modes
+        return self.tangential.added(modes, Phi)
 
 
 def reduce_component(
@@ -96,83 +96,91 @@ def reduce_component(
         InputError: an interface or a support does not fit the mesh, or the mesh is inverted.
         StageError: the reduction failed its own checks.
     """
-    where = f"component.{name}"
-    places = _places(mesh, component, f"{where}.interface")
-    model = component_model(mesh, component, where)
-    acting = _acting(places, component, model, rubbed, f"{where}.interface")
-    rigid = {key: tie for key, tie in places.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
-    tied, spread = made_rigid(model, rigid, f"{where}.interface")
+    scene_key = f"component.{name}"
+    sites = _places(mesh, component, f"{scene_key}.interface")
+    model = component_model(mesh, component, scene_key)
+    acting = _acting(sites, component, model, rubbed, f"{scene_key}.interface")
+    rigid = {key: tie for key, tie in sites.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
+    tied, spread = made_rigid(model, rigid, f"{scene_key}.interface")
     contact = replace(_stacked(acting, spread), weights=spread.T @ _weights(model, pulled))
-    gauges = _gauges(model, spread, component, contact, where)
-    own, swap = _swapped((tied, contact, _reduced(tied, contact, component, where)), component, places, crossed, where)
-    reduction = replace(own, Phi=spread @ own.Phi)
-    responses = np.empty((len(model.held), 0)) if own.responses is None else spread @ own.responses
-    static = static_responses(model, {key: one.forces for key, one in acting.items()}, responses)
-    modes = {key: one.modes(reduction.Phi) for key, one in acting.items()}
-    couplings = _coupled((model, tied, spread), own.Phi, component, acting, modes, turns=turns)
+    gauges = _gauges(model, spread, component, contact, scene_key)
+    on_tied, swap = _swapped(
+        (tied, contact, _reduced(tied, contact, component, scene_key)), component, sites, crossed, scene_key
+    )
+    reduction = replace(on_tied, Phi=spread @ on_tied.Phi)
+    frequencies, supported = reduction.angular_frequencies, bool(model.held.any())
+    responses = np.empty((len(model.held), 0)) if on_tied.responses is None else spread @ on_tied.responses
+    static = static_responses(model, {key: a.forces for key, a in acting.items()}, responses)
+    modes = {key: a.modes(reduction.Phi) for key, a in acting.items()}
+    couplings = _coupled((model, tied, spread), on_tied.Phi, component, acting, modes, turns=turns)
     turning = spread.T @ centrifugal_loads(model, component) if turns and has_floating_frame(model) else None
-    errors = frequency_errors(tied, own, model, spread, component)
+    errors = frequency_errors(tied, on_tied, model, spread, component)
     refuse_locking(
-        errors.discretisation_errors, own.angular_frequencies, component, where,
-        lambda other: reduce_component(mesh, mesh_key, other, name).discretisation_errors,
+        errors.discretisation_errors, frequencies, component, scene_key,
+        lambda variant: reduce_component(mesh, mesh_key, variant, name).discretisation_errors,
     )  # fmt: skip
-    checked = {"compliance_errors": compliance_errors(model, component, responses, static)} | _patches(places)
+    checked = {"compliance_errors": compliance_errors(model, component, responses, static)} | _patches(sites)
     return ModalRecord(
         mesh_key=mesh_key, reduction=component.modes.reduction, normal_count=reduction.normal_count,
-        static_count=len(own.angular_frequencies) - own.normal_count, angular_frequencies=own.angular_frequencies,
+        static_count=len(frequencies) - reduction.normal_count, angular_frequencies=frequencies,
         mass=model.properties.mass, centre=model.properties.centre, inertia=model.properties.inertia,
         rigid_twists=model.rigid_twists, shapes=model.nodal(reduction.Phi), inertia_couplings=couplings, swap=swap,
-        interfaces={key: one for key, one in modes.items() if isinstance(one, InterfaceModes)},
+        interfaces=_of_kind(modes, InterfaceModes),
         interface_rows=dict(contact.spans), residual_flexibility=reduction.residual_flexibility,
-        participation=_participation(model, reduction) if model.held.any() else None,
+        participation=_participation(model, reduction) if supported else None,
         quality=reduction.quality | checked | {"rigid_motions": len(model.rigid_twists)},
-        tractions={key: one for key, one in modes.items() if isinstance(one, TractionModes)},
-        loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
-        gauges=gauge_modes(component, gauges, tied, contact.B, own, turning, weighs=bool(pulled and model.held.any())),
+        tractions=_of_kind(modes, TractionModes),
+        loads=_of_kind(modes, LoadModes),
+        gauges=gauge_modes(component, gauges, tied, contact.B, on_tied, turning, weighs=bool(pulled) and supported),
         static_responses=static if static.columns and cell_of(model.mesh).solid else None,
         tangential_spans=dict(contact.tangential_spans), **vars(errors),
     )  # fmt: skip
 
 
+def _of_kind(modes: Mapping[str, Any], kind: type) -> dict[str, Any]:
+    """Return the records of one kind among those of the interfaces."""
+    return {name: record for name, record in modes.items() if isinstance(record, kind)}
+
+
 def _swapped(
     reduced: tuple[FEModel, ContactRows, Reduction],
     component: Component,
-    places: Mapping[str, ContactPoints | TractionSpace | Tie],
+    sites: Mapping[str, ContactPoints | TractionSpace | Tie],
     crossed: tuple[str, float] | None,
-    where: str,
+    scene_key: str,
 ) -> tuple[Reduction, SwapModes | None]:
     """Return a reduction of a model and rows with the bases of the places of a force, if it is to have them."""
     if component.modes.swap is None or crossed is None:
         return reduced[2], None
-    space = places[crossed[0]]
+    space = sites[crossed[0]]
     assert isinstance(space, TractionSpace)
     try:
         return swapped(*reduced, component.modes.swap, Crossed(crossed[0], space, crossed[1]))
     except InputError as error:
-        raise InputError(f"{where}.{error}") from None
+        raise InputError(f"{scene_key}.{error}") from None
     except StageError as error:
-        raise StageError(f"{where}: {error}") from error
+        raise StageError(f"{scene_key}: {error}") from error
 
 
 def _gauges(
-    model: FEModel, spread: sparse.csr_matrix, component: Component, contact: ContactRows, where: str
+    model: FEModel, spread: sparse.csr_matrix, component: Component, contact: ContactRows, scene_key: str
 ) -> GaugeRows:
     """Return the rows of all gauges over the dofs that `spread` keeps."""
-    kinds = gauge_rows(model, component, where), body_force_rows(model, component, where)
-    found = GaugeRows(*({key: sparse.csr_matrix(S @ spread) for key, S in rows.items()} for rows in kinds))
-    refuse_large(found.values, contact.B.shape[0], where)
-    return found
+    kinds = gauge_rows(model, component, scene_key), body_force_rows(model, component, scene_key)
+    gauges = GaugeRows(*({key: sparse.csr_matrix(S @ spread) for key, S in rows.items()} for rows in kinds))
+    refuse_large(gauges.values, contact.B.shape[0], scene_key)
+    return gauges
 
 
-def _patches(places: Mapping[str, ContactPoints | TractionSpace | Tie]) -> dict[str, Any]:
+def _patches(sites: Mapping[str, ContactPoints | TractionSpace | Tie]) -> dict[str, Any]:
     """Return of each patch how many functions it has, how many find no surface, and how far nodes are off it [m]."""
-    spaces = {name: one for name, one in places.items() if isinstance(one, TractionSpace)}
-    found = {
-        name: {"functions": one.size, "dropped": one.dropped, "off": one.off, "spacing": one.spacing.tolist()}
-        for name, one in spaces.items()
-        if one.chart["kind"] == "patch"
+    spaces = {name: s for name, s in sites.items() if isinstance(s, TractionSpace)}
+    patches = {
+        name: {"functions": s.size, "dropped": s.dropped, "off": s.off, "spacing": s.spacing.tolist()}
+        for name, s in spaces.items()
+        if s.chart["kind"] == "patch"
     }
-    return {"patches": found} if found else {}
+    return {"patches": patches} if patches else {}
 
 
 def _coupled(
@@ -185,103 +193,107 @@ def _coupled(
     turns: bool,
 ) -> InertiaCouplings | None:
     """Return the tensors of the floating frame, and give the loads among `modes` their stiffness by stress."""
-    loads = {key: one for key, one in modes.items() if isinstance(one, LoadModes)}
+    loads = _of_kind(modes, LoadModes)
     rows = [sparse.csr_matrix((0, models[2].shape[0])), *(acting[key].rows for key in loads)]
     pulls = sparse.csr_matrix(sparse.vstack(rows, format="csr"))
     couplings, stiffness = inertia_couplings(*models, shapes, component, moments=turns, loads=pulls)
     if len(stiffness):
         ends = np.cumsum([acting[key].rows.shape[0] for key in loads])[:-1]
-        for (key, load), part in zip(loads.items(), np.split(stiffness, ends), strict=True):
-            modes[key] = replace(load, stress_stiffness=part)
+        for (key, load), load_stiffness in zip(loads.items(), np.split(stiffness, ends), strict=True):
+            modes[key] = replace(load, stress_stiffness=load_stiffness)
     return couplings
 
 
-def _reduced(model: FEModel, contact: ContactRows, component: Component, where: str) -> Reduction:
+def _reduced(model: FEModel, contact: ContactRows, component: Component, scene_key: str) -> Reduction:
     """Run the reduction, and evaluate the reaction at the reference surface if one is given."""
     settings = component.modes
-    if settings.reduction != "rigid" and settings.normal_count > (most := largest_count(model)):
+    if settings.reduction != "rigid" and settings.normal_count > (limit := largest_count(model)):
         raise InputError(
-            f"{where}.modes.normal_count: {settings.normal_count} given, its mesh has {max(most, 0)} at most;"
+            f"{scene_key}.modes.normal_count: {settings.normal_count} given, its mesh has {max(limit, 0)} at most;"
             " refine the mesh or request fewer modes"
         )
     reference = None
     if settings.reference is not None:
-        reference = surface_nodes(model.mesh, settings.reference, f"{where}.modes.reference")
+        reference = surface_nodes(model.mesh, settings.reference, f"{scene_key}.modes.reference")
     try:
         reduction = REDUCTIONS[settings.reduction](model, contact, settings)
     except InputError as error:
-        raise InputError(f"{where}.{error}") from None
+        raise InputError(f"{scene_key}.{error}") from None
     except StageError as error:
-        raise StageError(f"{where}: {error}") from error
+        raise StageError(f"{scene_key}: {error}") from error
     if reference is None or not len(reduction.angular_frequencies):
         return reduction
-    share = reference_reaction(model, reduction, reference)
-    return replace(reduction, quality=reduction.quality | {"reference_reaction": share})
+    reaction = reference_reaction(model, reduction, reference)
+    return replace(reduction, quality=reduction.quality | {"reference_reaction": reaction})
 
 
-def _places(mesh: MeshRecord, component: Component, where: str) -> dict[str, ContactPoints | TractionSpace | Tie]:
+def _places(mesh: MeshRecord, component: Component, scene_key: str) -> dict[str, ContactPoints | TractionSpace | Tie]:
     """Find the interfaces on the mesh, so that incorrect ones are refused before matrices are assembled."""
-    found = {
-        key: PLACE_FINDERS[interface.kind](mesh, interface, f"{where}.{key}")
+    sites = {
+        key: PLACE_FINDERS[interface.kind](mesh, interface, f"{scene_key}.{key}")
         for key, interface in sorted(component.interface.items())
         if interface.kind in PLACE_FINDERS
     }
-    tractions = {key: place for key, place in found.items() if isinstance(place, TractionSpace)}
-    refuse_too_many(tractions, where)
-    refuse_unresolved(tractions, where)
-    return found
+    tractions = {key: site for key, site in sites.items() if isinstance(site, TractionSpace)}
+    refuse_too_many(tractions, scene_key)
+    refuse_unresolved(tractions, scene_key)
+    return sites
 
 
 def _acting(
-    places: Mapping[str, ContactPoints | TractionSpace | Tie],
+    sites: Mapping[str, ContactPoints | TractionSpace | Tie],
     component: Component,
     model: FEModel,
     rubbed: Collection[str],
-    where: str,
+    scene_key: str,
 ) -> dict[str, _Acting]:
-    """Return the interfaces of a component on its model, by name in order; `where` is the key of all of them."""
-    found = {}
+    """Return the interfaces of a component on its model, by name in order; `scene_key` is the key of all of them."""
+    acting = {}
     for name, interface in sorted(component.interface.items()):
-        own = _on_model(places.get(name), interface, model, component.modes.static_count, f"{where}.{name}")
-        if name in rubbed and isinstance(own.at, ContactPoints | TractionSpace):
-            own = replace(own, tangential=rows_across(model, interface, own.at, f"{where}.{name}"))
-        found[name] = own
-    return found
+        interface_rows = _on_model(
+            sites.get(name), interface, model, component.modes.static_count, f"{scene_key}.{name}"
+        )
+        if name in rubbed and isinstance(interface_rows.at, ContactPoints | TractionSpace):
+            interface_rows = replace(
+                interface_rows, tangential=rows_across(model, interface, interface_rows.at, f"{scene_key}.{name}")
+            )
+        acting[name] = interface_rows
+    return acting
 
 
 def _on_model(
-    place: ContactPoints | TractionSpace | Tie | None, interface: Interface, model: FEModel, count: int, where: str
+    site: ContactPoints | TractionSpace | Tie | None, interface: Interface, model: FEModel, count: int, scene_key: str
 ) -> _Acting:
     """Return the rows of B of an interface; of a surface of contact `count` pressure fields and the smooth ones."""
-    if isinstance(place, ContactPoints):
-        rows = normal_rows(model, interface, place)
+    if isinstance(site, ContactPoints):
+        rows = normal_rows(model, interface, site)
         if model.rotations.any() and not np.abs(rows.data).max(initial=0.0) > 0:
             raise InputError(
-                f"{where}.surface: '{interface.surface}' given, the beam does not move along its normal; use"
+                f"{scene_key}.surface: '{interface.surface}' given, the beam does not move along its normal; use"
                 f" {interface.surface}-top or {interface.surface}-bottom"
             )
-        coordinates = surface_coordinates(place.points, model.mesh.surfaces[interface.surface].shape)
-    elif isinstance(place, TractionSpace):
-        rows, coordinates = place.rows(model), place.centres
+        coordinates = surface_coordinates(site.points, model.mesh.surfaces[interface.surface].shape)
+    elif isinstance(site, TractionSpace):
+        rows, coordinates = site.rows(model), site.centres
     else:
-        load = tie_rows(model, place) if place else load_rows(model, interface, where)
+        load = tie_rows(model, site) if site else load_rows(model, interface, scene_key)
         nothing = np.empty((load.B.shape[0], 0))
         return _Acting(load, load.B, nothing, nothing)
-    fields, smooth = (pressure_fields(coordinates, place.areas, k) for k in (count, SMOOTH))
-    return _Acting(place, rows, fields, smooth)
+    fields, smooth = (pressure_fields(coordinates, site.areas, k) for k in (count, SMOOTH))
+    return _Acting(site, rows, fields, smooth)
 
 
 def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix) -> ContactRows:
     """Return the rows of all interfaces as one matrix, then the tangential ones, over the dofs that `spread` keeps."""
-    across = {name: one.tangential.B for name, one in acting.items() if one.tangential is not None}
-    blocks = [*(one.rows for one in acting.values()), *across.values()]
+    across = {name: a.tangential.B for name, a in acting.items() if a.tangential is not None}
+    blocks = [*(a.rows for a in acting.values()), *across.values()]
     B = sparse.vstack([sparse.csr_matrix((0, spread.shape[0])), *blocks], format="csr")
     ends = [int(end) for end in np.cumsum([0, *(block.shape[0] for block in blocks)])]
     spans = [list(span) for span in pairwise(ends)]
     fields, smooth = (
         linalg.block_diag(
             np.empty((0, 0)),
-            *(getattr(one, name) for one in acting.values()),
+            *(getattr(a, name) for a in acting.values()),
             np.empty((ends[-1] - ends[len(acting)], 0)),
         )
         for name in ("fields", "smooth")

@@ -25,10 +25,10 @@ def static_responses(model: FEModel, forces: Mapping[str, np.ndarray], shapes: n
         forces: Nodal forces of each interface's pressures, (dofs, k) each.
         shapes: Responses to all of them, interface after interface, (dofs, sum of k); (dofs, 0) of a rigid body.
     """
-    columns, first = {}, 0
+    columns, start = {}, 0
     for name, load in forces.items():
         if load.shape[1] and shapes.shape[1]:
-            columns[name] = [first, first := first + load.shape[1]]
+            columns[name] = [start, start := start + load.shape[1]]
     loads = np.column_stack([np.empty((len(shapes), 0)), *(forces[name] for name in columns)])
     compliance, nodal = loads.T @ shapes, model.nodal(loads)
     moments = np.cross(model.nodes[:, :, None], nodal, axis=1)
@@ -51,9 +51,11 @@ def compliance_errors(
     energies = error_energies(model, component.material, component.geometry, shapes)
     if energies is None:
         return {}
-    whole = {name: responses.compliance.diagonal()[slice(*ends)].sum() for name, ends in responses.columns.items()}
+    compliances = {
+        name: responses.compliance.diagonal()[slice(*ends)].sum() for name, ends in responses.columns.items()
+    }
     return {
         name: float(energies[slice(*responses.columns[name])].sum() / compliance)
-        for name, compliance in whole.items()
+        for name, compliance in compliances.items()
         if compliance > 0
     }

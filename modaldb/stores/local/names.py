@@ -50,12 +50,12 @@ class Uses:
     def _read(self) -> None:
         """Read the whole lines that were added since."""
         try:
-            found = (self._root / NAMES).stat()
+            status = (self._root / NAMES).stat()
         except FileNotFoundError:
-            found = None
-        if found is None or found.st_ino != self._file or found.st_size < self._place:
+            status = None
+        if status is None or status.st_ino != self._file or status.st_size < self._place:
             self._known, self._place = set(), 0
-        if found is None or found.st_size == self._place:
+        if status is None or status.st_size == self._place:
             return
         with (self._root / NAMES).open("rb") as file:
             self._file = os.fstat(file.fileno()).st_ino

@@ -37,7 +37,7 @@ def tell(root: Path, name: str, row: dict[str, Any] | None) -> None:
 
 def running(root: Path) -> list[dict[str, Any]]:
     """Return what commands say that are alive, oldest first; files of dead ones are removed."""
-    found = []
+    rows = []
     for path in (root / FOLDER).glob("*.json"):
         with contextlib.suppress(OSError, ValueError, RecursionError):
             age = time.time() - path.stat().st_mtime
@@ -45,5 +45,5 @@ def running(root: Path) -> list[dict[str, Any]]:
             if age > SILENT:
                 path.unlink()
             elif isinstance(row, dict):
-                found.append(row)
-    return sorted(found, key=lambda row: str(row.get("begun")))
+                rows.append(row)
+    return sorted(rows, key=lambda row: str(row.get("begun")))

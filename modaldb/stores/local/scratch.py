@@ -70,12 +70,12 @@ def shared_file(path: Path, like: Path) -> None:
         os.close(descriptor)
 
 
-def write_whole(descriptor: int, parts: tuple[bytes, ...]) -> None:
+def write_whole(descriptor: int, chunks: tuple[bytes, ...]) -> None:
     """Write bytes to an open file and flush them to the disk."""
-    for part in parts:
-        rest = memoryview(part)
-        while rest:
-            rest = rest[os.write(descriptor, rest) :]
+    for chunk in chunks:
+        remaining = memoryview(chunk)
+        while remaining:
+            remaining = remaining[os.write(descriptor, remaining) :]
     os.fsync(descriptor)
 
 
@@ -106,9 +106,9 @@ def remove(path: Path) -> None:
 
 def size(path: Path) -> int:
     """Return the bytes of a file, or of all files in a folder; 0 where it is gone."""
-    inside = path.rglob("*") if path.is_dir() else [path]
+    files = path.rglob("*") if path.is_dir() else [path]
     try:
-        return sum(one.stat().st_size for one in inside if one.is_file())
+        return sum(file.stat().st_size for file in files if file.is_file())
     except OSError:
         return 0
 

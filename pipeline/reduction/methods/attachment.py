@@ -17,15 +17,15 @@ def attachment(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Re
     count, flexibility = row_count(rows, "attachment"), Flexibility(model, rows.B)
     shapes = np.empty((rows.B.shape[1], count))
     for start in range(0, count, BLOCK):
-        at = slice(start, start + BLOCK)
-        shapes[:, at] = flexibility.solve(rows.B[at].T.toarray())
+        columns = slice(start, start + BLOCK)
+        shapes[:, columns] = flexibility.solve(rows.B[columns].T.toarray())
     modes = ritz_modes(model, shapes) if count else None
-    found = len(modes.angular_frequencies) if modes else 0
-    if modes is None or found < settings.normal_count:
+    mode_count = len(modes.angular_frequencies) if modes else 0
+    if modes is None or mode_count < settings.normal_count:
         raise InputError(
-            f"modes.normal_count: {settings.normal_count} given, the {count} rows of the interfaces have {found}"
+            f"modes.normal_count: {settings.normal_count} given, the {count} rows of the interfaces have {mode_count}"
             " independent attachment modes; request fewer, or 0 for all"
         )
-    reduction = completed(model, rows, lowest(modes, settings.normal_count or found), flexibility)
+    reduction = completed(model, rows, lowest(modes, settings.normal_count or mode_count), flexibility)
     flexibility.free()
     return reduction

@@ -78,32 +78,32 @@ def cut(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Parts:
         InputError: more parts, modes or boundary dofs than the mesh has or than is sensible.
         StageError: a substructure is not held by the boundary.
     """
-    part = substructures(model, settings.substructures)
-    boundary, added = _boundary(model, rows, part, settings.boundary)
+    owner = substructures(model, settings.substructures)
+    boundary, added = _boundary(model, rows, owner, settings.boundary)
     if len(boundary) > LARGEST_BOUNDARY:
         raise InputError(
             f"modes.substructures: {settings.substructures} given, they and the interfaces have {len(boundary)}"
             f" boundary dofs, at most {LARGEST_BOUNDARY}; coarsen the mesh, or use fewer parts or smaller interfaces"
         )
     groups = [
-        condensed(model, np.setdiff1d(np.flatnonzero(part == number), boundary), boundary, settings.fixed_count, number)
-        for number in range(settings.substructures)
+        condensed(model, np.setdiff1d(np.flatnonzero(owner == i), boundary), boundary, settings.fixed_count, i)
+        for i in range(settings.substructures)
     ]
     return Parts(boundary, added, groups, *_assembled(model, boundary, groups))
 
 
 def synthesised(
-    model: FEModel, rows: ContactRows, settings: ModesSettings, parts: Parts, W: np.ndarray | None = None
+    model: FEModel, rows: ContactRows, settings: ModesSettings, assembly: Parts, W: np.ndarray | None = None
 ) -> Reduction:
     """Return the lowest Ritz vectors of the assembled parts, completed by static shapes and R.
 
     Args:
         W: Columns to which the boundary dofs are reduced, (b, k), the rigid motions in their span; all dofs by default.
     """
-    modes = ritz_modes(model, _lowest_shapes(model, parts, W, settings.normal_count))
-    fixed = max(int(group.fixed.quality.get("whole_count", 0)) for group in parts.groups)
+    modes = ritz_modes(model, _lowest_shapes(model, assembly, W, settings.normal_count))
+    fixed = max(int(group.fixed.quality.get("whole_count", 0)) for group in assembly.groups)
     quality = modes.quality | {
-        "boundary_dofs": len(parts.boundary), "boundary_added": parts.added, "whole_fixed_count": fixed,
+        "boundary_dofs": len(assembly.boundary), "boundary_added": assembly.added, "whole_fixed_count": fixed,
     }  # fmt: skip
     count = settings.normal_count or len(modes.angular_frequencies)
     return completed(model, rows, lowest(replace(modes, quality=quality), count))
@@ -121,17 +121,17 @@ def substructures(model: FEModel, count: int) -> np.ndarray:
     axis = int(np.ptp(model.nodes, axis=0).argmax())
     order = np.argsort(model.nodes[cells, axis].mean(axis=1), kind="stable")
     node_part = np.full(len(model.nodes), -2)
-    for number, group in enumerate(np.array_split(order, count)):
+    for i, group in enumerate(np.array_split(order, count)):
         nodes = np.unique(cells[group])
-        node_part[nodes] = np.where(node_part[nodes] == -2, number, -1)
-    part = np.repeat(node_part, len(model.directions))
-    part[model.held] = -1
-    return part
+        node_part[nodes] = np.where(node_part[nodes] == -2, i, -1)
+    owner = np.repeat(node_part, len(model.directions))
+    owner[model.held] = -1
+    return owner
 
 
-def _boundary(model: FEModel, rows: ContactRows, part: np.ndarray, surfaces: Sequence[str]) -> tuple[np.ndarray, int]:
+def _boundary(model: FEModel, rows: ContactRows, owner: np.ndarray, surfaces: Sequence[str]) -> tuple[np.ndarray, int]:
     """Return the boundary dofs in order, and the number of them that only hold rigid motions."""
-    chosen = part == -1
+    chosen = owner == -1
     chosen[rows.dofs()] = True
     for name in surfaces:
         chosen[surface_dofs(model, name, "modes.boundary")] = True
@@ -143,24 +143,24 @@ def _boundary(model: FEModel, rows: ContactRows, part: np.ndarray, surfaces: Seq
     return np.flatnonzero(chosen), len(loose)
 
 
-def loose_motions(rigid: np.ndarray, held: np.ndarray) -> np.ndarray:
+def loose_motions(rigid: np.ndarray, constrained: np.ndarray) -> np.ndarray:
     """Return the combinations of rigid motions (dofs, r) that do not move the chosen dofs, (l, r)."""
     if not rigid.shape[1]:
         return np.empty((0, 0))
-    return null_motions(rigid[held], EMPTY * np.abs(rigid).max())
+    return null_motions(rigid[constrained], EMPTY * np.abs(rigid).max())
 
 
-def surface_dofs(model: FEModel, name: str, where: str) -> np.ndarray:
-    """Return the dofs of a surface's nodes, (k,); an InputError at key `where` if the mesh has no such surface."""
+def surface_dofs(model: FEModel, name: str, key: str) -> np.ndarray:
+    """Return the dofs of a surface's nodes, (k,); an InputError at key `key` if the mesh has no such surface."""
     d = len(model.directions)
-    return (d * surface_nodes(model.mesh, name, where)[:, None] + np.arange(d)).ravel()
+    return (d * surface_nodes(model.mesh, name, key)[:, None] + np.arange(d)).ravel()
 
 
-def condensed(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, fixed_count: int, number: int) -> Substructure:
+def condensed(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, fixed_count: int, index: int) -> Substructure:
     """Return constraint and fixed-interface modes of one interior (i,) beside all boundary dofs (b,).
 
     Args:
-        number: Of the substructure, for messages.
+        index: Of the substructure, for messages.
 
     Raises:
         InputError: it has fewer dofs than fixed-interface modes.
@@ -168,7 +168,7 @@ def condensed(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, fixed_coun
     """
     if fixed_count > len(dofs):
         raise InputError(
-            f"modes.fixed_count: {fixed_count} given, substructure {number} has {len(dofs)} interior dofs;"
+            f"modes.fixed_count: {fixed_count} given, substructure {index} has {len(dofs)} interior dofs;"
             " refine the mesh or request fewer modes"
         )
     K_ib = sparse.csc_matrix(model.K[dofs][:, boundary])
@@ -181,11 +181,11 @@ def condensed(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, fixed_coun
         factor = factorise(K_ii, definite=model.parts is not None)
         Psi = -factor.solve(load)
         factor.free()
-        rest = float(np.abs(K_ii @ Psi + load).max()) / float(np.abs(load).max(initial=0.0) or 1.0)
-        if not rest < SOLVED:
+        residual = float(np.abs(K_ii @ Psi + load).max()) / float(np.abs(load).max(initial=0.0) or 1.0)
+        if not residual < SOLVED:
             raise StageError(
-                f"modes: the boundary does not hold substructure {number} (residual {rest:.2g}, allowed: {SOLVED:g});"
-                " use fewer parts"
+                f"modes: the boundary does not hold substructure {index} (residual {residual:.2g}, allowed:"
+                f" {SOLVED:g}); use fewer parts"
             )
     return Substructure(dofs, touching, Psi, _fixed_modes(model, dofs, fixed_count))
 
@@ -198,34 +198,34 @@ def _fixed_modes(model: FEModel, dofs: np.ndarray, count: int) -> NormalModes:
         K, M = (matrix[dofs][:, dofs].toarray() for matrix in (model.K, model.M))
         values, vectors = linalg.eigh(K, M, subset_by_index=(0, min(count + SPARE, len(dofs)) - 1))
         return NormalModes(np.sqrt(values[:count]), vectors[:, :count], {"whole_count": whole_groups(values, count)})
-    held = np.ones(len(model.held), bool)
-    held[dofs] = False
-    modes = normal_modes(replace(model, held=held, rigid_twists=np.empty((0, 6))), count)
+    constrained = np.ones(len(model.held), bool)
+    constrained[dofs] = False
+    modes = normal_modes(replace(model, held=constrained, rigid_twists=np.empty((0, 6))), count)
     return replace(modes, Phi=modes.Phi[dofs])
 
 
-def _lowest_shapes(model: FEModel, parts: Parts, W: np.ndarray | None, wanted: int) -> np.ndarray:
-    """Return the lowest `wanted` elastic Ritz vectors of the assembled parts, or all for 0, (dofs, m)."""
-    K, M, border = parts.K, parts.M, len(parts.boundary)
+def _lowest_shapes(model: FEModel, assembly: Parts, W: np.ndarray | None, count: int) -> np.ndarray:
+    """Return the lowest `count` elastic Ritz vectors of the assembled parts, or all for 0, (dofs, m)."""
+    K, M, border = assembly.K, assembly.M, len(assembly.boundary)
     if W is not None:
         T = linalg.block_diag(W, np.eye(len(K) - border))
         K, M = T.T @ K @ T, T.T @ M @ T
         K, M = 0.5 * (K + K.T), 0.5 * (M + M.T)
     rigid = len(model.rigid_twists)
-    most = len(K) - rigid
-    if most < max(wanted, 1):
+    limit = len(K) - rigid
+    if limit < max(count, 1):
         raise InputError(
-            f"modes.normal_count: {wanted} given, the substructures have {max(most, 0)} coordinates beside the rigid"
+            f"modes.normal_count: {count} given, the substructures have {max(limit, 0)} coordinates beside the rigid"
             " motions; increase fixed_count, interface_count or substructures, or refine the mesh"
         )
-    vectors = dense_pairs(K, M, rigid, wanted or most, "in the basis of the substructures")[1]
+    vectors = dense_pairs(K, M, rigid, count or limit, "in the basis of the substructures")[1]
     if W is not None:
         vectors = np.concatenate([W @ vectors[: W.shape[1]], vectors[W.shape[1] :]])
     basis = np.zeros((len(model.held), vectors.shape[1]))
-    basis[parts.boundary] = vectors[:border]
-    for group, start in zip(parts.groups, parts.starts, strict=True):
-        own = vectors[start : start + group.fixed.Phi.shape[1]]
-        basis[group.dofs] = group.fixed.Phi @ own + group.Psi @ vectors[:border][group.touching]
+    basis[assembly.boundary] = vectors[:border]
+    for group, start in zip(assembly.groups, assembly.starts, strict=True):
+        q = vectors[start : start + group.fixed.Phi.shape[1]]
+        basis[group.dofs] = group.fixed.Phi @ q + group.Psi @ vectors[:border][group.touching]
     return basis
 
 
@@ -239,9 +239,9 @@ def _assembled(
     K[:count, :count] = model.K[boundary][:, boundary].toarray()
     M[:count, :count] = model.M[boundary][:, boundary].toarray()
     for group, start, end in zip(groups, ends, ends[1:], strict=False):
-        at, Psi, Phi, fixed = boundary[group.touching], group.Psi, group.fixed.Phi, slice(start, end)
+        columns, Psi, Phi, fixed = boundary[group.touching], group.Psi, group.fixed.Phi, slice(start, end)
         spot = np.ix_(group.touching, group.touching)
-        K_ib, M_ib = model.K[group.dofs][:, at], model.M[group.dofs][:, at]
+        K_ib, M_ib = model.K[group.dofs][:, columns], model.M[group.dofs][:, columns]
         M_ii = model.M[group.dofs][:, group.dofs]
         K[spot] += K_ib.T @ Psi
         M[spot] += (mixed := M_ib.T @ Psi) + mixed.T + Psi.T @ (M_ii @ Psi)

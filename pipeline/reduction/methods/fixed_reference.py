@@ -20,15 +20,15 @@ def fixed_reference(model: FEModel, rows: ContactRows, settings: ModesSettings) 
     """Reduce a body to the lowest modes of the body clamped at `settings.reference`."""
     key = "modes.reference"
     nodes = surface_nodes(model.mesh, settings.reference or "", key)
-    held = model.held.copy().reshape(len(model.nodes), -1)
-    held[nodes] = True
-    free = len(remaining_twists(model, held.ravel(), f"{key}: the nodes of {settings.reference}"))
+    constrained = model.held.copy().reshape(len(model.nodes), -1)
+    constrained[nodes] = True
+    free = len(remaining_twists(model, constrained.ravel(), f"{key}: the nodes of {settings.reference}"))
     if free:
         raise InputError(f"{key}: '{settings.reference}' given, clamping it leaves {free} rigid motions free, not 0")
-    clamped = replace(model, held=held.ravel(), rigid_twists=np.empty((0, 6)))
-    if settings.normal_count > (most := largest_count(clamped)):
-        raise InputError(f"modes.normal_count: {settings.normal_count} given, the clamped mesh has {most} at most")
+    clamped = replace(model, held=constrained.ravel(), rigid_twists=np.empty((0, 6)))
+    if settings.normal_count > (limit := largest_count(clamped)):
+        raise InputError(f"modes.normal_count: {settings.normal_count} given, the clamped mesh has {limit} at most")
     shapes = normal_modes(clamped, settings.normal_count)
-    kept = ritz_modes(model, shapes.Phi)
+    modes = ritz_modes(model, shapes.Phi)
     quality = {f"clamped_{name}": value for name, value in shapes.quality.items()}
-    return completed(model, rows, replace(kept, quality=kept.quality | quality))
+    return completed(model, rows, replace(modes, quality=modes.quality | quality))

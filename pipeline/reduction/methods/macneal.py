@@ -45,8 +45,8 @@ def rubin_macneal(model: FEModel, rows: ContactRows, settings: ModesSettings) ->
         contact |= rows.smooth.any(axis=1)
     for span in rows.tangential_spans.values():
         contact[slice(*span)] = True
-    own = np.column_stack([rows.pressures, np.eye(len(contact))[:, ~contact]])
-    return macneal(model, replace(rows, pressures=own), settings)
+    pressures = np.column_stack([rows.pressures, np.eye(len(contact))[:, ~contact]])
+    return macneal(model, replace(rows, pressures=pressures), settings)
 
 
 def row_count(rows: ContactRows, reduction: str) -> int:

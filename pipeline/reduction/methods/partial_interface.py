@@ -25,13 +25,13 @@ from gudgeon.pipeline.scenes.modes import ModesSettings
 
 def partial_interface(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
     """Reduce a body to kept boundary dofs, interface modes of the others and fixed-interface modes."""
-    parts = cut(model, rows, settings)
-    border = len(parts.boundary)
-    kept = _kept(model, rows, settings.kept, parts.boundary)
-    K, M = (matrix[:border, :border] for matrix in (parts.K, parts.M))
-    W = interface_basis(K, M, kept, model.rigid_modes[parts.boundary], settings.interface_count)
-    reduction = synthesised(model, rows, settings, parts, W)
-    count = {"kept_dofs": int(kept.sum()), "boundary_columns": W.shape[1]}
+    assembly = cut(model, rows, settings)
+    border = len(assembly.boundary)
+    physical = _kept(model, rows, settings.kept, assembly.boundary)
+    K, M = (matrix[:border, :border] for matrix in (assembly.K, assembly.M))
+    W = interface_basis(K, M, physical, model.rigid_modes[assembly.boundary], settings.interface_count)
+    reduction = synthesised(model, rows, settings, assembly, W)
+    count = {"kept_dofs": int(physical.sum()), "boundary_columns": W.shape[1]}
     return replace(reduction, quality=reduction.quality | count)
 
 
@@ -40,13 +40,15 @@ def interface(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Red
     return partial_interface(model, rows, settings.model_copy(update={"kept": ()}))
 
 
-def interface_basis(K: np.ndarray, M: np.ndarray, kept: np.ndarray, rigid: np.ndarray, count: int | None) -> np.ndarray:
+def interface_basis(
+    K: np.ndarray, M: np.ndarray, physical: np.ndarray, rigid: np.ndarray, count: int | None
+) -> np.ndarray:
     """Return the columns to which a boundary is reduced: kept dofs, rigid motions that they leave, interface modes.
 
     Args:
         K: Stiffness condensed to the boundary, (b, b).
         M: Mass condensed to the boundary, (b, b).
-        kept: Which dofs stay physical, (b,).
+        physical: Which dofs stay physical, (b,).
         rigid: Rigid motions on the boundary, (b, r).
         count: Elastic interface modes; None is all.
 
@@ -54,23 +56,23 @@ def interface_basis(K: np.ndarray, M: np.ndarray, kept: np.ndarray, rigid: np.nd
         InputError: there are fewer interface modes.
         StageError: rigid and elastic interface modes cannot be separated.
     """
-    p, r = np.flatnonzero(kept), np.flatnonzero(~kept)
-    loose = loose_motions(rigid, kept)
+    p, r = np.flatnonzero(physical), np.flatnonzero(~physical)
+    loose = loose_motions(rigid, physical)
     Z = rigid[r] @ loose.T if len(loose) else np.empty((len(r), 0))
-    most = len(r) - Z.shape[1]
-    wanted = most if count is None else count
-    if wanted > most:
+    limit = len(r) - Z.shape[1]
+    mode_count = limit if count is None else count
+    if mode_count > limit:
         raise InputError(
-            f"modes.interface_count: {wanted} given, the boundary has {most} elastic dofs beside those kept; request"
-            " fewer, or remove the key for all"
+            f"modes.interface_count: {mode_count} given, the boundary has {limit} elastic dofs beside those kept;"
+            " request fewer, or remove the key for all"
         )
-    W = np.zeros((len(K), len(p) + Z.shape[1] + wanted))
+    W = np.zeros((len(K), len(p) + Z.shape[1] + mode_count))
     W[p, np.arange(len(p))] = 1.0
     if len(r):
         K_rr, M_rr = K[np.ix_(r, r)], M[np.ix_(r, r)]
         W[r, : len(p)] = -_static(K_rr, M_rr, Z, K[np.ix_(r, p)])
-        if wanted:
-            Z = np.column_stack([Z, dense_pairs(K_rr, M_rr, Z.shape[1], wanted, "on the boundary")[1]])
+        if mode_count:
+            Z = np.column_stack([Z, dense_pairs(K_rr, M_rr, Z.shape[1], mode_count, "on the boundary")[1]])
         W[r, len(p) :] = Z
     return W
 
@@ -87,18 +89,18 @@ def _static(K: np.ndarray, M: np.ndarray, Z: np.ndarray, load: np.ndarray) -> np
 
 def _kept(model: FEModel, rows: ContactRows, names: tuple[str, ...], boundary: np.ndarray) -> np.ndarray:
     """Return which boundary dofs stay physical, (b,): those of the named surfaces and interfaces."""
-    kept = np.zeros(len(boundary), bool)
+    physical = np.zeros(len(boundary), bool)
     for name in names:
-        own = []
+        dofs = []
         if name in rows.spans:
-            own.append(rows.dofs(name))
+            dofs.append(rows.dofs(name))
         if name in model.mesh.surfaces:
-            own.append(surface_dofs(model, name, "modes.kept"))
-        if not own:
+            dofs.append(surface_dofs(model, name, "modes.kept"))
+        if not dofs:
             have = ", ".join(sorted({*rows.spans, *model.mesh.surfaces})) or "none"
             raise InputError(f"modes.kept: '{name}' given, the component has the interfaces and surfaces {have}")
-        at = np.isin(boundary, np.concatenate(own))
-        if not at.any():
+        chosen = np.isin(boundary, np.concatenate(dofs))
+        if not chosen.any():
             raise InputError(f"modes.kept: '{name}' given, none of its dofs is on the boundary; add it to boundary")
-        kept |= at
-    return kept
+        physical |= chosen
+    return physical

@@ -95,7 +95,7 @@ def lowest(modes: NormalModes, count: int) -> NormalModes:
 
 
 def completed(
-    model: FEModel, rows: ContactRows, kept: NormalModes, flexibility: Flexibility | None = None
+    model: FEModel, rows: ContactRows, modes: NormalModes, flexibility: Flexibility | None = None
 ) -> Reduction:
     """Return kept normal modes or Ritz vectors with the static correction shapes of pressures and weights, and R.
 
@@ -108,32 +108,32 @@ def completed(
         StageError: shapes are not orthogonal, or R is not symmetric and positive semidefinite.
     """
     smooth = np.empty((rows.B.shape[0], 0)) if rows.smooth is None else rows.smooth
-    residual = residual_shapes(model, rows.B, kept, np.column_stack([rows.pressures, smooth]), flexibility)
-    carried = (rows.B @ kept.Phi) / kept.angular_frequencies**2
-    responses = residual.fields[:, rows.pressures.shape[1] :] + kept.Phi @ (carried.T @ smooth)
-    lacking = _lacking(rows, kept, residual)
-    sagging = _sagging(model, rows, kept, flexibility)
+    residual = residual_shapes(model, rows.B, modes, np.column_stack([rows.pressures, smooth]), flexibility)
+    carried = (rows.B @ modes.Phi) / modes.angular_frequencies**2
+    responses = residual.fields[:, rows.pressures.shape[1] :] + modes.Phi @ (carried.T @ smooth)
+    lacking = _lacking(rows, modes, residual)
+    sagging = _sagging(model, rows, modes, flexibility)
     residual = replace(residual, fields=np.column_stack([residual.fields[:, lacking], sagging]))
     static = static_shapes(model, rows.B, residual)
-    Phi = np.column_stack([kept.Phi, static.Phi])
-    frequencies = np.concatenate([kept.angular_frequencies, static.angular_frequencies])
-    if "ritz_dropped" in kept.quality and static.Phi.shape[1]:
+    Phi = np.column_stack([modes.Phi, static.Phi])
+    frequencies = np.concatenate([modes.angular_frequencies, static.angular_frequencies])
+    if "ritz_dropped" in modes.quality and static.Phi.shape[1]:
         together = ritz_modes(model, Phi)
         Phi, frequencies = together.Phi, together.angular_frequencies
-    proven = 0 if "ritz_dropped" in kept.quality else len(kept.angular_frequencies)
+    proven = 0 if "ritz_dropped" in modes.quality else len(modes.angular_frequencies)
     orthogonality = float(np.abs(Phi.T @ (model.M @ Phi) - np.eye(Phi.shape[1])).max()) if Phi.size else 0.0
     if orthogonality > ORTHOGONALITY_TOLERANCE:
         raise StageError(
             f"modes: orthogonality of static shapes {orthogonality:.2g}, allowed: {ORTHOGONALITY_TOLERANCE:g}"
         )
-    R, least = _definite(static.residual_flexibility, residual.scale, _noise(model, frequencies))
-    quality = kept.quality | {
+    R, lowest_eigenvalue = _definite(static.residual_flexibility, residual.scale, _noise(model, frequencies))
+    quality = modes.quality | {
         "basis_orthogonality": orthogonality,
         SHAPE_ERRORS: _shape_errors(model, frequencies[proven:], Phi[:, proven:], flexibility),
         "static_dropped": rows.pressures.shape[1] + sagging.shape[1] - static.Phi.shape[1],
-        "residual_lowest_eigenvalue": least,
+        "residual_lowest_eigenvalue": lowest_eigenvalue,
     }
-    return Reduction(frequencies, Phi, len(kept.angular_frequencies), R, quality, responses)
+    return Reduction(frequencies, Phi, len(modes.angular_frequencies), R, quality, responses)
 
 
 def _shape_errors(
@@ -146,37 +146,39 @@ def _shape_errors(
     """
     if not shapes.shape[1]:
         return []
-    own, loads = flexibility or Flexibility(model), model.M @ shapes
-    iterated = np.column_stack([own.solve(loads[:, at : at + BLOCK]) for at in range(0, loads.shape[1], BLOCK)])
+    factor, loads = flexibility or Flexibility(model), model.M @ shapes
+    iterated = np.column_stack(
+        [factor.solve(loads[:, start : start + BLOCK]) for start in range(0, loads.shape[1], BLOCK)]
+    )
     if flexibility is None:
-        own.free()
-    work, mass = (np.einsum("dk,dk->k", one, iterated) for one in (loads, model.M @ iterated))
+        factor.free()
+    work, mass = (np.einsum("dk,dk->k", forces, iterated) for forces in (loads, model.M @ iterated))
     return np.clip(1 - np.sqrt(work / mass) / frequencies, 0.0, 1.0).tolist()
 
 
-def _sagging(model: FEModel, rows: ContactRows, kept: NormalModes, flexibility: Flexibility | None) -> np.ndarray:
+def _sagging(model: FEModel, rows: ContactRows, modes: NormalModes, flexibility: Flexibility | None) -> np.ndarray:
     """Return the static displacement under weights that kept shapes lack, where it does more work than `SAGS`."""
     if rows.weights is None or not rows.weights.shape[1]:
         return np.empty((len(model.held), 0))
-    own = flexibility or Flexibility(model)
-    whole = own.solve(rows.weights)
+    factor = flexibility or Flexibility(model)
+    u_static = factor.solve(rows.weights)
     if flexibility is None:
-        own.free()
-    if "ritz_dropped" in kept.quality:
-        rest = whole - (kept.Phi / kept.angular_frequencies**2) @ (kept.Phi.T @ rows.weights)
+        factor.free()
+    if "ritz_dropped" in modes.quality:
+        u_residual = u_static - (modes.Phi / modes.angular_frequencies**2) @ (modes.Phi.T @ rows.weights)
     else:
-        rest = whole
+        u_residual = u_static
         for _ in range(2):  # Most of the first one cancels.
-            rest = rest - kept.Phi @ (kept.Phi.T @ (model.M @ rest))
-    work = np.einsum("dk,dk->k", rows.weights, whole)
-    return rest[:, np.einsum("dk,dk->k", rows.weights, rest) > SAGS * work]
+            u_residual = u_residual - modes.Phi @ (modes.Phi.T @ (model.M @ u_residual))
+    work = np.einsum("dk,dk->k", rows.weights, u_static)
+    return u_residual[:, np.einsum("dk,dk->k", rows.weights, u_residual) > SAGS * work]
 
 
-def _lacking(rows: ContactRows, kept: NormalModes, residual: Residual) -> np.ndarray:
+def _lacking(rows: ContactRows, modes: NormalModes, residual: Residual) -> np.ndarray:
     """Return the numbers of the pressure fields whose residual displacement is above round-off, (k,)."""
-    own = (rows.pressures.T @ (rows.B @ kept.Phi)) / kept.angular_frequencies
-    rest = np.einsum("ck,cd,dk->k", rows.pressures, residual.flexibility, rows.pressures, optimize=True)
-    return np.flatnonzero(rest > DEFINITENESS_TOLERANCE * (rest + (own**2).sum(axis=1)))
+    amplitudes = (rows.pressures.T @ (rows.B @ modes.Phi)) / modes.angular_frequencies
+    compliance = np.einsum("ck,cd,dk->k", rows.pressures, residual.flexibility, rows.pressures, optimize=True)
+    return np.flatnonzero(compliance > DEFINITENESS_TOLERANCE * (compliance + (amplitudes**2).sum(axis=1)))
 
 
 def _noise(model: FEModel, frequencies: np.ndarray) -> float:
@@ -197,14 +199,16 @@ def _definite(R: np.ndarray, scale: np.ndarray, noise: float) -> tuple[np.ndarra
         return R, 0.0
     block, size = np.ix_(rows, rows), scale[rows]
     values, vectors = np.linalg.eigh(R[block] / np.outer(size, size))
-    least = float(values[0])
-    if least < -noise:
-        raise StageError(f"modes: least scaled eigenvalue of residual flexibility {least:.2g}, allowed: {-noise:.2g}")
-    if least < 0:
+    lowest_eigenvalue = float(values[0])
+    if lowest_eigenvalue < -noise:
+        raise StageError(
+            f"modes: least scaled eigenvalue of residual flexibility {lowest_eigenvalue:.2g}, allowed: {-noise:.2g}"
+        )
+    if lowest_eigenvalue < 0:
         R = R.copy()
         R[block] -= (vectors * np.minimum(values, 0.0)) @ vectors.T * np.outer(size, size)
         R = 0.5 * (R + R.T)
-    return R, least
+    return R, lowest_eigenvalue
 
 
 def reference_reaction(model: FEModel, reduction: Reduction, nodes: np.ndarray) -> float:
@@ -213,11 +217,11 @@ def reference_reaction(model: FEModel, reduction: Reduction, nodes: np.ndarray) 
     max over shapes of ‖r‖ / ‖K φ‖ with r = K φ − ω² M φ on the surface's free dofs; each dof is scaled by the root of
     its stiffness, so that forces and moments are comparable. Zero for normal modes, whose boundary there is natural.
     """
-    at = np.zeros((len(model.nodes), len(model.directions)), bool)
-    at[nodes] = True
-    at = at.ravel()
+    on_surface = np.zeros((len(model.nodes), len(model.directions)), bool)
+    on_surface[nodes] = True
+    on_surface = on_surface.ravel()
     weight = 1 / np.sqrt(model.K.diagonal())
     forces = (model.K @ reduction.Phi) * weight[:, None]
-    rest = forces - (model.M @ reduction.Phi) * reduction.angular_frequencies**2 * weight[:, None]
+    R = forces - (model.M @ reduction.Phi) * reduction.angular_frequencies**2 * weight[:, None]
     free = ~model.held
-    return float((np.linalg.norm(rest[at & free], axis=0) / np.linalg.norm(forces[free], axis=0)).max())
+    return float((np.linalg.norm(R[on_surface & free], axis=0) / np.linalg.norm(forces[free], axis=0)).max())

@@ -29,16 +29,16 @@ more than 1e-6, bending and torsion less than 1e-10."""
 
 def ritz(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
     """Reduce a body to the Ritz vectors that loads on its interfaces excite."""
-    wanted = settings.ritz_count or 2 * settings.normal_count
+    vector_count = settings.ritz_count or 2 * settings.normal_count
     source = RitzVectors(model)
-    loads = _load_patterns(model, rows, source.flexibility, max(wanted // 2, 1))
-    vectors, dropped = source.krylov(rows.B.T @ loads, wanted)
+    loads = _load_patterns(model, rows, source.flexibility, max(vector_count // 2, 1))
+    vectors, dropped = source.krylov(rows.B.T @ loads, vector_count)
     modes = ritz_modes(model, vectors)
     excited = _excited(rows, modes)
     if len(excited) < settings.normal_count:
         raise InputError(
             f"modes.normal_count: {settings.normal_count} given, loads on the interfaces excite {len(excited)} of the"
-            f" {wanted} vectors; increase modes.ritz_count or reduce modes.normal_count"
+            f" {vector_count} vectors; increase modes.ritz_count or reduce modes.normal_count"
         )
     modes = replace(modes, angular_frequencies=modes.angular_frequencies[excited], Phi=modes.Phi[:, excited])
     quality = modes.quality | {
@@ -47,26 +47,26 @@ def ritz(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reductio
         "ritz_excited": len(excited),
         "ritz_dropped": modes.quality["ritz_dropped"] + dropped,
     }
-    kept = lowest(replace(modes, quality=quality), settings.normal_count)
-    reduction = completed(model, rows, kept, source.flexibility)
+    lowest_modes = lowest(replace(modes, quality=quality), settings.normal_count)
+    reduction = completed(model, rows, lowest_modes, source.flexibility)
     source.free()
     return reduction
 
 
 def _excited(rows: ContactRows, modes: NormalModes) -> np.ndarray:
     """Return the numbers of the modes that loads on the rows excite."""
-    share = (rows.B @ modes.Phi) ** 2 / modes.angular_frequencies**2
-    whole = share.sum(axis=1, keepdims=True)
-    return np.flatnonzero((share / np.where(whole > 0, whole, 1.0)).max(axis=0) > PARTICIPATION)
+    compliances = (rows.B @ modes.Phi) ** 2 / modes.angular_frequencies**2
+    totals = compliances.sum(axis=1, keepdims=True)
+    return np.flatnonzero((compliances / np.where(totals > 0, totals, 1.0)).max(axis=0) > PARTICIPATION)
 
 
-def _load_patterns(model: FEModel, rows: ContactRows, flexibility: Flexibility, most: int) -> np.ndarray:
-    """Return independent load patterns over the rows, the most flexible first, (c, k), k at most `most`."""
+def _load_patterns(model: FEModel, rows: ContactRows, flexibility: Flexibility, limit: int) -> np.ndarray:
+    """Return independent load patterns over the rows, the most flexible first, (c, k), k at most `limit`."""
     if not rows.B.shape[0]:
         raise InputError("modes.reduction: 'ritz' given, it needs at least one interface to load the component")
     nothing = NormalModes(np.empty(0), np.empty((rows.B.shape[1], 0)), {})
-    whole = residual_shapes(model, rows.B, nothing, np.empty((rows.B.shape[0], 0)), flexibility)
-    strength, patterns = linalg.eigh(whole.flexibility / np.outer(whole.scale, whole.scale))
-    order = np.argsort(-strength)[:most]
+    residual = residual_shapes(model, rows.B, nothing, np.empty((rows.B.shape[0], 0)), flexibility)
+    strength, patterns = linalg.eigh(residual.flexibility / np.outer(residual.scale, residual.scale))
+    order = np.argsort(-strength)[:limit]
     order = order[strength[order] > RANK_TOLERANCE * strength[-1]]
-    return patterns[:, order] / whole.scale[:, None]
+    return patterns[:, order] / residual.scale[:, None]

@@ -38,26 +38,26 @@ class RitzVectors:
             InputError: the loads are no forces on this body, or have fewer independent vectors.
         """
         size = self._model.K.shape[0]
-        first = np.empty((size, 0)) if normal is None else normal.Phi
+        start = np.empty((size, 0)) if normal is None else normal.Phi
         if loads.ndim != 2 or loads.shape[0] != size or not np.isfinite(loads).all():
             raise InputError(f"loads: shape {loads.shape} given; expected finite nodal forces ({size}, k)")
-        if count <= first.shape[1]:
-            raise InputError(f"count: {count} given; expected more than the {first.shape[1]} kept normal modes")
-        basis, _ = self.krylov(loads, count, first)
+        if count <= start.shape[1]:
+            raise InputError(f"count: {count} given; expected more than the {start.shape[1]} kept normal modes")
+        basis, _ = self.krylov(loads, count, start)
         modes = ritz_modes(self._model, basis) if basis.shape[1] == count else None
         if modes is None or modes.Phi.shape[1] < count:
             got = basis.shape[1] if modes is None else modes.Phi.shape[1]
             raise InputError(f"count: {count} given, loads and kept normal modes have {got} independent vectors")
         return modes
 
-    def krylov(self, loads: np.ndarray, count: int, first: np.ndarray | None = None) -> tuple[np.ndarray, int]:
+    def krylov(self, loads: np.ndarray, count: int, start: np.ndarray | None = None) -> tuple[np.ndarray, int]:
         """Return at most `count` M-orthonormal vectors of loads (dofs, k), and the number of dropped dependent ones.
 
         Args:
-            first: M-orthonormal vectors that precede them, (dofs, m).
+            start: M-orthonormal vectors that precede them, (dofs, m).
         """
         M = self._model.M
-        basis, dropped = np.empty((loads.shape[0], 0)) if first is None else first, 0
+        basis, dropped = np.empty((loads.shape[0], 0)) if start is None else start, 0
         images = M @ basis
         while basis.shape[1] < count and loads.shape[1]:
             block = self._solved(loads)
@@ -66,10 +66,10 @@ class RitzVectors:
             for _ in range(2):
                 block = block - basis @ (images.T @ block)
             strength, directions = linalg.eigh(block.T @ (M @ block))
-            kept = np.flatnonzero(strength > RANK_TOLERANCE)[::-1]
-            dropped += loads.shape[1] - len(kept)
-            kept = kept[: count - basis.shape[1]]
-            block = block @ (directions[:, kept] / np.sqrt(strength[kept]))
+            independent = np.flatnonzero(strength > RANK_TOLERANCE)[::-1]
+            dropped += loads.shape[1] - len(independent)
+            independent = independent[: count - basis.shape[1]]
+            block = block @ (directions[:, independent] / np.sqrt(strength[independent]))
             # The rest of a nearly dependent block is orthogonal to few digits only: repeated.
             block = block - basis @ (images.T @ block)
             loads = M @ block

@@ -61,21 +61,21 @@ class HeldFactor:
 def row_craig_bampton(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
     """Reduce a body to constraint modes of all rows and the lowest modes with all rows held."""
     count = row_count(rows, "row-craig-bampton")
-    fixed, whole = fixed_modes(model, rows, settings.fixed_count)
+    fixed, whole_count = fixed_modes(model, rows, settings.fixed_count)
     flexibility = Flexibility(model, rows.B)
     balanced = null_motions((rows.B @ model.rigid_modes).T, EMPTY * float(np.abs(model.rigid_modes).max(initial=0.0)))
     forces = balanced if model.rigid_modes.shape[1] else np.eye(count)
     static = [flexibility.solve((forces[k : k + BLOCK] @ rows.B).T) for k in range(0, len(forces), BLOCK)]
     modes = ritz_modes(model, np.column_stack([fixed, *static]))
-    found = len(modes.angular_frequencies)
-    if found < max(1, settings.normal_count):
+    mode_count = len(modes.angular_frequencies)
+    if mode_count < max(1, settings.normal_count):
         raise InputError(
             f"modes.normal_count: {settings.normal_count} given, {count} rows and {settings.fixed_count} modes with"
-            f" rows held have {found} coordinates; request fewer, or 0 for all"
+            f" rows held have {mode_count} coordinates; request fewer, or 0 for all"
         )
-    quality = modes.quality | {"held_rows": count, "whole_fixed_count": whole}
+    quality = modes.quality | {"held_rows": count, "whole_fixed_count": whole_count}
     reduction = completed(
-        model, rows, lowest(replace(modes, quality=quality), settings.normal_count or found), flexibility
+        model, rows, lowest(replace(modes, quality=quality), settings.normal_count or mode_count), flexibility
     )
     flexibility.free()
     return reduction
@@ -92,19 +92,19 @@ def fixed_modes(model: FEModel, rows: ContactRows, count: int) -> tuple[np.ndarr
     # Rigid motions that no row notices remain, and are no modes.
     loose = null_motions(B @ problem.rigid, EMPTY * float(np.abs(problem.rigid).max(initial=0.0)))
     problem = replace(problem, rigid=problem.rigid @ loose.T)
-    most = B.shape[1] - np.linalg.matrix_rank(B) - len(loose)
-    if count > most:
+    limit = B.shape[1] - np.linalg.matrix_rank(B) - len(loose)
+    if count > limit:
         raise InputError(
-            f"modes.fixed_count: {count} given, the body with its interfaces held has {most} modes; refine the mesh or"
+            f"modes.fixed_count: {count} given, the body with its interfaces held has {limit} modes; refine the mesh or"
             " request fewer modes"
         )
     Phi = np.zeros((len(model.held), count))
     if count == 0:
         return Phi, 0
-    if B.shape[1] <= DENSE or count + SPARE >= most:
+    if B.shape[1] <= DENSE or count + SPARE >= limit:
         N = linalg.null_space(B)
         K, M = (N.T @ (matrix @ N) for matrix in (problem.K, problem.M))
-        values, vectors = linalg.eigh(K, M, subset_by_index=(0, len(loose) + min(count + SPARE, most) - 1))
+        values, vectors = linalg.eigh(K, M, subset_by_index=(0, len(loose) + min(count + SPARE, limit) - 1))
         Phi[model.free] = N @ vectors[:, len(loose) : len(loose) + count]
         return Phi, whole_groups(values[len(loose) :], count)
     shift = lower_shift(model, Problem.of(model))

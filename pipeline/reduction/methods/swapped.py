@@ -35,32 +35,35 @@ class Crossed:
 
 
 def swapped(
-    model: FEModel, rows: ContactRows, own: Reduction, swap: Swap, crossed: Crossed
+    model: FEModel, rows: ContactRows, reduction: Reduction, swap: Swap, crossed: Crossed
 ) -> tuple[Reduction, SwapModes]:
     """Return a reduction with the vectors of all bases behind its normal modes, and which basis has which.
 
-    Shapes of `own` that are no normal modes become part of every basis.
+    Shapes of `reduction` that are no normal modes become part of every basis.
 
     Raises:
         InputError: the force does not cross the space, or has too few independent vectors there.
         StageError: a basis is not orthonormal.
     """
-    if own.Phi.shape[1] + swap.vectors > (most := largest_count(model)):
+    if reduction.Phi.shape[1] + swap.vectors > (limit := largest_count(model)):
         raise InputError(
-            f"modes.swap.vectors: {swap.vectors} given beside {own.Phi.shape[1]} other shapes, its mesh has {most} in"
-            " all; use fewer"
+            f"modes.swap.vectors: {swap.vectors} given beside {reduction.Phi.shape[1]} other shapes, its mesh has"
+            f" {limit} in all; use fewer"
         )
     source, ends = RitzVectors(model), crossed.borders(swap.bases)
-    frequencies, shapes = [own.angular_frequencies[: own.normal_count]], [own.Phi[:, : own.normal_count]]
-    for part in range(swap.bases):
-        along = np.linspace(ends[part], ends[part + 1], swap.vectors)
+    frequencies, shapes = (
+        [reduction.angular_frequencies[: reduction.normal_count]],
+        [reduction.Phi[:, : reduction.normal_count]],
+    )
+    for k in range(swap.bases):
+        along = np.linspace(ends[k], ends[k + 1], swap.vectors)
         loads = rows.B[slice(*rows.spans[crossed.interface])].T @ _loads(crossed, along).T
-        wanted = own.Phi.shape[1] + swap.vectors
-        basis, _ = source.krylov(loads, wanted, own.Phi)
-        modes = ritz_modes(model, basis[:, own.normal_count :])
-        if modes.Phi.shape[1] < (needed := wanted - own.normal_count):
+        count = reduction.Phi.shape[1] + swap.vectors
+        basis, _ = source.krylov(loads, count, reduction.Phi)
+        modes = ritz_modes(model, basis[:, reduction.normal_count :])
+        if modes.Phi.shape[1] < (needed := count - reduction.normal_count):
             raise InputError(
-                f"modes.swap.vectors: {swap.vectors} given, the force between {ends[part]:.4g} and {ends[part + 1]:.4g}"
+                f"modes.swap.vectors: {swap.vectors} given, the force between {ends[k]:.4g} and {ends[k + 1]:.4g}"
                 f" m along '{crossed.interface}' has {modes.Phi.shape[1] - needed + swap.vectors} independent ones"
                 " beside the normal modes; use fewer"
             )
@@ -68,24 +71,24 @@ def swapped(
         shapes.append(modes.Phi)
     source.free()
     Phi = np.column_stack(shapes)
-    number = np.repeat(np.arange(len(shapes)), [one.shape[1] for one in shapes])
+    basis_ids = np.repeat(np.arange(len(shapes)), [block.shape[1] for block in shapes])
     overlap = Phi.T @ (model.M @ Phi)
-    alike = (number[:, None] == number) | (number == 0) | (number[:, None] == 0)
-    error = float(np.abs(overlap - np.eye(len(number)))[alike].max())
+    alike = (basis_ids[:, None] == basis_ids) | (basis_ids == 0) | (basis_ids[:, None] == 0)
+    error = float(np.abs(overlap - np.eye(len(basis_ids)))[alike].max())
     if error > ORTHOGONALITY_TOLERANCE:
         raise StageError(f"modes: orthogonality of bases {error:.2g}, allowed: {ORTHOGONALITY_TOLERANCE:g}")
-    found = SwapModes(crossed.interface, number, ends[1:-1].copy(), overlap)
-    quality = own.quality | {"swap_orthogonality": error}
-    return replace(own, angular_frequencies=np.concatenate(frequencies), Phi=Phi, quality=quality), found
+    swap_modes = SwapModes(crossed.interface, basis_ids, ends[1:-1].copy(), overlap)
+    quality = reduction.quality | {"swap_orthogonality": error}
+    return replace(reduction, angular_frequencies=np.concatenate(frequencies), Phi=Phi, quality=quality), swap_modes
 
 
 def _loads(crossed: Crossed, along: np.ndarray) -> np.ndarray:
     """Return a unit force at places along on all functions of the space, (p, F)."""
-    space, places = crossed.space, np.column_stack([np.full(len(along), crossed.across), along])
+    space, positions = crossed.space, np.column_stack([np.full(len(along), crossed.across), along])
     low, high = space.start[0], space.start[0] + space.spacing[0] * (space.counts[0] - 3)
     if not low <= crossed.across <= high:
         raise InputError(
             f"modes.swap: the force is at {crossed.across:g} m across '{crossed.interface}', which reaches from"
             f" {low:.4g} to {high:.4g} m"
         )
-    return spread(space, places, np.ones(len(along)))
+    return spread(space, positions, np.ones(len(along)))
