@@ -104,9 +104,8 @@ def reduce_component(
     tied, spread = made_rigid(model, rigid, f"{scene_key}.interface")
     contact = replace(_stacked(acting, spread), weights=spread.T @ _weights(model, pulled))
     gauges = _gauges(model, spread, component, contact, scene_key)
-    on_tied, swap = _swapped(
-        (tied, contact, _reduced(tied, contact, component, scene_key)), component, sites, crossed, scene_key
-    )
+    reduced = tied, contact, _reduced(tied, contact, component, scene_key)
+    on_tied, swap = _swapped(reduced, component, sites, crossed, scene_key)
     reduction = replace(on_tied, Phi=spread @ on_tied.Phi)
     frequencies, supported = reduction.angular_frequencies, bool(model.held.any())
     responses = np.empty((len(model.held), 0)) if on_tied.responses is None else spread @ on_tied.responses
@@ -125,15 +124,13 @@ def reduce_component(
         static_count=len(frequencies) - reduction.normal_count, angular_frequencies=frequencies,
         mass=model.properties.mass, centre=model.properties.centre, inertia=model.properties.inertia,
         rigid_twists=model.rigid_twists, shapes=model.nodal(reduction.Phi), inertia_couplings=couplings, swap=swap,
-        interfaces=_of_kind(modes, InterfaceModes),
-        interface_rows=dict(contact.spans), residual_flexibility=reduction.residual_flexibility,
-        participation=_participation(model, reduction) if supported else None,
+        interfaces=_of_kind(modes, InterfaceModes), tractions=_of_kind(modes, TractionModes),
+        loads=_of_kind(modes, LoadModes), residual_flexibility=reduction.residual_flexibility,
         quality=reduction.quality | checked | {"rigid_motions": len(model.rigid_twists)},
-        tractions=_of_kind(modes, TractionModes),
-        loads=_of_kind(modes, LoadModes),
         gauges=gauge_modes(component, gauges, tied, contact.B, on_tied, turning, weighs=bool(pulled) and supported),
+        participation=_participation(model, reduction) if supported else None,
         static_responses=static if static.columns and cell_of(model.mesh).solid else None,
-        tangential_spans=dict(contact.tangential_spans), **vars(errors),
+        interface_rows=dict(contact.spans), tangential_spans=dict(contact.tangential_spans), **vars(errors),
     )  # fmt: skip
 
 
