@@ -128,11 +128,11 @@ def _points(
 ) -> list[Point]:
     """Time every setting; one of the default sweep that is not admissible, or too slow, is omitted."""
     points: list[Point] = []
-    for number, setting in enumerate(settings):
-        stage = f"setting {number + 1} of {len(settings)}"
-        progress(stage, number / len(settings))
+    for i, setting in enumerate(settings):
+        stage = f"setting {i + 1} of {len(settings)}"
+        progress(stage, i / len(settings))
         changed = variant(job, setting.changes)
-        dearest = max((one.timed.cpu for one in points if one.timed is not None), default=math.inf)
+        dearest = max((p.timed.cpu for p in points if p.timed is not None), default=math.inf)
         limit = math.inf if setting.named or job.scene.report.sweep else max(PATIENCE, 10 * dearest)
         try:
             points.append(point(setting, changed, timed(changed, repeat, limit)))
@@ -150,34 +150,34 @@ def _points(
 
 def _comparable(points: list[Point], reference: Reference | None, left_out: list[dict[str, str]]) -> list[Point]:
     """Omit runs of the default sweep that do not have all quantities of the reference."""
-    found = []
-    for one in points:
-        asked = reference.expected.keys() if reference is not None and one.ran else set()
-        missing = sorted(asked - values_of(one.trajectory).keys()) if one.ran else []
-        if missing and not one.setting.named:
-            left_out.append({"name": one.setting.name, "why": f"its run has no {', '.join(missing)}"})
+    comparable = []
+    for candidate in points:
+        expected = reference.expected.keys() if reference is not None and candidate.ran else set()
+        missing = sorted(expected - values_of(candidate.trajectory).keys()) if candidate.ran else []
+        if missing and not candidate.setting.named:
+            left_out.append({"name": candidate.setting.name, "why": f"its run has no {', '.join(missing)}"})
         else:
-            found.append(one)
-    return found
+            comparable.append(candidate)
+    return comparable
 
 
 def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) -> list[Point]:
     """Add to every point the runs of finer steps for its time error."""
-    wanted = {
-        number: finer(one.job, one.setting, one.fineness)
-        for number, one in enumerate(points)
-        if one.timed is not None
-        and one.ran
-        and finest_step(one, points) is None  # Otherwise a finer step of the sweep is the reference.
-        and (one.setting.named or FINER * one.timed.cpu < PATIENCE)
+    finer_settings = {
+        i: finer(p.job, p.setting, p.fineness)
+        for i, p in enumerate(points)
+        if p.timed is not None
+        and p.ran
+        and finest_step(p, points) is None  # Otherwise a finer step of the sweep is the reference.
+        and (p.setting.named or FINER * p.timed.cpu < PATIENCE)
     }
     progress("finer steps", 0.0)
-    dearest = max((one.timed.cpu for one in points if one.timed is not None), default=0.0)
+    dearest = max((p.timed.cpu for p in points if p.timed is not None), default=0.0)
     spread(
-        job, [setting.changes for settings in wanted.values() for setting in settings], jobs,
-        max(PATIENCE, 10 * dearest), lambda share: progress("finer steps", min(share, 0.999)),
+        job, [setting.changes for settings in finer_settings.values() for setting in settings], jobs,
+        max(PATIENCE, 10 * dearest), lambda fraction: progress("finer steps", min(fraction, 0.999)),
     )  # fmt: skip
-    return [replace(one, finer=_finished(job, wanted.get(number, []))) for number, one in enumerate(points)]
+    return [replace(p, finer=_finished(job, finer_settings.get(i, []))) for i, p in enumerate(points)]
 
 
 def _finished(job: Job, settings: Sequence[Setting]) -> tuple[tuple[str, float, Trajectory], ...]:
@@ -189,12 +189,12 @@ def _finished(job: Job, settings: Sequence[Setting]) -> tuple[tuple[str, float, 
 
 def _finest(job: Job, points: Sequence[Point]) -> Reference:
     """Return the finest run of the scheme of the scene itself, or of the first scheme that ran."""
-    own = point(Setting("", {}), job, None).scheme[0]
-    for scheme in dict.fromkeys([own, *(one.scheme[0] for one in points)]):
+    own_scheme = point(Setting("", {}), job, None).scheme[0]
+    for scheme in dict.fromkeys([own_scheme, *(p.scheme[0] for p in points)]):
         if (best := finest_of(points, scheme)) is not None:
             name, trajectory = best
-            found = reference_run(job, trajectory, None, name)
-            return replace(found, source=f"the finest setting of the sweep: {name}")
+            reference = reference_run(job, trajectory, None, name)
+            return replace(reference, source=f"the finest setting of the sweep: {name}")
     raise AssertionError("a run has finished")
 
 
@@ -222,23 +222,23 @@ def _force_picture(job: Job, one: Point, reference: Reference) -> bytes | None:
 
 def turned_too_far(run: NodalRecord, bodies: Sequence[str], limit: float) -> list[str]:
     """Return a note for each body of a full-FE run that has turned by more than a limit [rad] at its end."""
-    found = []
+    notes = []
     for name in bodies:
         turns = [run.quantities.get(f"{name}.turn_{axis}", {"value": 0.0})["value"] for axis in "xyz"]
         if (angle := math.hypot(*turns)) > limit:
-            found.append(
+            notes.append(
                 f"In full FE body '{name}' has turned by {angle:.3g} rad at the end, beyond run.limits.angle ="
                 f" {limit:g} rad, which ends a reduced run: rotations are linear in full FE too, so that it is no"
                 " reference there."
             )
-    return found
+    return notes
 
 
 def _failure(one: Point) -> str:
     return f"{one.setting.name}: {one.failure or one.trajectory.result}"
 
 
-def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity], kind: str) -> list[str]:
+def _notes(job: Job, nodal: Sequence[NodalRecord], compared: Sequence[Quantity], kind: str) -> list[str]:
     notes = []
     if job.scene.joint and len(nodal) > 1:
         until = reproducible(job, list(nodal))
@@ -249,7 +249,7 @@ def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity], ki
             )
     if nodal:
         notes += turned_too_far(nodal[-1], list(job.scene.body), job.scene.run.limits.angle)
-    uncounted = [one.name for one in found if not one.counts and one.converges is False]
+    uncounted = [q.name for q in compared if not q.counts and q.converges is False]
     if uncounted and kind == "finest":
         notes.append(
             "These quantities do not count, because the sweep is the only reference and they do not converge over it:"

@@ -32,8 +32,8 @@ def change_rows(job: Job, progress: Callable[[str, float], None]) -> list[dict[s
     if not changes:
         return []
     # The step of the unchanged run, so that the runs differ in the change only.
-    (own,), _ = with_steps(design, [Setting("as in the scene", {})], progress)
-    design, rows = variant(design, own.changes), []
+    (setting,), _ = with_steps(design, [Setting("as in the scene", {})], progress)
+    design, rows = variant(design, setting.changes), []
     with tempfile.TemporaryDirectory() as folder:
         base = replace(_on_update(design, "reuse"), store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
         progress("first run", 0.0)
@@ -57,8 +57,8 @@ def _own_change(job: Job) -> tuple[Job, dict[str, dict[str, Any]]]:
     if not moved:
         return job, {}
     bare = {name: {"change": {"profile": {"table": UNSET, "offset": UNSET, "scale": UNSET}}} for name in moved}
-    given = {name: {"change": {"profile": job.tables["component"][name]["change"]["profile"]}} for name in moved}
-    return variant(job, {"component": bare}), {"the scene's own": {"component": given}}
+    profiles = {name: {"change": {"profile": job.tables["component"][name]["change"]["profile"]}} for name in moved}
+    return variant(job, {"component": bare}), {"the scene's own": {"component": profiles}}
 
 
 def _on_update(job: Job, update: str) -> Job:
@@ -70,7 +70,7 @@ def _on_update(job: Job, update: str) -> Job:
 def _row(job: Job, name: str, reports: tuple[RunReport, RunReport, RunReport]) -> dict[str, Any]:
     """Return the row of one change from its runs: cold and unchanged, changed with reuse, changed with recompute."""
     trajectories = [job.store.get(report.stages["solve"].key, "trajectory") for report in reports]
-    runs = [histories(job, one) for one in trajectories]
+    runs = [histories(job, run) for run in trajectories]
     cold, reused, recomputed = (sum(stage.seconds for stage in report.stages.values()) for report in reports)
     unchanged, exact = (history_reference(job, *runs[n], end_of(job)) for n in (0, 2))
     impulse_error, force_error = exact.errors(*runs[1])

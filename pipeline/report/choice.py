@@ -28,14 +28,14 @@ def doubtful(quantities: Sequence[Quantity], tolerance: float) -> set[str]:
 
     Chains whose values agree within the tolerance are not among them.
     """
-    chains = [chain for one in quantities if one.counts for chain in one.chains if chain.converges is False]
+    chains = [chain for q in quantities if q.counts for chain in q.chains if chain.converges is False]
     return {run for chain in chains if not _agree(chain.differences, tolerance) for run in chain.runs}
 
 
 def _agree(differences: Sequence[float | None], tolerance: float) -> bool:
     """Whether values agree; one without a value, None in a document that was read back, agrees with none."""
-    known = [one for one in differences if one is not None and math.isfinite(one)]
-    return len(known) == len(differences) and float(np.ptp(known)) <= tolerance
+    finite = [d for d in differences if d is not None and math.isfinite(d)]
+    return len(finite) == len(differences) and float(np.ptp(finite)) <= tolerance
 
 
 def choose(runs: Sequence[Run], tolerance: float, quantities: Sequence[Quantity] = ()) -> Choice:
@@ -113,7 +113,7 @@ def on_its_mesh(choice: Choice, runs: Sequence[Run], budget: Budget | None, same
 def _meshes(run: Run) -> dict[str, Any]:
     """Return the changes of meshes among the settings of a run."""
     components = run.settings.get("component", {})
-    return {name: one["mesh"] for name, one in components.items() if "mesh" in one}
+    return {name: component["mesh"] for name, component in components.items() if "mesh" in component}
 
 
 def kept_reports(job: Job) -> Iterator[Product]:
@@ -121,15 +121,15 @@ def kept_reports(job: Job) -> Iterator[Product]:
 
     Records are never changed, and measured times differ from report to report.
     """
-    stages = {place: step.inputs for place, step in job.products(job.stages[:-1]).items()}
+    stages = {stage: step.inputs for stage, step in job.products(job.stages[:-1]).items()}
     settings = job.scene.report.model_dump(mode="json")
     if job.scene.report.reference is not None:
         path = find_file(job.scene.report.reference, job.folder, f"{job.path}: report.reference")
         settings["reference"] = file_digest(path)
-    for number in itertools.count():
-        one = product("report", job.name, {"stages": stages, "settings": settings, "number": number})
-        yield one
-        if not job.store.has(one.key):
+    for i in itertools.count():
+        report = product("report", job.name, {"stages": stages, "settings": settings, "number": i})
+        yield report
+        if not job.store.has(report.key):
             return
 
 
@@ -142,9 +142,9 @@ def newest_report(job: Job) -> Document | None:
 def keep_report(job: Job, document: Document) -> None:
     """Store a report as the newest of its scene, unless the newest one is equal."""
     *made, coming = kept_reports(job)
-    found = document.as_json()
-    if not made or job.store.get(made[-1].key, "report").document != found:
-        keep(job.store, coming, ReportRecord(found))
+    content = document.as_json()
+    if not made or job.store.get(made[-1].key, "report").document != content:
+        keep(job.store, coming, ReportRecord(content))
 
 
 def chosen(job: SceneJob, tolerance: float, same_mesh: bool = False) -> tuple[Job, str]:
@@ -162,13 +162,13 @@ def chosen(job: SceneJob, tolerance: float, same_mesh: bool = False) -> tuple[Jo
         raise InputError(
             f"{job.path}: --tolerance: the database has no report of this scene; run: gudgeon report {job.path}"
         )
-    found = choose(document.runs, tolerance, document.quantities)
-    found = on_its_mesh(found, document.runs, document.budget, same_mesh)
-    if found.run is None:
-        raise InputError(f"{job.path}: --tolerance: {found.why}")
-    taken = f"in {seconds_text(found.cpu_seconds)} of CPU time"
-    said = f"{found.run}: error {size_text(found.error)} ({found.of}) {taken}, {found.why}"
-    return replace(variant(job, merged(found.settings or {}, UNCHECKED)), out=job.out), said
+    choice = choose(document.runs, tolerance, document.quantities)
+    choice = on_its_mesh(choice, document.runs, document.budget, same_mesh)
+    if choice.run is None:
+        raise InputError(f"{job.path}: --tolerance: {choice.why}")
+    taken = f"in {seconds_text(choice.cpu_seconds)} of CPU time"
+    said = f"{choice.run}: error {size_text(choice.error)} ({choice.of}) {taken}, {choice.why}"
+    return replace(variant(job, merged(choice.settings or {}, UNCHECKED)), out=job.out), said
 
 
 def run_chosen(

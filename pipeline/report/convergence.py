@@ -47,12 +47,12 @@ def converges(differences: Sequence[float]) -> bool | None:
     Args:
         differences: Relative difference of each run from the finest, which is the last.
     """
-    apart = np.abs(np.asarray(differences[:-1], float))
+    distances = np.abs(np.asarray(differences[:-1], float))
     if len(differences) < LEAST:
         return None
-    if not np.isfinite(apart).all():
+    if not np.isfinite(distances).all():
         return False
-    return bool(apart.max() <= SETTLED or apart[-1] <= SHRINKS * apart[:-1].max())
+    return bool(distances.max() <= SETTLED or distances[-1] <= SHRINKS * distances[:-1].max())
 
 
 def order_of(sizes: Sequence[float], differences: Sequence[float]) -> float | None:
@@ -62,15 +62,15 @@ def order_of(sizes: Sequence[float], differences: Sequence[float]) -> float | No
         sizes: h of each run, the finest last: its step, or one over its coordinates.
         differences: As in `converges`.
     """
-    h, apart = np.asarray(sizes, float), np.abs(np.asarray(differences, float))
-    kept = (apart > ROUND_OFF) & (h > h[-1] * (1 + 1e-9))
-    if kept.sum() < LEAST - 1 or not np.isfinite(apart).all():
+    h, distances = np.asarray(sizes, float), np.abs(np.asarray(differences, float))
+    above_round_off = (distances > ROUND_OFF) & (h > h[-1] * (1 + 1e-9))
+    if above_round_off.sum() < LEAST - 1 or not np.isfinite(distances).all():
         return None
-    spread = np.log(h[kept][None] ** ORDERS[:, None] - h[-1] ** ORDERS[:, None])
-    misfit = np.log(apart[kept])[None] - spread
+    spread = np.log(h[above_round_off][None] ** ORDERS[:, None] - h[-1] ** ORDERS[:, None])
+    misfit = np.log(distances[above_round_off])[None] - spread
     best = int(np.argmin(misfit.var(axis=1)))
-    inside = 0 < best < len(ORDERS) - 1
-    return float(ORDERS[best]) if inside else None
+    interior = 0 < best < len(ORDERS) - 1
+    return float(ORDERS[best]) if interior else None
 
 
 def chain(
@@ -91,16 +91,16 @@ def chain(
 def settling(name: str, chains: Sequence[Chain]) -> tuple[bool | None, str]:
     """Return whether a quantity converges along all of its chains, None where they are too short, and that in words."""
     axes: dict[str, bool] = {}
-    for one in chains:
-        if one.converges is not None:
-            axes[one.axis] = axes.get(one.axis, True) and one.converges
+    for c in chains:
+        if c.converges is not None:
+            axes[c.axis] = axes.get(c.axis, True) and c.converges
     if not axes:
         return None, TOO_FEW
-    failing = [axis for axis, found in axes.items() if not found]
+    failing = [axis for axis, converging in axes.items() if not converging]
     if not failing:
         return True, f"converges with {' and '.join(axes)}"
-    apart = [(one.runs[-1], abs(one.differences[-2])) for one in chains if one.converges is False]
-    run, size = max(apart, key=lambda item: item[1])
+    deviations = [(c.runs[-1], abs(c.differences[-2])) for c in chains if c.converges is False]
+    run, size = max(deviations, key=lambda item: item[1])
     distance = f"; the run before '{run}' differs from it by {size:.1%}" if math.isfinite(size) else ""
     return False, f"{name} does not converge with {' and '.join(failing)} over this sweep{distance}: not fitted"
 

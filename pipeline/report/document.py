@@ -196,7 +196,7 @@ class Budget:
 
     def term(self, source: str) -> Term | None:
         """Return a term, None if the budget has none of this source."""
-        return next((one for one in self.terms if one.source == source), None)
+        return next((t for t in self.terms if t.source == source), None)
 
 
 @dataclass(frozen=True)

@@ -65,9 +65,9 @@ def parse_tolerance(text: str) -> float:
     Raises:
         ValueError: it is neither, or not between 0 and 1.
     """
-    found = re.fullmatch(r"\s*([0-9.]+(?:e[+-]?[0-9]+)?)\s*(%?)\s*", text, re.IGNORECASE)
+    match = re.fullmatch(r"\s*([0-9.]+(?:e[+-]?[0-9]+)?)\s*(%?)\s*", text, re.IGNORECASE)
     try:
-        value = float(found[1]) * (0.01 if found[2] else 1.0) if found else math.nan
+        value = float(match[1]) * (0.01 if match[2] else 1.0) if match else math.nan
     except ValueError:
         value = math.nan
     if not 0 < value < 1:

@@ -86,8 +86,8 @@ def rows(
     points: Sequence[Point], nodal: Sequence[NodalRecord], base: Job, reference: Reference, counting: set[str]
 ) -> list[Run]:
     """Return the runs of a report, full FE first."""
-    found = [_nodal_run(run, nodal, base, reference, counting) for run in nodal]
-    return found + [_run(one, points, reference, counting) for one in points]
+    runs = [_nodal_run(run, nodal, base, reference, counting) for run in nodal]
+    return runs + [_run(one, points, reference, counting) for one in points]
 
 
 def finest_of(points: Sequence[Point], scheme: str) -> tuple[str, Trajectory] | None:
@@ -191,15 +191,15 @@ def _run(one: Point, points: Sequence[Point], reference: Reference, counting: se
 def _nodal_run(
     run: NodalRecord, nodal: Sequence[NodalRecord], job: Job, reference: Reference, counting: set[str]
 ) -> Run:
-    last = run is nodal[-1]
+    is_finest = run is nodal[-1]
     itself = reference.is_run(run)
     errors = {} if itself else errors_against(job, run, reference)
     worst, size = largest(errors, counting)
     return Run(
         nodal_name(run), "nodal", "full FE", {"report": {"full_fe": {"steps": [run.step]}}}, run.coordinates,
         "FINISHED", errors=errors, largest_error=size, largest_of=worst, truncation_against="full FE",
-        time=None if last else apart_from(job, run, nodal[-1], nodal_name(nodal[-1]), reference),
-        time_against="it is the reference" if itself else "it is the finest" if last else nodal_name(nodal[-1]),
+        time=None if is_finest else apart_from(job, run, nodal[-1], nodal_name(nodal[-1]), reference),
+        time_against="it is the reference" if itself else "it is the finest" if is_finest else nodal_name(nodal[-1]),
         energy_drift=run.energy_drift, step=run.step, steps=len(run.times), factorisations=1,
         iterations=run.newton_iterations, cpu_seconds=run.cpu_seconds, wall_seconds=run.wall_seconds,
     )  # fmt: skip
@@ -210,10 +210,10 @@ def nodal_name(run: NodalRecord) -> str:
     return f"full FE, {run.step * 1e6:g} µs"
 
 
-def apart_from(job: Job, run: Ran, other: Ran, name: str, like: Reference) -> Errors:
+def apart_from(job: Job, run: Ran, reference_trajectory: Ran, name: str, like: Reference) -> Errors:
     """Return the difference of a run from another in the quantities of a reference."""
-    drift = run.energy_drift - other.energy_drift
-    return errors_against(job, run, reference_run(job, other, like, name)) | {DRIFT: drift}
+    drift = run.energy_drift - reference_trajectory.energy_drift
+    return errors_against(job, run, reference_run(job, reference_trajectory, like, name)) | {DRIFT: drift}
 
 
 def _steps(points: Sequence[Point]) -> list[tuple[str, float, Trajectory]]:
@@ -241,6 +241,8 @@ def _chain(job: Job, runs: Sequence[Sized], reference: Reference) -> list[Link]:
     links = []
     for name, size, run in runs:
         errors = errors_against(job, run, reference)
-        apart = dict.fromkeys(errors, 0.0) if run is finest else apart_from(job, run, finest, finest_name, reference)
-        links.append((name, size, errors, apart))
+        deviations = (
+            dict.fromkeys(errors, 0.0) if run is finest else apart_from(job, run, finest, finest_name, reference)
+        )
+        links.append((name, size, errors, deviations))
     return links

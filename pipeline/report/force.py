@@ -41,14 +41,16 @@ class ForceReference:
             force: Mean resultants over each [N], (s, k).
         """
         size, ours = float(np.linalg.norm(self.force)), smooth(times, force, self.grid, self.window)
-        apart = float(np.linalg.norm(ours - self.force))
+        deviation = float(np.linalg.norm(ours - self.force))
         impulse = _impulse(times, force, self.grid)
-        return impulse / self.impulse - 1 if self.impulse else impulse, apart / size if size else apart
+        return impulse / self.impulse - 1 if self.impulse else impulse, deviation / size if size else deviation
 
 
 def contact_forces(run: Ran) -> dict[str, np.ndarray]:
     """Return the mean resultant of each contact of a run over each of its intervals [N], (s, 3)."""
-    return run.forces if isinstance(run, NodalRecord) else {name: one.force for name, one in run.contacts.items()}
+    return (
+        run.forces if isinstance(run, NodalRecord) else {name: contact.force for name, contact in run.contacts.items()}
+    )
 
 
 def smooth(times: np.ndarray, force: np.ndarray, grid: np.ndarray, window: float) -> np.ndarray:
@@ -74,11 +76,11 @@ def reproducible(job: Job, runs: Sequence[Ran]) -> float:
         smooth(run.times, np.column_stack([contact_forces(run)[name] for name in job.scene.contact]), grid, window)
         for run in runs[-2:]
     ]
-    apart = np.cumsum(((forces[0] - forces[1]) ** 2).sum(axis=1))
+    difference = np.cumsum(((forces[0] - forces[1]) ** 2).sum(axis=1))
     size = np.cumsum((forces[1] ** 2).sum(axis=1))
     # Forces before the first contact are round-off.
-    over = (apart > AGREE**2 * size) & (size > 1e-2 * size[-1])
-    return float(grid[1:][int(np.argmax(over))] if over.any() else grid[-1])
+    disagrees = (difference > AGREE**2 * size) & (size > 1e-2 * size[-1])
+    return float(grid[1:][int(np.argmax(disagrees))] if disagrees.any() else grid[-1])
 
 
 def pulse_reference(job: Job) -> ForceReference | None:

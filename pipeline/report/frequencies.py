@@ -72,20 +72,20 @@ def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
             name = meshes[-1].setting.name
             reference = Reference("finest", f"the finest mesh: {name}", meshes[-1].frequencies, None, None)
         check_names(job, reference, meshes[-1].frequencies, meshes[-1].frequencies)
-        found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
-        counting = {one.name for one in found if one.counts}
-        runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
+        compared = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
+        counting = {q.name for q in compared if q.counts}
+        runs = with_front([_run(m, reference, counting) for m in meshes], counting, reference.kind == "finest")
         choice = choose(runs, how.tolerance)
-        budget = _budget(judged(runs, choice), found, reference.kind != "finest")
+        budget = _budget(judged(runs, choice), compared, reference.kind != "finest")
         document = replace(
             new_document(job, how),
             reference={"kind": reference.kind, "source": reference.source},
-            quantities=found,
+            quantities=compared,
             runs=runs,
             left_out=left_out,
             choice=on_its_mesh(choice, runs, budget, how.same_mesh),
             budget=budget,
-            tables=[_table(found, meshes, reference)],
+            tables=[_table(compared, meshes, reference)],
             timing=TIMING.format(repeat=how.repeat),
         )
         keep_report(job, document)
@@ -99,8 +99,8 @@ def _meshes(job: Job, repeat: int, progress: Progress) -> tuple[list[Meshed], li
     """Return the settings that have modes, coarse to fine, and the others with the reason."""
     able, left_out = able_settings(job, sizes_of(job))
     meshes = []
-    for number, setting in enumerate(able):
-        progress(f"setting {number + 1} of {len(able)}", number / len(able))
+    for i, setting in enumerate(able):
+        progress(f"setting {i + 1} of {len(able)}", i / len(able))
         try:
             meshes.append(_meshed(job, setting, repeat))
         except (InputError, StageError) as error:
@@ -108,8 +108,8 @@ def _meshes(job: Job, repeat: int, progress: Progress) -> tuple[list[Meshed], li
                 raise
             left_out.append({"name": setting.name, "why": reason(job, error)})
     if not meshes:
-        raise StageError(f"{job.path}: report: no mesh gives modes: {'; '.join(one['why'] for one in left_out)}")
-    return sorted(meshes, key=lambda one: one.dofs), left_out
+        raise StageError(f"{job.path}: report: no mesh gives modes: {'; '.join(entry['why'] for entry in left_out)}")
+    return sorted(meshes, key=lambda m: m.dofs), left_out
 
 
 def sizes_of(job: Job) -> list[Setting]:
@@ -121,16 +121,16 @@ def sizes_of(job: Job) -> list[Setting]:
     if job.scene.report.models or job.scene.report.sweep:
         return settings_of(job)
     sizes = {name: job.scene.component[name].mesh.size for name in job.components()}
-    given = {name: size for name, size in sizes.items() if size is not None}
-    if not given:
+    edge_lengths = {name: size for name, size in sizes.items() if size is not None}
+    if not edge_lengths:
         return [Setting("as in the scene", {})]
-    found = []
+    settings = []
     for factor in FACTORS:
-        tables = {"component": {name: {"mesh": {"size": factor * size}} for name, size in given.items()}}
-        lengths = dict.fromkeys(f"{factor * size * 1e3:.3g}" for size in given.values())
+        tables = {"component": {name: {"mesh": {"size": factor * size}} for name, size in edge_lengths.items()}}
+        lengths = dict.fromkeys(f"{factor * size * 1e3:.3g}" for size in edge_lengths.values())
         changes = {} if factor == 1.0 else tables
-        found.append(Setting(f"edges of {' and '.join(lengths)} mm", changes, named=factor == 1.0))
-    return found
+        settings.append(Setting(f"edges of {' and '.join(lengths)} mm", changes, named=factor == 1.0))
+    return settings
 
 
 def _meshed(job: Job, setting: Setting, repeat: int) -> Meshed:
@@ -155,24 +155,26 @@ def _meshed(job: Job, setting: Setting, repeat: int) -> Meshed:
     return Meshed(setting, taken, dofs, edges, frequencies, estimates=estimates, cells=", ".join(kinds))
 
 
-def _errors(one: Meshed, expected: Mapping[str, float]) -> Errors:
+def _errors(meshed: Meshed, expected: Mapping[str, float]) -> Errors:
     """Return the relative errors of the frequencies that have a reference value."""
-    return {name: one.frequencies[name] / value - 1 for name, value in expected.items() if name in one.frequencies}
+    return {
+        name: meshed.frequencies[name] / value - 1 for name, value in expected.items() if name in meshed.frequencies
+    }
 
 
 def _quantity(job: Job, name: str, meshes: Sequence[Meshed], reference: Reference) -> Quantity:
     """Return a frequency as a compared quantity; it counts if it has a reference value."""
-    having = [one for one in meshes if name in one.frequencies]
+    having = [m for m in meshes if name in m.frequencies]
     exact = reference.expected.get(name)
     chains = []
     if len(having) > 1:
-        component, last = name.rpartition(".")[0], having[-1].frequencies[name]
-        apart = [one.frequencies[name] / last - 1 for one in having]
-        values = apart if exact is None else [one.frequencies[name] / exact - 1 for one in having]
-        sizes = [one.edges[component] for one in having]
-        found = chain("mesh", [one.setting.name for one in having], sizes, values, apart)
-        known = exact is not None and reference.kind != "finest"
-        chains.append(replace(found, order=observed_order(found)) if known else found)
+        component, finest = name.rpartition(".")[0], having[-1].frequencies[name]
+        deviations = [m.frequencies[name] / finest - 1 for m in having]
+        values = deviations if exact is None else [m.frequencies[name] / exact - 1 for m in having]
+        sizes = [m.edges[component] for m in having]
+        mesh_chain = chain("mesh", [m.setting.name for m in having], sizes, values, deviations)
+        independent = exact is not None and reference.kind != "finest"
+        chains.append(replace(mesh_chain, order=observed_order(mesh_chain)) if independent else mesh_chain)
     settles, why = settling(name, chains)
     interest = job.scene.report.interest
     counts = exact is not None and (not interest or name in interest)
@@ -180,18 +182,18 @@ def _quantity(job: Job, name: str, meshes: Sequence[Meshed], reference: Referenc
     return Quantity(name, "Hz", "relative", exact, counts=counts, converges=settles, why=why, chains=chains)
 
 
-def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
-    errors = _errors(one, reference.expected)
+def _run(meshed: Meshed, reference: Reference, counting: set[str]) -> Run:
+    errors = _errors(meshed, reference.expected)
     worst, size = largest(errors, counting)
-    cold = [stage.cold for name, stage in one.taken.stages.items() if name in ("mesh", "modes") and stage.cold]
+    cold = [stage.cold for name, stage in meshed.taken.stages.items() if name in ("mesh", "modes") and stage.cold]
     return Run(
-        one.setting.name, "reduced", one.cells, one.setting.changes, one.dofs, "FINISHED",
+        meshed.setting.name, "reduced", meshed.cells, meshed.setting.changes, meshed.dofs, "FINISHED",
         errors=errors, largest_error=size, largest_of=worst,
         truncation_against="every mesh has the same number of modes", time_against="modes have no time step",
-        factorisations=one.taken.factorisations, cpu_seconds=sum(taken.cpu for taken in cold),
+        factorisations=meshed.taken.factorisations, cpu_seconds=sum(taken.cpu for taken in cold),
         wall_seconds=sum(taken.wall for taken in cold),
-        stages={name: stage for name, stage in one.taken.stages.items() if name in ("mesh", "modes")},
-        peak_mib=one.taken.peak_mib,
+        stages={name: stage for name, stage in meshed.taken.stages.items() if name in ("mesh", "modes")},
+        peak_mib=meshed.taken.peak_mib,
     )  # fmt: skip
 
 
@@ -229,25 +231,25 @@ def _budget(run: Run | None, quantities: Sequence[Quantity], independent: bool) 
     return Budget(run.name, [Term("mesh", how, errors, orders, size, of)])
 
 
-def observed_order(found: Chain) -> float | None:
+def observed_order(mesh_chain: Chain) -> float | None:
     """Return the order of a chain's errors in the edge length, None where none can be fitted."""
-    errors = np.abs(found.values)
-    if found.converges is not True or len(errors) < FITTED or not (errors > 0).all():
+    errors = np.abs(mesh_chain.values)
+    if mesh_chain.converges is not True or len(errors) < FITTED or not (errors > 0).all():
         return None
-    return float(np.polyfit(np.log(found.sizes), np.log(errors), 1)[0])
+    return float(np.polyfit(np.log(mesh_chain.sizes), np.log(errors), 1)[0])
 
 
-def _table(found: Sequence[Quantity], meshes: Sequence[Meshed], reference: Reference) -> Table:
+def _table(compared: Sequence[Quantity], meshes: Sequence[Meshed], reference: Reference) -> Table:
     rows = []
-    for one in found:
-        order = one.chains[0].order if one.chains else None
+    for q in compared:
+        order = q.chains[0].order if q.chains else None
         cells = []
         for mesh in meshes:
             errors = _errors(mesh, reference.expected)
-            cells.append(f"{error_text(errors.get(one.name))} / {size_text(mesh.estimates.get(one.name))}")
-        value = meshes[-1].frequencies[one.name] if one.reference is None else one.reference
+            cells.append(f"{error_text(errors.get(q.name))} / {size_text(mesh.estimates.get(q.name))}")
+        value = meshes[-1].frequencies[q.name] if q.reference is None else q.reference
         rows.append(
-            [one.name, f"{value:.6g}{'' if one.reference is not None else ' (finest)'}",
+            [q.name, f"{value:.6g}{'' if q.reference is not None else ' (finest)'}",
              NOTHING if order is None else f"{order:.1f}", *cells]
         )  # fmt: skip
     columns = ["frequency", "reference [Hz]", "order", *(mesh.setting.name for mesh in meshes)]

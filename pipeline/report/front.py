@@ -24,8 +24,8 @@ def conservative_error(
         return None
     names = run.errors if counting is None else counting
     truncation = run.truncation or (_next_smaller(run, runs) if own else None)
-    parts = [part for part in (truncation, run.time) if part is not None]
-    sizes = [abs(part[name]) for part in parts for name in names if part.get(name) is not None]
+    components = [errors for errors in (truncation, run.time) if errors is not None]
+    sizes = [abs(errors[name]) for errors in components for name in names if errors.get(name) is not None]
     return max([run.largest_error, *sizes])
 
 
@@ -43,9 +43,9 @@ def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
 def with_front(runs: Sequence[Run], counting: Collection[str] | None = None, own: bool = False) -> list[Run]:
     """Return the runs with their conservative error, and with `front` set on the front of that error and CPU time."""
     conservative = [conservative_error(run, runs, counting, own) for run in runs]
-    known = [number for number, error in enumerate(conservative) if error is not None]
+    compared = [number for number, error in enumerate(conservative) if error is not None]
     points = [(runs[number].cpu_seconds, error) for number, error in enumerate(conservative) if error is not None]
-    best = {known[i] for i in pareto_front(points)}
+    best = {compared[i] for i in pareto_front(points)}
     return [
         replace(run, conservative_error=conservative[number], front=number in best) for number, run in enumerate(runs)
     ]
@@ -53,5 +53,5 @@ def with_front(runs: Sequence[Run], counting: Collection[str] | None = None, own
 
 def _next_smaller(run: Run, runs: Sequence[Run]) -> Errors | None:
     """Return the truncation error of the largest basis that was compared with a run; None where there is none."""
-    smaller = [other for other in runs if other.truncation is not None and other.truncation_against == run.name]
-    return max(smaller, key=lambda other: other.coordinates).truncation if smaller else None
+    smaller = [r for r in runs if r.truncation is not None and r.truncation_against == run.name]
+    return max(smaller, key=lambda r: r.coordinates).truncation if smaller else None

@@ -152,12 +152,12 @@ def errors_against(job: Job, run: Ran, reference: Reference) -> Errors:
 
     A quantity that the run does not have is taken for zero.
     """
-    found = values_of(run)
+    values = values_of(run)
     errors = {}
     if reference.run is not None and reference.located is not None:
         errors = differences(job, run, reference.run, reference.located)
     for name, value in reference.expected.items():
-        errors[name] = relative(found.get(name, 0.0), value)
+        errors[name] = relative(values.get(name, 0.0), value)
     if reference.force is not None:
         errors["impulse"], errors["force"] = reference.force.errors(*histories(job, run))
     if reference.whole is not None:
@@ -165,18 +165,18 @@ def errors_against(job: Job, run: Ran, reference: Reference) -> Errors:
     return errors | {DRIFT: run.energy_drift}
 
 
-def check_names(job: Job, reference: Reference, known: Collection[str], compared: Collection[str]) -> None:
+def check_names(job: Job, reference: Reference, run_names: Collection[str], compared: Collection[str]) -> None:
     """Refuse names that no run has: their values would be taken for zero, or never count.
 
     Args:
-        known: Quantities of the runs.
+        run_names: Quantities of the runs.
         compared: Quantities that have an error.
 
     Raises:
         InputError: a name of `report.quantities` or `report.interest` is unknown.
     """
-    wrong = [("quantities", name, known) for name in reference.expected if name not in known]
-    every = {*known, *compared}
+    wrong = [("quantities", name, run_names) for name in reference.expected if name not in run_names]
+    every = {*run_names, *compared}
     wrong += [("interest", name, every) for name in job.scene.report.interest if not named_by(compared, [name])]
     lines = []
     for key, name, able in wrong:

@@ -29,7 +29,7 @@ def with_steps(
     Where that run fails, its integrator keeps its first step; a note says so, as where the step is not accurate.
     """
     steps: dict[str, float | None] = {}
-    found, notes = [], []
+    settled, notes = [], []
     for setting in settings:
         changed = variant(job, setting.changes)
         run, name = changed.scene.run, changed.scene.integrator
@@ -42,8 +42,8 @@ def with_steps(
                 notes += [f"Step of {name}, from '{setting.name}': {note}"] if note else []
             if (step := steps[key]) is not None:
                 changes = merged(changes, {"run": {"step": step}})
-        found.append(replace(setting, changes=changes))
-    return found, notes
+        settled.append(replace(setting, changes=changes))
+    return settled, notes
 
 
 def with_window(job: Job, settings: Sequence[Setting]) -> tuple[list[Setting], float]:
@@ -58,14 +58,14 @@ def with_window(job: Job, settings: Sequence[Setting]) -> tuple[list[Setting], f
         return list(settings), 0.0
     if not window:
         return list(settings), 0.0
-    found = []
+    settled = []
     for setting in settings:
         run = variant(job, setting.changes).scene.run
         # A window is at most as long as the run.
-        given = {} if run.window is not None else {"run": {"window": min(window, run.duration)}}
-        found.append(replace(setting, changes=merged(setting.changes, given)))
-    windows = {variant(job, setting.changes).scene.run.window for setting in found}
-    return found, window if windows == {window} else 0.0
+        window_change = {} if run.window is not None else {"run": {"window": min(window, run.duration)}}
+        settled.append(replace(setting, changes=merged(setting.changes, window_change)))
+    windows = {variant(job, setting.changes).scene.run.window for setting in settled}
+    return settled, window if windows == {window} else 0.0
 
 
 def _step(job: Job) -> tuple[float | None, str]:

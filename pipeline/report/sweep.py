@@ -63,18 +63,18 @@ def settings_of(job: Job) -> list[Setting]:
         return list(_default(job))
     models = report.models or {"": {}}
     named = [(f"models.{model}", table) for model, changes in models.items() for table in changes]
-    for where, table in [*named, *(("sweep", path.partition(".")[0]) for path in report.sweep)]:
+    for key, table in [*named, *(("sweep", path.partition(".")[0]) for path in report.sweep)]:
         if table in NO_RUN:
-            raise InputError(f"{job.path}: report.{where}: '{table}' given, which does not affect the motion")
+            raise InputError(f"{job.path}: report.{key}: '{table}' given, which does not affect the motion")
     axes = [[(path, value) for value in values] for path, values in report.sweep.items()]
-    found = []
+    settings = []
     for (name, changes), point in itertools.product(models.items(), itertools.product(*axes)):
         tables: dict[str, Any] = changes
         for path, value in point:
             tables = merged(tables, _nested(job, path, value))
         words = [name, *(word_of(path, value) for path, value in point)]
-        found.append(Setting(", ".join(filter(None, words)), tables, named=not point, model=name))
-    return found
+        settings.append(Setting(", ".join(filter(None, words)), tables, named=not point, model=name))
+    return settings
 
 
 def finer(job: Job, setting: Setting, step: float) -> list[Setting]:
@@ -92,10 +92,10 @@ def finer(job: Job, setting: Setting, step: float) -> list[Setting]:
         parts = [(f"accuracy {tight:g}", {"accuracy": tight})]
     else:
         parts = [(f"step / {parts}", {"step": step / parts}) for parts in REFINED]
-    found = []
+    settings = []
     for word, run in parts:
-        found.append(Setting(f"{setting.name}, {word}", merged(setting.changes, {"run": run})))
-    return found
+        settings.append(Setting(f"{setting.name}, {word}", merged(setting.changes, {"run": run})))
+    return settings
 
 
 def scheme_of(job: Job) -> tuple[str, str]:
@@ -133,23 +133,23 @@ def word_of(path: str, value: Any) -> str:
 
 def _nested(job: Job, path: str, value: Any) -> dict[str, Any]:
     """Return the nested tables that set a value at every place of a path with stars."""
-    found: dict[str, Any] = {}
-    for parts in _places(job.tables, path.split("."), []):
-        found = merged(found, nested(parts, value))
-    if not found:
+    tables: dict[str, Any] = {}
+    for keys in _places(job.tables, path.split("."), []):
+        tables = merged(tables, nested(keys, value))
+    if not tables:
         raise InputError(f"{job.path}: report.sweep: no key '{path}' in this scene")
-    return found
+    return tables
 
 
-def _places(tables: Any, parts: list[str], before: list[str]) -> Iterator[list[str]]:
-    if len(parts) == 1 or not isinstance(tables, Mapping):
-        yield [*before, *parts]
+def _places(tables: Any, keys: list[str], before: list[str]) -> Iterator[list[str]]:
+    if len(keys) == 1 or not isinstance(tables, Mapping):
+        yield [*before, *keys]
         return
-    names = list(tables) if parts[0] == "*" else [parts[0]]
+    names = list(tables) if keys[0] == "*" else [keys[0]]
     for name in names:
-        if _is_rigid(tables.get(name)) and "modes" in parts:
+        if _is_rigid(tables.get(name)) and "modes" in keys:
             continue
-        yield from _places(tables.get(name, {}), parts[1:], [*before, name])
+        yield from _places(tables.get(name, {}), keys[1:], [*before, name])
 
 
 def _is_rigid(component: Any) -> bool:

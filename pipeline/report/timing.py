@@ -121,14 +121,14 @@ def spread(
     """
     missing = [item for item in changes if not job.store.has(variant(job, item).trajectory().key)]
     if jobs < 2 or len(missing) < 2:
-        for number, item in enumerate(missing):
-            progress(number / len(missing))
+        for i, item in enumerate(missing):
+            progress(i / len(missing))
             _make(job, item, limit)
         return
     with ProcessPoolExecutor(min(jobs, len(missing)), multiprocessing.get_context("spawn")) as pool:
         try:
-            for number, _ in enumerate(pool.map(_make, [job] * len(missing), missing, [limit] * len(missing))):
-                progress((number + 1) / len(missing))
+            for i, _ in enumerate(pool.map(_make, [job] * len(missing), missing, [limit] * len(missing))):
+                progress((i + 1) / len(missing))
         except KeyboardInterrupt:
             # Only Ctrl-C reaches them by itself, and the pool waits for their runs.
             for child in multiprocessing.active_children():
@@ -176,22 +176,22 @@ def _measure(job: Job, repeat: int, limit: float) -> tuple[Trajectory, Measureme
     return trajectory, MeasurementRecord(_plain(seconds), peak.mib, {}, machine())
 
 
-def _least(parts: Sequence[Parts]) -> Parts:
+def _least(clocked: Sequence[Parts]) -> Parts:
     """Return the time of each part in the run with its least CPU time."""
-    return {name: min((one[name] for one in parts), key=lambda taken: taken.cpu) for name in parts[0]}
+    return {name: min((seconds[name] for seconds in clocked), key=lambda taken: taken.cpu) for name in clocked[0]}
 
 
-def _plain(parts: Parts) -> dict[str, dict[str, float]]:
-    return {name: asdict(taken) for name, taken in parts.items()}
+def _plain(seconds: Parts) -> dict[str, dict[str, float]]:
+    return {name: asdict(taken) for name, taken in seconds.items()}
 
 
 def _guard(limit: float) -> Callable[[float], None]:
     """Return the progress callback that stops a run after some CPU time [s]."""
     clock = Clock()
 
-    def watch(share: float) -> None:
+    def watch(fraction: float) -> None:
         if clock.read().cpu > limit:
-            raise StageError(f"stopped at {share:.0%} of the duration: CPU time above the limit of {limit:.0f} s")
+            raise StageError(f"stopped at {fraction:.0%} of the duration: CPU time above the limit of {limit:.0f} s")
 
     return watch
 

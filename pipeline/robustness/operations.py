@@ -69,14 +69,16 @@ def _in_units(subject: Subject, units: Units) -> Trial:
 
 def _length(subject: Subject) -> float:
     """Return the largest distance of a body from the origin [m], zero where no body turns."""
-    places = [body.position for body in subject.scene.body.values()] if subject.turns else []
-    return max((float(np.linalg.norm(one)) for one in places), default=0.0)
+    positions = [body.position for body in subject.scene.body.values()] if subject.turns else []
+    return max((float(np.linalg.norm(position)) for position in positions), default=0.0)
 
 
 def _updated(old: Any, changes: Mapping[str, Any]) -> Any:
     """Return a model, or models by name, with nested changes, unchecked: values may exceed the limits of input."""
     table = old if isinstance(old, Mapping) else vars(old)
-    new = {key: _updated(table[key], one) if isinstance(one, Mapping) else one for key, one in changes.items()}
+    new = {
+        key: _updated(table[key], change) if isinstance(change, Mapping) else change for key, change in changes.items()
+    }
     return {**old, **new} if isinstance(old, Mapping) else old.model_copy(update=new)
 
 
@@ -121,11 +123,11 @@ def _stiffer(spring: Spring | Bushing, factor: float) -> dict[str, Any]:
         if spring.stiffness is not None:
             changes["stiffness"] = spring.stiffness * factor
         if spring.tabled:
-            changes["values"] = tuple((at, tension * factor) for at, tension in spring.values)
+            changes["values"] = tuple((length, tension * factor) for length, tension in spring.values)
         return changes
     keys = ("stiffness", "rotational_stiffness", "coupling")
-    given = {key: getattr(spring, key) for key in keys}
-    return {key: (np.array(value) * factor).tolist() for key, value in given.items() if value is not None}
+    matrices = {key: getattr(spring, key) for key in keys}
+    return {key: (np.array(value) * factor).tolist() for key, value in matrices.items() if value is not None}
 
 
 def mass(subject: Subject, operation: Any) -> Trial:
@@ -179,17 +181,17 @@ def step(subject: Subject, operation: Any) -> Trial:
 
 def _stepped(subject: Subject) -> tuple[str, float]:
     """Return an integrator with a step that supports the scene, and its step [s]."""
-    own, names, reasons = subject.scene.integrator, stepped(subject.job), []
-    if own not in names and subject.scene.run.integrator != "auto":
-        raise DoesNotApply(f"run.integrator is '{own}', which has no step")
-    for name in [own] if own in names else names:
+    integrator, names, reasons = subject.scene.integrator, stepped(subject.job), []
+    if integrator not in names and subject.scene.run.integrator != "auto":
+        raise DoesNotApply(f"run.integrator is '{integrator}', which has no step")
+    for name in [integrator] if integrator in names else names:
         try:
-            given = {} if name == own else {"step": "unset"}
-            job = subject.changed({"run": {"integrator": name, "accuracy": "unset"} | given})
+            step_change = {} if name == integrator else {"step": "unset"}
+            job = subject.changed({"run": {"integrator": name, "accuracy": "unset"} | step_change})
             return name, job.scene.run.step or suggested_step(job)
         except InputError as error:
             reasons.append(str(error))
-    raise DoesNotApply(f"integrator '{own}' has no step" + "".join(f"; {reason}" for reason in reasons))
+    raise DoesNotApply(f"integrator '{integrator}' has no step" + "".join(f"; {reason}" for reason in reasons))
 
 
 def _mean_step(subject: Subject) -> float:
@@ -289,8 +291,8 @@ def penetration(subject: Subject, operation: Any) -> Trial:
         raise DoesNotApply("joints place the bodies")
     name = next(iter(subject.contacts.values())).body
     direction, gap, size = approach(subject.job)
-    place = np.array(subject.scene.body[name].position) - direction * (gap + operation.share * size)
-    return Trial(subject.changed({"body": {name: {"position": place.tolist()}}}))
+    position = np.array(subject.scene.body[name].position) - direction * (gap + operation.share * size)
+    return Trial(subject.changed({"body": {name: {"position": position.tolist()}}}))
 
 
 def spin(subject: Subject, operation: Any) -> Trial:
@@ -331,9 +333,9 @@ def material(subject: Subject, operation: Any) -> Trial:
     plain = all(component[name].material.simple and not component[name].point_mass for name in names)
     if subject.contacts or subject.turns or not plain:
         return _in_units(subject, Units(mass=operation.density, time=1 / faster))
-    own = {name: component[name].material for name in names}
+    materials = {name: component[name].material for name in names}
     changed = {
-        n: {"material": {"E": m.E * operation.modulus, "rho": m.rho * operation.density}} for n, m in own.items()
+        n: {"material": {"E": m.E * operation.modulus, "rho": m.rho * operation.density}} for n, m in materials.items()
     }
     return Trial(_job_with(subject, {"component": changed}), stretch=dict.fromkeys(names, faster))
 
@@ -342,8 +344,8 @@ def slivers(subject: Subject, operation: Any) -> Trial:
     """Split elements of every elastic component into slivers."""
     if not (names := subject.elastic()):
         raise DoesNotApply(ALL_RIGID)
-    own = {n: with_slivers(subject.meshes[n], operation.aspect, operation.count) for n in names}
-    return Trial(subject.job, {**subject.meshes, **own})
+    slivered = {n: with_slivers(subject.meshes[n], operation.aspect, operation.count) for n in names}
+    return Trial(subject.job, {**subject.meshes, **slivered})
 
 
 def whole_turn(subject: Subject, operation: Any) -> Trial:
@@ -359,7 +361,7 @@ def whole_turn(subject: Subject, operation: Any) -> Trial:
 
 def gap(subject: Subject, operation: Any) -> Trial:
     """Scale lengths so that the least gap of plates is of a given size, at the same material."""
-    gaps = [one.gap for one in getattr(subject.scene, "fields", dict)().values() if hasattr(one, "gap")]
+    gaps = [f.gap for f in getattr(subject.scene, "fields", dict)().values() if hasattr(f, "gap")]
     if not gaps:
         raise DoesNotApply("the scene has no field between plates")
     factor = operation.size / min(gaps)
@@ -369,10 +371,10 @@ def gap(subject: Subject, operation: Any) -> Trial:
 def repeated_joint(subject: Subject, operation: Any) -> Trial:
     """Repeat a joint of two markers: its rows are held already, so that the motion is the same."""
     joints = getattr(subject.scene, "joint", {})
-    held = {n: j for n, j in joints.items() if isinstance(j, Marked) and not isinstance(j, Clearance)}
-    if not held:
+    joints_of_markers = {n: j for n, j in joints.items() if isinstance(j, Marked) and not isinstance(j, Clearance)}
+    if not joints_of_markers:
         raise DoesNotApply("the scene has no joint of two markers")
-    name, joint = next(iter(held.items()))
+    name, joint = next(iter(joints_of_markers.items()))
     twin = joint.model_dump(exclude_unset=True)
     return Trial(
         subject.changed({"joint": {f"{name}-twin": twin}}), agreement=settings.SAME_SPACE, length=_length(subject)

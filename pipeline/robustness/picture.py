@@ -17,19 +17,19 @@ def draw(document: dict[str, Any], path: Path) -> None:
     rows, counts = document["rows"], document["counts"]
     height = 330 + 44 * len(rows)
     with styled():
-        told = ", ".join(f"{number} {name}" for name, number in counts.items() if number)
-        told = told.replace("does not", "do not")
-        figure = new_figure(f"{document['scene']}: robustness cases", told, height=height)
+        label = ", ".join(f"{i} {name}" for name, i in counts.items() if i)
+        label = label.replace("does not", "do not")
+        figure = new_figure(f"{document['scene']}: robustness cases", label, height=height)
         axes = figure.add_axes((0.20, 130 / height, 0.36, (height - 290) / height))
-        for number, row in enumerate(rows):
+        for i, row in enumerate(rows):
             colour = COLOURS[row["verdict"]]
-            y = len(rows) - 1 - number
+            y = len(rows) - 1 - i
             axes.text(
                 -0.03, y, row["case"], transform=axes.get_yaxis_transform(), ha="right", va="center", fontsize=8.5,
                 color=INK,
             )  # fmt: skip
-            for one in row["findings"]:
-                axes.plot(_share(one), y, "o", color=RED if not one["holds"] else BLUE, alpha=0.45, markersize=4)
+            for f in row["findings"]:
+                axes.plot(_share(f), y, "o", color=RED if not f["holds"] else BLUE, alpha=0.45, markersize=4)
             if row["rule"] is not None:
                 axes.plot(_share(row), y, "o", color=colour, markersize=6)
             says = row["rests_on"] if row["verdict"] == "right" else f"{row['verdict']}: {row['reason']}"
@@ -47,8 +47,8 @@ def draw(document: dict[str, Any], path: Path) -> None:
         save(figure, path)
 
 
-def _share(one: dict[str, Any]) -> float:
+def _share(f: dict[str, Any]) -> float:
     """Return value over bound, limited to the range of the picture."""
-    if one["value"] is None or (one["value"] and not one["bound"]):
+    if f["value"] is None or (f["value"] and not f["bound"]):
         return 10.0
-    return min(max(one["value"] / (one["bound"] or 1.0), LEAST), 10.0)
+    return min(max(f["value"] / (f["bound"] or 1.0), LEAST), 10.0)

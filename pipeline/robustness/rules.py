@@ -143,41 +143,41 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
     return Finding("similarity", value, bound, f"{what} the same in other units")
 
 
-def frequencies(found: Evidence, compared: Compared) -> Finding | None:
+def frequencies(evidence: Evidence, compared: Compared) -> Finding | None:
     """Every frequency changes by a known factor."""
     if compared.stretch is None or not compared.base.frequencies:
         return None
     worst = 0.0
     for name, before in compared.base.frequencies.items():
         stretch = compared.stretch[name.partition(",")[0]]  # Harmonics of a wheel follow their sector.
-        after = found.frequencies.get(name, np.empty(0)) / stretch
+        after = evidence.frequencies.get(name, np.empty(0)) / stretch
         if len(after) != len(before):
-            return Finding("frequencies", np.inf, SAME * found.contrast, "as many frequencies as before")
+            return Finding("frequencies", np.inf, SAME * evidence.contrast, "as many frequencies as before")
         worst = max(worst, float(np.abs(after / before - 1).max()))
-    return Finding("frequencies", worst, SAME * found.contrast, "frequencies change by a known factor")
+    return Finding("frequencies", worst, SAME * evidence.contrast, "frequencies change by a known factor")
 
 
-def collision(found: Evidence, compared: Compared) -> Finding | None:
+def collision(evidence: Evidence, compared: Compared) -> Finding | None:
     """The impulse of the first impact between rigid bodies is (1 + e) m v."""
-    impacts = found.impacts
+    impacts = evidence.impacts
     if impacts is None or impacts.restitution is None or not impacts.alone or not impacts.approach > 0:
         return None
-    if found.contact is None:
+    if evidence.contact is None:
         return Finding("collision", np.inf, SAME, "impulse (1 + e) m v (there is none)")
     expected = (1 + impacts.restitution) * impacts.mass * impacts.approach
-    integrator = INTEGRATORS[found.integrator]
+    integrator = INTEGRATORS[evidence.integrator]
     bound = SAME if math.isinf(integrator.order) else 10 * integrator.promised_drift
-    return Finding("collision", _apart(found.contact.impulse, expected), bound, "impulse (1 + e) m v")
+    return Finding("collision", _apart(evidence.contact.impulse, expected), bound, "impulse (1 + e) m v")
 
 
-def loss(found: Evidence, compared: Compared) -> Finding | None:
+def loss(evidence: Evidence, compared: Compared) -> Finding | None:
     """The energy lost by impacts of known restitution is Σ ½ m v² (1 − e²)."""
-    impacts = found.impacts
+    impacts = evidence.impacts
     if impacts is None or not impacts.impact or impacts.restitution is None or not len(impacts.closing):
         return None
     expected = float((0.5 * impacts.mass * impacts.closing**2).sum() * (1 - impacts.restitution**2))
-    whole = max(float((0.5 * impacts.mass * impacts.closing**2).max()), abs(found.loss))
-    return Finding("loss", abs(found.loss - expected) / whole, SAME, "loss Σ ½ m v² (1 − e²)") if whole > 0 else None
+    size = max(float((0.5 * impacts.mass * impacts.closing**2).max()), abs(evidence.loss))
+    return Finding("loss", abs(evidence.loss - expected) / size, SAME, "loss Σ ½ m v² (1 − e²)") if size > 0 else None
 
 
 def agreement(found: Evidence, compared: Compared) -> Finding | None:
@@ -209,58 +209,60 @@ def agreement(found: Evidence, compared: Compared) -> Finding | None:
     )
 
 
-def impact(found: Evidence, compared: Compared) -> Finding | None:
+def impact(evidence: Evidence, compared: Compared) -> Finding | None:
     """Impulse and windowed force of the first impact are those of another run, and both start within its duration."""
-    one, other, allowed = found.contact, compared.base.contact, compared.same
-    if allowed is None or one is None or other is None:
+    contact, reference, allowed = evidence.contact, compared.base.contact, compared.same
+    if allowed is None or contact is None or reference is None:
         return None
-    late = abs(one.start - other.start) / (max(other.start, other.duration) or 1.0)
-    value = max(late, _apart(one.impulse, other.impulse), _apart(one.force, other.force))
+    late = abs(contact.start - reference.start) / (max(reference.start, reference.duration) or 1.0)
+    value = max(late, _apart(contact.impulse, reference.impulse), _apart(contact.force, reference.force))
     return Finding("impact", value, allowed, "start, impulse and windowed force of the first impact")
 
 
-def _covered(source: str, found: Evidence, compared: Compared) -> Finding | None:
+def _covered(source: str, evidence: Evidence, compared: Compared) -> Finding | None:
     """The estimated error of a basis or mesh covers how far its first impulse is from that of a larger or finer one."""
-    estimate = getattr(found, source)
-    if estimate is None or found.contact is None or compared.base.contact is None:
+    estimate = getattr(evidence, source)
+    if estimate is None or evidence.contact is None or compared.base.contact is None:
         return None
-    apart = _apart(found.contact.impulse, compared.base.contact.impulse)
-    return Finding(source, apart, COVERS * estimate + STEPPED, f"impulse within the estimated error of the {source}")
+    difference = _apart(evidence.contact.impulse, compared.base.contact.impulse)
+    return Finding(
+        source, difference, COVERS * estimate + STEPPED, f"impulse within the estimated error of the {source}"
+    )
 
 
-def nested(found: Evidence, compared: Compared) -> Finding | None:
+def nested(evidence: Evidence, compared: Compared) -> Finding | None:
     """A mesh whose space contains that of another has slightly lower frequencies (Rayleigh)."""
-    pairs = _alike(found, compared)
+    pairs = _alike(evidence, compared)
     if not pairs:
         return None
     falls = max(float((1 - after / before).max()) for before, after in pairs.values())
     if falls > SETTLED:
         return Finding("nested", falls, SETTLED, "split elements change frequencies by little")
     rises = max(float((after / before - 1).max()) for before, after in pairs.values())
-    return Finding("nested", rises, SAME * found.contrast, "split elements lower frequencies (Rayleigh)")
+    return Finding("nested", rises, SAME * evidence.contrast, "split elements lower frequencies (Rayleigh)")
 
 
-def shear(found: Evidence, compared: Compared) -> Finding | None:
+def shear(evidence: Evidence, compared: Compared) -> Finding | None:
     """ω²/G never decreases with rising Poisson's ratio (Rayleigh)."""
     falls = []
-    for name, (before, after) in _alike(found, compared).items():
-        if found.shear[name] <= compared.base.shear[name]:
-            ratio = (after / before) ** 2 * compared.base.shear[name] / found.shear[name]
+    for name, (before, after) in _alike(evidence, compared).items():
+        if evidence.shear[name] <= compared.base.shear[name]:
+            ratio = (after / before) ** 2 * compared.base.shear[name] / evidence.shear[name]
             falls.append(float((1 - ratio).max()))
     return Finding("shear", max(falls), SAME, "ω²/G rises with ν (Rayleigh)") if falls else None
 
 
-def _alike(found: Evidence, compared: Compared) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def _alike(evidence: Evidence, compared: Compared) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return the frequencies before and after of the components that have as many as before."""
-    pairs = {n: (before, found.frequencies.get(n)) for n, before in compared.base.frequencies.items()}
+    pairs = {n: (before, evidence.frequencies.get(n)) for n, before in compared.base.frequencies.items()}
     return {
         n: (before, after) for n, (before, after) in pairs.items() if after is not None and len(after) == len(before)
     }
 
 
-def monotone(found: Evidence, compared: Compared) -> Finding | None:
+def monotone(evidence: Evidence, compared: Compared) -> Finding | None:
     """Stiffer surfaces overlap less, softer ones more."""
-    factor, before, after = compared.factor, compared.base.deepest, found.deepest
+    factor, before, after = compared.factor, compared.base.deepest, evidence.deepest
     if factor is None or before is None or after is None or compared.base.penetration_bound is None:
         return None
     if before < SEEN * compared.base.penetration_bound:
@@ -269,23 +271,23 @@ def monotone(found: Evidence, compared: Compared) -> Finding | None:
     return Finding("monotone", value, bound * (1 + SAME), "stiffer surfaces overlap less [m]")
 
 
-def _estimated(found: Evidence, compared: Compared) -> float:
+def _estimated(evidence: Evidence, compared: Compared) -> float:
     """Return the allowed error of elements that do not lock: small, or as it was."""
     return max(ACCEPTED, LOCKING_RATIO * (compared.base.estimated or 0.0))
 
 
-def _balanced(found: Evidence, compared: Compared) -> float:
+def _balanced(evidence: Evidence, compared: Compared) -> float:
     """Return the allowed difference of the change of momentum of free bodies and the impulses on them."""
-    turns = found.integrator in INTEGRATORS and INTEGRATORS[found.integrator].turns
-    balanced = INTEGRATORS[found.integrator].promised_drift if turns else BALANCED  # Reactions are integrated, too.
+    turns = evidence.integrator in INTEGRATORS and INTEGRATORS[evidence.integrator].turns
+    balanced = INTEGRATORS[evidence.integrator].promised_drift if turns else BALANCED  # Reactions are integrated, too.
     if turns and compared.given_step:
         balanced = SAID
     # In every step the increment of a constant load is rounded alike, by up to half of the momentum's last digit.
-    steps = 0.5 * found.steps if found.pulled else 0.0
-    return balanced + (ROUND_OFFS + steps) * found.momentum_round_off
+    steps = 0.5 * evidence.steps if evidence.pulled else 0.0
+    return balanced + (ROUND_OFFS + steps) * evidence.momentum_round_off
 
 
-def _kept(found: Evidence, compared: Compared) -> float | None:
+def _kept(evidence: Evidence, compared: Compared) -> float | None:
     """Return the allowed energy drift, relative to the energy exchanged; None if there is none.
 
     An integrator promises it at the step of the unchanged scene. With a larger step the drift may grow by the order of
@@ -293,29 +295,29 @@ def _kept(found: Evidence, compared: Compared) -> float | None:
     for a step that is given: below `SAID` a run has nothing to say of it. Of the same scene in other units and in the
     same steps the drift is that of the run compared.
     """
-    if not found.exchanged > 0:
+    if not evidence.exchanged > 0:
         return None
-    integrator, base = INTEGRATORS[found.integrator], compared.base
+    integrator, base = INTEGRATORS[evidence.integrator], compared.base
     promised, drifts = integrator.promised_drift, not integrator.own_steps
-    stretched = compared.agreement is not None and base.integrator == found.integrator and drifts
-    if stretched and base.energy_drift is not None and found.step > base.step > 0:
-        promised = max(promised, min(promised, base.energy_drift) * (found.step / base.step) ** integrator.order)
+    stretched = compared.agreement is not None and base.integrator == evidence.integrator and drifts
+    if stretched and base.energy_drift is not None and evidence.step > base.step > 0:
+        promised = max(promised, min(promised, base.energy_drift) * (evidence.step / base.step) ** integrator.order)
     if compared.given_step and integrator.own_steps:
         promised = max(promised, SAID)
     if compared.equal_steps and base.energy_drift is not None:
         promised = max(promised, min(2 * base.energy_drift, SAID))
-    return promised + PER_STEP * found.steps + ROUND_OFFS * found.energy_round_off
+    return promised + PER_STEP * evidence.steps + ROUND_OFFS * evidence.energy_round_off
 
 
-def _apart(one: float, other: float) -> float:
+def _apart(a: float, b: float) -> float:
     """Return the relative difference of two numbers; 0 where both are 0."""
-    return 0.0 if one == other else abs(one - other) / max(abs(one), abs(other))
+    return 0.0 if a == b else abs(a - b) / max(abs(a), abs(b))
 
 
-def _pressed(found: Evidence, compared: Compared) -> float | None:
+def _pressed(evidence: Evidence, compared: Compared) -> float | None:
     """Return the overlap that the energy of the run allows [m]; None without contact, where less is no proof."""
-    depth, bound = found.penetration, found.penetration_bound
-    if found.contact is None and depth is not None and bound is not None and depth <= bound:
+    depth, bound = evidence.penetration, evidence.penetration_bound
+    if evidence.contact is None and depth is not None and bound is not None and depth <= bound:
         return None
     return bound
 
@@ -326,19 +328,19 @@ BOUNDED: dict[str, tuple[str, Callable[[Evidence, Compared], float | None], str]
     "energy": ("energy_drift", _kept, "energy balance"),
     "creation": ("rise", _kept, "mechanical energy does not increase"),
     "penetration": ("penetration", _pressed, "overlap within what the energy allows [m]"),
-    "reuse": ("changed", lambda found, compared: 1.0, "estimated change over change.tolerance"),
-    "rotation": ("turned", lambda found, compared: 1.0, "no body turns beyond run.limits.angle"),
-    "rest": ("unrest", lambda found, compared: AT_REST, "bodies in equilibrium stay at rest"),
-    "orthogonality": ("orthogonality", lambda found, compared: ORTHONORMAL, "modes are orthonormal"),
+    "reuse": ("changed", lambda evidence, compared: 1.0, "estimated change over change.tolerance"),
+    "rotation": ("turned", lambda evidence, compared: 1.0, "no body turns beyond run.limits.angle"),
+    "rest": ("unrest", lambda evidence, compared: AT_REST, "bodies in equilibrium stay at rest"),
+    "orthogonality": ("orthogonality", lambda evidence, compared: ORTHONORMAL, "modes are orthonormal"),
 }
 """Rules that a value of the evidence stays within a bound: the value, its bound and the invariant."""
 
 
-def _bounded(rule: str, found: Evidence, compared: Compared) -> Finding | None:
+def _bounded(rule: str, evidence: Evidence, compared: Compared) -> Finding | None:
     """Apply a rule of `BOUNDED`."""
     key, bound_of, rests_on = BOUNDED[rule]
-    value = getattr(found, key)
-    if value is None or (bound := bound_of(found, compared)) is None:
+    value = getattr(evidence, key)
+    if value is None or (bound := bound_of(evidence, compared)) is None:
         return None
     return Finding(rule, value, bound, rests_on)
 

@@ -61,8 +61,10 @@ class Subject:
 
     def elastic(self) -> list[str]:
         """Return the components in use that deform."""
-        own = self.scene.component
-        return [n for n in self.meshes if own[n].material is not None and own[n].modes.reduction != "rigid"]
+        components = self.scene.component
+        return [
+            n for n in self.meshes if components[n].material is not None and components[n].modes.reduction != "rigid"
+        ]
 
     def contact(self) -> FirstContact:
         """Return the first contact of the unchanged scene.

@@ -78,10 +78,10 @@ def attempt(
             job = _with_grids(replace(job, store=modaldb.open(scratch / "db")), trial)
             for name, mesh in trial.meshes.items():
                 keep(job.store, mesh_of(job, name), mesh)
-        found = evidence_of(job)
+        evidence = evidence_of(job)
     except REFUSALS as error:
         return Refusal(str(error).replace("\n", "; "), time.perf_counter() - start)
-    return replace(found, seconds=time.perf_counter() - start)
+    return replace(evidence, seconds=time.perf_counter() - start)
 
 
 def _with_grids(job: Any, trial: Trial) -> Any:
@@ -90,10 +90,10 @@ def _with_grids(job: Any, trial: Trial) -> Any:
     for name, key in grids_of(job.scene).items():
         grid = trial.grids[name] if name in trial.grids else trial.job.store.get(key, "posegrid")
         field = _copied("field", name, {"of": grid.field_key})
-        own = _copied("posegrid", name, {"of": key, "force": name})
+        copied = _copied("posegrid", name, {"of": key, "force": name})
         keep(job.store, field, trial.job.store.get(grid.field_key, "field"))
-        keep(job.store, own, replace(grid, field_key=field.key))
-        forces[name] = forces[name].model_copy(update={"record": own.key})
+        keep(job.store, copied, replace(grid, field_key=field.key))
+        forces[name] = forces[name].model_copy(update={"record": copied.key})
     return replace(job, scene=job.scene.model_copy(update={"force": forces})) if forces else job
 
 
@@ -127,16 +127,16 @@ def simulated(job: Job, tell: Callable[[str, float], None]) -> tuple[System, Tra
     refuse_reuse(job)
     system, product = system_of(job), job.trajectory()
     if not job.store.has(product.key):
-        found = simulate(system, lambda share: tell("solve", share))
+        found = simulate(system, lambda fraction: tell("solve", fraction))
         keep(job.store, product, found)
     return system, job.store.get(product.key, "trajectory")
 
 
 def found_step(job: Job) -> float:
     """Return the step that a run finds for its accuracy, or a share of where it begins if it fails [s]."""
-    system, found = simulated(job, lambda what, share: None)
-    if Result[found.result].ok and (step := float(found.counts["step"])) > 0:
-        return step / int(found.counts["substeps"])
+    system, trajectory = simulated(job, lambda stage, fraction: None)
+    if Result[trajectory.result].ok and (step := float(trajectory.counts["step"])) > 0:
+        return step / int(trajectory.counts["substeps"])
     return suggested(system) / FINER
 
 
@@ -168,8 +168,8 @@ def approach(job: Job) -> tuple[np.ndarray, float, float]:
     contact = system.contacts[0]
     row = int(system.gap[contact.rows].argmin())
     arms = contact.points - system.bodies[contact.body].morph.centre
-    reach = float(np.linalg.norm(arms, axis=1).max()) or 1.0
-    return contact.directions[row], float(system.gap[contact.rows][row]), reach
+    size = float(np.linalg.norm(arms, axis=1).max()) or 1.0
+    return contact.directions[row], float(system.gap[contact.rows][row]), size
 
 
 def into_gap(job: Job, position: list[float], gap: float) -> list[float]:
@@ -181,17 +181,19 @@ def into_gap(job: Job, position: list[float], gap: float) -> list[float]:
         position: Near it [m], (3,).
     """
     system = system_of(job)
-    contact, place = system.contacts[0], np.array(position)
+    contact, translation = system.contacts[0], np.array(position)
     against = job.scene.contact[contact.name].against
     if not isinstance(against, Bore):
         return position
     for _ in range(3):  # Another point may then be the nearest one.
-        placed = contact.points + place
+        placed = contact.points + translation
         gaps = against.gap(placed)
         row = int(gaps.argmin())
-        place = place + (gap - gaps[row]) * against.direction(placed)[row]
-    place[np.abs(place) < np.finfo(float).eps * np.abs(place).max()] = 0.0  # Too small a number for a scene.
-    return place.tolist()
+        translation = translation + (gap - gaps[row]) * against.direction(placed)[row]
+    translation[np.abs(translation) < np.finfo(float).eps * np.abs(translation).max()] = (
+        0.0  # Too small a number for a scene.
+    )
+    return translation.tolist()
 
 
 def closing_turn(job: Job) -> np.ndarray:
@@ -210,22 +212,24 @@ def turns_freely(job: Job, name: str) -> bool:
     return system_of(job).bodies[name].rigid_count == 6
 
 
-def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, ModalRecord]) -> Evidence:
+def _read(job: Job, system: System, trajectory: Trajectory, modes: Mapping[str, ModalRecord]) -> Evidence:
     """Return the evidence of a run."""
-    found = replace(found, **{part: system.of_records(getattr(found, part)) for part in ("frames", "velocities")})
+    trajectory = replace(
+        trajectory, **{part: system.of_records(getattr(trajectory, part)) for part in ("frames", "velocities")}
+    )
     eps = float(np.finfo(float).eps)
     elastic = {name: record for name, record in modes.items() if len(record.angular_frequencies)}
-    exchanged = exchanged_of(found)
+    exchanged = exchanged_of(trajectory)
     lagging = bool(system.dashpot.any())  # It recovers with a delay: its energy and depth are not in these figures.
-    deepest, depth, allowed = (None, None, None) if lagging else _penetration(system, found)
+    deepest, depth, allowed = (None, None, None) if lagging else _penetration(system, trajectory)
     moved = any(body.rigid_count for body in system.bodies.values())
-    pushed = any(history.force.any() for history in found.contacts.values()) or bool(found.joints)
+    pushed = any(history.force.any() for history in trajectory.contacts.values()) or bool(trajectory.joints)
     estimates = [
         float(np.nanmax(r.discretisation_errors[: r.normal_count]))
         for r in elastic.values()
         if r.discretisation_errors is not None and np.isfinite(r.discretisation_errors[: r.normal_count]).any()
     ]
-    contact = first_contact(found)
+    contact = first_contact(trajectory)
     shares = [
         abs(value) / entry["tolerance"]
         for entry in change_estimates(job).values()
@@ -236,137 +240,139 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.reduction in WHOLE},
         shear={n: part.lame[1] for n in elastic if (part := job.scene.component[n].material) is not None},
         contrast=contrast_of(job.scene.component[n].material for n in elastic),
-        passing=passing_of(system.scene.run.accuracy, found),
+        passing=passing_of(system.scene.run.accuracy, trajectory),
         estimated=max(estimates, default=None),
         orthogonality=max(checks, default=None),
         contact=contact,
-        readings=readings_of(found),
-        impacts=_impacts(system, found),
-        integrator=str(found.counts["integrator"]),
-        energy_drift=found.energy_drift,
-        momentum_residual=found.momentum_residual if moved and pushed else None,
-        momentum_round_off=_last_digit(system, found),
+        readings=readings_of(trajectory),
+        impacts=_impacts(system, trajectory),
+        integrator=str(trajectory.counts["integrator"]),
+        energy_drift=trajectory.energy_drift,
+        momentum_residual=trajectory.momentum_residual if moved and pushed else None,
+        momentum_round_off=_last_digit(system, trajectory),
         pulled=any(system.scene.run.gravity),
-        energy_round_off=eps * float(np.abs(found.energies).max(initial=0.0)) / exchanged if exchanged > 0 else 0.0,
-        force_round_off=_ringing(system, found, contact),
+        energy_round_off=eps * float(np.abs(trajectory.energies).max(initial=0.0)) / exchanged
+        if exchanged > 0
+        else 0.0,
+        force_round_off=_ringing(system, trajectory, contact),
         gap_round_off=_blur(system),
-        rise=None if lagging else rise_of(found),
-        loss=float(found.energies[-1, 3]) if len(found.energies) else 0.0,
+        rise=None if lagging else rise_of(trajectory),
+        loss=float(trajectory.energies[-1, 3]) if len(trajectory.energies) else 0.0,
         exchanged=exchanged,
-        unrest=unrest_of(found),
+        unrest=unrest_of(trajectory),
         deepest=deepest,
         penetration=depth,
         penetration_bound=allowed,
-        basis=found.estimates.get("basis.impulse"),
-        mesh=found.estimates.get("mesh.impulse"),
-        stepped=found.estimates.get("step.impulse" if found.contacts else "step.motion"),
+        basis=trajectory.estimates.get("basis.impulse"),
+        mesh=trajectory.estimates.get("mesh.impulse"),
+        stepped=trajectory.estimates.get("step.impulse" if trajectory.contacts else "step.motion"),
         changed=max(shares, default=None),
-        turned=_turned(system, found),
+        turned=_turned(system, trajectory),
         condition=_condition(system),
-        steps=int(found.counts.get("steps_taken", found.counts["steps"])),
-        substeps=int(found.counts["substeps"]),
-        step=float(found.counts["step"]),
+        steps=int(trajectory.counts.get("steps_taken", trajectory.counts["steps"])),
+        substeps=int(trajectory.counts["substeps"]),
+        step=float(trajectory.counts["step"]),
     )
 
 
-def _last_digit(system: System, found: Trajectory) -> float:
+def _last_digit(system: System, trajectory: Trajectory) -> float:
     """Return the round-off of the largest momentum over the impulse of all contacts."""
-    pushed = sum(
-        float(np.linalg.norm(history.force, axis=1).sum()) * float(found.times[0])
-        for history in found.contacts.values()
+    impulse = sum(
+        float(np.linalg.norm(history.force, axis=1).sum()) * float(trajectory.times[0])
+        for history in trajectory.contacts.values()
     )
-    speed = max((float(np.abs(found.velocities[:, k]).max(initial=0.0)) for k in system.rigid), default=0.0)
+    speed = max((float(np.abs(trajectory.velocities[:, k]).max(initial=0.0)) for k in system.rigid), default=0.0)
     masses = [body.morph.mass for body in system.bodies.values()]
-    return float(np.finfo(float).eps) * max(masses) ** 0.5 * speed / pushed if pushed > 0 else 0.0
+    return float(np.finfo(float).eps) * max(masses) ** 0.5 * speed / impulse if impulse > 0 else 0.0
 
 
-def _ringing(system: System, found: Trajectory, contact: FirstContact | None) -> float:
+def _ringing(system: System, trajectory: Trajectory, contact: FirstContact | None) -> float:
     """Return the relative round-off of the contact force, from that of frequencies; docs/robustness.md derives it."""
     damped = bool(system.dashpot.any())  # Vibration decays before its phase has an error.
-    exact = math.isinf(INTEGRATORS[found.counts["integrator"]].order)
+    exact = math.isinf(INTEGRATORS[trajectory.counts["integrator"]].order)
     if contact is None or not exact or system.shortest_period == 0 or damped:
         return 0.0
     phase = float(np.finfo(float).eps) * (2 * np.pi * contact.duration / system.shortest_period) ** 2 / (2 * np.pi)
     elastic, worst = system.stiffness > 0, 0.0
-    yields, pressed = system.residual.diagonal() + system.layer, _multipliers(system, found)
-    most = pressed.max(axis=0, initial=0.0)
-    for row in np.flatnonzero((yields > 0) & (most > 0)):
-        paths = np.abs(found.frames[pressed[:, row] > 0][:, elastic]) @ np.abs(system.rows[row][elastic])
-        worst = max(worst, float(paths.max()) / float(yields[row] * most[row]))
+    yields, multipliers = system.residual.diagonal() + system.layer, _multipliers(system, trajectory)
+    maxima = multipliers.max(axis=0, initial=0.0)
+    for row in np.flatnonzero((yields > 0) & (maxima > 0)):
+        paths = np.abs(trajectory.frames[multipliers[:, row] > 0][:, elastic]) @ np.abs(system.rows[row][elastic])
+        worst = max(worst, float(paths.max()) / float(yields[row] * maxima[row]))
     return phase * worst
 
 
 def _blur(system: System) -> float:
     """Return the round-off of the points' positions over the least gap; 0 if points touch at the start."""
-    places = [float(np.abs(c.points + system.scene.body[c.body].position).max()) for c in system.contacts]
-    least = float(system.gap.min(initial=np.inf))
-    return float(np.finfo(float).eps) * max(places) / least if places and least > 0 else 0.0
+    positions = [float(np.abs(c.points + system.scene.body[c.body].position).max()) for c in system.contacts]
+    smallest_gap = float(system.gap.min(initial=np.inf))
+    return float(np.finfo(float).eps) * max(positions) / smallest_gap if positions and smallest_gap > 0 else 0.0
 
 
-def _penetration(system: System, found: Trajectory) -> tuple[float | None, float | None, float | None]:
+def _penetration(system: System, trajectory: Trajectory) -> tuple[float | None, float | None, float | None]:
     """Return the deepest overlap at frames, that nearest to its bound, and this bound [m]; None if bodies move far."""
     plain = [contact for contact in system.contacts if contact.master is None]
-    if not plain or not len(found.frames) or INTEGRATORS[found.counts["integrator"]].turns:
+    if not plain or not len(trajectory.frames) or INTEGRATORS[trajectory.counts["integrator"]].turns:
         return None, None, None
-    paths = found.frames @ system.rows.T
-    pressed = _multipliers(system, found)
-    depth = -(system.gap + paths + pressed @ system.residual)
+    paths = trajectory.frames @ system.rows.T
+    multipliers = _multipliers(system, trajectory)
+    depth = -(system.gap + paths + multipliers @ system.residual)
     for contact in filter(system.edged, plain):  # A point that is nearer to an edge is none of this face.
-        depth[:, contact.rows][system.beyond(contact, found.frames) > 0] = -np.inf
+        depth[:, contact.rows][system.beyond(contact, trajectory.frames) > 0] = -np.inf
     start = 0.5 * float(system.velocity @ system.velocity + system.stiffness @ system.position**2)
     start += system.start_contact_energy
-    energy = max(start, float((start + found.energies[:, 4]).max(initial=0.0)))
-    if system.fields.names and len(found.energies):
+    energy = max(start, float((start + trajectory.energies[:, 4]).max(initial=0.0)))
+    if system.fields.names and len(trajectory.energies):
         # All energy but that of fields, which may fall without limit, is positive: what contacts hold is at most this.
-        whole = found.energies @ (1.0, 1.0, 1.0, 1.0, -1.0)
-        energy = max(energy, float(whole.max() + found.energies[:, 4].max() - found.energies[:, 1].min()))
-    speed = float(np.abs(np.vstack([system.velocity, found.velocities]) @ system.rows.T).max())
-    slack = ROUND_OFF * float(np.abs(paths).max() + system.gap.max(initial=0.0) + speed * found.times[-1])
+        total = trajectory.energies @ (1.0, 1.0, 1.0, 1.0, -1.0)
+        energy = max(energy, float(total.max() + trajectory.energies[:, 4].max() - trajectory.energies[:, 1].min()))
+    speed = float(np.abs(np.vstack([system.velocity, trajectory.velocities]) @ system.rows.T).max())
+    slack = ROUND_OFF * float(np.abs(paths).max() + system.gap.max(initial=0.0) + speed * trajectory.times[-1])
     # What presses bodies on each other would move them by so much in a step, if contact did not prevent it.
-    pulled = float(np.abs((pressed @ system.rows) @ system.rows.T).max(initial=0.0))
-    slack += ROUND_OFF * float(found.counts["step"]) ** 2 * pulled
+    pulled = float(np.abs((multipliers @ system.rows) @ system.rows.T).max(initial=0.0))
+    slack += ROUND_OFF * float(trajectory.counts["step"]) ** 2 * pulled
     # The explicit integrator ends a frame half a step after its contact forces.
-    slack += 0.5 * found.counts["step"] * speed if INTEGRATORS[found.counts["integrator"]].staggered else 0.0
-    slack += _late(system, found, pressed)
+    slack += 0.5 * trajectory.counts["step"] * speed if INTEGRATORS[trajectory.counts["integrator"]].staggered else 0.0
+    slack += _late(system, trajectory, multipliers)
     rows = np.concatenate([np.arange(contact.rows.start, contact.rows.stop) for contact in plain])
     stiffness, exponent = system.law[rows, 0], system.law[rows, 1]
     yields = np.sqrt(2 * energy * system.layer[rows])
     # Rigid contact holds the velocity: places have the error that its integrator promises of what bodies yield.
     rigid = (system.compliance.diagonal()[rows] == 0) & (stiffness == 0)
-    yields[rigid] = INTEGRATORS[found.counts["integrator"]].promised_drift * _approach(system, found)
+    yields[rigid] = INTEGRATORS[trajectory.counts["integrator"]].promised_drift * _approach(system, trajectory)
     lawful = (stiffness > 0) & (system.layer[rows] == 0)
     yields[lawful] = ((exponent[lawful] + 1) * energy / stiffness[lawful]) ** (1 / (exponent[lawful] + 1))
-    over = depth[:, rows].max(axis=0)
-    worst = int(np.argmax(over - yields))
-    return max(float(over.max()), 0.0), max(float(over[worst]), 0.0), float(yields[worst] + slack)
+    overlap = depth[:, rows].max(axis=0)
+    worst = int(np.argmax(overlap - yields))
+    return max(float(overlap.max()), 0.0), max(float(overlap[worst]), 0.0), float(yields[worst] + slack)
 
 
-def _approach(system: System, found: Trajectory) -> float:
+def _approach(system: System, trajectory: Trajectory) -> float:
     """Return how far bodies would overlap at frames if they did not deform [m]: their elastic approach."""
-    paths = found.frames[:, system.rigid] @ system.rows.dense()[:, system.rigid].T
+    paths = trajectory.frames[:, system.rigid] @ system.rows.dense()[:, system.rigid].T
     return max(0.0, -float((system.gap + paths).min()))
 
 
-def _late(system: System, found: Trajectory, pressed: np.ndarray) -> float:
-    """Return by how much R may yield more than R λ [m], β ẇ of points under their forces `pressed` (f, c)."""
+def _late(system: System, trajectory: Trajectory, multipliers: np.ndarray) -> float:
+    """Return by how much R may yield more than R λ [m], β ẇ of points under their forces `multipliers` (f, c)."""
     beta = max((body.stiffness_factor for body in system.bodies.values()), default=0.0)
-    speeds = np.abs(found.velocities @ system.rows.T)[pressed > 0]
-    return min(beta * float(speeds.max(initial=0.0)), float(np.abs(pressed @ system.residual).max(initial=0.0)))
+    speeds = np.abs(trajectory.velocities @ system.rows.T)[multipliers > 0]
+    return min(beta * float(speeds.max(initial=0.0)), float(np.abs(multipliers @ system.residual).max(initial=0.0)))
 
 
-def _multipliers(system: System, found: Trajectory) -> np.ndarray:
+def _multipliers(system: System, trajectory: Trajectory) -> np.ndarray:
     """Return the contact force of every row at each frame [N], (f, c)."""
-    forces = np.zeros((len(found.frames), len(system.gap)))
+    forces = np.zeros((len(trajectory.frames), len(system.gap)))
     for contact in system.contacts:
-        forces[:, contact.rows] = found.contacts[contact.name].multipliers
+        forces[:, contact.rows] = trajectory.contacts[contact.name].multipliers
     return forces
 
 
-def _turned(system: System, found: Trajectory) -> float | None:
+def _turned(system: System, trajectory: Trajectory) -> float | None:
     """Return the largest rotation of a body at a frame over the limit of the scene; None where no body can turn."""
     bodies = [body for body in system.bodies.values() if body.twists[:, 3:].any()]
-    angles = [np.linalg.norm(body.centre_motion(found.frames[:, body.rigid])[:, 3:], axis=1) for body in bodies]
-    largest = max((float(one.max(initial=0.0)) for one in angles), default=None)
+    angles = [np.linalg.norm(body.centre_motion(trajectory.frames[:, body.rigid])[:, 3:], axis=1) for body in bodies]
+    largest = max((float(magnitudes.max(initial=0.0)) for magnitudes in angles), default=None)
     return None if largest is None else largest / system.scene.run.limits.angle
 
 
@@ -382,7 +388,7 @@ def _condition(system: System) -> float | None:
     return float(values[-1] / values[0]) if values[0] > 0 else float("inf")
 
 
-def _impacts(system: System, found: Trajectory) -> Impacts | None:
+def _impacts(system: System, trajectory: Trajectory) -> Impacts | None:
     """Return the impacts that closed forms describe; None if there are none."""
     if len(system.contacts) != 1 or len(system.gap) != 1:
         return None
@@ -390,11 +396,11 @@ def _impacts(system: System, found: Trajectory) -> Impacts | None:
     settings, row, square = scene.contact[contact.name], system.rows[0], float(system.rows[0] @ system.rows[0])
     rigid = not (system.stiffness > 0).any()
     impact = settings.method == "impact"
-    apart = system.window <= LEAST_WINDOW * scene.run.duration
+    separate = system.window <= LEAST_WINDOW * scene.run.duration
     if settings.friction is not None or not (rigid or impact):
         return None
     e = settings.restitution if impact else restitution_of(settings)
     forced = any(scene.run.gravity) or bool(scene.force)
-    impacts = found.impacts.get(contact.name)
+    impacts = trajectory.impacts.get(contact.name)
     closing = impacts[:, CLOSING] if impacts is not None else np.empty(0)
-    return Impacts(e, 1 / square, closing, -float(row @ system.velocity), rigid and not forced, impact and apart)
+    return Impacts(e, 1 / square, closing, -float(row @ system.velocity), rigid and not forced, impact and separate)

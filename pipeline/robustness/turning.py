@@ -33,9 +33,9 @@ Scene = TypeVar("Scene", bound=BaseModel)
 def turned(scene: Scene) -> Scene:
     """Return a scene turned as a whole, by `CYCLIC` where a body's freedom names axes, and by `ANY` otherwise."""
     bodies: Mapping[str, Body] = scene.body  # type: ignore[attr-defined]
-    held = any(tuple(body.freedom) != ALL_FREE for body in bodies.values())
-    Q = (CYCLIC if held else ANY).matrix()
-    return scene.model_copy(update={part: _turned(getattr(scene, part), Q) for part in PARTS})
+    constrained = any(tuple(body.freedom) != ALL_FREE for body in bodies.values())
+    Q = (CYCLIC if constrained else ANY).matrix()
+    return scene.model_copy(update={name: _turned(getattr(scene, name), Q) for name in PARTS})
 
 
 def _turned(value: Any, Q: np.ndarray) -> Any:
@@ -66,18 +66,18 @@ def _turned(value: Any, Q: np.ndarray) -> Any:
     return with_values(value, changes)
 
 
-def _turned_matrix(given: Any, Q: np.ndarray) -> Any:
+def _turned_matrix(value: Any, Q: np.ndarray) -> Any:
     """Return the 3 × 3 matrix of a bushing, or its diagonal, along turned axes; what is equal along all stays."""
-    if given is None or (np.ndim(given) == 1 and len(set(given)) == 1):
-        return given
-    whole = np.diag(given) if np.ndim(given) == 1 else np.array(given, float)
-    found = Q @ whole @ Q.T
-    if np.array_equal(whole, whole.T):
-        found = 0.5 * (found + found.T)
-    return tuple(map(tuple, found.tolist()))
+    if value is None or (np.ndim(value) == 1 and len(set(value)) == 1):
+        return value
+    matrix = np.diag(value) if np.ndim(value) == 1 else np.array(value, float)
+    rotated = Q @ matrix @ Q.T
+    if np.array_equal(matrix, matrix.T):
+        rotated = 0.5 * (rotated + rotated.T)
+    return tuple(map(tuple, rotated.tolist()))
 
 
 def _without_round_off(vector: np.ndarray) -> tuple[Any, ...]:
     """Return a vector without components of round-off, which are out of the range of a scene's numbers."""
-    least = 4 * float(np.finfo(float).eps) * float(np.linalg.norm(vector))
-    return tuple(np.where(np.abs(vector) > least, vector, 0.0).tolist())
+    threshold = 4 * float(np.finfo(float).eps) * float(np.linalg.norm(vector))
+    return tuple(np.where(np.abs(vector) > threshold, vector, 0.0).tolist())

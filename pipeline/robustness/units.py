@@ -45,14 +45,14 @@ def dimension(unit: str, model: BaseModel | None = None) -> Dimension:
     """
     angle, _, displacement = unit.partition(" or ")
     unit = displacement if displacement and getattr(model, "motion", None) == "displacement" else angle
-    found = (0.0, 0.0, 0.0)
-    for sign, part in zip((1, -1), unit.split("/"), strict=False):
-        for factor in part.split():
+    exponents = (0.0, 0.0, 0.0)
+    for sign, product in zip((1, -1), unit.split("/"), strict=False):
+        for factor in product.split():
             symbol, _, power = factor.partition("^")
             times = sign * (getattr(model, power) if power.isalpha() else float(power or 1))
-            mass, length, time = (a + times * b for a, b in zip(found, SYMBOLS[symbol], strict=True))
-            found = mass, length, time
-    return found
+            mass, length, time = (a + times * b for a, b in zip(exponents, SYMBOLS[symbol], strict=True))
+            exponents = mass, length, time
+    return exponents
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ class Units:
 
 def declared_units(model: type[BaseModel]) -> dict[str, str | list[str]]:
     """Return the units that a model's own numbers declare by key; a list of units if the entries of rows differ."""
-    found = {name: _unit(field) for name, field in model.model_fields.items()}
-    return {name: unit for name, unit in found.items() if unit is not None}
+    units = {name: _unit(field) for name, field in model.model_fields.items()}
+    return {name: unit for name, unit in units.items() if unit is not None}
 
 
 def _unit(field: FieldInfo) -> Any:
@@ -82,23 +82,25 @@ def _unit(field: FieldInfo) -> Any:
 
 
 def _unit_within(annotation: Any) -> Any:
-    own = [one for one in getattr(annotation, "__metadata__", ()) if isinstance(one, FieldInfo)]
-    units = [_unit(one) for one in own] + [_unit_within(one) for one in get_args(annotation)]
+    declared = [item for item in getattr(annotation, "__metadata__", ()) if isinstance(item, FieldInfo)]
+    units = [_unit(item) for item in declared] + [_unit_within(item) for item in get_args(annotation)]
     return next((unit for unit in units if unit is not None), None)
 
 
 def with_values(model: Model, changes: Mapping[str, Any]) -> Model:
     """Return a model with other values, not validated again; keys that its file leaves out stay left out."""
-    found = model.model_copy(update=dict(changes))
-    found.__pydantic_fields_set__ = set(model.model_fields_set)
-    return found
+    changed = model.model_copy(update=dict(changes))
+    changed.__pydantic_fields_set__ = set(model.model_fields_set)
+    return changed
 
 
 def with_motions(joints: Mapping[str, Any]) -> dict[str, Any]:
     """Return joints whose drives say whether they give an angle or a displacement."""
     return {
-        name: with_values(one, {"motion": one.given(joints.get(one.joint))}) if isinstance(one, Driven) else one
-        for name, one in joints.items()
+        name: with_values(joint, {"motion": joint.given(joints.get(joint.joint))})
+        if isinstance(joint, Driven)
+        else joint
+        for name, joint in joints.items()
     }
 
 
@@ -114,28 +116,28 @@ def rescaled(model: Model, units: Units) -> Model:
         value = with_motions(value) if name == "joint" and isinstance(value, Mapping) else value
         if name in KEPT and unit is None:
             continue
-        factors = [units.of(one, model) for one in ([unit] if isinstance(unit, str) else unit or ())]
+        factors = [units.of(symbol, model) for symbol in ([unit] if isinstance(unit, str) else unit or ())]
         changed = _changed(value, factors, units, f"{type(model).__name__}.{name}")
         if changed is not value:
             changes[name] = changed
     return with_values(model, changes)
 
 
-def _changed(value: Any, factors: list[float], units: Units, where: str) -> Any:
+def _changed(value: Any, factors: list[float], units: Units, key_path: str) -> Any:
     if isinstance(value, BaseModel):
         return rescaled(value, units)
     if isinstance(value, Mapping):
-        return {key: _changed(one, factors, units, where) for key, one in value.items()}
+        return {key: _changed(item, factors, units, key_path) for key, item in value.items()}
     if isinstance(value, str) and factors:
         return in_units(value, *factors)
     if isinstance(value, tuple):
         if len(factors) > 1:
             return tuple(tuple(x * f for x, f in zip(row, factors, strict=True)) for row in value)
-        return tuple(_changed(one, factors, units, where) for one in value)
+        return tuple(_changed(item, factors, units, key_path) for item in value)
     if not isinstance(value, float):
         return value
     if not factors:
-        raise StageError(f"{where}: no unit is declared, so it cannot be written in other units")
+        raise StageError(f"{key_path}: no unit is declared, so it cannot be written in other units")
     return value * factors[0]
 
 
@@ -147,11 +149,11 @@ def rescaled_mesh(mesh: MeshRecord, units: Units) -> MeshRecord:
     """
     surfaces = {
         name: replace(
-            one,
-            shape=_shape(name, one.shape, units),
-            areas=None if one.areas is None else one.areas * units.length**2,
+            surface,
+            shape=_shape(name, surface.shape, units),
+            areas=None if surface.areas is None else surface.areas * units.length**2,
         )
-        for name, one in mesh.surfaces.items()
+        for name, surface in mesh.surfaces.items()
     }
     system = None if mesh.system is None else _rescaled_system(mesh.system, units)
     return replace(mesh, nodes=mesh.nodes * units.length, surfaces=surfaces, system=system)

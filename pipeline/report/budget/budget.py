@@ -65,20 +65,20 @@ class Judge:
 
     def signed(self, name: str) -> bool:
         """Whether differences in a quantity have a sign."""
-        return all(one.measure != "L2" for one in self.quantities if one.name == name)
+        return all(q.measure != "L2" for q in self.quantities if q.name == name)
 
     def differences(self, run: Trajectory, name: str) -> Errors:
         """Return the difference of another run from the run of the budget, without the energy drift."""
-        found = apart_from(self.one.job, run, self.one.trajectory, name, self.reference)
-        compared = {one.name for one in self.quantities if one.measure != "absolute"}
-        return {name: value for name, value in found.items() if name in compared and name != DRIFT}
+        errors = apart_from(self.one.job, run, self.one.trajectory, name, self.reference)
+        compared = {q.name for q in self.quantities if q.measure != "absolute"}
+        return {name: value for name, value in errors.items() if name in compared and name != DRIFT}
 
     def renumbered(self, run: Trajectory) -> str:
         """Return how many impacts another run has where numbered ones are compared; empty where they are as many."""
-        own = self.one.trajectory
-        for name, impacts in own.impacts.items():
+        trajectory = self.one.trajectory
+        for name, impacts in trajectory.impacts.items():
             numbered = any(
-                one.name.startswith(f"{name}.impact") and one.name in self.reference.expected for one in self.quantities
+                q.name.startswith(f"{name}.impact") and q.name in self.reference.expected for q in self.quantities
             )
             if numbered and len(run.impacts[name]) != len(impacts):
                 return f"{len(run.impacts[name])} impacts of {name} instead of {len(impacts)}"
@@ -87,7 +87,7 @@ class Judge:
     def term(self, source: str, how: str, errors: Errors, orders: dict[str, float] | None = None) -> Term:
         """Return a term from the estimated errors of the quantities."""
         sizes = {name: abs(error) for name, error in errors.items()}
-        of, size = largest(sizes, {one.name for one in self.quantities if one.counts})
+        of, size = largest(sizes, {q.name for q in self.quantities if q.counts})
         return Term(source, how, sizes, orders or {}, size, of)
 
 
@@ -102,8 +102,8 @@ def budget_of(
     judge = Judge(one, reference, quantities)
     progress("error budget: basis", 0.0)
     terms = [_basis(judge, points), _step(judge, points)]
-    for number, (source, term) in enumerate((("mesh", _mesh), ("spline spacing", _splines), ("contact layer", _layer))):
-        progress(f"error budget: {source}", 0.25 * (number + 1))
+    for i, (source, term) in enumerate((("mesh", _mesh), ("spline spacing", _splines), ("contact layer", _layer))):
+        progress(f"error budget: {source}", 0.25 * (i + 1))
         terms.append(term(judge))
     if grids_of(one.job.scene):
         progress("error budget: fields", 0.9)
@@ -167,26 +167,30 @@ def _mesh(judge: Judge) -> Term:
     """Compare with a finer and a coarser mesh of all components that are meshed here."""
     job, source = judge.one.job, "mesh"
     used = {name: job.scene.component[name] for name in job.components()}
-    meshed = {name: one.mesh.size for name, one in used.items() if one.geometry.kind != "rigid"}
+    meshed = {name: component.mesh.size for name, component in used.items() if component.geometry.kind != "rigid"}
     fixed = [name for name, size in meshed.items() if size is None or "file" in used[name].geometry.kind]
     sizes = {name: size for name, size in meshed.items() if size is not None and name not in fixed}
-    given = "; ".join(f"component.{name} is a mesh file, which has no other size" for name in fixed)
+    fixed_text = "; ".join(f"component.{name} is a mesh file, which has no other size" for name in fixed)
     if not sizes:
-        return Term(source, f"{MISSING}: {given}" if given else "none: no body has a mesh")
+        return Term(source, f"{MISSING}: {fixed_text}" if fixed_text else "none: no body has a mesh")
 
     def scaled(factor: float) -> dict[str, Any]:
         return {"component": {name: {"mesh": {"size": size * factor}} for name, size in sizes.items()}}
 
     words = f"edges / {FACTOR:g}", f"edges × {FACTOR:g}"
     term = _extrapolated(judge, source, Sides(scaled(1 / FACTOR), scaled(FACTOR), words), list(sizes))
-    return replace(term, how=f"{term.how}; {given}") if given else term
+    return replace(term, how=f"{term.how}; {fixed_text}") if fixed_text else term
 
 
 def _splines(judge: Judge) -> Term:
     """Compare with smaller and larger knot spacings of all traction spaces."""
     job, source = judge.one.job, "spline spacing"
     spaces = {
-        name: {key: one.spacing for key, one in job.scene.component[name].interface.items() if one.spacing is not None}
+        name: {
+            key: interface.spacing
+            for key, interface in job.scene.component[name].interface.items()
+            if interface.spacing is not None
+        }
         for name in job.components()
     }
     if not any(spaces.values()):
@@ -195,9 +199,11 @@ def _splines(judge: Judge) -> Term:
     def scaled(factor: float) -> dict[str, Any]:
         return {
             "component": {
-                name: {"interface": {key: {"spacing": [factor * h for h in spacing]} for key, spacing in own.items()}}
-                for name, own in spaces.items()
-                if own
+                name: {
+                    "interface": {key: {"spacing": [factor * h for h in spacing]} for key, spacing in spacings.items()}
+                }
+                for name, spacings in spaces.items()
+                if spacings
             }
         }
 
@@ -329,9 +335,9 @@ def _nodes(job: Job, components: Collection[str]) -> int:
     return sum(len(mesh.nodes) for mesh in _meshes(job, components))
 
 
-def _edge_ratio(own: Job, other: Job, components: Collection[str]) -> float:
+def _edge_ratio(job: Job, changed: Job, components: Collection[str]) -> float:
     """Return the mean edge of a job's meshes over that of another's, as geometric mean of the components."""
-    pairs = zip(_meshes(other, components), _meshes(own, components), strict=True)
+    pairs = zip(_meshes(changed, components), _meshes(job, components), strict=True)
     return math.exp(float(np.mean([math.log(mean_edge(new) / mean_edge(old)) for new, old in pairs])))
 
 

@@ -37,10 +37,10 @@ def by_points(grid: PoseGridRecord) -> PoseGridRecord | None:
         chosen[name] = np.unique([*range(0, count, 2), count - 1]) if count >= LEAST_POINTS else np.arange(count)
     if all(len(chosen[name]) == len(nodes) for name, nodes in grid.axes.items()):
         return None
-    whole = tuple(map(len, grid.axes.values()))
-    here = np.ix_(*chosen.values())
+    shape = tuple(map(len, grid.axes.values()))
+    selection = np.ix_(*chosen.values())
     k = grid.capacitance.shape[1:]
-    C, error = (values.reshape(*whole, *k)[here] for values in (grid.capacitance, grid.panel_error))
+    C, error = (values.reshape(*shape, *k)[selection] for values in (grid.capacitance, grid.panel_error))
     axes = {name: np.asarray(nodes)[chosen[name]] for name, nodes in grid.axes.items()}
     return replace(
         grid, axes=axes, capacitance=C.reshape(-1, *k), panel_error=error.reshape(-1, *k),
@@ -50,13 +50,13 @@ def by_points(grid: PoseGridRecord) -> PoseGridRecord | None:
 
 def changed_grids(job: Job, change: Change) -> dict[str, Any]:
     """Return the changes of a scene whose grids are changed, which the database then has; empty where none is."""
-    found: dict[str, Any] = {}
+    records: dict[str, Any] = {}
     for name, key in grids_of(job.scene).items():
-        if (other := change(job.store.get(key, "posegrid"))) is None:
+        if (changed := change(job.store.get(key, "posegrid"))) is None:
             continue
         inputs = {"grid": key, "change": change.__name__}
-        own = Product("posegrid", job.name, "posegrid", content_key(inputs), inputs)
-        if not job.store.has(own.key):
-            keep(job.store, own, other)
-        found[name] = {"record": own.key}
-    return {"force": found} if found else {}
+        copied = Product("posegrid", job.name, "posegrid", content_key(inputs), inputs)
+        if not job.store.has(copied.key):
+            keep(job.store, copied, changed)
+        records[name] = {"record": copied.key}
+    return {"force": records} if records else {}

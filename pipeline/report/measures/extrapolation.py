@@ -44,15 +44,15 @@ def extrapolation(job: Job, runs: Sequence[NodalRecord]) -> Extrapolation:
     *_, coarse, fine = runs
     observed = _observed_order(job, runs[-3:]) if len(runs) > 2 and job.scene.contact else None
     order = ORDER if observed is None else min(observed, ORDER)
-    found = _extrapolated(coarse, fine, order)
+    run = _extrapolated(coarse, fine, order)
     how = (
         f"of order {order:g}, which is stated" if observed is None else f"of order {order:.2g}, observed {observed:.2f}"
     )
     words = f"full FE at {coarse.step * 1e6:g} and {fine.step * 1e6:g} µs, extrapolated with errors {how}"
     if observed is None:
-        return Extrapolation(found, fine, 1.0, words)
+        return Extrapolation(run, fine, 1.0, words)
     share = 1 / ((coarse.step / fine.step) ** order - 1)
-    return Extrapolation(found, _extrapolated(runs[-3], coarse, order), share, words)
+    return Extrapolation(run, _extrapolated(runs[-3], coarse, order), share, words)
 
 
 def _observed_order(job: Job, runs: Sequence[NodalRecord]) -> float:
@@ -62,7 +62,7 @@ def _observed_order(job: Job, runs: Sequence[NodalRecord]) -> float:
     for run in runs:
         forces = contact_forces(run)
         curves.append(smooth(run.times, np.column_stack([forces[name] for name in job.scene.contact]), grid, window))
-    above, below = (float(np.linalg.norm(one - other)) for one, other in itertools.pairwise(curves))
+    above, below = (float(np.linalg.norm(f - g)) for f, g in itertools.pairwise(curves))
     h = [run.step for run in runs]
     low, high = LOWEST, 2 * ORDER
     for _ in range(60):
@@ -74,43 +74,43 @@ def _observed_order(job: Job, runs: Sequence[NodalRecord]) -> float:
 
 def _extrapolated(coarse: NodalRecord, fine: NodalRecord, order: float) -> NodalRecord:
     """Return the extrapolation of two runs, at the times of the finer one."""
-    share = 1 / ((coarse.step / fine.step) ** order - 1)
-    edges, own = (np.concatenate([[0.0], run.times]) for run in (coarse, fine))
+    factor = 1 / ((coarse.step / fine.step) ** order - 1)
+    edges, fine_edges = (np.concatenate([[0.0], run.times]) for run in (coarse, fine))
 
     def means(name: str) -> np.ndarray:
-        return fine.forces[name] + share * (fine.forces[name] - resample_mean(edges, coarse.forces[name], own))
+        return fine.forces[name] + factor * (fine.forces[name] - resample_mean(edges, coarse.forces[name], fine_edges))
 
     forces = {name: means(name) for name in fine.forces}
-    total = fine.force + share * (fine.force - resample_mean(edges, coarse.force, own))
+    total = fine.force + factor * (fine.force - resample_mean(edges, coarse.force, fine_edges))
     motion = {
-        name: _corrected((fine.times, values), (coarse.times, coarse.motion[name]), share)
+        name: _corrected((fine.times, values), (coarse.times, coarse.motion[name]), factor)
         for name, values in fine.motion.items()
     }
     masters = fine.masters
     if fine.frame_times is not None and coarse.frame_times is not None:
         masters = {
-            name: _corrected((fine.frame_times, values), (coarse.frame_times, coarse.masters[name]), share)
+            name: _corrected((fine.frame_times, values), (coarse.frame_times, coarse.masters[name]), factor)
             for name, values in fine.masters.items()
         }
-    quantities = {name: _value(entry, coarse.quantities.get(name), share) for name, entry in fine.quantities.items()}
+    quantities = {name: _value(entry, coarse.quantities.get(name), factor) for name, entry in fine.quantities.items()}
     return replace(fine, force=total, forces=forces, motion=motion, masters=masters, quantities=quantities)
 
 
-def _corrected(fine: tuple[np.ndarray, np.ndarray], coarse: tuple[np.ndarray, np.ndarray], share: float) -> np.ndarray:
+def _corrected(fine: tuple[np.ndarray, np.ndarray], coarse: tuple[np.ndarray, np.ndarray], factor: float) -> np.ndarray:
     """Return values of the finer run with the correction at the times of the coarser one, linear in between, (f, k).
 
     Args:
         fine, coarse: Times [s], (f,) and (c,), and values, (f, k) and (c, k).
     """
     rows = [
-        own + share * np.interp(fine[0], coarse[0], np.interp(coarse[0], fine[0], own) - other)
-        for own, other in zip(fine[1].T, coarse[1].T, strict=True)
+        fine_values + factor * np.interp(fine[0], coarse[0], np.interp(coarse[0], fine[0], fine_values) - coarse_values)
+        for fine_values, coarse_values in zip(fine[1].T, coarse[1].T, strict=True)
     ]
     return np.array(rows).T.reshape(fine[1].shape)
 
 
-def _value(fine: Mapping[str, Any], coarse: Mapping[str, Any] | None, share: float) -> dict[str, Any]:
+def _value(fine: Mapping[str, Any], coarse: Mapping[str, Any] | None, factor: float) -> dict[str, Any]:
     if coarse is None:
         return dict(fine)
-    value = fine["value"] + share * (fine["value"] - coarse["value"])
+    value = fine["value"] + factor * (fine["value"] - coarse["value"])
     return {**fine, "value": value}

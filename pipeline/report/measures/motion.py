@@ -39,8 +39,8 @@ def third_octaves(times: np.ndarray, displacement: np.ndarray) -> tuple[np.ndarr
         np.ceil(10 * np.log10(lowest / 1e3)), np.floor(10 * np.log10(HIGHEST / interval / THIRD / 1e3)) + 1
     )
     centres = 1e3 * 10 ** (numbers / 10)
-    inside = (lines >= centres[:, None] / THIRD) & (lines < centres[:, None] * THIRD)
-    return centres, np.sqrt(inside @ power)
+    in_band = (lines >= centres[:, None] / THIRD) & (lines < centres[:, None] * THIRD)
+    return centres, np.sqrt(in_band @ power)
 
 
 def surface_bands(run: Ran, until: float) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -51,9 +51,9 @@ def surface_bands(run: Ran, until: float) -> dict[str, tuple[np.ndarray, np.ndar
         masters = run.masters
     else:
         masters = {name: item.master for name, item in run.contacts.items() if item.master is not None}
-    kept = run.frame_times <= until * (1 + 1e-9)
-    found = {name: third_octaves(run.frame_times[kept], rows[kept]) for name, rows in masters.items()}
-    return {name: bands for name, bands in found.items() if len(bands[0])}
+    compared = run.frame_times <= until * (1 + 1e-9)
+    octaves = {name: third_octaves(run.frame_times[compared], rows[compared]) for name, rows in masters.items()}
+    return {name: bands for name, bands in octaves.items() if len(bands[0])}
 
 
 def lateral_energy(job: Job, run: Ran, body: str) -> np.ndarray:
@@ -83,11 +83,11 @@ def energies_before(
         middles: Time of each impact of the run, by contact [s], (b,).
     """
     rows = [(*row[2:], middle) for name in impacts for row, middle in zip(impacts[name], middles[name], strict=True)]
-    found, ended = [], 0.0
-    for begin, end, middle in sorted(rows):
-        since = 0.5 * (ended + begin) if ended < begin else begin
+    energies, ended = [], 0.0
+    for start, end, middle in sorted(rows):
+        since = 0.5 * (ended + start) if ended < start else start
         # A run without this impact has no energy before it.
         chosen = (times >= since) & (times <= middle)
-        found.append(float(energy[chosen].max()) if chosen.any() else 0.0)
+        energies.append(float(energy[chosen].max()) if chosen.any() else 0.0)
         ended = max(ended, end)
-    return np.array(found)
+    return np.array(energies)

@@ -30,8 +30,8 @@ def draw_forces(job: Job, runs: tuple[Ran, Ran], names: tuple[str, str], path: P
     with styled():
         figure = new_figure(f"{job.name}: contact force and reference", subtitle)
         height = (TOP - BOTTOM - BETWEEN * (len(contacts) - 1)) / len(contacts)
-        for number, name in enumerate(contacts):
-            low = TOP - (number + 1) * height - number * BETWEEN
+        for i, name in enumerate(contacts):
+            low = TOP - (i + 1) * height - i * BETWEEN
             axes = figure.add_axes((SIDES[0], low, SIDES[1] - SIDES[0], height))
             curves = [
                 np.linalg.norm(smooth(run.times, force[name], grid, window), axis=1)
@@ -42,8 +42,8 @@ def draw_forces(job: Job, runs: tuple[Ran, Ran], names: tuple[str, str], path: P
             axes.set_xlim(0.0, grid[-1] * 1e3)
             axes.set_ylim(0.0, 1.3 * max(1e-300, *(float(curve.max()) for curve in curves)))
             axes.set_ylabel(f"{name} [N]", parse_math=False, color=INK)
-            if number == 0:
+            if i == 0:
                 axes.legend(loc="upper right", ncols=1)
-            if number == len(contacts) - 1:
+            if i == len(contacts) - 1:
                 axes.set_xlabel("time [ms]", color=FAINT)
         save(figure, path)

@@ -23,4 +23,4 @@ class ShownReport(Document):
 
 def shown(document: Document) -> ShownReport:
     """Return a report with its pictures."""
-    return ShownReport(**{one.name: getattr(document, one.name) for one in fields(document)})
+    return ShownReport(**{f.name: getattr(document, f.name) for f in fields(document)})

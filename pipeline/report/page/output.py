@@ -86,7 +86,7 @@ def report_text(document: Document) -> str:
         f"Reference ({document.reference['kind']}): {reference_text(document)}; {machine_text(document)}",
         *([f"Compared up to {document.until * 1e3:g} ms."] if document.until else []),
         verdict(document),
-        *(f"Does not converge over this sweep, not fitted: {one.name}. {one.why}" for one in flagged(document)),
+        *(f"Does not converge over this sweep, not fitted: {q.name}. {q.why}" for q in flagged(document)),
         *document.notes,
         "",
         *_runs(document),
@@ -96,23 +96,25 @@ def report_text(document: Document) -> str:
         lines += ["", f"{table.title}{': ' if table.note else ''}{table.note}", ""]
         lines += markdown(table.columns, table.rows)
     if document.left_out:
-        lines += ["", "Omitted settings:", *(f"- {one['name']}: {one['why']}" for one in document.left_out)]
+        lines += ["", "Omitted settings:", *(f"- {entry['name']}: {entry['why']}" for entry in document.left_out)]
     return "\n".join(lines)
 
 
 def _runs(document: Document) -> list[str]:
     """Return one line per run with its main figures; columns without an entry are omitted."""
-    known = {column.title: column.texts for column in run_columns(document)}
+    texts_of = {column.title: column.texts for column in run_columns(document)}
     names, errors = ["coordinates"], {}
     if len(document.quantities) <= WIDE:
         window = f", Hann {document.window * 1e6:g} µs" if document.window else ""
-        for one in document.quantities:
-            texts = [error_text(run.errors.get(one.name), one.measure, one.unit) for run in document.runs]
-            errors[one.name + (f" (L2{window})" if one.measure == "L2" else "")] = texts
+        for quantity in document.quantities:
+            texts = [
+                error_text(run.errors.get(quantity.name), quantity.measure, quantity.unit) for run in document.runs
+            ]
+            errors[quantity.name + (f" (L2{window})" if quantity.measure == "L2" else "")] = texts
     else:
         names += ["largest error", "of"]
     names += ["conservative error", "result", "energy drift", "steps", "CPU time"]
-    columns = {"run": [run.name for run in document.runs], "coordinates": known["coordinates"], **errors}
-    columns |= {name: known[name] for name in names if name in known}
-    kept = {title: texts for title, texts in columns.items() if any(text != NOTHING for text in texts)}
-    return markdown(list(kept), list(zip(*kept.values(), strict=True)))
+    columns = {"run": [run.name for run in document.runs], "coordinates": texts_of["coordinates"], **errors}
+    columns |= {name: texts_of[name] for name in names if name in texts_of}
+    shown = {title: texts for title, texts in columns.items() if any(text != NOTHING for text in texts)}
+    return markdown(list(shown), list(zip(*shown.values(), strict=True)))

@@ -62,10 +62,13 @@ def page(document: Document, picture: bytes | None = None) -> str:
 def _card(document: Document, quantity: Quantity) -> tuple[Quantity, str, list[str]]:
     """Return a quantity, its verdict with the orders of convergence, and a chart for each kind of sizes."""
     axes = axes_of(document, quantity)
-    charts = [chain_chart(quantity, what, chains, SIZES.get(what, "{:.3g}".format)) for what, chains in axes.items()]
+    charts = [
+        chain_chart(quantity, size_kind, chains, SIZES.get(size_kind, "{:.3g}".format))
+        for size_kind, chains in axes.items()
+    ]
     orders = [
-        f"order in {what}: {' to '.join(f'{order:.1f}' for order in limits)}"
-        for what, chains in axes.items()
+        f"order in {size_kind}: {' to '.join(f'{order:.1f}' for order in limits)}"
+        for size_kind, chains in axes.items()
         if (limits := _orders(chains))
     ]
     return quantity, "; ".join([words.SETTLES[quantity.converges], *orders]), charts
@@ -73,17 +76,17 @@ def _card(document: Document, quantity: Quantity) -> tuple[Quantity, str, list[s
 
 def axes_of(document: Document, quantity: Quantity) -> dict[str, list[Chain]]:
     """Return the chains of a quantity, by the kind of their sizes: coordinates, edge length, step or accuracy."""
-    runs, found = {run.name: run for run in document.runs}, {}
-    for one in quantity.chains:
-        what = WHAT.get(one.axis, one.axis)
-        if one.axis == "step":
-            steps = [runs[name].step for name in one.runs if name in runs]
-            what = "step" if any(size in steps for size in one.sizes) else "accuracy"
-        found.setdefault(what, []).append(one)
-    return found
+    runs, chains_of = {run.name: run for run in document.runs}, {}
+    for chain in quantity.chains:
+        size_kind = WHAT.get(chain.axis, chain.axis)
+        if chain.axis == "step":
+            steps = [runs[name].step for name in chain.runs if name in runs]
+            size_kind = "step" if any(size in steps for size in chain.sizes) else "accuracy"
+        chains_of.setdefault(size_kind, []).append(chain)
+    return chains_of
 
 
 def _orders(chains: Sequence[Chain]) -> list[float]:
     """Return the least and the greatest order of some chains, a single one if they agree."""
-    found = [chain.order for chain in chains if chain.order is not None]
-    return sorted({round(min(found), 1), round(max(found), 1)}) if found else []
+    orders = [chain.order for chain in chains if chain.order is not None]
+    return sorted({round(min(orders), 1), round(max(orders), 1)}) if orders else []

@@ -90,15 +90,15 @@ class Spot(NamedTuple):
 
 def looks(document: Document) -> dict[str, Look]:
     """Return the look of each scheme, in the order of its first run; those of full-FE runs are grey squares."""
-    found: dict[str, Look] = {}
+    look_of: dict[str, Look] = {}
     for run in document.runs:
         if run.kind == "nodal":
-            found.setdefault(run.scheme, Look(GREY, "s"))
+            look_of.setdefault(run.scheme, Look(GREY, "s"))
         else:
-            coloured = sum(look.colour != GREY for look in found.values())
+            coloured = sum(look.colour != GREY for look in look_of.values())
             mark = MARKS[coloured // len(COLOURS) % len(MARKS)]
-            found.setdefault(run.scheme, Look(COLOURS[coloured % len(COLOURS)], mark))
-    return found
+            look_of.setdefault(run.scheme, Look(COLOURS[coloured % len(COLOURS)], mark))
+    return look_of
 
 
 def drawn(runs: Sequence[Run], quantity: str = "") -> list[Spot]:
@@ -138,7 +138,7 @@ def runs_figure(document: Document) -> Figure:
         figure = new_figure("", "")
         _line(figure, (0.035, 0.958), f"{document.scene}: error against run time", 70, fontsize=14, fontweight="bold")
         _line(figure, (0.035, 0.917), f"reference: {document.reference['source']}", 118, color=FAINT)
-        flags = ", ".join(one.name for one in flagged(document))
+        flags = ", ".join(quantity.name for quantity in flagged(document))
         notes = [
             (budget_text(document), INK),
             (f"not converged over this sweep; no order is fitted: {flags}" if flags else "", RED),
@@ -158,32 +158,32 @@ def error_chart(document: Document, quantity: str = "", frame: str = "wide") -> 
         quantity: Quantity whose errors are drawn; the conservative errors if empty.
         frame: A name of `FRAMES`.
     """
-    size, place, ticks = FRAMES[frame]
+    size, rectangle, ticks = FRAMES[frame]
     with styled():
         figure = Figure(figsize=size)
-        _draw_runs(figure.add_axes(place), document, quantity, ticks)
+        _draw_runs(figure.add_axes(rectangle), document, quantity, ticks)
         spots, chosen = drawn(document.runs, quantity), document.choice.run if document.choice is not None else None
         front = front_of(spots, quantity)
         root = svg(figure, f"Error of {len(spots)} runs against their CPU time; the table of runs has the numbers")
     nodes = {node.attrib.pop("id"): node for node in root.iter() if "id" in node.attrib}
-    for number, run, error in spots:
-        text = f"{number + 1}: {run.name}, error {size_text(error)}, {seconds_text(run.cpu_seconds)}"
+    for index, run, error in spots:
+        text = f"{index + 1}: {run.name}, error {size_text(error)}, {seconds_text(run.cpu_seconds)}"
         kind = f"point{' chosen' if run.name == chosen else ''}"
-        data = {"data-run": str(number), "data-scheme": run.scheme}
-        data |= {"data-front": "true"} if number in front else {}
-        nodes[f"run-{number}"].attrib |= {"class": kind, "tabindex": "0", "role": "img", "aria-label": text, **data}
-        title = ElementTree.SubElement(nodes[f"run-{number}"], f"{{{SVG}}}title")
-        title.text = "\n".join(run_lines(number, run, error, quantity))
-        if f"number-{number}" in nodes:
-            nodes[f"number-{number}"].attrib |= {"class": "number", "data-run": str(number), "data-scheme": run.scheme}
+        data = {"data-run": str(index), "data-scheme": run.scheme}
+        data |= {"data-front": "true"} if index in front else {}
+        nodes[f"run-{index}"].attrib |= {"class": kind, "tabindex": "0", "role": "img", "aria-label": text, **data}
+        title = ElementTree.SubElement(nodes[f"run-{index}"], f"{{{SVG}}}title")
+        title.text = "\n".join(run_lines(index, run, error, quantity))
+        if f"number-{index}" in nodes:
+            nodes[f"number-{index}"].attrib |= {"class": "number", "data-run": str(index), "data-scheme": run.scheme}
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def chain_chart(quantity: Quantity, what: str, chains: Sequence[Chain], text: Callable[[float], str]) -> str:
+def chain_chart(quantity: Quantity, size_kind: str, chains: Sequence[Chain], text: Callable[[float], str]) -> str:
     """Return the difference of a quantity from its finest value along one axis as SVG, one line per chain.
 
     Args:
-        what: Kind of the sizes of the chains.
+        size_kind: Kind of the sizes of the chains.
         text: Writes a size.
     """
     lines = [(_chain_points(chain), chain.converges) for chain in chains]
@@ -198,8 +198,8 @@ def chain_chart(quantity: Quantity, what: str, chains: Sequence[Chain], text: Ca
             colour = RED if converges is False else GREY if converges is None else SETTLED
             axes.plot(*np.array(line).reshape(-1, 2).T, color=colour, linewidth=1.2)
             axes.scatter(*np.array(line).reshape(-1, 2).T, s=14, color=colour, clip_on=False, zorder=3)
-        axes.set_xlabel(what, parse_math=False)
-        root = svg(figure, f"{quantity.name}: difference from the finest value against {what}")
+        axes.set_xlabel(size_kind, parse_math=False)
+        root = svg(figure, f"{quantity.name}: difference from the finest value against {size_kind}")
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -291,14 +291,14 @@ def _numbers(
 
 
 def _log_axes(
-    axes: Axes, points: np.ndarray, texts: Sequence[Callable[[float], str]], most: int, floor: float | None = None
+    axes: Axes, points: np.ndarray, texts: Sequence[Callable[[float], str]], limit: int, floor: float | None = None
 ) -> None:
     """Set logarithmic axes of at least half a decade with room around points; labels are 1, 2, 5 times powers of ten.
 
     Args:
         points: (k, 2)
         texts: Writers of a value of the horizontal and of the vertical axis.
-        most: Largest number of labels of an axis.
+        limit: Largest number of labels of an axis.
         floor: Lower end of the vertical axis.
     """
     axes.set(xscale="log", yscale="log")
@@ -310,9 +310,9 @@ def _log_axes(
         for steps in ((1, 2, 5), (1, 3), (1,)):
             values = [step * 10.0**power for power in range(math.floor(low), math.ceil(high) + 1) for step in steps]
             able = [value for value in values if low - 1e-9 <= math.log10(value) <= high + 1e-9]
-            if len(able) <= most:
+            if len(able) <= limit:
                 break
-        able = able[:: math.ceil(len(able) / most)]
+        able = able[:: math.ceil(len(able) / limit)]
         axis.set_ticks(able, [text(value) for value in able])
         axis.set_ticks([], minor=True)
         (axes.set_xlim if axis is axes.xaxis else axes.set_ylim)(10**low, 10**high)
@@ -320,32 +320,32 @@ def _log_axes(
 
 def _legend(figure: Figure, document: Document) -> None:
     """Write the legend of schemes and runs; of more runs than there is room for, those on the front."""
-    left, height, found, spots = 0.65, 0.845, looks(document), drawn(document.runs)
-    for scheme, look in list(found.items())[:SCHEMES]:
-        mark = Line2D([left + 0.008], [height], marker=look.mark, color=look.colour, markersize=5.5)
+    margin, height, look_of, spots = 0.65, 0.845, looks(document), drawn(document.runs)
+    for scheme, look in list(look_of.items())[:SCHEMES]:
+        mark = Line2D([margin + 0.008], [height], marker=look.mark, color=look.colour, markersize=5.5)
         figure.add_artist(mark)
-        _line(figure, (left + 0.025, height), scheme, 40, fontsize=8)
+        _line(figure, (margin + 0.025, height), scheme, 40, fontsize=8)
         height -= 1.2 * LINE
-    figure.add_artist(Line2D([left, left + 0.017], [height] * 2, color=INK, alpha=0.55, linewidth=1.1))
-    _line(figure, (left + 0.025, height), "Pareto front: no run is faster and better", 42, fontsize=8)
-    named = spots if len(spots) <= RUNS - len(found) else [spot for spot in spots if spot.run.front]
+    figure.add_artist(Line2D([margin, margin + 0.017], [height] * 2, color=INK, alpha=0.55, linewidth=1.1))
+    _line(figure, (margin + 0.025, height), "Pareto front: no run is faster and better", 42, fontsize=8)
+    named = spots if len(spots) <= RUNS - len(look_of) else [spot for spot in spots if spot.run.front]
     title = "runs" if len(named) == len(spots) else f"on the front, of {len(spots)} runs"
     height -= 2.1 * LINE
-    _line(figure, (left, height), f"{title}: error, CPU time", 45, fontsize=8, color=FAINT)
+    _line(figure, (margin, height), f"{title}: error, CPU time", 45, fontsize=8, color=FAINT)
     room = int((height - 0.1) / LINE)
-    for number, run, error in sorted(named, key=lambda spot: spot.run.cpu_seconds)[:room]:
+    for index, run, error in sorted(named, key=lambda spot: spot.run.cpu_seconds)[:room]:
         height -= LINE
         weight = "bold" if run.front else "normal"
-        _line(figure, (left + 0.02, height), str(number + 1), 5, fontsize=7.5, fontweight=weight, ha="right")
+        _line(figure, (margin + 0.02, height), str(index + 1), 5, fontsize=7.5, fontweight=weight, ha="right")
         taken = f"{'the reference' if error == 0 else size_text(error)}, {seconds_text(run.cpu_seconds)}"
-        _line(figure, (left + 0.335, height), taken, 30, fontsize=7, color=FAINT, ha="right")
+        _line(figure, (margin + 0.335, height), taken, 30, fontsize=7, color=FAINT, ha="right")
         width = 44 - len(taken)
         size = max(SMALL, min(1.0, width / max(1, len(run.name))))
-        _line(figure, (left + 0.028, height), run.name, int(width / size), fontsize=7.5 * size)
-    more = ((len(named) - room, "runs"), (len(found) - SCHEMES, "schemes"))
-    hidden = [f"{count} more {what}" for count, what in more if count > 0]
+        _line(figure, (margin + 0.028, height), run.name, int(width / size), fontsize=7.5 * size)
+    counts = ((len(named) - room, "runs"), (len(look_of) - SCHEMES, "schemes"))
+    hidden = [f"{count} more {noun}" for count, noun in counts if count > 0]
     if hidden:
-        _line(figure, (left, height - LINE), f"and {', '.join(hidden)}", 45, fontsize=7.5, color=FAINT)
+        _line(figure, (margin, height - LINE), f"and {', '.join(hidden)}", 45, fontsize=7.5, color=FAINT)
 
 
 def _foot(figure: Figure, notes: Sequence[tuple[str, str]]) -> float:
@@ -362,10 +362,10 @@ def _foot(figure: Figure, notes: Sequence[tuple[str, str]]) -> float:
     return height - FOOT
 
 
-def _line(figure: Figure, at: tuple[float, float], text: str, most: int, **look: object) -> None:
+def _line(figure: Figure, position: tuple[float, float], text: str, limit: int, **look: object) -> None:
     """Write one line, shortened to a number of characters."""
-    short = text if len(text) <= most else f"{text[: most - 1].rstrip()}…"
-    figure.text(*at, short, parse_math=False, va="center", **look)  # pyright: ignore[reportArgumentType]
+    short = text if len(text) <= limit else f"{text[: limit - 1].rstrip()}…"
+    figure.text(*position, short, parse_math=False, va="center", **look)  # pyright: ignore[reportArgumentType]
 
 
 def _chain_points(chain: Chain) -> list[tuple[float, float]]:

@@ -170,17 +170,17 @@ def _largest(run: Run) -> str:
 def _error(run: Run, quantity: Quantity) -> str:
     """Return the error of a run in a quantity, and its truncation and time error as notes."""
     name, measure, unit = quantity.name, quantity.measure, quantity.unit
-    parts = [
-        f"{label} {error_text(found[name], measure, unit)}"
-        for label, found in (("truncation", run.truncation), ("time", run.time))
-        if found and found.get(name) is not None
+    notes = [
+        f"{label} {error_text(errors[name], measure, unit)}"
+        for label, errors in (("truncation", run.truncation), ("time", run.time))
+        if errors and errors.get(name) is not None
     ]
-    return "\n".join([error_text(run.errors.get(name), measure, unit), *parts])
+    return "\n".join([error_text(run.errors.get(name), measure, unit), *notes])
 
 
-def _parts(title: str, runs: Sequence[Run], part: str) -> Column:
+def _parts(title: str, runs: Sequence[Run], key: str) -> Column:
     """Return the truncation or time error of each run in the quantity of its largest error."""
-    values = [_size((getattr(run, part) or {}).get(run.largest_of)) for run in runs]
+    values = [_size((getattr(run, key) or {}).get(run.largest_of)) for run in runs]
     return _numbers(title, values, size_text)
 
 
@@ -189,7 +189,7 @@ def _stage(stage: str, runs: Sequence[Run]) -> Column:
     texts, keys = [], []
     for run in runs:
         entry = run.stages.get(stage, StageSeconds(None, None))
-        taken = [None if one is None else one.cpu for one in (entry.cold, entry.warm)]
+        taken = [None if seconds is None else seconds.cpu for seconds in (entry.cold, entry.warm)]
         texts.append(NOTHING if taken == [None, None] else " / ".join(map(seconds_text, taken)))
         keys.append(taken[1] if taken[0] is None else taken[0])
     return Column(f"{stage}\ncold / warm", texts, keys)

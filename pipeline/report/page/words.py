@@ -88,21 +88,21 @@ def edge_text(value: float) -> str:
     return f"{value * 1e3:.3g} mm"
 
 
-def run_lines(number: int, run: Run, error: float, quantity: str) -> list[str]:
+def run_lines(index: int, run: Run, error: float, quantity: str) -> list[str]:
     """Return the text of a point of the chart: number and name of its run, errors, times and sizes.
 
     Args:
-        number: Number of the run, from 0.
+        index: Number of the run, from 0.
         error: The error that is drawn.
         quantity: Quantity of that error; empty for the conservative error.
     """
     largest = f"{size_text(run.largest_error)} largest error, of {run.largest_of}"
-    lines = [f"{number + 1}  {run.name}", f"{size_text(error)} {quantity}" if quantity else largest]
+    lines = [f"{index + 1}  {run.name}", f"{size_text(error)} {quantity}" if quantity else largest]
     if not quantity and run.largest_error is not None and error > run.largest_error:
         lines.append(f"{size_text(error)} conservative error")
-    for part, errors in (("truncation", run.truncation), ("time", run.time)):
-        if errors and (found := errors.get(quantity or run.largest_of or "")) is not None:
-            lines.append(f"{part} error: {size_text(found)}")
+    for label, errors in (("truncation", run.truncation), ("time", run.time)):
+        if errors and (component := errors.get(quantity or run.largest_of or "")) is not None:
+            lines.append(f"{label} error: {size_text(component)}")
     lines.append(f"CPU {seconds_text(run.cpu_seconds)}, wall {seconds_text(run.wall_seconds)}")
     steps = "" if run.steps is None else f", {count_text(run.steps)} steps"
     return [*lines, f"{count_text(run.coordinates)} coordinates{steps}", run.scheme]
@@ -115,11 +115,13 @@ def setting_texts(run: Run) -> list[str]:
 
 def run_settings(run: Run) -> list[str]:
     """Return the settings of a run, and with which runs its errors are computed."""
-    parts = (
+    components = (
         ("truncation error", run.truncation, run.truncation_against),
         ("time error", run.time, run.time_against),
     )
-    against = [f"{part}: {NOTHING if errors is None else 'against'} {text}" for part, errors, text in parts if text]
+    against = [
+        f"{label}: {NOTHING if errors is None else 'against'} {text}" for label, errors, text in components if text
+    ]
     return setting_texts(run) + against
 
 
@@ -131,11 +133,11 @@ def flagged(document: Document) -> list[Quantity]:
 def machine_text(document: Document) -> str:
     """Return processor, cores and versions in one line."""
     machine = document.machine
-    parts = [str(machine.get("cpu", "unknown processor"))]
+    words = [str(machine.get("cpu", "unknown processor"))]
     if "cores" in machine:
-        parts.append(f"{machine['cores']} cores")
-    parts += [f"{key} {value}" for key, value in machine.items() if key not in ("cpu", "cores")]
-    return ", ".join(parts)
+        words.append(f"{machine['cores']} cores")
+    words += [f"{key} {value}" for key, value in machine.items() if key not in ("cpu", "cores")]
+    return ", ".join(words)
 
 
 def verdict(document: Document) -> str:
@@ -158,15 +160,15 @@ def headline(document: Document) -> str:
     choice = document.choice
     if choice is None:
         return f"{document.scene}: error against run time"
-    wanted = tick_text(choice.tolerance)
+    tolerance = tick_text(choice.tolerance)
     if choice.run is None:
-        return f"{document.scene}: no setting meets {wanted}"
-    text = f"{document.scene}: {wanted} accuracy in {seconds_text(choice.cpu_seconds)}"
-    costs = {one.method: one.integration for one in document.costs if one.tolerance == choice.tolerance}
-    own, full = costs.get("reduced"), costs.get("nodal")
-    if own and full:
-        gained = f"{full / own:.3g} × less CPU time than full FE"
-        text += f": {gained if full > own else f'full FE takes {seconds_text(full)}, nothing is gained'}"
+        return f"{document.scene}: no setting meets {tolerance}"
+    text = f"{document.scene}: {tolerance} accuracy in {seconds_text(choice.cpu_seconds)}"
+    costs = {c.method: c.integration for c in document.costs if c.tolerance == choice.tolerance}
+    reduced, full = costs.get("reduced"), costs.get("nodal")
+    if reduced and full:
+        gained = f"{full / reduced:.3g} × less CPU time than full FE"
+        text += f": {gained if full > reduced else f'full FE takes {seconds_text(full)}, nothing is gained'}"
     return text + _uncertain(document, choice)
 
 
@@ -175,8 +177,8 @@ def _uncertain(document: Document, choice: Choice) -> str:
     budget = document.budget
     if budget is None or budget.run != choice.run:
         return ""
-    known = [(one.bound, one) for one in budget.terms if one.bound is not None and one.bound > choice.tolerance]
-    size, term = max(known, key=lambda item: item[0], default=(0.0, None))
+    uncertain = [(t.bound, t) for t in budget.terms if t.bound is not None and t.bound > choice.tolerance]
+    size, term = max(uncertain, key=lambda item: item[0], default=(0.0, None))
     return "" if term is None else f"; but {term.source} ±{term_text(size)} ({term.of})"
 
 
@@ -186,29 +188,33 @@ def use_text(document: Document) -> str:
         return ""
     command = re.sub(r" --(tolerance|repeat) \S+", "", document.command).replace("gudgeon report", "gudgeon run", 1)
     if document.kind == "conductor":
-        run = next(one for one in document.runs if one.name == document.choice.run)
+        run = next(r for r in document.runs if r.name == document.choice.run)
         return " ".join([command, *(f"--set {shlex.quote(text)}" for text in setting_texts(run))])
     return f"{command} --tolerance {tick_text(document.choice.tolerance)}"
 
 
 def reference_text(document: Document) -> str:
     """Return what the reference is, with the estimate of its own largest error where there is one."""
-    known = [(one.uncertainty, one.name) for one in document.quantities if one.counts and one.uncertainty is not None]
-    own = "" if not known else f"; its own error is estimated as {size_text(max(known)[0])} ({max(known)[1]})"
-    return f"{document.reference['source']}{own}"
+    uncertainties = [(q.uncertainty, q.name) for q in document.quantities if q.counts and q.uncertainty is not None]
+    uncertainty = (
+        ""
+        if not uncertainties
+        else f"; its own error is estimated as {size_text(max(uncertainties)[0])} ({max(uncertainties)[1]})"
+    )
+    return f"{document.reference['source']}{uncertainty}"
 
 
 def budget_text(document: Document) -> str:
     """Return what dominates the error of the run of the budget; empty if the report has no budget."""
     if document.budget is None:
         return ""
-    known = [(one.bound, one) for one in document.budget.terms if one.bound is not None]
-    terms = sorted(known, key=lambda item: -item[0])
-    unknown = [f"{one.source} {one.how}" for one in document.budget.terms if one.missing]
-    words = [f"{one.source} {term_text(size)}" for size, one in terms] or ["no term is estimated"]
+    estimated = [(t.bound, t) for t in document.budget.terms if t.bound is not None]
+    terms = sorted(estimated, key=lambda item: -item[0])
+    unknown = [f"{t.source} {t.how}" for t in document.budget.terms if t.missing]
+    words = [f"{t.source} {term_text(size)}" for size, t in terms] or ["no term is estimated"]
     if terms:
         words[0] += f" ({terms[0][1].of})"
-    return f"Error budget of {document.budget.run}: {' > '.join(words)}{''.join(f'; {one}' for one in unknown)}"
+    return f"Error budget of {document.budget.run}: {' > '.join(words)}{''.join(f'; {text}' for text in unknown)}"
 
 
 def term_text(size: float) -> str:
@@ -220,13 +226,13 @@ def budget_table(document: Document) -> Table | None:
     """Return the error budget as a table, quantity by quantity; None if the report has none."""
     if document.budget is None:
         return None
-    terms = [one for one in document.budget.terms if one.errors]
+    terms = [t for t in document.budget.terms if t.errors]
     rows = [
-        [one.name, *(_term_text(term, one.name) for term in terms), "yes" if one.counts else "no"]
-        for one in document.quantities
-        if any(one.name in term.errors for term in terms)
+        [q.name, *(_term_text(term, q.name) for term in terms), "yes" if q.counts else "no"]
+        for q in document.quantities
+        if any(q.name in term.errors for term in terms)
     ]
-    note = " ".join(f"{one.source.capitalize()}: {one.how}." for one in document.budget.terms)
+    note = " ".join(f"{t.source.capitalize()}: {t.how}." for t in document.budget.terms)
     columns = ["quantity", *(term.source for term in terms), "counts"]
     return Table(f"Error budget of {document.budget.run}", columns, rows, f"{note} {ORDERS}")
 
@@ -246,20 +252,23 @@ def tables_of(document: Document) -> list[Table]:
 
 def cost_tables(document: Document) -> list[Table]:
     """Return the table of run times by method and tolerance, with ratios to the cheapest setting; [] without costs."""
-    own = {one.tolerance: one for one in document.costs if one.method == "reduced"}
+    reduced = {c.tolerance: c for c in document.costs if c.method == "reduced"}
     rows = []
-    for one in document.costs:
-        best = own.get(one.tolerance)
-        cells = [_cost_text(getattr(one, part), getattr(best, part, None), one is best) for part in COST_PARTS]
-        rows.append([f"≤ {tick_text(one.tolerance)}", METHODS[one.method], one.run, size_text(one.error), *cells])
+    for cost in document.costs:
+        best = reduced.get(cost.tolerance)
+        cells = [
+            _cost_text(getattr(cost, component), getattr(best, component, None), cost is best)
+            for component in COST_PARTS
+        ]
+        rows.append([f"≤ {tick_text(cost.tolerance)}", METHODS[cost.method], cost.run, size_text(cost.error), *cells])
     columns = ["error", "method", "setting", "conservative error", *COST_PARTS.values()]
     return [Table("CPU time for an accuracy", columns, rows, COST_NOTE)] if rows else []
 
 
-def _cost_text(value: float | None, own: float | None, itself: bool) -> str:
-    if value is None or not own or itself:
+def _cost_text(value: float | None, reduced: float | None, itself: bool) -> str:
+    if value is None or not reduced or itself:
         return seconds_text(value)
-    ratio = value / own
+    ratio = value / reduced
     return f"{seconds_text(value)} (× {ratio:,.0f})" if ratio >= 9.95 else f"{seconds_text(value)} (× {ratio:.2g})"
 
 
@@ -282,7 +291,7 @@ def _paths(tables: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """Yield the dotted path of each value in nested tables."""
     for key, value in tables.items():
         if isinstance(value, dict):
-            yield from ((f"{key}.{path}", one) for path, one in _paths(value))
+            yield from ((f"{key}.{path}", item) for path, item in _paths(value))
         else:
             yield key, value
 
