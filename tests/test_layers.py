@@ -78,7 +78,7 @@ IMPORTED_FROM: dict[str, tuple[str, ...]] = {
     "solver.bodies": ("pipeline.plots", "pipeline.stages", "pipeline.nodal", "pipeline.exporters"),
     "solver.contact": ("pipeline.plots", "pipeline.stages", "pipeline.nodal"),
     "solver.system": ("pipeline.stages.bodies", "pipeline.stages.plan", "pipeline.report.timing",
-                      "pipeline.robustness.trial"),
+                      "pipeline.robustness.trial", "pipeline.robustness.reading", "pipeline.robustness.overlap"),
     "solver.warm_up": ("pipeline.stages.bodies",),
     "solver.simulation": ("pipeline.kinds",),
     "solver.simulate": ("pipeline.stages.bodies", "pipeline.report.timing", "pipeline.robustness.trial"),

@@ -1,14 +1,8 @@
 """The numbers of a run that the rules read, the same for every kind of scene."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-
-from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, ENDS, IMPULSE, WINDOWED, Trajectory
-from gudgeon.pipeline.scenes.material import Material
-from gudgeon.solver.capabilities import INTEGRATORS
 
 
 @dataclass(frozen=True)
@@ -118,74 +112,3 @@ class Refusal:
 
     reason: str
     seconds: float = 0.0
-
-
-def readings_of(trajectory: Trajectory) -> dict[str, tuple[float, str]]:
-    """Return value and unit of the quantities of a run without contact that two runs of one motion share.
-
-    The time of a peak is that of a sample. Reactions have no bound at singular positions of joints.
-    """
-    if trajectory.contacts:
-        return {}
-    unbounded = bool(trajectory.counts.get("singular_steps", 0))
-    return {
-        name: (entry["value"], entry["unit"])
-        for name, entry in trajectory.quantities.items()
-        if not name.endswith("_time") and not (unbounded and entry["unit"] in ("N", "N m"))
-    }
-
-
-def contrast_of(materials: Iterable[Material | None]) -> float:
-    """Return the largest ratio of two moduli of one of the materials."""
-    return max((m.contrast for m in materials if m is not None), default=1.0)
-
-
-def passing_of(accuracy: float | None, trajectory: Trajectory) -> float:
-    """Return the accuracy of a mechanism that passed positions at which its joints depend on each other, or 0.
-
-    Args:
-        accuracy: `run.accuracy`.
-    """
-    own = accuracy or INTEGRATORS[trajectory.counts["integrator"]].accuracy
-    return own if trajectory.counts.get("singular_steps") else 0.0
-
-
-def exchanged_of(trajectory: Trajectory) -> float:
-    """Return the energy that kinetic, strain and contact energy exchange [J]; samples do not resolve short impacts."""
-    exchanged = float(sum(np.ptp(trajectory.energies[:, i]) for i in range(3)))
-    for impacts in trajectory.impacts.values():
-        exchanged = max(exchanged, 0.25 * float((impacts[:, IMPULSE] * np.abs(impacts[:, CLOSING])).max(initial=0.0)))
-    return exchanged
-
-
-def rise_of(trajectory: Trajectory) -> float | None:
-    """Return the largest increase of the mechanical energy less the work of the loads, over the energy exchanged."""
-    if not (exchanged := exchanged_of(trajectory)) > 0:
-        return None
-    mechanical = trajectory.energies[:, :3].sum(axis=1) - trajectory.energies[:, 4]
-    return float((mechanical - np.minimum.accumulate(mechanical)).max()) / exchanged
-
-
-def unrest_of(trajectory: Trajectory) -> float | None:
-    """Return the largest kinetic over the largest strain energy of a run; None where nothing is deformed."""
-    kinetic, strain = np.abs(trajectory.energies[:, :2]).max(axis=0, initial=0.0)
-    return float(kinetic / strain) if strain > 0 else None
-
-
-def first_contact(trajectory: Trajectory) -> FirstContact | None:
-    """Return a run's first impact, with its windowed force, if any."""
-    contacts = []
-    for impacts in trajectory.impacts.values():
-        for impact in impacts[:1]:
-            start, end, impulse, force = impact[[BEGINS, ENDS, IMPULSE, WINDOWED]].tolist()
-            contacts.append(FirstContact(start, impulse, end - start, force))
-    return min(contacts, key=lambda c: c.start, default=None)
-
-
-def restitution_of(contact: Any) -> float | None:
-    """Return the restitution of a law between free rigid bodies, if it is known."""
-    if contact.law is None:
-        return 1.0 if contact.surface_stiffness is not None else None
-    if contact.law.kind == "hertz" or (contact.law.kind == "linear" and contact.law.damping == 0):
-        return 1.0
-    return contact.law.restitution if contact.law.kind == "exact" else None

@@ -12,7 +12,7 @@ from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.process.machine import machine
 from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
-from gudgeon.pipeline.robustness.operations import OPERATIONS
+from gudgeon.pipeline.robustness.operations.table import OPERATIONS
 from gudgeon.pipeline.robustness.subject import DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import REFUSALS, Trial, run_trial, sizes
 from gudgeon.pipeline.robustness.verdict import Verdict, judge

@@ -12,10 +12,18 @@ from gudgeon.solver.scene.scene import Scene
 
 NO_CONTACT = "no contact occurs in the scene"
 ALL_RIGID = "all bodies are rigid"
+AUTOMATIC = {"integrator": "auto", "step": "unset", "accuracy": "unset"}
+"""Changes of `run` by which the program chooses integrator and steps."""
 
 
 class DoesNotApply(Exception):
     """A case does not apply to a scene; the text is the reason."""
+
+
+def require(condition: object, reason: str) -> None:
+    """Raise DoesNotApply with a reason unless a condition of a case holds."""
+    if not condition:
+        raise DoesNotApply(reason)
 
 
 @dataclass(frozen=True)
@@ -30,14 +38,14 @@ class Subject:
     """Runs a trial with a folder for temporary files."""
     changed: Callable[[Mapping[str, Any]], Any]
     """Returns the job of the scene changed by nested tables."""
-    operations: Mapping[str, Callable[["Subject", Any], Trial]] = field(default_factory=dict)
-    """What operations of cases do to this kind of scene, where it is not what they do to bodies."""
     known: dict[str, Any] = field(default_factory=dict)
     """Values that cases share: numbers of points and coordinates, integrator and step."""
     base: Evidence = field(default_factory=Evidence)
     """Evidence of the unchanged scene."""
     folder: Path = Path()
     """Folder for the files of a case."""
+    operations: Mapping[str, Callable[["Subject", Any], Trial]] = field(default_factory=dict)
+    """What operations of cases do to this kind of scene, where it is not what they do to bodies."""
 
     @property
     def scene(self) -> Any:
@@ -58,6 +66,16 @@ class Subject:
         """Whether its bodies turn by any angle."""
         scene = self.scene
         return isinstance(scene, Scene) and bool(scene.carriers()) and scene.capabilities.turns
+
+    @property
+    def joints(self) -> dict[str, Any]:
+        """Its joints; a wheel has none."""
+        return getattr(self.scene, "joint", {})
+
+    @property
+    def first_body(self) -> str:
+        """Name of the body of its first contact."""
+        return next(iter(self.contacts.values())).body
 
     def elastic(self) -> list[str]:
         """Return the components in use that deform."""

@@ -9,7 +9,8 @@ import pytest
 
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.robustness import trial
-from gudgeon.pipeline.robustness.friction import near_contact
+from gudgeon.pipeline.robustness.operations.friction import near_contact
+from gudgeon.pipeline.robustness.reading import first_contact
 from gudgeon.pipeline.robustness.subject import DoesNotApply
 from tests.pipeline.robustness.test_robustness import applied, subject, two
 from tests.pipeline.robustness.test_settings import verdicts
@@ -118,7 +119,7 @@ def test_a_run_near_its_contact_begins_where_its_bodies_have_flown(tmp_path: Pat
     assert near["body"]["one"]["position"][0] == pytest.approx(-lead, rel=1e-6)
     assert near["run"]["duration"] == pytest.approx(201 * contact.duration)
     found = trial.simulated(one.changed(near), lambda what, share: None)[1]
-    first = trial.first_contact(found)
+    first = first_contact(found)
     assert first is not None
     assert first.start == pytest.approx(lead, rel=1e-6)
     assert first.impulse == pytest.approx(contact.impulse, rel=1e-9)

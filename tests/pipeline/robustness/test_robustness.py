@@ -23,10 +23,11 @@ from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.geometry.shapes.frame import Frame
 from gudgeon.pipeline.robustness.cases import SHIPPED, chosen_cases, read_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
-from gudgeon.pipeline.robustness.operations import OPERATIONS
+from gudgeon.pipeline.robustness.operations.table import OPERATIONS
+from gudgeon.pipeline.robustness.overlap import overlaps
 from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.subject import DoesNotApply, Subject
-from gudgeon.pipeline.robustness.trial import Trial, _penetration, approach, run_trial, simulated, sizes
+from gudgeon.pipeline.robustness.trial import Trial, approach, run_trial, simulated, sizes
 from gudgeon.pipeline.robustness.units import (
     KEPT,
     Units,
@@ -504,7 +505,7 @@ def test_rigid_contact_overlaps_by_the_error_of_the_elastic_approach(tmp_path: P
     assert one.penetration_bound < 1e-7
     system, found = simulated(job, quiet)
     sunk = replace(system, gap=system.gap - 1e-7)
-    depth, bound = _penetration(sunk, found)[1:]
+    depth, bound = overlaps(sunk, found)[1:]
     assert depth is not None
     assert bound is not None
     assert depth > bound, "a face that the floor holds 0.1 µm too deep"

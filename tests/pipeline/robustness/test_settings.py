@@ -10,7 +10,7 @@ import pytest
 from gudgeon.pipeline import kinds
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.robustness import trial
-from gudgeon.pipeline.robustness.settings import AGREES, EXACT
+from gudgeon.pipeline.robustness.operations.settings import AGREES, EXACT
 from gudgeon.pipeline.robustness.subject import DoesNotApply
 from gudgeon.pipeline.robustness.trial import approach
 from gudgeon.pipeline.stages import bodies

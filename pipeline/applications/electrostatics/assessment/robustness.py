@@ -15,7 +15,7 @@ from gudgeon.pipeline.applications.electrostatics.capacitance import VACUUM
 from gudgeon.pipeline.applications.electrostatics.job import FieldJob
 from gudgeon.pipeline.applications.electrostatics.scene import FieldFile
 from gudgeon.pipeline.robustness.evidence import Evidence
-from gudgeon.pipeline.robustness.operations import OPERATIONS as BODIES
+from gudgeon.pipeline.robustness.operations.table import OPERATIONS as BODIES
 from gudgeon.pipeline.robustness.rules import SAME
 from gudgeon.pipeline.robustness.subject import DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import Trial, attempt
@@ -37,7 +37,7 @@ def field_subject(job: FieldJob, progress: Progress) -> Subject:
     evidence, mesh_of = partial(_evidence, progress=progress), lambda trial_job, name: trial_job.meshes()[name]
     return Subject(
         job, meshes, lambda trial, folder: attempt(trial, folder, evidence, mesh_of), _unchanged,
-        dict.fromkeys(BODIES, _no_bodies) | OPERATIONS,
+        operations=dict.fromkeys(BODIES, _no_bodies) | OPERATIONS,
     )  # fmt: skip
 
 

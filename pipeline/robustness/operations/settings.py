@@ -10,7 +10,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.traction_space import MOST_FUNCTIONS, traction_space
 from gudgeon.pipeline.robustness.evidence import FirstContact
-from gudgeon.pipeline.robustness.friction import with_step
+from gudgeon.pipeline.robustness.operations.friction import with_step
 from gudgeon.pipeline.robustness.subject import ALL_RIGID, NO_CONTACT, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import Trial, approach, found_step
 from gudgeon.pipeline.robustness.units import Units

@@ -8,7 +8,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.robustness import settings
-from gudgeon.pipeline.robustness.friction import friction, near_contact
+from gudgeon.pipeline.robustness.operations.friction import friction, near_contact
 from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.subject import ALL_RIGID, NO_CONTACT, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import (
