@@ -1,7 +1,8 @@
 """Operations on settings that a result must not depend on, or whose effect is estimated: see docs/robustness.md."""
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,9 @@ import numpy as np
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.traction_space import MOST_FUNCTIONS, traction_space
-from gudgeon.pipeline.robustness.evidence import FirstContact
 from gudgeon.pipeline.robustness.operations.friction import with_step
-from gudgeon.pipeline.robustness.subject import ALL_RIGID, NO_CONTACT, DoesNotApply, Subject
+from gudgeon.pipeline.robustness.operations.scaling import in_units
+from gudgeon.pipeline.robustness.subject import ALL_RIGID, AUTOMATIC, NO_CONTACT, DoesNotApply, Subject, require
 from gudgeon.pipeline.robustness.trial import Trial, approach, found_step
 from gudgeon.pipeline.robustness.units import Units
 from gudgeon.pipeline.scenes.change import moved_surface
@@ -57,22 +58,25 @@ def samples(subject: Subject, operation: Any) -> Trial:
 
 def duration(subject: Subject, operation: Any) -> Trial:
     """Change the duration: the first impact stays the same."""
-    first, whole = subject.contact(), subject.scene.run.duration
-    if not first.start + first.duration < ENDED * min(1.0, operation.factor) * whole:
-        raise DoesNotApply(f"the first impact does not end within {min(1.0, operation.factor):g} of the duration")
-    if getattr(subject.scene, "joint", {}):
-        raise DoesNotApply("a joint has tables over the duration")
-    return _controlled(subject, {"duration": operation.factor * whole})
+    contact, time = subject.contact(), subject.scene.run.duration
+    shorter = min(1.0, operation.factor)
+    ended = contact.start + contact.duration < ENDED * shorter * time
+    require(ended, f"the first impact does not end within {shorter:g} of the duration")
+    require(not subject.joints, "a joint has tables over the duration")
+    return _controlled(subject, {"duration": operation.factor * time})
 
 
 def _controlled(subject: Subject, run: dict[str, Any]) -> Trial:
     """Return a trial with other settings of the run, and where its steps are controlled, so that they are in both."""
-    own = subject.scene
-    if INTEGRATORS[own.integrator].own_steps:
+    if INTEGRATORS[subject.scene.integrator].own_steps:
         return Trial(subject.changed({"run": run}), same=EXACT)
-    checks = {"checks": own.run.step is None}
-    like = Trial(subject.changed({"run": checks}))
-    return Trial(subject.changed({"run": checks | run}), like=like, same=AGREES)
+    like = _unchanged(subject)
+    return Trial(subject.changed({"run": {"checks": subject.scene.run.step is None} | run}), like=like, same=AGREES)
+
+
+def _unchanged(subject: Subject, run: Mapping[str, Any] = MappingProxyType({})) -> Trial:
+    """Return the trial of the scene as it is, or with other settings of the run; its step is controlled, if it is."""
+    return Trial(subject.changed({"run": {**run, "checks": subject.scene.run.step is None}}))
 
 
 def gravity(subject: Subject, operation: Any) -> Trial:
@@ -83,98 +87,90 @@ def gravity(subject: Subject, operation: Any) -> Trial:
     The first impact is then compared too, unless gravity deforms a held body: it may differ by the speed that gravity
     adds until its end, over that of the fastest body.
     """
-    if not subject.contacts and not subject.turns:
-        raise DoesNotApply(NO_CONTACT)
-    scene, own = subject.scene, np.array(subject.scene.run.gravity)
+    require(subject.contacts or subject.turns, NO_CONTACT)
+    scene, before = subject.scene, np.array(subject.scene.run.gravity)
     down = approach(subject.job)[0] if subject.contacts else np.array([0.0, 0.0, 1.0])
-    pull = 2 * own if own.any() else -operation.size * down
-    speed = max(float(np.linalg.norm(body.velocity)) for body in scene.body.values())
-    held = any(scene.component[scene.component_of(name)].supports for name in scene.body)
-    first, same = subject.base.contact, None
-    if first is not None and speed > 0 and not held and not own.any() and not scene.joint:
-        same = AGREES + 4 * operation.size * _end(first) / speed
-        same = same if same < COMPARABLE else None
-    changes: dict[str, Any] = {"run": {"gravity": pull.tolist(), "checks": scene.run.step is None}}
-    automatic = {"run": changes["run"] | {"integrator": "auto", "step": "unset", "accuracy": "unset", "checks": True}}
-    for tried in (changes, automatic):
+    acceleration = 2 * before if before.any() else -operation.size * down
+    run = {"gravity": acceleration.tolist(), "checks": scene.run.step is None}
+    for changes in (run, run | AUTOMATIC | {"checks": True}):
         try:
-            return Trial(subject.changed(tried), same=same)
+            return Trial(subject.changed({"run": changes}), same=_speed_bound(subject, operation.size))
         except InputError as error:
             reason = str(error)
     raise DoesNotApply(reason)
 
 
-def damping(subject: Subject, operation: Any, in_units: Callable[[Subject, Units], Trial]) -> Trial:
+def _speed_bound(subject: Subject, size: float) -> float | None:
+    """Return by how much gravity [m/s^2] may change the first impact; None where it is another one."""
+    scene, contact = subject.scene, subject.base.contact
+    speed = max(float(np.linalg.norm(body.velocity)) for body in scene.body.values())
+    supported = any(scene.component[scene.component_of(name)].supports for name in scene.body)
+    if contact is None or supported or scene.joint or any(scene.run.gravity) or not speed > 0:
+        return None
+    bound = AGREES + 4 * size * (contact.start + contact.duration) / speed
+    return bound if bound < COMPARABLE else None
+
+
+def damping(subject: Subject, operation: Any) -> Trial:
     """Damp every elastic body in proportion to its stiffness, and compare with the same in km and g.
 
     Forces and impulses are the same numbers in these.
     """
-    elastic, first = subject.elastic(), subject.contact()
-    bodies = {n: one for n, one in subject.scene.body.items() if subject.scene.component_of(n) in elastic}
-    if not bodies:
-        raise DoesNotApply(ALL_RIGID)
-    if not first.duration > 0:
-        raise DoesNotApply("its impacts have no duration")
-    given = {"ratio": operation.ratio, "frequency": 0.5 / first.duration}
-    own = {name: dict.fromkeys(body.damping.model_fields_set, "unset") if body.damping else {} for name, body in
-           bodies.items()}  # fmt: skip
-    damped = {"body": {name: {"damping": unset | given} for name, unset in own.items()}}
-    automatic = {"run": {"integrator": "auto", "step": "unset", "accuracy": "unset"}}
+    elastic, contact = subject.elastic(), subject.contact()
+    bodies = {n: body for n, body in subject.scene.body.items() if subject.scene.component_of(n) in elastic}
+    require(bodies, ALL_RIGID)
+    require(contact.duration > 0, "its impacts have no duration")
+    new = {"ratio": operation.ratio, "frequency": 0.5 / contact.duration}
+    old = {n: body.damping.model_fields_set if body.damping else () for n, body in bodies.items()}
+    damped = {"body": {n: {"damping": dict.fromkeys(keys, "unset") | new} for n, keys in old.items()}}
     try:
         job = subject.changed(damped)
     except InputError:  # Other integrators than its own have damping.
-        job = subject.changed(damped | automatic)
+        job = subject.changed(damped | {"run": AUTOMATIC})
     if not INTEGRATORS[job.scene.integrator].own_steps:  # A step that is found for each run may be another one.
         job = replace(job, scene=with_step(job.scene, job.scene.run.step or found_step(job)))
-    found = in_units(replace(subject, job=job), Units(1e3, 1e-3, 1.0))
-    return replace(found, like=found.like or Trial(job), stretch=None, same=SAME_SPACE)
+    trial = in_units(replace(subject, job=job), Units(1e3, 1e-3, 1.0))
+    return replace(trial, like=trial.like or Trial(job), stretch=None, same=SAME_SPACE)
 
 
 def sag(subject: Subject, operation: Any) -> Trial:
     """Let gravity press a held body on its obstacle: it starts in equilibrium on it, and stays there."""
     scene, job = subject.scene, subject.job
-    if not subject.contacts:
-        raise DoesNotApply(NO_CONTACT)
-    if subject.turns or scene.force or scene.joint or scene.motion:
-        raise DoesNotApply("forces, joints or driven motions act on its bodies besides")
-    against = [one.against for one in scene.contact.values()]
-    still = [isinstance(one, Plane | Bore) and not any(getattr(one, "velocity", ())) for one in against]
+    require(subject.contacts, NO_CONTACT)
+    free = not (subject.turns or scene.force or scene.joint or scene.motion)
+    require(free, "forces, joints or driven motions act on its bodies besides")
+    obstacles = [contact.against for contact in scene.contact.values()]
+    still = all(isinstance(o, Plane | Bore) and not any(getattr(o, "velocity", ())) for o in obstacles)
     system = system_of(job)
-    if not all(still) or any(body.rigid_count for body in system.bodies.values()):
-        raise DoesNotApply("bodies or obstacles move freely")
-    contact, (direction, least, _) = system.contacts[0], approach(job)
+    supported = not any(body.rigid_count for body in system.bodies.values())
+    require(still and supported, "bodies or obstacles move freely")
+    contact, (direction, gap, _) = system.contacts[0], approach(job)
     row = contact.rows.start + int(system.gap[contact.rows].argmin())
-    if not least > 0:
-        raise DoesNotApply("it touches its obstacle undeformed")
-    rest = {"integrator": "auto", "step": "unset", "accuracy": "unset", "start": "rest", "checks": False}
-    loaded = system_of(subject.changed({"run": rest | {"gravity": (-LIGHT * direction).tolist()}}))
-    falls = -float(loaded.rows[row] @ loaded.position)
-    if not falls > 0:
-        raise DoesNotApply("gravity does not bend a body towards its obstacle")
-    pull = -operation.factor * least / falls * LIGHT * direction
-    return Trial(subject.changed({"run": rest | {"gravity": pull.tolist()}}))
-
-
-def _end(first: FirstContact) -> float:
-    return first.start + first.duration
+    require(gap > 0, "it touches its obstacle undeformed")
+    run = AUTOMATIC | {"start": "rest", "checks": False}
+    loaded = system_of(subject.changed({"run": run | {"gravity": (-LIGHT * direction).tolist()}}))
+    deflection = -float(loaded.rows[row] @ loaded.position)
+    require(deflection > 0, "gravity does not bend a body towards its obstacle")
+    acceleration = -operation.factor * gap / deflection * LIGHT * direction
+    return Trial(subject.changed({"run": run | {"gravity": acceleration.tolist()}}))
 
 
 def modes(subject: Subject, operation: Any) -> Trial:
     """Keep a share of the normal modes: the estimated error of that basis covers the change of the first impulse."""
     subject.contact()
-    counts = {}
-    for name in subject.elastic():
-        own = subject.scene.component[name].modes
-        if own.reduction in HALVED and own.normal_count >= LEAST_MODES:
-            counts[name] = {"modes": {"normal_count": int(operation.factor * own.normal_count)}}
-    if not counts:
-        raise DoesNotApply(f"no body has {LEAST_MODES} normal modes")
+    bases = {name: subject.scene.component[name].modes for name in subject.elastic()}
+    counts = {
+        name: {"modes": {"normal_count": int(operation.factor * basis.normal_count)}}
+        for name, basis in bases.items()
+        if basis.reduction in HALVED and basis.normal_count >= LEAST_MODES
+    }
+    require(counts, f"no body has {LEAST_MODES} normal modes")
     # Impacts closer than the window are one, and a smaller basis has a longer one: both are read with that.
     fewer = subject.changed({"component": counts})
     run_job(fewer, "morph")
     window = {"window": system_of(fewer).window}
-    like = Trial(subject.changed({"run": window | {"checks": subject.scene.run.step is None}}))
-    return Trial(subject.changed({"run": window | {"checks": True}, "component": counts}), like=like)
+    changes = {"run": window | {"checks": True}, "component": counts}
+    return Trial(subject.changed(changes), like=_unchanged(subject, window))
 
 
 def mesh(subject: Subject, operation: Any) -> Trial:
@@ -183,50 +179,49 @@ def mesh(subject: Subject, operation: Any) -> Trial:
     They have no local compliance, whose own error a mesh of solids has besides.
     """
     subject.contact()
-    sizes = {}
-    for name in subject.elastic():
-        component = subject.scene.component[name]
-        if component.geometry.kind in LINES and component.mesh.size is not None and component.modes.reduction in HALVED:
-            modes = {"normal_count": component.modes.normal_count}
-            sizes[name] = {"mesh": {"size": operation.factor * component.mesh.size}, "modes": modes}
-    if not sizes:
-        raise DoesNotApply("no body is a bar or a beam with normal modes")
-    checks = {"run": {"checks": True}}
-    like = Trial(subject.changed({"run": {"checks": subject.scene.run.step is None}}))
-    return Trial(subject.changed(checks | {"component": sizes}), like=like)
+    components = {name: subject.scene.component[name] for name in subject.elastic()}
+    sizes = {
+        name: {"mesh": {"size": operation.factor * c.mesh.size}, "modes": {"normal_count": c.modes.normal_count}}
+        for name, c in components.items()
+        if c.geometry.kind in LINES and c.mesh.size is not None and c.modes.reduction in HALVED
+    }
+    require(sizes, "no body is a bar or a beam with normal modes")
+    return Trial(subject.changed({"run": {"checks": True}, "component": sizes}), like=_unchanged(subject))
 
 
 def collinear(subject: Subject, operation: Any) -> Trial:
     """Use all static shapes of every interface, and those of an identical second interface."""
-    scene, once, twice = subject.scene, {}, {}
-    for name in subject.elastic():
-        component = scene.component[name]
-        touched = {k: i for k, i in component.interface.items() if i.kind in ("points", "patch", "traction")}
-        if component.modes.reduction not in STATIC or not touched:
-            continue
-        total = sum(
-            traction_space(subject.meshes[name], interface, key).size
-            for key, interface in touched.items()
-            if interface.kind == "traction"
-        )
-        if 2 * total > MOST_FUNCTIONS:
-            raise DoesNotApply(f"twice its {total} traction functions are more than {MOST_FUNCTIONS}")
-        modes = {"modes": {"static_count": ALL}}
-        twins = {f"{k}-twin": i.model_dump(exclude_unset=True) for k, i in touched.items()}
-        once[name], twice[name] = modes, modes | {"interface": twins}
-    if not once:
-        raise DoesNotApply("no body has a reduction with static shapes of an interface")
+    twins = {name: twin for name in subject.elastic() if (twin := _twins(subject, name))}
+    require(twins, "no body has a reduction with static shapes of an interface")
+    residual = {name: contact for name, contact in subject.contacts.items() if contact.method == "residual"}
     # With all shapes R = 0, so a contact without a layer needs a constraint.
-    if edged := [n for n, c in subject.contacts.items() if getattr(c.against, "edges", ()) and c.method == "residual"]:
-        raise DoesNotApply(f"contact.{edged[0]}: a face with edges is met over residual flexibility or a law alone")
+    for name, contact in residual.items():
+        edged = getattr(contact.against, "edges", ())
+        require(not edged, f"contact.{name}: a face with edges is met over residual flexibility or a law alone")
     bare = {
         name: {"method": "constraint", "dashpot": "unset"}
-        for name, contact in subject.contacts.items()
-        if contact.method == "residual" and contact.law is None and contact.surface_stiffness is None
+        for name, contact in residual.items()
+        if contact.law is None and contact.surface_stiffness is None
     }
-    rest = {"contact": bare} | ({"run": {"integrator": "auto", "step": "unset", "checks": True}} if bare else {})
-    like = Trial(subject.changed({"component": once} | rest))
-    return Trial(subject.changed({"component": twice} | rest), like=like, agreement=SAME_SPACE)
+    changes: dict[str, Any] = {"contact": bare}
+    if bare:
+        changes["run"] = {"integrator": "auto", "step": "unset", "checks": True}
+    once = {name: {"modes": {"static_count": ALL}} for name in twins}
+    twice = {name: once[name] | {"interface": interfaces} for name, interfaces in twins.items()}
+    like = Trial(subject.changed({"component": once} | changes))
+    return Trial(subject.changed({"component": twice} | changes), like=like, agreement=SAME_SPACE)
+
+
+def _twins(subject: Subject, name: str) -> dict[str, Any]:
+    """Return a second one of each interface of a component whose reduction has static shapes of it."""
+    component = subject.scene.component[name]
+    if component.modes.reduction not in STATIC:
+        return {}
+    touched = {key: i for key, i in component.interface.items() if i.kind in ("points", "patch", "traction")}
+    tractions = {key: interface for key, interface in touched.items() if interface.kind == "traction"}
+    total = sum(traction_space(subject.meshes[name], i, key).size for key, i in tractions.items())
+    require(2 * total <= MOST_FUNCTIONS, f"twice its {total} traction functions are more than {MOST_FUNCTIONS}")
+    return {f"{key}-twin": interface.model_dump(exclude_unset=True) for key, interface in touched.items()}
 
 
 def change(subject: Subject, operation: Any) -> Trial:
@@ -252,20 +247,21 @@ def voltage(subject: Subject, operation: Any) -> Trial:
     """Scale all voltages and charges; where they vanish, the run is that without fields."""
     changes: dict[str, Any] = {}
     fields = getattr(subject.scene, "fields", dict)() | getattr(subject.scene, "electrodes", dict)()
-    for name, one in fields.items():
-        if isinstance(one, Electrostatic):
-            grid = subject.job.store.get(one.record, "posegrid")
+    for name, field in fields.items():
+        if isinstance(field, Electrostatic):
+            grid = subject.job.store.get(field.record, "posegrid")
             names = subject.job.store.get(grid.field_key, "field", only=["conductors"]).conductors["names"]
-            given = dict(zip(names, np.asarray(grid.potentials, float).tolist(), strict=True)) | dict(one.potentials)
-            if np.asarray(grid.charges).any():
-                raise DoesNotApply(f"force.{name}: the charges of its scene of conductors stay as they are")
-            changes[name] = {"potentials": {k: operation.factor * v for k, v in given.items() if np.isfinite(v)}}
-        elif getattr(one, "charge", None) is not None:
-            changes[name] = {"charge": operation.factor * one.charge}
-        elif getattr(one, "potential", None) is not None:
-            changes[name] = {"potential": operation.factor * one.potential}
-    if not changes:
-        raise DoesNotApply("no voltage or charge acts in the scene")
-    read = [name for name, one in subject.scene.probe.items() if getattr(one, "of", "").partition(".")[2] in changes]
+            uncharged = not np.asarray(grid.charges).any()
+            require(uncharged, f"force.{name}: the charges of its scene of conductors stay as they are")
+            volts = dict(zip(names, np.asarray(grid.potentials, float).tolist(), strict=True)) | dict(field.potentials)
+            changes[name] = {"potentials": {k: operation.factor * v for k, v in volts.items() if np.isfinite(v)}}
+            continue
+        for key in ("potential", "charge"):
+            if (value := getattr(field, key, None)) is not None:
+                changes[name] = {key: operation.factor * value}
+    require(changes, "no voltage or charge acts in the scene")
+    read = [
+        name for name, probe in subject.scene.probe.items() if getattr(probe, "of", "").partition(".")[2] in changes
+    ]
     like = subject.changed({"force": dict.fromkeys(changes, "unset"), "probe": dict.fromkeys(read, "unset")})
     return Trial(subject.changed({"force": changes}), like=Trial(like), agreement=AGREES)

@@ -1,0 +1,1 @@
+"""What the cases of `gudgeon robustness` do to a scene."""
