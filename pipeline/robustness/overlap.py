@@ -11,9 +11,13 @@ ROUND_OFF = 1e-9
 
 
 def overlaps(system: System, trajectory: Trajectory) -> tuple[float | None, float | None, float | None]:
-    """Return the deepest overlap at frames, that nearest to its bound, and this bound [m]; None if bodies move far."""
+    """Return the deepest overlap at frames, that nearest to its bound, and this bound [m]; None if bodies move far.
+
+    None with dashpots, too: they recover with a delay, so that their depth is not in these figures.
+    """
     plain = [contact for contact in system.contacts if contact.master is None]
-    if not plain or not len(trajectory.frames) or INTEGRATORS[trajectory.counts["integrator"]].turns:
+    integrator = INTEGRATORS[trajectory.counts["integrator"]]
+    if not plain or not len(trajectory.frames) or integrator.turns or system.dashpot.any():
         return None, None, None
     paths = trajectory.frames @ system.rows.T
     multipliers = multipliers_of(system, trajectory)
@@ -33,14 +37,14 @@ def overlaps(system: System, trajectory: Trajectory) -> tuple[float | None, floa
     pulled = float(np.abs((multipliers @ system.rows) @ system.rows.T).max(initial=0.0))
     slack += ROUND_OFF * float(trajectory.counts["step"]) ** 2 * pulled
     # The explicit integrator ends a frame half a step after its contact forces.
-    slack += 0.5 * trajectory.counts["step"] * speed if INTEGRATORS[trajectory.counts["integrator"]].staggered else 0.0
+    slack += 0.5 * trajectory.counts["step"] * speed if integrator.staggered else 0.0
     slack += _late(system, trajectory, multipliers)
     rows = np.concatenate([np.arange(contact.rows.start, contact.rows.stop) for contact in plain])
     stiffness, exponent = system.law[rows, 0], system.law[rows, 1]
     yields = np.sqrt(2 * energy * system.layer[rows])
     # Rigid contact holds the velocity: places have the error that its integrator promises of what bodies yield.
     rigid = (system.compliance.diagonal()[rows] == 0) & (stiffness == 0)
-    yields[rigid] = INTEGRATORS[trajectory.counts["integrator"]].promised_drift * _approach(system, trajectory)
+    yields[rigid] = integrator.promised_drift * _approach(system, trajectory)
     lawful = (stiffness > 0) & (system.layer[rows] == 0)
     yields[lawful] = ((exponent[lawful] + 1) * energy / stiffness[lawful]) ** (1 / (exponent[lawful] + 1))
     overlap = depth[:, rows].max(axis=0)

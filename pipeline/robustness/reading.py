@@ -30,16 +30,14 @@ def run_evidence(job: Job, system: System, trajectory: Trajectory, modes: Mappin
     materials = {name: job.scene.component[name].material for name in elastic}
     counts, estimates, energies = trajectory.counts, trajectory.estimates, trajectory.energies
     exchanged, contact = _exchanged(trajectory), first_contact(trajectory)
-    lagging = bool(system.dashpot.any())  # It recovers with a delay: its energy and depth are not in these figures.
-    deepest, depth, allowed = (None, None, None) if lagging else overlaps(system, trajectory)
-    quality = [record.quality for record in elastic.values()]
+    deepest, depth, allowed = overlaps(system, trajectory)
     return Evidence(
         frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.reduction in WHOLE},
         shear={name: material.lame[1] for name, material in materials.items() if material is not None},
         contrast=max((material.contrast for material in materials.values() if material is not None), default=1.0),
         passing=_passing(system.scene.run.accuracy, trajectory),
         estimated=max(_estimates(elastic.values()), default=None),
-        orthogonality=max((float(q["orthogonality"]) for q in quality if "orthogonality" in q), default=None),
+        orthogonality=max(_orthogonality(elastic.values()), default=None),
         contact=contact,
         readings=_readings(trajectory),
         impacts=_impacts(system, trajectory),
@@ -51,7 +49,7 @@ def run_evidence(job: Job, system: System, trajectory: Trajectory, modes: Mappin
         energy_round_off=EPS * float(np.abs(energies).max(initial=0.0)) / exchanged if exchanged > 0 else 0.0,
         force_round_off=_ringing(system, trajectory, contact),
         gap_round_off=_blur(system),
-        rise=None if lagging else _rise(trajectory, exchanged),
+        rise=_rise(system, trajectory, exchanged),
         loss=float(energies[-1, 3]) if len(energies) else 0.0,
         exchanged=exchanged,
         unrest=_unrest(trajectory),
@@ -82,6 +80,11 @@ def _estimates(records: Iterable[ModalRecord]) -> Iterator[float]:
         errors = record.discretisation_errors
         if errors is not None and np.isfinite(errors[: record.normal_count]).any():
             yield float(np.nanmax(errors[: record.normal_count]))
+
+
+def _orthogonality(records: Iterable[ModalRecord]) -> Iterator[float]:
+    """Yield the deviation of ΦᵀMΦ from I of each component that has it."""
+    yield from (float(r.quality["orthogonality"]) for r in records if "orthogonality" in r.quality)
 
 
 def _changes(job: Job) -> Iterator[float]:
@@ -123,9 +126,12 @@ def _exchanged(trajectory: Trajectory) -> float:
     return exchanged
 
 
-def _rise(trajectory: Trajectory, exchanged: float) -> float | None:
-    """Return the largest increase of the mechanical energy less the work of the loads, over the energy exchanged."""
-    if not exchanged > 0:
+def _rise(system: System, trajectory: Trajectory, exchanged: float) -> float | None:
+    """Return the largest increase of the mechanical energy less the work of the loads, over the energy exchanged.
+
+    None where nothing is exchanged, and with dashpots, which recover with a delay: their energy is not in it.
+    """
+    if not exchanged > 0 or system.dashpot.any():
         return None
     mechanical = trajectory.energies[:, :3].sum(axis=1) - trajectory.energies[:, 4]
     return float((mechanical - np.minimum.accumulate(mechanical)).max()) / exchanged

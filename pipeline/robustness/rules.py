@@ -5,7 +5,7 @@ follow from the promised drift of the integrators or from round-off; none is fit
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -94,53 +94,69 @@ class Finding:
         return bool(self.value <= self.bound)
 
 
-def similarity(found: Evidence, compared: Compared) -> Finding | None:
+def similarity(evidence: Evidence, compared: Compared) -> Finding | None:
     """The first contact is the same but for the units, or, without contact, the readings are."""
     units, base = compared.units, compared.base
     if units is None:
         return None
-    turns = found.integrator in INTEGRATORS and INTEGRATORS[found.integrator].turns
     # Errors of components along the axes choose its steps.
-    chosen = compared.turned and turns
-    same = INTEGRATORS[found.integrator].promised_drift if chosen else compared.alike * found.contrast
-    same = max(same, found.passing)
+    chosen = compared.turned and _turns(evidence)
+    same = INTEGRATORS[evidence.integrator].promised_drift if chosen else compared.alike * evidence.contrast
+    same = max(same, evidence.passing)
     # A gap that is round-off itself may be any: its start is known to its own size.
-    blur = min(found.gap_round_off, 1.0) + min(base.gap_round_off, 1.0)
-    places = 0.0 if compared.measured else ROUND_OFFS * blur
-    pairs: list[tuple[float, float]] = []
-    """Relative differences and their bounds."""
+    blur = min(evidence.gap_round_off, 1.0) + min(base.gap_round_off, 1.0)
+    blur = 0.0 if compared.measured else ROUND_OFFS * blur
+    if base.contact is not None and evidence.contact is None:
+        return Finding("similarity", np.inf, same, "first contact in other units (there is none)")
+    noun, differences = "readings", _reading_differences
     if base.contact is not None:
-        one, other = found.contact, base.contact
-        if one is None:
-            return Finding("similarity", np.inf, same, "first contact in other units (there is none)")
-        # A start near zero is compared relative to the duration of the contact.
-        span = max(other.start, other.duration) or 1.0
-        places *= other.start / span
-        pairs.append((abs(one.start / units.of("s") - other.start) / span, same + places))
-        for name, unit in (("impulse", "N s"), ("duration", "s"), ("force", "N")):
-            rings = found.force_round_off + base.force_round_off if name == "force" else 0.0
-            apart = _apart(getattr(one, name) / units.of(unit), getattr(other, name))
-            pairs.append((apart, same + places + rings))
-    else:
-        largest = {"m": compared.length}
-        for value, unit in base.readings.values():
-            largest[unit] = max(largest.get(unit, 0.0), abs(value))
-        # Each contact in a clearance multiplies differences: what is compared of such a motion is its first impact.
-        first = {name: one for name, one in base.readings.items() if name.endswith(FIRST_IMPACT)}
-        for name, (value, unit) in (first or base.readings).items():
-            if compared.turned and name.endswith(ALONG):
-                continue
-            if unit in SCALED and name in found.readings and (size := largest.get(unit, 0.0)) > 0:
-                over = abs(value) if abs(value) > NOTHING * size else size
-                apart = abs(found.readings[name][0] / units.of(unit) - value) / over
-                # A displacement is the difference of two places.
-                placed = ROUND_OFFS * np.finfo(float).eps * compared.length / over if unit == "m" else 0.0
-                pairs.append((apart, same + places + placed))
+        noun, differences = "first contact", _contact_differences
+    pairs = [(difference, same + blurs) for difference, blurs in differences(evidence, compared, units, blur)]
     if not pairs:
         return None
-    what = "first contact" if base.contact is not None else "readings"
     value, bound = max(pairs, key=lambda pair: pair[0] / pair[1] if np.isfinite(pair[0]) else np.inf)
-    return Finding("similarity", value, bound, f"{what} the same in other units")
+    return Finding("similarity", value, bound, f"{noun} the same in other units")
+
+
+def _turns(evidence: Evidence) -> bool:
+    """Return whether the bodies of a run turn by any angle."""
+    return evidence.integrator in INTEGRATORS and INTEGRATORS[evidence.integrator].turns
+
+
+def _contact_differences(
+    evidence: Evidence, compared: Compared, units: Units, blur: float
+) -> Iterator[tuple[float, float]]:
+    """Yield the relative differences of first contacts, and what positions and ringing add to their bounds."""
+    contact, reference = evidence.contact, compared.base.contact
+    assert contact is not None
+    assert reference is not None
+    # A start near zero is compared relative to the duration of the contact.
+    span = max(reference.start, reference.duration) or 1.0
+    blur *= reference.start / span
+    yield abs(contact.start / units.of("s") - reference.start) / span, blur
+    for name, unit in (("impulse", "N s"), ("duration", "s"), ("force", "N")):
+        ringing = evidence.force_round_off + compared.base.force_round_off if name == "force" else 0.0
+        yield _apart(getattr(contact, name) / units.of(unit), getattr(reference, name)), blur + ringing
+
+
+def _reading_differences(
+    evidence: Evidence, compared: Compared, units: Units, blur: float
+) -> Iterator[tuple[float, float]]:
+    """Yield the relative differences of readings, and what positions add to their bounds."""
+    readings = compared.base.readings
+    largest = {"m": compared.length}
+    for value, unit in readings.values():
+        largest[unit] = max(largest.get(unit, 0.0), abs(value))
+    # Each contact in a clearance multiplies differences: what is compared of such a motion is its first impact.
+    impacts = {name: reading for name, reading in readings.items() if name.endswith(FIRST_IMPACT)}
+    for name, (value, unit) in (impacts or readings).items():
+        scaled = unit in SCALED and name in evidence.readings and largest.get(unit, 0.0) > 0
+        if not scaled or (compared.turned and name.endswith(ALONG)):
+            continue
+        size = abs(value) if abs(value) > NOTHING * largest[unit] else largest[unit]
+        # A displacement is the difference of two places.
+        round_off = ROUND_OFFS * np.finfo(float).eps * compared.length / size if unit == "m" else 0.0
+        yield abs(evidence.readings[name][0] / units.of(unit) - value) / size, blur + round_off
 
 
 def frequencies(evidence: Evidence, compared: Compared) -> Finding | None:
@@ -180,33 +196,36 @@ def loss(evidence: Evidence, compared: Compared) -> Finding | None:
     return Finding("loss", abs(evidence.loss - expected) / size, SAME, "loss Σ ½ m v² (1 − e²)") if size > 0 else None
 
 
-def agreement(found: Evidence, compared: Compared) -> Finding | None:
+def agreement(evidence: Evidence, compared: Compared) -> Finding | None:
     """The impulse of the first contact, or without contact the displacements, agree with those of another run; of
     joints with clearance, whose contacts multiply differences, the first impacts."""
-    if compared.agreement is None:
+    allowed, base, contact = compared.agreement, compared.base, evidence.contact
+    if allowed is None:
         return None
-    base = compared.base
     if base.contact is not None:
-        if found.contact is None:
-            return Finding("agreement", np.inf, compared.agreement, "first contact (there is none)")
-        value = abs(found.contact.impulse / base.contact.impulse - 1)
-        return Finding("agreement", value, compared.agreement, "impulse of the first contact")
-    first = [(n, v) for n, (v, _) in base.readings.items() if n.endswith(FIRST_IMPACT) and v]
-    if first:
-        value = max(abs(found.readings[n][0] / v - 1) if n in found.readings else np.inf for n, v in first)
-        return Finding("agreement", value, compared.agreement, "first impacts in joints")
-    pairs = [(found.readings[n][0], v) for n, (v, u) in base.readings.items() if u == "m" and n in found.readings]
+        if contact is None:
+            return Finding("agreement", np.inf, allowed, "first contact (there is none)")
+        value = abs(contact.impulse / base.contact.impulse - 1)
+        return Finding("agreement", value, allowed, "impulse of the first contact")
+    readings = evidence.readings
+    impacts = [(n, v) for n, (v, _) in base.readings.items() if n.endswith(FIRST_IMPACT) and v]
+    if impacts:
+        value = max(abs(readings[n][0] / v - 1) if n in readings else np.inf for n, v in impacts)
+        return Finding("agreement", value, allowed, "first impacts in joints")
+    return _displacements(evidence, compared, allowed)
+
+
+def _displacements(evidence: Evidence, compared: Compared, allowed: float) -> Finding | None:
+    """Displacements, or capacitances, agree with those of another run, over the largest one."""
+    readings = evidence.readings
+    pairs = [(readings[n][0], v) for n, (v, unit) in compared.base.readings.items() if unit == "m" and n in readings]
     size = max((abs(b) for _, b in pairs), default=0.0)
     size = max(size, RETURNED * compared.length) if pairs else size  # A mechanism may end where it began.
     if size == 0:
-        still = not any(value for value, unit in found.readings.values() if unit == "m")
-        return Finding("agreement", 0.0, compared.agreement, "nothing moves in either run") if still else None
-    return Finding(
-        "agreement",
-        max(abs(a - b) for a, b in pairs) / size,
-        compared.agreement,
-        "displacements" if found.integrator else "capacitances",
-    )
+        still = not any(value for value, unit in readings.values() if unit == "m")
+        return Finding("agreement", 0.0, allowed, "nothing moves in either run") if still else None
+    noun = "displacements" if evidence.integrator else "capacitances"
+    return Finding("agreement", max(abs(a - b) for a, b in pairs) / size, allowed, noun)
 
 
 def impact(evidence: Evidence, compared: Compared) -> Finding | None:
@@ -278,7 +297,7 @@ def _estimated(evidence: Evidence, compared: Compared) -> float:
 
 def _balanced(evidence: Evidence, compared: Compared) -> float:
     """Return the allowed difference of the change of momentum of free bodies and the impulses on them."""
-    turns = evidence.integrator in INTEGRATORS and INTEGRATORS[evidence.integrator].turns
+    turns = _turns(evidence)
     balanced = INTEGRATORS[evidence.integrator].promised_drift if turns else BALANCED  # Reactions are integrated, too.
     if turns and compared.given_step:
         balanced = SAID

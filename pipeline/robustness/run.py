@@ -4,6 +4,7 @@ import json
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -57,8 +58,8 @@ def robustness(job: Any, cases: Path | None, only: tuple[str, ...], progress: Pr
         if isinstance(base, Refusal):
             raise StageError(f"{job.path}: the unchanged scene cannot be run: {base.reason}")
         rows = []
-        for number, (name, case) in enumerate(chosen.items()):
-            progress(f"case {number + 1} of {len(chosen)}, {name}", number / len(chosen))
+        for i, (name, case) in enumerate(chosen.items()):
+            progress(f"case {i + 1} of {len(chosen)}, {name}", i / len(chosen))
             with tempfile.TemporaryDirectory(dir=scratch) as folder:
                 change = operations[case.operation.kind]
                 rows.append(_row(name, case, replace(subject, base=base, folder=Path(folder)), change))
@@ -79,13 +80,11 @@ def body_subject(job: Job, progress: Progress) -> Subject:
     """Return a scene of bodies as the subject of its robustness cases; its designs are made first."""
     settings: Robustness = job.scene.robustness
     lasting = {} if settings.duration is None else {"run": {"duration": settings.duration}}
-    own = variant(job, merged(UNCHECKED, lasting))
-    run_job(own, "morph", progress)
-    meshes = {n: own.store.get(steps["base-mesh"].key, "mesh") for n, steps in own.components().items()}
-    return Subject(
-        own, meshes, lambda trial, folder: run_trial(trial, folder, progress), lambda changes: variant(own, changes),
-        known=sizes(own),
-    )  # fmt: skip
+    variant_job = variant(job, merged(UNCHECKED, lasting))
+    run_job(variant_job, "morph", progress)
+    meshes = {n: variant_job.store.get(steps["base-mesh"].key, "mesh") for n, steps in variant_job.components().items()}
+    run = partial(run_trial, tell=progress)
+    return Subject(variant_job, meshes, run, partial(variant, variant_job), sizes(variant_job))
 
 
 def _check(subject: Subject, cases: Mapping[str, Case]) -> None:
@@ -100,36 +99,40 @@ def _check(subject: Subject, cases: Mapping[str, Case]) -> None:
 
 def _row(name: str, case: Case, subject: Subject, change: Callable[[Subject, Any], Trial]) -> dict[str, Any]:
     """Run one case and judge it."""
-    found: Evidence | Refusal
+    evidence: Evidence | Refusal
     scratch = subject.folder / "run"
     try:
         trial = change(subject, case.operation)
         base = subject.base
         if trial.like is not None:
-            other = subject.run(trial.like, scratch)
-            if isinstance(other, Refusal):
-                raise DoesNotApply(f"the run to compare with failed: {other.reason}")
-            base = other
-        found = subject.run(trial, scratch)
+            reference = subject.run(trial.like, scratch)
+            if isinstance(reference, Refusal):
+                raise DoesNotApply(f"the run to compare with failed: {reference.reason}")
+            base = reference
+        evidence = subject.run(trial, scratch)
     except DoesNotApply as reason:
         return _written(name, case, Verdict("does not apply", str(reason)), None)
     except REFUSALS as error:
-        found, trial, base = Refusal(str(error).replace("\n", "; ")), Trial(subject.job), subject.base
-    if trial.units is not None and isinstance(found, Evidence) and found.penetration is not None:
+        evidence, trial, base = Refusal(str(error).replace("\n", "; ")), Trial(subject.job), subject.base
+    if trial.units is not None and isinstance(evidence, Evidence) and evidence.penetration is not None:
         metre = trial.units.of("m")
-        bound = found.penetration_bound
-        found = replace(found, penetration=found.penetration / metre, penetration_bound=bound and bound / metre)
-    return _written(name, case, judge(case, found, replace(trial, base=base)), found)
+        bound = evidence.penetration_bound
+        evidence = replace(
+            evidence, penetration=evidence.penetration / metre, penetration_bound=bound and bound / metre
+        )
+    return _written(name, case, judge(case, evidence, replace(trial, base=base)), evidence)
 
 
-def _written(name: str, case: Case, verdict: Verdict, found: Evidence | Refusal | None) -> dict[str, Any]:
+def _written(name: str, case: Case, verdict: Verdict, evidence: Evidence | Refusal | None) -> dict[str, Any]:
     """Return the row of a case; docs/robustness.md describes its keys."""
     row: dict[str, Any] = {"case": name, "group": case.group, "verdict": verdict.verdict, "reason": verdict.reason}
     row |= {key: getattr(verdict.deciding, key, None) for key in ("rule", "rests_on", "value", "bound")}
-    row |= {key: getattr(found, key, None) for key in SEEN}
+    row |= {key: getattr(evidence, key, None) for key in SEEN}
     row |= {key: _number(row[key]) for key in ("value", "bound", "condition")}
-    row["seconds"] = found.seconds if found else 0.0
-    row["findings"] = [asdict(one) | {"value": _number(one.value), "holds": one.holds} for one in verdict.findings]
+    row["seconds"] = evidence.seconds if evidence else 0.0
+    row["findings"] = [
+        asdict(finding) | {"value": _number(finding.value), "holds": finding.holds} for finding in verdict.findings
+    ]
     return row
 
 
@@ -139,18 +142,18 @@ def _number(value: float | None) -> float | None:
 
 
 def _document(job: Any, rows: list[dict[str, Any]], base: Evidence) -> dict[str, Any]:
-    found = [row["verdict"] for row in rows]
-    counts = {verdict: found.count(verdict) for verdict in ("right", "refused", "wrong", "does not apply")}
+    verdicts = [row["verdict"] for row in rows]
+    counts = {verdict: verdicts.count(verdict) for verdict in ("right", "refused", "wrong", "does not apply")}
     run = len(rows) - counts["does not apply"]
-    share = counts["right"] / run if run else 1.0
+    right_share = counts["right"] / run if run else 1.0
     seen = {key: getattr(base, key) for key in ("energy_drift", "momentum_residual", "penetration", "integrator")}
     return {
         "scene": job.name,
         "machine": machine(),
         "base": seen | {"first_contact": asdict(base.contact) if base.contact else None, "seconds": base.seconds},
         "counts": counts,
-        "right_share": share,
-        "passed": counts["wrong"] == 0 and share >= ENOUGH,
+        "right_share": right_share,
+        "passed": counts["wrong"] == 0 and right_share >= ENOUGH,
         "seconds": sum(row["seconds"] for row in rows) + base.seconds,
         "rows": rows,
     }
@@ -166,10 +169,12 @@ def table_text(document: Mapping[str, Any]) -> str:
     for row in document["rows"]:
         says = row["rests_on"] if row["verdict"] == "right" else row["reason"]
         numbers = [row[k] for k in ("value", "bound", "energy_drift", "momentum_residual", "penetration", "condition")]
-        shown = " | ".join("–" if one is None else f"{one:.1e}" for one in numbers)
+        shown = " | ".join("–" if value is None else f"{value:.1e}" for value in numbers)
         steps = "–" if row["steps"] is None else f"{row['steps']:,}"
-        parts = f" (÷{row['substeps']:,})" if (row["substeps"] or 1) > 1 else ""
-        lines.append(f"| {row['case']} | {row['verdict']} | {says} | {shown} | {steps}{parts} | {row['seconds']:.2g} |")
+        substeps = f" (÷{row['substeps']:,})" if (row["substeps"] or 1) > 1 else ""
+        lines.append(
+            f"| {row['case']} | {row['verdict']} | {says} | {shown} | {steps}{substeps} | {row['seconds']:.2g} |"
+        )
     counts = document["counts"]
     lines += [
         "",

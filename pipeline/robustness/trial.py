@@ -109,8 +109,8 @@ def simulated(job: Job, tell: Callable[[str, float], None]) -> tuple[System, Tra
     refuse_reuse(job)
     system, product = system_of(job), job.trajectory()
     if not job.store.has(product.key):
-        found = simulate(system, lambda fraction: tell("solve", fraction))
-        keep(job.store, product, found)
+        trajectory = simulate(system, lambda fraction: tell("solve", fraction))
+        keep(job.store, product, trajectory)
     return system, job.store.get(product.key, "trajectory")
 
 

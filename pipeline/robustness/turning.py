@@ -41,29 +41,31 @@ def turned(scene: Scene) -> Scene:
 def _turned(value: Any, Q: np.ndarray) -> Any:
     """Return a value with every vector in the axes of the scene turned, not checked again."""
     if isinstance(value, Mapping):
-        return {key: _turned(one, Q) for key, one in value.items()}
+        return {key: _turned(item, Q) for key, item in value.items()}
     if not isinstance(value, BaseModel):
         return value
-    changes: dict[str, Any] = {}
-    for key in type(value).model_fields:
-        one = getattr(value, key)
-        ground = key == "against_at" and getattr(value, "against", "") is None
-        if (key in VECTORS or ground) and isinstance(one, tuple):
-            changes[key] = _without_round_off(Q @ np.asarray(one, float))
-        elif isinstance(one, BaseModel):
-            changes[key] = _turned(one, Q)
-        elif isinstance(one, tuple) and one and all(isinstance(part, BaseModel) for part in one):
-            changes[key] = tuple(_turned(part, Q) for part in one)
+    changes: dict[str, Any] = {key: _turned_field(value, key, Q) for key in type(value).model_fields}
     if isinstance(value, Electrostatic):
         changes["turn"] = tuple(np.degrees(Rotation.from_matrix(Q @ value.axes()).as_rotvec()).tolist())
     if isinstance(value, Bushing):
         changes |= {key: _turned_matrix(getattr(value, key), Q) for key in MATRICES}
     if isinstance(value, Body):
-        own = np.eye(3) if value.orientation is None else value.orientation.matrix()
-        changes["orientation"] = Orientation(quaternion=_without_round_off(np.array(quaternion_of(Q @ own))))
+        axes = np.eye(3) if value.orientation is None else value.orientation.matrix()
+        changes["orientation"] = Orientation(quaternion=_without_round_off(np.array(quaternion_of(Q @ axes))))
         if tuple(value.freedom) != ALL_FREE:
-            changes["freedom"] = tuple(one[:-1] + "yzx"["xyz".index(one[-1])] for one in value.freedom)
+            changes["freedom"] = tuple(motion[:-1] + "yzx"["xyz".index(motion[-1])] for motion in value.freedom)
     return with_values(value, changes)
+
+
+def _turned_field(model: BaseModel, key: str, Q: np.ndarray) -> Any:
+    """Return the value of a key of a model, turned if it is a vector in the axes of the scene or has such vectors."""
+    value = getattr(model, key)
+    ground = key == "against_at" and getattr(model, "against", "") is None
+    if (key in VECTORS or ground) and isinstance(value, tuple):
+        return _without_round_off(Q @ np.asarray(value, float))
+    if isinstance(value, tuple) and value and all(isinstance(item, BaseModel) for item in value):
+        return tuple(_turned(item, Q) for item in value)
+    return _turned(value, Q) if isinstance(value, BaseModel) else value
 
 
 def _turned_matrix(value: Any, Q: np.ndarray) -> Any:

@@ -62,9 +62,11 @@ def judge(case: Case, evidence: Evidence | Refusal, compared: Compared) -> Verdi
     findings = [finding for name in rules if (finding := RULES[name](evidence, compared)) is not None]
     if not findings:
         return Verdict("wrong", f"none of the rules {', '.join(case.rules)} applies to this scene")
-    for one in findings:
-        if not one.holds:
-            if case.refusal and (text := _told(one, evidence, compared)):
-                return Verdict("refused", text, one, findings)
-            return Verdict("wrong", f"{one.rests_on}: {one.value:.2g}, allowed: {one.bound:.2g}", one, findings)
+    for failing in findings:
+        if not failing.holds:
+            if case.refusal and (text := _told(failing, evidence, compared)):
+                return Verdict("refused", text, failing, findings)
+            return Verdict(
+                "wrong", f"{failing.rests_on}: {failing.value:.2g}, allowed: {failing.bound:.2g}", failing, findings
+            )
     return Verdict("right", "", findings[0], findings)

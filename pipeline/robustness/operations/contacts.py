@@ -1,5 +1,6 @@
 """Operations on contacts: their stiffness and restitution, and how bodies approach them."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -20,20 +21,24 @@ def contact_stiffness(subject: Subject, operation: Any) -> Trial:
     factor, scene = operation.factor, subject.scene
     yielding = {n: c for n, c in subject.contacts.items() if c.law is not None or c.surface_stiffness is not None}
     springs = scene.springs() if subject.contacts else {}
-    elastic, loaded = bool(subject.elastic()), bool(springs) or (subject.contacts and any(scene.run.gravity))
-    if not yielding or (loaded and not elastic):
-        require(elastic or springs or yielding, "all bodies and contacts are rigid")
+    loaded = springs or (subject.contacts and any(scene.run.gravity))
+    if not yielding or (loaded and not subject.elastic()):
+        require(subject.elastic() or springs or yielding, "all bodies and contacts are rigid")
         return in_units(subject, Units(time=factor**-0.5))
     changes: dict[str, Any] = {
         "contact": {name: _stiffer_contact(contact, factor) for name, contact in yielding.items()},
         "force": {name: _stiffer(spring, factor) for name, spring in springs.items()},
     }
     start = subject.contact().start
-    if not elastic:  # The contact of rigid bodies takes longer or shorter by this factor.
-        laws = [contact.law for contact in yielding.values() if contact.law is not None]
-        exponent = getattr(laws[-1], "exponent", 1.0) if laws else 1.0
-        changes["run"] = {"duration": start + (scene.run.duration - start) * factor ** (-1 / (exponent + 1))}
+    if not subject.elastic():
+        changes["run"] = {"duration": start + (scene.run.duration - start) * _longer(yielding.values(), factor)}
     return Trial(subject.changed(changes), factor=factor)
+
+
+def _longer(contacts: Iterable[Any], factor: float) -> float:
+    """Return the factor on the duration of the contact of rigid bodies whose contacts are stiffer by a factor."""
+    exponents = [getattr(contact.law, "exponent", 1.0) for contact in contacts if contact.law is not None]
+    return factor ** (-1 / ((exponents or [1.0])[-1] + 1))
 
 
 def _stiffer_contact(contact: Any, factor: float) -> dict[str, Any]:
@@ -124,8 +129,8 @@ def _on_the_way(subject: Subject, factor: float) -> dict[str, dict[str, Any]]:
         bodies[name] = {"position": ((np.array(body.position) + path) - scaled).tolist()}
     if not falls:
         target = factor * approach(subject.job)[1]
-        first = bodies[subject.first_body]
-        first["position"] = into_gap(subject.job, first["position"], target)
+        moved = bodies[subject.first_body]
+        moved["position"] = into_gap(subject.job, moved["position"], target)
     return bodies
 
 
@@ -133,13 +138,13 @@ def _scale(subject: Subject, factor: float, bodies: dict[str, Any]) -> tuple[flo
     """Return the factor on speeds, and the units in which the motion is the same where that is so."""
     scene, falls = subject.scene, any(subject.scene.run.gravity)
     law = next(iter(scene.contact.values())).law
-    single = len(scene.contact) == 1 and not scene.springs()
     linear = subject.known["points"] == 1 and (law is None or law.kind == "linear")
-    if single and (law is None and not subject.elastic() if falls else linear):
+    similar = law is None and not subject.elastic() if falls else linear
+    if similar and len(scene.contact) == 1 and not scene.springs():
         # Positions are rounded, so the factor is taken from the gap that the solver has.
-        gap = approach(subject.job)[1]
-        ratio = approach(subject.changed({"body": bodies}))[1] / gap if gap > 0 else factor ** (2 if falls else 1)
-        factor = ratio**0.5 if falls and ratio > 0 else ratio
+        gap, power = approach(subject.job)[1], 2 if falls else 1
+        ratio = approach(subject.changed({"body": bodies}))[1] / gap if gap > 0 else factor**power
+        factor = ratio ** (1 / power) if ratio > 0 else ratio
         return factor, Units(length=ratio, time=factor if falls else 1.0)
     if falls and scene.run.step is not None and _overlaps(subject.changed({"body": bodies})):
         raise DoesNotApply("the time of the first contact, by a given step, is not as exact as this gap is small")
