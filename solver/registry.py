@@ -52,7 +52,7 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "restitution", "1", "Newton's ratio −(w·v after) / (w·v before) of the normal velocities of"
              " the rigid-body motion at the contact point, w the impulse of the normal forces on the rigid coordinates:"
              " the mean over the points, weighted by their impulses. Absent with other contacts, slider-cranks, forces"
-             " or gravity, without an approach, and while the contact still pushes at the end of the run.",
+             " or gravity, without an approach, and while the contact still acts at the end of the run.",
              "negative: the points still approach"),
     Quantity("contact", "impactN.start", "s", "Start of impact N, of the first ten.", _SIZE),
     Quantity("contact", "impactN.end", "s", "End of impact N.", _SIZE),
@@ -61,19 +61,19 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "impactN.force_peak", "N", "As `force_peak`, of impact N.", _SIZE, WINDOW),
     Quantity("contact", "impactN.force_peak_raw", "N", "As `force_peak_raw`, of impact N.", _SIZE, STEPS),
     Quantity("contact", "impactN.force_time", "s", "As `peak_time`, of impact N.", _SIZE, WINDOW),
-    Quantity("contact", "impactN.closing", "m/s", "Normal speed at which the first point touches, of the free gap.",
-             "positive: approach"),
-    Quantity("contact", "impactN.opening", "m/s", "Normal speed at which the last point parts; absent where it has"
-             " not.", "positive: separation"),
-    Quantity("contact", "edge_share", "1", "Share of the impulses of all points that acts at points on the edge of an"
-             " interface that covers a part of its surface; absent of others.", _SIZE),
+    Quantity("contact", "impactN.approach_speed", "m/s", "Normal speed at which the first point touches, of the free"
+             " gap.", "positive: approach"),
+    Quantity("contact", "impactN.separation_speed", "m/s", "Normal speed at which the last point parts; absent where"
+             " it has not.", "positive: separation"),
+    Quantity("contact", "edge_share", "1", "Fraction of the impulses of all points that acts at points on the edge of"
+             " an interface that covers a part of its surface; absent of others.", _SIZE),
     Quantity("contact", "pressure_peak", "Pa", "Largest mean pressure over a patch of the surface, at the frames and at"
              " the largest forces of contacts: a short pressure between frames may be larger, `run.frames` sets"
              " their number. Points with a sliver of area do not determine it.", _SIZE, "of the frames"),
     Quantity("contact", "pressure_patch", "m^2", "Area of this patch.", _SIZE),
     Quantity("contact", "pressure_time", "s", "Time of this pressure.", _SIZE, "of the frames"),
     *(
-        Quantity("contact", f"pressure_{axis}", "m", f"Place of this pressure along {axis}, in the axes of its"
+        Quantity("contact", f"pressure_{axis}", "m", f"Position of this pressure along {axis}, in the axes of its"
                  " component, from its origin.", f"positive: along {axis}")
         for axis in "xyz"
     ),
@@ -83,10 +83,10 @@ REGISTRY: tuple[Quantity, ...] = (
                  "of the frames")
         for axis in "xyz"
     ),
-    Quantity("contact", "contact_area", "m^2", "Area of the points that are pressed then; absent on an"
+    Quantity("contact", "contact_area", "m^2", "Area of the points in contact at the largest force; absent on an"
              " obstacle without `surface_stiffness` and `wear`.", _SIZE, "of the frames"),
-    Quantity("contact", "sliver_share", "1", "Share of the impulses that acts at points with a sliver of area; absent"
-             " where it is zero.", _SIZE),
+    Quantity("contact", "sliver_share", "1", "Fraction of the impulses that acts at points with a sliver of area;"
+             " absent where it is zero.", _SIZE),
     Quantity("contact", "least_gap", "m", "Smallest gap in a run in which nothing touches.", _SIZE, "of the frames"),
     Quantity("contact", "least_gap_time", "s", "Time of this gap.", _SIZE, "of the frames"),
     Quantity("contact", "slipN", "s", "Time at which a point begins to slip for the Nth time, of the first three.",
@@ -94,13 +94,13 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "stickN", "s", "Time at which a point begins to stick for the Nth time, of the first three.",
              _SIZE),
     Quantity("contact", "slip_period", "s", "Time between the last two begins of slip.", _SIZE),
-    Quantity("contact", "slide", "N m", "Integral over the run of force times sliding speed of a contact with `wear`,"
-             " over all points, from the time `wear.after` on.", _SIZE),
-    Quantity("contact", "worn_volume", "m^3", "Volume that the run wears off the contact's own surface, k/H times"
-             " `slide` (Archard).", _SIZE),
-    Quantity("contact", "worn_depth", "m", "Largest depth at a point that it wears off, volume over the point's area.",
+    Quantity("contact", "load_distance", "N m", "Integral over the run of force times sliding speed of a contact with"
+             " `wear`, over all points, from the time `wear.after` on.", _SIZE),
+    Quantity("contact", "wear_volume", "m^3", "Volume that the run wears off the surface of the contact's body, k/H"
+             " times `load_distance` (Archard).", _SIZE),
+    Quantity("contact", "wear_depth", "m", "Largest depth at a point that it wears off, volume over the point's area.",
              _SIZE),
-    Quantity("contact", "against_worn_volume", "m^3", "As `worn_volume`, of the traction space over which the points"
+    Quantity("contact", "against_wear_volume", "m^3", "As `wear_volume`, of the traction space over which the points"
              " slide.", _SIZE),
     Quantity("contact", "friction_work", "J", "Energy that friction takes over the run: its force times the speed of"
              " sliding, impacts included.", _SIZE),
@@ -108,17 +108,18 @@ REGISTRY: tuple[Quantity, ...] = (
         Quantity("body", f"{name}_{axis}", unit, definition.format(axis), f"positive: {along} {axis}")
         for name, unit, definition, along in (
             ("velocity", "m/s", "Velocity of the centre of mass along {} at the end of the run.", "along"),
-            ("shift", "m", "Displacement of the centre of mass along {} since the start.", "along"),
-            ("spin", "rad/s", "Angular velocity about {} at the end of the run.", "right-handed about"),
-            ("turn", "rad", "Rotation about {} since the start.", "right-handed about"),
+            ("displacement", "m", "Displacement of the centre of mass along {} since the start.", "along"),
+            ("angular_velocity", "rad/s", "Angular velocity about {} at the end of the run.", "right-handed about"),
+            ("rotation", "rad", "Rotation about {} since the start.", "right-handed about"),
         )
         for axis in "xyz"
     ),
-    Quantity("body", "joint_lack", "1", "Share of the strain energy that the forces of joints at the interfaces of a"
-             " body that turns and deforms would cause as static ones, which its modes lack.", _SIZE,
-             "of the samples"),
-    Quantity("body", "inertia_lack", "1", "Share of the strain energy that the rotation of a body that turns and"
-             " deforms would cause as a static load, which its modes lack.", _SIZE, "of the samples"),
+    Quantity("body", "joint_truncation", "1", "Fraction of the strain energy that the forces of joints at the"
+             " interfaces of a body that rotates and deforms would cause as static ones, which its modes do not"
+             " represent.",
+             _SIZE, "of the samples"),
+    Quantity("body", "inertia_truncation", "1", "Fraction of the strain energy that the rotation of a body that rotates"
+             " and deforms would cause as a static load, which its modes do not represent.", _SIZE, "of the samples"),
     Quantity("force", "deflection_peak", "m", "Displacement of the largest size under a moving force, along it, at"
              " frames.", "positive: along the force", "of the frames"),
     Quantity("force", "peak_time", "s", "Time of `deflection_peak`.", _SIZE, "of the frames"),
@@ -141,20 +142,20 @@ REGISTRY: tuple[Quantity, ...] = (
              " the start, full turns included.", "right-handed about the axis"),
     Quantity("joint", "impulse", "N s", "Integral over the run of the normal force in a joint with clearance, the sum"
              " of its sections.", _SIZE),
-    Quantity("joint", "slide", "N m", "Integral over the run of this force times the sliding speed: times a"
+    Quantity("joint", "load_distance", "N m", "Integral over the run of this force times the sliding speed: times a"
              " coefficient of wear over a hardness it is the worn volume (Archard), times one of friction the work.",
              _SIZE),
-    Quantity("joint", "worn_volume", "m^3", "Volume that the run wears off the bearing of a joint with `wear`, k/H"
-             " times `slide` from the time `wear.after` on; with a length, of both ends.", _SIZE),
-    Quantity("joint", "worn_depth", "m", "Largest depth over the angle that the run wears off the bearing, in addition"
+    Quantity("joint", "wear_volume", "m^3", "Volume that the run wears off the bearing of a joint with `wear`, k/H"
+             " times `load_distance` from the time `wear.after` on; with a length, of both ends.", _SIZE),
+    Quantity("joint", "wear_depth", "m", "Largest depth over the angle that the run wears off the bearing, in addition"
              " to that of its start.", _SIZE),
-    Quantity("joint", "worn_angle", "rad", "Its place, from the bearing's first axis at the start about its axis: that"
+    Quantity("joint", "wear_angle", "rad", "Its angle, from the bearing's first axis at the start about its axis: that"
              " axis of the scene, x before y before z, that is most nearly across it.", "right-handed about the axis"),
-    Quantity("joint", "journal_worn_volume", "m^3", "As `worn_volume`, of the journal.", _SIZE),
-    Quantity("joint", "journal_worn_depth", "m", "As `worn_depth`, of the journal.", _SIZE),
-    Quantity("joint", "journal_worn_angle", "rad", "As `worn_angle`, on the journal, which turns.",
+    Quantity("joint", "journal_wear_volume", "m^3", "As `wear_volume`, of the journal.", _SIZE),
+    Quantity("joint", "journal_wear_depth", "m", "As `wear_depth`, of the journal.", _SIZE),
+    Quantity("joint", "journal_wear_angle", "rad", "As `wear_angle`, on the journal, which turns.",
              "right-handed about the axis"),
-    Quantity("joint", "rubbed_indentation", "m", "Mean indentation of a joint with `wear`, weighted by force times"
+    Quantity("joint", "wear_indentation", "m", "Mean indentation of a joint with `wear`, weighted by force times"
              " sliding speed: what `wear.indentation` is to be.", _SIZE),
     Quantity("joint", "impacts", "1", "Number of contacts of a joint with clearance, of each section by itself.",
              _SIZE),
@@ -168,8 +169,9 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("joint", "impactN.impulse", "N s", "Integral of its normal force.", _SIZE),
     Quantity("joint", "impactN.force_peak_raw", "N", "As `force_peak_raw`, of contact N.", _SIZE,
              "by parabolas through eight values a step"),
-    Quantity("joint", "impactN.closing", "m/s", "Rate of the indentation as contact N begins.", "positive: approach"),
-    Quantity("joint", "impactN.opening", "m/s", "The same as it ends; absent where it has not.",
+    Quantity("joint", "impactN.approach_speed", "m/s", "Rate of the indentation as contact N begins.",
+             "positive: approach"),
+    Quantity("joint", "impactN.separation_speed", "m/s", "The same as it ends; absent where it has not.",
              "positive: separation"),
     Quantity("gauge", "von_mises_peak", "Pa", "Largest von Mises stress of a gauge that records a stress tensor, at"
              " samples.", _SIZE, "of the samples"),

@@ -44,9 +44,9 @@ def history(folder: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[flo
     size, angle = np.linalg.norm(force, axis=1), np.arctan2(force[:, 1], force[:, 0])
     across = np.column_stack([-np.sin(angle), np.cos(angle)])
     slid = np.abs((np.gradient(orbit, interval, axis=0) * across).sum(axis=1) + spin * (RADIUS - GAP)) * interval
-    work = np.array(found.counts[WEAR]["pin"]["slide"][0])
+    work = np.array(found.counts[WEAR]["pin"]["load_distance"][0])
     depths = RATE * work / (2 * np.pi / len(work) * RADIUS * LENGTH)
-    return size[late], angle[late], slid[late], (float(found.quantities["pin.worn_volume"]["value"]), depths)
+    return size[late], angle[late], slid[late], (float(found.quantities["pin.wear_volume"]["value"]), depths)
 
 
 def evened(one: Bearing, values: np.ndarray) -> np.ndarray:

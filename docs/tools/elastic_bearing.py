@@ -69,7 +69,7 @@ def found_of(folder: Path, bearing: str) -> tuple[Found, Pressed]:
     trajectory = job.store.get(job.trajectory().key, "trajectory")
     values = {name: one["value"] for name, one in trajectory.quantities.items()}
     joint = job.scene.joint["pin"]
-    work = np.array(trajectory.counts[WEAR]["pin"]["slide"][0])
+    work = np.array(trajectory.counts[WEAR]["pin"]["load_distance"][0])
     depth = joint.wear.coefficient / joint.wear.hardness / joint.worn_areas()[0] * work / REVOLUTIONS
     pressed = Pressed(system_of(job).bores["pin"], joint.clearance)
     forces, areas = pressed.forces(np.array([approach(pressed), 0.0])), pressed.bore.areas
@@ -98,8 +98,8 @@ def main() -> None:
     for label, one in (("bush", bush), ("foundation", bed)):
         q, depth = one.quantities, one.depth
         texts = [
-            label, f"{1e9 * q['pin.worn_volume'] / REVOLUTIONS:.4g}", f"{1e9 * depth.max():.3g}",
-            f"{np.degrees(q['pin.worn_angle']):.0f}", f"{depth.max() / depth.mean():.2f}", f"{q['pin.impacts']:.0f}",
+            label, f"{1e9 * q['pin.wear_volume'] / REVOLUTIONS:.4g}", f"{1e9 * depth.max():.3g}",
+            f"{np.degrees(q['pin.wear_angle']):.0f}", f"{depth.max() / depth.mean():.2f}", f"{q['pin.impacts']:.0f}",
             f"{q['pin.force_peak_raw'] / 1e3:.4g}", f"{q['pin.pressure_peak'] / 1e6:.0f}",
             f"{one.pressure.max() / 1e6:.0f}", f"{np.degrees(one.half):.1f}",
         ]  # fmt: skip

@@ -23,7 +23,7 @@ MODES = 60
 DURATION = 1.2e-4
 """[s]"""
 SHOWN = {
-    "middle.impulse": "N s", "middle.force_peak_raw": "N", "middle.start": "s", "wheel.spin_z": "rad/s",
+    "middle.impulse": "N s", "middle.force_peak_raw": "N", "middle.start": "s", "wheel.angular_velocity_z": "rad/s",
     "wheel.velocity_y": "m/s",
 }  # fmt: skip
 

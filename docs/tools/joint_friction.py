@@ -39,7 +39,7 @@ def main(restitution: float = 0.9) -> None:
                 values = {key: one["value"] for key, one in found.quantities.items()}
                 texts = [
                     "cone" if speed is None else f"v₀ = {speed:g} m/s", f"{share:g}",
-                    f"{1e9 * values['pin.worn_volume']:.4g}", f"{1e-3 * values['pin.force_peak']:.2f}",
+                    f"{1e9 * values['pin.wear_volume']:.4g}", f"{1e-3 * values['pin.force_peak']:.2f}",
                     f"{found.energies[-1, 3]:.4g}", f"{values['pin.impacts']:.0f}",
                     f"{found.counts['steps_taken']:.0f}",
                 ]  # fmt: skip

@@ -61,12 +61,14 @@ def main() -> None:
                 job = open_job(SCENE, set=changes(clearance, speed), **places)
                 report = solve_records(job, "solve")
                 found = {name: one["value"] for name, one in report.quantities.items()}
-                cells = np.array(job.store.get(job.trajectory().key, "trajectory").counts[WEAR]["pin"]["slide"][0])
-                volumes[clearance, speed] = found["pin.worn_volume"] / REVOLUTIONS
+                cells = np.array(
+                    job.store.get(job.trajectory().key, "trajectory").counts[WEAR]["pin"]["load_distance"][0]
+                )
+                volumes[clearance, speed] = found["pin.wear_volume"] / REVOLUTIONS
                 shapes[clearance, speed] = cells / cells.mean()
                 texts = [
-                    f"{clearance * 1e3:g}", f"{speed:g}", f"{found['pin.worn_volume'] / REVOLUTIONS * 1e9:.3g}",
-                    f"{found['pin.worn_depth'] / REVOLUTIONS * 1e9:.3g}", f"{np.degrees(found['pin.worn_angle']):.0f}",
+                    f"{clearance * 1e3:g}", f"{speed:g}", f"{found['pin.wear_volume'] / REVOLUTIONS * 1e9:.3g}",
+                    f"{found['pin.wear_depth'] / REVOLUTIONS * 1e9:.3g}", f"{np.degrees(found['pin.wear_angle']):.0f}",
                     f"{cells.max() / cells.mean():.2f}", f"{found['pin.force_peak_raw'] / 1e3:.3g}",
                 ]  # fmt: skip
                 print(f"| {' | '.join(texts)} |", flush=True)

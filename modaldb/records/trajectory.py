@@ -33,8 +33,9 @@ NOTES = (FRICTION_NOTES, LINKAGE_NOTES, ROTATION_NOTES, EDGE_NOTES)
 
 WEAR = "wear"
 """Entry of `Trajectory.counts`: by joint that wears, lists over evenly spaced angles from zero, one for each touching
-section: `impulse` [N s] and `slide`, force times sliding distance [N m], over the bearing, `journal_slide` over the
-journal. By contact that wears, `slide` of each point and `against_slide` of each function of its traction space."""
+section: `impulse` [N s] and `load_distance`, force times sliding distance [N m], over the bearing,
+`journal_load_distance` over the journal. By contact that wears, `load_distance` of each point and
+`against_load_distance` of each function of its traction space."""
 
 
 @dataclass(frozen=True)
@@ -209,13 +210,13 @@ class Trajectory(Labelled):
             finite=False,
             unit="s, N, m/s",
             name="impacts of each contact",
-            columns="begin [s], end [s], impulse [N s], peak [N], peak time [s], closing speed [m/s],"
-            " opening speed [m/s], windowed peak [N], its time [s]",
+            columns="begin [s], end [s], impulse [N s], peak [N], peak time [s], approach speed [m/s],"
+            " separation speed [m/s], windowed peak [N], its time [s]",
         ),
     )
-    """Contact by contact, each impact: first and last time [s], impulse [N s], largest force [N], its time [s], closing
-    speed at the first time and opening speed at the last [m/s], largest mean force over the window [N], middle of this
-    window [s], (b, 9). NaN where unknown."""
+    """Contact by contact, each impact: first and last time [s], impulse [N s], largest force [N], its time [s],
+    approach speed at the first time and separation speed at the last [m/s], largest mean force over the window [N],
+    middle of this window [s], (b, 9). NaN where unknown."""
     gauges: dict[str, Array] = field(
         default_factory=dict,
         metadata=rule("s or s *", finite=False, unit="as the gauge of the modes", name="gauge values"),

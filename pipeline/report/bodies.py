@@ -224,7 +224,7 @@ def turned_too_far(run: NodalRecord, bodies: Sequence[str], limit: float) -> lis
     """Return a note for each body of a full-FE run that has turned by more than a limit [rad] at its end."""
     notes = []
     for name in bodies:
-        turns = [run.quantities.get(f"{name}.turn_{axis}", {"value": 0.0})["value"] for axis in "xyz"]
+        turns = [run.quantities.get(f"{name}.rotation_{axis}", {"value": 0.0})["value"] for axis in "xyz"]
         if (angle := math.hypot(*turns)) > limit:
             notes.append(
                 f"In full FE body '{name}' has turned by {angle:.3g} rad at the end, beyond run.limits.angle ="

@@ -24,8 +24,8 @@ Quantity = tuple[float, str]
 
 PER_IMPACT = {
     "start": (BEGINS, "s"), "end": (ENDS, "s"), "impulse": (IMPULSE, "N s"), "force_peak": (WINDOWED, "N"),
-    "force_peak_raw": (PEAK, "N"), "force_time": (WINDOWED_TIME, "s"), "closing": (CLOSING, "m/s"),
-    "opening": (OPENING, "m/s"),
+    "force_peak_raw": (PEAK, "N"), "force_time": (WINDOWED_TIME, "s"),
+    "approach_speed": (CLOSING, "m/s"), "separation_speed": (OPENING, "m/s"),
 }  # fmt: skip
 """Column and unit of the quantities of an impact."""
 SHOWN = 10
@@ -142,7 +142,7 @@ def restitution(before: np.ndarray, after: np.ndarray, rubbed: np.ndarray | floa
 
 
 def departure(after: np.ndarray, shift: np.ndarray, before: np.ndarray) -> dict[str, Quantity]:
-    """Return velocity and shift of a body's centre at the end, along the axes along which it moves.
+    """Return velocity and displacement of a body's centre at the end, along the axes along which it moves.
 
     Args:
         after: Velocity and angular velocity [m/s, rad/s], (6,).
@@ -154,7 +154,8 @@ def departure(after: np.ndarray, shift: np.ndarray, before: np.ndarray) -> dict[
     noticed = (sizes > NOTICED * sizes.max(axis=2, keepdims=True)).reshape(3, 6).any(axis=0)
     for axis in np.flatnonzero(noticed):
         turns, letter = axis >= 3, "xyz"[axis % 3]
-        names = (("spin", "rad/s"), ("turn", "rad")) if turns else (("velocity", "m/s"), ("shift", "m"))
-        for (name, unit), motion in zip(names, (after, shift), strict=True):
+        rates = ("angular_velocity", "rad/s") if turns else ("velocity", "m/s")
+        changes = ("rotation", "rad") if turns else ("displacement", "m")
+        for (name, unit), motion in ((rates, after), (changes, shift)):
             values[f"{name}_{letter}"] = (float(motion[axis]), unit)
     return values

@@ -30,8 +30,8 @@ def rubbed(system: System, schedule: Schedule, samples: Samples, impulses: np.nd
         impulses: Of every point until the end of each frame [N s], (f, c).
 
     Returns:
-        `slide`: force times sliding distance of each point [N m]; `against_slide`: the same of each function of the
-        traction space, in the order of the record, where the points slide over one.
+        `load_distance`: force times sliding distance of each point [N m]; `against_load_distance`: the same of each
+        function of the traction space, in the order of the record, where the points slide over one.
     """
     found: Json = {}
     for number, contact in enumerate(system.contacts):
@@ -46,11 +46,11 @@ def rubbed(system: System, schedule: Schedule, samples: Samples, impulses: np.nd
         weights = _weights(forces.reshape(shape), counts.reshape(shape))
         pressed = np.diff(impulses[:, contact.rows], axis=0, prepend=0.0)
         slide = np.maximum(pressed, 0.0) * np.einsum("fs,fsc->fc", weights, speeds.reshape(*shape, -1))
-        found[contact.name] = {"slide": slide.sum(axis=0).tolist()}
+        found[contact.name] = {"load_distance": slide.sum(axis=0).tolist()}
         if contact.master is not None:
             places = _places(system, contact, samples.snapshots[part]).reshape(shape)
             at = (weights * places).sum(axis=1) / np.maximum(weights.sum(axis=1), np.finfo(float).tiny)
-            found[contact.name]["against_slide"] = _over_functions(contact, at, slide).tolist()
+            found[contact.name]["against_load_distance"] = _over_functions(contact, at, slide).tolist()
     return found
 
 
@@ -61,15 +61,15 @@ def worn_quantities(system: System, sums: Json) -> Json:
         wear = system.scene.contact[contact.name].wear
         if wear is None or contact.areas is None:
             continue
-        slide = np.array(sums[contact.name]["slide"])
+        slide = np.array(sums[contact.name]["load_distance"])
         volumes = wear.coefficient / wear.hardness * slide
         with np.errstate(divide="ignore", invalid="ignore"):
             depths = np.where(contact.areas > 0, volumes / contact.areas, 0.0)
-        values: dict[str, Quantity] = {"slide": (float(slide.sum()), "N m")}
-        values |= {"worn_volume": (float(volumes.sum()), "m^3"), "worn_depth": (float(depths.max()), "m")}
+        values: dict[str, Quantity] = {"load_distance": (float(slide.sum()), "N m")}
+        values |= {"wear_volume": (float(volumes.sum()), "m^3"), "wear_depth": (float(depths.max()), "m")}
         if contact.master is not None:
             volume = wear.against_coefficient / wear.hardness * float(slide.sum())
-            values["against_worn_volume"] = (volume, "m^3")
+            values["against_wear_volume"] = (volume, "m^3")
         found |= named(contact.name, values)
     return found
 

@@ -284,7 +284,7 @@ def test_what_modes_lack_at_joints_is_said(tmp_path: Path) -> None:
     energy, (∫ N dx)²/L over ∫ N² dx."""
     short = {"run.duration": 1e-3, "run.samples": 20, "run.frames": 2}
     found = run(scene_path("rotating-beam"), set=short, db=tmp_path / "db", out=tmp_path / "a", until="solve")
-    assert found.quantities["beam.joint_lack"]["value"] == pytest.approx(0.25, rel=1e-3)
+    assert found.quantities["beam.joint_truncation"]["value"] == pytest.approx(0.25, rel=1e-3)
     assert any(note.startswith("body.beam: its modes lack 0.25 of the strain energy") for note in found.notes)
 
 
@@ -297,6 +297,6 @@ def test_forces_that_balance_each_other_find_all_static_shapes(tmp_path: Path) -
         found = run(
             scene_path("piston/crank-train.toml"), set=given, db=tmp_path / "db", out=tmp_path / name, until="solve"
         )
-        lacks.append(found.quantities["rod.joint_lack"]["value"])
+        lacks.append(found.quantities["rod.joint_truncation"]["value"])
         assert not any(LACKS in note for note in found.notes)
     assert 0 <= lacks[1] < 0.2 * lacks[0] < 1e-3

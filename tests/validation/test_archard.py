@@ -85,8 +85,10 @@ def test_volume_of_a_cycle(tmp_path: Path) -> None:
     found = solve(str(written(tmp_path)), tmp_path, {"joint.pin.wear.after": 0.0})
     cycles = 3
     volume = cycles / GIVEN["cycles"] * EXPECTED["wear_volume"]["value"]
-    assert found["pin.worn_volume"] == pytest.approx(volume, rel=1e-6)
-    assert found["pin.worn_volume"] == pytest.approx(GIVEN["k"] / GIVEN["hardness"] * found["pin.slide"], rel=1e-13)
+    assert found["pin.wear_volume"] == pytest.approx(volume, rel=1e-6)
+    assert found["pin.wear_volume"] == pytest.approx(
+        GIVEN["k"] / GIVEN["hardness"] * found["pin.load_distance"], rel=1e-13
+    )
 
 
 def test_all_cycles(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def test_it_stops_where_its_energy_is_spent(job: Job) -> None:
     assert report.momentum_residual < 1e-11
     found: Trajectory = job.store.get(job.trajectory().key, "trajectory")
     way = SPEED**2 / (2 * FRICTION * GRAVITY)
-    assert report.quantities["block.shift_x"]["value"] == pytest.approx(way, rel=0.005)
+    assert report.quantities["block.displacement_x"]["value"] == pytest.approx(way, rel=0.005)
     begun = 0.5 * MASS * SPEED**2
     assert abs(report.quantities["block.velocity_x"]["value"]) < 1e-3 * SPEED
     stop = SPEED / (FRICTION * GRAVITY)

@@ -37,7 +37,7 @@ def test_contacts(
     for number, contact in enumerate(EXPECTED["contacts"][:count], 1):
         for name, key in (
             ("start", "t_start"), ("end", "t_end"),
-            ("closing", "approach_velocity"), ("opening", "separation_velocity"),
+            ("approach_speed", "approach_velocity"), ("separation_speed", "separation_velocity"),
         ):  # fmt: skip
             assert found[f"pin.impact{number}.{name}"] == pytest.approx(contact[key], rel=bound), (number, name)
         assert found[f"pin.impact{number}.force_peak_raw"] == pytest.approx(contact["Fmax"], rel=2e-3)
@@ -64,7 +64,7 @@ def test_turned_in_space(tmp_path: Path) -> None:
     turned.write_text("\n".join(lines) + "\n")
     shutil.copy(scene_path("clearance-joint/H1_slider_crank_clearance.json"), tmp_path)
     found = solve(str(turned), tmp_path, {"run.duration": 3e-4})
-    for name, key in (("start", "t_start"), ("end", "t_end"), ("closing", "approach_velocity")):
+    for name, key in (("start", "t_start"), ("end", "t_end"), ("approach_speed", "approach_velocity")):
         assert found[f"pin.impact1.{name}"] == pytest.approx(first[key], rel=1e-8)
 
 

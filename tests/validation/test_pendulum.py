@@ -33,12 +33,12 @@ def test_soft_stop(folder: Path) -> None:
     solved = solve("pendulum", folder)
     impacts = solved.impacts("stop")
     assert len(impacts) == SOFT["contacts_within_observation"]
-    assert solved["beam.spin_y"] == pytest.approx(SOFT["omega_rigid_after"]["value"], rel=1e-6)
+    assert solved["beam.angular_velocity_y"] == pytest.approx(SOFT["omega_rigid_after"]["value"], rel=1e-6)
     assert solved["stop.impulse"] == pytest.approx(SOFT["total_impulse"]["value"], rel=1e-6)
     assert impacts[0, 1] == pytest.approx(SOFT["first_contact_end"]["value"], rel=1e-6)
     assert impacts[0, 2] == pytest.approx(SOFT["first_contact_impulse"]["value"], rel=1e-6)
     assert impacts[0, 3] == pytest.approx(SOFT["first_contact_Fmax"]["value"], rel=1e-6)
-    assert -solved["beam.spin_y"] == pytest.approx(SOFT["kinematic_restitution"]["value"], rel=1e-6)
+    assert -solved["beam.angular_velocity_y"] == pytest.approx(SOFT["kinematic_restitution"]["value"], rel=1e-6)
 
 
 def test_hard_stop_strikes_ten_times_reliably(hard: Solved) -> None:
@@ -58,7 +58,7 @@ def test_hard_stop_strikes_ten_times_reliably(hard: Solved) -> None:
 
 def test_hard_stop_final_rate(hard: Solved) -> None:
     """To the reference's uncertainty of 1.4 % of the first rate, and 4.3 % suggested; fifty contacts deep."""
-    assert hard["beam.spin_y"] == pytest.approx(HARD["omega_rigid_after"]["value"], abs=0.02)
+    assert hard["beam.angular_velocity_y"] == pytest.approx(HARD["omega_rigid_after"]["value"], abs=0.02)
     assert hard["stop.impulse"] == pytest.approx(HARD["total_impulse"]["value"], rel=0.0144)
     largest = hard.impacts("stop")[:, 3].max()
     assert largest == pytest.approx(HARD["Fmax"]["value"], rel=HARD["Fmax"]["suggested_rel_tol"])
@@ -69,8 +69,8 @@ def test_fixed_and_free_reference_conditions(folder: Path) -> None:
     free = solve("pendulum", folder, {"component.beam.modes.normal_count": 20})
     fixed = solve("pendulum", folder, FIXED | {"component.beam.modes.normal_count": 20})
     # 1e-3 is asked; with R both come within 2e-8 of each other.
-    assert fixed["beam.spin_y"] == pytest.approx(free["beam.spin_y"], rel=1e-6)
-    assert fixed["beam.spin_y"] == pytest.approx(SOFT["omega_rigid_after"]["value"], rel=1e-3)
+    assert fixed["beam.angular_velocity_y"] == pytest.approx(free["beam.angular_velocity_y"], rel=1e-6)
+    assert fixed["beam.angular_velocity_y"] == pytest.approx(SOFT["omega_rigid_after"]["value"], rel=1e-3)
 
 
 def test_fixed_modes_fail_the_natural_boundary_condition(folder: Path) -> None:

@@ -39,5 +39,5 @@ def test_a_stack_comes_to_rest_under_its_weight(scene: Path) -> None:
         name = f"b{number:02d}"
         assert abs(report.quantities[f"{name}.velocity_z"]["value"]) < 0.02 * np.sqrt(2 * GRAVITY * BLOCKS * 5e-4)
         # Half a millimetre for each block below, and what the weight presses it.
-        shift = -report.quantities[f"{name}.shift_z"]["value"]
+        shift = -report.quantities[f"{name}.displacement_z"]["value"]
         assert number * 5e-4 < shift < number * 5e-4 + 1e-4

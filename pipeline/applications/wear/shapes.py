@@ -18,7 +18,7 @@ from gudgeon.solver.laws.archard import DEEPEST
 from gudgeon.solver.numbers import RANGES
 
 SIDES = ("bearing", "journal")
-SUMS = ("slide", "journal_slide")
+SUMS = ("load_distance", "journal_load_distance")
 """Of `counts.wear`, by side."""
 SLIGHT = 1e-12
 """Share of the largest depth below which a depth is none."""
@@ -202,7 +202,7 @@ def _cycle(scene: Wearing, shapes: Shapes, soft: Soft, tell: Progress, bushes: d
                for side, coefficient in enumerate((wear.coefficient, wear.journal_coefficient))]  # fmt: skip
         sums = [np.array(trajectory.counts[WEAR][name][term]) * per[side] for side, term in enumerate(SUMS)]
         rates[name] = np.maximum(np.stack(sums, axis=1), 0.0)
-        mean = trajectory.quantities.get(f"{name}.rubbed_indentation")
+        mean = trajectory.quantities.get(f"{name}.wear_indentation")
         if wear.indentation is not None:
             softs[name] = wear.indentation
         elif mean is not None and mean["value"] > 0:

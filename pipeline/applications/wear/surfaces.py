@@ -115,13 +115,13 @@ class Surfaces:
         for name, surface in self.rubbed.items():
             sums, wear = trajectory.counts[WEAR][name], surface.wear
             cycles = (self.job.scene.run.duration - wear.after) / self.period
-            slide = np.array(sums["slide"]) / cycles
+            slide = np.array(sums["load_distance"]) / cycles
             if len(slide) != len(surface.points):
                 raise StageError(f"{self.job.path}: contact.{name}: {len(slide)} points of the worn body, it had"
                                  f" {len(surface.points)}")  # fmt: skip
             rates[name] = (wear.coefficient / wear.hardness * slide / surface.areas)[None, None]
             if surface.space is not None:
-                against = np.array(sums["against_slide"]) / cycles
+                against = np.array(sums["against_load_distance"]) / cycles
                 rates[name + AGAINST] = (wear.against_coefficient / wear.hardness * against / surface.cell)[None, None]
         numbers = {n: q["value"] for n, q in trajectory.quantities.items() if n.partition(".")[0] in self.rubbed}
         return Cycle(rates, Soft(), numbers, key)

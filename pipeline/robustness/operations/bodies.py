@@ -122,5 +122,5 @@ def repeated_joint(subject: Subject, operation: Any) -> Trial:
     pairs = {n: j for n, j in subject.joints.items() if isinstance(j, Marked) and not isinstance(j, Clearance)}
     require(pairs, "the scene has no joint of two markers")
     name, joint = next(iter(pairs.items()))
-    twin = {f"{name}-twin": joint.model_dump(exclude_unset=True)}
-    return Trial(subject.changed({"joint": twin}), agreement=SAME_SPACE, length=extent(subject))
+    duplicate = {f"{name}-duplicate": joint.model_dump(exclude_unset=True)}
+    return Trial(subject.changed({"joint": duplicate}), agreement=SAME_SPACE, length=extent(subject))

@@ -133,7 +133,7 @@ def damping(subject: Subject, operation: Any) -> Trial:
     return replace(trial, like=trial.like or Trial(job), stretch=None, same=SAME_SPACE)
 
 
-def sag(subject: Subject, operation: Any) -> Trial:
+def static_deflection(subject: Subject, operation: Any) -> Trial:
     """Let gravity press a held body on its obstacle: it starts in equilibrium on it, and stays there."""
     scene, job = subject.scene, subject.job
     require(subject.contacts, NO_CONTACT)
@@ -191,8 +191,8 @@ def mesh(subject: Subject, operation: Any) -> Trial:
 
 def collinear(subject: Subject, operation: Any) -> Trial:
     """Use all static shapes of every interface, and those of an identical second interface."""
-    twins = {name: twin for name in subject.elastic() if (twin := _twins(subject, name))}
-    require(twins, "no body has a reduction with static shapes of an interface")
+    by_body = {name: duplicates for name in subject.elastic() if (duplicates := _duplicates(subject, name))}
+    require(by_body, "no body has a reduction with static shapes of an interface")
     residual = {name: contact for name, contact in subject.contacts.items() if contact.method == "residual"}
     # With all shapes R = 0, so a contact without a layer needs a constraint.
     for name, contact in residual.items():
@@ -206,13 +206,13 @@ def collinear(subject: Subject, operation: Any) -> Trial:
     changes: dict[str, Any] = {"contact": bare}
     if bare:
         changes["run"] = {"integrator": "auto", "step": "unset", "checks": True}
-    once = {name: {"modes": {"static_count": ALL}} for name in twins}
-    twice = {name: once[name] | {"interface": interfaces} for name, interfaces in twins.items()}
+    once = {name: {"modes": {"static_count": ALL}} for name in by_body}
+    twice = {name: once[name] | {"interface": interfaces} for name, interfaces in by_body.items()}
     like = Trial(subject.changed({"component": once} | changes))
     return Trial(subject.changed({"component": twice} | changes), like=like, agreement=SAME_SPACE)
 
 
-def _twins(subject: Subject, name: str) -> dict[str, Any]:
+def _duplicates(subject: Subject, name: str) -> dict[str, Any]:
     """Return a second one of each interface of a component whose reduction has static shapes of it."""
     component = subject.scene.component[name]
     if component.modes.reduction not in STATIC:
@@ -221,7 +221,7 @@ def _twins(subject: Subject, name: str) -> dict[str, Any]:
     tractions = {key: interface for key, interface in touched.items() if interface.kind == "traction"}
     total = sum(traction_space(subject.meshes[name], i, key).size for key, i in tractions.items())
     require(2 * total <= MOST_FUNCTIONS, f"twice its {total} traction functions are more than {MOST_FUNCTIONS}")
-    return {f"{key}-twin": interface.model_dump(exclude_unset=True) for key, interface in touched.items()}
+    return {f"{key}-duplicate": interface.model_dump(exclude_unset=True) for key, interface in touched.items()}
 
 
 def change(subject: Subject, operation: Any) -> Trial:

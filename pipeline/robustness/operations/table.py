@@ -17,7 +17,7 @@ OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "turned": bodies.whole_turn, "repeated-joint": bodies.repeated_joint,
     "collinear": settings.collinear, "samples": settings.samples, "duration": settings.duration,
     "gravity": settings.gravity, "modes": settings.modes, "mesh": settings.mesh, "change": settings.change,
-    "sag": settings.sag, "damping": settings.damping, "voltage": settings.voltage,
+    "static-deflection": settings.static_deflection, "damping": settings.damping, "voltage": settings.voltage,
     "material": scaling.material, "gap": scaling.gap,
     "units": lambda subject, to: in_units(subject, Units(to.mass, to.length, to.time)),
     "size": lambda subject, to: in_units(subject, Units(to.factor**3, to.factor, to.factor)),

@@ -43,7 +43,7 @@ def impacts(facts: Facts) -> Iterator[str]:
                 f" run.window = {window:.3g} s"
             )
         yield from _windows(scene, name, window, counts) or _short(scene, name, window, listed)
-        yield from _fast(scene, name, max((impact.get("closing", 0.0) for impact in listed), default=0.0))
+        yield from _fast(scene, name, max((impact.get("approach_speed", 0.0) for impact in listed), default=0.0))
 
 
 def _value(quantities: Quantities, name: str) -> float:
@@ -51,9 +51,9 @@ def _value(quantities: Quantities, name: str) -> float:
 
 
 def _impacts(quantities: Quantities, name: str) -> Iterator[dict[str, float]]:
-    """Yield what is known of each listed impact of a contact: start, end [s], closing speed [m/s], force [N]."""
+    """Yield what is known of each listed impact of a contact: start, end [s], approach speed [m/s], force [N]."""
     for number in count(1):
-        keys = {key: f"{name}.impact{number}.{key}" for key in ("start", "end", "closing", "force_peak_raw")}
+        keys = {key: f"{name}.impact{number}.{key}" for key in ("start", "end", "approach_speed", "force_peak_raw")}
         if keys["end"] not in quantities:
             return
         yield {key: _value(quantities, full) for key, full in keys.items() if full in quantities}
@@ -71,7 +71,7 @@ def _is_cut(scene: SceneFile, name: str, quantities: Quantities, impacts: list[d
         return False
     last = max(impacts, key=lambda one: one["end"])
     fallen = float(np.linalg.norm(scene.run.gravity)) * (last["end"] - last["start"])
-    return last["end"] >= scene.run.duration * (1 - ROUNDING) and last.get("closing", 0.0) > fallen
+    return last["end"] >= scene.run.duration * (1 - ROUNDING) and last.get("approach_speed", 0.0) > fallen
 
 
 def _windows(scene: SceneFile, name: str, window: float, counts: Mapping[str, Any]) -> list[str]:

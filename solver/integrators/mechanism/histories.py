@@ -18,7 +18,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
 )
 from gudgeon.solver.integrators.mechanism.build import Linkage
 from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, motion_of
-from gudgeon.solver.integrators.mechanism.flexible.lacking import inertia_lacks, joint_lacks
+from gudgeon.solver.integrators.mechanism.flexible.lacking import inertia_truncations, joint_truncations
 from gudgeon.solver.integrators.mechanism.flexible.statics import Statics
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
 from gudgeon.solver.integrators.mechanism.step import observe, read
@@ -129,8 +129,8 @@ class Recorder:
             for name, pair in linkage.pairs.items()
         }
         read_all = _states_of(kept, every, interval)
-        by_joints, said = joint_lacks(linkage, self._model, read_all, every.holds)
-        by_rotation, more = inertia_lacks(linkage, self._model, read_all)
+        by_joints, said = joint_truncations(linkage, self._model, read_all, every.holds)
+        by_rotation, more = inertia_truncations(linkage, self._model, read_all)
         lacks, notes = by_joints | by_rotation, [*notes, *said, *more]
         probes = {one.name: one.history(self._model, read_all) for one in self.readers} | self._orbits(kept)
         times = interval * np.arange(1, len(kept))
@@ -168,7 +168,7 @@ class Recorder:
         for name in self._clearances():
             impulse, slide = sums[self._sections(name), :2].sum(axis=0)
             found[f"{name}.impulse"] = {"value": float(impulse), "unit": "N s"}
-            found[f"{name}.slide"] = {"value": float(slide), "unit": "N m"}
+            found[f"{name}.load_distance"] = {"value": float(slide), "unit": "N m"}
             if rubbed := self._rubbed(name):
                 found |= worn_quantities(name, rubbed)
         for contact, track in zip(self._linkage.system.contacts, self._touching.tracks, strict=True):

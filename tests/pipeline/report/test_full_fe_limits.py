@@ -37,7 +37,7 @@ def test_a_rotation_within_the_limit_has_no_note(pendulum: tuple[Job, list[Nodal
 
 def test_a_rotation_beyond_the_limit_is_named_with_its_angle(pendulum: tuple[Job, list[NodalRecord]]) -> None:
     job, runs = pendulum
-    angle = abs(runs[-1].quantities["beam.turn_y"]["value"])
+    angle = abs(runs[-1].quantities["beam.rotation_y"]["value"])
     assert angle > 1e-4
     (note,) = turned_too_far(runs[-1], ["beam"], 0.5 * angle)
     assert note.startswith(f"In full FE body 'beam' has turned by {angle:.3g} rad at the end, beyond run.limits.angle")
@@ -46,7 +46,7 @@ def test_a_rotation_beyond_the_limit_is_named_with_its_angle(pendulum: tuple[Job
 
 
 def test_rotations_about_several_axes_count_together(pendulum: tuple[Job, list[NodalRecord]]) -> None:
-    turns = {f"one.turn_{axis}": {"value": 0.04, "unit": "rad"} for axis in "xz"}
+    turns = {f"one.rotation_{axis}": {"value": 0.04, "unit": "rad"} for axis in "xz"}
     run = replace(pendulum[1][-1], quantities=turns)
     (note,) = turned_too_far(run, ["two", "one"], 0.05)
     assert f"body 'one' has turned by {math.hypot(0.04, 0.04):.3g} rad" in note

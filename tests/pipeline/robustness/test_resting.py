@@ -9,6 +9,8 @@ import pytest
 from gudgeon.pipeline.robustness import trial
 from tests.pipeline.robustness.test_settings import ROD, verdicts
 
+CASE = "static deflection into the obstacle"
+
 STRIP = """
 [component.strip]
 geometry = { kind = "beam", length = 0.3, section = { kind = "rectangle", width = 0.02, height = 0.003 } }
@@ -39,12 +41,12 @@ def strip(tmp_path: Path) -> Path:
 
 
 def test_a_strip_that_sags_on_a_stop_stays_there(strip: Path, tmp_path: Path) -> None:
-    row = verdicts(strip, "sag into the obstacle", tmp_path)["sag into the obstacle"]
+    row = verdicts(strip, CASE, tmp_path)[CASE]
     assert (row["verdict"], row["rule"]) == ("right", "rest")
     assert {one["rule"] for one in row["findings"]} >= {"rest", "penetration"}
 
 
-@pytest.mark.parametrize("start", ["free sag", "undeformed"])
+@pytest.mark.parametrize("start", ["free deflection", "undeformed"])
 def test_a_start_that_is_no_equilibrium_is_found(
     strip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, start: str
 ) -> None:
@@ -53,18 +55,18 @@ def test_a_start_that_is_no_equilibrium_is_found(
 
     def elsewhere(system: Any, progress: Any = None) -> Any:
         sag = system.position - (system.start_forces @ system.rows) / system.stiffness
-        position = sag if start == "free sag" else 0.0 * sag
+        position = sag if start == "free deflection" else 0.0 * sag
         return whole(replace(system, position=position, start_forces=0.0 * system.start_forces), progress)
 
     monkeypatch.setattr(trial, "simulate", elsewhere)
-    row = verdicts(strip, "sag into the obstacle", tmp_path)["sag into the obstacle"]
+    row = verdicts(strip, CASE, tmp_path)[CASE]
     assert row["verdict"] == "wrong"
 
 
 def test_a_body_that_moves_freely_does_not_lie(tmp_path: Path) -> None:
     path = tmp_path / "rod.toml"
     path.write_text(ROD)
-    assert verdicts(path, "sag into the obstacle", tmp_path)["sag into the obstacle"]["verdict"] == "does not apply"
+    assert verdicts(path, CASE, tmp_path)[CASE]["verdict"] == "does not apply"
 
 
 @pytest.mark.parametrize("given", ["", "[body.rod.damping]\nratio = 0.02", "[body.rod.damping]\nalpha = 20.0"])

@@ -134,12 +134,12 @@ def test_a_start_at_once_is_known_to_a_share_of_the_contact() -> None:
 
 def test_a_displacement_has_the_round_off_of_two_places() -> None:
     """A body a metre from the origin that comes back to 2e-8 m from where it began."""
-    readings = {"a.shift_x": (2e-8, "m"), "a.shift_y": (1.0, "m")}
+    readings = {"a.displacement_x": (2e-8, "m"), "a.displacement_y": (1.0, "m")}
     like = replace(LIKE, base=replace(SOUND, contact=None, readings=readings), length=1.0)
-    near = replace(SOUND, contact=None, readings=readings | {"a.shift_x": (2e-8 + 4e-17, "m")})
+    near = replace(SOUND, contact=None, readings=readings | {"a.displacement_x": (2e-8 + 4e-17, "m")})
     assert judge(case("similarity"), near, like).verdict == "right"
     assert judge(case("similarity"), near, replace(like, length=1e-3)).verdict == "wrong"
-    off = replace(near, readings=readings | {"a.shift_x": (2e-8 + 4e-15, "m")})
+    off = replace(near, readings=readings | {"a.displacement_x": (2e-8 + 4e-15, "m")})
     assert judge(case("similarity"), off, like).verdict == "wrong"
 
 

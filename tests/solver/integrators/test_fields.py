@@ -67,7 +67,7 @@ def test_dynamic_pull_in(integrator: str, tmp_path: Path) -> None:
     assert found.result == "FIELD_LEFT"
     assert "force.pull" in found.counts["reason"]
     # Its quantities are those of the last frame, in which the plate is still within the gap.
-    shift = found.quantities["part.shift_z"]["value"]
+    shift = found.quantities["part.displacement_z"]["value"]
     assert shift == pytest.approx(found.motion["part"][-1, 2], rel=1e-12)
     assert -GAP < shift < -0.5 * GAP
     assert found.energy_drift < 1e-2  # The field grows without end at contact.

@@ -21,7 +21,7 @@ def test_a_history_has_impacts() -> None:
     assert values["impacts"] == (3.0, "1")
     assert values["impact2.impulse"][0] == pytest.approx(2.0, rel=1e-14)
     assert values["force_peak"] == values["force_peak_raw"] == (8.0, "N")
-    assert "impact1.closing" not in values  # Unknown, not zero.
+    assert "impact1.approach_speed" not in values  # Unknown, not zero.
     assert impact_quantities(impacts_in(TIMES, np.zeros((10, 3)), 0.5), 0.5) == {"impacts": (0.0, "1")}
 
 
@@ -85,6 +85,7 @@ def test_departure_leaves_round_off_out() -> None:
     after, shift = np.array([1.0, 0.0, 1e-14, 0.0, 2.0, 0.0]), np.array([0.1, 0.0, 0.0, 0.0, 0.2, 0.0])
     values = departure(after, shift, np.zeros(6))
     assert values == {
-        "velocity_x": (1.0, "m/s"), "shift_x": (0.1, "m"), "spin_y": (2.0, "rad/s"), "turn_y": (0.2, "rad"),
+        "velocity_x": (1.0, "m/s"), "displacement_x": (0.1, "m"),
+        "angular_velocity_y": (2.0, "rad/s"), "rotation_y": (0.2, "rad"),
     }  # fmt: skip
-    assert values["turn_y"][0] == pytest.approx(0.2)
+    assert values["rotation_y"][0] == pytest.approx(0.2)

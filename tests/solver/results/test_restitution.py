@@ -38,16 +38,16 @@ def test_an_eccentric_impact_has_the_restitution_that_is_imposed(tmp_path: Path,
     """The centre itself goes on downwards at 0.15 m: −v' / v = −(1 − 1.5 / (1 + 2.25)) = −0.54 for 0.5."""
     found = dropped(tmp_path, arm, e)
     assert found["floor.restitution"]["value"] == pytest.approx(e, abs=1e-12)
-    closing = found["floor.impact1.closing"]["value"]
+    closing = found["floor.impact1.approach_speed"]["value"]
     if e > 0:  # Otherwise they stay in contact.
-        assert found["floor.impact1.opening"]["value"] == pytest.approx(e * closing, rel=1e-12)
+        assert found["floor.impact1.separation_speed"]["value"] == pytest.approx(e * closing, rel=1e-12)
     if arm and e == 0.5:
         assert found["floor.rebound_velocity"]["value"] == pytest.approx(-(1 - 1.5 / 3.25), rel=1e-12)
 
 
 def test_a_turning_body_approaches_with_its_point(tmp_path: Path) -> None:
     found = dropped(tmp_path, 0.15, 0.5, angular_velocity=[0.0, 2.0, 0.0])
-    assert found["floor.impact1.closing"]["value"] == pytest.approx(1.3, rel=1e-12)
+    assert found["floor.impact1.approach_speed"]["value"] == pytest.approx(1.3, rel=1e-12)
     assert found["floor.restitution"]["value"] == pytest.approx(0.5, rel=1e-12)
 
 

@@ -40,13 +40,13 @@ def test_volume_is_force_times_sliding_speed(frames: int, tmp_path: Path) -> Non
     found = worn(tmp_path, scene(), {"run.frames": frames})
     values = {name: one["value"] for name, one in found.quantities.items()}
     assert values["floor.impulse"] > 0
-    assert values["floor.slide"] == pytest.approx(SPEED * values["floor.impulse"], rel=1e-12)
-    assert values["floor.worn_volume"] == pytest.approx(K / HARD * SPEED * values["floor.impulse"], rel=1e-12)
-    slide = np.array(found.counts["wear"]["floor"]["slide"])
+    assert values["floor.load_distance"] == pytest.approx(SPEED * values["floor.impulse"], rel=1e-12)
+    assert values["floor.wear_volume"] == pytest.approx(K / HARD * SPEED * values["floor.impulse"], rel=1e-12)
+    slide = np.array(found.counts["wear"]["floor"]["load_distance"])
     depths = K / HARD * slide / found.contacts["floor"].areas
-    assert depths.max() == pytest.approx(values["floor.worn_depth"], rel=1e-12)
+    assert depths.max() == pytest.approx(values["floor.wear_depth"], rel=1e-12)
     assert slide.min() >= 0
-    assert "floor.against_worn_volume" not in values
+    assert "floor.against_wear_volume" not in values
 
 
 @pytest.mark.parametrize("law", [None, {"kind": "linear", "stiffness": 1e8}])
@@ -57,8 +57,8 @@ def test_what_has_no_layer_wears_too(law: dict[str, Any] | None, tmp_path: Path)
     found = worn(tmp_path, scene(), changes)
     values = {name: one["value"] for name, one in found.quantities.items()}
     assert values["floor.impulse"] > 0
-    assert values["floor.slide"] == pytest.approx(SPEED * values["floor.impulse"], rel=1e-12)
-    assert 0 < values["floor.worn_depth"] < np.inf
+    assert values["floor.load_distance"] == pytest.approx(SPEED * values["floor.impulse"], rel=1e-12)
+    assert 0 < values["floor.wear_depth"] < np.inf
 
 
 BALL = """
@@ -95,15 +95,15 @@ def test_rigid_contact_wears(own: dict[str, Any], slide: float, tmp_path: Path) 
     if "contact.floor.friction.direction" in own:
         own["body.ball.freedom"] = ["x", "z"]
     values = worn(tmp_path, BALL + WEAR, own).quantities
-    assert values["floor.slide"]["value"] == pytest.approx(slide, rel=1e-9)
-    assert values["floor.worn_depth"]["value"] == pytest.approx(K / HARD * slide / 1e-4, rel=1e-9)
+    assert values["floor.load_distance"]["value"] == pytest.approx(slide, rel=1e-9)
+    assert values["floor.wear_depth"]["value"] == pytest.approx(K / HARD * slide / 1e-4, rel=1e-9)
 
 
 def test_a_floor_that_moves_with_the_block_wears_nothing(tmp_path: Path) -> None:
     belt = scene().replace("normal = [0.0, 0.0, 1.0] }", f"normal = [0.0, 0.0, 1.0], velocity = [{SPEED}, 0.0, 0.0] }}")
     values = worn(tmp_path, belt).quantities
     assert values["floor.impulse"]["value"] > 0
-    assert values["floor.slide"]["value"] < 1e-9 * SPEED * values["floor.impulse"]["value"]
+    assert values["floor.load_distance"]["value"] < 1e-9 * SPEED * values["floor.impulse"]["value"]
 
 
 def test_wear_counts_from_its_time(tmp_path: Path) -> None:
@@ -112,7 +112,7 @@ def test_wear_counts_from_its_time(tmp_path: Path) -> None:
     slid = np.array(whole.contacts["floor"].force[:, 2]) * (whole.times[0]) * SPEED
     expected = slid[whole.times > 4e-5].sum()
     assert 0 < expected < slid.sum()
-    assert late.quantities["floor.slide"]["value"] == pytest.approx(expected, rel=1e-3)
+    assert late.quantities["floor.load_distance"]["value"] == pytest.approx(expected, rel=1e-3)
 
 
 def test_wear_in_other_units(tmp_path: Path) -> None:
@@ -130,7 +130,7 @@ def test_wear_in_other_units(tmp_path: Path) -> None:
         assert one in text
         text = text.replace(one, other)
     found = worn(tmp_path / "dm", text)
-    ratio = found.quantities["floor.worn_volume"]["value"] / base.quantities["floor.worn_volume"]["value"]
+    ratio = found.quantities["floor.wear_volume"]["value"] / base.quantities["floor.wear_volume"]["value"]
     assert ratio == pytest.approx(1e3, rel=1e-6)
 
 

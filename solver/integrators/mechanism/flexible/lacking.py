@@ -24,8 +24,8 @@ BY_HELD_MODES = ("row-craig-bampton", "craig-bampton", "interface", "partial-int
 """Reductions whose shapes are made more numerous by `fixed_count`."""
 
 
-def joint_lacks(linkage: Linkage, model: Model, states: States, holds: np.ndarray) -> tuple[Json, list[str]]:
-    """Return the quantity `joint_lack` of each body that joints hold at interfaces, and what is to be said of it.
+def joint_truncations(linkage: Linkage, model: Model, states: States, holds: np.ndarray) -> tuple[Json, list[str]]:
+    """Return the quantity `joint_truncation` of each body that joints hold at interfaces, and notes on it.
 
     It is the largest energy ½ λᵀ R λ over the largest whole one at the samples. Bodies whose record drops R have none.
 
@@ -42,7 +42,7 @@ def joint_lacks(linkage: Linkage, model: Model, states: States, holds: np.ndarra
         lack, carried = _compliances(body, [interface for interface, _ in held])
         lost, kept = (0.5 * np.einsum("si,ij,sj->s", forces, matrix, forces) for matrix in (lack, carried))
         share = _share(lost, kept)
-        found[f"{name}.joint_lack"] = {"value": share, "unit": "1"}
+        found[f"{name}.joint_truncation"] = {"value": share, "unit": "1"}
         if share > SAID:
             component = linkage.system.scene.component_of(name)
             notes.append(
@@ -53,9 +53,11 @@ def joint_lacks(linkage: Linkage, model: Model, states: States, holds: np.ndarra
     return found, notes
 
 
-def inertia_lacks(linkage: Linkage, model: Model, states: States) -> tuple[Json, list[str]]:
-    """Return the quantity `inertia_lack` of each body that deforms, and what is to be said of it: not where what modes
-    lack is small beside their strain energy in the run."""
+def inertia_truncations(linkage: Linkage, model: Model, states: States) -> tuple[Json, list[str]]:
+    """Return the quantity `inertia_truncation` of each body that deforms, and notes on it.
+
+    There is no note where the strain energy that the modes do not represent is small against theirs in the run.
+    """
     found: Json = {}
     notes = []
     for b, (name, body) in enumerate(linkage.system.bodies.items()):
@@ -67,7 +69,7 @@ def inertia_lacks(linkage: Linkage, model: Model, states: States) -> tuple[Json,
         kept = 0.5 * ((np.einsum("sij,ijk->sk", C, couplings.position_moments) / omega) ** 2).sum(axis=1)
         lost = np.maximum(whole - kept, 0.0)
         share = _share(lost, kept)
-        found[f"{name}.inertia_lack"] = {"value": share, "unit": "1"}
+        found[f"{name}.inertia_truncation"] = {"value": share, "unit": "1"}
         strain = 0.5 * modal_parts(model, states.samples, b)[0] ** 2 @ omega**2
         if share > SAID and float(lost.max()) > SAID * float(strain.max()):
             component = linkage.system.scene.component_of(name)

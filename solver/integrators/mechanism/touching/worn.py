@@ -1,8 +1,8 @@
 """Wear of joints with clearance: the shapes that journals and bearings have, and what rubs off them in a run.
 
 Worn volume is k/H times the work that the normal force would do over the sliding distance, ∫ F |v| dt. It is added up
-from the differences of the integral that the integrator has of every section, so that its sum over the cells is `slide`
-to round-off, and lies under the pressure of an elastic foundation, see `touching.soft`.
+from the differences of the integral that the integrator has of every section, so that its sum over the cells is
+`load_distance` to round-off, and lies under the pressure of an elastic foundation, see `touching.soft`.
 """
 
 from typing import NamedTuple
@@ -23,7 +23,7 @@ PLACES_PER_CELL = 2
 """Least number: areas of corners and middles of elements alternate."""
 SWEEP = 4
 """Cells that an elastic bearing's pressure may move by between two offsets at which it is computed."""
-CELL_SUMS = ("impulse", "slide", "journal_slide")
+CELL_SUMS = ("impulse", "load_distance", "journal_load_distance")
 """What is added up: impulse over the bearing [N s], force times sliding distance over bearing and journal [N m]."""
 
 
@@ -247,7 +247,7 @@ def _deposit(angles: np.ndarray, cells: int) -> np.ndarray:
 def worn_quantities(joint: str, sections: list[Rubbed]) -> Json:
     """Return what wore off a joint in a run, `JOINT.name` → {"value", "unit"}."""
     found: Json = {}
-    for side, name in enumerate(("worn", "journal_worn")):
+    for side, name in enumerate(("wear", "journal_wear")):
         if not sections[0].worn.rates[side]:
             continue
         depths = np.array([one.depths(side) for one in sections])
@@ -266,7 +266,7 @@ def worn_quantities(joint: str, sections: list[Rubbed]) -> Json:
             found[f"{joint}.pressed_angle"] = {"value": hardest.pressed_angle(), "unit": "rad"}
     if work > 0 and hardest.worn.pressed is None:
         mean = sum(one.indented for one in sections) / work
-        found[f"{joint}.rubbed_indentation"] = {"value": mean, "unit": "m"}
+        found[f"{joint}.wear_indentation"] = {"value": mean, "unit": "m"}
     return found
 
 

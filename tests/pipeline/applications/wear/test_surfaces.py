@@ -57,7 +57,9 @@ def test_every_update_has_the_volume_of_force_times_sliding(changes: dict[str, A
     areas, before = scene.rubbed["bore"].areas, 0.0
     assert len(found.updates) >= 2
     for one in found.updates:
-        slide = 0.5 * one.step * (one.cycle.quantities["bore.slide"] + one.mean.quantities["bore.slide"])
+        slide = (
+            0.5 * one.step * (one.cycle.quantities["bore.load_distance"] + one.mean.quantities["bore.load_distance"])
+        )
         volume = float(one.shapes["bore"][0, 0] @ areas)
         assert volume - before == pytest.approx(K / HARD * slide, rel=1e-11)
         before = volume

@@ -48,8 +48,8 @@ def test_a_contact_of_two_bodies_gives_its_restitution(restitution: float, tmp_p
     bodies = {"part": {"velocity": [0.3, 0.0, 0.0]}, "mate": {"mass": 0.5 * MASS}}
     found = solved(tmp_path, bodies, {"knee": knee(law=law, against="mate")}, run={"duration": 0.05})
     assert value(found, "impact1.start") == pytest.approx(GAP / 0.3, rel=1e-9)
-    assert value(found, "impact1.closing") == pytest.approx(0.3, rel=1e-9)
-    assert value(found, "impact1.opening") == pytest.approx(0.3 * restitution, rel=1e-6)
+    assert value(found, "impact1.approach_speed") == pytest.approx(0.3, rel=1e-9)
+    assert value(found, "impact1.separation_speed") == pytest.approx(0.3 * restitution, rel=1e-6)
     reduced = MASS * 0.5 * MASS / (1.5 * MASS)
     assert value(found, "impact1.impulse") == pytest.approx(reduced * 0.3 * (1 + restitution), rel=1e-6)
     if restitution == 1.0:  # v²= 2 K d^2.5/(2.5 m)
@@ -113,7 +113,7 @@ def test_wear_is_force_times_sliding(tmp_path: Path) -> None:
     pressed = {"load": {"kind": "force", "body": "part", "at": [0, 0, 0], "direction": [0, -1, 0], "expression": "150"}}
     found = solved(tmp_path, bodies, joints, force=pressed, run={"duration": 0.1 * cycles})
     assert value(found, "impulse") == pytest.approx(load * 0.1 * cycles, rel=1e-8)
-    assert value(found, "slide") == pytest.approx(4 * load * (RADIUS + GAP + deep) * swing * cycles, rel=1e-6)
+    assert value(found, "load_distance") == pytest.approx(4 * load * (RADIUS + GAP + deep) * swing * cycles, rel=1e-6)
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [

@@ -36,10 +36,12 @@ def test_a_point_bounces(restitution: float, tmp_path: Path) -> None:
     found = solved(tmp_path, {"part": body}, {}, contact={"floor": contact(law)}, run=run)
     fall = np.sqrt(2 * 9.81 * height)
     assert value(found, "impact1.start") == pytest.approx(fall / 9.81, rel=1e-9)
-    assert value(found, "impact1.closing") == pytest.approx(fall, rel=1e-9)
-    assert value(found, "impact1.opening") == pytest.approx(restitution * fall, rel=5e-3)  # Gravity acts meanwhile.
+    assert value(found, "impact1.approach_speed") == pytest.approx(fall, rel=1e-9)
+    assert value(found, "impact1.separation_speed") == pytest.approx(
+        restitution * fall, rel=5e-3
+    )  # Gravity acts meanwhile.
     flight = value(found, "impact2.start") - value(found, "impact1.end")
-    assert flight == pytest.approx(2 * value(found, "impact1.opening") / 9.81, rel=1e-8)
+    assert flight == pytest.approx(2 * value(found, "impact1.separation_speed") / 9.81, rel=1e-8)
     depth = (0.5 * MASS * fall**2 * 2.5 / stiff) ** 0.4
     if restitution == 1.0:
         assert value(found, "impact1.force_peak_raw") == pytest.approx(stiff * depth**1.5, rel=5e-3)
@@ -72,7 +74,7 @@ def test_a_rod_falls_onto_its_stop(tmp_path: Path) -> None:
     assert found.motion["part"][-1, 4] == pytest.approx(other.y[0, -1], rel=1e-6)
     assert value(found, "impulse") == pytest.approx(other.y[2, -1], rel=1e-6)
     # ½ arm w² = m g l: the speed of the tip as it strikes.
-    assert value(found, "impact1.closing") == pytest.approx(np.sqrt(mass * 9.81 * length / arm), rel=1e-8)
+    assert value(found, "impact1.approach_speed") == pytest.approx(np.sqrt(mass * 9.81 * length / arm), rel=1e-8)
     assert found.energy_drift < 1e-8
 
 
@@ -89,7 +91,7 @@ def test_a_tumbling_rod_strikes_with_its_end(tmp_path: Path) -> None:
     reach = 0.5 * np.cos(2 * time)
     assert 0.45 - time - 0.5 * np.sin(2 * time) == pytest.approx(0.0, abs=1e-9)
     closing = 1.0 + 2 * reach
-    assert value(found, "impact1.closing") == pytest.approx(closing, rel=1e-8)
+    assert value(found, "impact1.approach_speed") == pytest.approx(closing, rel=1e-8)
     assert value(found, "impulse") == pytest.approx(2 * closing / (1 / MASS + reach**2 / J), rel=1e-4)
     assert found.momentum_residual < 1e-11
 

@@ -63,16 +63,16 @@ def test_the_worn_volume_is_archards(tmp_path: Path) -> None:
     """H2: V = k/H 4 F r θ for each cycle; k/H ∫ F |v| dt to round-off, of both sides, wherever it lies."""
     load, swing, cycles = 150.0, 0.35, 3
     found = swung(tmp_path, {"journal_coefficient": 5e-4}, load, swing, cycles)
-    slide = value(found, "slide")
+    slide = value(found, "load_distance")
     assert slide == pytest.approx(4 * load * (RADIUS + GAP + load / STIFFNESS) * swing * cycles, rel=1e-6)
-    assert value(found, "worn_volume") == pytest.approx(1e-3 / 2e9 * slide, rel=1e-13)
-    assert value(found, "journal_worn_volume") == pytest.approx(5e-4 / 2e9 * slide, rel=1e-13)
-    assert value(found, "rubbed_indentation") == pytest.approx(load / STIFFNESS, rel=1e-6)
+    assert value(found, "wear_volume") == pytest.approx(1e-3 / 2e9 * slide, rel=1e-13)
+    assert value(found, "journal_wear_volume") == pytest.approx(5e-4 / 2e9 * slide, rel=1e-13)
+    assert value(found, "wear_indentation") == pytest.approx(load / STIFFNESS, rel=1e-6)
     cells = found.counts[WEAR]["knee"]
     assert np.sum(cells["impulse"]) == pytest.approx(load * 0.1 * cycles, rel=1e-8)
     # The load stands still on the journal, below, and the ring swings under it by 2θ the other way.
-    assert value(found, "journal_worn_angle") == pytest.approx(1.5 * np.pi, abs=0.01)
-    angles, ring = np.arange(360) * 2 * np.pi / 360, np.array(cells["slide"][0])
+    assert value(found, "journal_wear_angle") == pytest.approx(1.5 * np.pi, abs=0.01)
+    angles, ring = np.arange(360) * 2 * np.pi / 360, np.array(cells["load_distance"][0])
     assert (angles @ ring) / ring.sum() == pytest.approx(1.5 * np.pi - swing, abs=1e-3)
     # What a constant load passes evenly, under a pressure of standard deviation √(0.4 δ/e).
     deep = load / STIFFNESS
@@ -86,8 +86,8 @@ def test_the_worn_volume_is_archards(tmp_path: Path) -> None:
 def test_wear_counts_from_a_time_on(tmp_path: Path) -> None:
     whole = swung(tmp_path, {}, 150.0, 0.35, 2)
     half = swung(tmp_path, {"after": 0.1}, 150.0, 0.35, 2)
-    assert value(half, "worn_volume") == pytest.approx(0.5 * value(whole, "worn_volume"), rel=1e-6)
-    assert value(half, "slide") == value(whole, "slide")
+    assert value(half, "wear_volume") == pytest.approx(0.5 * value(whole, "wear_volume"), rel=1e-6)
+    assert value(half, "load_distance") == value(whole, "load_distance")
 
 
 def test_wear_of_zero_changes_nothing(tmp_path: Path) -> None:
@@ -135,8 +135,8 @@ def test_worn_shapes_with_friction_and_of_long_journals(more: dict[str, Any], tm
     balance = found.energies @ [1, 1, 1, 1, -1]
     np.testing.assert_allclose(balance, balance[0], rtol=1e-7)
     cells = found.counts[WEAR]["knee"]
-    for key in ("slide", "journal_slide"):
-        assert np.sum(cells[key]) == pytest.approx(value(found, "slide"), rel=1e-12)
+    for key in ("load_distance", "journal_load_distance"):
+        assert np.sum(cells[key]) == pytest.approx(value(found, "load_distance"), rel=1e-12)
 
 
 def test_a_journal_rests_in_its_groove(tmp_path: Path) -> None:
@@ -165,9 +165,9 @@ def test_both_ends_of_a_tilted_journal_wear(tmp_path: Path) -> None:
     torque = {"tip": {"kind": "torque", "body": "part", "direction": [0, 1, 0], "expression": "3.0"}}
     pins = {"knee": knee({}, law=DAMPED, length=0.2), "way": hinge("spherical", against_at=[0, 0, 0])}
     found = solved(tmp_path, body, pins, force=torque, run={"duration": 0.5})
-    ends = np.array(found.counts[WEAR]["knee"]["slide"])
+    ends = np.array(found.counts[WEAR]["knee"]["load_distance"])
     assert ends.shape == (2, 360)
-    assert ends.sum() == pytest.approx(value(found, "slide"), rel=1e-13)
+    assert ends.sum() == pytest.approx(value(found, "load_distance"), rel=1e-13)
     assert ends.min() >= 0.0
     assert np.abs(ends[0].argmax() - ends[1].argmax()) == pytest.approx(180, abs=3)
 
