@@ -6,18 +6,12 @@ A new type is a line of `CELLS`. Who draws, writes or couples a mesh asks its ce
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
-
-EDGES = {
-    1: np.array([[0, 1]]),
-    2: np.array([[0, 1], [1, 2], [2, 0]]),
-    3: np.array([[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]),
-}
-"""Corners at the ends of each edge of lines, triangles, tetrahedra, in the order of the mid-side nodes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,24 +20,25 @@ class Polytope:
 
     dimension: int
     corners: int
-    edges: Sequence[Sequence[int]] | np.ndarray
-    """Corners at the ends of each edge, in the order of the mid-side nodes."""
-    sides: Sequence[Sequence[int]]
+    edges: np.ndarray
+    """Corners at the ends of each edge, in the order of the mid-side nodes, (m, 2)."""
+    sides: list[list[int]]
     """Corners of each side of the boundary: outward on a solid, with a plane part on their left."""
 
+    @classmethod
+    def of(cls, dimension: int, corners: int, edges: str, sides: str) -> Self:
+        """Return it with its edges and sides as words of corners."""
+        ends, faces = ([[int(corner) for corner in word] for word in words.split()] for words in (edges, sides))
+        return cls(dimension, corners, np.array(ends, int).reshape(-1, 2), faces)
 
-POINT = Polytope(0, 1, (), ())
-LINE = Polytope(1, 2, EDGES[1], ((0,), (1,)))
-TRIANGLE = Polytope(2, 3, EDGES[2], ((0, 1), (1, 2), (2, 0)))
-TETRAHEDRON = Polytope(3, 4, EDGES[3], ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)))
-HEXAHEDRON = Polytope(
-    3, 8, ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
-    ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
-)  # fmt: skip
-WEDGE = Polytope(
-    3, 6, ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
-    ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
-)  # fmt: skip
+
+POINT = Polytope.of(0, 1, "", "")
+LINE = Polytope.of(1, 2, "01", "0 1")
+TRIANGLE = Polytope.of(2, 3, "01 12 20", "01 12 20")
+TETRAHEDRON = Polytope.of(3, 4, "01 12 20 03 13 23", "021 013 123 032")
+HEXAHEDRON = Polytope.of(3, 8, "01 12 23 30 45 56 67 74 04 15 26 37", "0321 4567 0154 1265 2376 3047")
+WEDGE = Polytope.of(3, 6, "01 12 20 34 45 53 03 14 25", "021 345 0143 1254 2035")
+EDGES = {shape.dimension: shape.edges for shape in (LINE, TRIANGLE, TETRAHEDRON)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,11 +86,12 @@ class Cell:
     @cached_property
     def faces(self) -> list[list[int]]:
         """Nodes of each side of the boundary, as of its polytope, corners first, in the order of Abaqus."""
-        middle = {frozenset(ends): self.shape.corners + k for k, ends in enumerate(self.shape.edges) if self.quadratic}
+        corners, edges = self.shape.corners, self.shape.edges.tolist() if self.quadratic else []
+        middle = {frozenset(ends): corners + k for k, ends in enumerate(edges)}
         faces = []
         for side in self.shape.sides:
-            edges = map(frozenset, zip(side, (*side[1:], side[0]), strict=True))
-            faces.append([*side, *dict.fromkeys(middle[edge] for edge in edges if edge in middle)])
+            around = map(frozenset, zip(side, (*side[1:], side[0]), strict=True))
+            faces.append([*side, *dict.fromkeys(middle[ends] for ends in around if ends in middle)])
         return faces
 
 
@@ -117,13 +113,7 @@ WEDGE6 = Cell("wedge", WEDGE)
 WEDGE15 = Cell(
     "wedge15", WEDGE, quadratic=True, universal=(113, (0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11))
 )  # fmt: skip
-CELLS = {
-    cell.name: cell
-    for cell in (
-        TETRA10, TRIANGLE6, LINE3, BEAM2, BEAM3, FRAME2, VERTEX, NODES, TETRA4, HEXAHEDRON8, HEXAHEDRON20, WEDGE6,
-        WEDGE15,
-    )
-}  # fmt: skip
+CELLS = {cell.name: cell for cell in list(globals().values()) if isinstance(cell, Cell)}
 
 FACES = np.array(TETRA10.faces)
 """Outward faces of a tet10 of positive volume, corners first."""
@@ -159,9 +149,19 @@ def side_counts(cells: np.ndarray, sides: np.ndarray) -> np.ndarray:
     return count[inverse.reshape(-1, len(sides))]
 
 
-def outer_faces(cells: np.ndarray) -> np.ndarray:
-    """Return the faces of tet10 (e, 10) that belong to one of them only, outward, corners first, (f, 6)."""
-    return cells[:, FACES][side_counts(cells, FACES) == 1]
+def outer_faces(cells: np.ndarray, cell: Cell = TETRA10) -> np.ndarray:
+    """Return the faces of tetrahedra, or the edges of triangles, that belong to one of them only, (f, s)."""
+    sides = np.array(cell.faces)
+    return cells[:, sides][side_counts(cells, sides) == 1]
+
+
+def quadratic_basis(L: np.ndarray, shape: Polytope = TRIANGLE) -> tuple[np.ndarray, np.ndarray]:
+    """Return N (…, a) and ∂N/∂ξ (…, a, k) of a quadratic simplex at area coordinates 1 − Σ ξ and ξ (…, k + 1)."""
+    (a, b), k = shape.edges.T, shape.dimension
+    dL = np.vstack([-np.ones(k), np.eye(k)])
+    N = np.concatenate([L * (2 * L - 1), 4 * L[..., a] * L[..., b]], axis=-1)
+    middles = 4 * (dL[a] * L[..., b, None] + dL[b] * L[..., a, None])
+    return N, np.concatenate([dL * (4 * L - 1)[..., None], middles], axis=-2)
 
 
 def turned(nodes: np.ndarray, triangles: np.ndarray, normal: np.ndarray) -> np.ndarray:

@@ -20,11 +20,8 @@ from gudgeon.pipeline.geometry.cells import (
     EDGES,
     FACES,
     GMSH_ORDER,
-    LINE3,
     MIRRORED_TETRA,
-    TETRA4,
     TETRA10,
-    TRIANGLE6,
     boundary_facets,
     compacted,
 )
@@ -51,8 +48,8 @@ FLAT = 1e-9
 """Least 6 × volume of a tetrahedron by its longest edge cubed; slivers of aspect 1:1000 are at 1e-6."""
 MID_REACH = 0.35
 """How far a mid-edge node may lie from the middle of its chord, by the chord: an arc of 120° is at 0.29."""
-SOLIDS = (TETRA4.name, TETRA10.name)
-FACETS = {1: ("line", LINE3.name), 2: ("triangle", TRIANGLE6.name), 3: SOLIDS}
+SOLIDS = ("tetra", "tetra10")
+FACETS = {1: ("line", "line3"), 2: ("triangle", "triangle6"), 3: SOLIDS}
 """meshio's types of the cells that can name a boundary or a volume, by their dimension."""
 READABLE = "allowed: .msh (saved without Mesh.SaveAll), .inp, .vtu, .unv, .med, .bdf, .cdb or another format of meshio"
 

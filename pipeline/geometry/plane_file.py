@@ -11,9 +11,9 @@ from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import TRIANGLE6, compacted, turned
+from gudgeon.pipeline.geometry.cells import TRIANGLE6, compacted, outer_faces, turned
 from gudgeon.pipeline.geometry.mesh_file import named_facets, read_mesh, scaled_points
-from gudgeon.pipeline.geometry.shapes.plane import UP, PlanePart, boundary_edges
+from gudgeon.pipeline.geometry.shapes.plane import UP, PlanePart
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.solver.numbers import Length
 
@@ -42,7 +42,7 @@ class PlaneFile(PlanePart):
         if off > FLAT * np.ptp(nodes, axis=0).max():
             raise InputError(f"{self.path}: nodes lie up to {off:.3g} m off z = 0, allowed: a plane part in z = 0")
         cells = turned(nodes, cells, UP)
-        edges = boundary_edges(cells)
+        edges = outer_faces(cells, TRIANGLE6)
         members = {EDGE: np.ones(len(edges), bool)} | named_facets(mesh, number, edges, dimension=1)
         shape = {"thickness": self.thickness}
         surfaces = {name: Surface(edges[chosen], shape) for name, chosen in members.items()}

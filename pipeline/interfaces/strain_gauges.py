@@ -9,7 +9,7 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import cell_of, outer_faces
+from gudgeon.pipeline.geometry.cells import cell_of, outer_faces, quadratic_basis
 from gudgeon.pipeline.interfaces.stress_recovery import interpolation
 from gudgeon.pipeline.scenes.gauge import Gauge
 
@@ -111,19 +111,13 @@ def _nearest(facets: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, 
     number = np.repeat(np.arange(len(facets)), len(PARTS))
     places = np.tile(PARTS, (len(facets), 1, 1))
     for _ in range(LEVELS):
-        flat = np.einsum("pka,pax->pkx", _shapes(places), facets[number])
+        L = np.concatenate([1 - places[..., :1] - places[..., 1:], places], axis=-1)
+        flat = np.einsum("pka,pax->pkx", quadratic_basis(L)[0], facets[number])
         nearest, distance, best = nearest_on(flat, point)
         around, number = flat[best], np.full(len(PARTS), number[best])
         weights = np.stack([1 - PARTS.sum(axis=2), PARTS[..., 0], PARTS[..., 1]], axis=2)
         places = weights @ places[best]
     return nearest, distance, around, float(edges[number[0]])
-
-
-def _shapes(places: np.ndarray) -> np.ndarray:
-    """Return the shape functions of six-node triangles at places s, t, (..., 2), as (..., 6)."""
-    s, t = places[..., 0], places[..., 1]
-    r = 1 - s - t
-    return np.stack([r * (2 * r - 1), s * (2 * s - 1), t * (2 * t - 1), 4 * r * s, 4 * s * t, 4 * t * r], axis=-1)
 
 
 def nearest_on(corners: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, int]:

@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.cells import cell_of, quadratic_basis
 
 
 def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
     """Return a mesh with `count` elements, evenly spread, split at a point at 1/`aspect` of the height over a face."""
-    corners, edges = _layout(mesh)
+    shape = cell_of(mesh).shape
+    corners, edges = shape.corners, shape.edges.tolist() if cell_of(mesh).quadratic else []
     chosen = np.unique(np.linspace(0, len(mesh.cells) - 1, min(count, len(mesh.cells))).astype(int))
     unsplit = np.setdiff1d(np.arange(len(mesh.cells)), chosen)
     nodes, cells = list(mesh.nodes), list(mesh.cells[unsplit])
@@ -47,16 +48,8 @@ def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
     return replace(mesh, nodes=np.array(nodes), cells=np.array(cells, dtype=mesh.cells.dtype), volumes=volumes)
 
 
-def _layout(mesh: MeshRecord) -> tuple[int, list[list[int]]]:
-    """Return the number of an element's corners, and the corners of each mid-side node."""
-    cell = cell_of(mesh)
-    return cell.shape.corners, np.asarray(cell.shape.edges).tolist() if cell.quadratic else []
-
-
 def _mapped(mesh: MeshRecord, element: int, barycentric: np.ndarray) -> np.ndarray:
     """Return the point of an element at barycentric coordinates [m], (3,)."""
-    cell, (corners, edges) = mesh.cells[element], _layout(mesh)
-    if not edges:
-        return barycentric @ mesh.nodes[cell]
-    values = [*(barycentric * (2 * barycentric - 1)), *(4 * barycentric[a] * barycentric[b] for a, b in edges)]
-    return np.array(values) @ mesh.nodes[cell[: corners + len(edges)]]
+    cell = cell_of(mesh)
+    N = quadratic_basis(barycentric, cell.shape)[0] if cell.quadratic else barycentric
+    return N @ mesh.nodes[mesh.cells[element]]

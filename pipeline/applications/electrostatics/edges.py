@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.pipeline.geometry.cells import EDGES
+from gudgeon.pipeline.geometry.cells import EDGES, quadratic_basis
 
 SHARP = np.cos(np.radians(20.0))
 """Cosine of the angle between normals from which the side of two triangles is an edge."""
@@ -26,22 +26,6 @@ class Features(NamedTuple):
     """Sides that belong to one triangle only."""
 
 
-def shape_functions(coordinates: np.ndarray) -> np.ndarray:
-    """Return the six shape functions at area coordinates, (…, 3) → (…, 6)."""
-    a, b, c = np.moveaxis(coordinates, -1, 0)
-    corners = [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1)]
-    return np.stack([*corners, 4 * a * b, 4 * b * c, 4 * c * a], axis=-1)
-
-
-def _derivatives(coordinates: np.ndarray) -> np.ndarray:
-    """Return the derivatives of the shape functions by the second and third coordinate, (…, 3) → (…, 6, 2)."""
-    a, b, c = np.moveaxis(coordinates, -1, 0)
-    o = np.zeros_like(a)
-    second = np.stack([1 - 4 * a, 4 * b - 1, o, 4 * (a - b), 4 * c, -4 * c], axis=-1)
-    third = np.stack([1 - 4 * a, o, 4 * c - 1, -4 * b, 4 * b, 4 * (a - c)], axis=-1)
-    return np.stack([second, third], axis=-1)
-
-
 def features(nodes: np.ndarray, facets: np.ndarray) -> Features:
     """Find edges and corners.
 
@@ -52,7 +36,7 @@ def features(nodes: np.ndarray, facets: np.ndarray) -> Features:
     ends = facets[:, EDGES[2]]
     _, side, count = np.unique(np.sort(ends.reshape(-1, 2), axis=1), axis=0, return_inverse=True, return_counts=True)
     side = side.ravel()
-    tangents = np.einsum("kna,tnx->tkax", _derivatives(_SIDE_MIDDLES), nodes[facets])
+    tangents = np.einsum("kna,tnx->tkax", quadratic_basis(_SIDE_MIDDLES)[1], nodes[facets])
     normals = np.cross(tangents[:, :, 0], tangents[:, :, 1]).reshape(-1, 3)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     # Of two triangles of one sense, the side runs forwards in one and backwards in the other.

@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.pipeline.applications.electrostatics.edges import Features, features, shape_functions
+from gudgeon.pipeline.applications.electrostatics.edges import Features, features
 from gudgeon.pipeline.applications.electrostatics.kernel import Group
+from gudgeon.pipeline.geometry.cells import quadratic_basis
 
 FLAT = 1e-9
 """Distance of a middle node from the middle of its side, relative to the side, up to which a triangle is flat."""
@@ -125,7 +126,7 @@ def panels_of(skin: Skin, grading: Grading, conductor: int = 0) -> Panels:
             )
             template = _template(kind, grading, grading.curved_divisions if bent else 0)
             coordinates = np.einsum("fck,pkl->pfcl", template.facets, turned)
-            points = np.einsum("pfcn,pnx->pfcx", shape_functions(coordinates), corners[parent])
+            points = np.einsum("pfcn,pnx->pfcx", quadratic_basis(coordinates)[0], corners[parent])
             if bent:
                 points = _bent(coordinates, corners[parent], shape[parent], skin.shapes)
             each = np.arange(len(parent))[:, None]
@@ -169,7 +170,7 @@ def _bent(coordinates: np.ndarray, corners: np.ndarray, shape: np.ndarray, shape
         shape: Number of each triangle's true surface, (p,); −1 for none.
     """
     there = np.einsum("kc,pfcl->pfkl", _PLACES, coordinates)
-    points = np.einsum("pfkn,pnx->pfkx", shape_functions(there), corners)
+    points = np.einsum("pfkn,pnx->pfkx", quadratic_basis(there)[0], corners)
     for n, onto in enumerate(shapes):
         chosen = shape == n
         if onto is not None and chosen.any():

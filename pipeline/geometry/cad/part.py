@@ -16,7 +16,7 @@ from gudgeon.pipeline.geometry.cad.faces import Face, distances, faces_of
 from gudgeon.pipeline.geometry.cad.reading import read_solids, solid_name, solid_volume
 from gudgeon.pipeline.geometry.cad.selection import FaceRule, Number, faces_by_name
 from gudgeon.pipeline.geometry.cad.units import model_scale
-from gudgeon.pipeline.geometry.cells import GMSH_ORDER, TETRA10, boundary_facets
+from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES, GMSH_ORDER, TETRA10, boundary_facets
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.occ import GMSH_TETRA10, GMSH_TRIANGLE6, generate, meshing, nodes_and_cells
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
@@ -29,8 +29,6 @@ TURN = 14
 LEAST_TURN, MOST_TURN = 6, 200
 FINEST = 1 / 20
 """Least element size by curvature, over the size of the mesh: blends of small radius do not fill the memory."""
-QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-"""Flat triangles between the nodes of a six-node one, in gmsh's order."""
 SAME_AREA, SMALL_FACE = 0.3, 1e-4
 """Share by which a face may differ from its mesh: six elements around a small sphere leave 0.2. Faces of less than the
 second share of the boundary are not compared."""
@@ -176,7 +174,7 @@ def _refuse_damaged(gmsh: Any, faces: Sequence[Face], scale: float, path: str) -
     whole = sum(face.area for face in faces)
     for face in faces:
         nodes = gmsh.model.mesh.getElementsByType(GMSH_TRIANGLE6, face.number)[1].astype(int).reshape(-1, 6)
-        a, b, c = np.moveaxis(points[nodes[:, QUARTERS].reshape(-1, 3)], 1, 0)
+        a, b, c = np.moveaxis(points[nodes[:, FLAT_TRIANGLES].reshape(-1, 3)], 1, 0)
         area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
         if abs(area - face.area) > SAME_AREA * face.area and face.area > SMALL_FACE * whole:
             raise InputError(

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gudgeon.pipeline.geometry.cells import quadratic_basis
 from gudgeon.pipeline.geometry.matrices.model import Block
 
 CORNERS = {3: 3, 4: 4, 6: 3, 8: 4}
@@ -86,15 +87,10 @@ def _rule(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         x, y = np.array(third + inner + outer).T
         W = np.array([9 / 80, *[(155 - np.sqrt(15)) / 2400] * 3, *[(155 + np.sqrt(15)) / 2400] * 3])
         L = np.array([1 - x - y, x, y])
-        dL = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])[:, :, None] * np.ones(len(W))
         if count == 3:
-            return L, dL, W
-        pairs = [(0, 1), (1, 2), (2, 0)]
-        N = np.concatenate([L * (2 * L - 1), [4 * L[i] * L[j] for i, j in pairs]])
-        dN = np.concatenate(
-            [dL * (4 * L - 1)[:, None], [4 * (dL[i] * L[j] + dL[j] * L[i]) for i, j in pairs]]
-        )  # fmt: skip
-        return N, dN, W
+            return L, np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])[:, :, None] * np.ones(len(W)), W
+        N, dN = quadratic_basis(L.T)
+        return np.ascontiguousarray(N.T), np.ascontiguousarray(dN.transpose(1, 2, 0)), W
     places, weights = np.polynomial.legendre.leggauss(3)
     x, y = (one.ravel() for one in np.meshgrid(places, places, indexing="ij"))
     W = np.outer(weights, weights).ravel()

@@ -7,16 +7,13 @@ from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import TRIANGLE6, side_counts, turned
+from gudgeon.pipeline.geometry.cells import TRIANGLE6, outer_faces, turned
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.occ import GMSH_TRIANGLE6, ON_SURFACE, meshing, nodes_and_cells
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, box_faces, distance
 from gudgeon.solver.numbers import Length, Strict
 
 UP = np.array([0.0, 0.0, 1.0])
-
-SIDES = np.array(TRIANGLE6.faces)
-"""Corners and middle of each edge of a triangle of positive area, which is on the left of the edge."""
 
 
 class PlanePart(Strict):
@@ -59,13 +56,8 @@ class Rectangle(PlanePart):
         if not len(cells):
             raise InputError(f"mesh.size: at {size} m gmsh makes no element, try a smaller size")
         cells = turned(nodes, cells, UP)
-        edges, surfaces = boundary_edges(cells), {}
+        edges, surfaces = outer_faces(cells, TRIANGLE6), {}
         for name, shape in self.surface_shapes().items():
             off = distance(nodes[edges], shape).max(axis=1)
             surfaces[name] = Surface(edges[off < ON_SURFACE * max(self.lx, self.ly)], shape)
         return MeshRecord(nodes, cells, TRIANGLE6.name, surfaces)
-
-
-def boundary_edges(cells: np.ndarray) -> np.ndarray:
-    """Return the edges that belong to one triangle (e, 6) only, (f, 3), with the part on their left."""
-    return cells[:, SIDES][side_counts(cells, SIDES) == 1]

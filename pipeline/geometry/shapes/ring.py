@@ -6,9 +6,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.geometry.cells import TRIANGLE6, turned
+from gudgeon.pipeline.geometry.cells import TRIANGLE6, outer_faces, turned
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
-from gudgeon.pipeline.geometry.shapes.plane import UP, PlanePart, boundary_edges
+from gudgeon.pipeline.geometry.shapes.plane import UP, PlanePart
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder
 from gudgeon.solver.numbers import Length
 
@@ -56,7 +56,7 @@ class Ring(PlanePart):
         high = [at(0, 0), at(2, 2), at(2, 0), at(1, 1), at(2, 1), at(1, 0)]
         nodes = plane.reshape(-1, 3)
         cells = turned(nodes, np.concatenate([np.column_stack(low), np.column_stack(high)]), UP)
-        edges = boundary_edges(cells)
+        edges = outer_faces(cells, TRIANGLE6)
         inside = edges[:, 2] < n
         parts = {"inner": edges[inside], "outer": edges[~inside]}
         shapes = self.surface_shapes()

@@ -9,8 +9,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
-from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES
-from gudgeon.pipeline.geometry.shapes.plane import boundary_edges
+from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES, TRIANGLE6, outer_faces
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.stress import equivalent_stress, stress_gauges
@@ -73,7 +72,7 @@ def _colour(axes: Axes, body: BodyMotion, place: np.ndarray, values: np.ndarray,
 
     A gauge of an edge has no whole triangle; it colours the edge alone.
     """
-    flat, edges = body.mesh.cells[:, FLAT_TRIANGLES].reshape(-1, 3), boundary_edges(body.mesh.cells)
+    flat, edges = body.mesh.cells[:, FLAT_TRIANGLES].reshape(-1, 3), outer_faces(body.mesh.cells, TRIANGLE6)
     known = np.isfinite(values)
     whole, shades = known[flat].all(axis=1), np.nan_to_num(values)
     x, y = place.T
