@@ -21,7 +21,7 @@ def build_model(
     mesh: MeshRecord,
     material: Material | None,
     supports: Sequence[Support | str] = (),
-    where: str = "component",
+    key: str = "component",
     geometry: BaseModel | None = None,
     *,
     tied: Sequence[str] = (),
@@ -31,7 +31,7 @@ def build_model(
     Args:
         material: None for a rigid body; of one whose matrices were read it is not used.
         supports: Held surfaces; a plain name holds all dofs of the surface's nodes.
-        where: The component's key in the scene, for messages.
+        key: The component's key in the scene, for messages.
         geometry: Origin of the mesh; a beam, a plane part and a rigid body need it for section, thickness or mass.
         tied: Surfaces of a frame that move as rigid bodies, which join its pieces.
 
@@ -40,19 +40,19 @@ def build_model(
             not fit it.
     """
     if mesh.system is not None:
-        model = given_model(mesh, where)
+        model = given_model(mesh, key)
     else:
         cell = cell_of(mesh)
         if cell.dofs:
             if material is None:
-                raise InputError(f"{where}.material: is missing; an elastic body needs E, nu and rho")
+                raise InputError(f"{key}.material: is missing; an elastic body needs E, nu and rho")
             rigid = [mesh.surfaces[name].facets for name in tied if name in mesh.surfaces and cell.spatial]
-            refuse_pieces(mesh, where, [np.unique(facets) for facets in rigid])
+            refuse_pieces(mesh, key, [np.unique(facets) for facets in rigid])
             if not cell.solid and not material.simple:
-                key = "volumes" if material.volumes else "orthotropic"
-                raise InputError(f"{where}.material.{key}: given; allowed for solids of tet10")
+                entry = "volumes" if material.volumes else "orthotropic"
+                raise InputError(f"{key}.material.{entry}: given; allowed for solids of tet10")
         try:
             model = ELEMENTS[cell.name].assemble(mesh, material, geometry)
         except InputError as error:
-            raise InputError(f"{where}: {error}") from None
-    return hold(model, supports, f"{where}.supports") if supports else model
+            raise InputError(f"{key}: {error}") from None
+    return hold(model, supports, f"{key}.supports") if supports else model

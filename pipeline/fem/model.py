@@ -47,10 +47,10 @@ class LineStiffness:
     masses: np.ndarray | None = None
     """Consistent mass matrix of each beam element [kg], (e, a, a); None for bars."""
 
-    def product(self, Phi: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
+    def product(self, Phi: np.ndarray, X: np.ndarray | None = None) -> np.ndarray:
         """Return ΦᵀKX of columns (dofs, m) and (dofs, k), the same by default, (m, k)."""
         bent = self._bent(Phi)
-        loads = np.einsum("eab,ebj->eaj", self.blocks, bent if other is None else self._bent(other))
+        loads = np.einsum("eab,ebj->eaj", self.blocks, bent if X is None else self._bent(X))
         return np.einsum("eai,eaj->ij", bent, loads, optimize=True)
 
     def _bent(self, Phi: np.ndarray) -> np.ndarray:

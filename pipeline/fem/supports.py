@@ -19,37 +19,37 @@ FIRMNESS = 1e-6
 """A rigid motion between this share and `VANISHING` is neither free nor held: nodes almost on one line."""
 
 
-def hold(model: FEModel, supports: Sequence[Support | str], where: str) -> FEModel:
-    """Return the model with its held dofs and remaining rigid motions; `where` is the supports' key, for messages.
+def hold(model: FEModel, supports: Sequence[Support | str], key: str) -> FEModel:
+    """Return the model with its held dofs and remaining rigid motions; `key` is the supports' key, for messages.
 
     Raises:
         InputError: the mesh has no such surface, the model no such direction, or a rigid motion is held only partly.
     """
-    held = model.held.reshape(len(model.nodes), -1).copy()
+    constrained = model.held.reshape(len(model.nodes), -1).copy()
     for entry in supports:
         support = Support(surface=entry) if isinstance(entry, str) else entry
-        nodes = surface_nodes(model.mesh, support.surface, where)
-        held[np.ix_(nodes, _dofs_of(model, support, where))] = True
+        nodes = surface_nodes(model.mesh, support.surface, key)
+        constrained[np.ix_(nodes, _dofs_of(model, support, key))] = True
     names = ", ".join(entry if isinstance(entry, str) else entry.surface for entry in supports)
-    twists = remaining_twists(model, held.ravel(), f"{where}: the nodes of {names}")
-    return replace(model, rigid_twists=twists, held=held.ravel())
+    twists = remaining_twists(model, constrained.ravel(), f"{key}: the nodes of {names}")
+    return replace(model, rigid_twists=twists, held=constrained.ravel())
 
 
-def surface_nodes(mesh: MeshRecord, name: str, where: str) -> np.ndarray:
+def surface_nodes(mesh: MeshRecord, name: str, key: str) -> np.ndarray:
     """Return the nodes of a named surface, (k,).
 
     Raises:
         InputError: the mesh has no such surface.
     """
-    return np.unique(find_surface(mesh, name, where).facets)
+    return np.unique(find_surface(mesh, name, key).facets)
 
 
-def remaining_twists(model: FEModel, held: np.ndarray, what: str) -> np.ndarray:
+def remaining_twists(model: FEModel, constrained: np.ndarray, origin: str) -> np.ndarray:
     """Return the mass-normalised rigid motions of a model that vanish on the held dofs, (r, 6).
 
     Args:
-        held: Which dofs are held, (dofs,).
-        what: Key and held nodes, the beginning of a message.
+        constrained: Which dofs are held, (dofs,).
+        origin: Key and held nodes, the beginning of a message.
 
     Raises:
         InputError: a motion is neither free nor firmly held.
@@ -59,18 +59,18 @@ def remaining_twists(model: FEModel, held: np.ndarray, what: str) -> np.ndarray:
     if count == 0:
         return model.rigid_twists
     # A rotation counts by the displacement at the body's reach, so that no unit of length decides what is held.
-    reach = float(np.linalg.norm(model.nodes - model.properties.centre, axis=1).max())
-    scale = np.tile(np.where(model.rotations.any(axis=1), reach, 1.0), len(model.nodes))
-    _, strength, motions = np.linalg.svd(scale[held, None] * rigid[held], full_matrices=True)
+    radius = float(np.linalg.norm(model.nodes - model.properties.centre, axis=1).max())
+    scale = np.tile(np.where(model.rotations.any(axis=1), radius, 1.0), len(model.nodes))
+    _, strength, motions = np.linalg.svd(scale[constrained, None] * rigid[constrained], full_matrices=True)
     strength = np.concatenate([strength, np.zeros(count - len(strength))])
-    share = strength / max(strength[0], np.finfo(float).tiny)
-    doubtful = (share > VANISHING) & (share < FIRMNESS)
+    fraction = strength / max(strength[0], np.finfo(float).tiny)
+    doubtful = (fraction > VANISHING) & (fraction < FIRMNESS)
     if doubtful.any():
         raise InputError(
-            f"{what} restrain a rigid motion only partly, by a share of {share[doubtful][0]:.1g}; support this motion"
-            " fully or leave it free"
+            f"{origin} restrain a rigid motion only partly, by a share of {fraction[doubtful][0]:.1g}; support this"
+            " motion fully or leave it free"
         )
-    free = motions[share <= VANISHING]
+    free = motions[fraction <= VANISHING]
     if not len(free):
         return np.empty((0, 6))
     # Any basis of the span serves; pivoting preserves a motion that is free on its own, such as a translation along x.
@@ -80,7 +80,7 @@ def remaining_twists(model: FEModel, held: np.ndarray, what: str) -> np.ndarray:
     return basis.T @ model.rigid_twists
 
 
-def _dofs_of(model: FEModel, support: Support, where: str) -> np.ndarray:
+def _dofs_of(model: FEModel, support: Support, key: str) -> np.ndarray:
     """Return which of a node's dofs a support holds, (k,)."""
     axes = np.concatenate([model.directions, model.rotations], axis=1)
     have = {AXES[int(np.abs(axis).argmax())]: i for i, axis in enumerate(axes) if np.abs(axis).max() > 1 - VANISHING}
@@ -89,7 +89,7 @@ def _dofs_of(model: FEModel, support: Support, where: str) -> np.ndarray:
     for name in support.hold:
         if name not in have:
             raise InputError(
-                f"{where}: '{name}' given in hold of '{support.surface}'; the model of this geometry has"
+                f"{key}: '{name}' given in hold of '{support.surface}'; the model of this geometry has"
                 f" {', '.join(have) or 'none along an axis'}"
             )
     return np.array([have[name] for name in support.hold])

@@ -48,8 +48,8 @@ class NodePairs:
 
     def matrix(self, blocks: np.ndarray) -> sparse.csr_matrix:
         """Turn blocks (p, d, d) of the pairs into the symmetric matrix, (d·count, d·count)."""
-        d, own = blocks.shape[1], self._low == self._high
-        blocks[own] = 0.5 * (blocks[own] + blocks[own].transpose(0, 2, 1))
+        d, diagonal = blocks.shape[1], self._low == self._high
+        blocks[diagonal] = 0.5 * (blocks[diagonal] + blocks[diagonal].transpose(0, 2, 1))
         starts = np.concatenate([[0], np.cumsum(np.bincount(self._low, minlength=self._count))])
         shape = (d * self._count, d * self._count)
         upper = sparse.bsr_matrix((blocks, self._high, starts), shape=shape)
@@ -57,7 +57,7 @@ class NodePairs:
         strict = lower.data.copy()
         lower_rows = np.repeat(np.arange(self._count), np.diff(lower.indptr))
         strict[lower_rows == lower.indices] = 0.0
-        whole = upper + sparse.bsr_matrix((strict, lower.indices, lower.indptr), shape=shape)
-        matrix = sparse.csr_matrix(whole)
+        full = upper + sparse.bsr_matrix((strict, lower.indices, lower.indptr), shape=shape)
+        matrix = sparse.csr_matrix(full)
         matrix.sort_indices()
         return matrix

@@ -30,10 +30,10 @@ def assemble_bar(mesh: MeshRecord, material: Material, _: object) -> FEModel:
     inertia = second * (np.eye(3) - np.outer(axis, axis))
     twist = np.concatenate([axis / np.sqrt(mass), np.zeros(3)])[None]
     properties = MassProperties(mass, centre, inertia)
-    parts = LineStiffness(Ke, mesh.cells)
+    elements = LineStiffness(Ke, mesh.cells)
     return FEModel(
         K=K, M=M, mesh=mesh, directions=axis[None], rotations=np.zeros((1, 3)), properties=properties,
-        rigid_twists=twist, held=np.zeros(count, bool), parts=parts,
+        rigid_twists=twist, held=np.zeros(count, bool), parts=elements,
     )  # fmt: skip
 
 

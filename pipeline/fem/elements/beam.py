@@ -41,10 +41,10 @@ def assemble_beam(mesh: MeshRecord, material: Material, geometry: Beam) -> FEMod
     twists[0, 2], twists[1, 3:] = 1 / np.sqrt(mass), turn / np.sqrt(second + rotary)
     rotations = np.array([np.zeros(3), turn])
     shares = np.array([0.0, 1.0, 0.5])[: dofs.shape[1] // 2]
-    parts = LineStiffness(blocks[0], dofs, h[:, None] * shares, masses=blocks[1])
+    elements = LineStiffness(blocks[0], dofs, h[:, None] * shares, masses=blocks[1])
     return FEModel(
         K=K, M=M, mesh=mesh, directions=DIRECTIONS, rotations=rotations, properties=properties, rigid_twists=twists,
-        held=np.zeros(K.shape[0], bool), parts=parts,
+        held=np.zeros(K.shape[0], bool), parts=elements,
     )  # fmt: skip
 
 
@@ -111,8 +111,8 @@ def _at_node(
     Args:
         values: Rows over the dofs of elements of length h (e,) at ξ (q,), (e, q, n).
     """
-    h, (cells, places) = element_lengths(mesh), np.nonzero(mesh.cells == node)
-    ends = np.array([-1.0, 1.0, 0.0])[places]
+    h, (cells, corners) = element_lengths(mesh), np.nonzero(mesh.cells == node)
+    ends = np.array([-1.0, 1.0, 0.0])[corners]
     rows = [values(h[cell : cell + 1], end[None])[0, 0] for cell, end in zip(cells, ends, strict=True)]
     return cells, np.array(rows)
 

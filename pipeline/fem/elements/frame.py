@@ -29,22 +29,22 @@ def assemble_frame(mesh: MeshRecord, material: Material, geometry: Line) -> FEMo
     shear = material.E / 2 / (1 + material.nu)
     K, M, relative = np.zeros((3, len(h), 12, 12))
     line = np.array([[1.0, -1.0], [-1.0, 1.0]]), np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
-    for at, stiffness, mass in (
+    for dof, stiffness, mass in (
         (0, material.E * section.area, section.area),
         (3, shear * geometry.torsion_constant, polar),
     ):
-        own = np.ix_(range(len(h)), [at, at + 6], [at, at + 6])
-        K[own] = (stiffness / h)[:, None, None] * line[0]
-        M[own] = (material.rho * mass * h)[:, None, None] * line[1]
-        relative[:, at + 6, at], relative[:, at + 6, at + 6] = -1.0, 1.0
+        entries = np.ix_(range(len(h)), [dof, dof + 6], [dof, dof + 6])
+        K[entries] = (stiffness / h)[:, None, None] * line[0]
+        M[entries] = (material.rho * mass * h)[:, None, None] * line[1]
+        relative[:, dof + 6, dof], relative[:, dof + 6, dof + 6] = -1.0, 1.0
     x, weights = gauss(h)
     # Deflection along z rotates about minus the lateral axis, deflection along the lateral axis about z.
     for w, turn, sign, moment in ((2, 4, -1.0, section.second_moment), (1, 5, 1.0, geometry.lateral_moment)):
-        places = [w, turn, w + 6, turn + 6]
+        dofs_w = [w, turn, w + 6, turn + 6]
         N, curvature = hermite(h, x, sign)
-        own = np.ix_(range(len(h)), places, places)
-        K[own] = material.E * moment * np.einsum("eaq,ebq,eq->eab", curvature, curvature, weights)
-        M[own] = material.rho * section.area * np.einsum("eaq,ebq,eq->eab", N, N, weights)
+        entries = np.ix_(range(len(h)), dofs_w, dofs_w)
+        K[entries] = material.E * moment * np.einsum("eaq,ebq,eq->eab", curvature, curvature, weights)
+        M[entries] = material.rho * section.area * np.einsum("eaq,ebq,eq->eab", N, N, weights)
         relative[:, w + 6, w], relative[:, w + 6, w + 6], relative[:, w + 6, turn] = -1.0, 1.0, -sign * h
         relative[:, turn + 6, turn], relative[:, turn + 6, turn + 6] = -1.0, 1.0
     turn = turns(axes)
@@ -61,10 +61,10 @@ def assemble_frame(mesh: MeshRecord, material: Material, geometry: Line) -> FEMo
 
 def turns(axes: np.ndarray) -> np.ndarray:
     """Return the matrices from the dofs of elements to those along their axes (e, 3, 3), (e, 12, 12)."""
-    found = np.zeros((len(axes), 12, 12))
+    T = np.zeros((len(axes), 12, 12))
     for block in range(0, 12, 3):
-        found[:, block : block + 3, block : block + 3] = axes
-    return found
+        T[:, block : block + 3, block : block + 3] = axes
+    return T
 
 
 def _mass(mesh: MeshRecord, axes: np.ndarray, mass: np.ndarray, polar: np.ndarray) -> tuple[MassProperties, np.ndarray]:
@@ -76,9 +76,9 @@ def _mass(mesh: MeshRecord, axes: np.ndarray, mass: np.ndarray, polar: np.ndarra
     middles, total = mesh.nodes[mesh.cells].mean(axis=1), float(mass.sum())
     centre = mass @ middles / total
     arm, along = middles - centre, np.einsum("ei,ej->eij", axes[:, 0], axes[:, 0])
-    own = (mass * element_lengths(mesh) ** 2 / 12)[:, None, None] * (np.eye(3) - along) + polar[:, None, None] * along
+    local = (mass * element_lengths(mesh) ** 2 / 12)[:, None, None] * (np.eye(3) - along) + polar[:, None, None] * along
     far = np.einsum("e,ei,ei->", mass, arm, arm) * np.eye(3) - np.einsum("e,ei,ej->ij", mass, arm, arm)
-    inertia = own.sum(axis=0) + far
+    inertia = local.sum(axis=0) + far
     straight = np.abs(axes - axes[0]).max() == 0
     principal = axes[0] if straight else np.linalg.eigh(inertia)[1].T
     twists = np.zeros((6, 6))
@@ -101,8 +101,8 @@ def hermite(h: np.ndarray, x: np.ndarray, sign: float) -> tuple[np.ndarray, np.n
     """
     h = h[:, None]
     s, still = sign * h, np.zeros_like(h)
-    first, last = 1 - 3 * x**2 + 2 * x**3 + still, 3 * x**2 - 2 * x**3 + still
-    N = np.stack([first, s * (x - 2 * x**2 + x**3), last, s * (x**3 - x**2)], axis=1)
+    w_start, w_end = 1 - 3 * x**2 + 2 * x**3 + still, 3 * x**2 - 2 * x**3 + still
+    N = np.stack([w_start, s * (x - 2 * x**2 + x**3), w_end, s * (x**3 - x**2)], axis=1)
     bend = np.stack([12 * x - 6 + still, s * (6 * x - 4), 6 - 12 * x + still, s * (6 * x - 2)], axis=1)
     return N, bend / h[:, None] ** 2
 
@@ -111,5 +111,5 @@ def slopes(h: np.ndarray, x: np.ndarray, sign: float) -> np.ndarray:
     """Return first derivatives of the deflections of `hermite` [1/m], (e, 4, q)."""
     h = h[:, None]
     s = sign * h
-    found = [(6 * x**2 - 6 * x) + 0 * h, s * (1 - 4 * x + 3 * x**2), (6 * x - 6 * x**2) + 0 * h, s * (3 * x**2 - 2 * x)]
-    return np.stack(found, axis=1) / h[:, None]
+    dN = [(6 * x**2 - 6 * x) + 0 * h, s * (1 - 4 * x + 3 * x**2), (6 * x - 6 * x**2) + 0 * h, s * (3 * x**2 - 2 * x)]
+    return np.stack(dN, axis=1) / h[:, None]

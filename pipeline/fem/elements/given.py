@@ -25,8 +25,8 @@ RESTING = 1e-9
 NAMES = ("x", "y", "z", "the rotation about x", "the rotation about y", "the rotation about z")
 
 
-def given_model(mesh: MeshRecord, where: str) -> FEModel:
-    """Return the model of matrices that were read; `where` is the component's key, for messages.
+def given_model(mesh: MeshRecord, key: str) -> FEModel:
+    """Return the model of matrices that were read; `key` is the component's key, for messages.
 
     Raises:
         InputError: the mass is not positive, a rigid motion needs force, a row is that of a multiplier, or the body
@@ -35,23 +35,23 @@ def given_model(mesh: MeshRecord, where: str) -> FEModel:
     system = mesh.system
     assert system is not None
     count, each = len(mesh.nodes), 6 if (system.directions > 2).any() else 3
-    places = each * system.nodes + system.directions
-    own = _matrix(system.stiffness, len(places)), _matrix(system.mass, len(places))
-    _refuse_unsound(*own, mesh, where)
-    K, M = (_spread(A, places, each * count) for A in own)
-    held = np.ones(each * count, bool)
-    held[places] = False
+    dofs = each * system.nodes + system.directions
+    matrices = _matrix(system.stiffness, len(dofs)), _matrix(system.mass, len(dofs))
+    _refuse_unsound(*matrices, mesh, key)
+    K, M = (_spread(A, dofs, each * count) for A in matrices)
+    constrained = np.ones(each * count, bool)
+    constrained[dofs] = False
     motions = _unit_motions(mesh.nodes, each)
-    properties = _properties(motions.T @ (M @ motions), bool(held.any()))
-    twists = _resting_twists(mesh, M, held, properties.centre) if held.any() else solid_twists(properties)
+    properties = _properties(motions.T @ (M @ motions), bool(constrained.any()))
+    twists = _resting_twists(mesh, M, constrained, properties.centre) if constrained.any() else solid_twists(properties)
     # Dofs that are held have a stiffness, as those that a support holds, so that no row is empty.
-    K = sparse.csr_matrix(K + sparse.diags(np.where(held, K.diagonal().mean(), 0.0)))
+    K = sparse.csr_matrix(K + sparse.diags(np.where(constrained, K.diagonal().mean(), 0.0)))
     axes = np.vstack([np.eye(3), np.zeros((3, 3))]) if each == 6 else np.eye(3)
     model = FEModel(
         K=K, M=M, mesh=mesh, directions=axes, rotations=np.roll(axes, 3, axis=0) if each == 6 else np.zeros((3, 3)),
-        properties=properties, rigid_twists=twists, held=held,
+        properties=properties, rigid_twists=twists, held=constrained,
     )  # fmt: skip
-    _refuse_strained(model, system, where)
+    _refuse_strained(model, system, key)
     return model
 
 
@@ -61,29 +61,29 @@ def _matrix(half: Triangle, size: int) -> sparse.csr_matrix:
     return sparse.csr_matrix(upper + upper.T - sparse.diags(upper.diagonal()))
 
 
-def _spread(A: sparse.csr_matrix, places: np.ndarray, size: int) -> sparse.csr_matrix:
+def _spread(A: sparse.csr_matrix, dofs: np.ndarray, size: int) -> sparse.csr_matrix:
     entries = A.tocoo()
-    spread = sparse.csr_matrix((entries.data, (places[entries.row], places[entries.col])), shape=(size, size))
+    spread = sparse.csr_matrix((entries.data, (dofs[entries.row], dofs[entries.col])), shape=(size, size))
     spread.sort_indices()
     return spread
 
 
-def _refuse_unsound(K: sparse.csr_matrix, M: sparse.csr_matrix, mesh: MeshRecord, where: str) -> None:
+def _refuse_unsound(K: sparse.csr_matrix, M: sparse.csr_matrix, mesh: MeshRecord, key: str) -> None:
     """Refuse rows of multipliers, mass that is not positive, and several pieces."""
     system = mesh.system
     assert system is not None
     stiff, heavy = K.diagonal(), M.diagonal()
     if (stiff <= 0).any():
         row = int(np.argmax(stiff <= 0))
-        what = "the row of a multiplier of a constraint" if stiff[row] == 0 else "a negative stiffness"
+        cause = "the row of a multiplier of a constraint" if stiff[row] == 0 else "a negative stiffness"
         raise InputError(
-            f"{where}.geometry.stiffness: {_dof(mesh, row)} has the diagonal {stiff[row]:g}, {what}; allowed: matrices"
+            f"{key}.geometry.stiffness: {_dof(mesh, row)} has the diagonal {stiff[row]:g}, {cause}; allowed: matrices"
             " without multipliers, constraints eliminated"
         )
     if (heavy <= 0).any():
         row = int(np.argmax(heavy <= 0))
         raise InputError(
-            f"{where}.geometry.mass: {_dof(mesh, row)} has the mass {heavy[row]:g}; allowed: a positive mass,"
+            f"{key}.geometry.mass: {_dof(mesh, row)} has the mass {heavy[row]:g}; allowed: a positive mass,"
             " or inertia, at every degree of freedom"
         )
     scale = sparse.diags(1 / np.sqrt(heavy))
@@ -93,7 +93,7 @@ def _refuse_unsound(K: sparse.csr_matrix, M: sparse.csr_matrix, mesh: MeshRecord
     factor.free()
     if negative:
         raise InputError(
-            f"{where}.geometry.mass: {negative} eigenvalues of the mass are negative; allowed: a mass whose kinetic"
+            f"{key}.geometry.mass: {negative} eigenvalues of the mass are negative; allowed: a mass whose kinetic"
             " energy is positive or, by its quadrature, zero"
         )
     pieces, piece_of = connected_components(abs(K) + abs(M), directed=False)
@@ -101,7 +101,7 @@ def _refuse_unsound(K: sparse.csr_matrix, M: sparse.csr_matrix, mesh: MeshRecord
         sizes = np.bincount(piece_of)
         row = int(np.argmax(piece_of == sizes.argmin()))
         raise InputError(
-            f"{where}.geometry.stiffness: falls into {pieces} parts that are not connected; the smallest has"
+            f"{key}.geometry.stiffness: falls into {pieces} parts that are not connected; the smallest has"
             f" {sizes.min()} of {len(piece_of)} degrees of freedom, {_dof(mesh, row)} among them; allowed: one body"
         )
 
@@ -117,24 +117,24 @@ def _unit_motions(nodes: np.ndarray, each: int) -> np.ndarray:
     return motions.reshape(-1, 6)
 
 
-def _properties(inertia: np.ndarray, held: bool) -> MassProperties:
+def _properties(inertia: np.ndarray, constrained: bool) -> MassProperties:
     """Return mass, centre and inertia from the mass matrix of unit motions about the origin, (6, 6).
 
     Where degrees of freedom are held their mass is not in the matrices; the mass is then that of the freest direction.
     """
-    mass = float(inertia.diagonal()[:3].max() if held else inertia.diagonal()[:3].mean())
+    mass = float(inertia.diagonal()[:3].max() if constrained else inertia.diagonal()[:3].mean())
     lever = inertia[3:, :3]
     centre = np.array([lever[1, 2] - lever[2, 1], lever[2, 0] - lever[0, 2], lever[0, 1] - lever[1, 0]]) / (-2 * mass)
     about = inertia[3:, 3:] - mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
     return MassProperties(mass, centre, 0.5 * (about + about.T))
 
 
-def _resting_twists(mesh: MeshRecord, M: sparse.csr_matrix, held: np.ndarray, centre: np.ndarray) -> np.ndarray:
+def _resting_twists(mesh: MeshRecord, M: sparse.csr_matrix, constrained: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """Return the mass-normalised rigid motions in which the held degrees of freedom rest, (r, 6)."""
     size = float(np.linalg.norm(np.ptp(mesh.nodes, axis=0))) or 1.0
     scale = np.repeat([1.0, 1 / size], 3)
-    motions = _unit_motions(mesh.nodes - centre, len(held) // len(mesh.nodes)) * scale
-    _, strength, axes = np.linalg.svd(motions[held], full_matrices=True)
+    motions = _unit_motions(mesh.nodes - centre, len(constrained) // len(mesh.nodes)) * scale
+    _, strength, axes = np.linalg.svd(motions[constrained], full_matrices=True)
     strength = np.concatenate([strength, np.zeros(6 - len(strength))])
     basis = axes[strength <= RESTING * strength[0]].T
     basis[np.abs(basis) < 16 * np.finfo(float).eps] = 0.0
@@ -145,18 +145,18 @@ def _resting_twists(mesh: MeshRecord, M: sparse.csr_matrix, held: np.ndarray, ce
     return linalg.solve_triangular(np.linalg.cholesky(gram), (basis * scale[:, None]).T, lower=True)
 
 
-def _refuse_strained(model: FEModel, system: SystemMatrices, where: str) -> None:
+def _refuse_strained(model: FEModel, system: SystemMatrices, key: str) -> None:
     """Refuse rigid motions that need force."""
     Phi = np.where(model.held[:, None], 0.0, model.rigid_modes)
     each, root = len(model.directions), np.sqrt(model.K.diagonal())[:, None]
     pattern = model.K.astype(bool).astype(float)
     size = root * (pattern @ (root * np.abs(Phi)))
-    share = np.divide(np.abs(model.K @ Phi), size, out=np.zeros(size.shape), where=size > 0)
-    if share.size and (worst := float(share.max())) > IN_KERNEL:
-        place = int(np.argmax(share.max(axis=1)))
-        row = int(np.argmax(each * system.nodes + system.directions == place))
+    strained = np.divide(np.abs(model.K @ Phi), size, out=np.zeros(size.shape), where=size > 0)
+    if strained.size and (worst := float(strained.max())) > IN_KERNEL:
+        dof = int(np.argmax(strained.max(axis=1)))
+        row = int(np.argmax(each * system.nodes + system.directions == dof))
         raise InputError(
-            f"{where}.geometry: {_dof(model.mesh, row)} takes {worst:.2g} of its stiffness in a rigid motion, allowed:"
+            f"{key}.geometry: {_dof(model.mesh, row)} takes {worst:.2g} of its stiffness in a rigid motion, allowed:"
             f" {IN_KERNEL:g}; the order of the rows, the nodes or geometry.unit do not fit the matrices, or the body is"
             " held by springs or by penalties"
         )

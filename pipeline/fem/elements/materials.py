@@ -21,17 +21,17 @@ def material_cells(mesh: MeshRecord, material: Material) -> list[tuple[Material,
     """
     owner = np.full(len(mesh.cells), -1)
     names = list(material.volumes)
-    for number, name in enumerate(names):
+    for index, name in enumerate(names):
         if name not in mesh.volumes:
             have = ", ".join(sorted(mesh.volumes)) or "none"
             raise InputError(f"material.volumes: the mesh has no volume '{name}', it has {have}")
         taken = owner[mesh.volumes[name]]
         if (taken >= 0).any():
             raise InputError(f"material.volumes: '{name}' and '{names[taken.max()]}' have cells in common")
-        owner[mesh.volumes[name]] = number
+        owner[mesh.volumes[name]] = index
     every = [(material, np.flatnonzero(owner < 0))]
-    every += [(material.volumes[name], np.flatnonzero(owner == number)) for number, name in enumerate(names)]
-    return [(one, cells) for one, cells in every if len(cells)]
+    every += [(material.volumes[name], np.flatnonzero(owner == index)) for index, name in enumerate(names)]
+    return [(phase, cells) for phase, cells in every if len(cells)]
 
 
 def densities(mesh: MeshRecord, material: Material) -> float | np.ndarray:
@@ -39,8 +39,8 @@ def densities(mesh: MeshRecord, material: Material) -> float | np.ndarray:
     if not material.volumes:
         return material.rho
     rho = np.empty(len(mesh.cells))
-    for one, cells in material_cells(mesh, material):
-        rho[cells] = one.rho
+    for phase, cells in material_cells(mesh, material):
+        rho[cells] = phase.rho
     return rho
 
 
@@ -49,10 +49,10 @@ def material_parts(mesh: MeshRecord, material: Material) -> Iterator[tuple[Mater
     if not material.volumes:
         yield material, mesh, np.arange(len(mesh.nodes))
         return
-    for one, cells in material_cells(mesh, material):
+    for phase, cells in material_cells(mesh, material):
         nodes, numbers = np.unique(mesh.cells[cells], return_inverse=True)
-        part = replace(mesh, nodes=mesh.nodes[nodes], cells=numbers.reshape(len(cells), -1), surfaces={}, volumes={})
-        yield one, part, nodes
+        submesh = replace(mesh, nodes=mesh.nodes[nodes], cells=numbers.reshape(len(cells), -1), surfaces={}, volumes={})
+        yield phase, submesh, nodes
 
 
 def stiffness_of(G: np.ndarray, material: Material) -> np.ndarray:

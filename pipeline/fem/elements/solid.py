@@ -38,18 +38,18 @@ def assemble_solid(mesh: MeshRecord, material: Material, _: object) -> FEModel:
     stiffness, mass = np.zeros(()), np.zeros(())
     straight, owner = straight_elements(mesh), np.zeros(len(mesh.cells), int)
     materials = material_cells(mesh, material)
-    for number, (_, own) in enumerate(materials):
-        owner[own] = number
+    for index, (_, owned) in enumerate(materials):
+        owner[owned] = index
     for start in range(0, len(mesh.cells), BATCH):
         cells = slice(start, min(start + BATCH, len(mesh.cells)))
         blocks = np.empty((cells.stop - start, 3, 3, len(pairs.first)))
         weights = np.empty((cells.stop - start, 1, 1, len(pairs.first)))
-        for number, (own, _) in enumerate(materials):
+        for index, (phase, _) in enumerate(materials):
             for kind, form in ((True, _closed_form), (False, _by_quadrature)):
-                chosen = (straight[cells] == kind) & (owner[cells] == number)
+                chosen = (straight[cells] == kind) & (owner[cells] == index)
                 if chosen.any():
-                    found = form(mesh, own, start + np.flatnonzero(chosen), pairs)
-                    blocks[chosen], weights[chosen, 0, 0] = found
+                    elements = form(mesh, phase, start + np.flatnonzero(chosen), pairs)
+                    blocks[chosen], weights[chosen, 0, 0] = elements
         stiffness = stiffness + pairs.sum_blocks(blocks, cells)
         mass = mass + pairs.sum_blocks(weights, cells)
     K = pairs.matrix(stiffness)
