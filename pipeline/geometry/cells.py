@@ -115,8 +115,6 @@ WEDGE15 = Cell(
 )  # fmt: skip
 CELLS = {cell.name: cell for cell in list(globals().values()) if isinstance(cell, Cell)}
 
-FACES = np.array(TETRA10.faces)
-"""Outward faces of a tet10 of positive volume, corners first."""
 FLAT_TRIANGLES = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """Flat triangles that make up one of six nodes."""
 GMSH_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
@@ -177,7 +175,7 @@ def boundary_facets(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarra
     Raises:
         InputError: a face belongs to more than two tetrahedra; `path` is their file.
     """
-    sides = FACES if cells.shape[1] == 10 else FACES[:, :3]
+    sides = np.array((TETRA10 if cells.shape[1] == 10 else TETRA4).faces)
     shared = side_counts(cells, sides)
     if shared.max() > 2:
         count = round(float((1 / shared[shared > 2]).sum()))

@@ -16,15 +16,7 @@ from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.geometry.cells import (
-    EDGES,
-    FACES,
-    GMSH_ORDER,
-    MIRRORED_TETRA,
-    TETRA10,
-    boundary_facets,
-    compacted,
-)
+from gudgeon.pipeline.geometry.cells import EDGES, GMSH_ORDER, MIRRORED_TETRA, TETRA10, boundary_facets, compacted
 from gudgeon.pipeline.geometry.decks.abaqus import read_abaqus
 from gudgeon.pipeline.geometry.decks.ansys import read_ansys
 from gudgeon.pipeline.geometry.decks.by_gmsh import ENDINGS as GMSH_ENDINGS
@@ -103,7 +95,8 @@ class MeshFile(Strict):
         fitted = {name: _fitted(nodes, faces[members[name]]) for name in sorted(members.keys() - shapes.keys())}
         if straight:
             nodes, cells = _with_mid_nodes(nodes, cells)
-        facets = {name: cells[skin[chosen, :1], FACES[skin[chosen, 1]]] for name, chosen in members.items()}
+        sides = np.array(TETRA10.faces)[skin[:, 1]]
+        facets = {name: cells[skin[chosen, :1], sides[chosen]] for name, chosen in members.items()}
         if straight:
             _lift(nodes, facets, shapes)
         surfaces = {name: Surface(facets[name], (fitted | shapes)[name]) for name in facets}
