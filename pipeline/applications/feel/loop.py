@@ -5,7 +5,7 @@ import gc
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -72,43 +72,50 @@ def run_loop(
     coupling.tick(0.0, None)
     collecting = gc.isenabled()
     gc.disable()  # A collection takes longer than a tick.
-    urgent = _urgent()
     try:
-        start = clock()
-        due = 0.0
-        while (seconds is None or due < seconds) and not (stop is not None and stop.is_set()):
-            wait = due - (clock() - start) - SPUN
-            if wait > 0:
-                time.sleep(wait)
-            while clock() - start < due:
-                pass
-            now = clock() - start
-            felt = coupling.tick(now, device.read(now))
-            if told is not None:
-                told(now, felt)
-            if len(timing.begun) < KEPT:
-                timing.begun.append(now)
-                timing.busy.append(clock() - start - now)
-            late = int((clock() - start - due) / period)
-            timing.missed += late
-            due += period * (1 + late)
+        with urgent():
+            start = clock()
+            due = 0.0
+            while (seconds is None or due < seconds) and not (stop is not None and stop.is_set()):
+                wait = due - (clock() - start) - SPUN
+                if wait > 0:
+                    time.sleep(wait)
+                while clock() - start < due:
+                    pass
+                now = clock() - start
+                felt = coupling.tick(now, device.read(now))
+                if told is not None:
+                    told(now, felt)
+                if len(timing.begun) < KEPT:
+                    timing.begun.append(now)
+                    timing.busy.append(clock() - start - now)
+                late = int((clock() - start - due) / period)
+                timing.missed += late
+                due += period * (1 + late)
     finally:
         if collecting:
             gc.enable()
-        if urgent is not None:
-            with contextlib.suppress(OSError):
-                os.sched_setscheduler(0, *urgent)
     return timing
 
 
-def _urgent() -> tuple[int, Any] | None:
-    """Let this thread go before others where the system allows it; return how it was before, None where it does not."""
+@contextlib.contextmanager
+def urgent() -> Iterator[None]:
+    """Let this thread, and threads that it starts, go before others meanwhile, where the system allows it.
+
+    The thread of a server needs it as well: one that waits for a processor with the lock of the interpreter holds up
+    the loop.
+    """
     try:
         before = os.sched_getscheduler(0), os.sched_getparam(0)
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
     except (AttributeError, OSError):  # Not on this system, or not for this user.
-        return None
-    return before
+        before = None
+    try:
+        yield
+    finally:
+        if before is not None:
+            with contextlib.suppress(OSError):
+                os.sched_setscheduler(0, *before)
 
 
 def run_script(coupling: Coupling, seconds: float) -> list[tuple[float, Felt]]:

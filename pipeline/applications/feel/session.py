@@ -14,7 +14,7 @@ import numpy as np
 from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord
 from gudgeon.pipeline.applications.feel.coupling import Coupling, Felt, Scales
 from gudgeon.pipeline.applications.feel.device import Browser, Device, Scripted
-from gudgeon.pipeline.applications.feel.loop import Timing, run_loop, run_script
+from gudgeon.pipeline.applications.feel.loop import Timing, run_loop, run_script, urgent
 from gudgeon.pipeline.applications.feel.tool import Tool, tool_of, unfelt
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, write_text
@@ -159,7 +159,8 @@ def _in_browser(job: Job, tool: Tool, scales: Scales, asked: Asked, say: Callabl
     thread = threading.Thread(target=run, name="feel", daemon=True)
     try:
         thread.start()
-        asyncio.run(server.serve(asked.port, say, stop))
+        with urgent():
+            asyncio.run(server.serve(asked.port, say, stop))
     except OSError as error:
         raise InputError(f"feel: --port {asked.port}: {error.strerror}; give another, or 0 for a free one") from error
     except KeyboardInterrupt:  # The usual end.

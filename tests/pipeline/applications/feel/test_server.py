@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import os
 import threading
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from websockets.frames import Close, Frame, Opcode
 from websockets.typing import Origin
 
 from gudgeon.pipeline.applications.feel.device import Browser
+from gudgeon.pipeline.applications.feel.loop import urgent
 from gudgeon.pipeline.applications.feel.server import TAKEN, Server
 from gudgeon.pipeline.applications.feel.session import Asked, check_asked, scripted
 from gudgeon.pipeline.errors import InputError
@@ -115,6 +117,21 @@ def test_the_page_that_came_last_has_the_handle() -> None:
         await task
 
     asyncio.run(asyncio.wait_for(talk(), 20))
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_getscheduler"), reason="no such priorities on this system")
+def test_urgent_is_for_a_thread_and_what_it_starts_and_for_a_while() -> None:
+    """Where the system refuses it, nothing changes."""
+    policies = [os.sched_getscheduler(0)]
+    thread = threading.Thread(target=lambda: policies.append(os.sched_getscheduler(0)))
+    with urgent():
+        policies.append(os.sched_getscheduler(0))
+        thread.start()
+        thread.join()
+    usual, raised, inherited = policies
+    assert raised == inherited
+    assert raised in (usual, os.SCHED_FIFO)
+    assert os.sched_getscheduler(0) == usual
 
 
 def test_a_page_that_is_loaded_is_told_where_the_handle_is_and_what_was_done_on_it() -> None:
