@@ -11,7 +11,7 @@ from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
 from gudgeon.pipeline.report.budget.budget import budget_of
 from gudgeon.pipeline.report.changes import change_rows
 from gudgeon.pipeline.report.choice import choose, doubtful, judged, keep_report, on_its_mesh
-from gudgeon.pipeline.report.document import Document, Quantity, Table
+from gudgeon.pipeline.report.document import Document, Quantity, Table, counted_names
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_step, point, quantities, rows
 from gudgeon.pipeline.report.force import contact_forces, reproducible
@@ -73,38 +73,37 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         settings, notes = with_steps(job, settings, progress)
         points = _points(job, settings, left_out, how.repeat, progress)
         points = _with_finer(job, _comparable(points, external, left_out), how.jobs, progress)
-        if not any(one.ran for one in points):
-            why = [_failure(one) for one in points] or [f"{one['name']}: {one['why']}" for one in left_out]
+        if not any(p.ran for p in points):
+            why = [_failure(p) for p in points] or [f"{entry['name']}: {entry['why']}" for entry in left_out]
             raise StageError(f"{job.path}: report: no setting ran: {'; '.join(why)}")
         reference = _finest(job, points) if external is None or external.empty else external
-        found = quantities(points, reference, nodal, job)
-        known = set().union(*(values_of(one.trajectory) for one in points if one.ran))
-        check_names(job, reference, known, [one.name for one in found])
-        counting = {one.name for one in found if one.counts}
-        runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
-        choice = choose(runs, how.tolerance, found)
-        best = judged(runs, choice, doubtful(found, how.tolerance))
-        one = next(point for point in points if best is not None and point.setting.name == best.name)
-        budget = budget_of(one, points, reference, found, progress)
+        compared = quantities(points, reference, nodal, job)
+        counted, names = counted_names(compared), [q.name for q in compared]
+        check_names(job, reference, set().union(*(values_of(p.trajectory) for p in points if p.ran)), names)
+        runs = with_front(rows(points, nodal, job, reference, counted), counted, reference.kind == "finest")
+        choice = choose(runs, how.tolerance, compared)
+        best = judged(runs, choice, doubtful(compared, how.tolerance))
+        judged_point = next(p for p in points if best is not None and p.setting.name == best.name)
+        budget = budget_of(judged_point, points, reference, compared, progress)
         document = replace(
             new_document(job, how),
             reference={"kind": reference.kind, "source": reference.source},
-            quantities=found,
+            quantities=compared,
             runs=runs,
             left_out=left_out,
             changes=change_rows(job, progress),
             choice=on_its_mesh(choice, runs, budget, how.same_mesh),
-            costs=cost_rows(job, points, runs, nodal, found),
+            costs=cost_rows(job, points, runs, nodal, compared),
             budget=budget,
-            tables=_tables(job, one, reference),
-            window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
+            tables=_tables(job, judged_point, reference),
+            window=job.scene.report.window if "force" in names else 0.0,
             peak_window=window,
             until=job.scene.report.until,
-            notes=notes + _notes(job, nodal, found, reference.kind),
+            notes=notes + _notes(job, nodal, compared, reference.kind),
             timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
         )
         keep_report(job, document)
-        picture = _force_picture(job, one, reference)
+        picture = _force_picture(job, judged_point, reference)
         with held(job.out):
             write_report(document, job.out, picture=picture)
         progress("report", 1.0)
@@ -198,25 +197,25 @@ def _finest(job: Job, points: Sequence[Point]) -> Reference:
     raise AssertionError("a run has finished")
 
 
-def _tables(job: Job, one: Point, reference: Reference) -> list[Table]:
+def _tables(job: Job, judged_point: Point, reference: Reference) -> list[Table]:
     """Return the third octaves of the velocity of sliding surfaces, of a setting and of the reference run."""
     if reference.run is None:
         return []
-    table = velocity_table(job, one.trajectory, one.setting.name, reference.run)
+    table = velocity_table(job, judged_point.trajectory, judged_point.setting.name, reference.run)
     return [] if table is None else [table]
 
 
-def _force_picture(job: Job, one: Point, reference: Reference) -> bytes | None:
+def _force_picture(job: Job, judged_point: Point, reference: Reference) -> bytes | None:
     """Return the picture of the force of a setting and of the reference run; None where that is no other run."""
     (job.out / FORCE_PICTURE).unlink(missing_ok=True)
     run = reference.run
-    if run is None or run is one.trajectory or not any(force.any() for force in contact_forces(run).values()):
+    if run is None or run is judged_point.trajectory or not any(force.any() for force in contact_forces(run).values()):
         return None
     # Imported late: matplotlib would count into the memory of timed runs.
     from gudgeon.pipeline.report.page.force_picture import draw_forces
 
-    names = reference.source, one.setting.name
-    draw_forces(one.job, (run, one.trajectory), names, job.out / FORCE_PICTURE)
+    names = reference.source, judged_point.setting.name
+    draw_forces(judged_point.job, (run, judged_point.trajectory), names, job.out / FORCE_PICTURE)
     return (job.out / FORCE_PICTURE).read_bytes()
 
 
@@ -234,8 +233,8 @@ def turned_too_far(run: NodalRecord, bodies: Sequence[str], limit: float) -> lis
     return notes
 
 
-def _failure(one: Point) -> str:
-    return f"{one.setting.name}: {one.failure or one.trajectory.result}"
+def _failure(failed: Point) -> str:
+    return f"{failed.setting.name}: {failed.failure or failed.trajectory.result}"
 
 
 def _notes(job: Job, nodal: Sequence[NodalRecord], compared: Sequence[Quantity], kind: str) -> list[str]:

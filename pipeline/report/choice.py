@@ -46,40 +46,53 @@ def choose(runs: Sequence[Run], tolerance: float, quantities: Sequence[Quantity]
         quantities: Those that are compared, where some may not count or not converge: runs of chains along which one
             that counts does not converge are never chosen.
     """
-    avoided, uncounted = doubtful(quantities, tolerance), {one.name for one in quantities if not one.counts}
-    able = [run for run in runs if run.kind == "reduced" and run.result == "FINISHED" and run.name not in avoided]
-    compared = {name for run in able for name in run.errors}
-    if able and compared <= {DRIFT}:
-        return Choice(tolerance, why="nothing is compared but the energy drift: name quantities in report.interest")
-    if able and compared - uncounted <= {DRIFT}:
-        others = ", ".join(sorted(compared & uncounted))
-        return Choice(tolerance, why=f"nothing counts but the energy drift: not {others}")
-    known = [(run.conservative_error, run) for run in able if run.errors and run.conservative_error is not None]
-    meeting = [run for error, run in known if error <= tolerance]
+    avoided, limit = doubtful(quantities, tolerance), tick_text(tolerance)
+    able = [run for run in _finished(runs) if run.name not in avoided]
+    if able and (why := _nothing_counts(able, quantities)):
+        return Choice(tolerance, why=why)
+    judged_runs = [(run.conservative_error, run) for run in able if run.errors and run.conservative_error is not None]
+    if not judged_runs:
+        why = f"every run is in a sweep where a quantity does not converge to {limit}" if avoided else ""
+        return Choice(tolerance, why=why or "no run has an error that counts")
+    meeting = [run for error, run in judged_runs if error <= tolerance]
     if meeting:
-        best = min(meeting, key=lambda run: run.cpu_seconds)
-        asked = tick_text(tolerance)
-        why = f"the fastest of {len(meeting)} of {len(known)} settings that meet {asked}"
-        if len(meeting) == 1 < len(known):
-            why = f"the only one of {len(known)} settings that meets {asked}"
-        error, of = best.largest_error, best.largest_of
-        return Choice(tolerance, best.name, best.settings, error, of, cpu_seconds=best.cpu_seconds, why=why)
-    if not known and avoided:
-        return Choice(
-            tolerance, why=f"every run is in a sweep where a quantity does not converge to {tick_text(tolerance)}"
-        )
-    if not known:
-        return Choice(tolerance, why="no run has an error that counts")
-    error, nearest = min(known, key=lambda item: item[0])
-    own = f", {size_text(error)} in {nearest.largest_of}"
-    size = own if error == nearest.largest_error else f" with a conservative error of {size_text(error)}"
-    why = f"none meets {tick_text(tolerance)}; nearest is {nearest.name}{size}"
+        return _fastest(meeting, tolerance, len(judged_runs))
+    error, nearest = min(judged_runs, key=lambda item: item[0])
+    size = f" with a conservative error of {size_text(error)}"
+    if error == nearest.largest_error:
+        size = f", {size_text(error)} in {nearest.largest_of}"
+    why = f"none meets {limit}; nearest is {nearest.name}{size}"
     return Choice(tolerance, error=nearest.largest_error, of=nearest.largest_of, why=why)
+
+
+def _fastest(runs: Sequence[Run], tolerance: float, count: int) -> Choice:
+    """Return the fastest of the runs that meet a tolerance, of a number of runs that are judged."""
+    best, limit = min(runs, key=lambda run: run.cpu_seconds), tick_text(tolerance)
+    why = f"the fastest of {len(runs)} of {count} settings that meet {limit}"
+    if len(runs) == 1 < count:
+        why = f"the only one of {count} settings that meets {limit}"
+    error, of = best.largest_error, best.largest_of
+    return Choice(tolerance, best.name, best.settings, error, of, cpu_seconds=best.cpu_seconds, why=why)
+
+
+def _nothing_counts(runs: Sequence[Run], quantities: Sequence[Quantity]) -> str:
+    """Return why there is no choice where no quantity counts but the energy drift; empty where one does."""
+    compared = {name for run in runs for name in run.errors}
+    uncounted = {q.name for q in quantities if not q.counts}
+    if compared <= {DRIFT}:
+        return "nothing is compared but the energy drift: name quantities in report.interest"
+    excluded = ", ".join(sorted(compared & uncounted))
+    return f"nothing counts but the energy drift: not {excluded}" if compared - uncounted <= {DRIFT} else ""
+
+
+def _finished(runs: Sequence[Run]) -> list[Run]:
+    """Return the reduced runs that finished."""
+    return [run for run in runs if run.kind == "reduced" and run.result == "FINISHED"]
 
 
 def judged(runs: Sequence[Run], choice: Choice, avoided: Collection[str] = ()) -> Run | None:
     """Return the run whose error budget is made: the chosen one, or else that of the least conservative error."""
-    able = [run for run in runs if run.kind == "reduced" and run.result == "FINISHED"]
+    able = _finished(runs)
     if choice.run is not None:
         return next(run for run in able if run.name == choice.run)
     errors = {run.name: math.inf if run.conservative_error is None else run.conservative_error for run in able}

@@ -119,9 +119,10 @@ def extrapolated(finer: Neighbour | None, coarser: Neighbour | None, signed: boo
         ValueError: there is no neighbour.
     """
     if finer is None or coarser is None:
-        if finer is None and coarser is None:
+        neighbour = finer or coarser
+        if neighbour is None:
             raise ValueError("no run of another size")
-        size, difference = finer or coarser or (1.0, 0.0)
+        size, difference = neighbour
         return Estimate(abs(difference) / abs(1 - size**ASSUMED), None)
     below, above = -finer.difference if signed else abs(finer.difference), coarser.difference
     if not (math.isfinite(below) and math.isfinite(above)):
@@ -129,12 +130,22 @@ def extrapolated(finer: Neighbour | None, coarser: Neighbour | None, signed: boo
     saturated = not signed and max(below, above) > SATURATED
     if abs(below) <= ROUND_OFF or below * above <= 0 or saturated:
         return Estimate(max(abs(below), abs(above)), None)
+    order = order_between((coarser.size, 1.0, finer.size), (abs(above), abs(below)), HIGHEST)
+    return Estimate(abs(below) / (1 - finer.size**order), order if LOWEST < order < HIGHEST * (1 - 1e-9) else None)
 
-    def ratio(order: float) -> float:
-        return (coarser.size**order - 1) / (1 - finer.size**order)
 
-    low, high, wanted = LOWEST, HIGHEST, above / below
+def order_between(sizes: Sequence[float], distances: tuple[float, float], highest: float) -> float:
+    """Return the order p of errors C hᵖ of three runs, by bisection; `LOWEST` at least.
+
+    Args:
+        sizes: h of each, coarse to fine.
+        distances: Of the first run from the second, and of the second from the third.
+        highest: Largest order.
+    """
+    (coarse, middle, fine), (above, below) = sizes, distances
+    low, high = LOWEST, highest
     for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if ratio(middle) < wanted else (low, middle)
-    return Estimate(abs(below) / (1 - finer.size**low), low if LOWEST < low < HIGHEST * (1 - 1e-9) else None)
+        p = 0.5 * (low + high)
+        rises = (coarse**p - middle**p) * below < above * (middle**p - fine**p)
+        low, high = (p, high) if rises else (low, p)
+    return low

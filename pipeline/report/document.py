@@ -8,7 +8,7 @@ import io
 import itertools
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -266,6 +266,11 @@ class Document:
         return json.dumps(self.as_json(), indent=1, allow_nan=False, ensure_ascii=False)
 
 
+def counted_names(quantities: Sequence[Quantity]) -> set[str]:
+    """Return the names of the quantities that count."""
+    return {quantity.name for quantity in quantities if quantity.counts}
+
+
 def csv_text(document: Document) -> str:
     """Return `report.csv`: one line per run; columns of errors are named `error: QUANTITY` and the like.
 
@@ -276,18 +281,18 @@ def csv_text(document: Document) -> str:
         "energy_drift", "momentum_residual", "step", "steps", "factorisations", "iterations", "cpu_seconds",
         "wall_seconds", "peak_mib", "front",
     )  # fmt: skip
-    stages = dict.fromkeys(stage for run in document.runs for stage in run.stages)
-    budget = document.budget or Budget("", [])
-    columns: dict[str, list[Any]] = {name: [getattr(run, name) for run in document.runs] for name in plain}
-    for label, part in (("error", "errors"), ("truncation", "truncation"), ("time", "time")):
-        for one in document.quantities:
-            columns[f"{label}: {one.name}"] = [(getattr(run, part) or {}).get(one.name) for run in document.runs]
-    for term, one in itertools.product(budget.terms, document.quantities):
-        errors = [term.errors.get(one.name) if run.name == budget.run else None for run in document.runs]
-        columns[f"budget {term.source}: {one.name}"] = errors
+    runs, budget = document.runs, document.budget or Budget("", [])
+    stages = dict.fromkeys(stage for run in runs for stage in run.stages)
+    columns: dict[str, list[Any]] = {name: [getattr(run, name) for run in runs] for name in plain}
+    labels = {"error": "errors", "truncation": "truncation", "time": "time"}
+    for (label, key), quantity in itertools.product(labels.items(), document.quantities):
+        columns[f"{label}: {quantity.name}"] = [(getattr(run, key) or {}).get(quantity.name) for run in runs]
+    for term, quantity in itertools.product(budget.terms, document.quantities):
+        errors = {budget.run: term.errors.get(quantity.name)}
+        columns[f"budget {term.source}: {quantity.name}"] = [errors.get(run.name) for run in runs]
     for stage, state, clock in itertools.product(stages, ("cold", "warm"), ("wall", "cpu")):
-        taken = [getattr(run.stages.get(stage), state, None) for run in document.runs]
-        columns[f"{stage} {state} {clock}"] = [getattr(seconds, clock, None) for seconds in taken]
+        seconds = [getattr(run.stages.get(stage), state, None) for run in runs]
+        columns[f"{stage} {state} {clock}"] = [getattr(s, clock, None) for s in seconds]
     return rows_text([columns, *zip(*columns.values(), strict=True)])
 
 

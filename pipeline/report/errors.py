@@ -87,30 +87,30 @@ def rows(
 ) -> list[Run]:
     """Return the runs of a report, full FE first."""
     runs = [_nodal_run(run, nodal, base, reference, counting) for run in nodal]
-    return runs + [_run(one, points, reference, counting) for one in points]
+    return runs + [_run(p, points, reference, counting) for p in points]
 
 
 def finest_of(points: Sequence[Point], scheme: str) -> tuple[str, Trajectory] | None:
     """Return the finest run of a scheme: its largest basis at its finest step."""
-    able = [one for one in points if one.ran and one.scheme[0] == scheme]
+    able = [p for p in points if p.ran and p.scheme[0] == scheme]
     if not able:
         return None
-    best = max(able, key=lambda one: (one.coordinates, -one.fineness))
+    best = max(able, key=lambda p: (p.coordinates, -p.fineness))
     return (best.finer[-1][0], best.finer[-1][2]) if best.finer else (best.setting.name, best.trajectory)
 
 
-def larger(one: Point, points: Sequence[Point]) -> Point | None:
+def larger(entry: Point, points: Sequence[Point]) -> Point | None:
     """Return the point of the largest basis of the same scheme and step, None if it is this one."""
-    alike = [other for other in points if other.ran and (other.scheme, other.pace) == (one.scheme, one.pace)]
-    best = max(alike, key=lambda other: other.coordinates, default=one)
-    return best if best.coordinates > one.coordinates else None
+    alike = [p for p in points if p.ran and (p.scheme, p.pace) == (entry.scheme, entry.pace)]
+    best = max(alike, key=lambda p: p.coordinates, default=entry)
+    return best if best.coordinates > entry.coordinates else None
 
 
-def finest_step(one: Point, points: Sequence[Point]) -> tuple[str, Trajectory] | None:
+def finest_step(entry: Point, points: Sequence[Point]) -> tuple[str, Trajectory] | None:
     """Return the run of the finest step of the same scheme and basis, None if it is that of this point."""
-    alike = [other for other in points if other.ran and (other.scheme, other.basis) == (one.scheme, one.basis)]
-    name, size, run = min(_steps(alike), key=lambda run: run[1], default=("", one.fineness, one.trajectory))
-    return (name, run) if size < one.fineness else None
+    alike = [p for p in points if p.ran and (p.scheme, p.basis) == (entry.scheme, entry.basis)]
+    name, size, run = min(_steps(alike), key=lambda run: run[1], default=("", entry.fineness, entry.trajectory))
+    return (name, run) if size < entry.fineness else None
 
 
 def quantities(
@@ -119,16 +119,16 @@ def quantities(
     """Return the compared quantities with their convergence over the sweep; `counts` as the reference permits."""
     series = [*_series(points), ("step", base, [(nodal_name(run), run.step, run) for run in nodal])]
     links = [(axis, _chain(job, runs, reference)) for axis, job, runs in series if len(runs) > 1]
-    ran = [one for one in points if one.ran]
-    names = dict.fromkeys(name for one in ran for name in errors_against(one.job, one.trajectory, reference))
-    units = {name: entry["unit"] for one in ran for name, entry in one.trajectory.quantities.items()}
+    ran = [p for p in points if p.ran]
+    names = dict.fromkeys(name for p in ran for name in errors_against(p.job, p.trajectory, reference))
+    units = {name: entry["unit"] for p in ran for name, entry in p.trajectory.quantities.items()}
     expected = reference.expected
     if reference.run is not None:
         expected = values_of_impacts(base, reference.run, float(ran[0].trajectory.times[0])) | expected
     uncertain = own_errors(base, reference)
     about = {name: (units.get(name) or UNITS.get(_last(name), ""), expected.get(name)) for name in names}
-    found = [_quantity(name, about[name], links, reference, base) for name in names]
-    return [replace(one, uncertainty=uncertain.get(one.name)) for one in found]
+    compared = [_quantity(name, about[name], links, reference, base) for name in names]
+    return [replace(p, uncertainty=uncertain.get(p.name)) for p in compared]
 
 
 def _last(name: str) -> str:
@@ -140,43 +140,45 @@ def _quantity(
 ) -> Quantity:  # fmt: skip
     """Return a compared quantity, with its unit and its reference value if it has one."""
     chains = []
-    for axis, found in links:
-        kept = [
-            (run, size, errors[name], apart[name])
-            for run, size, errors, apart in found if name in errors and name in apart
-        ]  # fmt: skip
-        if len(kept) > 1:
-            chains.append(chain(axis, *zip(*kept, strict=True)))
+    for axis, series in links:
+        shared = [link for link in series if name in link[2] and name in link[3]]
+        rows = [(run, size, errors[name], differences[name]) for run, size, errors, differences in shared]
+        if len(rows) > 1:
+            chains.append(chain(axis, *zip(*rows, strict=True)))
     settles, why = settling(name, chains)
-    (unit, expected), report = about, base.scene.report
+    unit, expected = about
     measure = "L2" if _last(name) in HISTORIES else "absolute" if name == DRIFT or expected == 0 else "relative"
-    if report.interest:
-        counts = bool(named_by([name], report.interest))
-    else:
-        short = report.until is not None and report.until < base.scene.run.duration
-        # An absolute error cannot be compared with relative ones.
-        counts = not (measure == "absolute" and name != DRIFT) and not (name == BEYOND and short)
-    counts = counts and not (reference.kind == "finest" and settles is False)
+    counts = _counts(name, measure, base) and not (reference.kind == "finest" and settles is False)
     return Quantity(name, unit, measure, expected, counts=counts, converges=settles, why=why, chains=chains)
 
 
-def _run(one: Point, points: Sequence[Point], reference: Reference, counting: set[str]) -> Run:
-    job, timed = one.job, one.timed
+def _counts(name: str, measure: str, base: Job) -> bool:
+    """Return whether a quantity counts by its name and measure: if the scene names it, or else if it is comparable."""
+    report = base.scene.report
+    if report.interest:
+        return bool(named_by([name], report.interest))
+    if name == BEYOND and report.until is not None and report.until < base.scene.run.duration:
+        return False
+    return measure != "absolute" or name == DRIFT  # An absolute error cannot be compared with relative ones.
+
+
+def _run(entry: Point, points: Sequence[Point], reference: Reference, counting: set[str]) -> Run:
+    job, timed = entry.job, entry.timed
     if timed is None:
         return Run(
-            one.setting.name, "reduced", one.scheme[1], one.setting.changes, 0, one.failure, errors={},
+            entry.setting.name, "reduced", entry.scheme[1], entry.setting.changes, 0, entry.failure, errors={},
             truncation_against="the run failed", time_against="the run failed",
         )  # fmt: skip
     trajectory, counts = timed.trajectory, timed.trajectory.counts
-    errors = errors_against(job, trajectory, reference) if one.ran else {}
+    errors = errors_against(job, trajectory, reference) if entry.ran else {}
     worst, size = largest(errors, counting)
-    best, finest = (larger(one, points), finest_step(one, points)) if one.ran else (None, None)
+    best, finest = (larger(entry, points), finest_step(entry, points)) if entry.ran else (None, None)
     located = math.isinf(job.scene.capabilities.order)
     chosen = located or ("steps_taken" in counts and job.scene.run.step is None)
     step = None if chosen else counts["step"]
     truncation = None if best is None else apart_from(job, trajectory, best.trajectory, best.setting.name, reference)
     return Run(
-        one.setting.name, "reduced", one.scheme[1], one.setting.changes, timed.coordinates, trajectory.result,
+        entry.setting.name, "reduced", entry.scheme[1], entry.setting.changes, timed.coordinates, trajectory.result,
         errors=errors, largest_error=size, largest_of=worst, truncation=truncation,
         truncation_against=best.setting.name if best else "no larger basis of its scheme in this sweep",
         time=apart_from(job, trajectory, finest[1], finest[0], reference) if finest else None,
@@ -218,20 +220,18 @@ def apart_from(job: Job, run: Ran, reference_trajectory: Ran, name: str, like: R
 
 def _steps(points: Sequence[Point]) -> list[tuple[str, float, Trajectory]]:
     """Return the runs of some points, then their runs with finer steps."""
-    return [(one.setting.name, one.fineness, one.trajectory) for one in points] + [
-        run for one in points for run in one.finer
-    ]
+    return [(p.setting.name, p.fineness, p.trajectory) for p in points] + [run for p in points for run in p.finer]
 
 
 def _series(points: Sequence[Point]) -> Iterator[tuple[str, Job, Sequence[Sized]]]:
     """Yield the axis, the scene and the runs, coarse to fine, of each series that differs in basis or step only."""
-    ran = [one for one in points if one.ran]
-    for key in dict.fromkeys((one.scheme, one.pace) for one in ran):
-        bases = {one.coordinates: one for one in reversed(ran) if (one.scheme, one.pace) == key}
+    ran = [p for p in points if p.ran]
+    for key in dict.fromkeys((p.scheme, p.pace) for p in ran):
+        bases = {p.coordinates: p for p in reversed(ran) if (p.scheme, p.pace) == key}
         runs = [(bases[n].setting.name, float(n), bases[n].trajectory) for n in sorted(bases)]
         yield "basis", bases[max(bases)].job, runs
-    for key in dict.fromkeys((one.scheme, one.basis) for one in ran):
-        alike = [one for one in ran if (one.scheme, one.basis) == key]
+    for key in dict.fromkeys((p.scheme, p.basis) for p in ran):
+        alike = [p for p in ran if (p.scheme, p.basis) == key]
         by_size = {run[1]: run for run in _steps(alike)}
         yield "step", alike[0].job, [by_size[size] for size in sorted(by_size, reverse=True)]
 

@@ -16,8 +16,19 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.report.budget.mesh_edges import mean_edge
 from gudgeon.pipeline.report.choice import choose, judged, keep_report, on_its_mesh
-from gudgeon.pipeline.report.convergence import Neighbour, chain, extrapolated, settling
-from gudgeon.pipeline.report.document import MISSING, Budget, Chain, Document, Errors, Quantity, Run, Table, Term
+from gudgeon.pipeline.report.convergence import Estimate, Neighbour, chain, extrapolated, settling
+from gudgeon.pipeline.report.document import (
+    MISSING,
+    Budget,
+    Chain,
+    Document,
+    Errors,
+    Quantity,
+    Run,
+    Table,
+    Term,
+    counted_names,
+)  # fmt: skip
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
@@ -73,8 +84,8 @@ def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
             reference = Reference("finest", f"the finest mesh: {name}", meshes[-1].frequencies, None, None)
         check_names(job, reference, meshes[-1].frequencies, meshes[-1].frequencies)
         compared = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
-        counting = {q.name for q in compared if q.counts}
-        runs = with_front([_run(m, reference, counting) for m in meshes], counting, reference.kind == "finest")
+        names = counted_names(compared)
+        runs = with_front([_run(m, reference, names) for m in meshes], names, reference.kind == "finest")
         choice = choose(runs, how.tolerance)
         budget = _budget(judged(runs, choice), compared, reference.kind != "finest")
         document = replace(
@@ -206,29 +217,32 @@ def _budget(run: Run | None, quantities: Sequence[Quantity], independent: bool) 
     if run is None:
         return None
     errors, orders = {}, {}
-    for one in quantities:
-        chains = [chain for chain in one.chains if run.name in chain.runs]
-        if not chains or len(chains[0].runs) < 2:
-            continue
-        found, at = chains[0], chains[0].runs.index(run.name)
-        own = 1 + found.differences[at]
-        sides = {
-            side: Neighbour(found.sizes[at + side] / found.sizes[at], (1 + found.differences[at + side]) / own - 1)
-            for side in (1, -1)
-            if 0 <= at + side < len(found.runs) and side * (found.sizes[at] - found.sizes[at + side]) > 0
-        }
-        if not sides:
-            continue
-        estimate = extrapolated(sides.get(1), sides.get(-1))
-        known = run.errors.get(one.name) if independent else None
-        errors[one.name] = estimate.error if known is None else abs(known)
-        orders |= {} if estimate.order is None else {one.name: estimate.order}
-    of, size = largest(errors, {one.name for one in quantities if one.counts})
+    for quantity in quantities:
+        estimate = _mesh_estimate(quantity, run.name)
+        if estimate is not None:
+            against = run.errors.get(quantity.name) if independent else None
+            errors[quantity.name] = estimate.error if against is None else abs(against)
+            orders |= {} if estimate.order is None else {quantity.name: estimate.order}
     if not errors:
         return Budget(run.name, [Term("mesh", f"{MISSING}: the report has one mesh only")])
+    of, size = largest(errors, counted_names(quantities))
     how = "error against the reference where there is one; else " if independent else ""
     how += "the next finer and the next coarser mesh of the report, extrapolated with the observed order"
     return Budget(run.name, [Term("mesh", how, errors, orders, size, of)])
+
+
+def _mesh_estimate(quantity: Quantity, run: str) -> Estimate | None:
+    """Return the error of a quantity on a mesh, from those next to it; None where the report has no other mesh."""
+    chain = next((chain for chain in quantity.chains if run in chain.runs), None)
+    if chain is None:
+        return None
+    row, sizes, values = chain.runs.index(run), chain.sizes, [1 + difference for difference in chain.differences]
+    sides = {
+        side: Neighbour(sizes[row + side] / sizes[row], values[row + side] / values[row] - 1)
+        for side in (1, -1)
+        if 0 <= row + side < len(sizes) and side * (sizes[row] - sizes[row + side]) > 0
+    }
+    return extrapolated(sides.get(1), sides.get(-1)) if sides else None
 
 
 def observed_order(mesh_chain: Chain) -> float | None:

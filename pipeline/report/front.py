@@ -8,7 +8,7 @@ from gudgeon.pipeline.report.document import Errors, Run
 
 
 def conservative_error(
-    run: Run, runs: Sequence[Run], counting: Collection[str] | None = None, own: bool = False
+    run: Run, runs: Sequence[Run], counting: Collection[str] | None = None, internal: bool = False
 ) -> float | None:
     """Return the largest of total, truncation and time error of a run over the quantities that count.
 
@@ -18,12 +18,12 @@ def conservative_error(
     Args:
         runs: All runs of the report.
         counting: Quantities that count; None for all.
-        own: Whether the reference is one of these runs.
+        internal: Whether the reference is one of these runs.
     """
     if run.largest_error is None:
         return None
     names = run.errors if counting is None else counting
-    truncation = run.truncation or (_next_smaller(run, runs) if own else None)
+    truncation = run.truncation or (_next_smaller(run, runs) if internal else None)
     components = [errors for errors in (truncation, run.time) if errors is not None]
     sizes = [abs(errors[name]) for errors in components for name in names if errors.get(name) is not None]
     return max([run.largest_error, *sizes])
@@ -40,15 +40,13 @@ def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
     return front
 
 
-def with_front(runs: Sequence[Run], counting: Collection[str] | None = None, own: bool = False) -> list[Run]:
+def with_front(runs: Sequence[Run], counting: Collection[str] | None = None, internal: bool = False) -> list[Run]:
     """Return the runs with their conservative error, and with `front` set on the front of that error and CPU time."""
-    conservative = [conservative_error(run, runs, counting, own) for run in runs]
-    compared = [number for number, error in enumerate(conservative) if error is not None]
-    points = [(runs[number].cpu_seconds, error) for number, error in enumerate(conservative) if error is not None]
+    conservative = [conservative_error(run, runs, counting, internal) for run in runs]
+    compared = [row for row, error in enumerate(conservative) if error is not None]
+    points = [(runs[row].cpu_seconds, error) for row, error in enumerate(conservative) if error is not None]
     best = {compared[i] for i in pareto_front(points)}
-    return [
-        replace(run, conservative_error=conservative[number], front=number in best) for number, run in enumerate(runs)
-    ]
+    return [replace(run, conservative_error=conservative[row], front=row in best) for row, run in enumerate(runs)]
 
 
 def _next_smaller(run: Run, runs: Sequence[Run]) -> Errors | None:

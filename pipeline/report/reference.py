@@ -117,20 +117,25 @@ def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Refe
         like: The other reference; None for the usual quantities.
         name: Of the run.
     """
-    found, contacts = values_of(run), bool(job.scene.contact)
+    values, interest = values_of(run), job.scene.report.interest
     if like is None:
-        interest = job.scene.report.interest
-        wanted = {n for n in named_by(found, interest) if IMPACT not in n or n in interest}
-        if not interest:
-            given = {f"{one.joint}.angle_end" for one in job.scene.joint.values() if isinstance(one, Driven)}
-            wanted = {n for n in found if n.rsplit(".", 1)[-1] in USUAL and IMPACT not in n} - given
-        wants_force, wants_run = bool(named_by(["force"], interest)), contacts
+        names = _usual(job, values)
+        has_force, has_run = bool(named_by(["force"], interest)), bool(job.scene.contact)
     else:
-        wanted, wants_force, wants_run = {*like.expected}, like.force is not None, like.run is not None
-    expected = {n: without_round_off(n, value) for n, value in found.items() if n in wanted}
-    force, whole = (_force(job, run), _whole(job, run)) if wants_force else (None, None)
+        names, has_force, has_run = {*like.expected}, like.force is not None, like.run is not None
+    expected = {n: without_round_off(n, value) for n, value in values.items() if n in names}
+    force, beyond = (_force(job, run), _whole(job, run)) if has_force else (None, None)
     located = run if like is None else like.located
-    return Reference("finest", name, expected, force, run if wants_run else None, whole=whole, located=located)
+    return Reference("finest", name, expected, force, run if has_run else None, whole=beyond, located=located)
+
+
+def _usual(job: Job, names: Collection[str]) -> set[str]:
+    """Return the quantities of a run that are compared: those that the scene names, or else the usual ones."""
+    interest = job.scene.report.interest
+    if interest:
+        return {name for name in named_by(names, interest) if IMPACT not in name or name in interest}
+    driven = {f"{joint.joint}.angle_end" for joint in job.scene.joint.values() if isinstance(joint, Driven)}
+    return {name for name in names if name.rsplit(".", 1)[-1] in USUAL and IMPACT not in name} - driven
 
 
 def without_round_off(name: str, value: float) -> float:

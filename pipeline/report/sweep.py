@@ -89,13 +89,10 @@ def finer(job: Job, setting: Setting, step: float) -> list[Setting]:
         return []
     if integrator.own_steps:
         tight = max(LEAST_ACCURACY, (job.scene.run.accuracy or OWN_ACCURACY) * TIGHTER)
-        parts = [(f"accuracy {tight:g}", {"accuracy": tight})]
+        runs = [(f"accuracy {tight:g}", {"accuracy": tight})]
     else:
-        parts = [(f"step / {parts}", {"step": step / parts}) for parts in REFINED]
-    settings = []
-    for word, run in parts:
-        settings.append(Setting(f"{setting.name}, {word}", merged(setting.changes, {"run": run})))
-    return settings
+        runs = [(f"step / {divisor}", {"step": step / divisor}) for divisor in REFINED]
+    return [Setting(f"{setting.name}, {word}", merged(setting.changes, {"run": run})) for word, run in runs]
 
 
 def scheme_of(job: Job) -> tuple[str, str]:
@@ -158,37 +155,53 @@ def _is_rigid(component: Any) -> bool:
 
 def _default(job: Job) -> Iterator[Setting]:
     """Yield numbers of modes, then other reductions, integrators and methods at the number of modes of the scene."""
-    elastic = {
-        name: component.modes
-        for name, component in job.scene.component.items()
-        if component.geometry.kind != "rigid" and component.modes.reduction != "rigid"
-    }
-    counted = {name: modes for name, modes in elastic.items() if modes.normal_count > 0}
-    keys = {name: "normal_count" if name in counted else "fixed_count" for name in elastic}
-    own = {name: getattr(elastic[name], key) for name, key in keys.items()}
-    for factor in FACTORS if any(own.values()) else (1.0,):
-        counts = {name: max(1, round(factor * count)) for name, count in own.items() if count > 0}
-        changes = {"component": {name: {"modes": {keys[name]: n}} for name, n in counts.items()}} if counts else {}
-        numbers = " + ".join(dict.fromkeys(str(n) for n in counts.values()))
-        yield Setting(f"{numbers} modes" if counts else "as in the scene", changes, named=factor == 1.0)
-    for reduction in SIMILAR:
-        others = [
-            name for name, modes in counted.items() if modes.reduction in SIMILAR and modes.reduction != reduction
-        ]
-        if others:
-            changes = {"component": {name: {"modes": {"reduction": reduction}} for name in others}}
-            yield Setting(f"reduction {reduction}", changes, named=False)
-    for integrator in job.scene.alternatives():
-        if integrator != job.scene.integrator:
-            yield Setting(f"integrator {integrator}", {"run": {"integrator": integrator}}, named=False)
-    flexible = [name for name, contact in job.scene.contact.items() if contact.method == "residual"]
-    if elastic and flexible:
-        changes = {"contact": {name: {"method": "penalty"} for name in flexible}}
-        yield Setting("penalty", changes, named=False)
-    integrator = job.scene.capabilities
-    if integrator.own_steps and math.isfinite(integrator.order) and job.scene.run.accuracy is None:
+    scene, elastic = job.scene, elastic_modes(job.scene.component)
+    yield from _mode_counts(elastic)
+    yield from _reductions(elastic)
+    for name in scene.alternatives():
+        if name != scene.integrator:
+            yield Setting(f"integrator {name}", {"run": {"integrator": name}}, named=False)
+    residual = [name for name, contact in scene.contact.items() if contact.method == "residual"]
+    if elastic and residual:
+        yield Setting("penalty", {"contact": {name: {"method": "penalty"} for name in residual}}, named=False)
+    integrator = scene.capabilities
+    if integrator.own_steps and math.isfinite(integrator.order) and scene.run.accuracy is None:
         for accuracy in LOOSER:
             yield Setting(f"accuracy {accuracy:g}", {"run": {"accuracy": accuracy}}, named=False)
+
+
+def elastic_modes(components: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings of the modes of the components that deform."""
+    return {
+        name: component.modes
+        for name, component in components.items()
+        if component.geometry.kind != "rigid" and component.modes.reduction != "rigid"
+    }
+
+
+def _mode_counts(elastic: Mapping[str, Any]) -> Iterator[Setting]:
+    """Yield other numbers of normal modes, of fixed-interface ones where a component has no others."""
+    keys = {name: "normal_count" if modes.normal_count > 0 else "fixed_count" for name, modes in elastic.items()}
+    counts = {name: getattr(elastic[name], key) for name, key in keys.items()}
+    counts = {name: count for name, count in counts.items() if count > 0}
+    if not counts:
+        yield Setting("as in the scene", {})
+        return
+    for factor in FACTORS:
+        scaled = {name: max(1, round(factor * count)) for name, count in counts.items()}
+        changes = {"component": {name: {"modes": {keys[name]: count}} for name, count in scaled.items()}}
+        numbers = " + ".join(dict.fromkeys(map(str, scaled.values())))
+        yield Setting(f"{numbers} modes", changes, named=factor == 1.0)
+
+
+def _reductions(elastic: Mapping[str, Any]) -> Iterator[Setting]:
+    """Yield the other one of two similar reductions to normal modes."""
+    similar = {n: m.reduction for n, m in elastic.items() if m.normal_count > 0 and m.reduction in SIMILAR}
+    for reduction in SIMILAR:
+        changed = [name for name, present in similar.items() if present != reduction]
+        if changed:
+            changes = {"component": {name: {"modes": {"reduction": reduction}} for name in changed}}
+            yield Setting(f"reduction {reduction}", changes, named=False)
 
 
 def able_settings(job: Job, settings: Sequence[Setting]) -> tuple[list[Setting], list[dict[str, str]]]:

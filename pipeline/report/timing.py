@@ -9,7 +9,7 @@ import hashlib
 import math
 import multiprocessing
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -101,10 +101,10 @@ def timed(job: Job, repeat: int, limit: float = math.inf) -> Timed:
         keep(job.store, solved, trajectory)
         keep(job.store, measured, record)
     trajectory, record = job.store.get(solved.key, "trajectory"), job.store.get(measured.key, "measurement")
-    least, first, again = (record.seconds[name] for name in ("integration", "cold", "warm"))
-    stages = before.stages | {"solve": StageSeconds(Seconds(**first), Seconds(**again))}
+    fastest, cold, again = (record.seconds[name] for name in ("integration", "cold", "warm"))
+    stages = before.stages | {"solve": StageSeconds(Seconds(**cold), Seconds(**again))}
     return Timed(
-        trajectory, trajectory.counts["coordinates"], least["cpu"], least["wall"],
+        trajectory, trajectory.counts["coordinates"], fastest["cpu"], fastest["wall"],
         stages=stages, peak_mib=record.peak_mib, factorisations=before.factorisations,
     )  # fmt: skip
 
@@ -160,19 +160,19 @@ def _make(job: Job, changes: dict[str, Any], limit: float) -> None:
 def _measure(job: Job, repeat: int, limit: float) -> tuple[Trajectory, MeasurementRecord]:
     with contextlib.suppress(StageError):
         simulate(compiled(job), _guard(WARM_UP))
-    begun, parts, trajectory = Clock(), [], None
+    begun, seconds_of, trajectory = Clock(), [], None
     with peak_memory() as peak:
-        for number in range(repeat):
-            whole = Clock()
+        for i in range(repeat):
+            total = Clock()
             system = compiled(job)
             integration = Clock()
             trajectory = simulate(system, _guard(limit))
-            parts.append({"integration": integration.read(), "whole": whole.read()})
-            if number and begun.read().wall > LONG:
+            seconds_of.append({"integration": integration.read(), "whole": total.read()})
+            if i and begun.read().wall > LONG:
                 break
     assert trajectory is not None
-    least = _least(parts)
-    seconds = {"integration": least["integration"], "cold": parts[0]["whole"], "warm": least["whole"]}
+    fastest = _least(seconds_of)
+    seconds = {"integration": fastest["integration"], "cold": seconds_of[0]["whole"], "warm": fastest["whole"]}
     return trajectory, MeasurementRecord(_plain(seconds), peak.mib, {}, machine())
 
 
@@ -206,24 +206,36 @@ def prepared(job: Job, repeat: int = 1) -> Prepared:
         InputError, StageError: see `run_job`.
     """
     keys = [step.key for steps in job.components().values() for step in steps.values()]
-    how = {"machine": machine()} | ({"repeat": repeat} if repeat > 1 else {})
-    measured = product("measurement", job.name, {"of": combined(sorted(set(keys))), "how": how})
-    if not job.store.has(measured.key):
-        keep(job.store, measured, _prepare(job, repeat))
-    found = job.store.get(measured.key, "measurement")
+    how = {"repeat": repeat} if repeat > 1 else {}
+    record = measurement(job, combined(sorted(set(keys))), how, lambda: _prepare(job, repeat))
     stages = {
-        stage: StageSeconds(Seconds(**found.seconds[f"{stage} cold"]), Seconds(**found.seconds[f"{stage} warm"]))
+        stage: StageSeconds(Seconds(**record.seconds[f"{stage} cold"]), Seconds(**record.seconds[f"{stage} warm"]))
         for stage in STAGES[:3]
     }
-    return Prepared(stages, found.counts["factorisations"], found.peak_mib)
+    return Prepared(stages, record.counts["factorisations"], record.peak_mib)
+
+
+def measurement(
+    job: Job, of: str, how: Mapping[str, Any], measure: Callable[[], MeasurementRecord]
+) -> MeasurementRecord:
+    """Return a measurement of this machine, from the database or made now.
+
+    Args:
+        of: Key of what is measured.
+        how: What else the measurement depends on.
+    """
+    measured = product("measurement", job.name, {"of": of, "how": {"machine": machine(), **how}})
+    if not job.store.has(measured.key):
+        keep(job.store, measured, measure())
+    return job.store.get(measured.key, "measurement")
 
 
 def _prepare(job: Job, repeat: int) -> MeasurementRecord:
     """Run the stages before the solver with an empty database, and again with all records present."""
-    found: list[Parts] = []
+    measured: list[Parts] = []
     counts = {}
     with peak_memory() as peak:
-        for number in range(repeat):
+        for i in range(repeat):
             seconds: Parts = {}
             with tempfile.TemporaryDirectory() as folder:
                 empty = replace(job, store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
@@ -235,10 +247,10 @@ def _prepare(job: Job, repeat: int) -> MeasurementRecord:
                             run_job(empty, stage)
                         seconds[f"{stage} {state}"] = clock.read()
                 counts = {"factorisations": COUNTS["factorisations"] - before}
-                if number == 0:
+                if i == 0:
                     _keep(empty, job)
-            found.append(seconds)
-    return MeasurementRecord(_plain(_least(found)), peak.mib, counts, machine())
+            measured.append(seconds)
+    return MeasurementRecord(_plain(_least(measured)), peak.mib, counts, machine())
 
 
 def _keep(made: Job, job: Job) -> None:

@@ -9,7 +9,7 @@ The stiffness of a contact layer is halved and doubled; the larger change counts
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +20,10 @@ from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.report.budget.fields import FALL, LEAST_POINTS, by_panels, by_points, changed_grids
 from gudgeon.pipeline.report.budget.mesh_edges import mean_edge
 from gudgeon.pipeline.report.convergence import Neighbour, extrapolated
-from gudgeon.pipeline.report.document import MISSING, Budget, Errors, Quantity, Term
+from gudgeon.pipeline.report.document import MISSING, Budget, Errors, Quantity, Term, counted_names
 from gudgeon.pipeline.report.errors import Point, apart_from, finest_step, larger
 from gudgeon.pipeline.report.reference import DRIFT, Reference, largest
-from gudgeon.pipeline.report.sweep import reason
+from gudgeon.pipeline.report.sweep import elastic_modes, reason
 from gudgeon.pipeline.report.timing import made
 from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job, grids_of, variant
@@ -47,19 +47,15 @@ GROWTH = 1.5
 Tell = Callable[[str, float], None]
 
 
-class Sides(NamedTuple):
-    """Changes of a scene that make something finer and coarser, and what they change, in words."""
-
-    finer: dict[str, Any]
-    coarser: dict[str, Any]
-    words: tuple[str, str]
+Side = tuple[float, Errors]
+"""Size of a run over that of the run of the budget, and differences from it."""
 
 
 @dataclass(frozen=True)
 class Judge:
     """The run of a budget and what it is compared in."""
 
-    one: Point
+    point: Point
     reference: Reference
     quantities: Sequence[Quantity]
 
@@ -69,13 +65,13 @@ class Judge:
 
     def differences(self, run: Trajectory, name: str) -> Errors:
         """Return the difference of another run from the run of the budget, without the energy drift."""
-        errors = apart_from(self.one.job, run, self.one.trajectory, name, self.reference)
+        errors = apart_from(self.point.job, run, self.point.trajectory, name, self.reference)
         compared = {q.name for q in self.quantities if q.measure != "absolute"}
         return {name: value for name, value in errors.items() if name in compared and name != DRIFT}
 
     def renumbered(self, run: Trajectory) -> str:
         """Return how many impacts another run has where numbered ones are compared; empty where they are as many."""
-        trajectory = self.one.trajectory
+        trajectory = self.point.trajectory
         for name, impacts in trajectory.impacts.items():
             numbered = any(
                 q.name.startswith(f"{name}.impact") and q.name in self.reference.expected for q in self.quantities
@@ -84,31 +80,51 @@ class Judge:
                 return f"{len(run.impacts[name])} impacts of {name} instead of {len(impacts)}"
         return ""
 
+    def side(
+        self, changes: dict[str, Any], size: float, words: str, meshed: Collection[str] = ()
+    ) -> tuple[Side | None, str]:
+        """Return a run with further changes as a side, with what it is; None, and why, if it cannot be compared.
+
+        Args:
+            size: Of the run over that of the run of the budget.
+            meshed: Components with another mesh, whose mean edges measure the size.
+        """
+        job, (run, why) = self.point.job, _run(self.point, changes, meshed)
+        if run is not None and meshed:
+            edges = _edge_ratio(job, variant(job, changes), meshed)
+            words = f"{words} (mean edge × {edges:.2f})"
+            if math.log(edges) / math.log(size) < LEAST:
+                return None, f"{words}: hardly another mesh"
+            size = edges
+        if run is None or (why := self.renumbered(run)):
+            return None, f"{words}: {why}"
+        return (size, self.differences(run, "")), words
+
     def term(self, source: str, how: str, errors: Errors, orders: dict[str, float] | None = None) -> Term:
         """Return a term from the estimated errors of the quantities."""
         sizes = {name: abs(error) for name, error in errors.items()}
-        of, size = largest(sizes, {q.name for q in self.quantities if q.counts})
+        of, size = largest(sizes, counted_names(self.quantities))
         return Term(source, how, sizes, orders or {}, size, of)
 
 
 def budget_of(
-    one: Point, points: Sequence[Point], reference: Reference, quantities: Sequence[Quantity], progress: Tell
+    point: Point, points: Sequence[Point], reference: Reference, quantities: Sequence[Quantity], progress: Tell
 ) -> Budget:
     """Return the error budget of a setting; runs that it needs are kept in the database.
 
     Args:
         points: All settings of the report, with their runs of finer steps.
     """
-    judge = Judge(one, reference, quantities)
+    judge = Judge(point, reference, quantities)
     progress("error budget: basis", 0.0)
     terms = [_basis(judge, points), _step(judge, points)]
     for i, (source, term) in enumerate((("mesh", _mesh), ("spline spacing", _splines), ("contact layer", _layer))):
         progress(f"error budget: {source}", 0.25 * (i + 1))
         terms.append(term(judge))
-    if grids_of(one.job.scene):
+    if grids_of(point.job.scene):
         progress("error budget: fields", 0.9)
         terms += [_panels(judge), _grid(judge)]
-    return Budget(one.setting.name, terms)
+    return Budget(point.setting.name, terms)
 
 
 def _basis(judge: Judge, points: Sequence[Point]) -> Term:
@@ -117,32 +133,25 @@ def _basis(judge: Judge, points: Sequence[Point]) -> Term:
     The larger basis is the largest of the report where it is large enough: one that is little larger lacks nearly the
     same, so that its difference would be a fraction of the error.
     """
-    one, source = judge.one, "basis"
-    sides: list[tuple[float, Errors] | None] = []
-    known, missing = [], []
-    if (other := larger(one, points)) is not None and other.coordinates >= LARGER * one.coordinates:
-        sides.append((one.coordinates / other.coordinates, judge.differences(other.trajectory, "")))
-        known.append(other.setting.name)
+    point, sides = judge.point, list[tuple[Side | None, str]]()
+    larger_point = larger(point, points)
+    if larger_point is not None and larger_point.coordinates >= LARGER * point.coordinates:
+        size = point.coordinates / larger_point.coordinates
+        sides.append(((size, judge.differences(larger_point.trajectory, "")), larger_point.setting.name))
     for factor, words in ((2.0, "twice as many modes"), (0.5, "half as many")):
         if factor > 1 and sides:
             continue
-        changes = _scaled_basis(one.job, factor)
+        changes = _scaled_basis(point.job, factor)
         if not changes:
-            return Term(source, "no body has modes that could be more")
-        run, why = _run(one, {"component": changes})
-        if run is not None and (why := judge.renumbered(run)):
-            run = None
-        sides.append(None if run is None else (1 / factor, judge.differences(run, "")))
-        (missing if run is None else known).append(f"{words}: {why}" if run is None else words)
-    if not known:
-        return Term(source, f"{MISSING}: {'; '.join(missing)}")
-    return _term_of_sides(judge, source, sides, (f"against {' and '.join(known)}", missing))
+            return Term("basis", "no body has modes that could be more")
+        sides.append(judge.side({"component": changes}, 1 / factor, words))
+    return _extrapolated(judge, "basis", sides, "against ")
 
 
 def _scaled_basis(job: Job, factor: float) -> dict[str, Any]:
     """Return changes of the components that scale the numbers of their modes; empty where none has any."""
-    scaled = {}
-    for name, modes in _elastic(job).items():
+    scaled, used = {}, {name: job.scene.component[name] for name in job.components()}
+    for name, modes in elastic_modes(used).items():
         key = (
             "fixed_count"
             if modes.reduction in ("craig-bampton", "row-craig-bampton", "interface", "partial-interface")
@@ -155,17 +164,17 @@ def _scaled_basis(job: Job, factor: float) -> dict[str, Any]:
 
 def _step(judge: Judge, points: Sequence[Point]) -> Term:
     """Compare with the finest step of the report."""
-    one, source = judge.one, "step"
-    if (finest := finest_step(one, points)) is not None:
+    point, source = judge.point, "step"
+    if (finest := finest_step(point, points)) is not None:
         return judge.term(source, f"against {finest[0]}", judge.differences(finest[1], ""))
-    if math.isinf(one.job.scene.capabilities.order):
+    if math.isinf(point.job.scene.capabilities.order):
         return Term(source, "none: exact motion between located events")
     return Term(source, f"{MISSING}: the report has no run with a finer step")
 
 
 def _mesh(judge: Judge) -> Term:
     """Compare with a finer and a coarser mesh of all components that are meshed here."""
-    job, source = judge.one.job, "mesh"
+    job, source = judge.point.job, "mesh"
     used = {name: job.scene.component[name] for name in job.components()}
     meshed = {name: component.mesh.size for name, component in used.items() if component.geometry.kind != "rigid"}
     fixed = [name for name, size in meshed.items() if size is None or "file" in used[name].geometry.kind]
@@ -177,113 +186,83 @@ def _mesh(judge: Judge) -> Term:
     def scaled(factor: float) -> dict[str, Any]:
         return {"component": {name: {"mesh": {"size": size * factor}} for name, size in sizes.items()}}
 
-    words = f"edges / {FACTOR:g}", f"edges × {FACTOR:g}"
-    term = _extrapolated(judge, source, Sides(scaled(1 / FACTOR), scaled(FACTOR), words), list(sizes))
+    term = _varied(judge, source, scaled, "edges", list(sizes))
     return replace(term, how=f"{term.how}; {fixed_text}") if fixed_text else term
 
 
 def _splines(judge: Judge) -> Term:
     """Compare with smaller and larger knot spacings of all traction spaces."""
-    job, source = judge.one.job, "spline spacing"
+    job, source = judge.point.job, "spline spacing"
+    interfaces = {name: job.scene.component[name].interface for name in job.components()}
     spaces = {
-        name: {
-            key: interface.spacing
-            for key, interface in job.scene.component[name].interface.items()
-            if interface.spacing is not None
-        }
-        for name in job.components()
+        name: {key: interface.spacing for key, interface in named.items() if interface.spacing is not None}
+        for name, named in interfaces.items()
     }
-    if not any(spaces.values()):
+    spaces = {name: spacings for name, spacings in spaces.items() if spacings}
+    if not spaces:
         return Term(source, "none: no traction space")
 
     def scaled(factor: float) -> dict[str, Any]:
-        return {
-            "component": {
-                name: {
-                    "interface": {key: {"spacing": [factor * h for h in spacing]} for key, spacing in spacings.items()}
-                }
-                for name, spacings in spaces.items()
-                if spacings
-            }
+        tables = {
+            name: {key: {"spacing": [factor * h for h in spacing]} for key, spacing in spacings.items()}
+            for name, spacings in spaces.items()
         }
+        return {"component": {name: {"interface": table} for name, table in tables.items()}}
 
-    words = f"spacing / {FACTOR:g}", f"spacing × {FACTOR:g}"
-    return _extrapolated(judge, source, Sides(scaled(1 / FACTOR), scaled(FACTOR), words), [])
+    return _varied(judge, source, scaled, "spacing")
 
 
 def _layer(judge: Judge) -> Term:
     """Compare with half and twice the stiffness of all contact layers."""
-    contacts, source = judge.one.job.scene.contact, "contact layer"
-    layers = {name: one.surface_stiffness for name, one in contacts.items() if one.surface_stiffness is not None}
+    contacts, source = judge.point.job.scene.contact, "contact layer"
+    layers = {name: c.surface_stiffness for name, c in contacts.items() if c.surface_stiffness is not None}
     if not layers:
         return Term(source, "none: no surface_stiffness")
-    found: list[Errors] = []
-    missing = []
+    errors, missing = list[Errors](), []
     for factor, word in ((LAYER, "twice"), (1 / LAYER, "half")):
         changes = {name: {"surface_stiffness": factor * size} for name, size in layers.items()}
-        run, why = _run(judge.one, {"contact": changes})
+        run, why = _run(judge.point, {"contact": changes})
         if run is None:
             missing.append(f"{word} the stiffness: {why}")
         else:
-            found.append(judge.differences(run, ""))
-    if not found:
+            errors.append(judge.differences(run, ""))
+    if not errors:
         return Term(source, f"{MISSING}: {'; '.join(missing)}")
     how = "; ".join(["surface_stiffness halved and doubled, the larger change", *missing])
-    names = dict.fromkeys(name for one in found for name in one)
-    return judge.term(source, how, {name: max(abs(one.get(name, 0.0)) for one in found) for name in names})
+    names = dict.fromkeys(name for differences in errors for name in differences)
+    return judge.term(source, how, {name: max(abs(e.get(name, 0.0)) for e in errors) for name in names})
 
 
-def _extrapolated(judge: Judge, source: str, sides: Sides, components: Sequence[str]) -> Term:
-    """Return a term from runs to both sides.
-
-    Args:
-        components: Those with another mesh, whose mean edges measure the sizes; if empty, the sizes are `FACTOR`.
-    """
-    neighbours: list[tuple[float, Errors] | None] = []
-    known, missing = [], []
-    for changes, word, factor in zip(sides[:2], sides.words, (1 / FACTOR, FACTOR), strict=True):
-        run, why = _run(judge.one, changes, components)
-        size = factor
-        if run is not None and components:
-            size = _edge_ratio(judge.one.job, variant(judge.one.job, changes), components)
-            word = f"{word} (mean edge × {size:.2f})"
-            if math.log(size) / math.log(factor) < LEAST:
-                run, why = None, "hardly another mesh"
-        if run is not None and (why := judge.renumbered(run)):
-            run = None
-        (missing if run is None else known).append(f"{word}: {why}" if run is None else word)
-        neighbours.append(None if run is None else (size, judge.differences(run, "")))
-    if not known:
-        return Term(source, f"{MISSING}: {'; '.join(missing)}")
-    return _term_of_sides(judge, source, neighbours, (" and ".join(known), missing))
-
-
-def _term_of_sides(
-    judge: Judge, source: str, sides: Sequence[tuple[float, Errors] | None], words: tuple[str, list[str]]
+def _varied(
+    judge: Judge, source: str, scaled: Callable[[float], dict[str, Any]], noun: str, meshed: Collection[str] = ()
 ) -> Term:
-    """Return a term from the differences of a finer and a coarser run, of which one may be missing.
+    """Return a term from runs of sizes that are smaller and larger by `FACTOR`; see `Judge.side`."""
+    finer = judge.side(scaled(1 / FACTOR), 1 / FACTOR, f"{noun} / {FACTOR:g}", meshed)
+    coarser = judge.side(scaled(FACTOR), FACTOR, f"{noun} × {FACTOR:g}", meshed)
+    return _extrapolated(judge, source, [finer, coarser])
 
-    Args:
-        sides: Size over that of the run of the budget, and differences from it: of the finer, then of the coarser run.
-        words: What the runs are, and why one of them is missing.
-    """
-    able = [one for one in sides if one is not None]
+
+def _extrapolated(judge: Judge, source: str, sides: Sequence[tuple[Side | None, str]], prefix: str = "") -> Term:
+    """Return a term from a finer and a coarser run, of which one may be missing; see `Judge.side`."""
+    runs, missing = [words for side, words in sides if side], [words for side, words in sides if not side]
+    able = [side for side, _ in sides if side is not None]
+    if not able:
+        return Term(source, f"{MISSING}: {'; '.join(missing)}")
     errors, orders = {}, {}
     for name in able[0][1]:
-        if all(name in one[1] for one in able):
-            finer, coarser = (None if one is None else Neighbour(one[0], one[1][name]) for one in sides)
+        if all(name in differences for _, differences in able):
+            finer, coarser = (side and Neighbour(side[0], side[1][name]) for side, _ in sides)
             estimate = extrapolated(finer, coarser, judge.signed(name))
             errors[name] = estimate.error
             orders |= {} if estimate.order is None else {name: estimate.order}
-    known, missing = words
-    how = f"{known}, extrapolated" + (" with order 1" if missing else " with the observed order")
+    how = f"{prefix}{' and '.join(runs)}, extrapolated" + (" with order 1" if missing else " with the observed order")
     return judge.term(source, "; ".join([how, *missing]), errors, orders)
 
 
 def _panels(judge: Judge) -> Term:
     """Compare with fields whose capacitances are greater by their estimated error by panels."""
     source = "panels"
-    run, why = _run(judge.one, changed_grids(judge.one.job, by_panels))
+    run, why = _run(judge.point, changed_grids(judge.point.job, by_panels))
     if run is None:
         return Term(source, f"{MISSING}: {why}")
     how = "capacitances greater by what their own coarse panels estimate that they lack"
@@ -293,41 +272,32 @@ def _panels(judge: Judge) -> Term:
 def _grid(judge: Judge) -> Term:
     """Compare with fields of every second point of their grids of poses."""
     source = "grid"
-    changes = changed_grids(judge.one.job, by_points)
+    changes = changed_grids(judge.point.job, by_points)
     if not changes:
         return Term(source, f"{MISSING}: no axis of a grid has {LEAST_POINTS} points, of which every second could do")
-    run, why = _run(judge.one, changes)
+    run, why = _run(judge.point, changes)
     if run is None:
         return Term(source, f"{MISSING}: {why}")
     how = f"every second point of axes of {LEAST_POINTS} and more, its difference over {FALL:g}: forces are of order 3"
     return judge.term(source, how, {name: size / FALL for name, size in judge.differences(run, "").items()})
 
 
-def _run(one: Point, changes: dict[str, Any], meshed: Collection[str] = ()) -> tuple[Trajectory | None, str]:
+def _run(point: Point, changes: dict[str, Any], meshed: Collection[str] = ()) -> tuple[Trajectory | None, str]:
     """Return the run of a setting with further changes; None, and why, if it fails or takes too long.
 
     It has the window of the setting's own run, so that both tell the same impacts apart.
     """
-    assert one.timed is not None
+    assert point.timed is not None
     try:
-        if one.job.scene.contact and (window := system_of(one.job).window):
+        if point.job.scene.contact and (window := system_of(point.job).window):
             changes = changes | {"run": changes.get("run", {}) | {"window": window}}
-        job = variant(one.job, changes)
-        if meshed and (growth := _nodes(job, meshed) / _nodes(one.job, meshed)) ** GROWTH > DEARER:
+        job = variant(point.job, changes)
+        if meshed and (growth := _nodes(job, meshed) / _nodes(point.job, meshed)) ** GROWTH > DEARER:
             return None, f"{growth:.1f} times as many nodes, which take more than {DEARER:g} times as long"
-        run = made(job, max(PATIENCE, DEARER * one.timed.cpu))
+        run = made(job, max(PATIENCE, DEARER * point.timed.cpu))
     except (InputError, SceneError, StageError, SolverError) as error:
-        return None, reason(one.job, error)
+        return None, reason(point.job, error)
     return (run, "") if run.result == "FINISHED" else (None, f"the run ends as {run.result}")
-
-
-def _elastic(job: Job) -> dict[str, Any]:
-    components = {name: job.scene.component[name] for name in job.components()}
-    return {
-        name: one.modes
-        for name, one in components.items()
-        if one.geometry.kind != "rigid" and one.modes.reduction != "rigid"
-    }
 
 
 def _nodes(job: Job, components: Collection[str]) -> int:

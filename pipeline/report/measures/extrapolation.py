@@ -14,7 +14,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.plots.contact.force_window import resample_mean
-from gudgeon.pipeline.report.convergence import LOWEST
+from gudgeon.pipeline.report.convergence import order_between
 from gudgeon.pipeline.report.force import GRID, contact_forces, end_of, smooth
 from gudgeon.pipeline.stages.job import Job
 
@@ -63,13 +63,7 @@ def _observed_order(job: Job, runs: Sequence[NodalRecord]) -> float:
         forces = contact_forces(run)
         curves.append(smooth(run.times, np.column_stack([forces[name] for name in job.scene.contact]), grid, window))
     above, below = (float(np.linalg.norm(f - g)) for f, g in itertools.pairwise(curves))
-    h = [run.step for run in runs]
-    low, high = LOWEST, 2 * ORDER
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        more = (h[0] ** middle - h[1] ** middle) * below < above * (h[1] ** middle - h[2] ** middle)
-        low, high = (middle, high) if more else (low, middle)
-    return low
+    return order_between([run.step for run in runs], (above, below), 2 * ORDER)
 
 
 def _extrapolated(coarse: NodalRecord, fine: NodalRecord, order: float) -> NodalRecord:

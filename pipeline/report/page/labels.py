@@ -26,27 +26,33 @@ def labels(document: Document) -> Mapping[str, str]:
     Of each method it is the fastest run within the tolerance, or the most accurate one. Where methods are missing, the
     fastest run on the front takes their place.
     """
+    texts: dict[str, str] = {}
+    for text, run in _candidates(document).items():
+        if run is not None and len(texts) < LABELLED:
+            texts.setdefault(run.name, text)
+    return texts
+
+
+def _candidates(document: Document) -> dict[str, Run | None]:
+    """Return the run of each label, None where there is none, the most important first."""
     choice = document.choice
-    tolerance = TOLERANCE if choice is None else choice.tolerance
+    tolerance, chosen_name = (TOLERANCE, None) if choice is None else (choice.tolerance, choice.run)
     named = {cost.run for cost in document.costs if cost.method == "rival"}
     schemes = {run.scheme for run in document.runs if run.name in named}
-    compared = [run for run in document.runs if run.conservative_error is not None and math.isfinite(_error(run))]
-    full = [run for run in compared if run.kind == "nodal"]
-    rivals = [run for run in compared if run.kind != "nodal" and run.scheme in schemes]
-    reduced = [run for run in compared if run.kind == "reduced" and run.scheme not in schemes]
-    chosen = [run for run in reduced if choice is not None and run.name == choice.run]
-    candidates = {
+    methods: dict[str, list[Run]] = {"nodal": [], "rival": [], "reduced": []}
+    for run in document.runs:
+        method = "rival" if run.kind != "nodal" and run.scheme in schemes else run.kind
+        if math.isfinite(_error(run)) and method in methods:
+            methods[method].append(run)
+    full, rivals, reduced = methods.values()
+    chosen = [run for run in reduced if run.name == chosen_name]
+    return {
         "gudgeon": _best(chosen or reduced, tolerance),
         "full FE": _best(full, tolerance),
         "rival": _best(rivals, tolerance),
         "most accurate": min(reduced, key=_error, default=None),
-        "fastest": min((run for run in reduced if run.front), key=lambda run: run.cpu_seconds, default=None),
+        "fastest": min(filter(lambda run: run.front, reduced), key=lambda run: run.cpu_seconds, default=None),
     }
-    texts: dict[str, str] = {}
-    for text, run in candidates.items():
-        if run is not None and len(texts) < LABELLED:
-            texts.setdefault(run.name, text)
-    return texts
 
 
 def _best(runs: Sequence[Run], tolerance: float) -> Run | None:
@@ -79,23 +85,29 @@ def places(
         within: Where texts may stand; one that is always shown leaves it only where no side of its point is within.
         lines: What texts that are always shown cross as little as can be.
     """
-    radii = [POINT] * len(points) if radii is None else radii
+    radii = radii or [POINT] * len(points)
     taken = [Bbox([(x - r, y - r), (x + r, y + r)]) for (x, y), r in zip(points, radii, strict=True)]
     shifts: list[tuple[float, float] | None] = [None] * len(points)
     for i in sorted(range(len(points)), key=lambda i: -weights[i]):
         (x, y), width, height = points[i], BOX[0] * len(texts[i]), BOX[1]
         offsets = _offsets(radii[i], width, height, LINES if weights[i] > 1 else 1)
         boxes = [Bbox.from_bounds(x + dx, y + dy, width, height) for dx, dy in offsets]
-        covered = [box.count_overlaps(taken) for box in boxes]
-        if weights[i]:
-            crossed = [sum(line.intersects_bbox(box, filled=False) for line in lines) for box in boxes]
-            covered = [count + crossings for count, crossings in zip(covered, crossed, strict=True)]
-        interior = [k for k, box in enumerate(boxes) if within is None or within.count_contains(box.corners()) == 4]
+        covered = [_covered(box, taken, lines if weights[i] else ()) for box in boxes]
+        interior = [k for k, box in enumerate(boxes) if _within(box, within)]
         best = min(interior, key=lambda k: covered[k], default=None)
         if weights[i] or (best is not None and not covered[best]):
             shifts[i] = offsets[best or 0]
             taken.append(boxes[best or 0])
     return shifts
+
+
+def _within(box: Bbox, limits: Bbox | None) -> bool:
+    return limits is None or limits.count_contains(box.corners()) == 4
+
+
+def _covered(box: Bbox, taken: Sequence[Bbox], lines: Sequence[Path]) -> int:
+    """Return how many other boxes and lines a box covers."""
+    return box.count_overlaps(taken) + sum(line.intersects_bbox(box, filled=False) for line in lines)
 
 
 def _offsets(radius: float, width: float, height: float, lines: int) -> list[tuple[float, float]]:

@@ -211,49 +211,64 @@ def _draw_runs(axes: Axes, document: Document, quantity: str = "", ticks: int = 
         axes.text(0.5, 0.5, text, ha="center", transform=axes.transAxes)
         axes.set_axis_off()
         return
-    floor, found, front = floor_of([spot.error for spot in spots]), looks(document), front_of(spots, quantity)
-    at = np.array([(max(spot.run.cpu_seconds, 1e-9), max(spot.error, floor)) for spot in spots])
-    beside = [
-        (number + 1, run) for number, run in enumerate(document.runs)
-        if run.kind == "nodal" and run.largest_error is None and run.result == "FINISHED"
-    ]  # fmt: skip
-    lines = np.array([(max(run.cpu_seconds, 1e-9), at[0, 1]) for _, run in beside]).reshape(-1, 2)
-    _log_axes(axes, np.vstack([at, lines]), (seconds_text, tick_text), ticks, floor)
-    for (x, _), (number, run) in zip(lines, beside, strict=True):
-        axes.axvline(x, color=GREY, linewidth=1.1, linestyle=(0, (2, 3)), zorder=1)
-        left = axes.transData.transform((x, floor))[0] > axes.bbox.x0 + axes.bbox.width / 2
-        axes.annotate(
-            f"{number}: reference, {seconds_text(run.cpu_seconds)}", (x, 1.0), xycoords=("data", "axes fraction"),
-            xytext=(-4 if left else 4, -8), textcoords="offset points", ha="right" if left else "left", fontsize=8,
-            color=FAINT,
+    floor, look_of, front = floor_of([spot.error for spot in spots]), looks(document), front_of(spots, quantity)
+    points = np.array([(max(spot.run.cpu_seconds, 1e-9), max(spot.error, floor)) for spot in spots])
+    references = _references(document)
+    lines = np.array([(x, points[0, 1]) for x, _ in references]).reshape(-1, 2)
+    _log_axes(axes, np.vstack([points, lines]), (seconds_text, tick_text), ticks, floor)
+    _draw_references(axes, references, floor)
+    tolerance, chosen = (None, None) if document.choice is None else (document.choice.tolerance, document.choice.run)
+    _draw_tolerance(axes, tolerance)
+    best = np.array(sorted(points[i].tolist() for i, spot in enumerate(spots) if spot.number in front)).reshape(-1, 2)
+    axes.plot(*best.T, color=INK, alpha=0.55, linewidth=1.1, zorder=2)
+    ringed = None
+    for point, (index, run, error) in zip(points, spots, strict=True):
+        colour, mark = look_of[run.scheme]
+        if run.name == chosen:
+            ringed = index
+            axes.scatter(*point, s=120, facecolor="none", edgecolor=INK, linewidth=1.2, zorder=3, clip_on=False)
+        axes.scatter(
+            *point, s=32, marker=mark, facecolor="white" if error < LEAST else colour, edgecolor=colour, zorder=4,
+            clip_on=False, gid=f"run-{index}",
         )  # fmt: skip
+    _numbers(axes, points, spots, front, ringed, named=labels(document), tolerance=tolerance)
+    axes.set_xlabel("CPU time of a run")
+    axes.set_ylabel(f"error: {quantity}" if quantity else ERROR, parse_math=False)
+
+
+def _references(document: Document) -> list[tuple[float, str]]:
+    """Return CPU time [s] and text of each full-FE run that is the reference."""
+    return [
+        (max(run.cpu_seconds, 1e-9), f"{i + 1}: reference, {seconds_text(run.cpu_seconds)}")
+        for i, run in enumerate(document.runs)
+        if run.kind == "nodal" and run.largest_error is None and run.result == "FINISHED"
+    ]
+
+
+def _draw_references(axes: Axes, references: Sequence[tuple[float, str]], floor: float) -> None:
+    """Draw a vertical line at the CPU time of each run that is the reference, with its text at the upper end."""
+    for x, text in references:
+        axes.axvline(x, color=GREY, linewidth=1.1, linestyle=(0, (2, 3)), zorder=1)
+        leftwards = axes.transData.transform((x, floor))[0] > axes.bbox.x0 + axes.bbox.width / 2
+        axes.annotate(
+            text, (x, 1.0), xycoords=("data", "axes fraction"), xytext=(-4 if leftwards else 4, -8),
+            textcoords="offset points", ha="right" if leftwards else "left", fontsize=8, color=FAINT,
+        )  # fmt: skip
+
+
+def _draw_tolerance(axes: Axes, tolerance: float | None) -> None:
+    """Draw a horizontal line at the tolerance if it is within the axes."""
     low, high = axes.get_ylim()
-    tolerance = None if document.choice is None else document.choice.tolerance
     if tolerance is not None and low < tolerance < high:
         axes.axhline(tolerance, color=RED, linewidth=0.9, linestyle=(0, (5, 4)), zorder=1)
         axes.annotate(
             f"tolerance {tick_text(tolerance)}", (1.0, tolerance), xycoords=("axes fraction", "data"), xytext=(-2, 3),
             textcoords="offset points", ha="right", fontsize=8, color=RED,
         )  # fmt: skip
-    best = np.array(sorted(at[i].tolist() for i, spot in enumerate(spots) if spot.number in front)).reshape(-1, 2)
-    axes.plot(*best.T, color=INK, alpha=0.55, linewidth=1.1, zorder=2)
-    ringed = None
-    for place, (number, run, error) in zip(at, spots, strict=True):
-        colour, mark = found[run.scheme].colour, found[run.scheme].mark
-        if document.choice is not None and run.name == document.choice.run:
-            ringed = number
-            axes.scatter(*place, s=120, facecolor="none", edgecolor=INK, linewidth=1.2, zorder=3, clip_on=False)
-        axes.scatter(
-            *place, s=32, marker=mark, facecolor="white" if error < LEAST else colour, edgecolor=colour, zorder=4,
-            clip_on=False, gid=f"run-{number}",
-        )  # fmt: skip
-    _numbers(axes, at, spots, front, ringed, named=labels(document), tolerance=tolerance)
-    axes.set_xlabel("CPU time of a run")
-    axes.set_ylabel(f"error: {quantity}" if quantity else ERROR, parse_math=False)
 
 
 def _numbers(
-    axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int], ringed: int | None, *,
+    axes: Axes, points: np.ndarray, spots: Sequence[Spot], front: set[int], ringed: int | None, *,
     named: Mapping[str, str], tolerance: float | None,
 ) -> None:  # fmt: skip
     """Write the number of each run beside its point, or its ring, if there is room; on the front always.
@@ -264,28 +279,29 @@ def _numbers(
     """
     figure = axes.get_figure()
     assert figure is not None
-    texts = [
-        f"{number + 1}  {named[run.name]}: {size_text(error)}, {seconds_text(run.cpu_seconds)}"
-        if run.name in named else str(number + 1)
-        for number, run, error in spots
-    ]  # fmt: skip
-    weights = [2 if run.name in named else int(number in front) for number, run, _ in spots]
+    texts, weights = [], []
+    for index, run, error in spots:
+        label = f"  {named[run.name]}: {size_text(error)}, {seconds_text(run.cpu_seconds)}" if run.name in named else ""
+        texts.append(f"{index + 1}{label}")
+        weights.append(2 if label else int(index in front))
     scale = 72 / figure.dpi
-    points = [(x, y) for x, y in axes.transData.transform(at) * scale]
+    positions = [(x, y) for x, y in axes.transData.transform(points) * scale]
     within = Bbox(axes.bbox.get_points() * scale)
     radii = [RING if spot.number == ringed else POINT for spot in spots]
-    lines = [Path(ends) for ends in pairwise(sorted(points[i] for i, spot in enumerate(spots) if spot.number in front))]
+    lines = [
+        Path(ends) for ends in pairwise(sorted(p for p, s in zip(positions, spots, strict=True) if s.number in front))
+    ]
     if tolerance is not None:
-        level = axes.transData.transform((at[0, 0], tolerance))[1] * scale
+        level = axes.transData.transform((points[0, 0], tolerance))[1] * scale
         lines += [Path([(within.x0, level), (within.x1, level)]),
                   Path([(within.x1 - TOLERANCE_TEXT, level + 6), (within.x1, level + 6)])]  # fmt: skip
-    shifts = places(points, texts, weights, radii, within, lines)
-    for place, spot, text, weight, shift in zip(at, spots, texts, weights, shifts, strict=True):
+    shifts = places(positions, texts, weights, radii, within, lines)
+    for point, spot, text, weight, shift in zip(points, spots, texts, weights, shifts, strict=True):
         if shift is not None:
-            left = shift[0] < 0  # A text there ends at its point, however wide its characters are.
+            leftwards = shift[0] < 0  # A text there ends at its point, however wide its characters are.
             axes.annotate(
-                text, place, textcoords="offset points", xytext=(shift[0] + left * BOX[0] * len(text), shift[1]),
-                ha="right" if left else "left", fontsize=8.5 if weight == 2 else 7.5, color=INK, zorder=5,
+                text, point, textcoords="offset points", xytext=(shift[0] + leftwards * BOX[0] * len(text), shift[1]),
+                ha=("left", "right")[leftwards], fontsize=8.5 if weight == 2 else 7.5, color=INK, zorder=5,
                 fontweight="bold" if weight else "normal", gid=f"number-{spot.number}",
             )  # fmt: skip
 

@@ -1,7 +1,7 @@
 """Tables of a report as columns of texts, for the template of the page and as Markdown for the command."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +19,20 @@ from gudgeon.pipeline.report.page.words import (
 LONG = 30
 """Number of characters above which a cell is text that wraps."""
 Key = float | str | None
+TIMES: Mapping[str, tuple[str, Callable[[float], str]]] = {
+    "cpu_seconds": ("CPU time", seconds_text),
+    "wall_seconds": ("wall time", seconds_text),
+}
+COUNTS: Mapping[str, tuple[str, Callable[[float], str]]] = {
+    "step": ("step", step_text),
+    "steps": ("steps", count_text),
+    "factorisations": ("factorisations", count_text),
+    "iterations": ("iterations", count_text),
+    "energy_drift": ("energy drift", "{:.0e}".format),
+    "momentum_residual": ("momentum residual", "{:.0e}".format),
+    "peak_mib": ("memory [MiB]", count_text),
+}
+"""Title and writer of a column, by the member of a run."""
 
 
 @dataclass(frozen=True)
@@ -63,23 +77,16 @@ def run_columns(document: Document) -> list[Column]:
     runs = document.runs
     conservative = [run.conservative_error for run in runs]
     columns = [
-        _numbers("coordinates", [run.coordinates for run in runs], count_text),
-        Column("largest error", [_largest(run) for run in runs], [_size(run.largest_error) for run in runs]),
-        Column("of", [run.largest_of or NOTHING for run in runs], [run.largest_of for run in runs], "short"),
+        *_plain(runs, {"coordinates": ("coordinates", count_text)}),
+        Column("largest error", [*map(_largest, runs)], [_size(run.largest_error) for run in runs]),
+        _texts("of", [run.largest_of for run in runs], "short"),
         _numbers("conservative error", conservative, size_text),
-        Column("result", [_failure(run) or NOTHING for run in runs], [_failure(run) for run in runs], "short result"),
+        _texts("result", [*map(_failure, runs)], "short result"),
         _parts("truncation error", runs, "truncation"),
         _parts("time error", runs, "time"),
-        _numbers("CPU time", [run.cpu_seconds for run in runs], seconds_text),
-        _numbers("wall time", [run.wall_seconds for run in runs], seconds_text),
+        *_plain(runs, TIMES),
         *(_stage(stage, runs) for stage in dict.fromkeys(name for run in runs for name in run.stages)),
-        _numbers("step", [run.step for run in runs], step_text),
-        _numbers("steps", [run.steps for run in runs], count_text),
-        _numbers("factorisations", [run.factorisations for run in runs], count_text),
-        _numbers("iterations", [run.iterations for run in runs], count_text),
-        _numbers("energy drift", [run.energy_drift for run in runs], "{:.0e}".format),
-        _numbers("momentum residual", [run.momentum_residual for run in runs], "{:.0e}".format),
-        _numbers("memory [MiB]", [run.peak_mib for run in runs], count_text),
+        *_plain(runs, COUNTS),
     ]
     if conservative == [run.largest_error for run in runs]:
         del columns[3]
@@ -115,20 +122,27 @@ def error_columns(document: Document) -> list[Column]:
 def quantities_grid(document: Document) -> Grid:
     """Return the compared quantities, each with its reference and its convergence over the sweep."""
     quantities = document.quantities
-    verdicts = [
-        SETTLES[q.converges] + (f"\n{q.why}" if q.why not in ("", SETTLES[q.converges]) else "") for q in quantities
-    ]
+
+    def column(title: str, text: Callable[[Quantity], str], kind: str | None = "short") -> Column:
+        return Column(title, [text(quantity) for quantity in quantities], kind=kind)
+
     columns = [
-        Column("unit", [q.unit for q in quantities], kind="short"),
-        Column("type of error", [q.measure for q in quantities], kind="short"),
-        Column("reference", [NOTHING if q.reference is None else f"{q.reference:.6g}" for q in quantities]),
-        Column("its own error", [size_text(q.uncertainty) for q in quantities]),
-        Column("counts", ["yes" if q.counts else "no" for q in quantities], kind="short"),
-        Column("over the sweep", verdicts, kind="text words"),
+        column("unit", lambda q: q.unit),
+        column("type of error", lambda q: q.measure),
+        column("reference", lambda q: NOTHING if q.reference is None else f"{q.reference:.6g}", None),
+        column("its own error", lambda q: size_text(q.uncertainty), None),
+        column("counts", lambda q: "yes" if q.counts else "no"),
+        column("over the sweep", _verdict, "text words"),
     ]
-    columns = [column for column in columns if column.title != "its own error" or set(column.texts) != {NOTHING}]
+    columns = [c for c in columns if c.title != "its own error" or set(c.texts) != {NOTHING}]
     kinds = ["flagged" if q.converges is False else None for q in quantities]
     return Grid("quantity", [q.name for q in quantities], columns, kinds, "quantities")
+
+
+def _verdict(quantity: Quantity) -> str:
+    """Return whether a quantity converges, and the reason as a note."""
+    text = SETTLES[quantity.converges]
+    return text if quantity.why in ("", text) else f"{text}\n{quantity.why}"
 
 
 def front_grid(document: Document) -> Grid:
@@ -193,6 +207,15 @@ def _stage(stage: str, runs: Sequence[Run]) -> Column:
         texts.append(NOTHING if taken == [None, None] else " / ".join(map(seconds_text, taken)))
         keys.append(taken[1] if taken[0] is None else taken[0])
     return Column(f"{stage}\ncold / warm", texts, keys)
+
+
+def _texts(title: str, texts: Sequence[str | None], kind: str) -> Column:
+    return Column(title, [text or NOTHING for text in texts], texts, kind)
+
+
+def _plain(runs: Sequence[Run], members: Mapping[str, tuple[str, Callable[[float], str]]]) -> list[Column]:
+    """Return a column for each of some members of a run."""
+    return [_numbers(title, [getattr(run, key) for run in runs], text) for key, (title, text) in members.items()]
 
 
 def _numbers(title: str, values: Sequence[float | None], text: Callable[[float], str]) -> Column:

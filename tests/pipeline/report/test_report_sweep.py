@@ -196,7 +196,12 @@ def test_a_largest_basis_that_is_the_reference_lacks_what_the_next_smaller_one_d
     more = run("more", 0.03, 2.0, coordinates=20, truncation={"impulse": -0.02}, truncation_against="most")
     most = run("most", 1e-3, 3.0, coordinates=40)
     alone = run("alone", 1e-3, 4.0, coordinates=10)
-    assert [one.conservative_error for one in with_front([few, more, most, alone], own=True)] == [0.2, 0.03, 0.02, 1e-3]
+    assert [one.conservative_error for one in with_front([few, more, most, alone], internal=True)] == [
+        0.2,
+        0.03,
+        0.02,
+        1e-3,
+    ]
     assert [one.conservative_error for one in with_front([few, more, most, alone])] == [0.2, 0.03, 1e-3, 1e-3]
 
 
