@@ -183,7 +183,7 @@ def _newton(fields: _Fields, forces: np.ndarray, share: float) -> tuple[np.ndarr
     turns, biggest = fields.motions[:, 1] >= 3, np.zeros(len(forces))
     for _ in range(MOST_STEPS):
         try:
-            system = fields.loaded(forces)
+            system = fields.loaded(forces, None)
         except SceneError:  # Contacts that the forces press together have no equilibrium without friction.
             return None
         poses, compliance = fields.moved(system)
