@@ -80,10 +80,10 @@ class Access:
                 raise Refused(401, "no token; set GUDGEON_TOKEN, or GUDGEON_TOKEN_FILE to a file that has it")
             return _anybody(right, database)
         kind, _, text = header.partition(" ")
-        found = hashlib.sha256(text.strip().encode("utf-8", "surrogateescape")).hexdigest()
+        sent = hashlib.sha256(text.strip().encode("utf-8", "surrogateescape")).hexdigest()
         if kind.lower() == "bearer":
             for digest, token in self._tokens.items():
-                if hmac.compare_digest(digest, found):
+                if hmac.compare_digest(digest, sent):
                     if token.may(right, database):
                         return token
                     raise Refused(403, f"token '{token.name}' has no right '{right}' on database '{database}'")
@@ -116,8 +116,8 @@ def read_access(file: Path | None) -> Access:
         InputError: the file cannot be read, or an entry is wrong.
     """
     tokens = {} if file is None else _read(file)
-    if own := os.environ.get(TOKEN, "").strip():
-        tokens[hashlib.sha256(own.encode()).hexdigest()] = Token("environment", (EVERY,), RIGHTS)
+    if environment_token := os.environ.get(TOKEN, "").strip():
+        tokens[hashlib.sha256(environment_token.encode()).hexdigest()] = Token("environment", (EVERY,), RIGHTS)
     if file is not None and not tokens:
         raise InputError(f"{file}: no [[token]]")
     return Access(tokens)
@@ -130,28 +130,28 @@ def _read(file: Path) -> dict[str, Token]:
         raise InputError(f"{file}: cannot be read ({error.strerror})") from error
     except ValueError as error:
         raise InputError(f"{file}: {error}") from error
-    found: dict[str, Token] = {}
+    tokens: dict[str, Token] = {}
     rows = tables.pop("token", [])
     if tables or not isinstance(rows, list):
         raise InputError(f"{file}: expected [[token]] and nothing else")
-    for number, row in enumerate(rows, 1):
-        where = f"{file}: token {number}"
+    for n, row in enumerate(rows, 1):
+        entry = f"{file}: token {n}"
         if not isinstance(row, dict) or row.keys() - {"name", "sha256", "databases", "rights"}:
-            raise InputError(f"{where}: allowed are name, sha256, databases, rights")
+            raise InputError(f"{entry}: allowed are name, sha256, databases, rights")
         name, digest = row.get("name"), row.get("sha256")
         if not isinstance(name, str) or not name.isprintable() or not name:
-            raise InputError(f"{where}: name: expected a text")
+            raise InputError(f"{entry}: name: expected a text")
         if not isinstance(digest, str) or not DIGEST.fullmatch(digest):
-            raise InputError(f"{where}: sha256: expected that of the token, 64 hexadecimal digits")
-        databases, rights = _texts(row, "databases", where), _texts(row, "rights", where)
+            raise InputError(f"{entry}: sha256: expected that of the token, 64 hexadecimal digits")
+        databases, rights = _texts(row, "databases", entry), _texts(row, "rights", entry)
         if unknown := set(rights) - set(RIGHTS):
-            raise InputError(f"{where}: rights: '{min(unknown)}'; allowed: {', '.join(RIGHTS)}")
-        found[digest] = Token(name, databases, rights)
-    return found
+            raise InputError(f"{entry}: rights: '{min(unknown)}'; allowed: {', '.join(RIGHTS)}")
+        tokens[digest] = Token(name, databases, rights)
+    return tokens
 
 
-def _texts(row: Mapping[str, object], name: str, where: str) -> tuple[str, ...]:
-    found = row.get(name)
-    if not isinstance(found, list) or not found or not all(isinstance(one, str) for one in found):
-        raise InputError(f"{where}: {name}: expected a list of texts")
-    return tuple(found)
+def _texts(row: Mapping[str, object], name: str, entry: str) -> tuple[str, ...]:
+    texts = row.get(name)
+    if not isinstance(texts, list) or not texts or not all(isinstance(t, str) for t in texts):
+        raise InputError(f"{entry}: {name}: expected a list of texts")
+    return tuple(texts)

@@ -35,12 +35,12 @@ class Wrong(Exception):
 
 def dataset_of(head: Head, path: str) -> Dataset:
     """Return the array of a field path such as `interfaces/thrust/rows`; raise Wrong where there is none."""
-    here: Group | Dataset | None = head.root
-    for part in path.split("/"):
-        here = here.members.get(escaped(part)) if isinstance(here, Group) else None
-    if not isinstance(here, Dataset):
+    node: Group | Dataset | None = head.root
+    for name in path.split("/"):
+        node = node.members.get(escaped(name)) if isinstance(node, Group) else None
+    if not isinstance(node, Dataset):
         raise Wrong(f"no array '{path[:200]}' in this {head.kind} record", 404)
-    return here
+    return node
 
 
 def unwritten(path: str) -> str:
@@ -48,32 +48,32 @@ def unwritten(path: str) -> str:
     return unquote(path.strip("/"))
 
 
-def chosen(text: str, count: int, what: str) -> np.ndarray:
+def chosen(text: str, count: int, name: str) -> np.ndarray:
     """Return the numbers that a text such as `0:600`, `3,5,9` or `::10` chooses of `count`, (k,) int.
 
     Raises:
         Wrong: it is no such text, or a number is not below `count`.
     """
-    parts: list[np.ndarray] = []
-    whole = 0
+    numbers: list[np.ndarray] = []
+    total = 0
     for item in text.split(","):
-        found = ITEM.fullmatch(item.strip())
-        if found is None:
-            raise Wrong(f"{what}={text[:80]}: expected numbers and ranges such as 0:600,700,::10")
-        one, first, end, step = found.groups()
-        if one is not None:
-            if int(one) >= count:
-                raise Wrong(f"{what}: {one}; there are {count}, from 0 on")
-            parts.append(np.array([int(one)]))
+        match = ITEM.fullmatch(item.strip())
+        if match is None:
+            raise Wrong(f"{name}={text[:80]}: expected numbers and ranges such as 0:600,700,::10")
+        index, start, end, step = match.groups()
+        if index is not None:
+            if int(index) >= count:
+                raise Wrong(f"{name}: {index}; there are {count}, from 0 on")
+            numbers.append(np.array([int(index)]))
         else:
             stride = int(step or 1)
             if not stride or int(end or count) > count:
-                raise Wrong(f"{what}={item}: expected a step above 0 and an end of at most {count}")
-            parts.append(np.arange(int(first or 0), int(end or count), stride))
-        whole += len(parts[-1])
-        if whole > MOST_ITEMS:
-            raise Wrong(f"{what}: more than {MOST_ITEMS} are chosen", 413)
-    return np.concatenate(parts)
+                raise Wrong(f"{name}={item}: expected a step above 0 and an end of at most {count}")
+            numbers.append(np.arange(int(start or 0), int(end or count), stride))
+        total += len(numbers[-1])
+        if total > MOST_ITEMS:
+            raise Wrong(f"{name}: more than {MOST_ITEMS} are chosen", 413)
+    return np.concatenate(numbers)
 
 
 def read_part(
@@ -92,16 +92,16 @@ def read_part(
     width = dataset.nbytes // max(shape[0], 1) if shape else dataset.nbytes
     if count * width > MOST_BYTES:
         raise Wrong(f"{count} rows of {width} bytes are more than {MOST_BYTES} bytes; ask for fewer", 413)
-    found = np.empty((count, *shape[1:]) if shape else (), dtype)
-    target = memoryview(found.reshape(-1).view(np.uint8).data)  # type: ignore[arg-type]
-    for place, first, length in _runs(rows if rows is not None else np.arange(count)):
-        part = target[place * width : (place + length) * width]
-        source.read_into(dataset.offset + first * width, part)
+    values = np.empty((count, *shape[1:]) if shape else (), dtype)
+    target = memoryview(values.reshape(-1).view(np.uint8).data)  # type: ignore[arg-type]
+    for row, start, length in _runs(rows if rows is not None else np.arange(count)):
+        span = target[row * width : (row + length) * width]
+        source.read_into(dataset.offset + start * width, span)
     if columns is None:
-        return found
+        return values
     if len(shape) < 2:
         raise Wrong("columns: this array has one axis; choose rows")
-    return np.ascontiguousarray(found[..., columns])
+    return np.ascontiguousarray(values[..., columns])
 
 
 def _runs(rows: np.ndarray) -> Sequence[tuple[int, int, int]]:

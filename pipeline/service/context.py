@@ -74,12 +74,12 @@ class Asked:
     store: FolderStore
     who: str
 
-    def log(self, what: str, key: str, **more: Any) -> None:
+    def log(self, action: str, key: str, **details: Any) -> None:
         """Write a line of the audit."""
         client = self.request.client.host if self.request.client else "-"
         stamp = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-        rest = " ".join(f"{name}={value}" for name, value in more.items())
-        audit.info("%s %s %s %s by=%s from=%s %s", stamp, what, self.name, key, self.who, client, rest)
+        text = " ".join(f"{name}={value}" for name, value in details.items())
+        audit.info("%s %s %s %s by=%s from=%s %s", stamp, action, self.name, key, self.who, client, text)
 
 
 SIGNED = ("expires", "signature")
@@ -121,17 +121,17 @@ async def known_parameters(request: Request) -> None:  # Not in a thread of its 
     if not request.query_params or not isinstance(route, APIRoute) or not route.include_in_schema:
         return
     described = request.app.openapi()["paths"][route.path_format][request.method.lower()]
-    known = [one["name"] for one in described.get("parameters", ()) if one["in"] == "query"]
-    unknown = next((name for name in request.query_params if name not in known and name not in SIGNED), None)
+    allowed_names = [p["name"] for p in described.get("parameters", ()) if p["in"] == "query"]
+    unknown = next((name for name in request.query_params if name not in allowed_names and name not in SIGNED), None)
     if unknown is not None:
-        allowed = ", ".join(known) or "none"
+        allowed = ", ".join(allowed_names) or "none"
         raise Wrong(f"{unknown[:80]}: no such parameter of {route.path.rpartition('/')[2]}; allowed: {allowed}")
 
 
-def problem(status: int, kind: str, text: str, **more: str) -> JSONResponse:
+def problem(status: int, kind: str, text: str, **extra: str) -> JSONResponse:
     """Return an answer that says why there is no other."""
     headers = {"WWW-Authenticate": "Bearer"} if status == 401 else None
-    return JSONResponse({"error": kind, "detail": one_line(text), **more}, status, headers)
+    return JSONResponse({"error": kind, "detail": one_line(text), **extra}, status, headers)
 
 
 def one_line(text: str) -> str:
@@ -158,11 +158,11 @@ def explained(error: Exception) -> tuple[int, str, str]:
 
 def _invalid(error: RequestValidationError) -> tuple[int, str, str]:
     """Answer wrong parameters; a database or record of a name that none can have is not there."""
-    first = error.errors()[0]
-    place = [str(one) for one in first["loc"]]
-    if place[0] == "path" and place[-1] != "tag":
-        return 404, "RecordMissing", f"no record: {place[-1]} {str(first.get('input'))[:80]!r} is none"
-    return 422, "QueryWrong", f"{'.'.join(place[1:]) or place[0]}: {first['msg']}"
+    mistake = error.errors()[0]
+    location = [str(step) for step in mistake["loc"]]
+    if location[0] == "path" and location[-1] != "tag":
+        return 404, "RecordMissing", f"no record: {location[-1]} {str(mistake.get('input'))[:80]!r} is none"
+    return 422, "QueryWrong", f"{'.'.join(location[1:]) or location[0]}: {mistake['msg']}"
 
 
 EXPLAINED = (ModalDBError, Refused, Wrong, RequestValidationError)

@@ -25,14 +25,14 @@ class KnownHost:
 
     def __init__(self, app: ASGIApp, hosts: frozenset[str]) -> None:
         self._app = app
-        self._hosts = frozenset(one.lower().strip("[]") for one in hosts)
+        self._hosts = frozenset(h.lower().strip("[]") for h in hosts)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request; one of HTTP/1.0 may have no name, which no browser leaves out."""
         if scope["type"] == "http" and self._hosts:
             text = Headers(scope=scope).get("host", "")
-            found = HOST.fullmatch(text)
-            name = found[1].lower().strip("[]") if found is not None else None
+            match = HOST.fullmatch(text)
+            name = match[1].lower().strip("[]") if match is not None else None
             if text and name not in self._hosts:
                 shown = text if name is None else name
                 await problem(400, "StoreUnusable", f"this server is not '{shown[:80]}'")(scope, receive, send)
@@ -69,19 +69,19 @@ class SmallBodies:
 
 async def _whole(receive: Receive) -> Message:
     """Return the messages of a body as one, or that the client has gone."""
-    parts = []
+    bodies = []
     while True:
         message = await receive()
         if message["type"] != "http.request":
             return message
-        parts.append(message.get("body", b""))
+        bodies.append(message.get("body", b""))
         if not message.get("more_body", False):
-            return {"type": "http.request", "body": b"".join(parts), "more_body": False}
+            return {"type": "http.request", "body": b"".join(bodies), "more_body": False}
 
 
-def _again(first: Message, receive: Receive) -> Receive:
+def _again(message: Message, receive: Receive) -> Receive:
     """Return what gives a message that was received already, then those that follow."""
-    waiting = [first]
+    waiting = [message]
 
     async def receive_again() -> Message:
         return waiting.pop() if waiting else await receive()

@@ -37,35 +37,35 @@ class Manifests:
         self._found: OrderedDict[tuple[int, ...], Manifest] = OrderedDict()
         self._lock = Lock()
 
-    def of(self, key: str, source: FileSource, place: str) -> Manifest:
+    def of(self, key: str, source: FileSource, path: str) -> Manifest:
         """Return the list of a verified record."""
         stat = os.fstat(source.descriptor)
         stamp = (stat.st_dev, stat.st_ino, stat.st_size, stat.st_mtime_ns, int(key[:15], 16))
         with self._lock:
-            if (found := self._found.get(stamp)) is not None:
+            if (manifest := self._found.get(stamp)) is not None:
                 self._found.move_to_end(stamp)
-                return found
-        found = manifest_of(key, source, place)
+                return manifest
+        manifest = manifest_of(key, source, path)
         with self._lock:
-            self._found[stamp] = found
+            self._found[stamp] = manifest
             while len(self._found) > MANIFESTS:
                 self._found.popitem(last=False)
-        return found
+        return manifest
 
 
 @router.get("/blocks", responses=PROBLEMS)
-def get_blocks(key: Key, asked: Reader) -> JSONResponse:
+def get_blocks(key: Key, context: Reader) -> JSONResponse:
     """Return the digests of a record's blocks, and the blocks that hold all but its arrays."""
-    with asked.store.opened(key) as (source, _):
-        found = asked.request.app.state.manifests.of(key, source, asked.store.place(key))
-        body = found.as_json() | {"blocks": packed(source, found.head)}
+    with context.store.opened(key) as (source, _):
+        manifest = context.request.app.state.manifests.of(key, source, context.store.place(key))
+        body = manifest.as_json() | {"blocks": packed(source, manifest.head)}
     return JSONResponse(body, headers=headers_of(key))
 
 
 @router.head("", responses=PROBLEMS | {200: {"description": "the record is there"}})
-def head_record(key: Key, asked: Reader) -> Response:
+def head_record(key: Key, context: Reader) -> Response:
     """Say whether a sound record is there."""
-    with asked.store.opened(key) as (source, _):
+    with context.store.opened(key) as (source, _):
         return Response(headers=headers_of(key) | {"Content-Length": str(source.length), "Accept-Ranges": "bytes"})
 
 
@@ -75,42 +75,42 @@ def head_record(key: Key, asked: Reader) -> Response:
     | {200: {"content": BYTES, "description": "the file"}, 206: {"content": BYTES, "description": "a part of it"},
        304: {"description": "the same as what the client has"}, 416: PROBLEMS[422] | {"description": "no such range"}},
 )  # fmt: skip
-def get_record(key: Key, asked: Reader) -> Response:
+def get_record(key: Key, context: Reader) -> Response:
     """Return the file of a record, or the range that is asked for."""
-    given = asked.request.headers
+    sent = context.request.headers
     tag = f'"{key}"'
-    if tag in [one.strip() for one in given.get("if-none-match", "").split(",")]:
+    if tag in [t.strip() for t in sent.get("if-none-match", "").split(",")]:
         return Response(status_code=304, headers=headers_of(key))
     with ExitStack() as stack:
-        source, _ = stack.enter_context(asked.store.opened(key))
+        source, _ = stack.enter_context(context.store.opened(key))
         size = source.length
-        asked_range = given.get("range") if given.get("if-range", tag) == tag else None
-        first, end, status = 0, size, 200
-        if asked_range is not None and (found := byte_range(asked_range, size)) is not None:
-            first, end = found
+        asked_range = sent.get("range") if sent.get("if-range", tag) == tag else None
+        start, end, status = 0, size, 200
+        if asked_range is not None and (span := byte_range(asked_range, size)) is not None:
+            start, end = span
             status = 206
-        if first >= end:
+        if start >= end:
             headers = {"Content-Range": f"bytes */{size}"}
             return JSONResponse({"error": "QueryWrong", "detail": f"{asked_range}: of {size} bytes"}, 416, headers)
-        headers = headers_of(key) | {"Accept-Ranges": "bytes", "Content-Length": str(end - first)}
-        headers |= {"Content-Range": f"bytes {first}-{end - 1}/{size}"} if status == 206 else {}
-        if end - first <= PART:
-            part = bytearray(end - first)
-            source.read_into(first, memoryview(part))
-            return Response(bytes(part), status, headers, "application/octet-stream")
+        headers = headers_of(key) | {"Accept-Ranges": "bytes", "Content-Length": str(end - start)}
+        headers |= {"Content-Range": f"bytes {start}-{end - 1}/{size}"} if status == 206 else {}
+        if end - start <= PART:
+            data = bytearray(end - start)
+            source.read_into(start, memoryview(data))
+            return Response(bytes(data), status, headers, "application/octet-stream")
         descriptor = os.dup(source.descriptor)
-    return StreamingResponse(_parts(descriptor, first, end), status, headers, "application/octet-stream")
+    return StreamingResponse(_parts(descriptor, start, end), status, headers, "application/octet-stream")
 
 
-async def _parts(descriptor: int, first: int, end: int) -> AsyncIterator[bytes]:
+async def _parts(descriptor: int, start: int, end: int) -> AsyncIterator[bytes]:
     """Yield the bytes of an open file as fast as the client takes them, then close it."""
     try:
-        while first < end:
-            part = await to_thread.run_sync(os.pread, descriptor, min(PART, end - first), first)
-            if not part:
+        while start < end:
+            data = await to_thread.run_sync(os.pread, descriptor, min(PART, end - start), start)
+            if not data:
                 return  # The client sees fewer bytes than it was told.
-            yield part
-            first += len(part)
+            yield data
+            start += len(data)
     finally:
         os.close(descriptor)
 
@@ -121,16 +121,16 @@ def byte_range(text: str, size: int) -> tuple[int, int] | None:
     The range of a header that cannot be satisfied is empty.
     """
     unit, _, spec = text.partition("=")
-    first, dash, last = (part.strip() for part in spec.partition("-"))
-    if unit.strip().lower() != "bytes" or not dash or "," in spec or not f"{first}0{last}".isdecimal():
+    start, dash, stop = (bound.strip() for bound in spec.partition("-"))
+    if unit.strip().lower() != "bytes" or not dash or "," in spec or not f"{start}0{stop}".isdecimal():
         return None
-    if len(first) > 18 or len(last) > 18 or not f"{first}0{last}".isascii():
+    if len(start) > 18 or len(stop) > 18 or not f"{start}0{stop}".isascii():
         return None
-    if not first:
-        return (max(size - int(last), 0), size if int(last) else 0) if last else None
-    if last and int(last) < int(first):
+    if not start:
+        return (max(size - int(stop), 0), size if int(stop) else 0) if stop else None
+    if stop and int(stop) < int(start):
         return None
-    return int(first), min(int(last) + 1, size) if last else size
+    return int(start), min(int(stop) + 1, size) if stop else size
 
 
 def headers_of(key: str) -> dict[str, str]:
@@ -147,24 +147,24 @@ def headers_of(key: str) -> dict[str, str]:
        507: PROBLEMS[422] | {"description": "the disk is full"}},
     openapi_extra={"requestBody": {"required": True, "content": BYTES}},
 )  # fmt: skip
-async def put_record(key: Key, asked: Writer, request: Request) -> JSONResponse:
+async def put_record(key: Key, context: Writer, request: Request) -> JSONResponse:
     """Take a record. It becomes visible once it is on the disk and verified: digest, structure, numbers and key."""
     service: Service = request.app.state.service
     size = content_length(request)
     if size > service.largest:
         raise Wrong(f"a record of {size} bytes; this server takes {service.largest}", 413)
-    if await to_thread.run_sync(asked.store.has, key):
-        return await to_thread.run_sync(_answer, asked, key, "kept")
+    if await to_thread.run_sync(context.store.has, key):
+        return await to_thread.run_sync(_answer, context, key, "kept")
     try:
         with ExitStack() as stack:
-            descriptor = await to_thread.run_sync(stack.enter_context, asked.store.incoming(key))
+            descriptor = await to_thread.run_sync(stack.enter_context, context.store.incoming(key))
             await _receive(request, descriptor, size)
             await to_thread.run_sync(stack.close)
     except (ModalDBError, Refused, Wrong) as error:
-        asked.log("refuse", key, bytes=size, why=type(error).__name__)
+        context.log("refuse", key, bytes=size, why=type(error).__name__)
         raise
-    asked.log("put", key, bytes=size)
-    return await to_thread.run_sync(_answer, asked, key, "written")
+    context.log("put", key, bytes=size)
+    return await to_thread.run_sync(_answer, context, key, "written")
 
 
 async def _receive(request: Request, descriptor: int, size: int) -> None:
@@ -172,25 +172,25 @@ async def _receive(request: Request, descriptor: int, size: int) -> None:
     stream, done = request.stream(), 0
     while True:
         try:
-            part = await asyncio.wait_for(anext(stream, b""), SLOWEST)
+            data = await asyncio.wait_for(anext(stream, b""), SLOWEST)
         except TimeoutError:
             raise Refused(408, f"no byte came for {SLOWEST:g} s after {done} of {size}; nothing is kept") from None
         except ClientDisconnect:
             raise Wrong(f"the connection ended after {done} of {size} bytes; nothing is kept", 400) from None
-        if not part:
+        if not data:
             break
-        done += len(part)
+        done += len(data)
         if done > size:
             raise Wrong(f"more than the {size} bytes of Content-Length; nothing is kept", 413)
-        await to_thread.run_sync(_write, descriptor, part)
+        await to_thread.run_sync(_write, descriptor, data)
     if done != size:
         raise Wrong(f"{done} of {size} bytes came; nothing is kept", 400)
 
 
-def _write(descriptor: int, part: bytes) -> None:
-    rest = memoryview(part)
-    while rest:
-        rest = rest[os.write(descriptor, rest) :]
+def _write(descriptor: int, data: bytes) -> None:
+    remaining = memoryview(data)
+    while remaining:
+        remaining = remaining[os.write(descriptor, remaining) :]
 
 
 def content_length(request: Request) -> int:
@@ -201,9 +201,9 @@ def content_length(request: Request) -> int:
     return int(text)
 
 
-def _answer(asked: Asked, key: str, state: str) -> JSONResponse:
+def _answer(context: Asked, key: str, state: str) -> JSONResponse:
     """Return the digest of all bytes of a record, for the client to compare."""
-    with asked.store.opened(key) as (source, _):
-        found = asked.request.app.state.manifests.of(key, source, asked.store.place(key))
-    body: dict[str, Any] = {"key": key, "state": state, "digest": found.digest, "size": found.size}
+    with context.store.opened(key) as (source, _):
+        manifest = context.request.app.state.manifests.of(key, source, context.store.place(key))
+    body: dict[str, Any] = {"key": key, "state": state, "digest": manifest.digest, "size": manifest.size}
     return JSONResponse(body, 201 if state == "written" else 200, headers_of(key))

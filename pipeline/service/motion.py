@@ -35,24 +35,24 @@ def mesh_of(store: FolderStore, key: str) -> MeshRecord:
         if not isinstance(mesh, str):
             raise arrays.Wrong(f"a {head.kind} record has no mesh")
         kind = head.kind
-    found = store.get(mesh, "mesh", only=only)
+    record = store.get(mesh, "mesh", only=only)
     nodes = store.get(key, "morph", only=["nodes"]).nodes if kind == "morph" else None
-    return found if nodes is None else replace(found, nodes=nodes)
+    return record if nodes is None else replace(record, nodes=nodes)
 
 
 @router.get(
     "/records/{key}/skin/{mode}/stress", response_class=Response,
     responses=PROBLEMS | {200: {"content": FLOATS, "description": "float32, point by point"}},
 )  # fmt: skip
-def get_mode_stress(key: Key, mode: Annotated[int, Path(ge=0, le=10**6)], asked: Reader) -> Response:
+def get_mode_stress(key: Key, mode: Annotated[int, Path(ge=0, le=10**6)], context: Reader) -> Response:
     """Return the von Mises stress of a mode shape at the points of the skin, its largest being 1; solids only."""
-    mesh = mesh_of(asked.store, key)
-    with asked.store.opened(key, "modes") as (source, head):
+    mesh = mesh_of(context.store, key)
+    with context.store.opened(key, "modes") as (source, head):
         dataset = arrays.dataset_of(head, "shapes")
         column = arrays.chosen(str(mode), dataset.shape[2], "mode")
         nodes = skin.skin_of(mesh).nodes
         shape = arrays.read_part(source, dataset, None, column)[:, :, 0]
-    stress = von_mises(_stress(asked.store, key, mesh, nodes, shape[..., None])[..., 0])
+    stress = von_mises(_stress(context.store, key, mesh, nodes, shape[..., None])[..., 0])
     largest = float(stress.max(initial=0.0))
     return Response(
         np.ascontiguousarray(stress / largest if largest > 0 else stress, "<f4").tobytes(), 200, headers_of(key),
@@ -84,13 +84,13 @@ def _stress(store: FolderStore, modes: str, mesh: MeshRecord, nodes: np.ndarray,
 
 @router.get("/records/{key}/film/{body}", responses=PROBLEMS)
 def get_film(
-    key: Key, body: Annotated[str, Path(max_length=200)], asked: Reader, *,
+    key: Key, body: Annotated[str, Path(max_length=200)], context: Reader, *,
     colour: Annotated[str, Query(pattern="^(displacement|stress)$")] = "displacement",
 ) -> JSONResponse:  # fmt: skip
     """Return a body of a run over time: triangles and points of its design [m], and for each frame the elastic
     displacement of the points [m], its rigid motion, and the size of the displacement [m] or the von Mises stress [Pa]
     that the elastic shapes have; float32 as base64, frame by frame. Frames are left out where there are many."""
-    store = asked.store
+    store = context.store
     only = ["bodies", "coordinate_offsets", "frame_times", "frames"]
     run = store.get(key, "trajectory", only=only)
     if body not in run.bodies:
@@ -100,16 +100,16 @@ def get_film(
     mesh = mesh_of(store, design)
     seen = skin.skin_of(mesh)
     every = max(1, -(-len(run.frames) * len(seen.nodes) * 3 // MOST_NUMBERS))
-    shapes, first = _shapes(store, morph.modes_key, len(mesh.nodes)), run.coordinate_offsets[body]
-    own = run.frames[::every, first : first + len(morph.rigid_twists) + shapes.shape[2]]
-    q = own[:, len(morph.rigid_twists) :]
+    shapes, start = _shapes(store, morph.modes_key, len(mesh.nodes)), run.coordinate_offsets[body]
+    coordinates = run.frames[::every, start : start + len(morph.rigid_twists) + shapes.shape[2]]
+    q = coordinates[:, len(morph.rigid_twists) :]
     moved = np.einsum("kim,fm->fki", shapes[seen.nodes], q, optimize=True)
     if colour == "stress":
         each = _stress(store, morph.modes_key, mesh, seen.nodes, shapes)
-        sizes = np.stack([von_mises(each @ one) for one in q])
+        sizes = np.stack([von_mises(each @ amplitudes) for amplitudes in q])
     else:
         sizes = np.linalg.norm(moved, axis=2)
-    twist = own[:, : len(morph.rigid_twists)] @ morph.rigid_twists
+    twist = coordinates[:, : len(morph.rigid_twists)] @ morph.rigid_twists
     return JSONResponse(
         skin.skin_json(mesh)
         | {"times": run.frame_times[::every].tolist(), "moved": skin.packed(moved, "<f4"),
@@ -122,20 +122,20 @@ def get_film(
 def _shapes(store: FolderStore, modes: str, nodes: int) -> np.ndarray:
     """Return the elastic shapes of a basis, (n, 3, m); raise Wrong where they are too large, or of another mesh."""
     with store.opened(modes, "modes") as (source, head):
-        found = arrays.read_part(source, arrays.dataset_of(head, "shapes"))
-    if len(found) != nodes:
+        shapes = arrays.read_part(source, arrays.dataset_of(head, "shapes"))
+    if len(shapes) != nodes:
         raise arrays.Wrong("the modes are of another mesh")
-    return found
+    return shapes
 
 
 @router.get("/records/{key}/report", responses=PROBLEMS)
-def get_report(key: Key, asked: Reader) -> JSONResponse:
+def get_report(key: Key, context: Reader) -> JSONResponse:
     """Return the runs of a report with their run time [s] and largest conservative error, and the one that it chose."""
-    document = asked.store.get(key, "report").document
+    document = context.store.get(key, "report").document
     rows = [
-        {"name": one.get("name", ""), "seconds": one.get("cpu_seconds"), "note": one.get("result", ""),
-         "error": one.get("conservative_error", one.get("largest_error"))}
-        for one in document.get("runs", ())
+        {"name": r.get("name", ""), "seconds": r.get("cpu_seconds"), "note": r.get("result", ""),
+         "error": r.get("conservative_error", r.get("largest_error"))}
+        for r in document.get("runs", ())
     ]  # fmt: skip
     choice = document.get("choice") or {}
     body = {"scene": document.get("scene"), "rows": rows, "choice": choice.get("run"), "why": choice.get("why", "")}

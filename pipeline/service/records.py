@@ -59,32 +59,32 @@ class Target(BaseModel):
 
 
 @router.get("/keys", responses=PROBLEMS)
-def get_keys(asked: Reader) -> list[str]:
+def get_keys(context: Reader) -> list[str]:
     """Return the keys of all records, sorted."""
-    return list(asked.store.keys())
+    return list(context.store.keys())
 
 
 @router.get("/records", responses=PROBLEMS)
 def get_records(
-    asked: Reader, *, kind: Text = "", scene: Text = "", component: Text = "", tag: Text = "", key: Text = "",
+    context: Reader, *, kind: Text = "", scene: Text = "", component: Text = "", tag: Text = "", key: Text = "",
     text: Text = "", since: Moment = None, until: Moment = None,
     where: Annotated[list[Stated] | None, Query(max_length=20, description="such as material.E>=2e11")] = None,
     limit: Annotated[int | None, Query(ge=1, le=10**9)] = None, inputs: bool = False,
 ) -> list[dict[str, Any]]:  # fmt: skip
     """Return the records that match, newest first."""
-    found = asked.store.find(
+    entries = context.store.find(
         queries.Query(
             kind=kind, scene=scene, component=component, tag=tag, key=key, text=text, since=since, until=until,
             where=tuple(map(queries.condition, where or ())), limit=limit,
         )
     )  # fmt: skip
-    return [row if inputs else row | {"inputs": {}} for row in (one.as_json() for one in found)]
+    return [row if inputs else row | {"inputs": {}} for row in (e.as_json() for e in entries)]
 
 
 @router.get("/records/{key}/info", responses=PROBLEMS)
-def get_info(key: Key, asked: Reader) -> JSONResponse:
+def get_info(key: Key, context: Reader) -> JSONResponse:
     """Return kind, inputs, attributes and fields of a record, without its arrays."""
-    with asked.store.opened(key) as (source, head):
+    with context.store.opened(key) as (source, head):
         body = {"key": key, "kind": head.kind, "size": source.length, "inputs": head.inputs, "fields": fields(head),
                 "attributes": {name: value for name, value in head.root.attributes.items() if name not in
                                hdf5.BESIDE and not isinstance(value, float | None)}}  # fmt: skip
@@ -105,154 +105,154 @@ def fields(head: hdf5.Head) -> list[dict[str, Any]]:
     responses=PROBLEMS | {200: {"content": NPY | {"application/json": {}}, "description": "the numbers"}},
 )  # fmt: skip
 def get_field(
-    key: Key, path: Annotated[str, Path(max_length=500)], asked: Reader, *,
+    key: Key, path: Annotated[str, Path(max_length=500)], context: Reader, *,
     rows: Choice = None,
     columns: Choice = None,
     surface: Annotated[str | None, Query(max_length=500, description="rows: nodes of a surface of the mesh")] = None,
     format: Literal["npy", "json"] = "npy",
 ) -> Response:  # fmt: skip
     """Return an array, or chosen rows (first axis) and columns (last axis) of it."""
-    with asked.store.opened(key) as (source, head):
+    with context.store.opened(key) as (source, head):
         dataset = arrays.dataset_of(head, path)
         count = dataset.shape[0] if dataset.shape else 0
-        wanted = None if rows is None else arrays.chosen(rows, count, "rows")
+        chosen_rows = None if rows is None else arrays.chosen(rows, count, "rows")
         if surface is not None:
             if rows is not None:
                 raise arrays.Wrong("surface, rows: give only one of them")
-            wanted = surface_nodes(asked, key, head, surface)
-            if len(wanted) and wanted[-1] >= count:
+            chosen_rows = surface_nodes(context, key, head, surface)
+            if len(chosen_rows) and chosen_rows[-1] >= count:
                 raise arrays.Wrong(f"surface: {path} has {count} rows, which are not the nodes of a mesh")
-        found = arrays.read_part(source, dataset, wanted, arrays.columns_of(columns, dataset.shape))
+        values = arrays.read_part(source, dataset, chosen_rows, arrays.columns_of(columns, dataset.shape))
     if format == "json":
-        return JSONResponse(arrays.json_part(found), headers=headers_of(key))
-    return Response(arrays.npy_bytes(found), 200, headers_of(key), "application/x-npy")
+        return JSONResponse(arrays.json_part(values), headers=headers_of(key))
+    return Response(arrays.npy_bytes(values), 200, headers_of(key), "application/x-npy")
 
 
-def surface_nodes(asked: Any, key: str, head: hdf5.Head, surface: str) -> np.ndarray:
+def surface_nodes(context: Any, key: str, head: hdf5.Head, surface: str) -> np.ndarray:
     """Return the nodes of a named surface of a record's mesh, ascending, (k,)."""
     mesh = key if head.kind == "mesh" else head.root.attributes.get("mesh_key")
     if not isinstance(mesh, str):
         raise arrays.Wrong(f"surface: a {head.kind} record has no mesh")
-    found = asked.store.get(mesh, "mesh", only=[f"surfaces/{surface}"]) if "/" not in surface else None
-    if found is None or surface not in found.surfaces:
-        names = asked.store.get(mesh, "mesh", only=["surfaces"]).surfaces
+    mesh_record = context.store.get(mesh, "mesh", only=[f"surfaces/{surface}"]) if "/" not in surface else None
+    if mesh_record is None or surface not in mesh_record.surfaces:
+        names = context.store.get(mesh, "mesh", only=["surfaces"]).surfaces
         raise arrays.Wrong(f"no surface '{surface[:80]}'; there are {', '.join(sorted(names)[:20])}", 404)
-    return np.unique(found.surfaces[surface].facets)
+    return np.unique(mesh_record.surfaces[surface].facets)
 
 
 @router.get("/records/{key}/spectrum", responses=PROBLEMS)
-def get_spectrum(key: Key, asked: Reader) -> JSONResponse:
+def get_spectrum(key: Key, context: Reader) -> JSONResponse:
     """Return the frequencies [Hz] of modes with the estimated relative errors of each, null where there is none."""
     only = ["angular_frequencies", "residuals", "algebraic_errors", "discretisation_errors", "normal_count"]
-    found = asked.store.get(key, "modes", only=only)
+    modes = context.store.get(key, "modes", only=only)
     numbers = {
-        "frequencies": found.angular_frequencies / (2 * np.pi), "residuals": found.residuals,
-        "algebraic_errors": found.algebraic_errors, "discretisation_errors": found.discretisation_errors,
+        "frequencies": modes.angular_frequencies / (2 * np.pi), "residuals": modes.residuals,
+        "algebraic_errors": modes.algebraic_errors, "discretisation_errors": modes.discretisation_errors,
     }  # fmt: skip
     body = {name: None if array is None else arrays.json_part(array)["values"] for name, array in numbers.items()}
-    return JSONResponse(body | {"normal_count": found.normal_count}, headers=headers_of(key))
+    return JSONResponse(body | {"normal_count": modes.normal_count}, headers=headers_of(key))
 
 
 @router.get("/records/{key}/examine", responses=PROBLEMS)
-def get_examined(key: Key, asked: Reader) -> dict[str, Any]:
+def get_examined(key: Key, context: Reader) -> dict[str, Any]:
     """Read all of a record; return why it cannot be used."""
-    fault = asked.store.examine(key)
+    fault = context.store.examine(key)
     if isinstance(fault, RecordMissing):
         raise fault
     return {"fault": None if fault is None else {"error": type(fault).__name__, "detail": str(fault)}}
 
 
 @router.post("/records/{key}/uses", responses=PROBLEMS)
-def post_use(key: Key, use: Use, asked: Writer) -> dict[str, str]:
+def post_use(key: Key, use: Use, context: Writer) -> dict[str, str]:
     """Note that a scene uses a record."""
-    with asked.store.opened(key):
-        asked.store.note(key, use.scene, use.component)
+    with context.store.opened(key):
+        context.store.note(key, use.scene, use.component)
     return {"key": key}
 
 
 @router.post("/records/{key}/link", responses=PROBLEMS)
 def post_link(
-    key: Key, asked: Reader, seconds: Annotated[int, Query(ge=1, le=LONGEST_LINK)] = 3600
+    key: Key, context: Reader, seconds: Annotated[int, Query(ge=1, le=LONGEST_LINK)] = 3600
 ) -> dict[str, str | int]:
     """Return a link by which anybody may read this record for some time."""
-    service: Service = asked.request.app.state.service
-    with asked.store.opened(key):
+    service: Service = context.request.app.state.service
+    with context.store.opened(key):
         expires = int(time.time()) + seconds
-    signature = service.access.signature(asked.name, key, expires)
-    path = f"/{asked.name}/records/{key}?expires={expires}&signature={signature}"
-    asked.log("link", key, expires=expires)
+    signature = service.access.signature(context.name, key, expires)
+    path = f"/{context.name}/records/{key}?expires={expires}&signature={signature}"
+    context.log("link", key, expires=expires)
     return {"path": path, "expires": expires}
 
 
 @router.get("/running", responses=PROBLEMS)
-def get_running(asked: Reader) -> list[dict[str, Any]]:
+def get_running(context: Reader) -> list[dict[str, Any]]:
     """Return what commands are doing that use this database."""
-    return asked.store.running()
+    return context.store.running()
 
 
 @router.put("/running/{name}", responses=PROBLEMS)
-def put_running(name: Running, row: Doing, asked: Writer) -> dict[str, str]:
+def put_running(name: Running, row: Doing, context: Writer) -> dict[str, str]:
     """Keep what a command is doing, until it says something else, ends, or says nothing for a while."""
-    asked.store.tell(name, row.model_dump())
+    context.store.tell(name, row.model_dump())
     return {"name": name}
 
 
 @router.delete("/running/{name}", responses=PROBLEMS)
-def delete_running(name: Running, asked: Writer) -> dict[str, str]:
+def delete_running(name: Running, context: Writer) -> dict[str, str]:
     """Note that a command has ended."""
-    asked.store.tell(name, None)
+    context.store.tell(name, None)
     return {"name": name}
 
 
 @router.put("/tags/{tag}", responses=PROBLEMS)
-def put_tag(tag: Tag, target: Annotated[Target, Body()], asked: Writer) -> dict[str, str]:
+def put_tag(tag: Tag, target: Annotated[Target, Body()], context: Writer) -> dict[str, str]:
     """Give a tag to a record."""
-    asked.store.tag(tag, target.key)
-    asked.log("tag", target.key, tag=tag)
+    context.store.tag(tag, target.key)
+    context.log("tag", target.key, tag=tag)
     return {"tag": tag, "key": target.key}
 
 
 @router.delete("/tags/{tag}", responses=PROBLEMS)
-def delete_tag(tag: Tag, asked: Writer) -> dict[str, str]:
+def delete_tag(tag: Tag, context: Writer) -> dict[str, str]:
     """Take a tag away."""
-    asked.store.tag(tag, None)
-    asked.log("untag", "-", tag=tag)
+    context.store.tag(tag, None)
+    context.log("untag", "-", tag=tag)
     return {"tag": tag}
 
 
 @router.post("/records/{key}/aside", responses=PROBLEMS)
-def post_aside(key: Key, asked: Remover) -> dict[str, str]:
+def post_aside(key: Key, context: Remover) -> dict[str, str]:
     """Set a record aside that cannot be used."""
-    if (fault := asked.store.examine(key)) is None:
+    if (fault := context.store.examine(key)) is None:
         raise arrays.Wrong(f"record {key[:12]}… is sound", 422)
     if isinstance(fault, RecordMissing | StoreUnusable):
         raise fault
-    name = asked.store.set_aside(asked.store.place(key))
-    asked.log("aside", key)
+    name = context.store.set_aside(context.store.place(key))
+    context.log("aside", key)
     return {"name": name}
 
 
 @router.delete("/records/{key}", responses=PROBLEMS)
-def delete_record(key: Key, asked: Remover) -> dict[str, str]:
+def delete_record(key: Key, context: Remover) -> dict[str, str]:
     """Remove a record."""
-    if isinstance(fault := asked.store.fault(key), RecordMissing):
+    if isinstance(fault := context.store.fault(key), RecordMissing):
         raise fault
-    asked.store.remove(key)
-    asked.log("delete", key)
+    context.store.remove(key)
+    context.log("delete", key)
     return {"key": key}
 
 
 @router.get("/leftovers", responses=PROBLEMS)
-def get_leftovers(asked: Reader) -> list[dict[str, Any]]:
+def get_leftovers(context: Reader) -> list[dict[str, Any]]:
     """Return what writers that were killed have left, and damaged records that were set aside."""
-    root = asked.store.root
-    found = asked.store.leftovers()
-    return [{"name": one.place.removeprefix(f"{root}/"), "size": one.size, "why": one.why} for one in found]
+    root = context.store.root
+    leftovers = context.store.leftovers()
+    return [{"name": e.place.removeprefix(f"{root}/"), "size": e.size, "why": e.why} for e in leftovers]
 
 
 @router.delete("/leftovers/{name:path}", responses=PROBLEMS)
-def delete_leftover(name: Annotated[str, Path(max_length=200)], asked: Remover) -> dict[str, str]:
+def delete_leftover(name: Annotated[str, Path(max_length=200)], context: Remover) -> dict[str, str]:
     """Remove a leftover."""
-    asked.store.remove(f"{asked.store.root}/{name}")
-    asked.log("delete", name)
+    context.store.remove(f"{context.store.root}/{name}")
+    context.log("delete", name)
     return {"name": name}

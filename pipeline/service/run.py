@@ -74,17 +74,17 @@ def serve(settings: Settings) -> None:
 
 def named_stores(databases: Sequence[str]) -> dict[str, FolderStore]:
     """Return the databases by their names in URLs; raise InputError where two have one name, or one is no folder."""
-    found: dict[str, FolderStore] = {}
+    stores: dict[str, FolderStore] = {}
     for text in databases:
         named = NAMED.fullmatch(text)
         name, folder = named.groups() if named else (DEFAULT, text)
-        if name in found:
+        if name in stores:
             raise InputError(f"serve: two databases '{name}'; give names by --db NAME=FOLDER")
         store = modaldb.open(folder)
         if not isinstance(store, FolderStore):
             raise InputError(f"serve: --db {text}: expected a folder")
-        found[name] = store
-    return found
+        stores[name] = store
+    return stores
 
 
 def check_host(host: str, access: Access) -> None:
@@ -105,13 +105,13 @@ def bound(host: str, port: int) -> socket.socket:
     try:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         # By this protocol asyncio knows it for TCP and turns Nagle's algorithm off, which would cost 40 ms an answer.
-        found = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind((host, port))
-        found.listen(2048)
+        listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((host, port))
+        listener.listen(2048)
     except (OSError, OverflowError) as error:
         raise InputError(f"serve: {host}:{port}: {getattr(error, 'strerror', None) or error}") from error
-    return found
+    return listener
 
 
 def _audit_to(file: Path | None) -> None:

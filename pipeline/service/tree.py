@@ -59,20 +59,20 @@ class TreeRoute(APIRoute):
 
 
 def _file_of(
-    asked: Reader, file: Annotated[str, Query(max_length=80)], path: Annotated[str, Query(max_length=500)] = "/", *,
+    context: Reader, file: Annotated[str, Query(max_length=80)], path: Annotated[str, Query(max_length=500)] = "/", *,
     selection: Annotated[str | None, Query(max_length=200)] = None,
     format: Annotated[str, Query(max_length=20)] = "json",
 ) -> str:  # fmt: skip
     """Return the path of a sound record's file."""
-    found = FILE.fullmatch(file)
-    if found is None:
+    match = FILE.fullmatch(file)
+    if match is None:
         raise arrays.Wrong(f"file={file!r}: expected KEY.h5, 64 hexadecimal digits", 404)
-    with asked.store.opened(found[1]) as (_, head):
-        route = asked.request.url.path.rstrip("/").rpartition("/")[2]
+    with context.store.opened(match[1]) as (_, head):
+        route = context.request.url.path.rstrip("/").rpartition("/")[2]
         if route in WHOLE:
             dataset = arrays.dataset_of(head, arrays.unwritten(path))
             _check_size(dataset, path, selection, as_text=route == "data" and format in TEXTS)
-    return str(asked.store.path(found[1]))
+    return str(context.store.path(match[1]))
 
 
 def _check_size(dataset: Dataset, path: str, selection: str | None, *, as_text: bool) -> None:
@@ -94,11 +94,11 @@ def _selected(shape: tuple[int, ...], selection: str) -> int:
 
     try:
         members = parse_slice(selection)
-        parts = [1 if isinstance(one, int) else len(range(*one.indices(length)))
-                 for one, length in zip(members, shape, strict=False)]  # fmt: skip
+        counts = [1 if isinstance(m, int) else len(range(*m.indices(length)))
+                 for m, length in zip(members, shape, strict=False)]  # fmt: skip
     except (TypeError, ValueError) as error:
         raise arrays.Wrong(f"selection={selection[:80]}: expected numbers and ranges such as 0,:,::10") from error
-    return math.prod(parts) * math.prod(shape[len(parts) :])
+    return math.prod(counts) * math.prod(shape[len(counts) :])
 
 
 def _in_one_line(endpoint: Callable[..., Any], failure: type[Exception]) -> Callable[..., Any]:
@@ -109,9 +109,9 @@ def _in_one_line(endpoint: Callable[..., Any], failure: type[Exception]) -> Call
     """
 
     @functools.wraps(endpoint)
-    def answer(*arguments: Any, **more: Any) -> Any:
+    def answer(*arguments: Any, **keywords: Any) -> Any:
         try:
-            return endpoint(*arguments, **more)
+            return endpoint(*arguments, **keywords)
         except failure as error:
             raise arrays.Wrong(error.message, error.status_code) from error  # type: ignore[attr-defined]
         except (TypeError, ValueError, LookupError) as error:

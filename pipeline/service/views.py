@@ -26,63 +26,63 @@ MOST_RELATED = 100
 
 
 @router.get("/records/{key}/skin", responses=PROBLEMS)
-def get_skin(key: Key, asked: Reader) -> JSONResponse:
+def get_skin(key: Key, context: Reader) -> JSONResponse:
     """Return the outside of the mesh of a record of modes, of a design or of a mesh, as triangles."""
-    return JSONResponse(skin.skin_json(mesh_of(asked.store, key)), headers=headers_of(key))
+    return JSONResponse(skin.skin_json(mesh_of(context.store, key)), headers=headers_of(key))
 
 
 @router.get(
     "/records/{key}/skin/{mode}", response_class=Response,
     responses=PROBLEMS | {200: {"content": {"application/octet-stream": {}}, "description": "float32, point by point"}},
 )  # fmt: skip
-def get_shape(key: Key, mode: Annotated[int, fastapi.Path(ge=0, le=10**6)], asked: Reader) -> Response:
+def get_shape(key: Key, mode: Annotated[int, fastapi.Path(ge=0, le=10**6)], context: Reader) -> Response:
     """Return a mode shape at the points of the skin, scaled to a largest displacement of 1; modes count from 0."""
-    nodes = skin.skin_of(mesh_of(asked.store, key)).nodes
-    with asked.store.opened(key, "modes") as (source, head):
+    nodes = skin.skin_of(mesh_of(context.store, key)).nodes
+    with context.store.opened(key, "modes") as (source, head):
         dataset = arrays.dataset_of(head, "shapes")
         column = arrays.chosen(str(mode), dataset.shape[2], "mode")
-        found = arrays.read_part(source, dataset, nodes, column)[:, :, 0]
-    return Response(skin.shape_bytes(found), 200, headers_of(key), "application/octet-stream")
+        shape = arrays.read_part(source, dataset, nodes, column)[:, :, 0]
+    return Response(skin.shape_bytes(shape), 200, headers_of(key), "application/octet-stream")
 
 
 @router.get("/records/{key}/graph", responses=PROBLEMS)
-def get_graph(key: Key, asked: Reader) -> dict[str, Any]:
+def get_graph(key: Key, context: Reader) -> dict[str, Any]:
     """Return what a record was made from, directly or not, and what was made from it, as rows and pairs of keys."""
-    with asked.store.opened(key):
+    with context.store.opened(key):
         pass
-    entries = {one.key: one for one in asked.store.find()}
+    entries = {e.key: e for e in context.store.find()}
     makes: dict[str, list[str]] = {}
-    for one in entries.values():
-        for target in one.refers:
-            makes.setdefault(target, []).append(one.key)
-    above = _reached(key, lambda one: entries[one].refers if one in entries else ())
-    below = _reached(key, lambda one: makes.get(one, ()))
-    found = [one for one in dict.fromkeys([*above, *below]) if one in entries][:MOST_RELATED]
-    rows = [_row(entries[one]) for one in found]
-    edges = [[target, one] for one in found for target in entries[one].refers if target in found]
-    return {"records": rows, "edges": edges, "left_out": max(len({*above, *below}) - len(found), 0)}
+    for entry in entries.values():
+        for target in entry.refers:
+            makes.setdefault(target, []).append(entry.key)
+    above = _reached(key, lambda k: entries[k].refers if k in entries else ())
+    below = _reached(key, lambda k: makes.get(k, ()))
+    related = [k for k in dict.fromkeys([*above, *below]) if k in entries][:MOST_RELATED]
+    rows = [_row(entries[k]) for k in related]
+    edges = [[target, k] for k in related for target in entries[k].refers if target in related]
+    return {"records": rows, "edges": edges, "left_out": max(len({*above, *below}) - len(related), 0)}
 
 
 def _reached(key: str, following: Any) -> list[str]:
-    found: dict[str, None] = {}
-    rest = [key]
-    while rest:
-        one = rest.pop(0)
-        if one not in found:
-            found[one] = None
-            rest += following(one)
-    return list(found)
+    keys: dict[str, None] = {}
+    waiting = [key]
+    while waiting:
+        current = waiting.pop(0)
+        if current not in keys:
+            keys[current] = None
+            waiting += following(current)
+    return list(keys)
 
 
-def _row(one: Entry) -> dict[str, Any]:
-    return {"key": one.key, "kind": one.kind, "made": one.made, "uses": [list(use) for use in one.uses],
-            "tags": list(one.tags)}  # fmt: skip
+def _row(entry: Entry) -> dict[str, Any]:
+    return {"key": entry.key, "kind": entry.kind, "made": entry.made, "uses": [list(use) for use in entry.uses],
+            "tags": list(entry.tags)}  # fmt: skip
 
 
 @router.get("/records/{key}/mac/{other}", responses=PROBLEMS)
-def get_mac(key: Key, other: Annotated[str, fastapi.Path(pattern=KEY)], asked: Reader) -> dict[str, Any]:
+def get_mac(key: Key, other: Annotated[str, fastapi.Path(pattern=KEY)], context: Reader) -> dict[str, Any]:
     """Return the MAC matrix of the normal modes of two bases, and which mode is which."""
-    return compare_modes(asked.store, key, other).as_json()
+    return compare_modes(context.store, key, other).as_json()
 
 
 class Page(StaticFiles):

@@ -124,7 +124,7 @@ class SceneJob(Place, ABC):
 
     def place(self, **changes: Any) -> Place:
         """Return the scene as written, with changes of the fields of `Place`."""
-        return replace(Place(**{one.name: getattr(self, one.name) for one in fields(Place)}), **changes)
+        return replace(Place(**{f.name: getattr(self, f.name) for f in fields(Place)}), **changes)
 
     def quantities(self) -> Sequence[str]:
         """Return the names of all quantities that a run of the scene may have; none where only the run knows them."""

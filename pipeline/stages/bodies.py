@@ -140,24 +140,24 @@ def make_run(job: Job, product: Product, tell: Progress) -> Trajectory:
     return trajectory
 
 
-def _keep_stopped(job: Job, found: Trajectory) -> RunReport:
+def _keep_stopped(job: Job, trajectory: Trajectory) -> RunReport:
     """Write what a stopped run has done into the folder of results: nothing in the database, so that it runs anew."""
-    reached = float(found.times[-1]) if len(found.times) else 0.0
+    reached = float(trajectory.times[-1]) if len(trajectory.times) else 0.0
     inputs = job.trajectory().inputs | {"stopped": reached}
     product = replace(job.trajectory(), key=(key := content_key(inputs)), inputs=inputs)
     with held(job.out):
-        check_finite(product, found)
+        check_finite(product, trajectory)
         with whole_file(job.out / TRAJECTORY) as scratch:
-            scratch.write_bytes(b"".join(record_bytes(product.kind, found, inputs)))
-        summary = write_summary(job.out, key, _references(job), found, TRAJECTORY)
-        _write_probes(job, found)
+            scratch.write_bytes(b"".join(record_bytes(product.kind, trajectory, inputs)))
+        summary = write_summary(job.out, key, _references(job), trajectory, TRAJECTORY)
+        _write_probes(job, trajectory)
         removed = remove_pictures(job.out, "")
     duration = job.scene.run.duration
-    reason = found.counts.get("reason") or f"{Result.STOPPED.value}, at {reached:.6g} s of {duration:.6g} s"
+    reason = trajectory.counts.get("reason") or f"{Result.STOPPED.value}, at {reached:.6g} s of {duration:.6g} s"
     lines = [f"pictures of an earlier result were removed: {', '.join(removed)}"] if removed else []
     return RunReport(
-        job.name, found.result, quantities=summary["quantities"], energy_drift=found.energy_drift,
-        momentum_residual=found.momentum_residual, out=str(job.out), notes=lines, reason=reason, files=_files(job),
+        job.name, trajectory.result, quantities=summary["quantities"], energy_drift=trajectory.energy_drift,
+        momentum_residual=trajectory.momentum_residual, out=str(job.out), notes=lines, reason=reason, files=_files(job),
     )  # fmt: skip
 
 
@@ -190,8 +190,8 @@ def results(job: Job, until: str) -> RunReport:
     if summary is None:
         with whole_file(job.out / TRAJECTORY) as scratch:
             job.store.export(key, scratch)
-        found = job.store.get(key, "trajectory", only=["times"])
-        summary = write_summary(job.out, key, expected, found, TRAJECTORY)
+        trajectory = job.store.get(key, "trajectory", only=["times"])
+        summary = write_summary(job.out, key, expected, trajectory, TRAJECTORY)
         _write_probes(job, job.store.get(key, "trajectory", only=["times", "probes"]))
     report = _report(job, summary, notes(facts_of(job, summary), until))
     return replace(report, out=str(job.out), parts=_sizes(job), files=_files(job))
@@ -215,19 +215,19 @@ def _report(job: Job, summary: dict[str, Any], lines: list[str]) -> RunReport:
     )  # fmt: skip
 
 
-def _write_probes(job: Job, found: Trajectory) -> None:
+def _write_probes(job: Job, trajectory: Trajectory) -> None:
     """Write the histories of probes as a table; without probes, remove that of an earlier run."""
-    if not found.probes:
+    if not trajectory.probes:
         (job.out / PROBES).unlink(missing_ok=True)
         return
-    heads, columns = ["time [s]"], [found.times[:, None]]
-    for name, probe in found.probes.items():
-        parts = probe.columns.split(", ")
+    heads, columns = ["time [s]"], [trajectory.times[:, None]]
+    for name, probe in trajectory.probes.items():
+        components = probe.columns.split(", ")
         units = probe.unit.split(", ") if ", " in probe.unit else [probe.unit, probe.unit]
-        heads += [f"{name} {part} [{units[part.startswith('moment')]}]" for part in parts]
+        heads += [f"{name} {component} [{units[component.startswith('moment')]}]" for component in components]
         columns.append(probe.values)
     rows = np.hstack(columns)
-    write_text(job.out / PROBES, csv_text([heads, *([repr(float(one)) for one in row] for row in rows)]))
+    write_text(job.out / PROBES, csv_text([heads, *([repr(float(x)) for x in row] for row in rows)]))
 
 
 def _files(job: Job) -> tuple[str, ...]:
@@ -240,9 +240,9 @@ def draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
     from gudgeon.pipeline.plots import render
 
     compare = {job.scene.plot.label: job.trajectory().key}
-    for name, other in job.compared().items():
-        make_stages(other, SOLVE, tell)
-        compare[name] = other.trajectory().key
+    for name, job_compared in job.compared().items():
+        make_stages(job_compared, SOLVE, tell)
+        compare[name] = job_compared.trajectory().key
     tell("plot", 0.0)
     others, curve = compare if len(compare) > 1 else {}, job.reference()
     return render(

@@ -10,7 +10,7 @@ from gudgeon.pipeline.stages.job import Job
 
 def change_estimates(job: Job) -> dict[str, dict[str, Any]]:
     """Return the estimates of each component that reuses modes, and its tolerance; empty before the stage `morph`."""
-    found = {}
+    estimates_of = {}
     for name, steps in job.components().items():
         key = steps["morph"].key
         if steps["morph"].inputs["update"] != "reuse" or not job.store.has(key):
@@ -18,8 +18,8 @@ def change_estimates(job: Job) -> dict[str, dict[str, Any]]:
         quality = job.store.get(key, "morph", only=["quality"]).quality
         if "frequency_changes" in quality:
             estimates = {entry: quality[entry] for entry in ("frequency_changes", "compliance_changes")}
-            found[name] = estimates | {"tolerance": job.scene.component[name].change.tolerance}
-    return found
+            estimates_of[name] = estimates | {"tolerance": job.scene.component[name].change.tolerance}
+    return estimates_of
 
 
 def refuse_reuse(job: Job) -> None:
@@ -41,11 +41,11 @@ def change_text(entry: Mapping[str, Any]) -> str:
 
 def largest_changes(entry: Mapping[str, Any]) -> dict[str, float]:
     """Return the largest change of frequencies and of compliance, by the words for them."""
-    found = {}
+    changes = {}
     if frequencies := entry["frequency_changes"]:
-        mode = max(range(len(frequencies)), key=lambda one: abs(frequencies[one]))
-        found[f"frequencies by up to {{}} (mode {mode + 1})"] = frequencies[mode]
+        mode = max(range(len(frequencies)), key=lambda i: abs(frequencies[i]))
+        changes[f"frequencies by up to {{}} (mode {mode + 1})"] = frequencies[mode]
     if compliances := entry["compliance_changes"]:
-        name = max(compliances, key=lambda one: abs(compliances[one]))
-        found[f"contact compliance by up to {{}} (interface '{name}')"] = compliances[name]
-    return found
+        name = max(compliances, key=lambda n: abs(compliances[n]))
+        changes[f"contact compliance by up to {{}} (interface '{name}')"] = compliances[name]
+    return changes

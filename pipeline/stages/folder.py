@@ -123,9 +123,9 @@ def claim(job: Place) -> None:
         owner = (job.out.resolve() / named).resolve()
         if owner != scene:
             raise InputError(f"--out {job.out}: holds the results of {owner}; {job.path} needs a folder of its own")
-    own = os.path.relpath(scene, job.out.resolve())
-    if own != named:
-        write_text(job.out / OWNER, json.dumps({"scene": own}, indent=1))
+    scene_path = os.path.relpath(scene, job.out.resolve())
+    if scene_path != named:
+        write_text(job.out / OWNER, json.dumps({"scene": scene_path}, indent=1))
 
 
 def remove_pictures(out: Path, key: str) -> list[str]:
@@ -138,9 +138,9 @@ def remove_pictures(out: Path, key: str) -> list[str]:
         return []
     if noted is not None and noted["key"] == key:
         return []
-    own = [*FILES, *_named(out / PICTURES)] if noted is None else noted["files"]
+    listed = [*FILES, *_named(out / PICTURES)] if noted is None else noted["files"]
     removed = []
-    for name in dict.fromkeys(Path(one).name for one in [*own, PICTURES]):
+    for name in dict.fromkeys(Path(p).name for p in [*listed, PICTURES]):
         with contextlib.suppress(OSError):
             (out / name).unlink()
             removed.append(name)
@@ -156,7 +156,7 @@ def _named(path: Path) -> list[str]:
 def _owner(path: Path) -> str | None:
     """Return the scene file that a folder names; None if it names none that exists."""
     try:
-        found = read_json(path)["scene"]
-        return found if isinstance(found, str) and (path.parent / found).resolve().is_file() else None
+        scene = read_json(path)["scene"]
+        return scene if isinstance(scene, str) and (path.parent / scene).resolve().is_file() else None
     except (OSError, ValueError, LookupError, TypeError, RecursionError, RuntimeError):
         return None

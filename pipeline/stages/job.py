@@ -102,8 +102,8 @@ class Job(SceneJob):
 
     def _full_fe(self, step: float) -> str | None:
         """Return the key of the full-FE run with a step [s] if it is in the database."""
-        parts = {name: (made["modes"].inputs, made["morph"].inputs) for name, made in self.components().items()}
-        key = nodal_product(self.name, self.dynamics(), parts, step).key
+        inputs = {name: (made["modes"].inputs, made["morph"].inputs) for name, made in self.components().items()}
+        key = nodal_product(self.name, self.dynamics(), inputs, step).key
         return key if self.store.has(key) else None
 
     def dynamics(self) -> dict[str, Any]:
@@ -153,9 +153,9 @@ def _steps(job: Job, stage: str) -> dict[str, Product]:
     }
 
 
-def contact_job(place: Place) -> Job:
+def contact_job(scene_place: Place) -> Job:
     """Return the job of a scene of bodies; raises InputError with every mistake listed."""
-    return Job(**vars(place), scene=checked(place.path, place.tables, SceneFile))
+    return Job(**vars(scene_place), scene=checked(scene_place.path, scene_place.tables, SceneFile))
 
 
 def variant(job: Job, changes: Mapping[str, Any]) -> Job:
@@ -169,8 +169,8 @@ def placed_design(job: Job, body: str, only: Sequence[str]) -> "MorphRecord":
     from gudgeon.solver.bodies import placing
 
     key = job.components()[job.scene.component_of(body)]["morph"].key
-    found = job.store.get(key, "morph", only=only)
-    return placing.turned_design(found, placing.rotation(job.scene.body[body]))
+    design = job.store.get(key, "morph", only=only)
+    return placing.turned_design(design, placing.rotation(job.scene.body[body]))
 
 
 def free_twists(job: Job, body: str) -> "np.ndarray":
@@ -184,7 +184,7 @@ def free_twists(job: Job, body: str) -> "np.ndarray":
 def grids_of(scene: Any) -> dict[str, str]:
     """Return the key of the grid of poses of each field of a scene that has one, by name."""
     forces = getattr(scene, "force", {})
-    return {name: one.record for name, one in forces.items() if isinstance(one, Electrostatic) and one.record}
+    return {name: f.record for name, f in forces.items() if isinstance(f, Electrostatic) and f.record}
 
 
 def refuse_turning(job: Job, command: str) -> None:

@@ -37,24 +37,24 @@ def check_finite(product: Product, record: Any) -> None:
         )
 
 
-def not_finite(value: Any, where: str = "") -> Iterator[str]:
+def not_finite(value: Any, path: str = "") -> Iterator[str]:
     """Yield the fields of a record that hold a NaN or an infinity, as paths such as `contacts/wall/force`."""
     if isinstance(value, float | complex | np.number):
         if not (math.isfinite(value.real) and math.isfinite(value.imag)):
-            yield where
+            yield path
     elif isinstance(value, np.ndarray):
-        wrong = np.isinf if where.partition("/")[0] in UNKNOWN else _unsound
+        wrong = np.isinf if path.partition("/")[0] in UNKNOWN else _unsound
         if value.dtype.kind in "fc" and not _squares_finite(value) and wrong(value).any():
-            yield where
+            yield path
     elif is_dataclass(value):
-        for one in fields(value):
-            yield from not_finite(getattr(value, one.name), f"{where}/{one.name}".lstrip("/"))
+        for member in fields(value):
+            yield from not_finite(getattr(value, member.name), f"{path}/{member.name}".lstrip("/"))
     elif isinstance(value, Mapping):
-        for name, one in value.items():
-            yield from not_finite(one, f"{where}/{name}".lstrip("/"))
+        for name, item in value.items():
+            yield from not_finite(item, f"{path}/{name}".lstrip("/"))
     elif isinstance(value, list | tuple):
-        for number, one in enumerate(value):
-            yield from not_finite(one, f"{where}/{number}".lstrip("/"))
+        for n, entry in enumerate(value):
+            yield from not_finite(entry, f"{path}/{n}".lstrip("/"))
 
 
 def _squares_finite(values: np.ndarray) -> bool:

@@ -26,10 +26,10 @@ def build_mesh(component: Meshed, folder: Path, name: str, table: str = "compone
         StageError: gmsh failed.
     """
     geometry = component.geometry
-    found = {
+    paths = {
         key: str(find_file(file, folder, f"{table}.{name}.geometry.{key}")) for key, file in component.files.items()
     }
-    geometry = geometry.model_copy(update=found)
+    geometry = geometry.model_copy(update=paths)
     if (
         geometry.kind == "file"
         or geometry.kind == "plane-file"

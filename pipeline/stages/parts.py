@@ -33,19 +33,19 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
 
     material = component.material
     solid = cell_of(mesh).solid and mesh.system is None
-    where = f"component.{name}"
+    key = f"component.{name}"
     if solid and material is not None:
-        own = properties = mass_properties(mesh, densities(mesh, material))
+        mesh_properties = properties = mass_properties(mesh, densities(mesh, material))
         if component.point_mass:
-            properties = with_point_masses(free_model(mesh, component, where), component, where).properties
+            properties = with_point_masses(free_model(mesh, component, key), component, key).properties
     else:
-        model = free_model(mesh, component, where)
-        own, properties = model.properties, with_point_masses(model, component, where).properties
+        model = free_model(mesh, component, key)
+        mesh_properties, properties = model.properties, with_point_masses(model, component, key).properties
     return {
         "nodes": len(mesh.nodes),
         "cells": len(mesh.cells),
         "extents": np.ptp(mesh.nodes, axis=0).tolist(),
-        "volume": _volume(mesh, material, own.mass),
+        "volume": _volume(mesh, material, mesh_properties.mass),
         "mass": properties.mass,
         "centre": properties.centre.tolist(),
         "principal_inertia": np.linalg.eigvalsh(properties.inertia).tolist(),
@@ -92,13 +92,13 @@ def surface_rows(mesh: MeshRecord) -> dict[str, dict[str, Any]]:
     for name, surface in mesh.surfaces.items():
         if NUMBERED.fullmatch(name) or name == SKIN:
             continue
-        known = "kind" in surface.shape
-        off = distance(mesh.nodes[np.unique(surface.facets)], surface.shape) if known else np.zeros(1)
+        has_shape = "kind" in surface.shape
+        off = distance(mesh.nodes[np.unique(surface.facets)], surface.shape) if has_shape else np.zeros(1)
         rows[name] = {
             "facets": len(surface.facets),
             "kind": surface.shape.get("kind"),
             "radius": surface.shape.get("radius"),
-            "off": float(off.max(initial=0.0)) if known else None,
+            "off": float(off.max(initial=0.0)) if has_shape else None,
         }
     return rows
 
@@ -115,24 +115,24 @@ def refuse_probes_off(store: Store, scene: SceneFile, keys: Mapping[str, str]) -
     for name, probe in scene.probe.items():
         sides = ("at", "interface", "body"), ("against_at", "against_interface", "against")
         for key, interface, owner in sides:
-            at = getattr(probe, key, None)
-            if at is None or getattr(probe, interface, None) is not None:
+            point = getattr(probe, key, None)
+            if point is None or getattr(probe, interface, None) is not None:
                 continue
             component = scene.component_of(getattr(probe, owner))
             if component in keys:
                 from gudgeon.pipeline.interfaces.strain_gauges import refuse_far  # Here: it loads scipy.
 
                 mesh = store.get(keys[component], "mesh", only=["nodes", "cells", "cell_type"])
-                refuse_far(mesh, np.array(at), f"probe.{name}.{key}")
+                refuse_far(mesh, np.array(point), f"probe.{name}.{key}")
 
 
 def part_sizes(
-    store: Store, parts: Mapping[str, Component], keys: Mapping[str, tuple[str, str]]
+    store: Store, components: Mapping[str, Component], keys: Mapping[str, tuple[str, str]]
 ) -> dict[str, dict[str, Any]]:
     """Return extents along x, y, z [m] and mass [kg] of each meshed part, without the cost of its inertia.
 
     Args:
-        parts: Components by name.
+        components: Components by name.
         keys: Keys of the records of mesh and morph of each.
     """
     return {
@@ -140,6 +140,6 @@ def part_sizes(
             "extents": np.ptp(store.get(keys[name][0], "mesh", only=["nodes"]).nodes, axis=0).tolist(),
             "mass": store.get(keys[name][1], "morph", only=["mass"]).mass,
         }
-        for name, component in parts.items()
+        for name, component in components.items()
         if component.material is not None
     }

@@ -32,10 +32,10 @@ def plan(job: Job) -> dict[str, Any]:
     rows, read, stocks, components = [], {}, {}, job.components()
     for body in job.scene.body:
         component = job.scene.component[job.scene.component_of(body)]
-        places = [f"{PLACES[item.kind]}/{name}" for name, item in component.interface.items()]
-        places += [f"gauges/{name}" for name in component.gauge]
+        fields = [f"{PLACES[item.kind]}/{name}" for name, item in component.interface.items()]
+        fields += [f"gauges/{name}" for name in component.gauge]
         elastic, swapped = component.modes.reduction != "rigid", component.modes.swap is not None
-        stocks[body] = Stock(elastic, bool(component.supports), swapped, places=tuple(places))
+        stocks[body] = Stock(elastic, bool(component.supports), swapped, places=tuple(fields))
     for term in scene_terms(job.scene, stocks):
         steps = components[job.scene.component_of(term.body)]
         keys = {"mesh": steps["mesh"].key, "modes": steps["modes"].key, "morph": steps["morph"].key}
@@ -63,17 +63,17 @@ def inertia_orders(scene: Scene, elastic: Collection[str]) -> dict[str, str]:
     Args:
         elastic: Bodies that deform.
     """
-    turns, found = scene.capabilities.turns, {}
+    turns, orders = scene.capabilities.turns, {}
     for name, body in scene.body.items():
         if name not in elastic:
-            found[name] = "rigid, " + ("turns by any angle" if turns else "small motion")
+            orders[name] = "rigid, " + ("turns by any angle" if turns else "small motion")
         elif not turns:
-            found[name] = "elastic, small motion: frame and deformation are not coupled"
+            orders[name] = "elastic, small motion: frame and deformation are not coupled"
         else:
             frame = "of mean axes" if body.attachment == "mean-axis" else f"that turns with {body.attached_to}"
             order = "second order (geometric stiffness)" if body.geometric_stiffness else "first order"
-            found[name] = f"floating frame {frame}: couplings by displacements of {order}"
-    return found
+            orders[name] = f"floating frame {frame}: couplings by displacements of {order}"
+    return orders
 
 
 def by_size(scene: Scene) -> dict[str, str]:
@@ -83,7 +83,7 @@ def by_size(scene: Scene) -> dict[str, str]:
         return {}
     if name == "implicit" and "event" in carriers and scene.run.step is None:
         return {"event": f"up to {FEW_POINTS} contact points"}
-    if name == "event" and scene.contact and all(one.law is None for one in scene.contact.values()):
+    if name == "event" and scene.contact and all(c.law is None for c in scene.contact.values()):
         return {"implicit": f"more than {FEW_POINTS} contact points, all over flexibility"}
     if name == "explicit" and "implicit" in carriers:
         return {"implicit": f"steps times contact points above {MANY:.0e}".replace("e+0", "e")}
@@ -100,17 +100,18 @@ def turning_reason(scene: Scene) -> str:
     )
     bound = f"run.limits.angle, {limit:g} rad"
     if not scene.capabilities.turns:
-        if held := list(scene.held()):
-            more = f" and {len(held) - 1} more hold" if len(held) > 1 else " holds"
-            return f"small motion: joint '{held[0]}'{more} what deforms on the ground, and nothing turns beyond {bound}"
+        if holding := list(scene.held()):
+            others = f" and {len(holding) - 1} more hold" if len(holding) > 1 else " holds"
+            held_by = f"joint '{holding[0]}'{others} what deforms on the ground"
+            return f"small motion: {held_by}, and nothing turns beyond {bound}"
         if spins[fastest] * duration > limit:
             return f"small motion: {scene.integrator} ends the run where a body turns beyond {bound}"
         return f"small motion: {turned if spins[fastest] else 'no body has an angular velocity'}, within {bound}"
     if joints := list(scene.hinges()):
-        more = f" and {len(joints) - 1} more" if len(joints) > 1 else ""
-        fixed = all(isinstance(one, Fixed) and one.against is None for one in scene.hinges().values())
+        others = f" and {len(joints) - 1} more" if len(joints) > 1 else ""
+        fixed = all(isinstance(h, Fixed) and h.against is None for h in scene.hinges().values())
         cause = turning_cause(scene.joint, scene.body, scene.probe, scene.run, scene.deforms) if fixed else None
-        return f"any angle: joint '{joints[0]}'{more} of two markers" + (f", by {cause}" if cause else "")
+        return f"any angle: joint '{joints[0]}'{others} of two markers" + (f", by {cause}" if cause else "")
     if scene.run.integrator == "mechanism":
         return "any angle: run.integrator is 'mechanism'"
     return f"any angle: {turned}, beyond {bound}"
@@ -124,12 +125,12 @@ def _stepping(scene: Scene) -> str | None:
         return None
     if scene.run.stepping != "auto":
         return scene.run.stepping
-    if scene.contact or any(isinstance(one, Clearance) for one in scene.hinges().values()):
+    if scene.contact or any(isinstance(h, Clearance) for h in scene.hinges().values()):
         return "explicit, since something touches"
     if any(body.attachment == "fixed" for body in scene.body.values()):
         return "explicit, by attachment 'fixed'"
-    other = "implicit" if scene.joint else "exponential"
-    return f"explicit, and {other} while frequencies of bodies bound those"
+    alternative = "implicit" if scene.joint else "exponential"
+    return f"explicit, and {alternative} while frequencies of bodies bound those"
 
 
 def _port_count(job: Job, body: str, interface: str) -> int | None:
@@ -160,8 +161,8 @@ def term_row(
 
 def total(sizes: Iterable[int | None]) -> int | None:
     """Return the sum of bytes, or None if one of them is unknown."""
-    known = list(sizes)
-    return None if None in known else sum(size for size in known if size is not None)
+    counts = list(sizes)
+    return None if None in counts else sum(size for size in counts if size is not None)
 
 
 def _field_bytes(store: Store, keys: Mapping[str, str], field: str) -> int | None:

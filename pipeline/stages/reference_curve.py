@@ -2,6 +2,8 @@
 
 import json
 from collections.abc import Callable
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -31,15 +33,16 @@ def reference_curve(path: Path, scene: SceneFile, full_fe: Callable[[float], str
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
             if report.history:
-                found: Any = content["histories"]
-                for part in report.history.split("/") if report.history != "." else ():
-                    found = found[part]
-                times, force = ([float(value) for value in found[name]] for name in ("t", "F"))
+                keys = report.history.split("/") if report.history != "." else ()
+                node: Any = reduce(getitem, keys, content["histories"])
+                times, force = ([float(value) for value in node[name]] for name in ("t", "F"))
             else:
                 pulse = report.pulse
                 assert pulse is not None
-                height, last = (float(content["expected"][name]["value"]) for name in (pulse.height, pulse.duration))
-                times, force = [0.0, last, last, max(last, scene.run.duration)], [height, height, 0.0, 0.0]
+                height, duration = (
+                    float(content["expected"][name]["value"]) for name in (pulse.height, pulse.duration)
+                )
+                times, force = [0.0, duration, duration, max(duration, scene.run.duration)], [height, height, 0.0, 0.0]
             if len(times) != len(force):
                 raise ValueError(f"{len(times)} times and {len(force)} forces")
         except (ValueError, LookupError, TypeError) as error:

@@ -63,13 +63,13 @@ def solve_records(job: Any, until: str, progress: Progress | None = None) -> Run
 def _prepared(job: SceneJob, until: str, progress: Progress | None) -> Iterator[tuple[SceneJob, Progress]]:
     """Give a job that is ready to run up to a stage, and a progress that may be called."""
     _wanted(job, until)
-    tell = progress or (lambda stage, share: None)
+    tell = progress or (lambda stage, fraction: None)
     with job.kind.during(job, until, tell) as ready:
         yield ready, tell
 
 
 def _run(job: SceneJob, until: str, tell: Progress) -> RunReport:
-    wanted = _wanted(job, until)
+    stages_due = _wanted(job, until)
     waits = partial(tell, f"waiting for another run in {job.out}", 0.0)
     with held(job.out, waits):
         claim(job)
@@ -79,11 +79,11 @@ def _run(job: SceneJob, until: str, tell: Progress) -> RunReport:
         report, pictures, notes = job.kind.results(job, until), list[str](), list[str]()
         if report.result is not None:
             removed = remove_pictures(job.out, content_key(job.pictures()))
-            if removed and PLOT not in wanted:
+            if removed and PLOT not in stages_due:
                 notes = [f"pictures of an earlier result were removed: {', '.join(removed)}"]
-        if PLOT in wanted and report.result != Result.DIVERGED.name:
+        if PLOT in stages_due and report.result != Result.DIVERGED.name:
             stages[PLOT], pictures, notes = _plot_stage(job, tell)
-        remember(job, wanted)
+        remember(job, stages_due)
     return replace(report, stages=stages, pictures=pictures, notes=[*notes, *report.notes])
 
 
@@ -95,8 +95,8 @@ def _wanted(job: SceneJob, until: str) -> Sequence[str]:
 
 def make_stages(job: SceneJob, until: str, tell: Progress) -> dict[str, StageReport]:
     """Compute the records of a job that are missing, up to and including a stage; see `run_job` for errors."""
-    wanted = _wanted(job, until)
-    return {stage.name: _make_stage(job, stage, tell) for stage in job.kind.stages if stage.name in wanted}
+    due = _wanted(job, until)
+    return {stage.name: _make_stage(job, stage, tell) for stage in job.kind.stages if stage.name in due}
 
 
 def _make_stage(job: SceneJob, stage: Stage, tell: Progress) -> StageReport:

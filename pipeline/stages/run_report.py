@@ -68,7 +68,7 @@ class RunReport:
 
     def as_json(self) -> dict[str, Any]:
         """Return the document that `--json` prints."""
-        document = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "files"}
+        document = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "files"}
         return document | {"stages": {name: vars(stage) for name, stage in self.stages.items()}}
 
     def to_frame(self) -> "DataFrame":
@@ -77,8 +77,8 @@ class RunReport:
         Raises:
             ImportError: pandas is not installed.
         """
-        rows = {name: {key: one[key] for key in ("value", "unit", "reference", "error")}
-                for name, one in self.quantities.items()}  # fmt: skip
+        rows = {name: {key: q[key] for key in ("value", "unit", "reference", "error")}
+                for name, q in self.quantities.items()}  # fmt: skip
         return pandas().DataFrame.from_dict(rows, orient="index", columns=["value", "unit", "reference", "error"])
 
     def trajectory(self) -> "Trajectory":
@@ -107,13 +107,13 @@ class RunReport:
     def _repr_html_(self) -> str:
         head = f"<b>{html.escape(self.scene)}: {html.escape(self.reason or self.result or 'no run')}</b>"
         pictures = {Path(name).name: Path(name) for name in self.pictures}
-        name = next((one for one in SHOWN if one in pictures), None)
+        name = next((p for p in SHOWN if p in pictures), None)
         image = ""
         if name is not None and pictures[name].is_file():
             image = image_html(pictures[name], 480)
         rows = "".join(
-            f"<tr><td>{html.escape(name)}</td><td>{one['value']:.6g}</td><td>{html.escape(one['unit'])}</td></tr>"
-            for name, one in self.quantities.items()
+            f"<tr><td>{html.escape(name)}</td><td>{q['value']:.6g}</td><td>{html.escape(q['unit'])}</td></tr>"
+            for name, q in self.quantities.items()
         )
         return f"{head}{image}<table><tr><th>quantity</th><th>value</th><th>unit</th></tr>{rows}</table>"
 

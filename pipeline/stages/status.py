@@ -15,13 +15,13 @@ INPUTS = "inputs.json"
 
 def status(job: SceneJob) -> list[tuple[str, str, str, list[str]]]:
     """Return for each stage its name, `fresh` or `stale`, its key, and why it is stale."""
-    last, rows = _last_inputs(job), []
+    noted, rows = _last_inputs(job), []
     for stage in job.stages[:-1]:
         products = job.products([stage])
-        faults = {place: job.store.fault(product.key) for place, product in products.items()}
-        missing = {place: fault for place, fault in faults.items() if fault is not None}
-        reasons = (_reasons(last.get(place), products[place], fault) for place, fault in missing.items())
-        why = list(dict.fromkeys(one for found in reasons for one in found))
+        faults = {key_: job.store.fault(product.key) for key_, product in products.items()}
+        missing = {key_: fault for key_, fault in faults.items() if fault is not None}
+        reasons = (_reasons(noted.get(key_), products[key_], fault) for key_, fault in missing.items())
+        why = list(dict.fromkeys(text for texts in reasons for text in texts))
         keys = list(dict.fromkeys(product.key for product in products.values()))
         rows.append((stage, "stale" if missing else "fresh", combined(keys), why))
     key = content_key(job.pictures())
@@ -32,7 +32,7 @@ def status(job: SceneJob) -> list[tuple[str, str, str, list[str]]]:
 
 def remember(job: SceneJob, stages: Sequence[str]) -> None:
     """Keep the inputs of the stages that are now fresh, so that `status` can name what has changed since."""
-    noted = _last_inputs(job) | {place: product.inputs for place, product in job.products(stages).items()}
+    noted = _last_inputs(job) | {key: product.inputs for key, product in job.products(stages).items()}
     if noted != _last_inputs(job):
         write_sealed(job.out / INPUTS, noted)
 

@@ -75,20 +75,20 @@ def reference_values(report: Report, folder: Path, names: Mapping[str, str] | No
     """
     if report.reference is None:
         return {}
-    path, wanted = find_file(report.reference, folder, "report.reference"), names or report.quantities
+    path, sources = find_file(report.reference, folder, "report.reference"), names or report.quantities
     try:
         expected = read_json(path)["expected"]
-        return {name: _entry(expected, source) for name, source in wanted.items()}
+        return {name: _entry(expected, source) for name, source in sources.items()}
     except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         raise InputError(f"{path}: not a reference file with these quantities ({error})") from error
 
 
 def _entry(expected: Any, source: str) -> float:
     """Return a number of a reference file by its path: names and list indices, separated by slashes."""
-    found = expected
-    for part in source.split("/"):
-        found = found[int(part)] if isinstance(found, list) else found[part]
-    value = found["value"] if isinstance(found, dict) else found
-    if isinstance(value, bool) or not math.isfinite(number := float(value)):
+    node = expected
+    for step in source.split("/"):
+        node = node[int(step)] if isinstance(node, list) else node[step]
+    value = node["value"] if isinstance(node, dict) else node
+    if isinstance(value, bool) or not math.isfinite(result := float(value)):
         raise ValueError(f"{source}: {value} is not a finite number")
-    return number
+    return result

@@ -105,8 +105,8 @@ class Coupling:
         self._push = force * length / self.way
         """Wrench on the handle over that on the tool: powers are alike but for force · length."""
         k = stiffness * length / force
-        most = self.device.force / force
-        self.energies = np.array([k, most, k * across**2, most * across])
+        force_limit = self.device.force / force
+        self.energies = np.array([k, force_limit, k * across**2, force_limit * across])
         self._last: Reading | None = None
         self._model: Model | None = None
         self._speed = np.zeros(6)
@@ -117,33 +117,33 @@ class Coupling:
         settled(self.tool.compiled, self.at.copy(), self.at.copy(), self.energies)
         self.tool.wrench(self.at)
 
-    def tick(self, now: float, reading: Reading | None) -> Felt:
+    def tick(self, time: float, reading: Reading | None) -> Felt:
         """Send the device a model for the newest pose, and return what it says there."""
         state = self._take(reading)
         truth = np.full(6, np.nan)
         if state == "fault" or self._last is None:
             if self._model is not None:
-                self.device.write(now, self._model._replace(share=0.0))
+                self.device.write(time, self._model._replace(share=0.0))
             return Felt(np.zeros(6), truth, self.at.copy(), 0.0, "fault" if state == "fault" else "silent")
         pose = self._last.pose
         energy, wrench = settled(self.tool.compiled, pose / self.way, self.at, self.energies)
         energy *= self._energy
         if self._begin is None:
             self._begin = energy
-        share, age = 1.0, now - self._last.time - self.device.delay - 1 / self.device.rate
+        fade, age = 1.0, time - self._last.time - self.device.delay - 1 / self.device.rate
         if age > SILENT:
-            share = max(0.0, 1.0 - (age - SILENT) / FADING)
-            state = "fading" if share > 0.0 else "silent"
-        model = self._line(pose, energy, wrench * self._push, share)
+            fade = max(0.0, 1.0 - (age - SILENT) / FADING)
+            state = "fading" if fade > 0.0 else "silent"
+        model = self._line(pose, energy, wrench * self._push, fade)
         if not (np.isfinite(model.forces).all() and np.isfinite(model.energies).all()):
             return Felt(np.zeros(6), truth, self.at.copy(), 0.0, "fault")
         self._model = model
-        self.device.write(now, model)
-        free, own = self.tool.wrench(pose / self.way)
+        self.device.write(time, model)
+        free, tool_wrench = self.tool.wrench(pose / self.way)
         if np.isfinite(free):
-            truth = own * self._push
+            truth = tool_wrench * self._push
         reserve = max(0.0, self._begin - energy) - self._last.work
-        return Felt(share * wrench * self._push, truth, self.at.copy(), reserve, state)
+        return Felt(fade * wrench * self._push, truth, self.at.copy(), reserve, state)
 
     def _take(self, reading: Reading | None) -> str:
         """Take a new pose, with its speed."""
@@ -158,11 +158,11 @@ class Coupling:
         while len(self._past) > 1 and self._past[1].time <= reading.time - self._ahead:
             self._past.popleft()
         went = reading.pose - self._past[0].pose
-        kept = self._reach * max(0.0, 1.0 - self.period / FORGOTTEN)
-        self._reach = max(SHORTEST, kept, float(np.sqrt((went * WEIGHTS) @ went)))
+        decayed = self._reach * max(0.0, 1.0 - self.period / FORGOTTEN)
+        self._reach = max(SHORTEST, decayed, float(np.sqrt((went * WEIGHTS) @ went)))
         return "live"
 
-    def _line(self, pose: np.ndarray, energy: float, force: np.ndarray, share: float) -> Model:
+    def _line(self, pose: np.ndarray, energy: float, force: np.ndarray, fade: float) -> Model:
         """Return S along the handle's motion, or along the force where it rests, divided where S bends most.
 
         Args:
@@ -176,80 +176,84 @@ class Coupling:
             size = float(np.sqrt((step * WEIGHTS) @ step))
         if size == 0.0:
             step, size = np.eye(6)[2], 1.0
-        pushed = 0.5 * float(np.sqrt((force / WEIGHTS) @ force)) / self.device.mass * self._ahead**2
-        step = step * (max(size + pushed, self._reach) / size)
-        found = [self._probe(pose, step, -1.0), Point(0.0, energy, force, self.at), self._probe(pose, step, 1.0)]
-        missing = [_misfit(found, step, i) for i in range(2)]
-        while len(found) < POINTS and max(missing) > 0.0:
+        carried = 0.5 * float(np.sqrt((force / WEIGHTS) @ force)) / self.device.mass * self._ahead**2
+        step = step * (max(size + carried, self._reach) / size)
+        points = [self._probe(pose, step, -1.0), Point(0.0, energy, force, self.at), self._probe(pose, step, 1.0)]
+        missing = [_misfit(points, step, i) for i in range(2)]
+        while len(points) < POINTS and max(missing) > 0.0:
             i = missing.index(max(missing))
-            found.insert(i + 1, self._probe(pose, step, _corner(found, step, i)))
-            missing[i : i + 1] = [_misfit(found, step, i), _misfit(found, step, i + 1)]
-        found = self._without_jumps(found, missing, pose, step)
-        marks = np.array([one.mark for one in found])
-        forces = np.array([one.force for one in found])
-        energies = np.array([one.energy for one in found]) - self._begin
+            points.insert(i + 1, self._probe(pose, step, _corner(points, step, i)))
+            missing[i : i + 1] = [_misfit(points, step, i), _misfit(points, step, i + 1)]
+        points = self._without_jumps(points, missing, pose, step)
+        marks = np.array([p.mark for p in points])
+        forces = np.array([p.force for p in points])
+        energies = np.array([p.energy for p in points]) - self._begin
         bends = -np.diff(forces @ step) / np.diff(marks) / float((step * WEIGHTS) @ step)
         found_bend = max(0.0, float(bends.max()), self._across(pose, force, step))
         stiffness = min(self.stiffness, UNSEEN * found_bend)
-        return Model(pose, step, marks, energies, forces, stiffness=stiffness, share=share)
+        return Model(pose, step, marks, energies, forces, stiffness=stiffness, share=fade)
 
     def _across(self, pose: np.ndarray, force: np.ndarray, step: np.ndarray) -> float:
         """Return the restoring stiffness across the line [N/m], in the direction in which the force pushes off it."""
         square = float((step * WEIGHTS) @ step)
-        push = force / WEIGHTS
-        size = float(push @ force)
-        across = push - float(force @ step) / square * step
+        direction = force / WEIGHTS
+        size = float(direction @ force)
+        across = direction - float(force @ step) / square * step
         if float((across * WEIGHTS) @ across) <= ROUND_OFF * size:
             return 0.0
         across *= np.sqrt(square / float((across * WEIGHTS) @ across))
-        sides = [float(self._probe(pose, across, one).force @ across) for one in (-1.0, 1.0)]
-        here = float(force @ across)
-        return max(sides[0] - here, here - sides[1]) / square
+        sides = [float(self._probe(pose, across, side).force @ across) for side in (-1.0, 1.0)]
+        along = float(force @ across)
+        return max(sides[0] - along, along - sides[1]) / square
 
     def _probe(self, pose: np.ndarray, step: np.ndarray, mark: float, tool: np.ndarray | None = None) -> Point:
         """Return what S is on the line, for a tool that comes from where it stands now, or from elsewhere."""
-        at = np.array(self.at if tool is None else tool)
-        energy, wrench = settled(self.tool.compiled, (pose + mark * step) / self.way, at, self.energies)
-        return Point(mark, energy * self._energy, wrench * self._push, at)
+        tool_motion = np.array(self.at if tool is None else tool)
+        energy, wrench = settled(self.tool.compiled, (pose + mark * step) / self.way, tool_motion, self.energies)
+        return Point(mark, energy * self._energy, wrench * self._push, tool_motion)
 
     def _without_jumps(
-        self, found: list[Point], missing: list[float], pose: np.ndarray, step: np.ndarray
+        self, points: list[Point], missing: list[float], pose: np.ndarray, step: np.ndarray
     ) -> list[Point]:
         """Return the points that the tool reaches without a jump, since a jump is not felt before it has happened."""
-        middle = next(i for i, one in enumerate(found) if one.mark == 0.0)
-        first, last = 0, len(found) - 1
+        middle = next(i for i, p in enumerate(points) if p.mark == 0.0)
+        start, stop = 0, len(points) - 1
         for i, off in enumerate(missing):
             if off == 0.0:
                 continue
-            near, far = (i, i + 1) if i >= middle else (i + 1, i)
-            back = self._probe(pose, step, found[near].mark, found[far].tool)
-            if abs(back.energy - found[near].energy) > 0.5 * off:
-                last = min(last, near) if i >= middle else last
-                first = max(first, near) if i < middle else first
-        kept = found[first : last + 1]
-        if first == middle:
-            kept = [found[middle].moved(step, -SHORT), *kept]
-        return [*kept, found[middle].moved(step, SHORT)] if last == middle else kept
+            inner, far = (i, i + 1) if i >= middle else (i + 1, i)
+            back = self._probe(pose, step, points[inner].mark, points[far].tool)
+            if abs(back.energy - points[inner].energy) > 0.5 * off:
+                stop = min(stop, inner) if i >= middle else stop
+                start = max(start, inner) if i < middle else start
+        reached = points[start : stop + 1]
+        if start == middle:
+            reached = [points[middle].moved(step, -SHORT), *reached]
+        return [*reached, points[middle].moved(step, SHORT)] if stop == middle else reached
 
 
-def _misfit(found: list[Point], step: np.ndarray, i: int) -> float:
+def _misfit(points: list[Point], step: np.ndarray, i: int) -> float:
     """Return by how much S differs from the trapezoidal rule between two points [J]; 0 where that is little."""
-    left, right = found[i], found[i + 1]
-    one, other = (float(end.force @ step) * (right.mark - left.mark) for end in (left, right))
-    off = abs(right.energy - left.energy + 0.5 * (one + other))
-    return off if off > 2.0 * MISFIT * min(abs(one), abs(other)) + ROUND_OFF * max(abs(one), abs(other)) else 0.0
+    low, right = points[i], points[i + 1]
+    work_low, work_high = (float(end.force @ step) * (right.mark - low.mark) for end in (low, right))
+    off = abs(right.energy - low.energy + 0.5 * (work_low + work_high))
+    return (
+        off
+        if off > 2.0 * MISFIT * min(abs(work_low), abs(work_high)) + ROUND_OFF * max(abs(work_low), abs(work_high))
+        else 0.0
+    )
 
 
-def _corner(found: list[Point], step: np.ndarray, i: int) -> float:
+def _corner(points: list[Point], step: np.ndarray, i: int) -> float:
     """Return where the force has a corner between two points, if it is even on one side of it and linear on the other.
 
     It is so at the end of a field, where the tool stops; elsewhere the middle.
     """
-    left, right = found[i], found[i + 1]
-    span = right.mark - left.mark
-    one, other = (float(end.force @ step) * span for end in (left, right))
-    share = 0.5
-    if max(abs(one), abs(other)) > SHARP * min(abs(one), abs(other)):
-        share = 2.0 * (right.energy - left.energy + 0.5 * (one + other)) / (other - one)
-        share = min(max(share if share > 0.0 else 1.0 + share, SHORT), 1.0 - SHORT)
-    return left.mark + span * share
+    low, right = points[i], points[i + 1]
+    span = right.mark - low.mark
+    work_low, work_high = (float(end.force @ step) * span for end in (low, right))
+    fraction = 0.5
+    if max(abs(work_low), abs(work_high)) > SHARP * min(abs(work_low), abs(work_high)):
+        fraction = 2.0 * (right.energy - low.energy + 0.5 * (work_low + work_high)) / (work_high - work_low)
+        fraction = min(max(fraction if fraction > 0.0 else 1.0 + fraction, SHORT), 1.0 - SHORT)
+    return low.mark + span * fraction

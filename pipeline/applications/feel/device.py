@@ -38,11 +38,11 @@ class Device(Protocol):
     mass: float
     """Of handle and hand [kg]."""
 
-    def read(self, now: float) -> Reading | None:
+    def read(self, instant: float) -> Reading | None:
         """Return the newest pose that has arrived by a time [s], None before the first."""
         ...
 
-    def write(self, now: float, model: Model) -> None:
+    def write(self, instant: float, model: Model) -> None:
         """Send what the guard renders from when it arrives."""
         ...
 
@@ -91,32 +91,32 @@ class Scripted:
         self.guard = Guard(self.rate, self.force, self.mass)
         self._take()
 
-    def read(self, now: float) -> Reading | None:
+    def read(self, instant: float) -> Reading | None:
         """See `Device`."""
-        self._move(now)
-        while self._poses and self._poses[0].time + self.delay <= now + 1e-12:
+        self._move(instant)
+        while self._poses and self._poses[0].time + self.delay <= instant + 1e-12:
             self._last = self._poses.popleft()
         return self._last
 
-    def write(self, now: float, model: Model) -> None:
+    def write(self, instant: float, model: Model) -> None:
         """See `Device`."""
-        self._models.append((now + self.delay, model))
+        self._models.append((instant + self.delay, model))
 
-    def _move(self, now: float) -> None:
-        while self._time < now - 1e-12:
+    def _move(self, instant: float) -> None:
+        while self._time < instant - 1e-12:
             if self._sample <= self._time * self.rate + 1e-9:
                 self._take()
-            step = min(GIVEN if self.grip is None else FINE, now - self._time)
+            step = min(GIVEN if self.grip is None else FINE, instant - self._time)
             before = self.pose.copy()
             self._time += step
-            wanted = self.script(self._time)
+            target = self.script(self._time)
             if self.grip is None:
-                self.pose = np.array(wanted, float)
+                self.pose = np.array(target, float)
                 self.speed = (self.pose - before) / step
             else:
                 k, c = self.grip
-                pull = self.wrench + k * (wanted - self.pose) - c * self.speed
-                self.speed = self.speed + step / self.mass * pull
+                force = self.wrench + k * (target - self.pose) - c * self.speed
+                self.speed = self.speed + step / self.mass * force
                 self.pose = self.pose + step * self.speed
             self.work += float(self.wrench @ (self.pose - before))
 
@@ -164,19 +164,19 @@ class Browser:
         """Take a message of the page: `pose`, six numbers [m, rad], and `work` [J]; what is none of these is a NaN."""
         pose, work = np.full(6, np.nan), np.nan
         with contextlib.suppress(TypeError, ValueError, KeyError):
-            given = np.array(message["pose"], float)
+            numbers = np.array(message["pose"], float)
             work = float(message["work"])
-            pose = given if given.shape == (6,) and np.isfinite(work) else pose
+            pose = numbers if numbers.shape == (6,) and np.isfinite(work) else pose
         with self._lock:
             if np.isfinite(pose).all():
                 self._pose, self._work = pose, work
             self._reading = Reading(time.perf_counter() - self._start, pose, self._work)
 
-    def read(self, now: float) -> Reading | None:
+    def read(self, instant: float) -> Reading | None:
         """See `Device`."""
         with self._lock:
             return self._reading
 
-    def write(self, now: float, model: Model) -> None:
+    def write(self, instant: float, model: Model) -> None:
         """See `Device`."""
         self.model = model

@@ -80,17 +80,17 @@ class Model(NamedTuple):
         span = float(self.marks[i + 1] - self.marks[i])
         t = (s - float(self.marks[i])) / span
         force = self.forces[i] + t * (self.forces[i + 1] - self.forces[i])
-        a, b = (float(one @ self.step) * span for one in self.forces[i : i + 2])
+        a, b = (float(f @ self.step) * span for f in self.forces[i : i + 2])
         low, high = float(self.energies[i]), float(self.energies[i + 1])
-        rest = high - low + 0.5 * (a + b)
-        energy = low - t * a - 0.5 * t * t * (b - a) + t * rest
+        misfit = high - low + 0.5 * (a + b)
+        energy = low - t * a - 0.5 * t * t * (b - a) + t * misfit
         beside = pose - self.place - s * self.step
         energy += 0.5 * self.stiffness * float((beside * WEIGHTS) @ beside) - float(force @ beside)
-        return energy, force, max(0.0, a - b) / (span * span * square), 4.0 * t * (1.0 - t) * abs(rest)
+        return energy, force, max(0.0, a - b) / (span * span * square), 4.0 * t * (1.0 - t) * abs(misfit)
 
     def as_json(self) -> dict[str, Any]:
         """Return what the page is told."""
-        return {key: one.tolist() if isinstance(one, np.ndarray) else one for key, one in self._asdict().items()}
+        return {key: v.tolist() if isinstance(v, np.ndarray) else v for key, v in self._asdict().items()}
 
 
 @dataclass
@@ -131,33 +131,33 @@ class Guard:
             return self.wrench
         model, step, mass = self.model, self._step, self.mass * self.rate**2
         assert self._pose is not None
-        here, force, bend, off = model.at(self._pose)
-        there, _, further, away = model.at(self._pose + step)
+        energy, force, bend, off = model.at(self._pose)
+        energy_next, _, further, away = model.at(self._pose + step)
         square = float((step * WEIGHTS) @ step)
         need = 0.5 * max(bend, further) * (np.sqrt(square) + self._deviation) ** 2 + max(off, away)
-        resists = here > 0.0 and self._cost(force) < 0.0
-        if resists or max(0.0, -here) - self.work >= need * self.share:
+        resists = energy > 0.0 and self._cost(force) < 0.0
+        if resists or max(0.0, -energy) - self.work >= need * self.share:
             self.share = min(1.0, self.share + 1 / (self.rate * RISE))
-        here, there, need = self.share * here, self.share * there, self.share * need
+        energy, energy_next, need = self.share * energy, self.share * energy_next, self.share * need
         halfway = model.at(self._pose + 0.5 * step)[1]
         if float((halfway - force) @ step) < 0.0:
             force = halfway
         force = self.share * force
-        self.reserve = reserve = max(0.0, -here) - self.work
-        if here > 0.0 and reserve < here:
-            force = self._rubbed(force, here)
+        self.reserve = reserve = max(0.0, -energy) - self.work
+        if energy > 0.0 and reserve < energy:
+            force = self._rubbed(force, energy)
         else:
             # What was missing comes back a little at a time: a force that jumps moves the handle as no step foretells.
             self._friction, self._held = 0.0, 1.0
             self._given = min(1.0, self._given + 1.0 / (self.rate * RISE))
             force = self._given * force
-        falls = max(0.0, -there) - max(0.0, -here)
+        falls = max(0.0, -energy_next) - max(0.0, -energy)
         allowed = max(0.0, reserve + falls)
-        if 0.0 < there < here and reserve < here:
-            allowed *= max(FALLEN, 1.0 - there / here)
-        if there <= 0.0:
-            lost = LOST if reserve > need else MOST_LOST
-            allowed = falls - lost * abs(falls) + SPENT * max(0.0, reserve - need) + min(0.0, reserve)
+        if 0.0 < energy_next < energy and reserve < energy:
+            allowed *= max(FALLEN, 1.0 - energy_next / energy)
+        if energy_next <= 0.0:
+            loss = LOST if reserve > need else MOST_LOST
+            allowed = falls - loss * abs(falls) + SPENT * max(0.0, reserve - need) + min(0.0, reserve)
         excess = float(force @ step) - allowed
         if excess > 0.0 and square > 0.0:
             # All that pushes the handle on may go, and no more damping come than is stable, nor more than the reserve
@@ -175,8 +175,8 @@ class Guard:
         step = np.zeros(6) if self._pose is None else pose - self._pose
         self.work += float(self.wrench @ step)
         change = step - self._step
-        kept = self._deviation * max(0.0, 1.0 - 1.0 / (self.rate * MEMORY))
-        self._deviation = max(kept, SAFE * float(np.sqrt((change * WEIGHTS) @ change)))
+        decayed = self._deviation * max(0.0, 1.0 - 1.0 / (self.rate * MEMORY))
+        self._deviation = max(decayed, SAFE * float(np.sqrt((change * WEIGHTS) @ change)))
         self._pose, self._step = pose, step
 
     def _rubbed(self, force: np.ndarray, above: float) -> np.ndarray:
@@ -191,8 +191,8 @@ class Guard:
             self._friction * max(0.0, 1.0 - 1.0 / (self.rate * RELAXED)) + stiffness * float(force @ self._step) / size
         )
         self._friction = min(max(slid, 0.0), (1.0 - reserve / above) * size)
-        self._given = left = 1.0 - self._friction / size
-        force, size = left * force, left * size
+        self._given = remaining = 1.0 - self._friction / size
+        force, size = remaining * force, remaining * size
         if size <= 0.0:
             return force
         # A share a costs a (cost + size² (a − before) / mass): a handle that is pushed more than before moves more.
@@ -200,11 +200,11 @@ class Guard:
         before = max(0.0, float((self.wrench / WEIGHTS) @ force)) / size**2
         moved = size**2 / mass
         bent = cost - before * moved
-        share = (np.sqrt(bent * bent + 4.0 * moved * reserve) - bent) / (2.0 * moved)
-        if share < before:
-            share = before if cost <= 0.0 else min(before, reserve / cost)
-        self._held = min(1.0, share, np.inf if cost < 0.0 else self._held + 1.0 / (self.rate * RISE))
-        self._given = left * self._held
+        factor = (np.sqrt(bent * bent + 4.0 * moved * reserve) - bent) / (2.0 * moved)
+        if factor < before:
+            factor = before if cost <= 0.0 else min(before, reserve / cost)
+        self._held = min(1.0, factor, np.inf if cost < 0.0 else self._held + 1.0 / (self.rate * RISE))
+        self._given = remaining * self._held
         return self._held * force
 
     def _cost(self, force: np.ndarray) -> float:
@@ -215,8 +215,8 @@ class Guard:
         """Return a wrench cut to the largest force and torque; none where it is NaN."""
         if not np.isfinite(wrench).all():
             return np.zeros(6)
-        for part, most in ((slice(3), self.force), (slice(3, 6), self.force * ROOM)):
-            size = float(np.linalg.norm(wrench[part]))
-            if size > most:
-                wrench[part] *= most / size
+        for span, limit in ((slice(3), self.force), (slice(3, 6), self.force * ROOM)):
+            size = float(np.linalg.norm(wrench[span]))
+            if size > limit:
+                wrench[span] *= limit / size
         return wrench

@@ -34,20 +34,24 @@ class Timing:
 
     def as_json(self) -> dict[str, Any]:
         """Return counts, and median, 99 % and largest of the periods and of the time that a tick takes [s]."""
-        found: dict[str, Any] = {"ticks": len(self.begun), "missed_deadlines": self.missed, "asked_period": self.period}
+        document: dict[str, Any] = {
+            "ticks": len(self.begun),
+            "missed_deadlines": self.missed,
+            "asked_period": self.period,
+        }
         for name, values in (("period", np.diff(self.begun)), ("tick", np.array(self.busy))):
             if len(values):
                 median, high = np.quantile(values, [0.5, 0.99])
-                found[name] = {"median": float(median), "p99": float(high), "max": float(values.max())}
-        return found
+                document[name] = {"median": float(median), "p99": float(high), "max": float(values.max())}
+        return document
 
 
-def timing_text(found: dict[str, Any]) -> str:
+def timing_text(document: dict[str, Any]) -> str:
     """Return the times of a loop in words, from `Timing.as_json`."""
-    lines = [f"{found['ticks']} ticks, {found['missed_deadlines']} missed deadlines"]
+    lines = [f"{document['ticks']} ticks, {document['missed_deadlines']} missed deadlines"]
     for name in ("period", "tick"):
-        if name in found:
-            median, high, largest = (1e3 * found[name][key] for key in ("median", "p99", "max"))
+        if name in document:
+            median, high, largest = (1e3 * document[name][key] for key in ("median", "p99", "max"))
             lines.append(f"{name:6} median {median:.3f} ms, 99 % {high:.3f} ms, largest {largest:.3f} ms")
     return "\n".join(lines)
 
@@ -57,13 +61,13 @@ def run_loop(
     seconds: float | None,
     *,
     stop: threading.Event | None = None,
-    told: Callable[[float, Felt], None] | None = None,
+    on_tick: Callable[[float, Felt], None] | None = None,
     timing: Timing | None = None,
 ) -> Timing:
     """Tick in real time until a time [s] has passed, or `stop` is set; NaN and silence of the device do not end it.
 
     Args:
-        told: Called with time [s] and result of each tick.
+        on_tick: Called with time [s] and result of each tick.
         timing: Where the times are kept; default: a new one.
     """
     period = coupling.period
@@ -82,13 +86,13 @@ def run_loop(
                     time.sleep(wait)
                 while clock() - start < due:
                     pass
-                now = clock() - start
-                felt = coupling.tick(now, device.read(now))
-                if told is not None:
-                    told(now, felt)
+                tick_time = clock() - start
+                felt = coupling.tick(tick_time, device.read(tick_time))
+                if on_tick is not None:
+                    on_tick(tick_time, felt)
                 if len(timing.begun) < KEPT:
-                    timing.begun.append(now)
-                    timing.busy.append(clock() - start - now)
+                    timing.begun.append(tick_time)
+                    timing.busy.append(clock() - start - tick_time)
                 late = int((clock() - start - due) / period)
                 timing.missed += late
                 due += period * (1 + late)
@@ -120,8 +124,8 @@ def urgent() -> Iterator[None]:
 
 def run_script(coupling: Coupling, seconds: float) -> list[tuple[float, Felt]]:
     """Tick as fast as the machine can, by the device's own clock; return time [s] and result of each tick."""
-    found, time_ = [], 0.0
-    for number in range(round(seconds / coupling.period)):
-        time_ = number * coupling.period
-        found.append((time_, coupling.tick(time_, coupling.device.read(time_))))
-    return found
+    ticks, time_ = [], 0.0
+    for n in range(round(seconds / coupling.period)):
+        time_ = n * coupling.period
+        ticks.append((time_, coupling.tick(time_, coupling.device.read(time_))))
+    return ticks

@@ -50,12 +50,12 @@ class Asked:
     """Whether a script runs as fast as the machine can, not in real time."""
 
 
-def check_asked(asked: Asked) -> None:
+def check_asked(request: Asked) -> None:
     """Raise an InputError for numbers outside of their ranges."""
     ranges = {
-        "--force-scale": (asked.force_scale, 1e-12, 1e15), "--length-scale": (asked.length_scale, 1e-12, 1e15),
-        "--rate": (asked.rate, 10.0, 5000.0), "--device-rate": (asked.device_rate, 10.0, 5000.0),
-        "--delay": (asked.delay, 0.0, 1.0), "--seconds": (asked.seconds, 1e-3, 1e6),
+        "--force-scale": (request.force_scale, 1e-12, 1e15), "--length-scale": (request.length_scale, 1e-12, 1e15),
+        "--rate": (request.rate, 10.0, 5000.0), "--device-rate": (request.device_rate, 10.0, 5000.0),
+        "--delay": (request.delay, 0.0, 1.0), "--seconds": (request.seconds, 1e-3, 1e6),
     }  # fmt: skip
     for name, (value, low, high) in ranges.items():
         if value is not None and not low <= value <= high:
@@ -69,9 +69,9 @@ def scripted(path: Path, rate: float, delay: float) -> tuple[Scripted, float]:
         InputError: it cannot be read, or times do not ascend from 0.
     """
     cells = read_rows(path, "times [s] and poses of the handle")
-    first = 0 if cells and all(_is_number(one) for one in cells[0]) else 1
+    start = 0 if cells and all(_is_number(c) for c in cells[0]) else 1
     try:
-        rows = np.array(cells[first:], float)
+        rows = np.array(cells[start:], float)
     except ValueError as error:
         raise InputError(f"{path}: {error}; needed: rows of numbers of one length") from None
     if rows.ndim != 2 or rows.shape[1] not in (4, 7) or len(rows) < 2:
@@ -86,8 +86,8 @@ def scripted(path: Path, rate: float, delay: float) -> tuple[Scripted, float]:
 
     def script(time: float) -> np.ndarray:
         row = min(max(bisect_right(marks, time) - 1, 0), len(marks) - 2)
-        share = min(max((time - marks[row]) / (marks[row + 1] - marks[row]), 0.0), 1.0)
-        return poses[row] + share * (poses[row + 1] - poses[row])
+        fraction = min(max((time - marks[row]) / (marks[row + 1] - marks[row]), 0.0), 1.0)
+        return poses[row] + fraction * (poses[row + 1] - poses[row])
 
     return Scripted(script, rate=rate, delay=delay), float(times[-1])
 
@@ -100,36 +100,36 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def feel(job: Job, asked: Asked, say: Callable[[str], None]) -> dict[str, Any]:
+def feel(job: Job, request: Asked, say: Callable[[str], None]) -> dict[str, Any]:
     """Run a session of a scene whose records are in the database, and return its report.
 
     Raises:
         InputError: the scene has no tool, a script is wrong, or the port is taken.
     """
-    check_asked(asked)
-    tool = tool_of(job, asked.body)
-    scales = Scales(asked.force_scale, asked.length_scale or REACH / tool.extent)
-    if asked.script is None:
-        return _in_browser(job, tool, scales, asked, say)
-    device, last = scripted(asked.script, asked.device_rate, asked.delay)
-    seconds = asked.seconds or last
-    coupling = Coupling(tool, device, scales, 1 / asked.rate)
-    if asked.at_once:
-        found, timing = run_script(coupling, seconds), None
+    check_asked(request)
+    tool = tool_of(job, request.body)
+    scales = Scales(request.force_scale, request.length_scale or REACH / tool.extent)
+    if request.script is None:
+        return _in_browser(job, tool, scales, request, say)
+    device, duration = scripted(request.script, request.device_rate, request.delay)
+    seconds = request.seconds or duration
+    coupling = Coupling(tool, device, scales, 1 / request.rate)
+    if request.at_once:
+        ticks, timing = run_script(coupling, seconds), None
     else:
-        found = list[tuple[float, Felt]]()
-        timing = run_loop(coupling, seconds, told=lambda time, felt: found.append((time, felt)))
-    write_text(job.out / HISTORY, _table(found, device))
-    return _report(job, tool, coupling, timing, found)
+        ticks = list[tuple[float, Felt]]()
+        timing = run_loop(coupling, seconds, on_tick=lambda time, felt: ticks.append((time, felt)))
+    write_text(job.out / HISTORY, _table(ticks, device))
+    return _report(job, tool, coupling, timing, ticks)
 
 
-def _in_browser(job: Job, tool: Tool, scales: Scales, asked: Asked, say: Callable[[str], None]) -> dict[str, Any]:
+def _in_browser(job: Job, tool: Tool, scales: Scales, request: Asked, say: Callable[[str], None]) -> dict[str, Any]:
     try:
         from gudgeon.pipeline.applications.feel.server import Server
     except ModuleNotFoundError as error:
         raise InputError(f"feel: {error.name} is not installed; pip install 'gudgeon[service]'") from error
     device, stop = Browser(), threading.Event()
-    coupling = Coupling(tool, device, scales, 1 / asked.rate)
+    coupling = Coupling(tool, device, scales, 1 / request.rate)
     latest: list[Felt] = []
     timing = Timing(coupling.period)
 
@@ -139,8 +139,8 @@ def _in_browser(job: Job, tool: Tool, scales: Scales, asked: Asked, say: Callabl
     def run() -> None:
         try:
             device.begin()
-            found = run_loop(coupling, asked.seconds, stop=stop, told=told, timing=timing)
-            assert found is timing
+            result = run_loop(coupling, request.seconds, stop=stop, on_tick=told, timing=timing)
+            assert result is timing
         finally:
             stop.set()
 
@@ -160,9 +160,9 @@ def _in_browser(job: Job, tool: Tool, scales: Scales, asked: Asked, say: Callabl
     try:
         thread.start()
         with urgent():
-            asyncio.run(server.serve(asked.port, say, stop))
+            asyncio.run(server.serve(request.port, say, stop))
     except OSError as error:
-        raise InputError(f"feel: --port {asked.port}: {error.strerror}; give another, or 0 for a free one") from error
+        raise InputError(f"feel: --port {request.port}: {error.strerror}; give another, or 0 for a free one") from error
     except KeyboardInterrupt:  # The usual end.
         pass
     finally:
@@ -172,7 +172,7 @@ def _in_browser(job: Job, tool: Tool, scales: Scales, asked: Asked, say: Callabl
 
 
 def _report(
-    job: Job, tool: Tool, coupling: Coupling, timing: Timing | None, found: list[tuple[float, Felt]]
+    job: Job, tool: Tool, coupling: Coupling, timing: Timing | None, ticks: list[tuple[float, Felt]]
 ) -> dict[str, Any]:
     device: Device = coupling.device
     report: dict[str, Any] = {
@@ -183,27 +183,27 @@ def _report(
     if timing is not None:
         report["timing"] = timing.as_json()
     if isinstance(device, Scripted):
-        forces = [float(np.linalg.norm(one[2][:3])) for one in device.history]
-        report |= {"largest_force": max(forces), "least_reserve": min(felt.reserve for _, felt in found)}
+        forces = [float(np.linalg.norm(h[2][:3])) for h in device.history]
+        report |= {"largest_force": max(forces), "least_reserve": min(felt.reserve for _, felt in ticks)}
     write_text(job.out / REPORT, json.dumps(report, indent=1))
     return report
 
 
-def _table(found: list[tuple[float, Felt]], device: Scripted) -> str:
+def _table(ticks: list[tuple[float, Felt]], device: Scripted) -> str:
     """Return the ticks as CSV, with the poses that the handle had and the wrenches that acted on it."""
-    times = np.array([one[0] for one in device.history])
-    poses = np.array([one[1] for one in device.history])
+    times = np.array([h[0] for h in device.history])
+    poses = np.array([h[1] for h in device.history])
     rows: list[list[str]] = [list(COLUMNS)]
-    for time, felt in found:
-        at = max(0, int(np.searchsorted(times, time + 1e-12)) - 1)
-        numbers = [time, *poses[at], *device.history[at][2], *felt.truth[:3], felt.reserve]
-        rows.append([*(f"{one:.9g}" for one in numbers), felt.state])
+    for time, felt in ticks:
+        row = max(0, int(np.searchsorted(times, time + 1e-12)) - 1)
+        numbers = [time, *poses[row], *device.history[row][2], *felt.truth[:3], felt.reserve]
+        rows.append([*(f"{x:.9g}" for x in numbers), felt.state])
     return csv_text(rows)
 
 
 def _shown(job: Job, tool: Tool, device: Browser, scales: Scales) -> dict[str, Any]:
     """Return what the page draws, in sizes of the scene: triangles of what stays and what moves."""
-    field = next(one for one in job.scene.fields().values() if one.body == tool.body)
+    field = next(f for f in job.scene.fields().values() if f.body == tool.body)
     fixed, moved, pivot = list[np.ndarray](), list[np.ndarray](), np.zeros(3)
     if isinstance(field, Electrostatic) and field.record is not None:
         grid: PoseGridRecord = job.store.get(field.record, "posegrid", only=["field_key", "moved"])
@@ -211,8 +211,8 @@ def _shown(job: Job, tool: Tool, device: Browser, scales: Scales) -> dict[str, A
         record: FieldRecord = job.store.get(grid.field_key, "field", only=needed)
         pivot = np.array(grid.moved["pivot"])
         owner = np.asarray(record.conductor)[np.asarray(record.panel)]
-        for number, name in enumerate(record.conductors["names"]):
-            (moved if name in grid.moved["names"] else fixed).append(np.asarray(record.facets)[owner == number])
+        for n, name in enumerate(record.conductors["names"]):
+            (moved if name in grid.moved["names"] else fixed).append(np.asarray(record.facets)[owner == n])
     else:
         side = 4 * tool.extent
         corners = 0.5 * side * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
@@ -225,6 +225,6 @@ def _shown(job: Job, tool: Tool, device: Browser, scales: Scales) -> dict[str, A
         "name": job.name, "body": tool.body, "size": size, "length": scales.length, "force": device.force,
         "mass": device.mass,
         "reach": scales.length * tool.extent, "pivot": ((pivot - centre) / size).tolist(),
-        "fixed": [np.round((one - centre) / size, 5).tolist() for one in fixed],
-        "moved": [np.round((one - centre) / size, 5).tolist() for one in moved],
+        "fixed": [np.round((triangles - centre) / size, 5).tolist() for triangles in fixed],
+        "moved": [np.round((triangles - centre) / size, 5).tolist() for triangles in moved],
     }  # fmt: skip

@@ -63,49 +63,55 @@ def tool_of(job: Job, body: str | None = None) -> Tool:
     Raises:
         InputError: no field acts on it, or something acts that a handle cannot feel.
     """
-    scene, fields = job.scene, job.scene.fields()
-    own = {name: one for name, one in fields.items() if body is None or one.body == body}
-    if not own:
-        have = ", ".join(dict.fromkeys(one.body for one in fields.values())) or "none"
-        raise InputError(
-            f"{job.path}: feel: no field acts on body '{body or next(iter(scene.body))}'; a force of kind"
-            f" 'electrostatic', 'parallel-plates' or 'adhesion' is needed, bodies that have one: {have}"
-        )
-    chosen = body or next(iter(own.values())).body
-    own = {name: one for name, one in own.items() if one.body == chosen}
-    for name, one in own.items():
-        if one.against is not None or one.interface is not None:
-            key = "against" if one.against is not None else "interface"
-            raise InputError(f"{job.path}: feel: force.{name}.{key} given; a handle feels a rigid tool over the ground")
+    scene, (chosen, acting) = job.scene, _acting(job, body)
     stiffness = np.zeros((6, 6))
     for name, force in scene.force.items():
-        if name in own or getattr(force, "body", chosen) != chosen:
+        if name in acting or getattr(force, "body", chosen) != chosen:
             continue
         stiffness += _held(job, name, force)
     system = system_of(job)
-    kept = [i for i, name in enumerate(system.fields.names) if name in own]
+    rows = [i for i, name in enumerate(system.fields.names) if name in acting]
     energies: Any = system.fields.energies
-    energies = CoEnergies(energies.head[kept].copy(), energies.size[kept].copy(), energies.data)
-    places = [np.array(one.at, float) for one in own.values()]
-    if scene.body[chosen].orientation is not None and len({one.at for one in own.values()}) > 1:
+    energies = CoEnergies(energies.head[rows].copy(), energies.size[rows].copy(), energies.data)
+    points = [np.array(f.at, float) for f in acting.values()]
+    if scene.body[chosen].orientation is not None and len({f.at for f in acting.values()}) > 1:
         raise InputError(f"{job.path}: feel: body.{chosen}.orientation: fields at different points are felt without it")
-    links = [_link(one, place - places[0]) for one, place in zip(own.values(), places, strict=True)]
+    links = [_link(f, point - points[0]) for f, point in zip(acting.values(), points, strict=True)]
     active = np.array([_active(head) for head in energies.head])
     shapes = ((3, 3), (3, 3), 6, OUT, 3, 6, 6, 6, 6, 6, basis_shape(energies))
     work = Work._make([*(np.zeros(shape) for shape in shapes), active])
     return Tool(chosen, (energies, np.array(links), stiffness, work), _extent(energies))
 
 
+def _acting(job: Job, body: str | None) -> tuple[str, dict[str, Any]]:
+    """Return a body, by default that of the first field, and the fields that act on it, by name."""
+    scene, fields = job.scene, job.scene.fields()
+    acting = {name: f for name, f in fields.items() if body is None or f.body == body}
+    if not acting:
+        have = ", ".join(dict.fromkeys(f.body for f in fields.values())) or "none"
+        raise InputError(
+            f"{job.path}: feel: no field acts on body '{body or next(iter(scene.body))}'; a force of kind"
+            f" 'electrostatic', 'parallel-plates' or 'adhesion' is needed, bodies that have one: {have}"
+        )
+    chosen = body or next(iter(acting.values())).body
+    acting = {name: f for name, f in acting.items() if f.body == chosen}
+    for name, field in acting.items():
+        if field.against is not None or field.interface is not None:
+            key = "against" if field.against is not None else "interface"
+            raise InputError(f"{job.path}: feel: force.{name}.{key} given; a handle feels a rigid tool over the ground")
+    return chosen, acting
+
+
 def _held(job: Job, name: str, force: Any) -> np.ndarray:
     """Return the stiffness over the motions of a tool of a spring or bushing to the ground, (6, 6)."""
-    found = np.zeros((6, 6))
+    stiffness = np.zeros((6, 6))
     if force.kind == "bushing" and force.against is None:
         return force.matrices()[0]
     plain = force.kind == "spring" and force.against is None and force.against_at is None
     if plain and force.direction is not None and force.linear and not (force.stretch or force.preload):
         line = unit(force.direction)
-        found[:3, :3] = force.stiffness * np.outer(line, line)
-        return found
+        stiffness[:3, :3] = force.stiffness * np.outer(line, line)
+        return stiffness
     raise InputError(
         f"{job.path}: feel: force.{name} of kind '{force.kind}' is not felt; a tool has fields, and linear springs"
         " along a direction and bushings to the ground, relaxed at the start; remove it"
@@ -115,35 +121,35 @@ def _held(job: Job, name: str, force: Any) -> np.ndarray:
 def unfelt(job: Job, body: str) -> list[str]:
     """Return a line for what acts on a body in the scene, but not on a hand."""
     scene = job.scene
-    lines = [f"contact.{name} is not felt" for name, one in scene.contact.items() if one.body == body]
-    lines += [f"joint.{name} is not felt" for name, one in scene.hinges().items() if one.body == body]
+    lines = [f"contact.{name} is not felt" for name, c in scene.contact.items() if c.body == body]
+    lines += [f"joint.{name} is not felt" for name, j in scene.hinges().items() if j.body == body]
     if any(scene.run.gravity):
         lines.append("run.gravity: the weight of the body is not felt")
     return lines
 
 
-def _link(one: Any, arm: np.ndarray) -> np.ndarray:
-    start = one.start if isinstance(one, Electrostatic) else (0.0, 0.0, 0.0)
-    return np.concatenate([arm, start, one.axes().ravel()])
+def _link(field: Any, arm: np.ndarray) -> np.ndarray:
+    start = field.start if isinstance(field, Electrostatic) else (0.0, 0.0, 0.0)
+    return np.concatenate([arm, start, field.axes().ravel()])
 
 
 def _active(head: np.ndarray) -> np.ndarray:
     """Return which motions a field's force depends on: of a grid its axes, of others translations, (6,)."""
     if head[0] != GRID:
         return np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-    found = np.zeros(6)
-    found[head[3 : 3 + 3 * head[1] : 3]] = 1.0
-    return found
+    active = np.zeros(6)
+    active[head[3 : 3 + 3 * head[1] : 3]] = 1.0
+    return active
 
 
 def _extent(fields: CoEnergies) -> float:
     """Return the largest translation that a grid has, or gap of plates [m]."""
-    found = [0.0]
+    lengths = [0.0]
     for head, size in zip(fields.head, fields.size, strict=True):
         for a in range(head[1]):
-            axis, first, count = head[3 + 3 * a : 6 + 3 * a]
+            axis, start, count = head[3 + 3 * a : 6 + 3 * a]
             if axis < 3:
-                found.append(float(fields.data[first + count] - fields.data[first]))
+                lengths.append(float(fields.data[start + count] - fields.data[start]))
         if head[0] != GRID:
-            found.append(abs(float(size[2])))
-    return max(found) or 1.0
+            lengths.append(abs(float(size[2])))
+    return max(lengths) or 1.0

@@ -31,11 +31,13 @@ AGAINST = (
 )
 
 
-def budget_of(job: WheelJob, found: Comparison, row: InterfaceRow, choice: KeptInterface, progress: Progress) -> Budget:
+def budget_of(
+    job: WheelJob, comparison: Comparison, row: InterfaceRow, choice: KeptInterface, progress: Progress
+) -> Budget:
     """Return the error budget of a choice; runs on other meshes are kept in the database."""
     basis = {name: abs(error) for name, error in row.errors.items()}
     for name in (RESPONSE, MAGNIFICATION):
-        basis[name] += found.truncation_error
+        basis[name] += comparison.truncation_error
     terms = [
         _term("basis", AGAINST, basis),
         Term("step", "none: a harmonic response has no time step"),
@@ -46,15 +48,15 @@ def budget_of(job: WheelJob, found: Comparison, row: InterfaceRow, choice: KeptI
     return Budget(row.name, terms)
 
 
-def _mesh(job: WheelJob, own: WheelRecord, choice: KeptInterface, progress: Progress) -> Term:
+def _mesh(job: WheelJob, reference: WheelRecord, choice: KeptInterface, progress: Progress) -> Term:
     """Compare with a finer and a coarser mesh of the sector."""
     size, component = job.component.mesh.size, job.wheel.component
     if size is None or "file" in job.component.geometry.kind:
         return Term("mesh", f"{MISSING}: component.{component} is a mesh file, which has no other size")
-    known, missing = [], []
+    compared, missing = [], []
     neighbours: list[tuple[float, Errors] | None] = []
-    for number, (factor, word) in enumerate(((1 / FACTOR, f"edges / {FACTOR:g}"), (FACTOR, f"edges × {FACTOR:g}"))):
-        progress(f"error budget: mesh, {word}", 0.5 * number)
+    for n, (factor, word) in enumerate(((1 / FACTOR, f"edges / {FACTOR:g}"), (FACTOR, f"edges × {FACTOR:g}"))):
+        progress(f"error budget: mesh, {word}", 0.5 * n)
         changed = job.changed({"component": {component: {"mesh": {"size": size * factor}}}})
         try:
             ratio, record = _solved(changed, job, choice, factor)
@@ -62,18 +64,20 @@ def _mesh(job: WheelJob, own: WheelRecord, choice: KeptInterface, progress: Prog
             neighbours.append(None)
             missing.append(f"{word}: {str(error).splitlines()[0]}")
             continue
-        neighbours.append((ratio, differences(record, own)))
-        known.append(f"{word} (mean edge × {ratio:.2f})")
-    able = [one for one in neighbours if one is not None]
+        neighbours.append((ratio, differences(record, reference)))
+        compared.append(f"{word} (mean edge × {ratio:.2f})")
+    able = [neighbour for neighbour in neighbours if neighbour is not None]
     if not able:
         return Term("mesh", f"{MISSING}: {'; '.join(missing)}")
     errors, orders = {}, {}
     for name in able[0][1]:
-        finer, coarser = (None if one is None else Neighbour(one[0], one[1][name]) for one in neighbours)
+        finer, coarser = (
+            None if neighbour is None else Neighbour(neighbour[0], neighbour[1][name]) for neighbour in neighbours
+        )
         estimate = extrapolated(finer, coarser, signed=name == MAGNIFICATION)
         errors[name] = estimate.error
         orders |= {} if estimate.order is None else {name: estimate.order}
-    how = f"{' and '.join(known)}, extrapolated" + (" with order 1" if missing else " with the observed order")
+    how = f"{' and '.join(compared)}, extrapolated" + (" with order 1" if missing else " with the observed order")
     return _term("mesh", "; ".join([how, *missing]), errors, orders)
 
 
@@ -87,7 +91,7 @@ def _solved(job: WheelJob, base: WheelJob, choice: KeptInterface, factor: float)
         InputError, StageError: the mesh is hardly another one or takes too long, or see `wheel_record`.
     """
     solve_records(job, "mesh")
-    mesh, before = (one.store.get(one.mesh().key, "mesh") for one in (job, base))
+    mesh, before = (j.store.get(j.mesh().key, "mesh") for j in (job, base))
     ratio = mean_edge(mesh) / mean_edge(before)
     if math.log(ratio) / math.log(factor) < LEAST:
         raise StageError("hardly another mesh")
@@ -99,9 +103,9 @@ def _solved(job: WheelJob, base: WheelJob, choice: KeptInterface, factor: float)
         name, wheel = job.scene.only
         case = job.case()
         dofs = kept_dofs(case.sector, choice, f"wheel.{name}.interface")
-        parts = sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}")
-        pair = reduced_modes(case, parts, dofs, False), reduced_modes(case, parts, dofs, True)
-        keep(job.store, product, wheel_record(case, job.modes().key, choice, pair, parts.cpu_seconds))
+        reduced_sector = sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}")
+        pair = reduced_modes(case, reduced_sector, dofs, False), reduced_modes(case, reduced_sector, dofs, True)
+        keep(job.store, product, wheel_record(case, job.modes().key, choice, pair, reduced_sector.cpu_seconds))
     return ratio, job.store.get(product.key, "wheel")
 
 

@@ -47,7 +47,7 @@ class InterfaceRow:
     @property
     def cpu(self) -> float:
         """CPU time from the sector's matrices to the response [s]."""
-        return sum(self.record.counts[part] for part in ("cpu_sector", "cpu_modes", "cpu_response"))
+        return sum(self.record.counts[key] for key in ("cpu_sector", "cpu_modes", "cpu_response"))
 
 
 @dataclass(frozen=True)
@@ -65,13 +65,13 @@ class Comparison:
     rows: list[InterfaceRow]
 
 
-def differences(record: WheelRecord, other: WheelRecord) -> Errors:
+def differences(record: WheelRecord, reference: WheelRecord) -> Errors:
     """Return the errors of a wheel against another one, see `InterfaceRow.errors`."""
-    ours, theirs = amplitudes(record.mistuned), amplitudes(other.mistuned)
-    gain, exact = (one.quantities["magnification"]["value"] for one in (record, other))
+    ours, theirs = amplitudes(record.mistuned), amplitudes(reference.mistuned)
+    gain, exact = (r.quantities["magnification"]["value"] for r in (record, reference))
     return {
-        FREQUENCY: float(np.abs(record.mistuned_frequencies / other.mistuned_frequencies - 1).max()),
-        TUNED: float(np.abs(record.tuned_frequencies / other.tuned_frequencies - 1).max()),
+        FREQUENCY: float(np.abs(record.mistuned_frequencies / reference.mistuned_frequencies - 1).max()),
+        TUNED: float(np.abs(record.tuned_frequencies / reference.tuned_frequencies - 1).max()),
         MAGNIFICATION: gain / exact - 1,
         RESPONSE: float(np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)),
     }

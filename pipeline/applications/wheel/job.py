@@ -102,14 +102,14 @@ class WheelJob(SceneJob):
         return component_products(self.wheel.component, self.component, self.path.parent)
 
 
-def wheel_job(place: Place) -> WheelJob:
+def wheel_job(scene_place: Place) -> WheelJob:
     """Return the job of a scene of a wheel; raises InputError with every mistake of one kind listed."""
-    scene = check_scene(place.path, place.tables, WheelFile)
-    refuse(place.path, wrong_names(scene))
+    scene = check_scene(scene_place.path, scene_place.tables, WheelFile)
+    refuse(scene_place.path, wrong_names(scene))
     name, wheel = scene.only
-    with named(place.path, InputError):
-        changes = wheel.mistuning.changes(wheel.sectors, place.path.parent, f"wheel.{name}.mistuning")
-    return WheelJob(**vars(place), scene=scene, changes=changes)
+    with named(scene_place.path, InputError):
+        changes = wheel.mistuning.changes(wheel.sectors, scene_place.path.parent, f"wheel.{name}.mistuning")
+    return WheelJob(**vars(scene_place), scene=scene, changes=changes)
 
 
 def mesh_products(job: WheelJob) -> dict[str, Product]:
@@ -151,10 +151,13 @@ def make_response(job: WheelJob, product: Product, tell: Progress) -> "WheelReco
     name, wheel = job.scene.only
     case = job.case()
     choice = solve.kept_dofs(case.sector, wheel.interface, f"wheel.{name}.interface")
-    parts = sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}")
+    reduced_sector = sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}")
     tell("solve", 0.3)
-    pair = solve.reduced_modes(case, parts, choice, False), solve.reduced_modes(case, parts, choice, True)
-    record = solve.wheel_record(case, job.modes().key, wheel.interface, pair, parts.cpu_seconds)
+    pair = (
+        solve.reduced_modes(case, reduced_sector, choice, False),
+        solve.reduced_modes(case, reduced_sector, choice, True),
+    )
+    record = solve.wheel_record(case, job.modes().key, wheel.interface, pair, reduced_sector.cpu_seconds)
     tuned = job.store.get(job.modes().key, "cyclic", only=job.tuned_frequencies())
     error = {"value": solve.reduction_error(tuned, record.tuned_frequencies), "unit": "1"}
     return replace(record, quantities=record.quantities | {"reduction.frequency_error": error})
@@ -170,12 +173,12 @@ def _frequencies(job: WheelJob) -> dict[str, list[dict[str, Any]]]:
     """Return the modes of every harmonic with their residuals, as rows of `frequency_table`."""
     record = job.store.get(job.modes().key, "cyclic", only=["harmonics"])
     return {
-        f"{job.wheel.component}, harmonic {one.harmonic}": [
+        f"{job.wheel.component}, harmonic {h.harmonic}": [
             {"mode": i + 1, "frequency": float(omega / (2 * np.pi)), "estimated_error": None,
-             "algebraic_bound": None, "residual": float(rest)}
-            for i, (omega, rest) in enumerate(zip(one.angular_frequencies, one.residuals, strict=True))
+             "algebraic_bound": None, "residual": float(residual)}
+            for i, (omega, residual) in enumerate(zip(h.angular_frequencies, h.residuals, strict=True))
         ]
-        for one in sorted(record.harmonics.values(), key=lambda one: one.harmonic)
+        for h in sorted(record.harmonics.values(), key=lambda h: h.harmonic)
     }  # fmt: skip
 
 
@@ -193,7 +196,7 @@ def results(job: WheelJob, until: str) -> RunReport:
     summary = read_summary(job.out, key, RESPONSE)
     if summary is None:
         record: WheelRecord = job.store.get(key, "wheel")
-        quantities = {name: one | {"reference": None, "error": None} for name, one in record.quantities.items()}
+        quantities = {name: q | {"reference": None, "error": None} for name, q in record.quantities.items()}
         write_text(job.out / RESPONSE, _response_table(record))
         summary = {"key": key, "quantities": quantities, "counts": record.counts}
         summary = seal_summary(job.out, summary, RESPONSE)
@@ -214,7 +217,7 @@ def draw(job: WheelJob, tell: Progress) -> tuple[list[Path], list[str]]:
 
 def _response_table(record: "WheelRecord") -> str:
     """Return amplitudes [m/N] over frequency: of any blade of the tuned wheel, and of each of the mistuned wheel."""
-    tuned, mistuned = (np.hypot(*np.moveaxis(one, -1, 0)) for one in (record.tuned, record.mistuned))
+    tuned, mistuned = (np.hypot(*np.moveaxis(v, -1, 0)) for v in (record.tuned, record.mistuned))
     head = ["frequency [Hz]", "tuned [m/N]", *(f"blade {j} [m/N]" for j in range(mistuned.shape[1]))]
     rows = np.column_stack([record.excitation / (2 * np.pi), tuned[:, :1], mistuned])
     return csv_text([head, *([f"{value:.9g}" for value in row] for row in rows)])

@@ -16,25 +16,25 @@ def plan_wheel(job: WheelJob) -> dict[str, Any]:
 def _terms(job: WheelJob) -> list[tuple[str, bool, str, tuple[str, ...]]]:
     """List name, presence, reason and the fields `record:path` of each term."""
     wheel, interface, mesh = job.wheel, job.wheel.interface, ("mesh:nodes", "mesh:cells", "mesh:surfaces")
-    whole, most, some = interface.kept == "all", interface.interface_count, sum(one != 0 for one in job.changes)
-    held, response = [one.surface for one in job.component.supports], wheel.response
-    others = "all" if most is None else f"{most} of each sector"
+    all_kept, mode_limit, some = interface.kept == "all", interface.interface_count, sum(c != 0 for c in job.changes)
+    surfaces, response = [s.surface for s in job.component.supports], wheel.response
+    others = "all" if mode_limit is None else f"{mode_limit} of each sector"
     frequencies = tuple(f"cyclic:{path}" for path in job.tuned_frequencies())
     return [
         ("tuned modes", True, f"{wheel.mode_count} of each harmonic 0…{wheel.sectors // 2}", mesh),
-        ("supports", bool(held), f"held surfaces: {', '.join(held) or 'none'}", ()),
+        ("supports", bool(surfaces), f"held surfaces: {', '.join(surfaces) or 'none'}", ()),
         ("reduced wheel", True, f"{wheel.count} lowest modes, tuned and mistuned", mesh),
         ("mistuning", some > 0, f"the stiffness of {some} blades is changed", ()),
         ("kept dofs", bool(interface.kept), f"interface.kept is {_listed(interface.kept)}", ()),
-        ("interface modes", not whole and most != 0, "all dofs are kept" if whole else others, ()),
+        ("interface modes", not all_kept and mode_limit != 0, "all dofs are kept" if all_kept else others, ()),
         ("fixed-interface modes", wheel.fixed_count > 0, f"fixed_count is {wheel.fixed_count}", ()),
         ("response", True, f"engine order {response.engine_order}, loss factor {response.loss_factor:g}", ()),
         ("reduction error", True, "from the frequencies of the harmonics", frequencies),
         ("rotation", False, "the wheel does not rotate: no gyroscopic and centrifugal terms", ()),
         ("shapes of the sector", False, "needed for pictures only",
-         tuple(f"cyclic:harmonics/{n}/{part}" for n in wheel.harmonics() for part in ("real", "imaginary"))),
+         tuple(f"cyclic:harmonics/{n}/{component}" for n in wheel.harmonics() for component in ("real", "imaginary"))),
     ]  # fmt: skip
 
 
-def _listed(kept: str | tuple[str, ...]) -> str:
-    return f"'{kept}'" if isinstance(kept, str) else ", ".join(kept) or "empty"
+def _listed(names: str | tuple[str, ...]) -> str:
+    return f"'{names}'" if isinstance(names, str) else ", ".join(names) or "empty"

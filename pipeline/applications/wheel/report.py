@@ -61,27 +61,27 @@ def report_wheel(job: WheelJob, how: Effort, progress: Progress) -> Document:
     from gudgeon.pipeline.applications.wheel.pictures.interfaces import draw
 
     with report_folder(job.out, job.name, PICTURE):
-        found = compare(job, how, progress)
-        runs = with_front(_runs(job, found))
+        comparison = compare(job, how, progress)
+        runs = with_front(_runs(job, comparison))
         choice = choose(runs, how.tolerance)
         best = judged(runs, choice)
-        row = next(one for one in found.rows[1:] if best is not None and one.name == best.name)
-        budget = budget_of(job, found, row, _interface(job, row.name), progress)
+        row = next(r for r in comparison.rows[1:] if best is not None and r.name == best.name)
+        budget = budget_of(job, comparison, row, _interface(job, row.name), progress)
         document = replace(
             new_document(job, how),
             reference={
                 "kind": "nodal",
-                "source": f"the mistuned wheel with all its {found.rows[0].coordinates:,} dofs",
+                "source": f"the mistuned wheel with all its {comparison.rows[0].coordinates:,} dofs",
             },
-            quantities=_quantities(found),
+            quantities=_quantities(comparison),
             runs=runs,
             choice=on_its_mesh(choice, runs, budget, how.same_mesh),
             budget=budget,
-            tables=[_table(found)],
+            tables=[_table(comparison)],
             timing=TIMING.format(repeat=how.repeat),
         )
         with held(job.out):
-            draw(found, job.out / PICTURE)
+            draw(comparison, job.out / PICTURE)
             write_report(document, job.out, picture=(job.out / PICTURE).read_bytes())
     progress("report", 1.0)
     return document
@@ -95,15 +95,17 @@ def compare(job: WheelJob, how: Effort, progress: Progress) -> Comparison:
     with named(job.path, InputError, StageError):
         case = job.case()
         # A mistake in a choice must be reported before the full wheel is solved.
-        for key, one in choices.items():
-            kept_dofs(case.sector, one, f"report.choices.{key}")
+        for key, choice_ in choices.items():
+            kept_dofs(case.sector, choice_, f"report.choices.{key}")
         full = _full(job, case, progress)
         none = dict.fromkeys(MEASURES, 0.0)
         rows = [InterfaceRow(FULL, "full FE", full, none, 0.0, wall=full.counts["wall"])]
-        parts, once = fastest(lambda: sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}"), how.repeat)
-        for number, (key, choice) in enumerate(choices.items()):
-            progress(f"choice {number + 1} of {len(choices)}", number / len(choices))
-            record, seconds = _solved(job, case, parts, (key, choice), how.repeat)
+        reduced_sector, once = fastest(
+            lambda: sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}"), how.repeat
+        )
+        for n, (key, choice) in enumerate(choices.items()):
+            progress(f"choice {n + 1} of {len(choices)}", n / len(choices))
+            record, seconds = _solved(job, case, reduced_sector, (key, choice), how.repeat)
             errors = differences(record, full)
             rows.append(InterfaceRow(key, scheme_of(choice), record, errors, once.wall, wall=seconds))
     tuned = job.store.get(job.modes().key, "cyclic")
@@ -123,15 +125,15 @@ def scheme_of(choice: KeptInterface) -> str:
 
 
 def _solved(
-    job: WheelJob, case: Case, parts: SectorParts, choice: tuple[str, KeptInterface], repeat: int
+    job: WheelJob, case: Case, reduced_sector: SectorParts, choice: tuple[str, KeptInterface], repeat: int
 ) -> tuple[WheelRecord, float]:
     """Return the response by a choice, and the wall time of modes and response of its fastest run [s]."""
     key, interface = choice
     dofs = kept_dofs(case.sector, interface, f"report.choices.{key}")
     with peak_memory() as peak:
-        mistuned, taken = fastest(lambda: reduced_modes(case, parts, dofs, True), repeat)
-    pair = reduced_modes(case, parts, dofs, False), mistuned
-    record = wheel_record(case, job.modes().key, interface, pair, parts.cpu_seconds)
+        mistuned, taken = fastest(lambda: reduced_modes(case, reduced_sector, dofs, True), repeat)
+    pair = reduced_modes(case, reduced_sector, dofs, False), mistuned
+    record = wheel_record(case, job.modes().key, interface, pair, reduced_sector.cpu_seconds)
     record.counts["peak_mib"] = peak.mib
     return record, taken.wall + record.counts["cpu_response"]
 
@@ -154,48 +156,48 @@ def _full(job: WheelJob, case: Case, progress: Progress) -> WheelRecord:
     return job.store.get(product.key, "wheel")
 
 
-def _series(found: Comparison) -> list[list[InterfaceRow]]:
+def _series(comparison: Comparison) -> list[list[InterfaceRow]]:
     """Return the choices of each scheme, in the order of their number of coordinates."""
-    schemes = dict.fromkeys(row.scheme for row in found.rows[1:])
+    schemes = dict.fromkeys(row.scheme for row in comparison.rows[1:])
     return [
-        sorted((row for row in found.rows[1:] if row.scheme == scheme), key=lambda row: row.coordinates)
+        sorted((row for row in comparison.rows[1:] if row.scheme == scheme), key=lambda row: row.coordinates)
         for scheme in schemes
     ]
 
 
-def _quantities(found: Comparison) -> list[Quantity]:
+def _quantities(comparison: Comparison) -> list[Quantity]:
     quantities = []
     for name, measure in MEASURES.items():
         chains = []
-        for rows in _series(found):
+        for rows in _series(comparison):
             if len(rows) > 1:
-                apart = [differences(row.record, rows[-1].record)[name] for row in rows]
+                differences_ = [differences(row.record, rows[-1].record)[name] for row in rows]
                 values = [row.errors[name] for row in rows]
                 names, sizes = [row.name for row in rows], [row.coordinates for row in rows]
-                chains.append(chain("basis", names, sizes, values, apart))
+                chains.append(chain("basis", names, sizes, values, differences_))
         settles, why = settling(name, chains)
-        reference = found.rows[0].magnification if name == MAGNIFICATION else None
+        reference = comparison.rows[0].magnification if name == MAGNIFICATION else None
         quantities.append(Quantity(name, UNITS[name], measure, reference, True, settles, why=why, chains=chains))
     return quantities
 
 
-def _runs(job: WheelJob, found: Comparison) -> list[Run]:
-    largest = {row.name: rows[-1] for rows in _series(found) for row in rows}
+def _runs(job: WheelJob, comparison: Comparison) -> list[Run]:
+    largest = {row.name: rows[-1] for rows in _series(comparison) for row in rows}
     runs = []
-    for row in found.rows:
-        whole = row.name == FULL
-        best = None if whole or largest[row.name] is row else largest[row.name]
+    for row in comparison.rows:
+        is_full = row.name == FULL
+        best = None if is_full or largest[row.name] is row else largest[row.name]
         worst = max(row.errors, key=lambda name: abs(row.errors[name]))
-        interface = None if whole else _interface(job, row.name)
+        interface = None if is_full else _interface(job, row.name)
         settings = {} if interface is None else {"interface": interface.model_dump(mode="json", exclude_none=True)}
         runs.append(
             Run(
-                name=row.name, kind="nodal" if whole else "reduced", scheme=row.scheme,
+                name=row.name, kind="nodal" if is_full else "reduced", scheme=row.scheme,
                 settings={"wheel": {job.scene.only[0]: settings}} if settings else {}, coordinates=row.coordinates,
-                result="FINISHED", errors={} if whole else row.errors,
-                largest_error=None if whole else abs(row.errors[worst]), largest_of=None if whole else worst,
+                result="FINISHED", errors={} if is_full else row.errors,
+                largest_error=None if is_full else abs(row.errors[worst]), largest_of=None if is_full else worst,
                 truncation=None if best is None else differences(row.record, best.record),
-                truncation_against="all dofs" if whole else best.name if best else "the largest basis of its scheme",
+                truncation_against="all dofs" if is_full else best.name if best else "the largest basis of its scheme",
                 time_against="modes have no time step", cpu_seconds=row.cpu,
                 wall_seconds=row.wall_sector + row.wall, stages=_stages(row), peak_mib=row.record.counts["peak_mib"],
             )
@@ -214,29 +216,33 @@ def _stages(row: InterfaceRow) -> dict[str, StageSeconds]:
     return {"solve": StageSeconds(Seconds(row.wall_sector + row.wall, row.cpu), Seconds(row.wall, warm))}
 
 
-def _table(found: Comparison) -> Table:
-    size, wheel = found.sector, found.wheel
+def _table(comparison: Comparison) -> Table:
+    size, wheel = comparison.sector, comparison.wheel
     note = (
         f"{wheel.sectors} sectors of {size['sector_dofs']:,} dofs, {size['face_dofs']} on a face, {wheel.fixed_count}"
         f" fixed-interface modes of each; the lowest {wheel.count} frequencies are compared, engine order"
         f" {wheel.response.engine_order}. Tuned wheel: frequencies of the harmonics and of the full wheel differ by at"
-        f" most {found.harmonics_against_full:.1e}. Full wheel: the largest amplitude by these modes has an error of"
-        f" {found.truncation_error:.1e} against a direct solution. The sector's own reduction takes"
-        f" {found.rows[-1].record.counts['cpu_sector']:.2f} s of CPU time, once for all choices."
+        f" most {comparison.harmonics_against_full:.1e}. Full wheel: the largest amplitude by these modes has an error"
+        f" of {comparison.truncation_error:.1e} against a direct solution. The sector's own reduction takes"
+        f" {comparison.rows[-1].record.counts['cpu_sector']:.2f} s of CPU time, once for all choices."
     )
     columns = [
         "kept interface", "dofs kept per face", "interface modes", "coordinates", "frequency error", "magnification",
         "its error", "response error (L2)", "CPU modes", "CPU response",
     ]  # fmt: skip
     rows = []
-    for row in found.rows:
+    for row in comparison.rows:
         errors, counts = row.errors, row.record.counts
-        first, second, third = f"{errors[FREQUENCY]:.1e}", f"{errors[MAGNIFICATION]:+.2%}", f"{errors[RESPONSE]:.2%}"
+        frequency, magnification, response = (
+            f"{errors[FREQUENCY]:.1e}",
+            f"{errors[MAGNIFICATION]:+.2%}",
+            f"{errors[RESPONSE]:.2%}",
+        )
         if row.name == FULL:
-            first = second = third = "–"
+            frequency = magnification = response = "–"
         rows.append(
-            [row.name, f"{row.kept}", f"{counts['interface_modes']}", f"{row.coordinates:,}", first,
-             f"{row.magnification:.4f}", second, third, f"{counts['cpu_modes']:.2f} s",
+            [row.name, f"{row.kept}", f"{counts['interface_modes']}", f"{row.coordinates:,}", frequency,
+             f"{row.magnification:.4f}", magnification, response, f"{counts['cpu_modes']:.2f} s",
              f"{counts['cpu_response']:.3f} s"]
         )  # fmt: skip
     return Table("Choices of kept interface", columns, rows, note)

@@ -68,11 +68,11 @@ def sector_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str) -
     Raises:
         InputError: see `build_model` and `cyclic_sector`; or the sector is not a solid.
     """
-    where = f"component.{wheel.component}"
+    key = f"component.{wheel.component}"
     if not cell_of(mesh).solid:
-        raise InputError(f"{where}.geometry: '{component.geometry.kind}' given; a wheel needs a sector of tet10")
-    refuse_rigid(component.interface, where, "a wheel")
-    model = build_model(mesh, component.material, component.supports, where, component.geometry)
+        raise InputError(f"{key}.geometry: '{component.geometry.kind}' given; a wheel needs a sector of tet10")
+    refuse_rigid(component.interface, key, "a wheel")
+    model = build_model(mesh, component.material, component.supports, key, component.geometry)
     return cyclic_sector(model, wheel, f"wheel.{name}")
 
 
@@ -82,7 +82,7 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
     Raises:
         InputError: see `sector_of`; or no cell or every cell is a blade's, or the surface of the force does not exist.
     """
-    sector, where = sector_of(mesh, component, wheel, name), f"wheel.{name}"
+    sector, key = sector_of(mesh, component, wheel, name), f"wheel.{name}"
     arms = mesh.nodes[mesh.cells[:, :4]].mean(axis=1) - np.array(wheel.origin)
     radii = length_across(arms, unit(wheel.axis))
     limit = blade_radius(wheel, component)
@@ -90,19 +90,19 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
     assert component.material is not None
     if not radii.min() < limit < radii.max():
         raise InputError(
-            f"{where}.blade_radius: {limit:g} m given; it must separate the cells, whose centres are {radii.min():.4g}"
+            f"{key}.blade_radius: {limit:g} m given; it must separate the cells, whose centres are {radii.min():.4g}"
             f" to {radii.max():.4g} m from the axis"
         )
     surface = wheel.response.surface
     if surface not in mesh.surfaces:
-        raise InputError(f"{where}.response.surface: the mesh has no surface '{surface}'; it has {_names(mesh)}")
+        raise InputError(f"{key}.response.surface: the mesh has no surface '{surface}'; it has {_names(mesh)}")
     nodes, shares, _ = surface_weights(mesh, mesh.surfaces[surface])
     along = unit(wheel.response.direction)
     weights = np.zeros((1, 3 * len(mesh.nodes)))
     weights[0, (3 * nodes[:, None] + np.arange(3)).ravel()] = np.outer(shares / shares.sum(), along).ravel()
     row = sector.model.on_dofs(sparse.csr_matrix(weights)).toarray().ravel()
-    part = part_stiffness(sector.model, component.material, radii > limit)
-    return Case(name, wheel, sector, part, row, np.asarray(changes))
+    K_blade = part_stiffness(sector.model, component.material, radii > limit)
+    return Case(name, wheel, sector, K_blade, row, np.asarray(changes))
 
 
 def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: Progress) -> CyclicRecord:
@@ -112,23 +112,25 @@ def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: 
         InputError: there are fewer modes.
         StageError: a mode was missed, or is not exact enough.
     """
-    found, harmonics = {}, sector.symmetry.harmonics()
-    most = sector.own.shape[1] - sector.model.rigid_modes.shape[1]
-    if wheel.mode_count > most:
-        raise InputError(f"wheel.{name}.mode_count: {wheel.mode_count} given; a harmonic has {most} elastic modes")
+    modes, harmonics = {}, sector.symmetry.harmonics()
+    elastic_count = sector.own.shape[1] - sector.model.rigid_modes.shape[1]
+    if wheel.mode_count > elastic_count:
+        raise InputError(
+            f"wheel.{name}.mode_count: {wheel.mode_count} given; a harmonic has {elastic_count} elastic modes"
+        )
     for harmonic in harmonics:
         tell("modes", harmonic / len(harmonics))
         try:
-            found[str(harmonic)] = harmonic_modes(sector, harmonic, wheel.mode_count)
+            modes[str(harmonic)] = harmonic_modes(sector, harmonic, wheel.mode_count)
         except StageError as error:
             raise StageError(f"wheel.{name}: harmonic {harmonic}: {error}") from error
-    own, face = sector.own.shape[1], len(sector.face)
-    quality = {"sector_dofs": own, "face_dofs": face, "wheel_dofs": wheel.sectors * own}
-    return CyclicRecord(mesh_key, wheel.sectors, unit(wheel.axis), np.array(wheel.origin), found, quality)
+    dof_count, face = sector.own.shape[1], len(sector.face)
+    quality = {"sector_dofs": dof_count, "face_dofs": face, "wheel_dofs": wheel.sectors * dof_count}
+    return CyclicRecord(mesh_key, wheel.sectors, unit(wheel.axis), np.array(wheel.origin), modes, quality)
 
 
-def kept_dofs(sector: Sector, choice: KeptInterface, where: str) -> InterfaceChoice:
-    """Return a choice of kept interface, with key `where` in the scene, as dofs of the sector's low face.
+def kept_dofs(sector: Sector, choice: KeptInterface, key: str) -> InterfaceChoice:
+    """Return a choice of kept interface, with key `key` in the scene, as dofs of the sector's low face.
 
     Raises:
         InputError: a surface does not exist or has no node on the low face, or there are fewer interface modes.
@@ -136,20 +138,20 @@ def kept_dofs(sector: Sector, choice: KeptInterface, where: str) -> InterfaceCho
     if choice.kept == "all":
         return InterfaceChoice(np.ones(len(sector.face), bool), 0)
     mesh, nodes = sector.model.mesh, sector.face_dofs // len(sector.model.directions)
-    kept = np.zeros(len(nodes), bool)
+    on_surfaces = np.zeros(len(nodes), bool)
     for surface in choice.kept:
         if surface not in mesh.surfaces:
-            raise InputError(f"{where}.kept: the mesh has no surface '{surface}'; it has {_names(mesh)}")
+            raise InputError(f"{key}.kept: the mesh has no surface '{surface}'; it has {_names(mesh)}")
         on = np.isin(nodes, mesh.surfaces[surface].facets)
         if not on.any():
-            raise InputError(f"{where}.kept: '{surface}' has no free node on '{sector.symmetry.low}'")
-        kept |= on
-    most = len(kept) - int(kept.sum())
-    if choice.interface_count is not None and choice.interface_count > most:
+            raise InputError(f"{key}.kept: '{surface}' has no free node on '{sector.symmetry.low}'")
+        on_surfaces |= on
+    remaining = len(on_surfaces) - int(on_surfaces.sum())
+    if choice.interface_count is not None and choice.interface_count > remaining:
         raise InputError(
-            f"{where}.interface_count: {choice.interface_count} given; a face has {most} dofs that are not kept"
+            f"{key}.interface_count: {choice.interface_count} given; a face has {remaining} dofs that are not kept"
         )
-    return InterfaceChoice(kept, choice.interface_count)
+    return InterfaceChoice(on_surfaces, choice.interface_count)
 
 
 def full_modes(case: Case, mistuned: bool) -> Modes:
@@ -168,18 +170,19 @@ def full_modes(case: Case, mistuned: bool) -> Modes:
     return Modes(np.sqrt(pairs.values), wheel_motion(case.sector, case.row[None]) @ pairs.vectors, counts)
 
 
-def reduced_modes(case: Case, parts: SectorParts, choice: InterfaceChoice, mistuned: bool) -> Modes:
+def reduced_modes(case: Case, reduced_sector: SectorParts, choice: InterfaceChoice, mistuned: bool) -> Modes:
     """Return the lowest modes of the reduced wheel; their CPU time does not include the sector's own reduction.
 
     Raises:
         InputError, StageError: see `synthesise`.
     """
-    one = synthesise(parts, choice, case.wheel.count, case.mistuning(mistuned), f"wheel.{case.name}")
-    blades = np.einsum("c,ncm->nm", case.row @ parts.basis, one.motion)
+    synthesis = synthesise(reduced_sector, choice, case.wheel.count, case.mistuning(mistuned), f"wheel.{case.name}")
+    blades = np.einsum("c,ncm->nm", case.row @ reduced_sector.basis, synthesis.motion)
     counts = {
-        "coordinates": one.size, "kept": one.kept, "interface_modes": one.interface_modes, "cpu_modes": one.cpu_seconds,
+        "coordinates": synthesis.size, "kept": synthesis.kept, "interface_modes": synthesis.interface_modes,
+        "cpu_modes": synthesis.cpu_seconds,
     }  # fmt: skip
-    return Modes(one.angular_frequencies, blades, counts)
+    return Modes(synthesis.angular_frequencies, blades, counts)
 
 
 def reduction_error(tuned: CyclicRecord, frequencies: np.ndarray) -> float:
@@ -200,21 +203,21 @@ def wheel_record(
     Raises:
         InputError: the highest mode is below the end of the band.
     """
-    wheel, response, last = case.wheel, case.wheel.response, pair[1]
-    reach = min(one.angular_frequencies[-1] for one in pair) / (2 * np.pi)
-    if response.band[1] > reach:
+    wheel, response, mistuned_modes = case.wheel, case.wheel.response, pair[1]
+    highest = min(m.angular_frequencies[-1] for m in pair) / (2 * np.pi)
+    if response.band[1] > highest:
         raise InputError(
-            f"wheel.{case.name}.count: {wheel.count} given; the highest of these modes is at {reach:.6g} Hz, below the"
-            f" end of response.band, {response.band[1]:g} Hz; increase count"
+            f"wheel.{case.name}.count: {wheel.count} given; the highest of these modes is at {highest:.6g} Hz, below"
+            f" the end of response.band, {response.band[1]:g} Hz; increase count"
         )
-    (tuned, _), (mistuned, seconds) = (_respond(case, one) for one in pair)
-    at, blade = np.unravel_index(int(np.abs(mistuned).argmax()), mistuned.shape)
-    low, high = (float(np.abs(one).max()) for one in (tuned, mistuned))
+    (tuned, _), (mistuned, seconds) = (_respond(case, m) for m in pair)
+    point, blade = np.unravel_index(int(np.abs(mistuned).argmax()), mistuned.shape)
+    low, high = (float(np.abs(m).max()) for m in (tuned, mistuned))
     quantities = {
         "magnification": (high / low, "1"),
         "amplitude.tuned": (low, "m/N"),
         "amplitude.mistuned": (high, "m/N"),
-        "amplitude.mistuned.at": (float(response.excitation[at] / (2 * np.pi)), "Hz"),
+        "amplitude.mistuned.at": (float(response.excitation[point] / (2 * np.pi)), "Hz"),
         "amplitude.mistuned.blade": (float(blade), "1"),
     }
     return WheelRecord(
@@ -224,39 +227,39 @@ def wheel_record(
         loss_factor=response.loss_factor,
         stiffness_changes=case.changes,
         tuned_frequencies=pair[0].angular_frequencies,
-        mistuned_frequencies=last.angular_frequencies,
-        blades=last.blades,
+        mistuned_frequencies=mistuned_modes.angular_frequencies,
+        blades=mistuned_modes.blades,
         excitation=response.excitation,
         tuned=_parts(tuned),
         mistuned=_parts(mistuned),
         quantities={key: {"value": value, "unit": unit} for key, (value, unit) in quantities.items()},
-        counts=last.counts | {"cpu_sector": cpu_sector, "cpu_response": seconds},
+        counts=mistuned_modes.counts | {"cpu_sector": cpu_sector, "cpu_response": seconds},
     )
 
 
 def truncation_error(case: Case, record: WheelRecord) -> float:
     """Return the relative error of the blades' amplitudes at the largest of them, against a direct solution."""
-    found, response = amplitudes(record.mistuned), case.wheel.response
-    at = int(np.abs(found).max(axis=1).argmax())
+    blades, response = amplitudes(record.mistuned), case.wheel.response
+    point = int(np.abs(blades).max(axis=1).argmax())
     problem, rows = wheel_problem(case.sector, case.mistuning(True)), wheel_motion(case.sector, case.row[None])
     sectors = case.wheel.sectors
     load = rows.T @ np.exp(2j * np.pi * response.engine_order * np.arange(sectors) / sectors)
-    exact = rows @ direct_response(problem, load, response.loss_factor, float(response.excitation[at]))
-    return float(np.abs(found[at] - exact).max() / np.abs(exact).max())
+    exact = rows @ direct_response(problem, load, response.loss_factor, float(response.excitation[point]))
+    return float(np.abs(blades[point] - exact).max() / np.abs(exact).max())
 
 
-def amplitudes(parts: np.ndarray) -> np.ndarray:
+def amplitudes(values: np.ndarray) -> np.ndarray:
     """Return the complex numbers (…) of a record's real and imaginary parts (…, 2)."""
-    return parts[..., 0] + 1j * parts[..., 1]
+    return values[..., 0] + 1j * values[..., 1]
 
 
 def _respond(case: Case, modes: Modes) -> tuple[np.ndarray, float]:
     """Return the blades' complex amplitudes [m/N], (points, N), and the CPU time for them [s]."""
     start, response = process_time(), case.wheel.response
-    found = engine_order_response(
+    amplitudes_ = engine_order_response(
         modes.blades, modes.angular_frequencies, response.engine_order, response.loss_factor, response.excitation
     )
-    return found, process_time() - start
+    return amplitudes_, process_time() - start
 
 
 def _parts(values: np.ndarray) -> np.ndarray:

@@ -24,12 +24,12 @@ def _evidence(job: WheelJob, progress: Progress) -> Evidence:
     record: CyclicRecord = job.store.get(job.modes().key, "cyclic", only=["harmonics"])
     material = job.component.material
     assert material is not None
-    names = {f"{job.wheel.component}, harmonic {one.harmonic}": one for one in record.harmonics.values()}
-    lowest = min(float(one.angular_frequencies[0]) for one in names.values())
-    highest = max(float(one.angular_frequencies[-1]) for one in names.values())
+    names = {f"{job.wheel.component}, harmonic {h.harmonic}": h for h in record.harmonics.values()}
+    lowest = min(float(h.angular_frequencies[0]) for h in names.values())
+    highest = max(float(h.angular_frequencies[-1]) for h in names.values())
     return Evidence(
-        frequencies={name: one.angular_frequencies for name, one in names.items()},
+        frequencies={name: h.angular_frequencies for name, h in names.items()},
         shear={name: material.lame[1] for name in names},
-        orthogonality=max(float(one.quality["orthogonality"]) for one in names.values()),
+        orthogonality=max(float(h.quality["orthogonality"]) for h in names.values()),
         condition=(highest / lowest) ** 2,
     )

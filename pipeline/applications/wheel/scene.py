@@ -27,13 +27,13 @@ class Mistuning(Strict):
 
     @model_validator(mode="after")
     def _one_source(self) -> "Mistuning":
-        given = [name for name in ("values", "table", "deviation") if name in self.model_fields_set]
-        if len(given) != 1:
-            raise ValueError(f"{' and '.join(given) or 'none'} given; one of values, table and deviation is needed")
+        sources = [name for name in ("values", "table", "deviation") if name in self.model_fields_set]
+        if len(sources) != 1:
+            raise ValueError(f"{' and '.join(sources) or 'none'} given; one of values, table and deviation is needed")
         return self
 
-    def changes(self, sectors: int, folder: Path, where: str) -> tuple[float, ...]:
-        """Return the relative change of each blade's stiffness, (N,); `where` is the key in the scene, for messages.
+    def changes(self, sectors: int, folder: Path, owner: str) -> tuple[float, ...]:
+        """Return the relative change of each blade's stiffness, (N,); `owner` is the key in the scene, for messages.
 
         Raises:
             InputError: the number of changes is wrong, one leaves no stiffness, or the file has more than numbers.
@@ -42,13 +42,13 @@ class Mistuning(Strict):
             values = self.deviation * np.random.default_rng(self.seed).standard_normal(sectors)
             key = "deviation"
         elif self.table is not None:
-            values, key = _numbers(find_file(self.table, folder, f"{where}.table"), f"{where}.table"), "table"
+            values, key = _numbers(find_file(self.table, folder, f"{owner}.table"), f"{owner}.table"), "table"
         else:
             values, key = np.array(self.values), "values"
         if len(values) != sectors:
-            raise InputError(f"{where}.{key}: {len(values)} given; the wheel has {sectors} blades")
+            raise InputError(f"{owner}.{key}: {len(values)} given; the wheel has {sectors} blades")
         if not values.min() > -1:
-            raise InputError(f"{where}.{key}: {values.min():.6g} given; the change of a blade must be above -1")
+            raise InputError(f"{owner}.{key}: {values.min():.6g} given; the change of a blade must be above -1")
         return tuple(values.tolist())
 
 
@@ -156,9 +156,9 @@ UNREAD = ("interface", "gauge", "modes", "change")
 def wrong_names(scene: WheelFile) -> list[str]:
     """List contradictions of the scene, one line each; surfaces of mesh files are unknown before meshing."""
     name, wheel = scene.only
-    where, sectors, order = f"wheel.{name}", wheel.sectors, wheel.response.engine_order
+    table, sectors, order = f"wheel.{name}", wheel.sectors, wheel.response.engine_order
     if wheel.component not in scene.component:
-        return [f"{where}.component: no component '{wheel.component}'; the scene has {', '.join(scene.component)}"]
+        return [f"{table}.component: no component '{wheel.component}'; the scene has {', '.join(scene.component)}"]
     component = scene.component[wheel.component]
     lines = [
         f"component.{wheel.component}.{key}: given; a wheel reads geometry, material, mesh and supports only"
@@ -167,14 +167,14 @@ def wrong_names(scene: WheelFile) -> list[str]:
     ]
     made = getattr(component.geometry, "sectors", sectors)
     if made != sectors:
-        lines.append(f"{where}.sectors: {sectors} given; the geometry is one of {made} sectors")
+        lines.append(f"{table}.sectors: {sectors} given; the geometry is one of {made} sectors")
     if order >= sectors:
-        lines.append(f"{where}.response.engine_order: {order} given; allowed with {sectors} blades: 0 to {sectors - 1}")
+        lines.append(f"{table}.response.engine_order: {order} given; allowed with {sectors} blades: 0 to {sectors - 1}")
     if blade_radius(wheel, component) is None:
-        lines.append(f"{where}.blade_radius: is missing; geometry '{component.geometry.kind}' has no default for it")
+        lines.append(f"{table}.blade_radius: is missing; geometry '{component.geometry.kind}' has no default for it")
     shapes = getattr(component.geometry, "surface_shapes", None)
     have = None if shapes is None else sorted(shapes())
-    for key, surface in _surfaces(scene, where, wheel):
+    for key, surface in _surfaces(scene, table, wheel):
         if have is not None and surface not in have:
             lines.append(f"{key}: the geometry has no surface '{surface}'; it has {', '.join(have)}")
     return lines
@@ -190,21 +190,19 @@ def reduction(wheel: Wheel, interface: KeptInterface) -> dict[str, Any]:
     return interface.model_dump(mode="json") | {"fixed_count": wheel.fixed_count}
 
 
-def _surfaces(scene: WheelFile, where: str, wheel: Wheel) -> list[tuple[str, str]]:
+def _surfaces(scene: WheelFile, table: str, wheel: Wheel) -> list[tuple[str, str]]:
     """Return every surface that a wheel names, with the key that names it."""
-    found = [(f"{where}.low", wheel.low), (f"{where}.high", wheel.high)]
-    found += [(f"{where}.response.surface", wheel.response.surface)]
-    choices = {f"{where}.interface": wheel.interface}
+    named = [(f"{table}.low", wheel.low), (f"{table}.high", wheel.high)]
+    named += [(f"{table}.response.surface", wheel.response.surface)]
+    choices = {f"{table}.interface": wheel.interface}
     choices |= {f"report.choices.{key}": choice for key, choice in scene.report.choices.items()}
-    return found + [
-        (f"{key}.kept", one) for key, choice in choices.items() if choice.kept != "all" for one in choice.kept
-    ]
+    return named + [(f"{key}.kept", s) for key, choice in choices.items() if choice.kept != "all" for s in choice.kept]
 
 
-def _numbers(path: Path, where: str) -> np.ndarray:
+def _numbers(path: Path, key: str) -> np.ndarray:
     """Return the numbers of a text file, separated by commas, semicolons or white space."""
     try:
         text = path.read_text(encoding="utf-8")
         return np.array([float(word) for word in text.replace(",", " ").replace(";", " ").split()])
     except (OSError, ValueError) as error:
-        raise InputError(f"{where}: {path} is not a file of numbers ({error})") from error
+        raise InputError(f"{key}: {path} is not a file of numbers ({error})") from error

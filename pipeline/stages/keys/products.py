@@ -89,7 +89,7 @@ def component_products(
             "modes": component.modes.model_dump(mode="json"),
         }
         | ({"friction_on": list(rubbed)} if rubbed else {})
-        | ({"gravity_along": [list(one) for one in pulled]} if pulled else {})
+        | ({"gravity_along": [list(d) for d in pulled]} if pulled else {})
         | ({"turns": True} if turns else {})
         | ({"crossed": list(crossed)} if crossed else {})
         | ({"point_mass": masses} if masses else {}),
@@ -104,28 +104,28 @@ def sensitivity_product(name: str, modes: Product) -> Product:
     return product("sensitivity", name, {"modes": modes.key})
 
 
-def mesh_product(name: str, part: Meshed, folder: Path, table: str = "component") -> Product:
+def mesh_product(name: str, meshed: Meshed, folder: Path, table: str = "component") -> Product:
     """Return the mesh of a part of a scene; `table` is the scene's table of such parts.
 
     Raises:
         InputError: a file that it names is missing.
     """
-    where = f"{table}.{name}.geometry"
-    return product("mesh", name, {"geometry": _geometry(part, folder, where), "size": part.mesh.size})
+    key = f"{table}.{name}.geometry"
+    return product("mesh", name, {"geometry": _geometry(meshed, folder, key), "size": meshed.mesh.size})
 
 
 def nodal_product(
     name: str,
     dynamics: Mapping[str, Any],
-    parts: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]],
+    inputs: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]],
     step: float,
 ) -> Product:
-    """Return a full-FE run with a step [s]; `parts` are inputs of each component's modes and design.
+    """Return a full-FE run with a step [s]; `inputs` are inputs of each component's modes and design.
 
     `dynamics` is the solver's part of the scene, as JSON.
     """
     shapes = {}
-    for component, (modes, morph) in parts.items():
+    for component, (modes, morph) in inputs.items():
         shapes[component] = {key: modes[key] for key in SHAPING if key in modes}
         shapes[component] |= {"profile": morph["profile"]}
     run = {key: dynamics["run"][key] for key in ("duration", "gravity", "frames")}
@@ -160,10 +160,10 @@ def _supports(component: Component) -> list[Any]:
     return [entries[key] for key in sorted(entries)]
 
 
-def _geometry(part: Meshed, folder: Path, where: str) -> dict[str, Any]:
-    described = part.geometry.model_dump(mode="json")
-    for key, file in part.files.items():
-        described[key] = file_digest(find_file(file, folder, f"{where}.{key}"))
+def _geometry(meshed: Meshed, folder: Path, table: str) -> dict[str, Any]:
+    described = meshed.geometry.model_dump(mode="json")
+    for key, file in meshed.files.items():
+        described[key] = file_digest(find_file(file, folder, f"{table}.{key}"))
     return described
 
 

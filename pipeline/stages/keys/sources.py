@@ -80,25 +80,25 @@ class Modules:
 
     def digest(self, stage: str) -> str:
         """Return the digest of a stage's sources."""
-        whole = hashlib.sha256()
+        total = hashlib.sha256()
         for name in self.covered(stage):
             if name not in self._digests:
                 self._digests[name] = hashlib.sha256(canonical(self._part(name)).encode()).hexdigest()
-            whole.update(f"{name} {self._digests[name]}\n".encode())
-        return whole.hexdigest()[:16]
+            total.update(f"{name} {self._digests[name]}\n".encode())
+        return total.hexdigest()[:16]
 
     def covered(self, stage: str) -> list[str]:
         """Return the modules and functions that a stage's digest covers, sorted."""
-        found, rest = set(), list(ROOTS[stage])
-        inside = (*INSIDE, *ROOTS[stage])
-        while rest:
-            name = rest.pop()
-            if name not in found:
-                found.add(name)
+        names, waiting = set(), list(ROOTS[stage])
+        within = (*INSIDE, *ROOTS[stage])
+        while waiting:
+            name = waiting.pop()
+            if name not in names:
+                names.add(name)
                 if name not in self._imports:
                     self._imports[name] = [] if ":" in name else list(self._imported(name))
-                rest += [one for one in self._imports[name] if _within(one, inside) or not _within(one, OUTSIDE)]
-        return sorted(found)
+                waiting += [n for n in self._imports[name] if _within(n, within) or not _within(n, OUTSIDE)]
+        return sorted(names)
 
     def _tree(self, name: str) -> ast.Module:
         if name not in self._trees:
@@ -110,7 +110,7 @@ class Modules:
         body = self._tree(module).body
         if not function:
             return self._tree(module)
-        return next(one for one in body if isinstance(one, ast.FunctionDef) and one.name == function)
+        return next(node for node in body if isinstance(node, ast.FunctionDef) and node.name == function)
 
     def _imported(self, name: str) -> Iterator[str]:
         """Yield the project's modules that a module imports, also within functions and by their names in texts."""
@@ -126,15 +126,15 @@ class Modules:
                 names = [node.value.replace(":", ".")]
             else:
                 continue
-            for one in names:
-                if one.startswith("gudgeon."):
-                    yield from self._own(one.removeprefix("gudgeon."))
+            for imported in names:
+                if imported.startswith("gudgeon."):
+                    yield from self._own(imported.removeprefix("gudgeon."))
 
     def _below(self, text: ast.JoinedStr) -> Iterator[str]:
         """Yield all modules that an f-string such as `gudgeon.solver.integrators.{name}` can name."""
-        first = getattr(text.values[0], "value", None) if text.values else None
-        if isinstance(first, str) and first.startswith("gudgeon."):
-            prefix = first.removeprefix("gudgeon.")
+        start = getattr(text.values[0], "value", None) if text.values else None
+        if isinstance(start, str) and start.startswith("gudgeon."):
+            prefix = start.removeprefix("gudgeon.")
             yield from (name for name in self._texts if name.startswith(prefix))
 
     def _own(self, name: str) -> Iterator[str]:
@@ -147,30 +147,30 @@ class Modules:
 
 def canonical(node: ast.AST) -> str:
     """Return a tree as text without docstrings, places in the file, and fields that are empty."""
-    parts: list[str] = []
-    _describe(node, parts)
-    return "".join(parts)
+    texts: list[str] = []
+    _describe(node, texts)
+    return "".join(texts)
 
 
-def _describe(item: Any, parts: list[str]) -> None:
+def _describe(item: Any, texts: list[str]) -> None:
     if isinstance(item, ast.AST):
-        parts.append(f"({type(item).__name__}")
+        texts.append(f"({type(item).__name__}")
         for name in item._fields:
             value = getattr(item, name, None)
             if name == "body" and isinstance(value, list):
                 # A text that stands alone is a docstring, of a field too.
-                value = [one for one in value if not _is_text(one)]
+                value = [v for v in value if not _is_text(v)]
             if (value is None and name != "value") or value == [] or name in ("ctx", "kind", "type_comment"):
                 continue
-            parts.append(f" {name}=")
-            _describe(value, parts)
-        parts.append(")")
+            texts.append(f" {name}=")
+            _describe(value, texts)
+        texts.append(")")
     elif isinstance(item, list):
-        for one in item:
-            parts.append(",")
-            _describe(one, parts)
+        for member in item:
+            texts.append(",")
+            _describe(member, texts)
     else:
-        parts.append(repr(item))
+        texts.append(repr(item))
 
 
 def _is_text(statement: Any) -> bool:
@@ -183,14 +183,14 @@ def _is_text(statement: Any) -> bool:
 
 def _running(tree: ast.AST) -> Iterator[ast.AST]:
     """Yield the nodes of a tree but those that only a type checker sees."""
-    rest = [tree]
-    while rest:
-        node = rest.pop()
+    waiting = [tree]
+    while waiting:
+        node = waiting.pop()
         if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
-            rest += node.orelse
+            waiting += node.orelse
             continue
         yield node
-        rest += ast.iter_child_nodes(node)
+        waiting += ast.iter_child_nodes(node)
 
 
 def _within(module: str, rooms: tuple[str, ...]) -> bool:

@@ -36,11 +36,11 @@ def short(facts: Facts) -> Iterator[str]:
         kappa = section.shear_coefficient or section.shear_form or KAPPA
         slender = section.second_moment / section.area * (1 + 2 * (1 + material.nu) / kappa)
         high = float(np.sqrt(1 + k.max() ** 2 * slender))
-        way = _way(name, geometry, record.normal_count - count)
+        remedy = _way(name, geometry, record.normal_count - count)
         yield (
             f"component.{name}.geometry.theory: {count} of {record.normal_count} modes have half-waves below"
             f" {SHORT:g} times the height of the section, the shortest {np.pi / k.max() / section.height:.2g} times it;"
-            f" without shear their frequencies are too high, up to about {high:.2g} times; {way}"
+            f" without shear their frequencies are too high, up to about {high:.2g} times; {remedy}"
         )
 
 
@@ -48,8 +48,8 @@ def _way(name: str, beam: Beam, long: int) -> str:
     """Return what a beam can do against short half-waves: beams in space have no shear, and no modes cannot be kept."""
     ways, section = list[str](), beam.section
     if beam.motion == "plane":
-        given = not isinstance(section, General) or section.shear_coefficient is not None
-        ways.append(f"set 'timoshenko'{'' if given else ' and geometry.section.shear_coefficient'}")
+        known_shear = not isinstance(section, General) or section.shear_coefficient is not None
+        ways.append(f"set 'timoshenko'{'' if known_shear else ' and geometry.section.shear_coefficient'}")
     if long > 0:
         ways.append(f"set component.{name}.modes.normal_count = {long}")
     if beam.motion == "space":

@@ -88,9 +88,12 @@ def patches(facts: Facts) -> Iterator[str]:
 
 def _finer(scene: SceneFile, contact: str) -> list[str]:
     """Return half the size of the elements of the surfaces of a contact, by the keys that have it."""
-    other, own = scene.others().get(contact), scene.contact[contact]
+    partner, settings = scene.others().get(contact), scene.contact[contact]
     ways = []
-    for body, interface in [(own.body, own.interface), *([(other.body, other.interface)] if other is not None else [])]:
+    for body, interface in [
+        (settings.body, settings.interface),
+        *([(partner.body, partner.interface)] if partner is not None else []),
+    ]:
         name = scene.component_of(body)
         component, surface = scene.component[name], scene.component[name].interface[interface].surface
         sizes = getattr(component.geometry, "sizes", None) or {}
@@ -139,9 +142,9 @@ def _methods(scene: SceneFile) -> list[str]:
     """
     ways, turns = [], scene.capabilities.turns
     for name, contact in scene.contact.items():
-        method, parts = METHODS[contact.method], [scene.component[one] for one in _touching(scene, name)]
-        stored = parts and all(part.modes.reduction != "normal+static" for part in parts)
-        once = contact.law is None or (not turns and all(part.geometry.kind in RESOLVING for part in parts))
+        method, components = METHODS[contact.method], [scene.component[c] for c in _touching(scene, name)]
+        stored = components and all(c.modes.reduction != "normal+static" for c in components)
+        once = contact.law is None or (not turns and all(c.geometry.kind in RESOLVING for c in components))
         if stored and once and not (method.flexible or method.rigid):
             ways.append(f"contact.{name}.method = 'residual'")
     return ways
@@ -154,8 +157,8 @@ def _dashpots(scene: SceneFile) -> list[str]:
         for name, contact in scene.contact.items()
         if contact.dashpot == "none"
         and contact.law is None
-        and (parts := _touching(scene, name))
-        and all(scene.component[part].geometry.kind == "bar" for part in parts)
+        and (components := _touching(scene, name))
+        and all(scene.component[c].geometry.kind == "bar" for c in components)
     ]
 
 
@@ -178,7 +181,7 @@ def _for_force(scene: SceneFile, window: float) -> list[str]:
 def _counts(scene: SceneFile) -> list[str]:
     """Return twice the number of modes for each elastic component of a contact."""
     ways = []
-    for name in dict.fromkeys(part for contact in scene.contact for part in _touching(scene, contact)):
+    for name in dict.fromkeys(c for contact in scene.contact for c in _touching(scene, contact)):
         modes = scene.component[name].modes
         if (key := COUNTED.get(modes.reduction)) is not None:
             ways.append(f"component.{name}.modes.{key} = {2 * getattr(modes, key) or FIRST}")

@@ -25,8 +25,8 @@ def frequency_rows(record: ModalRecord) -> list[dict[str, Any]]:
     ]
     frequencies = record.angular_frequencies[:count] / (2 * np.pi)
     return [
-        {"mode": i + 1, "frequency": float(f), "estimated_error": error, "algebraic_bound": bound, "residual": rest}
-        for i, (f, error, bound, rest) in enumerate(zip(frequencies, *columns, strict=True))
+        {"mode": i + 1, "frequency": float(f), "estimated_error": error, "algebraic_bound": bound, "residual": residual}
+        for i, (f, error, bound, residual) in enumerate(zip(frequencies, *columns, strict=True))
     ]
 
 
@@ -50,16 +50,16 @@ def parted(facts: Facts) -> Iterator[str]:
     """Yield a note for each count of modes that keeps a part of a group of equal frequencies."""
     for name, record in facts.modes.items():
         for key, entries in COUNTS.items():
-            whole = max(int(record.quality.get(entry, 0)) for entry in entries)
-            if (count := getattr(facts.scene.component[name].modes, key)) < whole:
+            group_size = max(int(record.quality.get(entry, 0)) for entry in entries)
+            if (count := getattr(facts.scene.component[name].modes, key)) < group_size:
                 yield (
                     f"component.{name}.modes.{key}: {count} modes part a group of equal frequencies: which of its modes"
-                    f" are kept is left to round-off, and results with it; {whole} keep the group whole"
+                    f" are kept is left to round-off, and results with it; {group_size} keep the group whole"
                 )
 
 
 def _coarse_contact(errors: Mapping[str, float]) -> str | None:
-    name = max(errors, key=lambda one: errors[one])
+    name = max(errors, key=lambda n: errors[n])
     if not errors[name] > COARSE_CONTACT:
         return None
     return (

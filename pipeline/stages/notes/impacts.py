@@ -52,8 +52,8 @@ def _value(quantities: Quantities, name: str) -> float:
 
 def _impacts(quantities: Quantities, name: str) -> Iterator[dict[str, float]]:
     """Yield what is known of each listed impact of a contact: start, end [s], approach speed [m/s], force [N]."""
-    for number in count(1):
-        keys = {key: f"{name}.impact{number}.{key}" for key in ("start", "end", "approach_speed", "force_peak_raw")}
+    for n in count(1):
+        keys = {key: f"{name}.impact{n}.{key}" for key in ("start", "end", "approach_speed", "force_peak_raw")}
         if keys["end"] not in quantities:
             return
         yield {key: _value(quantities, full) for key, full in keys.items() if full in quantities}
@@ -64,14 +64,14 @@ def _is_cut(scene: SceneFile, name: str, quantities: Quantities, impacts: list[d
 
     A contact of free bodies rests only by gravity, and not before it has given a body the speed with which it closed.
     """
-    other = scene.others().get(name)
-    sides = [scene.contact[name].body, *([other.body] if other is not None else [])]
+    partner = scene.others().get(name)
+    sides = [scene.contact[name].body, *([partner.body] if partner is not None else [])]
     free = any(f"{side}.velocity_{axis}" in quantities for side in sides for axis in "xyz")
     if not free or scene.force or (scene.joint and not scene.held()) or not impacts:
         return False
-    last = max(impacts, key=lambda one: one["end"])
-    fallen = float(np.linalg.norm(scene.run.gravity)) * (last["end"] - last["start"])
-    return last["end"] >= scene.run.duration * (1 - ROUNDING) and last.get("approach_speed", 0.0) > fallen
+    final = max(impacts, key=lambda i: i["end"])
+    fallen = float(np.linalg.norm(scene.run.gravity)) * (final["end"] - final["start"])
+    return final["end"] >= scene.run.duration * (1 - ROUNDING) and final.get("approach_speed", 0.0) > fallen
 
 
 def _windows(scene: SceneFile, name: str, window: float, counts: Mapping[str, Any]) -> list[str]:
@@ -92,8 +92,8 @@ def _windows(scene: SceneFile, name: str, window: float, counts: Mapping[str, An
 
 def _short(scene: SceneFile, name: str, window: float, impacts: list[dict[str, float]]) -> list[str]:
     """Return a note where the hardest impact is shorter than the weight of `force_peak` by the default window."""
-    known = [one for one in impacts if "force_peak_raw" in one]
-    hardest = max(known, key=lambda one: one["force_peak_raw"], default=None)
+    peaked = [i for i in impacts if "force_peak_raw" in i]
+    hardest = max(peaked, key=lambda i: i["force_peak_raw"], default=None)
     if scene.run.window is not None or hardest is None:
         return []
     lasts = hardest["end"] - hardest["start"]
@@ -108,14 +108,14 @@ def _short(scene: SceneFile, name: str, window: float, impacts: list[dict[str, f
 
 def _fast(scene: SceneFile, name: str, closing: float) -> list[str]:
     """Return a note where an impact is so fast that strains of its elastic bodies are not small."""
-    other = scene.others().get(name)
-    sides = [scene.contact[name].body, *([other.body] if other is not None else [])]
-    materials = {part: scene.component[part].material for part in map(scene.component_of, sides)}
-    speeds = {part: material.wave_speed for part, material in materials.items() if material is not None}
-    part = min(speeds, key=lambda one: speeds[one], default=None)
-    if part is None or closing < FAST * speeds[part]:
+    partner = scene.others().get(name)
+    sides = [scene.contact[name].body, *([partner.body] if partner is not None else [])]
+    materials = {softest: scene.component[softest].material for softest in map(scene.component_of, sides)}
+    speeds = {softest: material.wave_speed for softest, material in materials.items() if material is not None}
+    softest = min(speeds, key=lambda c: speeds[c], default=None)
+    if softest is None or closing < FAST * speeds[softest]:
         return []
     return [
-        f"contact.{name}: an impact at {closing:.3g} m/s is {closing / speeds[part]:.2g} times the wave speed of"
-        f" component.{part}, {speeds[part]:.3g} m/s: strains of this size are outside the linear model"
+        f"contact.{name}: an impact at {closing:.3g} m/s is {closing / speeds[softest]:.2g} times the wave speed of"
+        f" component.{softest}, {speeds[softest]:.3g} m/s: strains of this size are outside the linear model"
     ]

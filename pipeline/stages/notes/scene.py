@@ -28,15 +28,15 @@ def extents(facts: Parts) -> Iterator[str]:
             continue
         size = float(np.ptp(facts.store.get(facts.meshes[name], "mesh", only=["nodes"]).nodes, axis=0).max())
         stated = not component.from_file or "unit" in component.geometry.model_fields_set
-        least, most = USUAL_EXTENTS[0], USUAL_EXTENTS[1] if stated else UNSTATED
-        if not least <= size <= most:
+        low, high = USUAL_EXTENTS[0], USUAL_EXTENTS[1] if stated else UNSTATED
+        if not low <= size <= high:
             likely = "check the unit of its lengths"
-            if size > most:
+            if size > high:
                 likely = "probably lengths in mm were given"
             if component.from_file:
                 likely += f"; component.{name}.geometry.unit states the metres per unit of the file, 1e-3 for mm"
             yield (
-                f"component.{name}.geometry: its largest extent is {size:.3g} m, usual are {least:g} to {most:g} m;"
+                f"component.{name}.geometry: its largest extent is {size:.3g} m, usual are {low:g} to {high:g} m;"
                 f" {likely}"
             )
 
@@ -50,9 +50,9 @@ def gravity(facts: Facts) -> Iterator[str]:
 
 def laws(facts: Facts) -> Iterator[str]:
     """Yield a line for each contact law that is used outside its range of validity."""
-    found = {f"contact.{name}": contact.law for name, contact in facts.scene.contact.items()}
-    found |= {f"joint.{name}": one.law for name, one in facts.scene.joint.items() if isinstance(one, Clearance)}
-    for member, law in found.items():
+    by_member = {f"contact.{name}": contact.law for name, contact in facts.scene.contact.items()}
+    by_member |= {f"joint.{name}": j.law for name, j in facts.scene.joint.items() if isinstance(j, Clearance)}
+    for member, law in by_member.items():
         if law is not None and (text := law.warning()) is not None:
             yield f"{member}.law: {text}"
 

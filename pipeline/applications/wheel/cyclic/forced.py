@@ -18,7 +18,7 @@ from gudgeon.pipeline.modes.problem import Problem
 
 
 def engine_order_response(
-    blades: np.ndarray, frequencies: np.ndarray, order: int, loss_factor: float, at: np.ndarray
+    blades: np.ndarray, frequencies: np.ndarray, order: int, loss_factor: float, excitation: np.ndarray
 ) -> np.ndarray:
     """Return the blades' complex amplitudes per unit force [m/N], (at, N).
 
@@ -27,7 +27,7 @@ def engine_order_response(
         frequencies: Of the modes [rad/s], (modes,).
         order: Engine order r.
         loss_factor: η.
-        at: Frequencies of the excitation [rad/s], (at,).
+        excitation: Frequencies of the excitation [rad/s], (at,).
 
     Raises:
         InputError: the loss factor is not positive.
@@ -36,18 +36,18 @@ def engine_order_response(
         raise InputError(f"cyclic.loss_factor: {loss_factor} given, it must be above 0 for a finite amplitude")
     sectors = len(blades)
     phase = np.exp(2j * np.pi * order * np.arange(sectors) / sectors)
-    stiffness = frequencies**2 * (1 + 1j * loss_factor) - at[:, None] ** 2
+    stiffness = frequencies**2 * (1 + 1j * loss_factor) - excitation[:, None] ** 2
     return (phase @ blades / stiffness) @ blades.T
 
 
-def direct_response(problem: Problem, load: np.ndarray, loss_factor: float, at: float) -> np.ndarray:
+def direct_response(problem: Problem, load: np.ndarray, loss_factor: float, omega: float) -> np.ndarray:
     """Return u of (K (1 + iη) − ω² M) u = f without modes, (m,), by the symmetric real form of A + iB, [A −B; −B −A].
 
     Args:
         load: f, complex (m,).
-        at: ω [rad/s].
+        omega: ω [rad/s].
     """
-    A, B = problem.K - at**2 * problem.M, loss_factor * problem.K
+    A, B = problem.K - omega**2 * problem.M, loss_factor * problem.K
     factor = factorise(sparse.csr_matrix(sparse.bmat([[A, -B], [-B, -A]])))
     answer = factor.solve(np.concatenate([np.real(load), -np.imag(load)]))
     factor.free()

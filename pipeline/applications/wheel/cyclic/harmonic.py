@@ -31,8 +31,8 @@ def harmonic_modes(sector: Sector, harmonic: int, count: int) -> CyclicHarmonic:
     """
     symmetry = sector.symmetry
     if harmonic not in symmetry.harmonics():
-        most = symmetry.sectors // 2
-        raise InputError(f"cyclic.harmonic: {harmonic} given, {symmetry.sectors} sectors have 0 to {most}")
+        highest = symmetry.sectors // 2
+        raise InputError(f"cyclic.harmonic: {harmonic} given, {symmetry.sectors} sectors have 0 to {highest}")
     phase = phase_of(harmonic * symmetry.angle)
     K, M = (
         sparse.csr_matrix(at_phase(sector.own, sector.next, matrix, phase))
@@ -56,8 +56,8 @@ def harmonic_modes(sector: Sector, harmonic: int, count: int) -> CyclicHarmonic:
 
 def tuned_frequencies(modes: Sequence[CyclicHarmonic]) -> np.ndarray:
     """Return the wheel's lowest frequencies [rad/s], pairs twice, up to the least of the harmonics' highest, (f,)."""
-    complete = min(one.angular_frequencies[-1] for one in modes)
-    every = np.sort(np.concatenate([np.repeat(one.angular_frequencies, one.multiplicity) for one in modes]))
+    complete = min(h.angular_frequencies[-1] for h in modes)
+    every = np.sort(np.concatenate([np.repeat(h.angular_frequencies, h.multiplicity) for h in modes]))
     return every[every <= complete]
 
 
@@ -68,19 +68,19 @@ def phase_of(theta: float) -> complex | float:
     return np.exp(1j * theta)
 
 
-def at_phase(own: sparse.csr_matrix, following: sparse.csr_matrix, matrix: Any, phase: complex | float) -> Any:
+def at_phase(C0: sparse.csr_matrix, following: sparse.csr_matrix, matrix: Any, phase: complex | float) -> Any:
     """Return a matrix of a sector, dense or sparse, over u_j = C₀ v_j + C₁ v_{j+1}, on v_j, Hermitian, (m, m)."""
-    diagonal = own.T @ matrix @ own + following.T @ matrix @ following
-    across = phase * (own.T @ matrix @ following)
-    whole = diagonal + across + across.conj().T
-    return 0.5 * (whole + whole.conj().T)
+    diagonal = C0.T @ matrix @ C0 + following.T @ matrix @ following
+    across = phase * (C0.T @ matrix @ following)
+    A = diagonal + across + across.conj().T
+    return 0.5 * (A + A.conj().T)
 
 
 def rigid_motions(sector: Sector, harmonic: int) -> np.ndarray:
     """Return the sector's rigid motions that fulfil the condition of a harmonic, on its own dofs, (m, r)."""
     rigid, phase = sector.model.rigid_modes, phase_of(harmonic * sector.symmetry.angle)
-    own = sector.own.T @ rigid
+    motions = sector.own.T @ rigid
     if not rigid.shape[1]:
-        return own
-    missing = (rigid - phase * (sector.next @ own))[sector.high_dofs]
-    return own @ null_motions(missing, FITS * np.abs(rigid).max()).conj().T
+        return motions
+    missing = (rigid - phase * (sector.next @ motions))[sector.high_dofs]
+    return motions @ null_motions(missing, FITS * np.abs(rigid).max()).conj().T

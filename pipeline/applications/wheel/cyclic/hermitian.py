@@ -43,14 +43,14 @@ class HermitianFactor:
 
     def __init__(self, matrix: sparse.csr_matrix, definite: bool = False) -> None:
         self.real = not np.iscomplexobj(matrix)
-        whole = matrix
+        real_form = matrix
         if not self.real:
             A, B = (
-                sparse.csr_matrix((part, matrix.indices, matrix.indptr), shape=matrix.shape)
-                for part in (np.real(matrix.data), np.imag(matrix.data))
+                sparse.csr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+                for data in (np.real(matrix.data), np.imag(matrix.data))
             )
-            whole = sparse.bmat([[A, -B], [B, A]])
-        self.factor = factorise(sparse.csr_matrix(whole), definite=definite)
+            real_form = sparse.bmat([[A, -B], [B, A]])
+        self.factor = factorise(sparse.csr_matrix(real_form), definite=definite)
 
     def solve(self, loads: np.ndarray) -> np.ndarray:
         """Return A⁻¹ loads, (m,) or (m, k)."""
@@ -83,27 +83,29 @@ def lowest_pairs(problem: Problem, count: int) -> Pairs:
         StageError: there are fewer, one was missed, or one is not exact enough.
     """
     size = problem.K.shape[0]
-    most = size - problem.rigid.shape[1]
-    if count > most:
-        raise StageError(f"modes: {count} requested, there are {most} elastic ones; refine the mesh or request fewer")
-    extracted = min(count + SPARE, most)
+    elastic_count = size - problem.rigid.shape[1]
+    if count > elastic_count:
+        raise StageError(
+            f"modes: {count} requested, there are {elastic_count} elastic ones; refine the mesh or request fewer"
+        )
+    extracted = min(count + SPARE, elastic_count)
     vectors = _dense(problem, extracted) if size <= max(DENSE, 2 * extracted) else _lanczos(problem, extracted)
     values, vectors, residuals, orthogonality = _verified(problem, vectors, extracted)
     # Below the first gap after the last wanted one.
-    shift, expected = count_shift(values, count, complete=extracted == most)
+    shift, expected = count_shift(values, count, complete=extracted == elastic_count)
     factor = HermitianFactor(sparse.csr_matrix(problem.K - shift * problem.M))
-    found = factor.negative_pivots() - problem.rigid.shape[1]
+    counted = factor.negative_pivots() - problem.rigid.shape[1]
     factor.free()
-    if found != expected:
-        raise StageError(f"modes: the inertia count finds {found} elastic modes, {expected} were extracted")
-    quality = {"orthogonality": orthogonality, "shift": shift, "found": found, "expected": expected}
+    if counted != expected:
+        raise StageError(f"modes: the inertia count finds {counted} elastic modes, {expected} were extracted")
+    quality = {"orthogonality": orthogonality, "shift": shift, "found": counted, "expected": expected}
     return Pairs(values[:count], vectors[:, :count], residuals[:count], quality)
 
 
 def _dense(problem: Problem, count: int) -> np.ndarray:
     rigid = problem.rigid.shape[1]
-    last = rigid + count - 1
-    values, vectors = linalg.eigh(problem.K.toarray(), problem.M.toarray(), subset_by_index=(0, last))
+    stop = rigid + count - 1
+    values, vectors = linalg.eigh(problem.K.toarray(), problem.M.toarray(), subset_by_index=(0, stop))
     refuse_stiff_rigid(values, rigid, "in the whole problem")
     return vectors[:, rigid:]
 

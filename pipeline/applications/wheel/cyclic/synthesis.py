@@ -92,11 +92,11 @@ class _Tuned:
     """Number of coordinates."""
 
 
-def sector_parts(sector: Sector, fixed_count: int, where: str = "cyclic") -> SectorParts:
+def sector_parts(sector: Sector, fixed_count: int, key: str = "cyclic") -> SectorParts:
     """Reduce the tuned sector by constraint modes of its faces and fixed-interface modes.
 
     Args:
-        where: Key of the wheel in the scene, for messages.
+        key: Key of the wheel in the scene, for messages.
 
     Raises:
         InputError: a face has too many dofs, or the sector has fewer interior dofs than modes.
@@ -105,93 +105,100 @@ def sector_parts(sector: Sector, fixed_count: int, where: str = "cyclic") -> Sec
     start = process_time()
     model, k = sector.model, len(sector.face)
     if k > LARGEST_FACE:
-        raise InputError(f"{where}: a face has {k} dofs, at most {LARGEST_FACE}; coarsen the mesh")
+        raise InputError(f"{key}: a face has {k} dofs, at most {LARGEST_FACE}; coarsen the mesh")
     boundary = np.concatenate([sector.face_dofs, sector.high_dofs])
-    inside = np.setdiff1d(model.free, boundary)
-    if fixed_count > len(inside):
-        raise InputError(f"{where}.fixed_count: {fixed_count} given, a sector has {len(inside)} dofs inside its faces")
-    part = condensed(model, inside, boundary, fixed_count, 0)
+    interior = np.setdiff1d(model.free, boundary)
+    if fixed_count > len(interior):
+        raise InputError(f"{key}.fixed_count: {fixed_count} given, a sector has {len(interior)} dofs inside its faces")
+    condensation = condensed(model, interior, boundary, fixed_count, 0)
     basis = np.zeros((len(model.held), 2 * k + fixed_count))
     basis[boundary, np.arange(2 * k)] = 1.0
-    basis[np.ix_(part.dofs, part.touching)] = part.Psi
-    basis[part.dofs, 2 * k :] = part.fixed.Phi
+    basis[np.ix_(condensation.dofs, condensation.touching)] = condensation.Psi
+    basis[condensation.dofs, 2 * k :] = condensation.fixed.Phi
     # The high face moves as the next sector's low one, turned.
     basis[:, k : 2 * k] = basis[:, k : 2 * k] @ sector.next[sector.high_dofs][:, sector.face].toarray()
     K, M = (basis.T @ (matrix @ basis) for matrix in (model.K, model.M))
-    one = sparse.eye(2 * k + fixed_count, format="csr")
-    own, following = one[:, np.r_[:k, 2 * k : one.shape[1]]], one[:, k : 2 * k] @ sparse.eye(k, k + fixed_count)
+    identity = sparse.eye(2 * k + fixed_count, format="csr")
+    C0, following = (
+        identity[:, np.r_[:k, 2 * k : identity.shape[1]]],
+        identity[:, k : 2 * k] @ sparse.eye(k, k + fixed_count),
+    )
     K, M = 0.5 * (K + K.T), 0.5 * (M + M.T)
     seconds = process_time() - start
-    return SectorParts(sector, basis, own, sparse.csr_matrix(following), K=K, M=M, cpu_seconds=seconds)
+    return SectorParts(sector, basis, C0, sparse.csr_matrix(following), K=K, M=M, cpu_seconds=seconds)
 
 
 def synthesise(
-    parts: SectorParts, choice: InterfaceChoice, count: int, mistuning: Mistuning | None, where: str = "cyclic"
+    reduced_sector: SectorParts, choice: InterfaceChoice, count: int, mistuning: Mistuning | None, key: str = "cyclic"
 ) -> Synthesis:
     """Reduce the wheel's faces and return its lowest elastic modes.
 
     Args:
-        where: Key of the wheel in the scene, for messages.
+        key: Key of the wheel in the scene, for messages.
 
     Raises:
         InputError: more interface modes or frequencies are requested than there are, or too many coordinates.
         StageError: rigid and elastic interface modes cannot be separated.
     """
     start = process_time()
-    sectors, k = parts.sector.symmetry.sectors, len(parts.sector.face)
-    kept = int(choice.kept.sum())
-    blade, delta = np.zeros_like(parts.K), np.zeros(sectors)
+    sectors, k = reduced_sector.sector.symmetry.sectors, len(reduced_sector.sector.face)
+    kept_count = int(choice.kept.sum())
+    blade, delta = np.zeros_like(reduced_sector.K), np.zeros(sectors)
     if mistuning is not None:
-        blade, delta = parts.basis.T @ (mistuning.part @ parts.basis), changes(mistuning, sectors)
-    if kept == k:
-        values, motion, size = _assembled(parts, count, blade, delta, where)
-        return Synthesis(np.sqrt(values), motion, size, kept, 0, process_time() - start)
-    most = k - kept
-    if choice.interface_count is not None and choice.interface_count > most:
+        blade, delta = reduced_sector.basis.T @ (mistuning.part @ reduced_sector.basis), changes(mistuning, sectors)
+    if kept_count == k:
+        values, motion, size = _assembled(reduced_sector, count, blade, delta, key)
+        return Synthesis(np.sqrt(values), motion, size, kept_count, 0, process_time() - start)
+    interface_limit = k - kept_count
+    if choice.interface_count is not None and choice.interface_count > interface_limit:
         raise InputError(
-            f"{where}.interface_count: {choice.interface_count} given, a face has {most} dofs beside those kept"
+            f"{key}.interface_count: {choice.interface_count} given, a face has {interface_limit} dofs beside"
+            " those kept"
         )
-    tuned = {n: _tuned(parts, choice, n) for n in parts.sector.symmetry.harmonics()}
-    size = sum(one.size for one in tuned.values())
+    tuned = {n: _tuned(reduced_sector, choice, n) for n in reduced_sector.sector.symmetry.harmonics()}
+    size = sum(t.size for t in tuned.values())
     if size > LARGEST_SIZE:
         raise InputError(
-            f"{where}: {size} coordinates, at most {LARGEST_SIZE}; keep fewer of a face's {k} dofs or use fewer"
+            f"{key}: {size} coordinates, at most {LARGEST_SIZE}; keep fewer of a face's {k} dofs or use fewer"
             " interface modes"
         )
-    if count > (most := sum(len(one.values) for one in tuned.values())):
-        raise InputError(f"{where}.count: {count} given, the reduced wheel has {most} elastic coordinates")
-    values, motion = _coupled(parts, tuned, count, blade, delta)
-    interface_modes = size - sectors * (kept + parts.own.shape[1] - k)
-    return Synthesis(np.sqrt(values), motion, size, kept, interface_modes, process_time() - start)
+    if count > (elastic_count := sum(len(t.values) for t in tuned.values())):
+        raise InputError(f"{key}.count: {count} given, the reduced wheel has {elastic_count} elastic coordinates")
+    values, motion = _coupled(reduced_sector, tuned, count, blade, delta)
+    interface_modes = size - sectors * (kept_count + reduced_sector.own.shape[1] - k)
+    return Synthesis(np.sqrt(values), motion, size, kept_count, interface_modes, process_time() - start)
 
 
 def _assembled(
-    parts: SectorParts, count: int, blade: np.ndarray, delta: np.ndarray, where: str
+    reduced_sector: SectorParts, count: int, blade: np.ndarray, delta: np.ndarray, key: str
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Return eigenvalues, motion and size of the wheel assembled with every dof of its faces."""
-    sectors, k = len(delta), len(parts.sector.face)
-    tie = tied(parts.own, parts.next, sectors)
-    K, M = wheel_matrices(tie, parts.K, parts.M, blade, delta)
-    size, rigid = tie.shape[1], wheel_rigid(parts.sector)
-    faces = rigid.reshape(sectors, parts.sector.own.shape[1], rigid.shape[1])[:, parts.sector.face]
-    rigid = np.pad(faces, ((0, 0), (0, parts.own.shape[1] - k), (0, 0))).reshape(size, rigid.shape[1])
+    sectors, k = len(delta), len(reduced_sector.sector.face)
+    tie = tied(reduced_sector.own, reduced_sector.next, sectors)
+    K, M = wheel_matrices(tie, reduced_sector.K, reduced_sector.M, blade, delta)
+    size, rigid = tie.shape[1], wheel_rigid(reduced_sector.sector)
+    faces = rigid.reshape(sectors, reduced_sector.sector.own.shape[1], rigid.shape[1])[:, reduced_sector.sector.face]
+    rigid = np.pad(faces, ((0, 0), (0, reduced_sector.own.shape[1] - k), (0, 0))).reshape(size, rigid.shape[1])
     if count > size - rigid.shape[1]:
         raise InputError(
-            f"{where}.count: {count} given, the reduced wheel has {size - rigid.shape[1]} elastic coordinates"
+            f"{key}.count: {count} given, the reduced wheel has {size - rigid.shape[1]} elastic coordinates"
         )
     pairs = lowest_pairs(Problem(K, M, orthonormal(rigid, M)), count)
     return pairs.values, (tie @ pairs.vectors).reshape(sectors, -1, count), size
 
 
-def _tuned(parts: SectorParts, choice: InterfaceChoice, harmonic: int) -> _Tuned:
+def _tuned(reduced_sector: SectorParts, choice: InterfaceChoice, harmonic: int) -> _Tuned:
     """Reduce the faces of one harmonic and return its tuned modes."""
-    symmetry, k = parts.sector.symmetry, len(parts.sector.face)
+    symmetry, k = reduced_sector.sector.symmetry, len(reduced_sector.sector.face)
     twice = symmetry.multiplicity(harmonic)
     phase = phase_of(harmonic * symmetry.angle)
-    rigid = _real(rigid_motions(parts.sector, harmonic)[parts.sector.face], twice)
-    whole = (at_phase(parts.own, parts.next, matrix, phase) for matrix in (parts.K, parts.M))
+    rigid = _real(rigid_motions(reduced_sector.sector, harmonic)[reduced_sector.sector.face], twice)
+    matrices = (
+        at_phase(reduced_sector.own, reduced_sector.next, matrix, phase)
+        for matrix in (reduced_sector.K, reduced_sector.M)
+    )
     (K, K_yq, K_qq), (M, M_yq, M_qq) = (
-        [_real(block, twice) for block in (A[:k, :k], A[:k, k:], A[k:, k:])] for A in whole
+        [_real(block, twice) for block in (A[:k, :k], A[:k, k:], A[k:, k:])] for A in matrices
     )
     every = None if choice.interface_count is None else twice * choice.interface_count
     W = interface_basis(K, M, np.tile(choice.kept, twice), rigid, every)
@@ -200,7 +207,7 @@ def _tuned(parts: SectorParts, choice: InterfaceChoice, harmonic: int) -> _Tuned
     y, q = W @ vectors[: W.shape[1]], vectors[W.shape[1] :]
     if twice == 2:
         y, q = (half[: len(half) // 2] + 1j * half[len(half) // 2 :] for half in (y, q))
-    return _Tuned(values, (parts.own + phase * parts.next) @ np.concatenate([y, q]), len(M))
+    return _Tuned(values, (reduced_sector.own + phase * reduced_sector.next) @ np.concatenate([y, q]), len(M))
 
 
 def _real(matrix: np.ndarray, twice: int) -> np.ndarray:
@@ -210,14 +217,14 @@ def _real(matrix: np.ndarray, twice: int) -> np.ndarray:
 
 
 def _coupled(
-    parts: SectorParts, tuned: Mapping[int, _Tuned], count: int, blade: np.ndarray, delta: np.ndarray
+    reduced_sector: SectorParts, tuned: Mapping[int, _Tuned], count: int, blade: np.ndarray, delta: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return eigenvalues (count,) and motion (N, 2k + f, count) of tuned modes coupled by the changes of the blades."""
-    sectors, symmetry = len(delta), parts.sector.symmetry
-    X = np.concatenate([one.X for one in tuned.values()], axis=1)
-    of = np.repeat(list(tuned), [one.X.shape[1] for one in tuned.values()])
+    sectors, symmetry = len(delta), reduced_sector.sector.symmetry
+    X = np.concatenate([t.X for t in tuned.values()], axis=1)
+    of = np.repeat(list(tuned), [t.X.shape[1] for t in tuned.values()])
     weight = np.sqrt([symmetry.multiplicity(n) / sectors for n in of])
-    tuned_values = np.concatenate([one.values for one in tuned.values()])
+    tuned_values = np.concatenate([t.values for t in tuned.values()])
     H = np.diag(tuned_values)
     if delta.any():
         turns = np.exp(2j * np.pi / sectors * np.outer(np.arange(sectors), np.arange(sectors)))
@@ -230,8 +237,8 @@ def _coupled(
         values, V = tuned_values[order], np.eye(len(tuned_values))[:, order]
     motion = np.zeros((sectors, X.shape[0], count))
     for n in tuned:
-        at = of == n
-        shape = X[:, at] @ (weight[at, None] * V[at])
+        columns = of == n
+        shape = X[:, columns] @ (weight[columns, None] * V[columns])
         turns = np.exp(1j * n * symmetry.angle * np.arange(sectors))
         motion += np.real(turns[:, None, None] * shape)
     return values, motion

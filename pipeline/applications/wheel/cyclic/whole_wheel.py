@@ -44,19 +44,19 @@ def part_stiffness(model: FEModel, material: Material, cells: np.ndarray) -> spa
 def wheel_problem(sector: Sector, mistuning: Mistuning | None = None) -> Problem:
     """Return the eigenproblem of the wheel, sector after sector, (N m); errors as of `changes`."""
     sectors, model = sector.symmetry.sectors, sector.model
-    part, delta = sparse.csr_matrix(model.K.shape), np.zeros(sectors)
+    K_blade, delta = sparse.csr_matrix(model.K.shape), np.zeros(sectors)
     if mistuning is not None:
-        part, delta = mistuning.part, changes(mistuning, sectors)
-    K, M = wheel_matrices(tied(sector.own, sector.next, sectors), model.K, model.M, part, delta)
+        K_blade, delta = mistuning.part, changes(mistuning, sectors)
+    K, M = wheel_matrices(tied(sector.own, sector.next, sectors), model.K, model.M, K_blade, delta)
     return Problem(K, M, orthonormal(wheel_rigid(sector), M))
 
 
 def wheel_matrices(
-    tie: sparse.csr_matrix, K: Any, M: Any, part: Any, delta: np.ndarray
+    tie: sparse.csr_matrix, K: Any, M: Any, K_blade: Any, delta: np.ndarray
 ) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
     """Return Tᵀ (I ⊗ K + diag(δ) ⊗ K_part) T and Tᵀ (I ⊗ M) T, (N m, N m), of dense or sparse K, M, K_part."""
-    one = sparse.eye(len(delta))
-    free = (sparse.kron(one, K) + sparse.kron(sparse.diags(delta), part), sparse.kron(one, M))
+    identity = sparse.eye(len(delta))
+    free = (sparse.kron(identity, K) + sparse.kron(sparse.diags(delta), K_blade), sparse.kron(identity, M))
     K_wheel, M_wheel = (sparse.csr_matrix(tie.T @ sparse.csr_matrix(A) @ tie) for A in free)
     return sparse.csr_matrix(0.5 * (K_wheel + K_wheel.T)), sparse.csr_matrix(0.5 * (M_wheel + M_wheel.T))
 
@@ -81,10 +81,10 @@ def wheel_motion(sector: Sector, rows: np.ndarray) -> sparse.csr_matrix:
     return sparse.csr_matrix(blocks @ tied(sector.own, sector.next, sector.symmetry.sectors))
 
 
-def tied(own: sparse.csr_matrix, following: sparse.csr_matrix, sectors: int) -> sparse.csr_matrix:
+def tied(C0: sparse.csr_matrix, following: sparse.csr_matrix, sectors: int) -> sparse.csr_matrix:
     """Return T = I ⊗ C₀ + P ⊗ C₁, which couples the sectors, (N dofs, N m)."""
     shift = np.roll(np.eye(sectors), 1, axis=1)
-    return sparse.csr_matrix(sparse.kron(sparse.eye(sectors), own) + sparse.kron(shift, following))
+    return sparse.csr_matrix(sparse.kron(sparse.eye(sectors), C0) + sparse.kron(shift, following))
 
 
 def wheel_rigid(sector: Sector) -> np.ndarray:
@@ -93,6 +93,6 @@ def wheel_rigid(sector: Sector) -> np.ndarray:
     columns = [np.empty((symmetry.sectors * sector.own.shape[1], 0))]
     for harmonic in symmetry.harmonics():
         turns = np.exp(1j * harmonic * symmetry.angle * np.arange(symmetry.sectors))
-        whole = np.kron(turns[:, None], rigid_motions(sector, harmonic))
-        columns += [whole.real] if symmetry.multiplicity(harmonic) == 1 else [whole.real, whole.imag]
+        motions = np.kron(turns[:, None], rigid_motions(sector, harmonic))
+        columns += [motions.real] if symmetry.multiplicity(harmonic) == 1 else [motions.real, motions.imag]
     return np.column_stack(columns)

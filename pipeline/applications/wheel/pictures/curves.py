@@ -31,13 +31,13 @@ def harmonic_of(engine_order: int, sectors: int) -> int:
 
 
 def _diameters(scene: str, wheel: WheelRecord, cyclic: CyclicRecord) -> Figure:
-    harmonics = sorted(cyclic.harmonics.values(), key=lambda one: one.harmonic)
-    numbers = [one.harmonic for one in harmonics]
-    table = np.array([one.angular_frequencies for one in harmonics]) / (2 * np.pi)
+    harmonics = sorted(cyclic.harmonics.values(), key=lambda h: h.harmonic)
+    numbers = [h.harmonic for h in harmonics]
+    table = np.array([h.angular_frequencies for h in harmonics]) / (2 * np.pi)
     factor, unit = style.prefixed(float(table.max()), "Hz")
-    r, own = wheel.engine_order, harmonic_of(wheel.engine_order, cyclic.sectors)
-    missed = sum(one.quality["expected"] - one.quality["found"] for one in harmonics)
-    worst = max(float(one.residuals.max()) for one in harmonics)
+    r, excited = wheel.engine_order, harmonic_of(wheel.engine_order, cyclic.sectors)
+    missed = sum(h.quality["expected"] - h.quality["found"] for h in harmonics)
+    worst = max(float(h.residuals.max()) for h in harmonics)
     figure = style.new_figure(
         "Frequencies over nodal diameters",
         f"{scene}  ·  {cyclic.sectors} sectors, {table.shape[1]} modes of each harmonic  ·  residuals up to"
@@ -46,10 +46,10 @@ def _diameters(scene: str, wheel: WheelRecord, cyclic: CyclicRecord) -> Figure:
     axes = figure.add_axes((0.09, 0.1, 0.87, 0.73))
     band = wheel.excitation[[0, -1]] / (2 * np.pi) * factor
     axes.axhspan(*band, color=style.ORANGE, alpha=0.16, lw=0, zorder=0)
-    axes.axvline(own, color=style.ORANGE, lw=1.2, zorder=1)
+    axes.axvline(excited, color=style.ORANGE, lw=1.2, zorder=1)
     for family in table.T:
         axes.plot(numbers, family * factor, "-", color=style.GREY, lw=1.0, alpha=0.6, zorder=2)
-    pair = np.array([one.multiplicity == 2 for one in harmonics])
+    pair = np.array([h.multiplicity == 2 for h in harmonics])
     for which, colour, label in ((pair, style.BLUE, "pair of modes"), (~pair, style.GREEN, "single mode")):
         x = np.repeat(np.array(numbers)[which], table.shape[1])
         axes.plot(x, table[which].ravel() * factor, "o", ms=4.5, color=colour, label=label, zorder=3)
@@ -65,7 +65,7 @@ def _diameters(scene: str, wheel: WheelRecord, cyclic: CyclicRecord) -> Figure:
 
 
 def _blades(scene: str, wheel: WheelRecord) -> Figure:
-    tuned, mistuned = (np.hypot(*np.moveaxis(one, -1, 0)) for one in (wheel.tuned, wheel.mistuned))
+    tuned, mistuned = (np.hypot(*np.moveaxis(v, -1, 0)) for v in (wheel.tuned, wheel.mistuned))
     sectors, size = tuned.shape[1], wheel.counts["coordinates"]
     factor, unit = style.prefixed(float(mistuned.max()), "m/N")
     hertz = wheel.excitation / (2 * np.pi)

@@ -25,42 +25,43 @@ LEFT, WIDTH, GAP = 0.25, 0.163, 0.022
 """Left border, width and distance of the panels, in the figure."""
 
 
-def draw(found: Comparison, path: Path) -> None:
+def draw(comparison: Comparison, path: Path) -> None:
     """Draw the choices as a PNG file, with the full wheel as a line at its coordinates and CPU time."""
-    full, *rows = found.rows
-    colours = [_colour(row.kept, found.sector["face_dofs"]) for row in rows]
+    full, *rows = comparison.rows
+    difference = comparison.harmonics_against_full
+    colours = [_colour(row.kept, comparison.sector["face_dofs"]) for row in rows]
     with styled():
         figure = new_figure(
-            f"{found.scene}: choices of kept interface",
-            f"{found.wheel.sectors} mistuned sectors; lowest {found.wheel.count} frequencies; engine order"
-            f" {found.wheel.response.engine_order}; tuned harmonics = full wheel to {found.harmonics_against_full:.0e}",
+            f"{comparison.scene}: choices of kept interface",
+            f"{comparison.wheel.sectors} mistuned sectors; lowest {comparison.wheel.count} frequencies; engine order"
+            f" {comparison.wheel.response.engine_order}; tuned harmonics = full wheel to {difference:.0e}",
         )
-        for number, (value, label, written) in enumerate(PANELS):
-            axes = figure.add_axes((LEFT + (WIDTH + GAP) * number, 0.13, WIDTH, 0.73))
-            whole = value(full) or None
-            _panel(axes, [max(abs(value(row)), LEAST) for row in rows], whole, colours, written)
+        for n, (value, label, written) in enumerate(PANELS):
+            axes = figure.add_axes((LEFT + (WIDTH + GAP) * n, 0.13, WIDTH, 0.73))
+            full_value = value(full) or None
+            _panel(axes, [max(abs(value(row)), LEAST) for row in rows], full_value, colours, written)
             axes.set_xlabel(label, fontsize=8.5)
-            if number == 0:
+            if n == 0:
                 axes.set_yticks(range(len(rows)), [row.name for row in rows], fontsize=8.5)
         note = f"grey: the full wheel, {full.coordinates:,} dofs, {full.cpu:.1f} s; magnification"
         figure.text(0.035, 0.03, f"{note} {full.magnification:.4f}", fontsize=8.5, color=FAINT)
         save(figure, path)
 
 
-def _panel(axes: Axes, values: list[float], whole: float | None, colours: list[str], written: str) -> None:
-    places = np.arange(len(values))
+def _panel(axes: Axes, values: list[float], full_value: float | None, colours: list[str], written: str) -> None:
+    ordinates = np.arange(len(values))
     axes.set_xscale("log")
-    axes.hlines(places, min(values) / 4, values, color=colours, lw=1.0, alpha=0.35)
-    axes.scatter(values, places, s=26, c=colours, zorder=3)
-    for place, value in zip(places, values, strict=True):
+    axes.hlines(ordinates, min(values) / 4, values, color=colours, lw=1.0, alpha=0.35)
+    axes.scatter(values, ordinates, s=26, c=colours, zorder=3)
+    for ordinate, value in zip(ordinates, values, strict=True):
         axes.annotate(
-            written.format(value), (value, place), textcoords="offset points", xytext=(0, 6), ha="center", fontsize=7,
-            color=INK,
+            written.format(value), (value, ordinate), textcoords="offset points", xytext=(0, 6), ha="center",
+            fontsize=7, color=INK,
         )  # fmt: skip
     axes.set_ylim(len(values) - 0.5, -0.7)
-    if whole is not None:
-        axes.axvline(whole, color=GREY, lw=1.6, zorder=1)
-    shown = np.log10(values if whole is None else [*values, whole])
+    if full_value is not None:
+        axes.axvline(full_value, color=GREY, lw=1.6, zorder=1)
+    shown = np.log10(values if full_value is None else [*values, full_value])
     low, high = shown.min(), shown.max()
     room = 0.25 + 0.12 * (high - low)
     axes.set_xlim(10 ** (low - room), 10 ** (high + room))
@@ -68,10 +69,10 @@ def _panel(axes: Axes, values: list[float], whole: float | None, colours: list[s
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if low > 0 else (1.0, 3.0)))
         axes.xaxis.set_major_formatter(FormatStrFormatter("%g" if low > 0 else "%.0e"))
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_yticks(places, [""] * len(values))
+    axes.set_yticks(ordinates, [""] * len(values))
     axes.tick_params(axis="y", length=0)
 
 
-def _colour(kept: int, faces: int) -> str:
+def _colour(count: int, faces: int) -> str:
     """Return the colour of all interface dofs kept, none kept, or some."""
-    return GREEN if kept == faces else BLUE if kept == 0 else ORANGE
+    return GREEN if count == faces else BLUE if count == 0 else ORANGE

@@ -30,42 +30,42 @@ def draw_wheel(drawing: Drawing) -> None:
     mesh: MeshRecord = drawing.store.get(cyclic.mesh_key, "mesh")
     harmonic = cyclic.harmonics[str(harmonic_of(wheel.engine_order, cyclic.sectors))]
     peak = wheel.excitation[np.hypot(wheel.tuned[:, 0, 0], wheel.tuned[:, 0, 1]).argmax()]
-    number = int(np.abs(harmonic.angular_frequencies - peak).argmin())
-    style.draw(drawing.file("wheel.png"), lambda: _picture(drawing.scene_name, mesh, cyclic, harmonic, number))
+    mode = int(np.abs(harmonic.angular_frequencies - peak).argmin())
+    style.draw(drawing.file("wheel.png"), lambda: _picture(drawing.scene_name, mesh, cyclic, harmonic, mode))
 
 
 def whole_wheel(
-    mesh: MeshRecord, cyclic: CyclicRecord, harmonic: CyclicHarmonic, number: int
+    mesh: MeshRecord, cyclic: CyclicRecord, harmonic: CyclicHarmonic, mode: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return nodes [m] (n, 3), cells (e, 10) and one mode [kg^-½] (n, 3) of all sectors, common nodes merged."""
     axis, origin = tuple(cyclic.axis.tolist()), cyclic.origin
     symmetry = CyclicSymmetry(sectors=cyclic.sectors, axis=axis)
-    shape = harmonic.real[:, :, number].astype(complex)
+    shape = harmonic.real[:, :, mode].astype(complex)
     if harmonic.imaginary is not None:
-        shape += 1j * harmonic.imaginary[:, :, number]
+        shape += 1j * harmonic.imaginary[:, :, mode]
     nodes, fields, R = [], [], np.eye(3)
     for sector in range(cyclic.sectors):
         nodes.append((mesh.nodes - origin) @ R.T + origin)
         fields.append(np.real(np.exp(1j * harmonic.harmonic * sector * symmetry.angle) * shape) @ R.T)
         R = symmetry.rotation @ R
-    places = np.concatenate(nodes)
-    cell = np.round(places / (MERGE * np.ptp(places, axis=0).max())).astype(np.int64)
-    _, first, now = np.unique(cell, axis=0, return_index=True, return_inverse=True)
+    positions = np.concatenate(nodes)
+    cell = np.round(positions / (MERGE * np.ptp(positions, axis=0).max())).astype(np.int64)
+    _, representative, merged = np.unique(cell, axis=0, return_index=True, return_inverse=True)
     offsets = len(mesh.nodes) * np.arange(cyclic.sectors)
-    cells = now.ravel()[(mesh.cells + offsets[:, None, None]).reshape(-1, mesh.cells.shape[1])]
-    return places[first], cells, np.concatenate(fields)[first]
+    cells = merged.ravel()[(mesh.cells + offsets[:, None, None]).reshape(-1, mesh.cells.shape[1])]
+    return positions[representative], cells, np.concatenate(fields)[representative]
 
 
-def _picture(scene: str, mesh: MeshRecord, cyclic: CyclicRecord, harmonic: CyclicHarmonic, number: int) -> Figure:
-    nodes, cells, field = whole_wheel(mesh, cyclic, harmonic, number)
+def _picture(scene: str, mesh: MeshRecord, cyclic: CyclicRecord, harmonic: CyclicHarmonic, mode: int) -> Figure:
+    nodes, cells, field = whole_wheel(mesh, cyclic, harmonic, mode)
     size, largest = float(np.ptp(nodes, axis=0).max()), float(np.linalg.norm(field, axis=1).max())
     axial = field @ cyclic.axis / largest
     image = _render(nodes, cells, field * (SHOWN * size / largest), axial, cyclic.axis)
-    hertz = float(harmonic.angular_frequencies[number]) / (2 * np.pi)
+    hertz = float(harmonic.angular_frequencies[mode]) / (2 * np.pi)
     n = harmonic.harmonic
     figure = style.new_figure(
         f"{n} nodal diameter{'s' if n != 1 else ''}, {style.quantity(hertz, 'Hz')}",
-        f"{scene}  ·  tuned wheel of {cyclic.sectors} sectors, mode {number + 1} of harmonic {n}"
+        f"{scene}  ·  tuned wheel of {cyclic.sectors} sectors, mode {mode + 1} of harmonic {n}"
         f"  ·  {len(nodes):,} nodes, of which {len(mesh.nodes):,} were computed",
     )
     style.show_image(figure, image, (0.02, 0.06))
