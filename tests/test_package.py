@@ -103,10 +103,12 @@ def test_examples_are_listed_and_copied(
     for words in (["example", "list"], ["example"]):
         assert main(words) == 0
         listed = {line.split()[0] for line in capsys.readouterr().out.splitlines()}
-        assert listed == {one.parent.name for one in ROOT.glob("data/*/scene.toml")}
-    assert main(["example", "copy", "rod-wall"]) == 0
-    copied = {path.name: path.read_bytes() for path in (tmp_path / "rod-wall").iterdir()}
-    assert copied == {path.name: path.read_bytes() for path in (ROOT / "data/rod-wall").iterdir() if path.is_file()}
+        assert listed == {scene.parent.name for scene in ROOT.glob("data/*/*.toml")}
+    for name in ("rod-wall", "base-sensor"):  # The second has no scene.toml.
+        assert main(["example", "copy", name]) == 0
+        copied = {path.name: path.read_bytes() for path in (tmp_path / name).iterdir()}
+        files = [path for path in (ROOT / "data" / name).iterdir() if path.is_file() and path.suffix != ".py"]
+        assert copied == {path.name: path.read_bytes() for path in files}
     assert main(["status", "rod-wall"]) == 0
 
 

@@ -57,9 +57,9 @@ def _main(arguments: Sequence[str] | None) -> int:
         discard(sys.stdout)
         return 1
     except KeyboardInterrupt:
-        where = f" in stage {Console.last_stage}" if Console.last_stage else ""
+        stage = f" in stage {Console.last_stage}" if Console.last_stage else ""
         code = 1
-        text = f"interrupted{where}; finished stages are in the database: run the same command again to continue"
+        text = f"interrupted{stage}; finished stages are in the database: run the same command again to continue"
     except OSError as error:
         # Files of a scene have messages of their own: what is left is standard output.
         discard(sys.stdout)
@@ -92,5 +92,5 @@ def _outcome(arguments: Sequence[str] | None) -> tuple[int, str]:
     except (PipelineError, SolverError, ModalDBError) as error:
         return 1, str(error)
     except MemoryError as error:
-        where = f"in stage {Console.last_stage}" if Console.last_stage else "for this command"
-        return 1, f"not enough memory {where}" + (f": {error}" if str(error) else "")
+        reason = f"in stage {Console.last_stage}" if Console.last_stage else "for this command"
+        return 1, f"not enough memory {reason}" + (f": {error}" if str(error) else "")

@@ -130,8 +130,8 @@ def plan_command(options: argparse.Namespace) -> int:
         steps = f", steps {rows['stepping']}" if rows.get("stepping") else ""
         others = "".join(f"; {name} with {size}" for name, size in rows.get("by_size", {}).items())
         print(f"\nintegrator {rows['integrator']}{steps}{others}")
-    known, missing = rows["bytes"], "the number of bytes is available after `gudgeon modes`"
-    print(f"\n{missing if known is None else f'the solver reads {known:,} bytes'}")
+    size_read, missing = rows["bytes"], "the number of bytes is available after `gudgeon modes`"
+    print(f"\n{missing if size_read is None else f'the solver reads {size_read:,} bytes'}")
     return 0
 
 
@@ -209,8 +209,8 @@ def doctor_command(options: argparse.Namespace) -> int:
 
     from gudgeon.pipeline.cli.doctor import examine, render_report
 
-    place = options.db or os.environ.get("GUDGEON_DB") or ".gudgeon"
-    findings = examine(None if "://" in place else Path(place))
+    location = options.db or os.environ.get("GUDGEON_DB") or ".gudgeon"
+    findings = examine(None if "://" in location else Path(location))
     print(json.dumps([asdict(f) for f in findings], indent=1) if options.json else render_report(findings))
     return 0 if all(finding.state == "ok" for finding in findings) else 1
 

@@ -30,22 +30,22 @@ class Console:
         stage, _, detail = stage.partition(" (")
         said = [detail.removesuffix(")")] if detail else []
         type(self).last_stage = stage if share < 1.0 else ""
-        now = time.monotonic()
+        clock = time.monotonic()
         if stage != self._shown or share < self._last:
-            self._started = now
+            self._started = clock
         # What comes before the first share, such as compiling, says nothing about the rest.
         if stage != self._shown or share < self._last or self._last == 0.0:
-            self._begin, self._first = now, share
+            self._begin, self._first = clock, share
             fresh, self._shown = stage != self._shown, stage
             if fresh and not self._bar and not self._quiet and share < 1.0:
                 print(f"{stage} …", file=sys.stderr, flush=True)
-                self._told = now
+                self._told = clock
         self._last = share
-        done, taken = share - self._first, now - self._begin
+        done, taken = share - self._first, clock - self._begin
         if done > 0 and taken > SOON and share < 1.0:
-            said += [f"{_duration(now - self._started)} elapsed", f"{_duration(taken * (1.0 - share) / done)} left"]
-            if not self._bar and not self._quiet and now - self._told >= LINES:
-                self._told = now
+            said += [f"{_duration(clock - self._started)} elapsed", f"{_duration(taken * (1.0 - share) / done)} left"]
+            if not self._bar and not self._quiet and clock - self._told >= LINES:
+                self._told = clock
                 print(f"{stage} … {', '.join([f'{share:.0%}', *said])}", file=sys.stderr, flush=True)
         if self._bar:
             bar = f"{stage:6} [{'#' * int(24 * share):.<24}] {share:4.0%}"
@@ -55,8 +55,8 @@ class Console:
 
 def _duration(seconds: float) -> str:
     """Return a time in one or two units."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    minutes, rest = divmod(whole, 60)
-    return f"{minutes} min {rest:02d} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
+    total = round(seconds)
+    if total < 60:
+        return f"{total} s"
+    minutes, seconds_left = divmod(total, 60)
+    return f"{minutes} min {seconds_left:02d} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"

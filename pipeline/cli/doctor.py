@@ -89,12 +89,12 @@ def render_report(findings: list[Finding]) -> str:
     return "\n".join([*lines, "", f"{failed} of {total} checks failed" if failed else f"all {total} checks passed"])
 
 
-def python_finding(found: tuple[int, int] = sys.version_info[:2]) -> Finding:
+def python_finding(running: tuple[int, int] = sys.version_info[:2]) -> Finding:
     """Check the version of Python."""
-    if found >= PYTHON_NEEDED:
+    if running >= PYTHON_NEEDED:
         return Finding("python", "ok", f"{platform.python_version()}, {sys.executable}")
     needed = ".".join(map(str, PYTHON_NEEDED))
-    detail = f"{'.'.join(map(str, found))}, {needed} is needed"
+    detail = f"{'.'.join(map(str, running))}, {needed} is needed"
     return Finding("python", "broken", detail, f"make clean setup PYTHON=python{needed}")
 
 
@@ -102,13 +102,13 @@ def packages_needed(processor: str) -> dict[str, dict[str, str]]:
     """Return the version bounds in the metadata of the installed gudgeon for a processor, by group and package."""
     groups: dict[str, dict[str, str]] = {name: {} for name in ("base", *EXTRAS)}
     for line in requires("gudgeon") or []:
-        found = REQUIREMENT.match(line)
-        assert found is not None
-        asked = dict(re.findall(r"""(\w+) == ["']([^"']+)""", found["marker"]))
-        group = asked.get("extra", "base")
-        if group in groups and asked.get("platform_machine", processor) == processor:
+        match = REQUIREMENT.match(line)
+        assert match is not None
+        conditions = dict(re.findall(r"""(\w+) == ["']([^"']+)""", match["marker"]))
+        group = conditions.get("extra", "base")
+        if group in groups and conditions.get("platform_machine", processor) == processor:
             # Lower bounds first, independent of the order in the metadata.
-            groups[group][found["name"]] = ",".join(sorted(found["bounds"].strip().split(","), reverse=True))
+            groups[group][match["name"]] = ",".join(sorted(match["bounds"].strip().split(","), reverse=True))
     return groups
 
 
@@ -116,12 +116,12 @@ def package_finding(name: str, needed: str, *, group: str) -> Finding:
     """Check one distribution; `needed` are version bounds such as `>=12,<13`, `group` that of pyproject.toml."""
     install = shlex.join([sys.executable, "-m", "pip", "install", name + needed])
     try:
-        found = version(name)
+        installed = version(name)
     except PackageNotFoundError:
         return Finding(name, "missing", f"{group}: {needed} is needed", install)
-    if not _fits(found, needed):
-        return Finding(name, "broken", f"{group}: {found} found, {needed} is needed", install)
-    return Finding(name, "ok", f"{group}: {found}")
+    if not _fits(installed, needed):
+        return Finding(name, "broken", f"{group}: {installed} found, {needed} is needed", install)
+    return Finding(name, "ok", f"{group}: {installed}")
 
 
 def loading_finding(probe: str = GMSH_PROBE) -> Finding:
@@ -187,11 +187,11 @@ def slepc_finding() -> Finding:
 
 def browser_finding() -> Finding:
     """Find a browser, in which tests open the report page; nothing else needs one."""
-    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    if found is None:
+    browser = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if browser is None:
         install = "apt-get install --no-install-recommends chromium"
         return Finding("browser", "ok", f"not found; needed only by the tests of the report page: {install}")
-    return Finding("browser", "ok", f"{found}, for tests")
+    return Finding("browser", "ok", f"{browser}, for tests")
 
 
 def database_finding(database: Path) -> Finding:
@@ -223,17 +223,19 @@ def threads_finding(environment: Mapping[str, str]) -> Finding:
     return Finding("threads", "ok", detail)
 
 
-def _fits(found: str, needed: str) -> bool:
+def _fits(installed: str, needed: str) -> bool:
     """Return whether a version lies within bounds such as `>=12,<13`."""
     return all(
-        _numbers(found) >= _numbers(bound[2:]) if bound.startswith(">=") else _numbers(found) < _numbers(bound[1:])
+        _numbers(installed) >= _numbers(bound[2:])
+        if bound.startswith(">=")
+        else _numbers(installed) < _numbers(bound[1:])
         for bound in needed.split(",")
     )
 
 
 def _numbers(text: str) -> tuple[int, ...]:
     leading = re.match(r"\d+(\.\d+)*", text)
-    return tuple(int(part) for part in leading[0].split(".")) if leading else ()
+    return tuple(int(n) for n in leading[0].split(".")) if leading else ()
 
 
 def _failure(probe: str, *arguments: str, timeout: float = PROBE_TIMEOUT) -> str:
@@ -247,9 +249,9 @@ def _failure(probe: str, *arguments: str, timeout: float = PROBE_TIMEOUT) -> str
     if child.returncode == 0:
         return ""
     # A shell reports a signal of its child as 128 + its number.
-    number = -child.returncode if child.returncode < 0 else child.returncode - 128
-    if number in set(signal.Signals):
-        return f"the process was killed by {signal.Signals(number).name}"
+    code = -child.returncode if child.returncode < 0 else child.returncode - 128
+    if code in set(signal.Signals):
+        return f"the process was killed by {signal.Signals(code).name}"
     return _last_line(child.stderr) or f"exit code {child.returncode}"
 
 

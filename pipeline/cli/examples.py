@@ -12,8 +12,8 @@ SCENE = "scene.toml"
 
 
 def examples() -> dict[str, str]:
-    """Return the first sentence of each scene's file by the name of its folder."""
-    return {name: _title(folder) for name, folder in sorted(_folders().items())}
+    """Return the first sentence of each folder's first scene by the folder's name."""
+    return {name: _title(_scenes(folder)[0]) for name, folder in sorted(_folders().items())}
 
 
 def copy_example(name: str, target: Path | None) -> Path:
@@ -38,13 +38,19 @@ def copy_example(name: str, target: Path | None) -> Path:
 
 
 def _folders() -> dict[str, Traversable]:
-    return {one.name: one for one in files("gudgeon.examples").iterdir() if one.joinpath(SCENE).is_file()}
+    return {folder.name: folder for folder in files("gudgeon.examples").iterdir() if _scenes(folder)}
 
 
-def _title(folder: Traversable) -> str:
+def _scenes(folder: Traversable) -> list[Traversable]:
+    """Return the scene files of a folder, `scene.toml` and short names first."""
+    scenes = [file for file in folder.iterdir() if file.name.endswith(".toml")] if folder.is_dir() else []
+    return sorted(scenes, key=lambda file: (file.name != SCENE, len(file.name), file.name))
+
+
+def _title(scene: Traversable) -> str:
     """Return the first sentence of the comment at the top of a scene."""
     lines = []
-    for line in folder.joinpath(SCENE).read_text(encoding="utf-8").splitlines():
+    for line in scene.read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):
             break
         lines.append(line.lstrip("# "))

@@ -39,9 +39,9 @@ def interruptible() -> Iterator[Interruption]:
 
     An error of the block after such a signal becomes a KeyboardInterrupt, too.
     """
-    found = Interruption()
+    interruption = Interruption()
     if threading.current_thread() is not threading.main_thread():
-        yield found
+        yield interruption
         return
     names = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
     # A signal that is ignored stays so: `nohup` asks for that.
@@ -50,27 +50,27 @@ def interruptible() -> Iterator[Interruption]:
     repeats = hasattr(signal, "SIGALRM") and signal.SIGALRM in before
     hook, running = sys.unraisablehook, [True]
 
-    def interrupt(number: int, frame: FrameType | None) -> None:
+    def interrupt(signal_number: int, frame: FrameType | None) -> None:
         if not running:
             return
-        found.asked = True
+        interruption.asked = True
         if repeats:
             signal.setitimer(signal.ITIMER_REAL, MOMENT)
-            if _is_within(frame) or (number == signal.SIGALRM and _is_handled()):
+            if _is_within(frame) or (signal_number == signal.SIGALRM and _is_handled()):
                 return
         raise KeyboardInterrupt
 
-    def dropped(what: Any) -> None:
-        if what.exc_type is not KeyboardInterrupt or not repeats:
-            hook(what)
+    def dropped(unraisable: Any) -> None:
+        if unraisable.exc_type is not KeyboardInterrupt or not repeats:
+            hook(unraisable)
 
     for name in before:
         signal.signal(name, interrupt)
     sys.unraisablehook = dropped
     try:
-        yield found
+        yield interruption
     except Exception:
-        if found.asked:
+        if interruption.asked:
             raise KeyboardInterrupt from None
         raise
     finally:

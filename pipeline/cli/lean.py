@@ -74,7 +74,7 @@ class _Optimisation(ModuleType):
 def load_lean() -> None:
     """Make this process load libraries without what no command reads; once scipy is loaded all are left as they are."""
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    if "scipy" not in sys.modules and not any(isinstance(one, _Scipy) for one in sys.meta_path):
+    if "scipy" not in sys.modules and not any(isinstance(finder, _Scipy) for finder in sys.meta_path):
         sys.meta_path[:0] = [_Scipy(), _Numba()]
 
 

@@ -127,9 +127,9 @@ def build_parser() -> argparse.ArgumentParser:
     add("--db", metavar="PLACE", help=DB)
     add("--json", action="store_true", help="print one JSON document on stdout")
     text = "list the example scenes of the package, or copy one"
-    what = _plain(names, "example", text, commands.example_list_command).add_subparsers(metavar="list|copy")
-    _plain(what, "list", "list every scene with its description", commands.example_list_command)
-    add = _plain(what, "copy", "copy the folder of a scene", commands.example_copy_command).add_argument
+    subcommands = _plain(names, "example", text, commands.example_list_command).add_subparsers(metavar="list|copy")
+    _plain(subcommands, "list", "list every scene with its description", commands.example_list_command)
+    add = _plain(subcommands, "copy", "copy the folder of a scene", commands.example_copy_command).add_argument
     add("name", metavar="NAME", help="name of the scene, from `gudgeon example list`")
     add("folder", metavar="FOLDER", type=Path, nargs="?", help="new folder, must not exist (default ./NAME)")
     add_database(names, _plain)
@@ -216,7 +216,7 @@ def _plain(names: Any, name: str, text: str, action: Action | None, description:
 
 def _add_cad(names: Any) -> None:
     text = "list the faces of a CAD part and draw them with their numbers, or the sets of a deck"
-    add = _cad(names, "faces", text, drafts.faces_command, FACES_HELP, more="; or a deck").add_argument
+    add = _cad(names, "faces", text, drafts.faces_command, FACES_HELP, alternatives="; or a deck").add_argument
     add("--picture", type=Path, metavar="PATH", help="PNG to write (default ./FILE-faces.png without its ending)")
     add("--json", action="store_true", help="print one JSON document on stdout")
     text = "write a scene in which a CAD part is thrown at a plane"
@@ -225,12 +225,12 @@ def _add_cad(names: Any) -> None:
 
 
 def _cad(
-    names: Any, name: str, text: str, action: Action, description: str, *, more: str = ""
+    names: Any, name: str, text: str, action: Action, description: str, *, alternatives: str = ""
 ) -> argparse.ArgumentParser:
-    """Add a command on a CAD file, or on `more`."""
+    """Add a command on a CAD file, or on `alternatives`."""
     command = _plain(names, name, text, action, description)
     add = command.add_argument
-    add("file", metavar="FILE", help="STEP, IGES or BREP file, or script of gmsh (.geo)" + more)
+    add("file", metavar="FILE", help="STEP, IGES or BREP file, or script of gmsh (.geo)" + alternatives)
     add("--unit", metavar="M", help="metres per unit of length, such as 0.001; needed for BREP and .geo")
     text = "number or name of a solid to take; may be repeated (default all, glued)"
     add("--solid", action="append", default=[], metavar="S", help=text)
@@ -263,10 +263,10 @@ def _tolerance(text: str) -> float:
 
 
 def _names(text: str) -> tuple[str, ...]:
-    found = tuple(name for one in text.split(",") if (name := one.strip()))
-    if not found:
+    names = tuple(name for n in text.split(",") if (name := n.strip()))
+    if not names:
         raise argparse.ArgumentTypeError(f"'{text}' given; expected a comma-separated list of names")
-    return found
+    return names
 
 
 def _positive(text: str) -> int:

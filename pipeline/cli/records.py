@@ -27,7 +27,7 @@ def ls_command(options: argparse.Namespace) -> int:
     from gudgeon.modaldb.stores.query import Query, condition
 
     store = modaldb.open(options.db)
-    found = store.find(
+    entries = store.find(
         Query(
             kind=options.kind, scene=options.scene, component=options.component, tag=options.tag, key=options.key,
             text=options.text, since=options.since, until=options.until, where=tuple(map(condition, options.where)),
@@ -35,19 +35,19 @@ def ls_command(options: argparse.Namespace) -> int:
         )
     )  # fmt: skip
     if options.json:
-        print(json.dumps([one.as_json() for one in found], indent=1))
+        print(json.dumps([e.as_json() for e in entries], indent=1))
         return 0
-    for line in _table([("key", "kind", "date", "size", "used", "scene", "component", "tags"), *map(_cells, found)]):
+    for line in _table([("key", "kind", "date", "size", "used", "scene", "component", "tags"), *map(_cells, entries)]):
         print(line)
-    size = sum(one.size for one in found) / 1e6
-    print(f"{store.location}: {len(found)} records of {size:.3g} MB")
+    size = sum(e.size for e in entries) / 1e6
+    print(f"{store.location}: {len(entries)} records of {size:.3g} MB")
     return 0
 
 
-def _cells(one: "Entry") -> tuple[str, ...]:
-    scenes, parts = (", ".join(dict.fromkeys(use[n] for use in one.uses)) for n in (0, 1))
-    return (one.key[:12], one.kind, date_text(one.made), size_text(one.size), str(one.referred), scenes, parts,
-            ", ".join(one.tags))  # fmt: skip
+def _cells(entry: "Entry") -> tuple[str, ...]:
+    scenes, components = (", ".join(dict.fromkeys(use[n] for use in entry.uses)) for n in (0, 1))
+    return (entry.key[:12], entry.kind, date_text(entry.made), size_text(entry.size), str(entry.referred), scenes,
+            components, ", ".join(entry.tags))  # fmt: skip
 
 
 def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:
@@ -59,7 +59,7 @@ def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:
 
 def _printable(text: str) -> str:
     """Return a text without letters that move a terminal's cursor: others may have given names in a database."""
-    return "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in text)
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def date_text(seconds: float) -> str:
@@ -74,8 +74,8 @@ def size_text(size: int) -> str:
 
 def moment(text: str) -> float:
     """Return a time [s since 1970] that a user gave: a date, a date with a time, or `7d`, `12h`, `2w` ago."""
-    if found := AGO.fullmatch(text):
-        return time.time() - int(found[1]) * SPANS[found[2]]
+    if match := AGO.fullmatch(text):
+        return time.time() - int(match[1]) * SPANS[match[2]]
     try:
         return datetime.fromisoformat(text).timestamp()
     except (ValueError, OverflowError):
@@ -122,13 +122,13 @@ def show_command(options: argparse.Namespace) -> int:
 def _modes(store: Any, entry: "Entry") -> list[dict[str, Any]]:
     import math
 
-    found = store.get(entry.key, "modes", only=["angular_frequencies", "discretisation_errors", "normal_count"])
+    modes = store.get(entry.key, "modes", only=["angular_frequencies", "discretisation_errors", "normal_count"])
     rows = []
-    for mode in range(found.normal_count):
-        error = None if found.discretisation_errors is None else float(found.discretisation_errors[mode])
-        known = error is not None and math.isfinite(error)
-        frequency = float(found.angular_frequencies[mode]) / (2 * math.pi)
-        rows.append({"mode": mode + 1, "frequency": frequency, "error": error if known else None})
+    for mode in range(modes.normal_count):
+        error = None if modes.discretisation_errors is None else float(modes.discretisation_errors[mode])
+        is_known = error is not None and math.isfinite(error)
+        frequency = float(modes.angular_frequencies[mode]) / (2 * math.pi)
+        rows.append({"mode": mode + 1, "frequency": frequency, "error": error if is_known else None})
     return rows
 
 
@@ -150,33 +150,33 @@ def diff_command(options: argparse.Namespace) -> int:
     from gudgeon.pipeline.errors import InputError
 
     store = modaldb.open(options.db)
-    first, second = (find_one(store, name) for name in (options.record, options.other))
-    lines = differences(first.inputs, second.inputs)
-    both = first.kind == second.kind == "modes"
+    a, b = (find_one(store, name) for name in (options.record, options.other))
+    lines = differences(a.inputs, b.inputs)
+    both = a.kind == b.kind == "modes"
     if options.picture is not None and not both:
-        raise InputError(f"--picture: the MAC matrix is of two modes records; these are {first.kind} and {second.kind}")
+        raise InputError(f"--picture: the MAC matrix is of two modes records; these are {a.kind} and {b.kind}")
     comparison = None
-    if both and first.key != second.key:
+    if both and a.key != b.key:
         from gudgeon.pipeline.modes.comparison import compare_modes
 
-        comparison = compare_modes(store, first.key, second.key)
+        comparison = compare_modes(store, a.key, b.key)
         if options.picture is not None:
-            _draw(comparison, (first.key[:12], second.key[:12]), options.picture)
+            _draw(comparison, (a.key[:12], b.key[:12]), options.picture)
     if options.json:
-        found = {"records": [first.key, second.key], "kinds": [first.kind, second.kind], "inputs": lines,
+        document = {"records": [a.key, b.key], "kinds": [a.kind, b.kind], "inputs": lines,
                  "modes": None if comparison is None else comparison.as_json()}  # fmt: skip
-        print(json.dumps(found, indent=1))
+        print(json.dumps(document, indent=1))
         return 0
-    if first.kind != second.kind:
-        print(f"kind: {first.kind} → {second.kind}")
+    if a.kind != b.kind:
+        print(f"kind: {a.kind} → {b.kind}")
     print("\n".join(lines) or "the inputs are the same")
     if comparison is not None:
-        apart = f"(nodes {comparison.distance:.3g} m apart at most)"
-        print(f"\nmode    frequency [Hz]   other     change      MAC   {apart}")
+        distance = f"(nodes {comparison.distance:.3g} m apart at most)"
+        print(f"\nmode    frequency [Hz]   other     change      MAC   {distance}")
         for row in comparison.rows():
-            other = "–" if row["other"] is None else str(row["other"])
+            matched = "–" if row["other"] is None else str(row["other"])
             change = "" if row["change"] is None else f"{row['change']:+.3%}"
-            print(f"{row['mode']:4} {row['frequency']:16.6g} {other:>7} {change:>10}   {row['mac']:.4f}")
+            print(f"{row['mode']:4} {row['frequency']:16.6g} {matched:>7} {change:>10}   {row['mac']:.4f}")
     if options.picture is not None:
         print(options.picture, file=sys.stderr)
     return 0

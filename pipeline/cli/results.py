@@ -49,30 +49,30 @@ def quantity_lines(quantities: Mapping[str, Mapping[str, Any]]) -> Iterator[str]
     largest: dict[str, float] = {}
     for entry in quantities.values():
         largest[entry["unit"]] = max(largest.get(entry["unit"], 0.0), abs(entry["value"]))
-    compared = {name: one for name, one in quantities.items() if one["reference"] is not None}
+    compared = {name: q for name, q in quantities.items() if q["reference"] is not None}
     if compared:
         yield "with a reference"
-        yield from (quantity_line(name, one) for name, one in compared.items())
+        yield from (quantity_line(name, q) for name, q in compared.items())
     group = None
     for name, entry in quantities.items():
         turning = entry["unit"] in ("rad", "rad/s")  # Where nothing turns, all of them are round-off.
         noise = 0 < abs(entry["value"]) < ROUND_OFF * max(largest[entry["unit"]], turning)
         if name in compared or noise or PER_IMPACT.search(name):
             continue
-        owner, _, rest = name.partition(".")
-        if (owner if rest else "") != group:
-            group = owner if rest else ""
+        owner, _, name_of_owner = name.partition(".")
+        if (owner if name_of_owner else "") != group:
+            group = owner if name_of_owner else ""
             yield group or "scene"
-        yield quantity_line(rest or name, entry)
+        yield quantity_line(name_of_owner or name, entry)
 
 
 def check_lines(report: Any) -> Iterator[str]:
     """Yield the lines of a run's checks and of its estimated errors."""
     checks = {"energy drift": report.energy_drift, "momentum residual": report.momentum_residual}
-    found = {name: value for name, value in checks.items() if value is not None}
-    if found:
+    known_checks = {name: value for name, value in checks.items() if value is not None}
+    if known_checks:
         yield "checks"
-        yield from (f"  {name:30} {value:18.2g}" for name, value in found.items())
+        yield from (f"  {name:30} {value:18.2g}" for name, value in known_checks.items())
     layers = {name: value for name, value in report.estimates.items() if name.startswith("layer.")}
     for title, entries in (
         ("estimated errors", {name: value for name, value in report.estimates.items() if name not in layers}),
@@ -89,20 +89,20 @@ def opening_lines(pictures: Mapping[str, Path]) -> Iterator[str]:
         yield f"open {pictures[name]}: {OPEN[name]}"
 
 
-def size_text(parts: Mapping[str, Mapping[str, Any]]) -> str:
+def size_text(rows: Mapping[str, Mapping[str, Any]]) -> str:
     """Return a line for each of the rows of `part_sizes`; extents that are zero are omitted."""
     lines = []
-    for name, row in parts.items():
-        least = 1e-12 * max(row["extents"])
-        sizes = " × ".join(f"{size:.3g}" for size in row["extents"] if size > least)
+    for name, row in rows.items():
+        zero = 1e-12 * max(row["extents"])
+        sizes = " × ".join(f"{size:.3g}" for size in row["extents"] if size > zero)
         lines.append(f"{name}: {sizes} m, {row['mass']:.3g} kg")
     return "\n".join(lines)
 
 
-def part_text(parts: Mapping[str, Mapping[str, Any]]) -> str:
+def part_text(rows: Mapping[str, Mapping[str, Any]]) -> str:
     """Return the rows of `part_row` as text."""
     lines = []
-    for name, row in parts.items():
+    for name, row in rows.items():
         lines += [
             "",
             f"component.{name}",
@@ -118,7 +118,7 @@ def part_text(parts: Mapping[str, Mapping[str, Any]]) -> str:
                 f"element quality     least {quality['least']:.2g}, 1 % below {quality['low']:.2g}, least Jacobian"
                 f" {quality['jacobian']:.2g} of an element's largest; 1 is a regular, straight element"
             )
-        lines += [f"surface             {surface}: {_surface_text(one)}" for surface, one in row["surfaces"].items()]
+        lines += [f"surface             {surface}: {_surface_text(s)}" for surface, s in row["surfaces"].items()]
     return "\n".join(lines)
 
 
@@ -146,6 +146,6 @@ def frequency_text(rows: Mapping[str, list[dict[str, Any]]]) -> str:
                 lines.append(f"   … {len(modes) - SHOWN + 1} more")
                 continue
             error = "–" if row["estimated_error"] is None else f"{row['estimated_error']:.1e}"
-            rest = "–" if row["residual"] is None else f"{row['residual']:.1e}"
-            lines.append(f"{row['mode']:4} {row['frequency']:16.6g} {error:>17} {rest:>10}")
+            residual = "–" if row["residual"] is None else f"{row['residual']:.1e}"
+            lines.append(f"{row['mode']:4} {row['frequency']:16.6g} {error:>17} {residual:>10}")
     return "\n".join(lines)

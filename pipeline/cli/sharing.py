@@ -25,9 +25,9 @@ def shared(job: Any, command: str, progress: Progress) -> Iterator[Progress]:
            "host": platform.node()}  # fmt: skip
     ended, name = threading.Event(), uuid.uuid4().hex
 
-    def told(stage: str, share: float) -> None:
-        row.update(stage=stage, share=min(max(float(share), 0.0), 1.0))
-        progress(stage, share)
+    def told(stage: str, fraction: float) -> None:
+        row.update(stage=stage, share=min(max(float(fraction), 0.0), 1.0))
+        progress(stage, fraction)
 
     def say() -> None:
         said = False

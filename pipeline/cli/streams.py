@@ -35,9 +35,9 @@ def discard(stream: Any) -> None:
 
 def _fill_descriptors() -> None:
     """Open descriptors 0, 1 and 2 where they are closed: otherwise a file of the database gets their number."""
-    for number in range(3):
+    for descriptor in range(3):
         try:
-            os.fstat(number)
+            os.fstat(descriptor)
         except OSError:
             # Takes the least free number, this one; child processes get it too.
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)

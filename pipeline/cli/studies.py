@@ -61,10 +61,10 @@ def study_command(options: argparse.Namespace) -> int:
     how = Sampling()
     if options.random or options.latin:
         how = Sampling("random" if options.random else "latin", options.random or options.latin, options.seed)
-    asked = Asked(options.vary, options.over, how, options.quantity, options.jobs, options.executor)
+    request = Asked(options.vary, options.over, how, options.quantity, options.jobs, options.executor)
     job = opened(options)
     with shared(job, "study", Console(options.json).progress) as progress:
-        report = run_study(job, asked, progress)
+        report = run_study(job, request, progress)
     print(json.dumps(report.as_json(), indent=1) if options.json else study_text(report))
     for note, count in report.notes.items():
         such = "" if count == 1 else ", such as"

@@ -163,10 +163,10 @@ def simulation(
         )
     run_job(job, "morph")
     with named(job.path, InputError, SolverError):
-        found = Steps(system_of(job), step)
+        steps = Steps(system_of(job), step)
     if restore is not None:
-        found.load(restore)
-    return found
+        steps.load(restore)
+    return steps
 
 
 def plan(
@@ -218,7 +218,7 @@ def report(
 
     job = open_job(scene, set=set, db=db, out=out)
     how = Effort(repeat, 1, tolerance, same_mesh)
-    document = job.kind.function(job.path, "report")(job, how, progress or (lambda stage, share: None))
+    document = job.kind.function(job.path, "report")(job, how, progress or (lambda stage, fraction: None))
     from gudgeon.pipeline.report.page.notebook import shown  # Late: matplotlib would count into timed runs.
 
     return shown(document)
@@ -244,8 +244,8 @@ def scene_tables() -> "list[Table]":
     from gudgeon.pipeline.scenes.reference.examples import found_examples
     from gudgeon.pipeline.scenes.reference.key_reference import tables
 
-    found = schema()
+    scene_schema = schema()
     folder = files("gudgeon.examples")
-    paths = [Path(str(one)) for scene in folder.iterdir() if scene.is_dir() for one in scene.iterdir()]
+    paths = [Path(str(f)) for scene in folder.iterdir() if scene.is_dir() for f in scene.iterdir()]
     scenes = (read_tables(path) for path in sorted(paths) if path.suffix == ".toml")
-    return tables(found, found_examples(found, scenes))
+    return tables(scene_schema, found_examples(scene_schema, scenes))

@@ -82,10 +82,10 @@ def identify_command(options: argparse.Namespace) -> int:
     job, identify = command_of(options)
     limits = (options.duration, options.angle, options.speed)
     with shared(job, "run", Console(options.json).progress) as progress:
-        found, text = identify(
+        parameters, text = identify(
             job, options.sensor, limits, options.noise, (options.data, options.calibration, options.to), progress
         )
-    print(json.dumps(found.document, indent=1) if options.json else text)
+    print(json.dumps(parameters.document, indent=1) if options.json else text)
     return 0
 
 
@@ -96,8 +96,8 @@ def wrench_command(options: argparse.Namespace) -> int:
     job, wrench = command_of(options)
     files = (options.parameters, options.calibration, options.data, options.to)
     with shared(job, "run", Console(options.json).progress) as progress:
-        found, text = wrench(job, options.sensor, options.noise, files, progress)
-    document = {"file": str(found.path), "samples": len(found.times), "noise": found.levels.tolist(),
-                "rms": {name: list(one) for name, one in found.sources.items()}}  # fmt: skip
+        tool, text = wrench(job, options.sensor, options.noise, files, progress)
+    document = {"file": str(tool.path), "samples": len(tool.times), "noise": tool.levels.tolist(),
+                "rms": {name: list(rms) for name, rms in tool.sources.items()}}  # fmt: skip
     print(json.dumps(document, indent=1) if options.json else text)
     return 0

@@ -39,14 +39,14 @@ def feel_command(options: argparse.Namespace) -> int:
     from gudgeon.pipeline.stages.run import run_job
 
     job, feel = command_of(options)
-    asked = Asked(
+    request = Asked(
         body=options.body, force_scale=options.force_scale, length_scale=options.length_scale, rate=options.rate,
         seconds=options.seconds, script=options.script, device_rate=options.device_rate, delay=options.delay,
         port=options.port, at_once=options.at_once,
     )  # fmt: skip
-    check_asked(asked)
+    check_asked(request)
     run_job(job, "morph", Console(options.json).progress)
-    report = feel(job, asked, lambda place: print(f"feel at {place}", file=sys.stderr, flush=True))
+    report = feel(job, request, lambda address: print(f"feel at {address}", file=sys.stderr, flush=True))
     for note in report["notes"]:
         print(f"gudgeon: {note}", file=sys.stderr)
     if options.json:

@@ -61,12 +61,16 @@ def calibrate_command(options: argparse.Namespace) -> int:
     job, calibrate = command_of(options)
     with shared(job, "run", Console(options.json).progress) as progress:
         source = (options.data, options.excite, options.parameters)
-        path, found = calibrate(job, options.sensor, source, options.to, progress)
+        path, calibration = calibrate(job, options.sensor, source, options.to, progress)
     from gudgeon.pipeline.applications.sensing.job import POOR, calibration_text
 
-    print(json.dumps(found.as_json(), indent=1) if options.json else f"{calibration_text(found)}\nwritten: {path}")
-    if found.condition > POOR:
-        print(f"gudgeon: condition number {found.condition:.3g}: some directions are told much worse than others",
+    print(
+        json.dumps(calibration.as_json(), indent=1)
+        if options.json
+        else f"{calibration_text(calibration)}\nwritten: {path}"
+    )
+    if calibration.condition > POOR:
+        print(f"gudgeon: condition number {calibration.condition:.3g}: some directions are told much worse than others",
               file=sys.stderr)  # fmt: skip
     return 0
 
@@ -86,11 +90,14 @@ def infer_command(options: argparse.Namespace) -> int:
     """Write wrenches."""
     from gudgeon.pipeline.applications.sensing.job import infer
 
-    found = infer(options.calibration, options.signals, options.to)
-    each, product = (1e6 * one / found.samples for one in (found.seconds, found.product))
+    inferred = infer(options.calibration, options.signals, options.to)
+    each, product = (1e6 * s / inferred.samples for s in (inferred.seconds, inferred.product))
     if options.json:
-        print(json.dumps({"file": str(found.path), "samples": found.samples, "microseconds_per_sample": each,
+        print(json.dumps({"file": str(inferred.path), "samples": inferred.samples, "microseconds_per_sample": each,
                           "product_microseconds": product}))  # fmt: skip
     else:
-        print(f"written: {found.path}, {found.samples} samples, {each:.3g} µs each, {product:.2g} µs of it the product")
+        print(
+            f"written: {inferred.path}, {inferred.samples} samples, {each:.3g} µs each, {product:.2g} µs of it the"
+            " product"
+        )
     return 0

@@ -47,7 +47,7 @@ def _number(text: str) -> float:
 
 
 def _numbers(text: str) -> list[float]:
-    return [_number(one) for one in text.split(",")]
+    return [_number(n) for n in text.split(",")]
 
 
 def wear_command(options: argparse.Namespace) -> int:
@@ -56,10 +56,10 @@ def wear_command(options: argparse.Namespace) -> int:
     from gudgeon.pipeline.applications.wear.report import TOLERANCE, marks_of, wear_json, wear_text
     from gudgeon.pipeline.cli.commands import command_of
 
-    asked = Asked(marks_of(options.cycles, options.at), options.tolerance or TOLERANCE)
+    request = Asked(marks_of(options.cycles, options.at), options.tolerance or TOLERANCE)
     job, run_wear = command_of(options)
     with shared(job, "wear", Console(options.json).progress) as progress:
-        report = run_wear(job, asked, options.period, progress)
+        report = run_wear(job, request, options.period, progress)
     print(wear_json(report) if options.json else wear_text(report))
     if report.reason is not None:
         print(f"gudgeon: {job.path}: {report.reason}", file=sys.stderr)

@@ -20,19 +20,19 @@ def verify_command(options: argparse.Namespace) -> int:
     from gudgeon.modaldb.errors import StoreUnusable
 
     store, count, bad = modaldb.open(options.db), 0, []
-    for place, fault in store.verify():
+    for path, fault in store.verify():
         count += 1
         if fault is not None:
             # What cannot be read now may be sound.
-            aside = store.set_aside(place) if options.repair and not isinstance(fault, StoreUnusable) else None
-            bad.append({"file": place, "reason": str(fault), "set_aside": aside})
+            aside = store.set_aside(path) if options.repair and not isinstance(fault, StoreUnusable) else None
+            bad.append({"file": path, "reason": str(fault), "set_aside": aside})
     if options.json:
         print(json.dumps({"records": count, "faults": bad}, indent=1))
     else:
-        for one in bad:
-            print(one["reason"] + (f"; renamed to {one['set_aside']}" if one["set_aside"] else ""))
+        for record in bad:
+            print(record["reason"] + (f"; renamed to {record['set_aside']}" if record["set_aside"] else ""))
         print(f"{store.location}: {count} records, {len(bad)} cannot be used")
-    return 1 if any(one["set_aside"] is None for one in bad) else 0
+    return 1 if any(b["set_aside"] is None for b in bad) else 0
 
 
 def gc_command(options: argparse.Namespace) -> int:
@@ -43,22 +43,22 @@ def gc_command(options: argparse.Namespace) -> int:
 
     store = modaldb.open(options.db)
     unused = unreferenced(store, _is_current, studies=options.studies)
-    kept, pictures = [*store.leftovers(), *unused], list(_unfinished_pictures(options.out))
+    removable, pictures = [*store.leftovers(), *unused], list(_unfinished_pictures(options.out))
     if options.delete:
-        for one in kept:
-            store.remove(one.place)
-        for one in pictures:
-            scratch.remove(Path(one.place))
-    found = [*kept, *pictures]
+        for entry in removable:
+            store.remove(entry.place)
+        for picture in pictures:
+            scratch.remove(Path(picture.place))
+    unused_files = [*removable, *pictures]
     if options.json:
-        rows = [{"path": one.place, "bytes": one.size, "reason": one.why} for one in found]
+        rows = [{"path": f.place, "bytes": f.size, "reason": f.why} for f in unused_files]
         print(json.dumps({"removed": options.delete, "files": rows}, indent=1))
         return 0
-    for one in found:
-        print(f"{one.place}: {one.size / 1e6:.3g} MB, {one.why}")
-    total = sum(one.size for one in found) / 1e6
+    for file in unused_files:
+        print(f"{file.place}: {file.size / 1e6:.3g} MB, {file.why}")
+    total = sum(f.size for f in unused_files) / 1e6
     done = "removed" if options.delete else "can be removed with --delete"
-    print(f"{store.location}: {len(found)} files of {total:.3g} MB {done}")
+    print(f"{store.location}: {len(unused_files)} files of {total:.3g} MB {done}")
     return 0
 
 
@@ -88,5 +88,5 @@ def _unfinished_pictures(out: Path) -> "Iterator[Leftover]":
 
     for path in sorted(out.rglob(".drawing-*")):
         if time.time() - path.stat().st_mtime > DAY:
-            size = sum(one.stat().st_size for one in path.rglob("*") if one.is_file())
+            size = sum(p.stat().st_size for p in path.rglob("*") if p.is_file())
             yield Leftover(str(path), size, "pictures of a run that was killed")

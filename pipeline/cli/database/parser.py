@@ -44,13 +44,15 @@ Plain = Callable[..., argparse.ArgumentParser]
 def add_database(names: Any, plain: Plain) -> None:
     """Add `gudgeon db` and `gudgeon serve`; `plain` adds a command without options."""
     text = "list, compare, name, examine or tidy the records of a database"
-    what = plain(names, "db", text, None).add_subparsers(metavar="ls|show|diff|tag|export|verify|gc", required=True)
-    _add_records(what, plain)
+    subcommands = plain(names, "db", text, None).add_subparsers(
+        metavar="ls|show|diff|tag|export|verify|gc", required=True
+    )
+    _add_records(subcommands, plain)
     text = "read every record of a database and list those that cannot be used"
-    add = _database(plain(what, "verify", text, database.verify_command, VERIFY_HELP))
+    add = _database(plain(subcommands, "verify", text, database.verify_command, VERIFY_HELP))
     add("--repair", action="store_true", help="rename those records, so that the next run makes them again")
     text = "list what can be removed from a database"
-    add = _database(plain(what, "gc", text, database.gc_command, GC_HELP))
+    add = _database(plain(subcommands, "gc", text, database.gc_command, GC_HELP))
     add("--delete", action="store_true", help="remove what is listed")
     text = "list finished studies without a tag, too, and of their runs those that this release does not find"
     add("--studies", action="store_true", help=text)
@@ -58,8 +60,8 @@ def add_database(names: Any, plain: Plain) -> None:
     _add_serve(names, plain)
 
 
-def _add_records(what: Any, plain: Plain) -> None:
-    add = _database(plain(what, "ls", "list records", records.ls_command, LS_HELP))
+def _add_records(subcommands: Any, plain: Plain) -> None:
+    add = _database(plain(subcommands, "ls", "list records", records.ls_command, LS_HELP))
     add("--kind", default="", metavar="KIND", help="mesh, modes, morph, trajectory, …")
     add("--scene", default="", metavar="TEXT", help="part of the name of a scene that uses it")
     add("--component", default="", metavar="TEXT", help="part of the name of a component")
@@ -71,17 +73,19 @@ def _add_records(what: Any, plain: Plain) -> None:
     text = "PATH=VALUE of the inputs, with = != < <= > or >=; may be repeated"
     add("--where", action="append", default=[], metavar="CONDITION", help=text)
     add("--limit", type=_count, metavar="N", help="the newest N only")
-    add = _database(plain(what, "show", "print what a record is, was made from, and holds", records.show_command))
+    add = _database(
+        plain(subcommands, "show", "print what a record is, was made from, and holds", records.show_command)
+    )
     add("record", metavar="RECORD", help=RECORD)
-    add = _database(plain(what, "diff", "compare two records", records.diff_command, DIFF_HELP))
+    add = _database(plain(subcommands, "diff", "compare two records", records.diff_command, DIFF_HELP))
     add("record", metavar="RECORD", help=RECORD)
     add("other", metavar="OTHER", help="the other one")
     add("--picture", type=Path, metavar="PATH", help="write the MAC matrix as a PNG")
-    add = _database(plain(what, "tag", "give a record a name", records.tag_command, TAG_HELP))
+    add = _database(plain(subcommands, "tag", "give a record a name", records.tag_command, TAG_HELP))
     add("name", metavar="NAME", help="letters, digits, full stops, hyphens and underscores, at most 64")
     add("record", metavar="RECORD", nargs="?", help=RECORD)
     add("--delete", action="store_true", help="take the name away")
-    add = _database(plain(what, "export", "write the file of a record", records.export_command))
+    add = _database(plain(subcommands, "export", "write the file of a record", records.export_command))
     add("record", metavar="RECORD", help=RECORD)
     add("path", metavar="PATH", type=Path, nargs="?", help="file to write (default ./KIND-KEY.h5)")
 
@@ -122,9 +126,9 @@ def _port(text: str) -> int:
 
 def _gigabytes(text: str) -> float:
     try:
-        found = float(text)
+        size = float(text)
     except ValueError:
-        found = -1.0
-    if not 0 < found < 1e6:
+        size = -1.0
+    if not 0 < size < 1e6:
         raise argparse.ArgumentTypeError(f"{text} given; expected a size in GB, above 0")
-    return found
+    return size

@@ -84,7 +84,7 @@ def examples_of(command: str) -> str:
         return ""
     width = max(len(text) for text, _ in EXAMPLES[command])
     lines = [
-        f"  {text.ljust(width)}  {what}" if width < 60 else f"  {text}\n      {what}"
-        for text, what in EXAMPLES[command]
+        f"  {text.ljust(width)}  {meaning}" if width < 60 else f"  {text}\n      {meaning}"
+        for text, meaning in EXAMPLES[command]
     ]
     return "\n".join(["examples:", *lines])

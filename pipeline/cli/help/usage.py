@@ -44,21 +44,21 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Print what is wrong and where its help is, and exit."""
         if choice := CHOICE.fullmatch(message):
-            name, given = choice["name"], choice["given"]
+            name, got = choice["name"], choice["given"]
             allowed = re.findall(r"'([^']*)'", choice["allowed"])
-            hint = _nearest(given, allowed) or f"; allowed: {', '.join(allowed)}"
-            message = f"{name}: invalid choice: '{given}'{hint}"
+            hint = _nearest(got, allowed) or f"; allowed: {', '.join(allowed)}"
+            message = f"{name}: invalid choice: '{got}'{hint}"
         self.exit(2, f"{self.prog}: {message}; see '{self.prog} --help'\n")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:  # type: ignore[override]
         """Parse; what is no option is refused here, by the command that was given, with its own nearest option."""
-        found, rest = super().parse_known_args(args, namespace)
-        if rest:
+        options_found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
             options = [name for action in self._actions for name in action.option_strings]
-            self.error(f"unrecognized arguments: {' '.join(rest)}{_nearest(rest[0].partition('=')[0], options)}")
-        return found, rest
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{_nearest(unknown[0].partition('=')[0], options)}")
+        return options_found, unknown
 
 
-def _nearest(given: str, allowed: list[str]) -> str:
-    near = difflib.get_close_matches(given, allowed, 1, cutoff=NEAR)
-    return f" (did you mean '{near[0]}'?)" if near else ""
+def _nearest(name: str, allowed: list[str]) -> str:
+    matches = difflib.get_close_matches(name, allowed, 1, cutoff=NEAR)
+    return f" (did you mean '{matches[0]}'?)" if matches else ""

@@ -51,8 +51,7 @@ def keep_note(options: argparse.Namespace, out: Path, report: RunReport, reads: 
         return
     document = report.as_json()
     stages = {
-        name: {key: one for key, one in stage.items() if key != "seconds"}
-        for name, stage in document.pop("stages").items()
+        name: {key: v for key, v in stage.items() if key != "seconds"} for name, stage in document.pop("stages").items()
     }
     content = {"files": reads.files, "stages": stages, "report": document, "names": report.files}
     with contextlib.suppress(OSError, PipelineError, ValueError):  # It cannot be written, or a number is not finite.
