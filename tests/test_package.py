@@ -116,7 +116,7 @@ def test_examples_are_listed_and_copied(
     ("arguments", "line"),
     [
         (["rodwall"], "gudgeon: example copy: no scene 'rodwall'; did you mean 'rod-wall'?"),
-        (["zzz"], "gudgeon: example copy: no scene 'zzz'; there are beam-sphere, "),
+        (["zzz"], "gudgeon: example copy: no scene 'zzz'; there are base-sensor, beam-sphere, "),
         (["rod-wall", "there"], "gudgeon: example copy: there exists; name another folder"),
         (["rod-wall", "file/below"], "gudgeon: example copy: "),
     ],
