@@ -79,6 +79,7 @@ FILES = (
 """Names of all pictures; one of several bodies or contacts has its name before the dot."""
 
 CHILD, FACES = "gudgeon.pipeline.plots.child", "gudgeon.pipeline.plots.faces"
+DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
 ALONE: Mapping[str, str] = MappingProxyType({})
 
 
@@ -91,7 +92,7 @@ def render(
     *,
     pictures: Pictures | None = None,
     reference: Mapping[str, Any] | None = None,
-    tell: Callable[[str, float], None] = lambda stage, share: None,
+    tell: Callable[[str, float], None] = lambda stage, fraction: None,
 ) -> tuple[list[Path], list[str]]:
     """Draw all pictures of a trajectory, or of a wheel, into a folder.
 
@@ -112,7 +113,7 @@ def render(
         InputError: the folder cannot be written.
     """
     # Named before it is made: Ctrl-C within mkdtemp would leave a folder of unknown name.
-    place = str(store) if "://" in str(store) else str(Path(store).resolve())
+    database = str(store) if "://" in str(store) else str(Path(store).resolve())
     scratch = out / f".drawing-{uuid.uuid4().hex}"
     jobs: dict[str, Path] = {}
     try:
@@ -122,7 +123,7 @@ def render(
             (out / name).unlink(missing_ok=True)
         for group in PLOTS:
             job = {
-                "store": place, "key": key, "pictures": pictures, "scene": scene_name,
+                "store": database, "key": key, "pictures": pictures, "scene": scene_name,
                 "compare": dict(compare), "out": str(out.resolve()), "scratch": str(scratch.resolve()), "group": group,
                 "reference": reference,
             }  # fmt: skip
@@ -131,7 +132,8 @@ def render(
         # The lifeline ends first: an interrupt stops the children, for which the pool then waits.
         count = _Count(len(jobs), tell)
         with ThreadPoolExecutor(len(jobs)) as pool, lifeline() as alive:
-            groups = [one.result() for one in [pool.submit(_draw_group, *job, alive, count) for job in jobs.items()]]
+            futures = [pool.submit(_draw_group, *job, alive, count) for job in jobs.items()]
+            groups = [future.result() for future in futures]
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from error
     finally:
@@ -151,10 +153,10 @@ class _Count:
         self._lock, self._tell = threading.Lock(), tell
         self._waited, self._drawn, self._all = groups, 0, 0
 
-    def begin(self, number: int) -> None:
+    def begin(self, pictures: int) -> None:
         with self._lock:
             self._waited -= 1
-            self._all += number
+            self._all += pictures
 
     def end(self, drawn: bool) -> None:
         with self._lock:
@@ -165,59 +167,63 @@ class _Count:
 
 
 def _draw_group(group: str, job: Path, alive: int, count: _Count) -> tuple[list[str], list[str]]:
-    """Run the child, and return the files that it drew and its notes; after a crash, run it without a display.
-
-    VTK uses the first window system that works: X, EGL, OSMesa. Only a broken X server, such as a forwarded one without
-    GLX, prevents that.
-    """
+    """Run the child, and return the files that it drew and its notes."""
     drawn: list[str] = []
     notes: list[str] = []
-    code, stderr = 0, ""
-    for hidden in ((), ("DISPLAY", "WAYLAND_DISPLAY")):
-        if hidden and (code >= 0 or not any(name in os.environ for name in hidden)):
-            break
 
-        def heard(line: str, first: bool = not hidden) -> None:
-            event, _, value = line.rstrip("\n").partition(" ")
-            if event == "note":
-                notes.append(value)
-            elif event == "drawn" and value not in drawn:
-                drawn.append(value)
-            elif event == "begin" and first:
-                count.begin(int(value))
-            elif event == "end" and first:
-                count.end(value == "drawn")
+    def heard(line: str, again: bool) -> None:
+        event, _, value = line.rstrip("\n").partition(" ")
+        if event == "note":
+            notes.append(value)
+        elif event == "drawn" and value not in drawn:
+            drawn.append(value)
+        elif event == "begin" and not again:
+            count.begin(int(value))
+        elif event == "end" and not again:
+            count.end(value == "drawn")
 
-        code, stderr = _run_child([CHILD, str(job)], hidden, alive, heard)
+    code, stderr = _run_shown([CHILD, str(job)], alive, heard)
     if code < 0 and group == "rendered":
         notes.append(f"pictures with 3-D rendering were not drawn: {_crash(code)}")
     elif code:
-        lines = stderr.strip().splitlines() or [f"exit code {code}"]
-        notes.append(f"pictures ({group}) were not drawn: {lines[-1]}")
+        notes.append(f"pictures ({group}) were not drawn: {_last_line(code, stderr)}")
     return drawn, notes
 
 
 def render_faces(data: Path, picture: Path) -> str | None:
     """Draw the faces of a part in a child process, see `plots.faces`; return why not if that failed."""
-    code, stderr = 0, ""
-    for hidden in ((), ("DISPLAY", "WAYLAND_DISPLAY")):
-        with lifeline() as alive:
-            code, stderr = _run_child([FACES, str(data), str(picture)], hidden, alive)
-        if code >= 0:
-            break
-    lines = stderr.strip().splitlines() or [f"exit code {code}"]
-    return None if code == 0 else _crash(code) if code < 0 else lines[-1]
+    with lifeline() as alive:
+        code, stderr = _run_shown([FACES, str(data), str(picture)], alive)
+    return None if code == 0 else _crash(code) if code < 0 else _last_line(code, stderr)
+
+
+def _last_line(code: int, stderr: str) -> str:
+    return [f"exit code {code}", *stderr.strip().splitlines()][-1]
 
 
 def _crash(code: int) -> str:
-    name = next((one.name for one in signal.Signals if one == -code), f"signal {-code}")
+    name = next((number.name for number in signal.Signals if number == -code), f"signal {-code}")
     return (
         f"rendering crashed ({name}); install libgl1 libegl1 libegl-mesa0 or libosmesa6; `gudgeon doctor` lists which"
     )
 
 
+def _run_shown(
+    arguments: Sequence[str], alive: int, heard: Callable[[str, bool], None] = lambda line, again: None
+) -> tuple[int, str]:
+    """Run a child, see `_run_child`; after a crash, run it again without a display.
+
+    VTK uses the first window system that works: X, EGL, OSMesa. Only a broken X server, such as a forwarded one without
+    GLX, prevents that.
+    """
+    code, stderr = _run_child(arguments, (), alive, lambda line: heard(line, False))
+    if code < 0 and any(name in os.environ for name in DISPLAYS):
+        code, stderr = _run_child(arguments, DISPLAYS, alive, lambda line: heard(line, True))
+    return code, stderr
+
+
 def _run_child(
-    arguments: Sequence[str], hidden: Collection[str], alive: int, heard: Callable[[str], None] = lambda line: None
+    arguments: Sequence[str], hidden: Collection[str], alive: int, heard: Callable[[str], None]
 ) -> tuple[int, str]:
     """Return the child's exit code (−n: killed by signal n) and stderr; it ends with the file `alive`.
 

@@ -26,19 +26,13 @@ def main(job_path: str) -> None:
         _tell("drawn", name)
 
     drawing = Drawing(
-        store=modaldb.open(job["store"]),
-        key=job["key"],
-        scene_name=job["scene"],
-        out=Path(job["out"]),
-        scratch=Path(job["scratch"]),
-        tell=drawn,
-        compare=job["compare"],
-        reference=job["reference"],
-    )
+        modaldb.open(job["store"]), job["key"], job["scene"], Path(job["out"]), Path(job["scratch"]), drawn,
+        compare=job["compare"], reference=job["reference"],
+    )  # fmt: skip
     foreign = job["pictures"]
-    own = foreign or (TURNING if drawing.turning else DRIVEN if drawing.driven else PLOTS)
-    _tell("begin", str(len(own[job["group"]])))
-    for name, function in own[job["group"]].items():
+    pictures = (foreign or (TURNING if drawing.turning else DRIVEN if drawing.driven else PLOTS))[job["group"]]
+    _tell("begin", str(len(pictures)))
+    for name, function in pictures.items():
         before = len(files)
         module, _, attribute = function.partition(":")
         try:

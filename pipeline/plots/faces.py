@@ -1,6 +1,7 @@
 """`python -m gudgeon.pipeline.plots.faces DATA.npz PICTURE`: a part from two sides with coloured, numbered faces."""
 
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from scipy.spatial import KDTree
 
-from gudgeon.pipeline.files import whole_file
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.process.lifeline import end_with_parent
 from gudgeon.solver.vectors import unit
@@ -28,11 +28,7 @@ def main(data: Path, picture: Path) -> None:
     """Draw the faces in a file that `drafts.faces` writes."""
     with np.load(data) as file:
         arrays = dict(file)
-    with style.styled():
-        figure = _figure(arrays)
-        style.fit(figure)
-        with whole_file(picture) as scratch:
-            figure.savefig(scratch, dpi=style.DPI, facecolor="white", format="png")
+    style.draw(nullcontext(picture), _figure, arrays)
 
 
 def _figure(arrays: dict[str, np.ndarray]) -> Figure:
@@ -51,12 +47,12 @@ def _figure(arrays: dict[str, np.ndarray]) -> Figure:
         view.add_edges(plotter, borders, style.INK, 2.5)
         seen = view.View(unit(towards), np.array([0.0, 0.0, 1.0]))
         view.aim(plotter, seen, points)
-        places = _labels(plotter, surface, borders, arrays, unit(towards))
+        labels = _labels(plotter, surface, borders, arrays, unit(towards))
         image = view.photograph(plotter, PANEL, last=True)
         axes = style.show_image(figure, image, ((20 + column * PANEL[0]) / width, 40 / HEIGHT))
         axes.axis("off")
-        for number, (x, y) in places:
-            text = axes.text(x, y, str(number), ha="center", va="center", fontweight="bold", color=style.INK,
+        for label, (x, y) in labels:
+            text = axes.text(x, y, str(label), ha="center", va="center", fontweight="bold", color=style.INK,
                              fontsize=9 if count < FEWER else 6)  # fmt: skip
             text.set_path_effects([withStroke(linewidth=2.2, foreground="white")])
     return figure
@@ -78,22 +74,22 @@ def _labels(
     plotter: pv.Plotter, surface: pv.PolyData, edges: pv.PolyData, arrays: dict[str, np.ndarray], towards: np.ndarray
 ) -> list[tuple[int, np.ndarray]]:
     """Return number and pixel of each face that the camera sees, at its visible triangle farthest from its border."""
-    reach = 4 * surface.length * towards
+    ray = 4 * surface.length * towards
     border = KDTree(edges.points[np.unique(edges.lines.reshape(-1, 3)[:, 1:])])
     middles, normals = surface.cell_centers().points, surface.compute_normals(
         point_normals=False, auto_orient_normals=False, consistent_normals=False).cell_data["Normals"]  # fmt: skip
-    found = []
-    for place, number in enumerate(arrays["numbers"]):
-        own = np.flatnonzero((arrays["owner"] == place) & (normals @ towards > 0.05))
-        if not len(own):
+    labels = []
+    for face, label in enumerate(arrays["numbers"]):
+        visible = np.flatnonzero((arrays["owner"] == face) & (normals @ towards > 0.05))
+        if not len(visible):
             continue
-        order = own[np.argsort(-border.query(middles[own])[0])]
+        order = visible[np.argsort(-border.query(middles[visible])[0])]
         for cell in order[:: max(1, len(order) // 12)]:
             start = middles[cell] + 1e-4 * surface.length * towards
-            if not len(surface.ray_trace(start, start + reach)[1]):
-                found.append((int(number), view.pixel(plotter, PANEL, middles[cell])))
+            if not len(surface.ray_trace(start, start + ray)[1]):
+                labels.append((int(label), view.pixel(plotter, PANEL, middles[cell])))
                 break
-    return found
+    return labels
 
 
 if __name__ == "__main__":

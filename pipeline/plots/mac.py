@@ -8,16 +8,16 @@ LABELLED = 40
 """Modes up to which each has its frequency at the axis."""
 
 
-def draw_mac(found: ModeComparison, names: tuple[str, str], path: Path) -> None:
+def draw_mac(comparison: ModeComparison, names: tuple[str, str], path: Path) -> None:
     """Write the MAC matrix of two bases as a PNG, modes of the first downwards."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    rows, columns = found.mac.shape
+    rows, columns = comparison.mac.shape
     figure = Figure(figsize=(min(3 + 0.25 * columns, 14), min(2.5 + 0.25 * rows, 14)), layout="constrained")
     axes = figure.add_subplot()
-    image = axes.imshow(found.mac, vmin=0.0, vmax=1.0, cmap="Blues", origin="upper", aspect="equal")
-    for axis, spectrum, name in zip((axes.yaxis, axes.xaxis), found.frequencies, names, strict=True):
+    image = axes.imshow(comparison.mac, vmin=0.0, vmax=1.0, cmap="Blues", origin="upper", aspect="equal")
+    for axis, spectrum, name in zip((axes.yaxis, axes.xaxis), comparison.frequencies, names, strict=True):
         step = -(-len(spectrum) // LABELLED)
         axis.set_ticks(range(0, len(spectrum), step), [f"{mode + 1}: {spectrum[mode]:.4g}" for mode in
                                                        range(0, len(spectrum), step)])  # fmt: skip

@@ -29,8 +29,8 @@ def with_peaks(trajectory: Trajectory) -> Trajectory:
     times, contacts = trajectory.peak_times, trajectory.contacts
     if times is None or trajectory.peak_frames is None or trajectory.peak_velocities is None or not len(times):
         return trajectory
-    apart = np.abs(times[:, None] - trajectory.frame_times)
-    new = np.flatnonzero(apart.min(axis=1, initial=np.inf) > SAME * trajectory.times[0])
+    distances = np.abs(times[:, None] - trajectory.frame_times)
+    new = np.flatnonzero(distances.min(axis=1, initial=np.inf) > SAME * trajectory.times[0])
     new = new[np.unique(times[new], return_index=True)[1]]
     order = np.argsort(np.append(trajectory.frame_times, times[new]), kind="stable")
 
@@ -61,8 +61,8 @@ def hardest(trajectory: Trajectory, names: Iterable[str]) -> Hardest | None:
     Args:
         trajectory: With the peaks among its frames, see `with_peaks`.
     """
-    found = [one for name in names if (one := _of_contact(trajectory, name)) is not None]
-    return max(found, key=lambda one: one.force, default=None)
+    strongest = [moment for name in names if (moment := _of_contact(trajectory, name)) is not None]
+    return max(strongest, key=lambda moment: moment.force, default=None)
 
 
 def _of_contact(trajectory: Trajectory, name: str) -> Hardest | None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
-from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
+from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, Trajectory
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.geometry.cells import Cell, cell_of
 from gudgeon.pipeline.plots.base.hardest import Hardest, hardest, with_peaks
@@ -80,9 +80,8 @@ class BodyMotion:
         if interface not in self.modal.interfaces:
             return None
         nodes = self.modal.interfaces[interface].nodes
-        drawn = [one for one in self.mesh.surfaces.values() if one.areas is None]
-        holders = [one for one in drawn if np.isin(nodes, one.facets).all()]
-        return min(holders, key=lambda one: len(one.facets), default=None)
+        surfaces = [s for s in self.mesh.surfaces.values() if s.areas is None and np.isin(nodes, s.facets).all()]
+        return min(surfaces, key=lambda surface: len(surface.facets), default=None)
 
     def elastic(self, frame: int) -> np.ndarray:
         """Return the displacement without its rigid part [m], (n, 3); of a body that joints hold, all of it."""
@@ -133,11 +132,8 @@ class Drawing:
             return Curve(label, np.array(self.reference["times"]), np.array(self.reference["force"]))
         record = self.store.get(self.reference["key"], "nodal", only=["times", "force", "forces"])
         force = record.forces.get(contact, record.force if len(self.trajectory.contacts) == 1 else None)
-        return (
-            None
-            if force is None
-            else Curve(label, record.times - 0.5 * np.diff(record.times, prepend=0.0), np.linalg.norm(force, axis=1))
-        )
+        middles = record.times - 0.5 * np.diff(record.times, prepend=0.0)
+        return None if force is None else Curve(label, middles, np.linalg.norm(force, axis=1))
 
     @cached_property
     def trajectory(self) -> Trajectory:
@@ -156,16 +152,15 @@ class Drawing:
             morph = replace(morph, rigid_twists=free_twists(morph, Body.model_validate(settings), name))
         mesh = turned_mesh(self.store.get(morph.mesh_key, "mesh"), Q)
         modal = self.modes(name, ["shapes", "angular_frequencies", "interfaces"])
-        first = self.trajectory.coordinate_offsets[name]
-        count = len(morph.rigid_twists) + len(modal.angular_frequencies)
+        start = self.trajectory.coordinate_offsets[name]
+        stop = start + len(morph.rigid_twists) + len(modal.angular_frequencies)
         nodes = mesh.nodes if morph.nodes is None else morph.nodes
-        coordinates = self.trajectory.frames[:, first : first + count]
+        coordinates = self.trajectory.frames[:, start:stop]
         return BodyMotion(name, mesh, modal, morph, nodes, coordinates, held=name in self.held)
 
     def design(self, body: str, only: Sequence[str] | None = None) -> MorphRecord:
         """Return a body's design, or some fields of it, turned as the scene places it."""
-        found = self.store.get(self.trajectory.bodies[body], "morph", only=only)
-        return turned_design(found, self.rotation(body))
+        return turned_design(self.store.get(self.trajectory.bodies[body], "morph", only=only), self.rotation(body))
 
     def modes(self, body: str, only: Sequence[str]) -> ModalRecord:
         """Return some fields of a body's modes, turned as the scene places it."""
@@ -181,14 +176,19 @@ class Drawing:
     def held(self) -> set[str]:
         """The bodies that joints hold on the ground in small motion."""
         joints = self.scene.get("joint", {}).values()
-        return set() if self.turning else {one["body"] for one in joints if one["kind"] == "fixed"}
+        return set() if self.turning else {joint["body"] for joint in joints if joint["kind"] == "fixed"}
 
     @property
     def driven(self) -> bool:
         """Whether a crank drives the scene, so that the rigid motion is large and mostly prescribed."""
-        known = self.scene.get("joint", {})
-        kinds = {known.get(name, {}).get("kind", "slider-crank") for name in self.trajectory.joints}
-        return "slider-crank" in kinds and not self.turning
+        return bool(self.cranks) and not self.turning
+
+    @property
+    def cranks(self) -> dict[str, JointHistory]:
+        """The joints of the run that are slider-cranks."""
+        kinds = {name: joint.get("kind") for name, joint in self.scene.get("joint", {}).items()}
+        joints = self.trajectory.joints.items()
+        return {name: joint for name, joint in joints if kinds.get(name, "slider-crank") == "slider-crank"}
 
     @property
     def turning(self) -> bool:
@@ -217,14 +217,15 @@ class Drawing:
 
     def struck_lines(self) -> list[str]:
         """Return the bars and beams on which a contact, their own or another's, ever acts."""
-        found = [name for name in self.trajectory.bodies if any(c.force.any() for c in self.contacts_on(name).values())]
-        return [name for name in found if self.cell(name).dimension == 1]
+        bodies = self.trajectory.bodies
+        struck = [name for name in bodies if any(c.force.any() for c in self.contacts_on(name).values())]
+        return [name for name in struck if self.cell(name).dimension == 1]
 
     def touched(self, dimension: int) -> list[str]:
         """Return the bodies of cells of a dimension on which a contact, their own or another's, acts in some frame."""
         bodies = self.trajectory.bodies
-        found = [name for name in bodies if any(c.multipliers.any() for c in self.contacts_on(name).values())]
-        return [name for name in found if self.cell(name).dimension == dimension]
+        touched = [name for name in bodies if any(c.multipliers.any() for c in self.contacts_on(name).values())]
+        return [name for name in touched if self.cell(name).dimension == dimension]
 
     def shaped(self, names: Iterable[str]) -> Iterator[BodyMotion]:
         """Yield those of some bodies whose modes have shapes."""
@@ -242,31 +243,26 @@ class Drawing:
 
     def hardest(self, body: str) -> Hardest:
         """Return the largest force of all contacts on a body, of which some frame must show one closed."""
-        found = hardest(self.trajectory, self.contacts_on(body))
-        assert found is not None
-        return found
+        strongest = hardest(self.trajectory, self.contacts_on(body))
+        assert strongest is not None
+        return strongest
 
     def presses(self, body: str) -> dict[str, Press]:
         """Return the closed contacts on a body, own ones and those of other bodies."""
-        found = {}
+        presses = {}
         for name, contact in self.contacts_on(body).items():
-            normals = self._normals(contact)
-            points, outward, interface = contact.points, normals, contact.interface
+            outward = self.modes(contact.body, ["interfaces"]).interfaces[contact.interface].normals
+            points, interface = contact.points, contact.interface
             if contact.body != body:
-                points, outward = points + self.position(contact.body) - self.position(body), -normals
+                points, outward = points + self.position(contact.body) - self.position(body), -outward
                 interface = self.scene["contact"][name]["against"]["interface"]
-            found[name] = Press(interface, points, outward, contact.multipliers)
-        return found
-
-    def _normals(self, contact: ContactHistory) -> np.ndarray:
-        """Return the outward unit normals at the points of a contact, (c, 3)."""
-        return self.modes(contact.body, ["interfaces"]).interfaces[contact.interface].normals
+            presses[name] = Press(interface, points, outward, contact.multipliers)
+        return presses
 
     def unseen(self) -> list[str]:
         """Return the contacts that were closed, but in no frame, except those with located impacts."""
-        contacts = self.trajectory.contacts.items()
-        found = [name for name, contact in contacts if contact.force.any() and not contact.multipliers.any()]
-        return [] if self.moves else found
+        contacts = {} if self.moves else self.trajectory.contacts
+        return [name for name, contact in contacts.items() if contact.force.any() and not contact.multipliers.any()]
 
     @property
     def moves(self) -> bool:
@@ -275,14 +271,14 @@ class Drawing:
         return name is None or INTEGRATORS[name].records_motion
 
     @contextlib.contextmanager
-    def file(self, name: str, part: str = "", parts: int = 1) -> Iterator[Path]:
+    def file(self, name: str, subject: str = "", subjects: int = 1) -> Iterator[Path]:
         """Yield a scratch path, which replaces `out/name` at the end; a picture of an earlier result is removed first.
 
         Args:
-            part: Subject of the picture, written before the dot if there are several `parts`.
+            subject: Of the picture, written before the dot if there are several `subjects`.
         """
-        if parts > 1:
-            name = "{0}-{part}.{2}".format(*name.partition("."), part=part)
+        if subjects > 1:
+            name = "{0}-{subject}.{2}".format(*name.partition("."), subject=subject)
         with contextlib.suppress(FileNotFoundError):
             (self.out / name).unlink()
         path = self.scratch / name

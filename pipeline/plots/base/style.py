@@ -19,6 +19,7 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.ticker import ScalarFormatter
+from matplotlib.transforms import Bbox
 from PIL.Image import Image
 
 from gudgeon.modaldb.records.trajectory import Trajectory
@@ -59,26 +60,12 @@ SIDES = (0.1, 0.965)
 Extend = Literal["neither", "both", "min", "max"]
 
 SETTINGS: Any = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9.5,
-    "axes.edgecolor": FAINT,
-    "axes.labelcolor": INK,
-    "axes.linewidth": 0.7,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "grid.color": GRID,
-    "grid.linewidth": 0.7,
-    "text.color": INK,
-    "xtick.color": FAINT,
-    "ytick.color": FAINT,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "legend.frameon": False,
-    "legend.fontsize": 9,
-}
-
+    "font.family": "DejaVu Sans", "font.size": 9.5, "text.color": INK,
+    "axes.edgecolor": FAINT, "axes.labelcolor": INK, "axes.linewidth": 0.7, "axes.grid": True, "axes.axisbelow": True,
+    "axes.spines.top": False, "axes.spines.right": False, "grid.color": GRID, "grid.linewidth": 0.7,
+    "xtick.color": FAINT, "ytick.color": FAINT, "xtick.labelcolor": INK, "ytick.labelcolor": INK,
+    "legend.frameon": False, "legend.fontsize": 9,
+}  # fmt: skip
 PREFIXES = (
     (1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"), (1e-15, "f"),
     (1e-18, "a"), (1e-21, "z"),
@@ -118,46 +105,57 @@ def keep_spans(axes: Axes) -> None:
     """
     if axes.name != "rectilinear" or not axes.lines:
         return
+    _plain_ticks(axes)
+    limits = {"x": np.array(axes.get_xlim()), "y": np.array(axes.get_ylim())}
+    equal = axes.get_aspect() == 1.0
+    longest = max(float(np.ptp(span)) for span in limits.values()) if equal else 0.0
+    largest = max(float(np.abs(span).max()) for name, span in limits.items() if equal or name == "y")
+    narrowest = max(LEAST_SPAN * largest, LEAST_SIDE * longest)
+    for name, (low, high) in limits.items():
+        scale = getattr(axes, f"get_{name}scale")()
+        if scale == "linear" and (equal or name == "y") and abs(high - low) < narrowest:
+            half = 0.5 * narrowest * (1.0 if high >= low else -1.0)
+            getattr(axes, f"set_{name}lim")(0.5 * (low + high) - half, 0.5 * (low + high) + half)
+
+
+def _plain_ticks(axes: Axes) -> None:
     for axis in (axes.xaxis, axes.yaxis):
         if isinstance(formatter := axis.get_major_formatter(), ScalarFormatter):
             formatter.set_useOffset(False)
-    limits = {"x": np.array(axes.get_xlim()), "y": np.array(axes.get_ylim())}
-    equal = axes.get_aspect() == 1.0
-    longest = max(float(np.ptp(one)) for one in limits.values()) if equal else 0.0
-    largest = max(float(np.abs(one).max()) for one in limits.values()) if equal else float(np.abs(limits["y"]).max())
-    least = max(LEAST_SPAN * largest, LEAST_SIDE * longest)
-    for name, (low, high) in limits.items():
-        scale = getattr(axes, f"get_{name}scale")()
-        if scale == "linear" and (equal or name == "y") and abs(high - low) < least:
-            half = 0.5 * least * (1.0 if high >= low else -1.0)
-            getattr(axes, f"set_{name}lim")(0.5 * (low + high) - half, 0.5 * (low + high) + half)
 
 
 def fit(figure: Figure) -> None:
     """Make texts smaller that would be cut off at the figure's border, except labels of ticks."""
-    canvas, edge = FigureCanvasAgg(figure), BORDER * figure.get_figwidth() * figure.dpi
-    size = np.array([figure.get_figwidth(), figure.get_figheight()]) * figure.dpi
+    canvas = FigureCanvasAgg(figure)
     for _ in range(FITS):
         canvas.draw()
-        fits = True
-        legends = figure.findobj(Legend)
-        groups = [(legend, legend.get_texts()) for legend in legends if isinstance(legend, Legend)]
-        held = {text for _, texts in groups for text in texts}
-        # Labels of ticks, also of those beyond the limits, which are not drawn.
-        held |= {text for axes in figure.axes for axis in (axes.xaxis, axes.yaxis) for text in axis.get_ticklabels()}
-        groups += [(text, [text]) for text in figure.findobj(Text) if isinstance(text, Text) and text not in held]
-        for artist, texts in groups:
-            if not artist.get_visible() or not any(text.get_text().strip() for text in texts):
-                continue
-            box = artist.get_window_extent(canvas.get_renderer())
-            outside = max(edge - box.x0, box.x1 - size[0] + edge, edge - box.y0, box.y1 - size[1] + edge)
-            if outside > 0:
-                fits = False
-                factor = max(0.5, 1 - (outside + 1) / max(box.width, box.height))
-                for text in texts:
-                    text.set_fontsize(float(text.get_fontsize()) * factor)
-        if fits:
+        boxes = [(artist.get_window_extent(canvas.get_renderer()), texts) for artist, texts in _written(figure)]
+        cut_off = [(factor, texts) for box, texts in boxes if (factor := _fitting(figure, box)) < 1]
+        for factor, texts in cut_off:
+            for text in texts:
+                text.set_fontsize(float(text.get_fontsize()) * factor)
+        if not cut_off:
             return
+
+
+def _written(figure: Figure) -> list[tuple[Legend | Text, list[Text]]]:
+    """Return the legends and the other texts that are seen, but no labels of ticks, with the texts of each."""
+    groups: list[tuple[Legend | Text, list[Text]]] = [
+        (legend, legend.get_texts()) for legend in figure.findobj(Legend) if isinstance(legend, Legend)
+    ]
+    grouped = {text for _, texts in groups for text in texts}
+    # Labels of ticks, also of those beyond the limits, which are not drawn.
+    grouped |= {text for axes in figure.axes for axis in (axes.xaxis, axes.yaxis) for text in axis.get_ticklabels()}
+    groups += [(text, [text]) for text in figure.findobj(Text) if isinstance(text, Text) and text not in grouped]
+    return [group for group in groups if group[0].get_visible() and any(text.get_text().strip() for text in group[1])]
+
+
+def _fitting(figure: Figure, box: Bbox) -> float:
+    """Return the factor at which a box [px] is within the figure's border; 1 if it is there."""
+    width, height = figure.get_size_inches() * figure.dpi
+    edge = BORDER * width
+    outside = max(edge - box.x0, box.x1 - width + edge, edge - box.y0, box.y1 - height + edge)
+    return 1.0 if outside <= 0 else max(0.5, 1 - (outside + 1) / max(box.width, box.height))
 
 
 def draw(file: AbstractContextManager[Path], make: Callable[..., Figure], *arguments: Any) -> None:
@@ -196,20 +194,25 @@ def over_time(times: np.ndarray, span: tuple[float, float]) -> Abscissa:
 
 
 def rows(
-    figure: Figure, heights: Sequence[float], apart: float, sides: tuple[float, float] = SIDES, top: float | None = None
+    figure: Figure,
+    heights: Sequence[float],
+    spacing: float,
+    sides: tuple[float, float] = SIDES,
+    top: float | None = None,
 ) -> list[Axes]:
     """Return axes one above the other.
 
     Args:
         heights: Relative to one another.
-        apart: Space between two, relative to their mean height.
+        spacing: Between two, relative to their mean height.
         sides: Left and right border, in the figure.
         top: Upper border, in the figure; the default leaves one line for a legend below the titles.
     """
-    left, right = sides
-    bottom, top = 0.6 / figure.get_figheight(), top or 1 - 1.075 / figure.get_figheight()
-    borders = {"left": left, "right": right, "bottom": bottom, "top": top}
-    grid = figure.add_gridspec(len(heights), 1, hspace=apart, height_ratios=heights, **borders)
+    inches = figure.get_figheight()
+    grid = figure.add_gridspec(
+        len(heights), 1, hspace=spacing, height_ratios=heights, left=sides[0], right=sides[1], bottom=0.6 / inches,
+        top=top or 1 - 1.075 / inches,
+    )  # fmt: skip
     return list(grid.subplots(squeeze=False)[:, 0])
 
 
@@ -220,17 +223,17 @@ def include_zero(axes: Axes, values: np.ndarray, margin: float) -> None:
     axes.set_ylim(low - room, high + room)
 
 
-def legend(axes: Axes, *more: tuple[Any, str], beside: Axes | None = None, columns: int = 3) -> None:
-    """Draw the legend of axes, of axes at the same place, and of more handles, above them, in rows in their order."""
-    found = [*zip(*axes.get_legend_handles_labels(), strict=True), *more]
+def legend(axes: Axes, *further: tuple[Any, str], beside: Axes | None = None, columns: int = 3) -> None:
+    """Draw the legend of axes, of axes at the same place and of further handles above them, in rows in their order."""
+    labelled = [*zip(*axes.get_legend_handles_labels(), strict=True), *further]
     if beside is not None:
-        found += zip(*beside.get_legend_handles_labels(), strict=True)
-        if (own := beside.get_legend()) is not None:
-            own.remove()
+        labelled += zip(*beside.get_legend_handles_labels(), strict=True)
+        if (legend_beside := beside.get_legend()) is not None:
+            legend_beside.remove()
     # A legend is filled column by column.
-    found = [one for column in range(columns) for one in found[column::columns]]
+    labelled = [pair for column in range(columns) for pair in labelled[column::columns]]
     axes.legend(
-        [handle for handle, _ in found], [label for _, label in found],
+        [handle for handle, _ in labelled], [label for _, label in labelled],
         loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=columns, columnspacing=1.8, borderaxespad=0.2,
     )  # fmt: skip
 
@@ -259,16 +262,23 @@ def colour_bar(figure: Figure, mappable: ScalarMappable, label: str, box: Box, e
 
 
 def magnitude_bar(
-    figure: Figure, top: float, label: str, unit: str, box: Box, *, colours: Colormap = MAGNITUDE, over: bool = False
+    figure: Figure,
+    top: float,
+    label: str,
+    unit: str,
+    box: Box,
+    *,
+    colours: Colormap = MAGNITUDE,
+    exceeded: bool = False,
 ) -> None:
-    """Add a colour bar from zero to `top`, its unit with a prefix; with `over` values lie above it.
+    """Add a colour bar from zero to `top`, its unit with a prefix; with `exceeded` values lie above it.
 
     Args:
         label: Before the unit; without one the unit is not written.
     """
     factor, name = prefixed(top, unit)
     scale = ScalarMappable(Normalize(0.0, top * factor or 1.0), colours)
-    colour_bar(figure, scale, label and f"{label} [{name}]", box, "max" if over else "neither")
+    colour_bar(figure, scale, label and f"{label} [{name}]", box, "max" if exceeded else "neither")
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
@@ -315,9 +325,9 @@ def magnified(scale: float) -> str:
     return f"{mantissa}×" * (mantissa != "1") + "10" + superscript(int(exponent))
 
 
-def superscript(number: int) -> str:
+def superscript(exponent: int) -> str:
     """Return a whole number as an exponent."""
-    return str(number).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def time_unit(span: float) -> tuple[float, str]:
@@ -335,15 +345,16 @@ def contact_span(times: np.ndarray, force: np.ndarray, margin: float) -> tuple[f
     hit = np.flatnonzero(force > 0)
     if not len(hit):
         return float(min(times[0], 0.0)), float(times[-1])
-    first, last = times[hit[0]], times[hit[-1]]
-    extra = margin * max(last - first, 4 * (times[1] - times[0]))
-    return float(max(first - extra, min(times[0], 0.0))), float(min(last + extra, times[-1]))
+    start, stop = times[hit[0]], times[hit[-1]]
+    extra = margin * max(stop - start, 4 * (times[1] - times[0]))
+    return float(max(start - extra, min(times[0], 0.0))), float(min(stop + extra, times[-1]))
 
 
-def moment_text(most: Hardest, trajectory: Trajectory) -> str:
+def moment_text(strongest: Hardest, trajectory: Trajectory) -> str:
     """Return contact, size and time of a largest force as text."""
     factor, unit = time_unit(float(trajectory.times[-1]))
-    return f"largest force of {most.contact}: {quantity(most.force, 'N')} at {digits(most.time * factor)} {unit}"
+    time = f"{digits(strongest.time * factor)} {unit}"
+    return f"largest force of {strongest.contact}: {quantity(strongest.force, 'N')} at {time}"
 
 
 def plain_axes(axes: Axes) -> None:

@@ -39,11 +39,11 @@ class Skin(NamedTuple):
     @property
     def points(self) -> np.ndarray:
         """Points of the triangles, then of the edges [m], (p, 3)."""
-        return np.concatenate([part.points for part in self])
+        return np.concatenate([mesh.points for mesh in self])
 
     def take(self, name: str) -> np.ndarray:
         """Return a field at all points, (p, ...), and remove it from the skin."""
-        return np.concatenate([part.point_data.pop(name) for part in self if part.n_points])
+        return np.concatenate([mesh.point_data.pop(name) for mesh in self if mesh.n_points])
 
     def move(self, points: np.ndarray) -> None:
         """Move all points (p, 3), and update the normals of the triangles."""
@@ -130,13 +130,13 @@ def skin_of(
 def thread_of(body: BodyMotion) -> tuple[BodyMotion, Thread]:
     """Return the motion of the nodes of a body without volume, and what is drawn of it."""
     cells, lines = body.mesh.cells, cell_of(body.mesh).dimension == 1
-    place = pv.PolyData(body.nodes.copy())
+    points = pv.PolyData(body.nodes.copy())
     if lines:
-        place = pv.PolyData(body.nodes.copy(), lines=np.column_stack([np.full(len(cells), 2), cells[:, :2]]).ravel())
+        points = pv.PolyData(body.nodes.copy(), lines=np.column_stack([np.full(len(cells), 2), cells[:, :2]]).ravel())
     if body.modal.shapes is None or not body.modal.shapes.size:
         rigid = replace(body.modal, shapes=np.zeros((len(body.nodes), 3, len(body.modal.angular_frequencies))))
         body = replace(body, modal=rigid)
-    return body, Thread(place, lines)
+    return body, Thread(points, lines)
 
 
 def _divided(grid: pv.UnstructuredGrid, level: int) -> pv.PolyData:

@@ -136,17 +136,17 @@ def aim(plotter: pv.Plotter, view: View, bounds_points: np.ndarray, *, fill: flo
 
 def draw_triad(figure: Figure, seen: View) -> None:
     """Draw the directions of x, y and z as the camera sees them, the nearest on top."""
-    left, low, width = TRIAD
-    axes = figure.add_axes((left, low, width, width * figure.get_figwidth() / figure.get_figheight()))
+    left_edge, low, width = TRIAD
+    axes = figure.add_axes((left_edge, low, width, width * figure.get_figwidth() / figure.get_figheight()))
     right = unit(np.cross(seen.up, seen.towards))
     across = np.stack([right, np.cross(seen.towards, right)])
-    for number in np.argsort(seen.towards):
-        name, colour = AXES[number]
-        x, y = across[:, number]
+    for k in np.argsort(seen.towards):
+        name, colour = AXES[k]
+        x, y = across[:, k]
         axes.annotate("", (x, y), (0.0, 0.0), arrowprops={"color": colour, **ARROW})
         # What points at the camera has its name beside its foot.
-        reach = max(float(np.hypot(x, y)), 1e-9)
-        x, y = np.array([x, y]) * (1 + 0.28 / reach) if reach > 0.2 else (0.25, -0.3)
+        length = max(float(np.hypot(x, y)), 1e-9)
+        x, y = np.array([x, y]) * (1 + 0.28 / length) if length > 0.2 else (0.25, -0.3)
         axes.text(x, y, name, color=colour, ha="center", va="center", fontsize=9)
     axes.set(xlim=(-1.5, 1.5), ylim=(-1.5, 1.5))
     axes.axis("off")

@@ -22,10 +22,10 @@ COLOURS = (style.BLUE, style.ORANGE)
 
 def draw_impacts(drawing: Drawing) -> None:
     """Draw one picture for each contact with located impacts."""
-    found = touches(drawing)
-    for touch in found:
+    contacts = touches(drawing)
+    for touch in contacts:
         figure = sliding_figure if slides(drawing, touch) else _figure
-        style.draw(drawing.file("impacts.png", touch.name, len(found)), figure, drawing, touch)
+        style.draw(drawing.file("impacts.png", touch.name, len(contacts)), figure, drawing, touch)
 
 
 def shade(axes: Axes, touch: Touch, shown: float) -> None:
@@ -41,13 +41,13 @@ def _figure(drawing: Drawing, touch: Touch) -> Figure:
     span = touch.span
     abscissa, (shown, _) = style.over_time(touch.trajectory.times, span), style.time_unit(span[1] - span[0])
     impacts = touch.impacts
-    parts = [drawing.scene_name, f"contact {touch.name}", impact_count(len(impacts))]
+    texts = [drawing.scene_name, f"contact {touch.name}", impact_count(len(impacts))]
     closing, opening = (abs(float(speed)) for speed in impacts[0, [CLOSING, OPENING]])
     if len(impacts) == 1 and closing > 0:
-        parts.append(f"closing at {style.quantity(closing, 'm/s')}")
+        texts.append(f"closing at {style.quantity(closing, 'm/s')}")
         if opening > STILL * closing:
-            parts[-1] += f", opening at {style.quantity(opening, 'm/s')}"
-    figure = style.new_figure("Impacts" if len(impacts) > 1 else "Impact", "  ·  ".join(parts))
+            texts[-1] += f", opening at {style.quantity(opening, 'm/s')}"
+    figure = style.new_figure("Impacts" if len(impacts) > 1 else "Impact", "  ·  ".join(texts))
     width = 0.81 if touch.impulsive and not touch.brief.all() else 0.865
     upper = figure.add_axes((0.1, 0.45, width, 0.38))
     lower = figure.add_axes((0.1, 0.1, width, 0.25), sharex=upper)
@@ -78,9 +78,9 @@ def _places(axes: Axes, courses: list[Course], touch: Touch, span: tuple[float, 
     starts, ends = touch.impacts[:, :2].T
     middles = np.where(touch.brief, starts, 0.5 * (np.maximum(starts, span[0]) + np.minimum(ends, span[1])))
     if len(starts) > 1:
-        for number in spaced(middles, span, NUMBERS):
+        for k in spaced(middles, span, NUMBERS):
             axes.text(
-                middles[number] * shown, (high - 0.015 * (high - low)) * scale, f"{number + 1}", ha="center", va="top",
+                middles[k] * shown, (high - 0.015 * (high - low)) * scale, f"{k + 1}", ha="center", va="top",
                 fontsize=8.5, fontweight="bold", color=style.FAINT,
                 bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.2},
             )  # fmt: skip
@@ -89,5 +89,5 @@ def _places(axes: Axes, courses: list[Course], touch: Touch, span: tuple[float, 
 
 def _within(course: Course, span: tuple[float, float]) -> np.ndarray:
     """Return the positions within a span of time, its ends included."""
-    inside = (course.times >= span[0]) & (course.times <= span[1])
-    return np.append(course.place[inside], np.interp(span, course.times, course.place))
+    within = (course.times >= span[0]) & (course.times <= span[1])
+    return np.append(course.place[within], np.interp(span, course.times, course.place))

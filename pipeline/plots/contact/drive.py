@@ -84,8 +84,8 @@ class Cycle:
     @property
     def span(self) -> tuple[float, float]:
         """Crank angles at its start and end [deg], rounded to whole numbers within round-off."""
-        first, last = self.degrees[0] - (self.degrees[1] - self.degrees[0]), self.degrees[-1]
-        return float(np.round(first, 6)), float(np.round(last, 6))
+        degrees = self.degrees
+        return float(np.round(2 * degrees[0] - degrees[1], 6)), float(np.round(degrees[-1], 6))
 
     @property
     def abscissa(self) -> style.Abscissa:
@@ -95,10 +95,7 @@ class Cycle:
 
 def drive_of(drawing: Drawing) -> Drive:
     """Return the first joint of a driven scene, as its scene describes it."""
-    known = drawing.scene.get("joint", {})
-    cranks = {n: one for n, one in drawing.trajectory.joints.items()
-              if known.get(n, {}).get("kind", "slider-crank") == "slider-crank"}  # fmt: skip
-    name, history = next(iter(cranks.items()))
+    name, history = next(iter(drawing.cranks.items()))
     joint = drawing.scene.get("joint", {}).get(name, {})
     along = unit(joint.get("along", (0.0, 0.0, 1.0)))
     right = -unit(joint.get("lateral", (1.0, 0.0, 0.0)))
@@ -113,13 +110,13 @@ def own_cycle(drawing: Drawing) -> Cycle:
 
 def cycles(drawing: Drawing) -> list[Cycle]:
     """Return this run, then those compared with it; a label for its own key replaces the scene's name."""
-    found, fields = [own_cycle(drawing)], ["times", "contacts", "joints", "motion"]
+    runs, fields = [own_cycle(drawing)], ["times", "contacts", "joints", "motion"]
     for label, key in drawing.compare.items():
         if key == drawing.key:
-            found[0] = replace(found[0], label=label)
+            runs[0] = replace(runs[0], label=label)
         else:
-            found.append(Cycle(label, found[0].drive, drawing.store.get(key, "trajectory", only=fields)))
-    return found
+            runs.append(Cycle(label, runs[0].drive, drawing.store.get(key, "trajectory", only=fields)))
+    return runs
 
 
 def hardest_first(contacts: Mapping[str, ContactHistory]) -> list[str]:
@@ -143,11 +140,11 @@ def frame_degrees(drawing: Drawing, drive: Drive) -> np.ndarray:
     return np.polyval(np.polyfit(times, angle, 1), trajectory.frame_times)
 
 
-def crank_axis(axes: Axes, first: float, last: float) -> None:
+def crank_axis(axes: Axes, low: float, high: float) -> None:
     """Set the limits of an axis over crank angles; texts name the same angles, see `shown_angle`."""
-    axes.set_xlim(first, last)
-    steps = FINE if last - first < 2 * TICK else TICK * 2.0 ** np.arange(20)
-    step = next((tick for tick in steps if (last - first) / tick <= MOST_TICKS), steps[-1])
+    axes.set_xlim(low, high)
+    steps = FINE if high - low < 2 * TICK else TICK * 2.0 ** np.arange(20)
+    step = next((tick for tick in steps if (high - low) / tick <= MOST_TICKS), steps[-1])
     decimals = 0 if step >= 1 else 1
     axes.xaxis.set_major_locator(MultipleLocator(step))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda angle, _: shown_angle(angle, decimals)))

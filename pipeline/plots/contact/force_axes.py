@@ -46,8 +46,8 @@ def smoothed(trajectory: Trajectory, name: str) -> Smoothed | None:
     times, force = trajectory.times, trajectory.contacts[name].force
     interval = float(times[1] - times[0])
     lasts = interval * np.count_nonzero(np.abs(force).sum(axis=1))
-    own = trajectory.quantities.get(f"{name}.force_window")
-    width = own["value"] if own else 0.0
+    quantity = trajectory.quantities.get(f"{name}.force_window")
+    width = quantity["value"] if quantity else 0.0
     if width < FINEST * interval:
         return None
     count = round(width / interval)
@@ -129,8 +129,8 @@ def windowed(trajectory: Trajectory, name: str, reference: Curve) -> Curve:
     interval = float(trajectory.times[1] - trajectory.times[0])
     times = interval * np.arange(1, int(min(reference.times[-1], trajectory.times[-1]) / interval) + 1)
     force = np.interp(times, reference.times, reference.force)
-    own = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
-    return Curve(reference.label, times, _windowed(force[:, None], interval, max(own, interval))[:, 0])
+    window = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
+    return Curve(reference.label, times, _windowed(force[:, None], interval, max(window, interval))[:, 0])
 
 
 def _windowed(force: np.ndarray, interval: float, window: float) -> np.ndarray:
@@ -151,11 +151,11 @@ def _reference_line(axes: Axes, times: np.ndarray, abscissa: np.ndarray, referen
     Args:
         times, abscissa: Of the samples of the run, (s,).
     """
-    before = [2 * part[0] - part[1] for part in (times, abscissa)]
-    places = np.interp(reference.times, np.append(before[0], times), np.append(before[1], abscissa))
+    before = [2 * values[0] - values[1] for values in (times, abscissa)]
+    positions = np.interp(reference.times, np.append(before[0], times), np.append(before[1], abscissa))
     seen = reference.times <= times[-1]
     ink = {"color": style.INK, "lw": 1.1, "ls": (0, (4, 2))}
-    axes.plot(places[seen], reference.force[seen], label=f"reference {reference.label}", **ink)
+    axes.plot(positions[seen], reference.force[seen], label=f"reference {reference.label}", **ink)
     return float(reference.force[seen].max(initial=0.0))
 
 
@@ -185,21 +185,21 @@ def impact_count(count: int) -> str:
     return "one impact" if count == 1 else f"{count} impacts"
 
 
-def spaced(places: np.ndarray, span: tuple[float, float], apart: float = APART) -> list[int]:
+def spaced(positions: np.ndarray, span: tuple[float, float], spacing: float = APART) -> list[int]:
     """Return the numbers of the first places at which texts do not overlap."""
-    found: list[int] = []
-    for number in np.argsort(places)[:WRITTEN]:
-        place = places[number]
-        free = not found or place - places[found[-1]] >= apart * (span[1] - span[0])
-        if span[0] <= place <= span[1] and free:
-            found.append(int(number))
-    return found
+    chosen: list[int] = []
+    for k in np.argsort(positions)[:WRITTEN]:
+        position = positions[k]
+        free = not chosen or position - positions[chosen[-1]] >= spacing * (span[1] - span[0])
+        if span[0] <= position <= span[1] and free:
+            chosen.append(int(k))
+    return chosen
 
 
 def _stems(axes: Axes, impacts: np.ndarray, span: tuple[float, float]) -> None:
     shown, _ = style.time_unit(span[1] - span[0])
     scale, unit = style.prefixed(float(impacts[:, 2].max()), "N·s")
-    at, impulses = impacts[:, 0] * shown, impacts[:, 2] * scale
+    starts, impulses = impacts[:, 0] * shown, impacts[:, 2] * scale
     highest = impacts[impacts[:, 3].argmax()]
     label = f"impulse of {'each of ' * (len(impacts) > 1)}{impact_count(len(impacts))}"
     if len(impacts) > 1:
@@ -207,15 +207,15 @@ def _stems(axes: Axes, impacts: np.ndarray, span: tuple[float, float]) -> None:
     elif highest[3] > 0:
         length = style.quantity(float(highest[1] - highest[0]), "s")
         label += f", force up to {style.quantity(float(highest[3]), 'N')} in {length}"
-    axes.vlines(at, 0, impulses, color=style.RED, lw=1.4 if len(impacts) < 40 else 0.9)
-    axes.plot(at, impulses, "o", color=style.RED, ms=4.5 if len(impacts) < 40 else 3, label=label, clip_on=False)
-    for number in spaced(impacts[:, 0], span):
-        if impulses[number] < LOW * impulses.max():
+    axes.vlines(starts, 0, impulses, color=style.RED, lw=1.4 if len(impacts) < 40 else 0.9)
+    axes.plot(starts, impulses, "o", color=style.RED, ms=4.5 if len(impacts) < 40 else 3, label=label, clip_on=False)
+    for k in spaced(impacts[:, 0], span):
+        if impulses[k] < LOW * impulses.max():
             continue
-        first = at[number] <= span[0] * shown
+        at_border = starts[k] <= span[0] * shown
         axes.annotate(
-            style.digits(float(impulses[number])), (at[number], impulses[number]), xytext=(5 if first else 0, 6),
-            textcoords="offset points", ha="left" if first else "center", fontsize=8.5, color=style.RED,
+            style.digits(float(impulses[k])), (starts[k], impulses[k]), xytext=(5 if at_border else 0, 6),
+            textcoords="offset points", ha="left" if at_border else "center", fontsize=8.5, color=style.RED,
         )  # fmt: skip
     axes.set_ylim(0, 1.2 * float(impulses.max()) or 1.0)
     axes.set_ylabel(f"impulse [{unit}]", color=style.RED)

@@ -35,10 +35,10 @@ def hann_filter(times: np.ndarray, force: np.ndarray, width: float) -> np.ndarra
         raise StageError(
             f"force filter: sample intervals of {intervals.min()} to {intervals.max()} s given, they must be equal"
         )
-    reach = int(0.5 * width / interval * (1 - 1e-12))
-    if reach < 1:
+    half = int(0.5 * width / interval * (1 - 1e-12))
+    if half < 1:
         return np.array(force, float)
-    weights = 1 + np.cos(2 * np.pi * interval / width * np.arange(-reach, reach + 1))
+    weights = 1 + np.cos(2 * np.pi * interval / width * np.arange(-half, half + 1))
     return convolve1d(np.asarray(force, float), weights / weights.sum(), axis=0, mode="reflect")
 
 

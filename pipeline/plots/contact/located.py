@@ -84,22 +84,22 @@ class Touch:
         force = self.contact.force @ self.direction
         if not self.brief.any():
             return force
-        ends, inside = self.trajectory.times, np.zeros(len(force), bool)
+        ends, lasting = self.trajectory.times, np.zeros(len(force), bool)
         for impact in self.impacts[~self.brief]:
-            inside |= (ends - self.interval >= impact[0] - 1e-9 * self.interval) & (ends <= impact[1] + self.interval)
+            lasting |= (ends - self.interval >= impact[0] - 1e-9 * self.interval) & (ends <= impact[1] + self.interval)
         for impact in self.impacts[self.brief]:
-            inside &= (ends < impact[0]) | (ends - self.interval > impact[1])
-        return np.where(inside, force, 0.0)
+            lasting &= (ends < impact[0]) | (ends - self.interval > impact[1])
+        return np.where(lasting, force, 0.0)
 
     @property
     def span(self) -> tuple[float, float]:
         """Time span of the picture [s]: the impacts with a margin, or the whole run if they are short."""
         end = float(self.trajectory.times[-1])
-        first, last = float(self.impacts[:, 0].min()), float(self.impacts[:, 1].max())
-        if last - first < FEW * self.interval:
+        start, stop = float(self.impacts[:, 0].min()), float(self.impacts[:, 1].max())
+        if stop - start < FEW * self.interval:
             return 0.0, end
-        margin = (ALONE if len(self.impacts) == 1 else MARGIN) * (last - first)
-        return max(0.0, first - margin), min(end, last + margin)
+        margin = (ALONE if len(self.impacts) == 1 else MARGIN) * (stop - start)
+        return max(0.0, start - margin), min(end, stop + margin)
 
 
 @dataclass(frozen=True)
@@ -117,8 +117,8 @@ def touches(drawing: Drawing) -> list[Touch]:
     """Return the contacts with impacts that the scene describes, of a run that records the motion of its bodies."""
     if not drawing.moves:
         return []
-    found = [touch_of(drawing, name) for name, impacts in drawing.trajectory.impacts.items() if len(impacts)]
-    return [touch for touch in found if touch is not None]
+    contacts = [touch_of(drawing, name) for name, impacts in drawing.trajectory.impacts.items() if len(impacts)]
+    return [touch for touch in contacts if touch is not None]
 
 
 def touch_of(drawing: Drawing, name: str) -> Touch | None:
@@ -126,43 +126,43 @@ def touch_of(drawing: Drawing, name: str) -> Touch | None:
     contact, settings = drawing.trajectory.contacts[name], drawing.scene.get("contact", {}).get(name)
     if settings is None or settings["against"]["shape"] == "surface":
         return None
-    number = int(contact.multipliers.sum(axis=0).argmax()) if contact.multipliers.size else 0
-    side, against = Side(contact.body, contact.interface, number), settings["against"]
+    point = int(contact.multipliers.sum(axis=0).argmax()) if contact.multipliers.size else 0
+    side, against = Side(contact.body, contact.interface, point), settings["against"]
     placed = contact.points + drawing.position(contact.body)
     if against["shape"] != "body":
         obstacle = obstacle_of(against)
-        direction, gap = obstacle.direction(placed)[number], float(obstacle.gap(placed)[number])
+        direction, gap = obstacle.direction(placed)[point], float(obstacle.gap(placed)[point])
         return Touch(name, drawing.trajectory, side, None, direction, gap)
-    direction = -drawing.body(contact.body).modal.interfaces[contact.interface].normals[number]
-    far = placed[number] - _placed(drawing, against["body"], against["interface"])
-    other = Side(against["body"], against["interface"], int(length_across(far, direction).argmin()))
-    return Touch(name, drawing.trajectory, side, other, direction, float(far[other.point] @ direction))
+    direction = -drawing.body(contact.body).modal.interfaces[contact.interface].normals[point]
+    far = placed[point] - _placed(drawing, against["body"], against["interface"])
+    partner = Side(against["body"], against["interface"], int(length_across(far, direction).argmin()))
+    return Touch(name, drawing.trajectory, side, partner, direction, float(far[partner.point] @ direction))
 
 
 def course(
-    drawing: Drawing, side: Side, direction: np.ndarray, pressed: np.ndarray | None, *, start: float = 0.0
+    drawing: Drawing, side: Side, direction: np.ndarray, forces: np.ndarray | None, *, start: float = 0.0
 ) -> Course:
     """Return the motion of a point along a direction, at samples for a rigid body and at frames for an elastic one.
 
     Args:
-        pressed: Outward forces on the interface's residual flexibility at each frame [N], (f, c).
+        forces: Outward forces on the interface's residual flexibility at each frame [N], (f, c).
         start: Position at the start [m].
     """
     body, trajectory = drawing.body(side.body), drawing.trajectory
     if not len(body.modal.angular_frequencies):
-        times, place = trajectory.times, rigid_course(drawing, side, direction)[0]
+        times, displacement = trajectory.times, rigid_course(drawing, side, direction)[0]
     else:
         interface = body.modal.interfaces[side.interface]
         count = len(body.morph.rigid_twists)
         rigid = body.coordinates[:, :count] @ (body.morph.rigid_twists @ _wrench(drawing, side, direction))
         outward = body.coordinates[:, count:] @ interface.rows[side.point]
-        if pressed is not None:
-            outward = outward + pressed @ _residual(drawing, body, side, interface)
-        times, place = trajectory.frame_times, rigid + outward * (interface.normals[side.point] @ direction)
-    return _course(drawing, side, times, place, start)
+        if forces is not None:
+            outward = outward + forces @ _residual(drawing, body, side, interface)
+        times, displacement = trajectory.frame_times, rigid + outward * (interface.normals[side.point] @ direction)
+    return _course(drawing, side, times, displacement, start)
 
 
-def _course(drawing: Drawing, side: Side, times: np.ndarray, place: np.ndarray, start: float) -> Course:
+def _course(drawing: Drawing, side: Side, times: np.ndarray, displacement: np.ndarray, start: float) -> Course:
     """Return a course from the displacement of a point [m] at times [s], (t,) each, and its position undeformed [m].
 
     It begins at the start of the run unless loads deform the body there, which the record does not have.
@@ -170,8 +170,8 @@ def _course(drawing: Drawing, side: Side, times: np.ndarray, place: np.ndarray, 
     run, elastic = drawing.scene["run"], len(drawing.modes(side.body, ["angular_frequencies"]).angular_frequencies)
     loaded = any(run["gravity"]) or drawing.scene["force"] or drawing.scene["motion"]
     if elastic and run["start"] == "rest" and loaded:
-        return Course(side.label, times, place + start)
-    return Course(side.label, np.append(0.0, times), np.append(0.0, place) + start)
+        return Course(side.label, times, displacement + start)
+    return Course(side.label, np.append(0.0, times), np.append(0.0, displacement) + start)
 
 
 def rigid_course(drawing: Drawing, side: Side, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -190,20 +190,23 @@ def _wrench(drawing: Drawing, side: Side, direction: np.ndarray) -> np.ndarray:
 def normal_courses(drawing: Drawing, touch: Touch) -> list[Course]:
     """Return the motion of both points along the contact's direction, relative to the start of the other point."""
     flexible = drawing.scene["contact"][touch.name].get("method") == "residual"
-    pressed = -touch.contact.multipliers if flexible else None
+    forces = -touch.contact.multipliers if flexible else None
     path, times = touch.contact.path, touch.trajectory.times
     if path is not None:
         sides = [(touch.side, touch.gap)] + ([(touch.partner, 0.0)] if touch.partner else [])
-        return [_course(drawing, side, times, place, start) for (side, start), place in zip(sides, path.T, strict=True)]
-    own = course(drawing, touch.side, touch.direction, pressed, start=touch.gap)
+        return [
+            _course(drawing, side, times, displacement, start)
+            for (side, start), displacement in zip(sides, path.T, strict=True)
+        ]
+    near_course = course(drawing, touch.side, touch.direction, forces, start=touch.gap)
     if touch.partner is None:
-        return [own]
-    if pressed is not None:
+        return [near_course]
+    if forces is not None:
         # Of the point of the body opposite each point of the other.
         mine = touch.contact.points + drawing.position(touch.side.body)
         far = _placed(drawing, touch.partner.body, touch.partner.interface)[:, None] - mine[None]
-        pressed = pressed[:, length_across(far, touch.direction).argmin(axis=1)]
-    return [own, course(drawing, touch.partner, touch.direction, pressed)]
+        forces = forces[:, length_across(far, touch.direction).argmin(axis=1)]
+    return [near_course, course(drawing, touch.partner, touch.direction, forces)]
 
 
 def _residual(drawing: Drawing, body: BodyMotion, side: Side, interface: InterfaceModes) -> np.ndarray:
@@ -211,8 +214,8 @@ def _residual(drawing: Drawing, body: BodyMotion, side: Side, interface: Interfa
     modal = drawing.store.get(body.morph.modes_key, "modes", only=["residual_flexibility", "interface_rows"])
     if modal.residual_flexibility is None:
         return np.zeros(len(interface.nodes))
-    first, last = modal.interface_rows[side.interface]
-    return modal.residual_flexibility[first + side.point, first:last]
+    start, stop = modal.interface_rows[side.interface]
+    return modal.residual_flexibility[start + side.point, start:stop]
 
 
 def _placed(drawing: Drawing, body: str, interface: str) -> np.ndarray:

@@ -100,9 +100,9 @@ class Raster:
         Args:
             colours: As `Axes.imshow` takes them.
         """
-        (left, low), (right, high) = self.chart.shown.min(axis=0), self.chart.shown.max(axis=0)
+        (x_low, low), (right, high) = self.chart.shown.min(axis=0), self.chart.shown.max(axis=0)
         image = axes.imshow(
-            values, extent=(left, right, low, high), origin="lower", aspect=self.chart.aspect, interpolation="nearest",
+            values, extent=(x_low, right, low, high), origin="lower", aspect=self.chart.aspect, interpolation="nearest",
             **colours,
         )  # fmt: skip
         axes.set_anchor("NW")

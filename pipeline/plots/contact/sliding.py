@@ -45,7 +45,7 @@ def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
     trajectory, settings = touch.trajectory, drawing.scene["contact"][touch.name]
     line = _line(touch, settings["friction"].get("direction"))
     belt = float(line @ np.asarray(settings["against"].get("velocity", (0.0, 0.0, 0.0))))
-    place, speed = rigid_course(drawing, touch.side, line)
+    position, speed = rigid_course(drawing, touch.side, line)
     if touch.partner is not None:
         ground, ground_speed = rigid_course(drawing, touch.partner, line)
     else:
@@ -62,28 +62,30 @@ def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
         figure.add_axes((0.1, bottom, 0.865, height)) for bottom, height in ((0.57, 0.26), (0.365, 0.165), (0.1, 0.18))
     ]
     met = touch.partner.label if touch.partner else "the obstacle"
-    _place_axes(panels[0], times, place, ground, (touch.side.label, met))
+    _place_axes(panels[0], times, position, ground, (touch.side.label, met))
     _speed_axes(panels[1], times, speed, ground_speed)
     _force_axes(panels[2], times, touch, line, settings["friction"])
     for axes in panels:
-        for first, last in runs:
-            axes.axvspan(first * shown, last * shown, color=style.ORANGE, alpha=0.13, lw=0, zorder=0.3)
+        for start, stop in runs:
+            axes.axvspan(start * shown, stop * shown, color=style.ORANGE, alpha=0.13, lw=0, zorder=0.3)
     abscissa.finish(panels)
     return figure
 
 
-def _place_axes(axes: Axes, times: np.ndarray, place: np.ndarray, ground: np.ndarray, names: tuple[str, str]) -> None:
-    low, high = min(0.0, float(place.min())), max(0.0, float(place.max()))
+def _place_axes(
+    axes: Axes, times: np.ndarray, position: np.ndarray, ground: np.ndarray, names: tuple[str, str]
+) -> None:
+    low, high = min(0.0, float(position.min())), max(0.0, float(position.max()))
     size = high - low or 1.0
     low, high = low - 0.06 * size, high + 0.06 * size
     scale, name = style.prefixed(max(abs(low), abs(high)), "m")
     moved = np.ptp(ground) > 0
     offsets = (high - low) / MARKS * 4 * np.arange(-200, 201) if moved else np.zeros(1)
-    reach = [o for o in offsets if ground.min() + o < high and ground.max() + o > low]
-    for number, offset in enumerate(reach):
-        label = (f"marks on {names[1]}" if moved else names[1]) if number == 0 else None
+    visible = [o for o in offsets if ground.min() + o < high and ground.max() + o > low]
+    for k, offset in enumerate(visible):
+        label = (f"marks on {names[1]}" if moved else names[1]) if k == 0 else None
         axes.plot(times, (ground + offset) * scale, color=style.GREY, lw=0.8, alpha=0.7, label=label)
-    axes.plot(times, place * scale, color=style.BLUE, lw=1.8, label=names[0])
+    axes.plot(times, position * scale, color=style.BLUE, lw=1.8, label=names[0])
     axes.set_ylim(low * scale, high * scale)
     axes.set_ylabel(f"position [{name}]")
     style.legend(axes, (Patch(color=style.ORANGE, alpha=0.25, lw=0), "sliding"))

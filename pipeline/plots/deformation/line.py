@@ -38,8 +38,10 @@ def draw_waves(drawing: Drawing) -> None:
     for body in drawing.shaped(drawing.struck_lines()):
         if body.mesh.volumes:  # A frame has no one axis.
             continue
-        found = _strain_map(body) if cell_of(body.mesh).axial else _deflection_map(body)
-        style.draw(drawing.file("deformation.png", body.name, drawing.deformed_count()), _diagram, drawing, body, found)
+        line_map = _strain_map(body) if cell_of(body.mesh).axial else _deflection_map(body)
+        style.draw(
+            drawing.file("deformation.png", body.name, drawing.deformed_count()), _diagram, drawing, body, line_map
+        )
 
 
 def _motion(body: BodyMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -69,24 +71,24 @@ def _deflection_map(body: BodyMotion) -> LineMap:
     values = across[..., axis]
     top = float(np.abs(values).max()) or 1e-12
     factor, name = style.prefixed(top, "m")
-    what = "elastic deflection" if len(body.morph.rigid_twists) else "deflection"
-    label = f"{what} along {'xyz'[axis]} [{name}]"
-    return LineMap("Bending of the beam", what, position, values, top, factor, label=label)
+    quantity = "elastic deflection" if len(body.morph.rigid_twists) else "deflection"
+    label = f"{quantity} along {'xyz'[axis]} [{name}]"
+    return LineMap("Bending of the beam", quantity, position, values, top, factor, label=label)
 
 
-def _diagram(drawing: Drawing, body: BodyMotion, found: LineMap) -> Figure:
+def _diagram(drawing: Drawing, body: BodyMotion, line_map: LineMap) -> Figure:
     trajectory = drawing.trajectory
     shown, time_name = style.time_unit(float(trajectory.times[-1]))
-    length, length_unit = (1e3, "mm") if found.position[-1] < 1 - 1e-9 else (1.0, "m")
+    length, length_unit = (1e3, "mm") if line_map.position[-1] < 1 - 1e-9 else (1.0, "m")
     subtitle = (
-        f"{drawing.scene_name}  ·  body {body.name}: {found.what} over position and time,"
+        f"{drawing.scene_name}  ·  body {body.name}: {line_map.what} over position and time,"
         f" {len(body.modal.angular_frequencies)} modes"
     )
-    figure = style.new_figure(found.title, subtitle)
+    figure = style.new_figure(line_map.title, subtitle)
     axes = figure.add_axes((0.095, 0.11, 0.52, 0.72))
-    top = found.top * found.factor
+    top = line_map.top * line_map.factor
     image = axes.pcolormesh(
-        found.position * length, trajectory.frame_times * shown, found.values * found.factor,
+        line_map.position * length, trajectory.frame_times * shown, line_map.values * line_map.factor,
         shading="gouraud", cmap=style.SIGNED, vmin=-top, vmax=top, rasterized=True,
     )  # fmt: skip
     style.plain_axes(axes)
@@ -94,9 +96,9 @@ def _diagram(drawing: Drawing, body: BodyMotion, found: LineMap) -> Figure:
     beside = figure.add_axes((0.655, 0.11, 0.19, 0.72), sharey=axes)
     _force_beside(beside, drawing, body, shown)
     beside.set_ylim(0, trajectory.times[-1] * shown)
-    beyond = np.abs(found.values).max() > found.top * (1 + 1e-9)
+    beyond = np.abs(line_map.values).max() > line_map.top * (1 + 1e-9)
     box = (0.885, 0.11, 0.018, 0.72)
-    style.colour_bar(figure, image, found.label, box, "both" if beyond else "neither")
+    style.colour_bar(figure, image, line_map.label, box, "both" if beyond else "neither")
     return figure
 
 
@@ -105,8 +107,8 @@ def _force_beside(axes: Axes, drawing: Drawing, body: BodyMotion, shown: float) 
     trajectory = drawing.trajectory
     total, windows = np.zeros((len(trajectory.times), 3)), set()
     for name, contact in drawing.contacts_on(body.name).items():
-        own, window = shown_force(trajectory, name)
-        total += (1.0 if contact.body == body.name else -1.0) * own
+        force_of_contact, window = shown_force(trajectory, name)
+        total += (1.0 if contact.body == body.name else -1.0) * force_of_contact
         windows.add(window)
     force = np.linalg.norm(total, axis=1)
     scale, name = style.prefixed(float(force.max()), "N")

@@ -30,9 +30,9 @@ RIGID = 1e-6
 
 def draw_modes(drawing: Drawing) -> None:
     """Draw one picture for each elastic part; bodies of one component share it."""
-    parts = dict(_parts(drawing))
-    for name, body in parts.items():
-        style.draw(drawing.file("modes.png", name, len(parts)), _picture, drawing, name, body)
+    components = dict(_parts(drawing))
+    for name, body in components.items():
+        style.draw(drawing.file("modes.png", name, len(components)), _picture, drawing, name, body)
 
 
 def _parts(drawing: Drawing) -> Iterator[tuple[str, BodyMotion]]:
@@ -47,9 +47,9 @@ def _parts(drawing: Drawing) -> Iterator[tuple[str, BodyMotion]]:
 def lowest(body: BodyMotion) -> np.ndarray:
     """Return the numbers of a body's lowest elastic modes, not its static shapes."""
     omega = body.modal.angular_frequencies
-    kept = omega[: body.modal.normal_count or len(omega)]
-    order = np.argsort(kept, kind="stable")
-    return order[kept[order] > RIGID * omega.max()][:SHOWN]
+    normal = omega[: body.modal.normal_count or len(omega)]
+    order = np.argsort(normal, kind="stable")
+    return order[normal[order] > RIGID * omega.max()][:SHOWN]
 
 
 def _picture(drawing: Drawing, name: str, body: BodyMotion) -> Figure:
@@ -59,15 +59,15 @@ def _picture(drawing: Drawing, name: str, body: BodyMotion) -> Figure:
     how = "shape over the axis" if kind == "line" and not body.mesh.volumes else style.CAPPED
     height = 200 + 500 * rows
     figure = style.new_figure("Modes", f"{drawing.scene_name}  ·  part {name} ({kind})  ·  {how}", height=height)
-    for place, number in enumerate(numbers):
-        row, column = divmod(place, COLUMNS)
+    for rank, mode in enumerate(numbers):
+        row, column = divmod(rank, COLUMNS)
         box = (0.02 + 0.325 * column, 1 - (210 + 500 * row + PANEL[1]) / height, 0.31, PANEL[1] / height)
         axes = figure.add_axes(box)
-        panel(axes, int(number))
+        panel(axes, int(mode))
         axes.set(xticks=[], yticks=[])
         style.plain_axes(axes)
-        hertz = body.modal.angular_frequencies[number] / (2 * np.pi)
-        axes.set_title(f"{place + 1}: {style.quantity(float(hertz), 'Hz')}", loc="left", fontsize=10, fontweight="bold")
+        hertz = body.modal.angular_frequencies[mode] / (2 * np.pi)
+        axes.set_title(f"{rank + 1}: {style.quantity(float(hertz), 'Hz')}", loc="left", fontsize=10, fontweight="bold")
     return figure
 
 
@@ -78,19 +78,19 @@ def _panel(body: BodyMotion) -> Callable[[Axes, int], None]:
     return _plane(body) if dimension == 2 else _solid(body)
 
 
-def _scaled(body: BodyMotion, number: int) -> np.ndarray:
+def _scaled(body: BodyMotion, mode: int) -> np.ndarray:
     """Return the shape of a mode whose largest displacement is the largest drawn one [m], (n, 3)."""
     assert body.modal.shapes is not None
-    shape = body.modal.shapes[:, :, number]
+    shape = body.modal.shapes[:, :, mode]
     return shape * (style.SHOWN * body.size / (float(np.linalg.norm(shape, axis=1).max()) or 1.0))
 
 
 def _solid(body: BodyMotion) -> Callable[[Axes, int], None]:
-    own, skin = skin_of(body, TRIANGLES)
+    skinned, skin = skin_of(body, TRIANGLES)
 
-    def draw(axes: Axes, number: int) -> None:
-        moved = _scaled(own, number)
-        skin.move(own.nodes + moved)
+    def draw(axes: Axes, mode: int) -> None:
+        moved = _scaled(skinned, mode)
+        skin.move(skinned.nodes + moved)
         skin.colour(np.linalg.norm(moved, axis=1))
         plotter = view.new_plotter(PANEL)
         view.add_skin(plotter, skin, style.MAGNITUDE, (0.0, style.SHOWN * body.size), 2.0)
@@ -101,10 +101,10 @@ def _solid(body: BodyMotion) -> Callable[[Axes, int], None]:
 
 
 def _plane(body: BodyMotion) -> Callable[[Axes, int], None]:
-    def draw(axes: Axes, number: int) -> None:
-        moved = _scaled(body, number)
-        place, size = body.nodes[:, :2] + moved[:, :2], np.linalg.norm(moved, axis=1)
-        flat = Triangulation(place[:, 0], place[:, 1], body.mesh.cells[:, FLAT_TRIANGLES].reshape(-1, 3))
+    def draw(axes: Axes, mode: int) -> None:
+        moved = _scaled(body, mode)
+        positions, size = body.nodes[:, :2] + moved[:, :2], np.linalg.norm(moved, axis=1)
+        flat = Triangulation(positions[:, 0], positions[:, 1], body.mesh.cells[:, FLAT_TRIANGLES].reshape(-1, 3))
         axes.tripcolor(flat, size, shading="gouraud", cmap=style.MAGNITUDE)
         axes.set_aspect("equal")
 
@@ -118,8 +118,8 @@ def _line(body: BodyMotion) -> Callable[[Axes, int], None]:
     position = (body.nodes - body.nodes[0]) @ along
     order = np.argsort(position)
 
-    def draw(axes: Axes, number: int) -> None:
-        shape = _scaled(body, number)
+    def draw(axes: Axes, mode: int) -> None:
+        shape = _scaled(body, mode)
         across = shape - np.outer(shape @ along, along)
         axis = int(np.abs(across).max(axis=0).argmax())
         axial = cell_of(body.mesh).axial
@@ -137,12 +137,12 @@ def _frame(body: BodyMotion) -> Callable[[Axes, int], None]:
     across = unit(np.cross([0.0, 0.0, 1.0], TOWARDS))
     flat = np.column_stack([across, np.cross(unit(TOWARDS), across)])
 
-    def draw(axes: Axes, number: int) -> None:
-        for places, colour, width in (
+    def draw(axes: Axes, mode: int) -> None:
+        for points, colour, width in (
             (body.nodes, style.FAINT, 0.8),
-            (body.nodes + _scaled(body, number), style.BLUE, 2),
+            (body.nodes + _scaled(body, mode), style.BLUE, 2),
         ):
-            ends = (places @ flat)[body.mesh.cells]
+            ends = (points @ flat)[body.mesh.cells]
             axes.plot(ends[:, :, 0].T, ends[:, :, 1].T, color=colour, lw=width, solid_capstyle="round")
         axes.set_aspect("equal")
 

@@ -2,14 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+import pyvista as pv
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.plots.base import film, style, view
-from gudgeon.pipeline.plots.base.hardest import hardest
+from gudgeon.pipeline.plots.base.hardest import Hardest, hardest
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, Thread, skin_of, thread_of
 from gudgeon.pipeline.plots.contact.force_axes import shown_force
@@ -119,31 +121,23 @@ def _actors(drawing: Drawing) -> list[Actor]:
 
 def _script(drawing: Drawing, struck: list[str]) -> Script:
     """Choose frames around the contacts, and one scale for all of them."""
-    trajectory, contacts = drawing.trajectory, {name: drawing.contacts_on(name) for name in struck}
-    strongest = hardest(trajectory, [contact for touching in contacts.values() for contact in touching])
-    assert strongest is not None
-    body = trajectory.contacts[strongest.contact].body
-    lead = body if body in struck else next(name for name in struck if strongest.contact in contacts[name])
+    trajectory = drawing.trajectory
+    strongest, lead = _lead(drawing, struck)
     frames, actors = _frames(drawing, struck), _actors(drawing)
-    solid = [actor for actor in actors if actor.body.size > 0]
-    limits = [max(_longest(actor.body.elastic(frame)) for frame in frames) for actor in solid]
-    travel = max(_longest(actor.body.total(frame)) for actor in actors for frame in frames)
-    sizes = [style.SHOWN * actor.body.size for actor in solid]
-    alone = min(style.nice_scale(size, limit) for size, limit in zip(sizes, limits, strict=True) if limit > 0)
-    together = style.nice_scale(max(sizes), travel)
-    carries = bool(drawing.scene.get("motion")) and travel > CARRIED * min(actor.body.size for actor in solid)
+    sizes = _extents(actors, frames)
+    carries = bool(drawing.scene.get("motion")) and sizes.travel > CARRIED * sizes.smallest
     actor = next(actor for actor in actors if actor.body.name == lead)
     assert isinstance(actor.drawn, Skin)
     moment = moment_of(drawing, drawing.body(lead), actor.body, actor.drawn)
     landed = None if carries else landing(drawing, [(a.body, a.position) for a in actors], frames, moment.frame)
-    travels = together >= LEAST_ELASTIC * alone and not carries and landed is None
-    scale = min(together, alone) if travels else alone
+    travels = sizes.together >= LEAST_ELASTIC * sizes.alone and not carries and landed is None
+    scale = min(sizes.together, sizes.alone) if travels else sizes.alone
     meets = drawing.scene["contact"][strongest.contact]["against"]["shape"] in ("body", "surface")
     wall = opposite(drawing, strongest.contact, TRIANGLES, scale) if travels and not meets else None
     force, window = shown_force(trajectory, strongest.contact)
     planes = landed.planes if landed is not None else planes_of(drawing) if carries else {}
     return Script(
-        actors, moment, frames, scale, travels, carries, landing=landed, limit=max(limits), contact=strongest.contact,
+        actors, moment, frames, scale, travels, carries, landing=landed, limit=sizes.limit, contact=strongest.contact,
         meets=meets, force=np.linalg.norm(force, axis=1), window=window, planes=planes, wall=wall,
     )  # fmt: skip
 
@@ -158,8 +152,38 @@ def _frames(drawing: Drawing, struck: list[str]) -> np.ndarray:
     return within[film.evenly(len(within), FRAMES)]
 
 
-def _longest(displacement: np.ndarray) -> float:
-    return float(np.linalg.norm(displacement, axis=1).max())
+def _lead(drawing: Drawing, struck: list[str]) -> tuple[Hardest, str]:
+    """Return the largest force of the contacts on bodies, and on which of them: on that of the contact, if it is."""
+    contacts = {name: drawing.contacts_on(name) for name in struck}
+    strongest = hardest(drawing.trajectory, [contact for touching in contacts.values() for contact in touching])
+    assert strongest is not None
+    body = drawing.trajectory.contacts[strongest.contact].body
+    return strongest, body if body in struck else next(n for n in struck if strongest.contact in contacts[n])
+
+
+class Extents(NamedTuple):
+    """Sizes and displacements of bodies over frames."""
+
+    limit: float
+    """Largest elastic displacement [m]."""
+    travel: float
+    """Largest displacement [m]."""
+    smallest: float
+    """Size of the smallest body [m]."""
+    alone: float
+    """Factor of the deformation, and of all displacement together, that can be shown."""
+    together: float
+
+
+def _extents(actors: list[Actor], frames: np.ndarray) -> Extents:
+    def largest(displacement: Callable[[int], np.ndarray]) -> float:
+        return max(float(np.linalg.norm(displacement(frame), axis=1).max()) for frame in frames)
+
+    travel = max(largest(actor.body.total) for actor in actors)
+    solid = [(actor.body.size, largest(actor.body.elastic)) for actor in actors if actor.body.size > 0]
+    sizes, limits = zip(*solid, strict=True)
+    alone = min(style.nice_scale(style.SHOWN * size, limit) for size, limit in solid if limit > 0)
+    return Extents(max(limits), travel, min(sizes), alone, style.nice_scale(style.SHOWN * max(sizes), travel))
 
 
 def _set_up(stage: film.Stage, script: Script) -> None:
@@ -173,14 +197,7 @@ def _set_up(stage: film.Stage, script: Script) -> None:
         else:
             view.add_thread(plotter, actor.drawn, style.MAGNITUDE, limits)
         seen.append(actor.drawn.points)
-    if script.carries or script.landing is not None:
-        passed, scale = script.frames[:: max(1, len(script.frames) // PASSED)], 0.0 if script.carries else script.scale
-        for actor in script.actors:
-            swept = np.concatenate([script.points(actor, frame, scale) for frame in passed])
-            walls = faces(script.planes.get(actor.body.name, []), swept)
-            for wall in walls:
-                plotter.add_mesh(wall, color=FACE, opacity=0.35, ambient=0.4, show_edges=True, edge_color=style.FAINT)
-            seen += [swept, *(np.asarray(wall.points) for wall in walls)]
+    seen += _add_planes(plotter, script)
     if script.wall is not None:
         plotter.add_mesh(script.wall.surface, color=WALL, culling="front", ambient=0.5, smooth_shading=True)
         view.add_edges(plotter, script.wall.edges, style.FAINT, 2.4)
@@ -190,6 +207,19 @@ def _set_up(stage: film.Stage, script: Script) -> None:
     raised = elevation(moment.body.nodes, moment.up, magnitude) > 0
     angle = LEVEL if stacked else STEEP if raised else -STEEP
     view.aim(plotter, view.looking(moment.outward, moment.up, -75.0, angle), np.concatenate(seen))
+
+
+def _add_planes(plotter: pv.Plotter, script: Script) -> list[np.ndarray]:
+    """Add planes around the bodies in all frames, and return what is seen of both [m], (n, 3) each."""
+    seen: list[np.ndarray] = []
+    frames = script.frames[:: max(1, len(script.frames) // PASSED)] if script.carries or script.landing else []
+    for actor in script.actors if len(frames) else ():
+        scale = 0.0 if script.carries else script.scale
+        seen.append(np.concatenate([script.points(actor, frame, scale) for frame in frames]))
+        for wall in faces(script.planes.get(actor.body.name, []), seen[-1]):
+            plotter.add_mesh(wall, color=FACE, opacity=0.35, ambient=0.4, show_edges=True, edge_color=style.FAINT)
+            seen.append(np.asarray(wall.points))
+    return seen
 
 
 def _mover(drawing: Drawing, script: Script, stage: film.Stage) -> Callable[[int], film.Shot]:

@@ -23,7 +23,7 @@ ARROW = 0.14
 def draw_sheets(drawing: Drawing) -> None:
     """Draw the deformation of each plane part with contact, and its stress where a gauge records it."""
     names, count = drawing.touched(2), drawing.deformed_count()
-    for body in (_in_its_plane(drawing, one) for one in drawing.shaped(names)):
+    for body in (_in_its_plane(drawing, sheet) for sheet in drawing.shaped(names)):
         frame = drawing.hardest(body.name).frame
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
         file = drawing.file("deformation.png", body.name, count)
@@ -49,14 +49,14 @@ def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: Colou
     frame = drawing.hardest(body.name).frame
     elastic, size = body.elastic(frame)[:, :2], body.size
     scale = style.nice_scale(style.SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
-    place = body.nodes[:, :2] + scale * elastic
+    positions = body.nodes[:, :2] + scale * elastic
     subtitle = hardest_text(drawing, body.name, text.missing)
-    reach = np.ptp(place, axis=0) + 2 * ARROW * size
-    height = int(np.clip(0.8 * style.WIDTH * reach[1] / reach[0] + 300, 700, style.HEIGHT))
+    extent = np.ptp(positions, axis=0) + 2 * ARROW * size
+    height = int(np.clip(0.8 * style.WIDTH * extent[1] / extent[0] + 300, 700, style.HEIGHT))
     figure = style.new_figure(f"{text.title} × {style.magnified(scale)}", subtitle, height=height)
     axes = figure.add_axes((0.04, 120 / height, 0.8, 1 - 270 / height))
     top = float(np.nanmax(values))
-    _colour(axes, body, place, values, top or 1.0)
+    _colour(axes, body, positions, values, top or 1.0)
     _arrows(drawing, body, frame, axes, scale)
     axes.set_aspect("equal")
     axes.margins(0.08)
@@ -67,38 +67,38 @@ def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: Colou
     return figure
 
 
-def _colour(axes: Axes, body: BodyMotion, place: np.ndarray, values: np.ndarray, top: float) -> None:
-    """Draw the part with nodes at `place` (n, 2), coloured where values (n,) are known, and its outlines.
+def _colour(axes: Axes, body: BodyMotion, positions: np.ndarray, values: np.ndarray, top: float) -> None:
+    """Draw the part with nodes at `positions` (n, 2), coloured where values (n,) are known, and its outlines.
 
     A gauge of an edge has no whole triangle; it colours the edge alone.
     """
     flat, edges = body.mesh.cells[:, FLAT_TRIANGLES].reshape(-1, 3), outer_faces(body.mesh.cells, TRIANGLE6)
-    known = np.isfinite(values)
-    whole, shades = known[flat].all(axis=1), np.nan_to_num(values)
-    x, y = place.T
+    finite = np.isfinite(values)
+    complete, shades = finite[flat].all(axis=1), np.nan_to_num(values)
+    x, y = positions.T
     look = {"shading": "gouraud", "cmap": style.MAGNITUDE, "vmin": 0.0, "vmax": top}
-    axes.tripcolor(Triangulation(x, y, flat, ~whole), shades, **look)
-    axes.tripcolor(Triangulation(x, y, flat, whole), 0 * shades, cmap=ListedColormap([style.GROUND]))
-    for nodes, colour, width in ((body.nodes[:, :2], style.GREY, 0.9), (place, style.INK, 1.2)):
+    axes.tripcolor(Triangulation(x, y, flat, ~complete), shades, **look)
+    axes.tripcolor(Triangulation(x, y, flat, complete), 0 * shades, cmap=ListedColormap([style.GROUND]))
+    for nodes, colour, width in ((body.nodes[:, :2], style.GREY, 0.9), (positions, style.INK, 1.2)):
         for edge in edges[:, [0, 2, 1]]:
             axes.plot(*nodes[edge].T, color=colour, lw=width, solid_capstyle="round")
-    if not whole.all():
+    if not complete.all():
         sides = edges[:, [0, 2, 2, 1]].reshape(-1, 2)
-        sides = sides[known[sides].all(axis=1)]
+        sides = sides[finite[sides].all(axis=1)]
         colours = style.MAGNITUDE(shades[sides].mean(axis=1) / top)
-        axes.add_collection(LineCollection(list(place[sides]), colors=colours, linewidths=5, capstyle="round"))
+        axes.add_collection(LineCollection(list(positions[sides]), colors=colours, linewidths=5, capstyle="round"))
 
 
 def _arrows(drawing: Drawing, body: BodyMotion, frame: int, axes: Axes, scale: float) -> None:
     """Draw the resultant of each contact on the part, with its tip at the point where it acts."""
     Q = drawing.rotation(body.name)
-    own = np.eye(3) if Q is None else Q
+    axes_of_part = np.eye(3) if Q is None else Q
     for press in drawing.presses(body.name).values():
-        pressed = press.multipliers[frame]
-        force = -(pressed @ press.outward @ own)[:2]
+        multipliers = press.multipliers[frame]
+        force = -(multipliers @ press.outward @ axes_of_part)[:2]
         if not np.linalg.norm(force) > 0:
             continue
-        middle = (pressed @ press.points @ own / pressed.sum())[:2]
+        middle = (multipliers @ press.points @ axes_of_part / multipliers.sum())[:2]
         nearest = int(np.linalg.norm(body.nodes[:, :2] - middle, axis=1).argmin())
         tip = middle + scale * body.elastic(frame)[nearest, :2]
         tail = tip - ARROW * body.size * force / np.linalg.norm(force)

@@ -76,8 +76,8 @@ def values_where_known(skin: Skin) -> np.ndarray:
 
     Sides without a gauge share points with sides that have one.
     """
-    known, corners = skin.take("known") > 1 - ROUND_OFF, skin.surface.regular_faces
-    shown = np.isin(np.arange(len(known)), corners[known[corners].all(axis=1)])
+    read, corners = skin.take("known") > 1 - ROUND_OFF, skin.surface.regular_faces
+    shown = np.isin(np.arange(len(read)), corners[read[corners].all(axis=1)])
     return np.where(shown, skin.take("stress"), np.nan)
 
 

@@ -76,21 +76,21 @@ class Assembly:
 
     def turn_to(self, frame: int) -> None:
         """Move and colour all skins to a frame."""
-        for part in self.parts.values():
-            points, magnitude = part.moved(frame, self.drive.along, self.scale)
-            part.skin.move(points)
-            part.skin.colour(magnitude)
+        for member in self.parts.values():
+            points, magnitude = member.moved(frame, self.drive.along, self.scale)
+            member.skin.move(points)
+            member.skin.colour(magnitude)
 
 
 def draw_assembly(drawing: Drawing) -> None:
     """Draw the bodies of a driven scene at the frame of the largest contact force."""
     body = drive_of(drawing).body
-    most = hardest(drawing.trajectory, drawing.contacts_of(body))
-    if most is None:
+    strongest = hardest(drawing.trajectory, drawing.contacts_of(body))
+    if strongest is None:
         return
-    frame = most.frame
+    frame = strongest.frame
     if (assembly := assemble(drawing, TRIANGLES, [frame])) is not None:
-        style.draw(drawing.file("deformation.png"), _picture, drawing, assembly, most)
+        style.draw(drawing.file("deformation.png"), _picture, drawing, assembly, strongest)
 
 
 def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | None:
@@ -105,14 +105,14 @@ def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | 
     if drive.body not in bodies:
         return None
     driven = bodies[drive.body]
-    parts = {name: _part(drawing, drive, bodies.pop(name), triangles) for name in list(bodies)}
-    moved = (part.body.total(frame) for part in parts.values() for frame in frames)
+    members = {name: _part(drawing, drive, bodies.pop(name), triangles) for name in list(bodies)}
+    moved = (member.body.total(frame) for member in members.values() for frame in frames)
     largest = max(float(length_across(displacement, drive.along).max()) for displacement in moved)
     scale = style.nice_scale(style.SHOWN * driven.size, largest)
     shift = gap_shift(drawing, driven, scale, NEAR * largest)
     shifts = make_skin(driven.nodes, driven.mesh.cells, triangles, {"shift": shift}).take("shift")
-    parts[drive.body] = replace(parts[drive.body], still=parts[drive.body].still + shifts)
-    return Assembly(drive, parts, scale)
+    members[drive.body] = replace(members[drive.body], still=members[drive.body].still + shifts)
+    return Assembly(drive, members, scale)
 
 
 def _part(drawing: Drawing, drive: Drive, body: BodyMotion, triangles: int) -> Part:
@@ -124,10 +124,10 @@ def _part(drawing: Drawing, drive: Drive, body: BodyMotion, triangles: int) -> P
     return Part(body, skin, colours, body.nodes + drawing.position(body.name))
 
 
-def gap_shift(drawing: Drawing, body: BodyMotion, scale: float, near: float) -> np.ndarray:
+def gap_shift(drawing: Drawing, body: BodyMotion, scale: float, limit: float) -> np.ndarray:
     """Return the shift of a body's nodes that turns its gaps g at the start into s g [m], (n, 3).
 
-    Nodes within `near` of an obstacle move by (s − 1) g along the gap; deeper nodes follow the closest of these, less
+    Nodes within `limit` of an obstacle move by (s − 1) g along the gap; deeper nodes follow the closest of these, less
     towards the middle of the body.
     """
     still, gaps, directions = body.nodes + drawing.position(body.name), [], []
@@ -143,7 +143,7 @@ def gap_shift(drawing: Drawing, body: BodyMotion, scale: float, near: float) -> 
         return shift
     nearest, every = np.argmin(gaps, axis=0), np.arange(len(shift))
     gap, direction = np.array(gaps)[nearest, every], np.array(directions)[nearest, every]
-    touching = gap <= near
+    touching = gap <= limit
     if not touching.any():
         return shift
     feet = still - gap[:, None] * direction
@@ -152,29 +152,29 @@ def gap_shift(drawing: Drawing, body: BodyMotion, scale: float, near: float) -> 
     weight = 1 / (distance + 1e-6 * float(gap.max()))
     followed = (gap[touching][neighbour] * weight).sum(axis=1) / weight.sum(axis=1)
     depth = np.clip(1 - gap / gap.max(), 0.0, 1.0)
-    amount = np.where(touching, gap, np.minimum(followed, near) * depth)
+    amount = np.where(touching, gap, np.minimum(followed, limit) * depth)
     return (scale - 1) * amount[:, None] * direction
 
 
-def _picture(drawing: Drawing, assembly: Assembly, most: Hardest) -> Figure:
-    frame, drive, run = most.frame, assembly.drive, own_cycle(drawing)
+def _picture(drawing: Drawing, assembly: Assembly, strongest: Hardest) -> Figure:
+    frame, drive, run = strongest.frame, assembly.drive, own_cycle(drawing)
     degrees = float(frame_degrees(drawing, drive)[frame])
     tilt, shift = (float(np.interp(degrees, run.degrees, values)) for values in (run.tilt, run.lateral))
     subtitle = (
-        f"{drawing.scene_name}  ·  largest force of {most.contact}: {style.quantity(most.force, 'N')} at"
+        f"{drawing.scene_name}  ·  largest force of {strongest.contact}: {style.quantity(strongest.force, 'N')} at"
         f" {shown_angle(degrees, 1)}°"
         f"  ·  {drive.body}: tilt {style.signed(tilt * 1e3, 2)} mrad, shift {style.signed(shift * 1e6, 0)} µm"
     )
     title = f"Deformation, lateral motion, tilt and gaps × {style.magnified(assembly.scale)}"
     figure = style.new_figure(title, subtitle)
-    tops = {name: float(part.moved(frame, drive.along, 0.0)[1].max()) for name, part in assembly.parts.items()}
+    tops = {name: float(member.moved(frame, drive.along, 0.0)[1].max()) for name, member in assembly.parts.items()}
     figure.text(0.02, 0.012, style.CAPPED, fontsize=9.5, color=style.FAINT)
     image, forces = _render(drawing, assembly, frame, tops)
     axes = style.show_image(figure, image, (0.02, 0.02))
     for x, y, text in forces:
         axes.text(x, y - 38, text, ha="center", va="bottom", fontsize=10, color=style.RED, fontweight="bold")
-    for number, (name, top) in enumerate(tops.items()):
-        box = (0.785 + 0.11 * number, 0.18, 0.018, 0.55)
+    for k, (name, top) in enumerate(tops.items()):
+        box = (0.785 + 0.11 * k, 0.18, 0.018, 0.55)
         style.magnitude_bar(figure, top, "", "m", box, colours=assembly.parts[name].colours)
         figure.text(box[0], 0.745, f"{name}\n[{style.prefixed(top, 'm')[1]}]", fontsize=9.5)
     figure.text(0.785, 0.15, "elastic displacement\nacross the motion", fontsize=9.5, va="top")
@@ -187,14 +187,14 @@ def _render(
     """Return the bodies and the forces on the driven one, and place [px] and text of each force."""
     plotter = view.new_plotter(IMAGE)
     assembly.turn_to(frame)
-    for name, part in assembly.parts.items():
-        view.add_skin(plotter, part.skin, part.colours, (0.0, tops[name] or 1.0), 3.0)
-    found = arrows(drawing, assembly, frame)
-    for tail, tip, _ in found:
+    for name, member in assembly.parts.items():
+        view.add_skin(plotter, member.skin, member.colours, (0.0, tops[name] or 1.0), 3.0)
+    forces = arrows(drawing, assembly, frame)
+    for tail, tip, _ in forces:
         view.add_arrow(plotter, tail, tip)
-    seen = [part.skin.points for part in assembly.parts.values()]
-    view.aim(plotter, assembly.view, np.vstack([*seen, *(tail for tail, _, _ in found)]))
-    texts = [(*view.pixel(plotter, IMAGE, (tail + tip) / 2), text) for tail, tip, text in found]
+    seen = [member.skin.points for member in assembly.parts.values()]
+    view.aim(plotter, assembly.view, np.vstack([*seen, *(tail for tail, _, _ in forces)]))
+    texts = [(*view.pixel(plotter, IMAGE, (tail + tip) / 2), text) for tail, tip, text in forces]
     return view.photograph(plotter, IMAGE, last=True), texts
 
 
@@ -202,21 +202,21 @@ def arrows(drawing: Drawing, assembly: Assembly, frame: int) -> list[tuple[np.nd
     """Return tail, tip and text of an arrow, outside of all bodies, for each contact force on the driven body."""
     drive, driven = assembly.drive, assembly.parts[assembly.drive.body].body
     largest = max(float(drawing.frame_force(drive.body).max()), 1e-300)
-    outside = max(float(np.abs(part.still @ drive.right).max()) for part in assembly.parts.values())
+    outside = max(float(np.abs(member.still @ drive.right).max()) for member in assembly.parts.values())
     position = drawing.position(drive.body)
-    found = []
+    forces = []
     for name, contact in drawing.contacts_of(drive.body).items():
         weights = contact.multipliers[frame]
         force = weights @ driven.modal.interfaces[contact.interface].normals
         size = float(np.linalg.norm(force))
-        share = size / largest
-        if share < LEAST_FORCE:
+        ratio = size / largest
+        if ratio < LEAST_FORCE:
             continue
         point = weights @ contact.points / weights.sum() + position + driven.twist(frame)[:3]
         side = np.sign(force @ drive.right) * drive.right
         tip = 1.06 * outside * side + (point @ drive.along) * drive.along
-        length = (LEAST_LENGTH + (1 - LEAST_LENGTH) * share) * ARROW * assembly.size
-        most = hardest(drawing.trajectory, [name])
-        shown = most.force if most is not None and most.frame == frame else size
-        found.append((tip + length * side, tip, f"{name}\n{style.quantity(shown, 'N')}"))
-    return found
+        length = (LEAST_LENGTH + (1 - LEAST_LENGTH) * ratio) * ARROW * assembly.size
+        strongest = hardest(drawing.trajectory, [name])
+        shown = strongest.force if strongest is not None and strongest.frame == frame else size
+        forces.append((tip + length * side, tip, f"{name}\n{style.quantity(shown, 'N')}"))
+    return forces

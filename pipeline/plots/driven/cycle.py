@@ -62,13 +62,13 @@ def _picture(drawing: Drawing) -> Figure:
     )
     figure = style.new_figure("Side force and motion over the cycle", subtitle)
     top = 1 - (185 + 42 * rows) / style.HEIGHT
-    whole = runs[0].span
-    enlarged = np.clip(hardest_angle(runs[0]) + np.array(AROUND), *whole)
-    for axes in draw_panels(drawing, figure, runs, whole, (SIDES[0], top)):
+    cycle_span = runs[0].span
+    enlarged = np.clip(hardest_angle(runs[0]) + np.array(AROUND), *cycle_span)
+    for axes in draw_panels(drawing, figure, runs, cycle_span, (SIDES[0], top)):
         axes.axvspan(*enlarged, color=style.ORANGE, alpha=0.09, lw=0)
     beside = draw_panels(drawing, figure, runs, (float(enlarged[0]), float(enlarged[1])), (SIDES[1], top))
-    what = "largest contact force, enlarged" if runs[0].sides else "enlarged"
-    beside[0].set_title(what, loc="right", fontsize=8.5, color=style.FAINT)
+    title = "largest contact force, enlarged" if runs[0].sides else "enlarged"
+    beside[0].set_title(title, loc="right", fontsize=8.5, color=style.FAINT)
     styles = [*zip(runs, cycle(STYLES), strict=False)]
     figure.legend(
         [Line2D([], [], color=colour, ls=dashes, lw=1.6) for _, (colour, dashes) in styles],
@@ -84,18 +84,18 @@ def draw_panels(
     figure: Figure,
     runs: Sequence[Cycle],
     span: tuple[float, float],
-    where: tuple[tuple[float, float], float],
+    borders: tuple[tuple[float, float], float],
 ) -> list[Axes]:
     """Draw all quantities of runs over part of the cycle, one above the other.
 
     Args:
-        where: Left and right border, and upper border, in the figure.
+        borders: Left and right border, and upper border, in the figure.
     """
     # No side force without a contact, no tilt of a body that does not turn.
     shown = [panel for panel in PANELS if any(np.any(curve) for run in runs for curve in panel.values(run))] or PANELS[
         1:
     ]
-    panels = style.rows(figure, [panel.height for panel in shown], APART, *where)
+    panels = style.rows(figure, [panel.height for panel in shown], APART, *borders)
     for axes, panel in zip(panels, shown, strict=True):
         _draw_panel(axes, panel, runs, span)
         axes.tick_params(labelbottom=axes is panels[-1])
@@ -108,22 +108,24 @@ def draw_panels(
 def _draw_panel(axes: Axes, panel: Panel, runs: Sequence[Cycle], span: tuple[float, float]) -> None:
     """Draw one quantity of all runs over part of the cycle."""
     curves = [panel.values(run) for run in runs]
-    whole = span == runs[0].span
-    factor, unit = style.prefixed(max(float(np.abs(curve).max()) for own in curves for curve in own), panel.unit)
+    full = span == runs[0].span
+    factor, unit = style.prefixed(
+        max(float(np.abs(curve).max()) for run_curves in curves for curve in run_curves), panel.unit
+    )
     seen = [0.0]
-    for run, own, (colour, dashes) in zip(runs, curves, cycle(STYLES), strict=False):
+    for run, run_curves, (colour, dashes) in zip(runs, curves, cycle(STYLES), strict=False):
         within = (run.degrees >= span[0]) & (run.degrees <= span[1])
-        for curve in own:
+        for curve in run_curves:
             # A force of zero is not drawn: its line would hide those of other contacts.
             shown = np.where(curve == 0, np.nan, curve * factor)
-            crowded = whole and len(runs) > 1
+            crowded = full and len(runs) > 1
             axes.plot(run.degrees, shown, color=colour, ls="-" if crowded else dashes, lw=0.9 if crowded else 1.3)
             seen += [curve[within].min() * factor, curve[within].max() * factor]
     axes.axhline(0, color=style.FAINT, lw=0.7, zorder=1)
     low, high = float(min(seen)), float(max(seen))
     margin = 0.1 * (high - low) or 1.0
     axes.set_ylim(low - margin * panel.height**2, high + margin)
-    if whole:
+    if full:
         axes.set_ylabel(f"{panel.label} [{unit}]")
     crank_axis(axes, *span)
 
@@ -139,8 +141,8 @@ def _draw_gas(drawing: Drawing, axes: Axes, run: Cycle, *, label: bool) -> None:
         return
     for name, curve in run.sides.items():
         upper = curve.sum() > 0
-        place = {"y": 0.96, "va": "top"} if upper else {"y": 0.03, "va": "bottom"}
-        axes.text(0.012, s=f"{'↑' if upper else '↓'} {name}", transform=axes.transAxes, fontsize=9, **place)
+        corner = {"y": 0.96, "va": "top"} if upper else {"y": 0.03, "va": "bottom"}
+        axes.text(0.012, s=f"{'↑' if upper else '↓'} {name}", transform=axes.transAxes, fontsize=9, **corner)
     if pressure is not None:
         text = f"grey: gas pressure, peak {style.quantity(float(pressure.max()), 'Pa')}"
         axes.set_title(text, loc="right", fontsize=8.5, color=style.FAINT)

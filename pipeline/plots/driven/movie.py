@@ -37,8 +37,8 @@ def draw_cycle_movie(drawing: Drawing) -> None:
         return
     along, run = assembly.drive.along, own_cycle(drawing)
     tops = {
-        name: float(np.percentile([part.moved(frame, along, 1.0)[1].max() for frame in frames], COMMON))
-        for name, part in assembly.parts.items()
+        name: float(np.percentile([member.moved(frame, along, 1.0)[1].max() for frame in frames], COMMON))
+        for name, member in assembly.parts.items()
     }
     with style.styled(), drawing.file("cycle.mp4") as path:
         figure, curves = _ground(drawing, assembly, run, tops)
@@ -53,9 +53,9 @@ def _set_up(stage: film.Stage, assembly: Assembly, frames: np.ndarray, tops: dic
     seen = []
     for frame in frames[:: max(1, len(frames) // 24)]:
         assembly.turn_to(frame)
-        seen += [part.skin.points for part in assembly.parts.values()]
-    for name, part in assembly.parts.items():
-        view.add_skin(stage.plotter, part.skin, part.colours, (0.0, tops[name] or 1.0), 2.4)
+        seen += [member.skin.points for member in assembly.parts.values()]
+    for name, member in assembly.parts.items():
+        view.add_skin(stage.plotter, member.skin, member.colours, (0.0, tops[name] or 1.0), 2.4)
     view.aim(stage.plotter, assembly.view, np.concatenate(seen))
 
 
@@ -65,8 +65,8 @@ def _mover(drawing: Drawing, assembly: Assembly, run: Cycle, stage: film.Stage) 
 
     def turn_to(frame: int) -> film.Shot:
         assembly.turn_to(frame)
-        for part in assembly.parts.values():
-            part.skin.edges.points += LIFT * assembly.size * assembly.view.towards
+        for member in assembly.parts.values():
+            member.skin.edges.points += LIFT * assembly.size * assembly.view.towards
         degrees = float(angles[frame])
         force = float(np.interp(degrees, run.degrees, run.side_force))
         text = f"{shown_angle(degrees, 0):>3}° crank angle     side force {style.signed(force / 1e3, 2)} kN"
@@ -79,11 +79,11 @@ def _mover(drawing: Drawing, assembly: Assembly, run: Cycle, stage: film.Stage) 
 
 def _ground(drawing: Drawing, assembly: Assembly, run: Cycle, tops: dict[str, float]) -> tuple[Figure, list[Axes]]:
     """Return the static figure and its axes of the curves."""
-    what = f"gaps, tilt, lateral motion and deformation × {style.magnified(assembly.scale)}"
-    figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
-    for number, (name, top) in enumerate(tops.items()):
-        box, colours = (0.03 + 0.26 * number, 0.072, 0.22, 0.018), assembly.parts[name].colours
-        style.magnitude_bar(figure, top, f"{name}: elastic, across", "m", box, colours=colours, over=True)
+    text = f"gaps, tilt, lateral motion and deformation × {style.magnified(assembly.scale)}"
+    figure = style.new_figure(drawing.scene_name, text, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
+    for k, (name, top) in enumerate(tops.items()):
+        box, colours = (0.03 + 0.26 * k, 0.072, 0.22, 0.018), assembly.parts[name].colours
+        style.magnitude_bar(figure, top, f"{name}: elastic, across", "m", box, colours=colours, exceeded=True)
     panels = draw_panels(drawing, figure, [run], run.span, WHERE)
     panels[-1].set_xlabel(f"crank angle [deg]  ·  Hann window of {WINDOW * 1e6:.0f} µs")
     return figure, panels

@@ -54,12 +54,12 @@ class View:
     corner: tuple[float, float]
     """Where it is seen [px]."""
 
-    def seen(self, places: np.ndarray) -> np.ndarray:
+    def seen(self, points: np.ndarray) -> np.ndarray:
         """Return the pixels of places [m], (..., 3), and their depth, (..., 3)."""
-        found = places @ self.axes.T
-        x = self.corner[0] + (found[..., 0] - self.middle[0]) * self.scale
-        y = self.corner[1] - (found[..., 1] - self.middle[1]) * self.scale
-        return FINER * np.stack([x, y, found[..., 2]], -1)
+        projected = points @ self.axes.T
+        x = self.corner[0] + (projected[..., 0] - self.middle[0]) * self.scale
+        y = self.corner[1] - (projected[..., 1] - self.middle[1]) * self.scale
+        return FINER * np.stack([x, y, projected[..., 2]], -1)
 
 
 def draw_film(drawing: Drawing) -> None:
@@ -98,51 +98,53 @@ class Arrow:
 def _walls(drawing: Drawing, bodies: Sequence[Shown]) -> list[np.ndarray]:
     """Return the corners of the planes that bodies meet, around all places of these bodies [m], (k, 3) each."""
     contacts = drawing.scene["contact"].values()
-    planes = [Plane.model_validate(one["against"]) for one in contacts if one["against"]["shape"] == "plane"]
-    cloud = np.concatenate([one.places.reshape(-1, 3) for one in bodies])
-    return [np.asarray(one.points, float) for one in faces(planes, cloud)]
+    planes = [
+        Plane.model_validate(against["against"]) for against in contacts if against["against"]["shape"] == "plane"
+    ]
+    cloud = np.concatenate([body.places.reshape(-1, 3) for body in bodies])
+    return [np.asarray(wall.points, float) for wall in faces(planes, cloud)]
 
 
 def _view(
     bodies: Sequence[Shown], moving: Sequence[Moving], arrows: Sequence[Arrow], walls: Sequence[np.ndarray] = ()
 ) -> View:
     """Return a projection that shows all bodies, arrows and planes at all frames: onto their plane, or aslant."""
-    cloud = np.concatenate([*(one.places.reshape(-1, 3) for one in bodies), *walls])
-    shown = plane_of([one.places(slice(None)) for one in moving])
+    cloud = np.concatenate([*(body.places.reshape(-1, 3) for body in bodies), *walls])
+    shown = plane_of([body.places(slice(None)) for body in moving])
     axes = SLANT
     if len(shown) == 2:
         axes = np.eye(3)[[*shown, 3 - int(shown.sum())]]
     room = np.array([BOX[2] - BOX[0], BOX[3] - BOX[1]], float)
     # What is seen lies at places [m], of which only the scale decides, and beside them by pixels.
-    places = np.concatenate([cloud, *(one.places for one in arrows)]) @ axes[:2].T
-    beside = np.concatenate([np.zeros_like(cloud), *(LENGTH * one.forces for one in arrows)]) @ axes[:2].T
+    points = np.concatenate([cloud, *(body.places for body in arrows)]) @ axes[:2].T
+    beside = np.concatenate([np.zeros_like(cloud), *(LENGTH * body.forces for body in arrows)]) @ axes[:2].T
 
     def reach(scale: float) -> tuple[np.ndarray, np.ndarray]:
-        seen = scale * places + beside
-        return np.minimum(seen, scale * places).min(axis=0), np.maximum(seen, scale * places).max(axis=0)
+        seen = scale * points + beside
+        return np.minimum(seen, scale * points).min(axis=0), np.maximum(seen, scale * points).max(axis=0)
 
-    widest = np.maximum(np.ptp(places, axis=0), 1e-9 * np.ptp(cloud))
-    least, most = 0.0, float((room / widest).min())
+    widest = np.maximum(np.ptp(points, axis=0), 1e-9 * np.ptp(cloud))
+    lower, upper = 0.0, float((room / widest).min())
     for _ in range(HALVINGS):
-        scale = 0.5 * (least + most)
+        scale = 0.5 * (lower + upper)
         low, high = reach(scale)
-        least, most = (scale, most) if (high - low <= room - 2 * MARGIN).all() else (least, scale)
-    low, high = reach(least)
-    return View(axes, 0.5 * (low + high) / least, least, (room[0] / 2, room[1] / 2))
+        lower, upper = (scale, upper) if (high - low <= room - 2 * MARGIN).all() else (lower, scale)
+    low, high = reach(lower)
+    return View(axes, 0.5 * (low + high) / lower, lower, (room[0] / 2, room[1] / 2))
 
 
 def _arrows(drawing: Drawing, times: np.ndarray, bodies: Sequence[Shown]) -> list[Arrow]:
     """Return the forces of joints and contacts at frames."""
-    trajectory, found = drawing.trajectory, []
-    by_name = {one.name: one for one in bodies}
+    trajectory, arrows = drawing.trajectory, []
+    by_name = {body.name: body for body in bodies}
     every = {**trajectory.joints, **trajectory.contacts}
-    largest = max((float(np.linalg.norm(one.force, axis=1).max()) for one in every.values()), default=0.0)
-    for name, one in every.items() if largest > 0 else ():
-        body = by_name[one.body]
-        places = body.joints[name] if name in trajectory.joints else body.contacts[name]
-        forces = np.column_stack([np.interp(times, trajectory.times, one.force[:, i]) for i in range(3)])
-        found.append(Arrow(places, forces / largest))
-    return found
+    largest = max((float(np.linalg.norm(history.force, axis=1).max()) for history in every.values()), default=0.0)
+    for name, history in every.items() if largest > 0 else ():
+        body = by_name[history.body]
+        points = body.joints[name] if name in trajectory.joints else body.contacts[name]
+        forces = np.column_stack([np.interp(times, trajectory.times, history.force[:, i]) for i in range(3)])
+        arrows.append(Arrow(points, forces / largest))
+    return arrows
 
 
 def _bodies_at(
@@ -150,7 +152,7 @@ def _bodies_at(
     walls: Sequence[np.ndarray],
 ) -> Image.Image:  # fmt: skip
     """Return the picture of a frame, its number and time [s]."""
-    number, time = frame
+    k, time = frame
     size = (FINER * (BOX[2] - BOX[0]), FINER * (BOX[3] - BOX[1]))
     picture = Image.new("RGB", size, "white")
     pen = ImageDraw.Draw(picture)
@@ -159,39 +161,39 @@ def _bodies_at(
         pen.polygon(rim, fill=WALL)
         pen.line([*rim, rim[0]], fill=style.GREY, width=2 * FINER)
     for body in bodies:
-        for name, (at, path) in body.paths.items():
-            line = view.seen(np.vstack([path[at <= time], body.joints[name][number]]))[:, :2]
-            pen.line([tuple(one) for one in line], fill=style.GREY, width=FINER)
-    faces = [face for body in bodies for face in _faces(body, number, view, largest)]
-    for _, corners, colour in sorted(faces, key=lambda one: one[0]):
+        for name, (path_times, path) in body.paths.items():
+            line = view.seen(np.vstack([path[path_times <= time], body.joints[name][k]]))[:, :2]
+            pen.line([tuple(item) for item in line], fill=style.GREY, width=FINER)
+    faces = [face for body in bodies for face in _faces(body, k, view, largest)]
+    for _, corners, colour in sorted(faces, key=lambda item: item[0]):
         if len(corners) == 2:
             pen.line(corners, fill=colour, width=4 * FINER)
         else:
             pen.polygon(corners, fill=colour)
     for body in bodies:
         for path in body.joints.values():
-            x, y, _ = view.seen(path[number])
+            x, y, _ = view.seen(path[k])
             r = 4 * FINER
             pen.ellipse((x - r, y - r, x + r, y + r), fill=style.ORANGE)
     for arrow in arrows:
-        _draw_arrow(pen, view, arrow.places[number], arrow.forces[number])
+        _draw_arrow(pen, view, arrow.places[k], arrow.forces[k])
     return picture.resize((size[0] // FINER, size[1] // FINER), Image.Resampling.LANCZOS)
 
 
 Face = tuple[float, list[tuple[float, float]], tuple[int, int, int]]
 
 
-def _faces(body: Shown, number: int, view: View, largest: float) -> list[Face]:
+def _faces(body: Shown, k: int, view: View, largest: float) -> list[Face]:
     """Return depth, corners and colour of the lines and triangles of a body."""
-    places = view.seen(body.places[number])
+    points = view.seen(body.places[k])
     cells = body.cells
-    corners, depth = places[cells][..., :2], places[cells][..., 2].mean(axis=1)
+    corners, depth = points[cells][..., :2], points[cells][..., 2].mean(axis=1)
     if body.shape is Shape.RIGID or largest == 0:
         colours = np.tile(to_rgb(style.BLUE), (len(cells), 1))
     else:
-        colours = style.MAGNITUDE(body.bent[number][cells].mean(axis=1) / largest)[:, :3]
+        colours = style.MAGNITUDE(body.bent[k][cells].mean(axis=1) / largest)[:, :3]
     if cells.shape[1] == 3:
-        edges = body.places[number][cells]
+        edges = body.places[k][cells]
         normals = np.cross(edges[:, 1] - edges[:, 0], edges[:, 2] - edges[:, 0]) @ view.axes.T
         sizes = np.linalg.norm(normals, axis=1)
         light = 0.45 + 0.55 * np.abs(normals[:, 2]) / np.where(sizes > 0, sizes, 1.0)
@@ -203,9 +205,9 @@ def _faces(body: Shown, number: int, view: View, largest: float) -> list[Face]:
     ]
 
 
-def _draw_arrow(pen: ImageDraw.ImageDraw, view: View, place: np.ndarray, force: np.ndarray) -> None:
+def _draw_arrow(pen: ImageDraw.ImageDraw, view: View, point: np.ndarray, force: np.ndarray) -> None:
     """Draw an arrow from a place along a force."""
-    tail = view.seen(place)[:2]
+    tail = view.seen(point)[:2]
     along = FINER * LENGTH * (view.axes[:2] @ force) * [1.0, -1.0]
     length = float(np.linalg.norm(along))
     if length < FINER * SHORTEST:
@@ -221,10 +223,10 @@ def _draw_arrow(pen: ImageDraw.ImageDraw, view: View, place: np.ndarray, force: 
 def _ground(drawing: Drawing, largest: float, arrows: bool, walls: bool) -> tuple[Figure, Axes]:
     """Return what does not move, and the axes of the forces."""
     trajectory = drawing.trajectory
-    what = "bodies in motion, deformation as it is" if largest > 0 else "bodies in motion"
+    text = "bodies in motion, deformation as it is" if largest > 0 else "bodies in motion"
     acting = " and ".join(kind for kind in ("joints", "contacts") if getattr(trajectory, kind))
-    what += f"; red: forces of {acting} on their bodies" * arrows + "; grey: paths of joints" + ", obstacles" * walls
-    figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
+    text += f"; red: forces of {acting} on their bodies" * arrows + "; grey: paths of joints" + ", obstacles" * walls
+    figure = style.new_figure(drawing.scene_name, text, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     axes = figure.add_axes((0.085, 0.085, 0.89, 0.14))
     if largest > 0:
         style.magnitude_bar(figure, largest, "elastic displacement", "m", (0.885, 0.38, 0.014, 0.4))

@@ -18,24 +18,24 @@ WIDTH, ROW = 1700, 620
 
 def draw_journals(drawing: Drawing) -> None:
     """Draw a row for each joint whose pressure is kept."""
-    found = drawing.trajectory.counts.get(WEAR, {})
-    joints = [name for name, one in found.items() if np.any(one.get("pressure", 0.0))][:MOST]
+    worn = drawing.trajectory.counts.get(WEAR, {})
+    joints = [name for name, bearing in worn.items() if np.any(bearing.get("pressure", 0.0))][:MOST]
     if joints and len(drawing.trajectory.times):
-        style.draw(drawing.file("journals.png"), _figure, drawing, {name: found[name] for name in joints})
+        style.draw(drawing.file("journals.png"), _figure, drawing, {name: worn[name] for name in joints})
 
 
 def _figure(drawing: Drawing, joints: dict[str, Any]) -> Figure:
     subtitle = "angles about the bearing's axis, on the bearing; both ends of a long journal"
     figure = style.new_figure("Journals in their bearings", subtitle, width=WIDTH, height=300 + ROW * len(joints))
     grid = figure.add_gridspec(len(joints), 3, left=0.08, right=0.96, bottom=0.09, top=0.8, wspace=0.32, hspace=0.4)
-    for row, (name, one) in enumerate(joints.items()):
+    for row, (name, bearing) in enumerate(joints.items()):
         _orbit(figure.add_subplot(grid[row, 0]), name, drawing.trajectory.probes[f"{name}.orbit"].values)
         axes = figure.add_subplot(grid[row, 1], projection="polar")
-        _around(axes, one["pressure"], "Pa", "pressure at the largest force")
+        _around(axes, bearing["pressure"], "Pa", "pressure at the largest force")
         axes = figure.add_subplot(grid[row, 2], projection="polar")
-        step = 2 * np.pi / len(one["impulse"][0])
+        step = 2 * np.pi / len(bearing["impulse"][0])
         span = float(drawing.trajectory.times[-1])
-        mean = [np.array(section) / (step * span) for section in one["impulse"]]
+        mean = [np.array(section) / (step * span) for section in bearing["impulse"]]
         _around(axes, mean, "N", "mean force over the angle", per="/rad")
     return figure
 

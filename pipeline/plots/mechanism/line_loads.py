@@ -38,15 +38,15 @@ class Runs:
 def draw_line_loads(drawing: Drawing) -> None:
     """Draw a row for each contact of many points that touched at a frame."""
     trajectory = drawing.trajectory
-    found = {
+    peaks = {
         name: contact.multipliers.sum(axis=1).max()
         for name, contact in trajectory.contacts.items()
         if contact.multipliers.shape[1] >= LEAST_POINTS and contact.multipliers.any()
     }
     if len(trajectory.frame_times) < LEAST_FRAMES:
         return
-    names = sorted(found, key=lambda name: -found[name])[:MOST]
-    shown = [one for name in trajectory.contacts if name in names and (one := line_load(drawing, name)) is not None]
+    names = sorted(peaks, key=lambda name: -peaks[name])[:MOST]
+    shown = [runs for name in trajectory.contacts if name in names and (runs := line_load(drawing, name)) is not None]
     if shown:
         style.draw(drawing.file("line-loads.png"), _figure, drawing, shown)
 
@@ -64,10 +64,10 @@ def line_load(drawing: Drawing, name: str) -> Runs | None:
     runs = np.sqrt(max(float(ways[-1]), 0.0)) > STILL * np.ptp(plane, axis=0).max()
     along = turn[:, -1] if runs else np.array([1.0, 0.0])
     along = along * np.sign(along[np.abs(along).argmax()])
-    place = plane @ along
+    position = plane @ along
     count = max(int(np.sqrt(len(points))), 2)
-    edges = np.linspace(place.min(), place.max(), count + 1)
-    bins = np.clip(np.searchsorted(edges, place, side="right") - 1, 0, count - 1)
+    edges = np.linspace(position.min(), position.max(), count + 1)
+    bins = np.clip(np.searchsorted(edges, position, side="right") - 1, 0, count - 1)
     members = (bins[:, None] == np.arange(count)).astype(float)
     return Runs(name, edges, forces @ members / np.diff(edges))
 
@@ -80,17 +80,17 @@ def _figure(drawing: Drawing, shown: list[Runs]) -> Figure:
     rows = figure.subplots(len(shown), 1, sharex=True, squeeze=False, gridspec_kw=borders_of)[:, 0]
     times = drawing.trajectory.frame_times
     scale, unit = style.time_unit(float(times[-1]))
-    factor, newtons = style.prefixed(max(float(one.loads.max()) for one in shown), "N")
-    length, metres = style.prefixed(max(float(np.abs(one.edges).max()) for one in shown), "m")
+    factor, newtons = style.prefixed(max(float(runs.loads.max()) for runs in shown), "N")
+    length, metres = style.prefixed(max(float(np.abs(runs.edges).max()) for runs in shown), "m")
     middles = 0.5 * (times[1:] + times[:-1])
     borders = scale * np.array([max(2 * times[0] - middles[0], 0.0), *middles, times[-1]])
-    largest = factor * max(float(one.loads.max()) for one in shown)
-    for axes, one in zip(rows, shown, strict=True):
+    largest = factor * max(float(runs.loads.max()) for runs in shown)
+    for axes, runs in zip(rows, shown, strict=True):
         axes.pcolormesh(
-            borders, length * one.edges, factor * one.loads.T, cmap=style.PRESSURE, vmin=0.0, vmax=largest,
+            borders, length * runs.edges, factor * runs.loads.T, cmap=style.PRESSURE, vmin=0.0, vmax=largest,
             shading="flat", rasterized=True,
         )  # fmt: skip
-        axes.set_ylabel(f"{one.name} [{metres}]")
+        axes.set_ylabel(f"{runs.name} [{metres}]")
         axes.grid(visible=False)
     rows[-1].set_xlabel(f"time [{unit}]")
     box = (0.88, 130 / height, 0.018, 1 - 330 / height)

@@ -29,8 +29,8 @@ class Moving:
 
     def places(self, samples: np.ndarray | slice) -> np.ndarray:
         """Return where its points are at samples [m], (s, k, 3)."""
-        found = self.motion[samples]
-        return (self.centre + found[:, None, :3]) + np.einsum("sij,kj->ski", rotations(found[:, 3:6]), self.points)
+        motion = self.motion[samples]
+        return (self.centre + motion[:, None, :3]) + np.einsum("sij,kj->ski", rotations(motion[:, 3:6]), self.points)
 
     def course(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the paths of its points: times [s], (p,), and places [m], (p, k, 3).
@@ -40,15 +40,15 @@ class Moving:
         Args:
             times: Of the samples [s], (s,).
         """
-        places, apart = self.places(slice(None)), float(np.diff(times).max(initial=0.0))
-        turned = float(np.linalg.norm(self.motion[:, 9:12], axis=1).max()) * apart
+        positions, interval = self.places(slice(None)), float(np.diff(times).max(initial=0.0))
+        turned = float(np.linalg.norm(self.motion[:, 9:12], axis=1).max()) * interval
         pieces = int(np.ceil(turned / PIECE))
         if pieces < 2 or turned > FARTHEST or len(times) < 2:
-            return times, places
-        arms = places - (self.centre + self.motion[:, :3])[:, None]
+            return times, positions
+        arms = positions - (self.centre + self.motion[:, :3])[:, None]
         speeds = self.motion[:, None, 6:9] + np.cross(self.motion[:, None, 9:12], arms)
         fine = np.unique(np.concatenate([np.linspace(a, b, pieces + 1) for a, b in pairwise(times)]))
-        return fine, CubicHermiteSpline(times, places, speeds)(fine)
+        return fine, CubicHermiteSpline(times, positions, speeds)(fine)
 
 
 def rotations(vectors: np.ndarray) -> np.ndarray:
@@ -64,35 +64,41 @@ def rotations(vectors: np.ndarray) -> np.ndarray:
 
 def moving_bodies(drawing: Drawing) -> list[Moving]:
     """Return the bodies of a mechanism."""
-    scene, found = drawing.scene, []
-    hinges = [one for one in scene["joint"].values() if "body" in one]
-    hinges += [one for one in scene.get("force", {}).values() if one["kind"] in ("spring", "bushing")]
+    scene, bodies = drawing.scene, []
+    hinges = [joint for joint in scene["joint"].values() if "body" in joint]
+    hinges += [joint for joint in scene.get("force", {}).values() if joint["kind"] in ("spring", "bushing")]
     for name in drawing.trajectory.bodies:
         settings = Body.model_validate(scene["body"][name])
         centre = np.asarray(settings.position) + drawing.design(name, ["centre"]).centre
-        places = [_placed(drawing, name, one.get("at"), one.get("interface")) for one in hinges if one["body"] == name]
-        for one in hinges:
-            if one.get("against") == name:
-                given = one.get("against_at"), one.get("against_interface")
-                default = one["body"], one.get("at"), one.get("interface")
-                places.append(_placed(drawing, *(default if given == (None, None) else (name, *given))))
+        positions = [
+            _placed(drawing, name, joint.get("at"), joint.get("interface")) for joint in hinges if joint["body"] == name
+        ]
+        for joint in hinges:
+            if joint.get("against") == name:
+                against = joint.get("against_at"), joint.get("against_interface")
+                default = joint["body"], joint.get("at"), joint.get("interface")
+                positions.append(_placed(drawing, *(default if against == (None, None) else (name, *against))))
         for points in touching(drawing, name).values():
-            places += list(points if len(points) <= DRAWN else points.mean(axis=0, keepdims=True))
-        points = np.array([*places, centre]) - centre
-        found.append(Moving(name, points, centre, drawing.trajectory.motion[name]))
-    return found
+            positions += list(points if len(points) <= DRAWN else points.mean(axis=0, keepdims=True))
+        points = np.array([*positions, centre]) - centre
+        bodies.append(Moving(name, points, centre, drawing.trajectory.motion[name]))
+    return bodies
 
 
 def touching(drawing: Drawing, body: str) -> dict[str, np.ndarray]:
     """Return where the scene places the contact points of a body, by contact [m], (k, 3) each."""
     position = np.asarray(drawing.scene["body"][body]["position"], float)
-    return {name: position + one.points for name, one in drawing.trajectory.contacts.items() if one.body == body}
+    return {
+        name: position + contact.points for name, contact in drawing.trajectory.contacts.items() if contact.body == body
+    }
 
 
-def _placed(drawing: Drawing, body: str, at: tuple[float, float, float] | None, interface: str | None) -> np.ndarray:
+def _placed(
+    drawing: Drawing, body: str, position_in_body: tuple[float, float, float] | None, interface: str | None
+) -> np.ndarray:
     """Return where the scene places a point of a body, its origin by default, or an interface [m], (3,)."""
     position = np.asarray(drawing.scene["body"][body]["position"], float)
     if interface is not None:
         return position + drawing.modes(body, ["loads"]).loads[interface].point
-    Q, place = drawing.rotation(body), np.asarray(at or (0.0, 0.0, 0.0), float)
-    return position + (place if Q is None else Q @ place)
+    Q, point = drawing.rotation(body), np.asarray(position_in_body or (0.0, 0.0, 0.0), float)
+    return position + (point if Q is None else Q @ point)

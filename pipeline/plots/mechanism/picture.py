@@ -45,31 +45,31 @@ def _figure(drawing: Drawing) -> Figure:
     return figure
 
 
-def _bodies(figure: Figure, place, bodies: list[Moving], drawing: Drawing) -> None:  # type: ignore[no-untyped-def]
+def _bodies(figure: Figure, cell, bodies: list[Moving], drawing: Drawing) -> None:  # type: ignore[no-untyped-def]
     """Draw lines through the points of each body at some samples, and the paths of the points."""
     every = [body.places(slice(None)) for body in bodies]
-    cloud = np.concatenate([one.reshape(-1, 3) for one in every])
+    cloud = np.concatenate([item.reshape(-1, 3) for item in every])
     shown = plane_of(every)
     flat = len(shown) == 2
-    axes = figure.add_subplot(place) if flat else figure.add_subplot(place, projection="3d")
+    axes = figure.add_subplot(cell) if flat else figure.add_subplot(cell, projection="3d")
     samples = np.unique(np.linspace(0, len(every[0]) - 1, SHOWN).astype(int))
     for body in bodies:
         _, path = body.course(drawing.trajectory.times)
         for point in range(path.shape[1]):
             axes.plot(*path[:, point, shown].T, color=style.GREY, lw=0.8, zorder=1)
-    for number, sample in enumerate(samples):
-        shade = 0.25 + 0.75 * number / max(1, len(samples) - 1)
+    for k, sample in enumerate(samples):
+        shade = 0.25 + 0.75 * k / max(1, len(samples) - 1)
         for body, path in zip(bodies, every, strict=True):
             points = path[sample, :, shown].T if flat else path[sample]
             ends, centre = points[:-1], points[-1]
-            for one in ends if len(ends) != 2 else ():
-                axes.plot(*np.array([one, centre]).T, color=style.BLUE, lw=1.6, alpha=shade)
+            for item in ends if len(ends) != 2 else ():
+                axes.plot(*np.array([item, centre]).T, color=style.BLUE, lw=1.6, alpha=shade)
             if len(ends) == 2:
                 axes.plot(*ends.T, color=style.BLUE, lw=1.6, alpha=shade)
             axes.plot(*ends.T, "o", color=style.ORANGE, ms=3.5, alpha=shade)
-            if number == len(samples) - 1:
+            if k == len(samples) - 1:
                 axes.text(*centre, f" {body.name}", fontsize=7.5, color=style.FAINT)  # type: ignore[call-arg]
-    labels = [f"{NAMES[int(one)]} [m]" for one in shown]
+    labels = [f"{NAMES[int(item)]} [m]" for item in shown]
     axes.set_xlabel(labels[0])
     axes.set_ylabel(labels[1])
     if flat:
@@ -93,7 +93,7 @@ def _same_scale(axes: Any, cloud: np.ndarray) -> None:
 
 def plane_of(every: list[np.ndarray]) -> np.ndarray:
     """Return the two axes of the plane in which points (s, k, 3) of all bodies move, or all three."""
-    extent = np.ptp(np.concatenate([one.reshape(-1, 3) for one in every]), axis=0)
+    extent = np.ptp(np.concatenate([positions.reshape(-1, 3) for positions in every]), axis=0)
     flat = extent.min() <= FLAT * extent.max()
     return np.delete(np.arange(3), int(extent.argmin())) if flat else np.arange(3)
 
@@ -116,8 +116,8 @@ def _obstacles(axes: Axes, drawing: Drawing, cloud: np.ndarray, shown: np.ndarra
                 continue
             across, point = normal[shown], np.asarray(against["point"], float)[shown]
             along = np.array([-across[1], across[0]])
-            reach = (cloud - point) @ along
-            ends = point + np.outer([reach.min() - 0.05 * size, reach.max() + 0.05 * size], along)
+            distances = (cloud - point) @ along
+            ends = point + np.outer([distances.min() - 0.05 * size, distances.max() + 0.05 * size], along)
             axes.fill(*np.vstack([ends, (ends - 0.03 * size * across)[::-1]]).T, color=style.FAINT, alpha=0.25, lw=0)
             axes.plot(*ends.T, color=style.FAINT, lw=1.2)
         elif against["shape"] == "bore":
@@ -131,14 +131,14 @@ def _obstacles(axes: Axes, drawing: Drawing, cloud: np.ndarray, shown: np.ndarra
 
 def _angles(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
     """Draw the angles of the joints that have one; where none has, how far the bodies have turned."""
-    joints, what = drawing.trajectory.joints, "joint"
-    turning = {name: one.angle for name, one in joints.items() if one.angle.any()}
+    joints, kind = drawing.trajectory.joints, "joint"
+    turning = {name: motion.angle for name, motion in joints.items() if motion.angle.any()}
     if not turning:
-        turns = {name: np.linalg.norm(one[:, 3:6], axis=1) for name, one in drawing.trajectory.motion.items()}
-        turning, what = {name: turn for name, turn in turns.items() if turn.any()}, "body"
+        turns = {name: np.linalg.norm(motion[:, 3:6], axis=1) for name, motion in drawing.trajectory.motion.items()}
+        turning, kind = {name: turn for name, turn in turns.items() if turn.any()}, "body"
     for name, angle in list(turning.items())[:MOST]:
         axes.plot(times, np.degrees(angle), lw=1.2, label=name)
-    axes.set_ylabel(f"angle of {what} [deg]")
+    axes.set_ylabel(f"angle of {kind} [deg]")
     if turning:
         style.legend(axes, columns=4)
 
@@ -146,7 +146,7 @@ def _angles(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
 def draw_reactions(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
     """Draw the sizes of the largest forces of joints and contacts."""
     every = {**drawing.trajectory.joints, **drawing.trajectory.contacts}
-    sizes = {name: np.linalg.norm(one.force, axis=1) for name, one in every.items()}
+    sizes = {name: np.linalg.norm(history.force, axis=1) for name, history in every.items()}
     chosen = sorted(sizes, key=lambda name: -float(sizes[name].max()))[:MOST]
     largest = max((float(sizes[name].max()) for name in chosen), default=0.0)
     scale, unit = style.prefixed(largest, "N")

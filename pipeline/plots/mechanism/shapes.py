@@ -44,30 +44,35 @@ class Shown:
 
 def shown_bodies(drawing: Drawing, frames: np.ndarray) -> list[Shown]:
     """Return all bodies at frames."""
-    hinges = {name: one for name, one in drawing.scene["joint"].items() if "body" in one}
-    found = []
+    hinges = {name: joint for name, joint in drawing.scene["joint"].items() if "body" in joint}
+    bodies = []
     for moving in moving_bodies(drawing):
         body = drawing.body(moving.name)
         twists = np.array([body.twist(int(frame)) for frame in frames])
         turns, centres = rotations(twists[:, 3:]), moving.centre + twists[:, :3]
-        own = [name for name, one in hinges.items() if one["body"] == moving.name]
-        moved = {name: np.einsum("fij,fj->fi", turns, _at_joint(drawing, body, hinges[name], frames)) for name in own}
-        joints = {name: centres + turns @ moving.points[number] + moved[name] for number, name in enumerate(own)}
-        at, places = moving.course(drawing.trajectory.times)
+        on_body = [name for name, joint in hinges.items() if joint["body"] == moving.name]
+        moved = {
+            name: np.einsum("fij,fj->fi", turns, _at_joint(drawing, body, hinges[name], frames)) for name in on_body
+        }
+        joints = {name: centres + turns @ moving.points[k] + moved[name] for k, name in enumerate(on_body)}
+        path_times, positions = moving.course(drawing.trajectory.times)
         seen = drawing.trajectory.frame_times[frames]
         paths = {
-            name: (at, places[:, number] + np.array([np.interp(at, seen, one) for one in moved[name].T]).T)
-            for number, name in enumerate(own)
+            name: (
+                path_times,
+                positions[:, k] + np.array([np.interp(path_times, seen, joint) for joint in moved[name].T]).T,
+            )
+            for k, name in enumerate(on_body)
         }
         contacts = {
             name: centres + turns @ (points.mean(axis=0) - moving.centre)
             for name, points in touching(drawing, moving.name).items()
         }
         arms, elastic, cells, shape = _drawn(drawing, body, moving.points, frames)
-        places = centres[:, None] + np.einsum("fij,fpj->fpi", turns, arms + elastic)
+        positions = centres[:, None] + np.einsum("fij,fpj->fpi", turns, arms + elastic)
         bent = np.linalg.norm(elastic, axis=2)
-        found.append(Shown(moving.name, shape, places, bent, cells, joints=joints, paths=paths, contacts=contacts))
-    return found
+        bodies.append(Shown(moving.name, shape, positions, bent, cells, joints=joints, paths=paths, contacts=contacts))
+    return bodies
 
 
 def _drawn(
