@@ -7,7 +7,7 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,10 +17,9 @@ from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline import plots
 from gudgeon.pipeline.errors import StageError
-from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_window import hann_filter, resample_mean
-from gudgeon.pipeline.stages.run import run_job
+from tests.pipeline.plots.runs import Run, assert_picture, fake_child, solved, triangles_of, volume_of
 from tests.pipeline.small import block_on_floor, rod_scene, write_scene
 
 pytest.importorskip("matplotlib")
@@ -36,68 +35,26 @@ from gudgeon.pipeline.plots.deformation import movie  # noqa: E402
 from gudgeon.pipeline.plots.deformation.modes import lowest  # noqa: E402
 from gudgeon.pipeline.studies.picture import _write_ticks  # noqa: E402
 
-if TYPE_CHECKING:
-    import pyvista as pv
-
 ROUND_OFF = 1e-12
 """Relative: sums of a few hundred numbers."""
-LEAST_DEVIATION = 10.0
-"""Standard deviation of the grey values of a picture that is not blank."""
-
 MOVIE = {"flat": {}, "rendered": {"movie": plots.PLOTS["rendered"]["movie"]}}
 SLIVER = 1e-3
 """Of the mean area of triangles: smaller ones are not looked at."""
 
-FAKE_CHILD = """
-import json, os, pathlib, runpy, signal, sys, time
-job = json.loads(pathlib.Path(sys.argv[1]).read_text())
-if job["group"] == "flat":
-    runpy.run_module("gudgeon.pipeline.plots.child", run_name="__main__")
-else:
-    (pathlib.Path(job["scratch"]) / "deformation.png").write_bytes(b"half")
-    {end}
-"""
-
 
 @pytest.fixture(scope="module")
-def skirt(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """Store and key of the small skirt's trajectory."""
+def skirt(tmp_path_factory: pytest.TempPathFactory) -> Run:
     folder = tmp_path_factory.mktemp("skirt")
-    job = open_job(write_scene(folder / "skirt"), db=folder / "db", out=folder / "out")
-    return folder / "db", run_job(job, "solve").stages["solve"].key
+    return solved(folder, "skirt", write_scene(folder / "skirt"))
 
 
 @pytest.fixture(scope="module")
-def rod(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """Store and key of the rod's trajectory."""
-    folder = tmp_path_factory.mktemp("rod")
-    (folder / "scene.toml").write_text(rod_scene(0.02, 20, 400, 30))
-    job = open_job(folder, db=folder / "db", out=folder / "out")
-    return folder / "db", run_job(job, "solve").stages["solve"].key
+def rod(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return solved(tmp_path_factory.mktemp("rod"), "rod", rod_scene(0.02, 20, 400, 30))
 
 
-def fake_child(folder: Path, monkeypatch: pytest.MonkeyPatch, end: str) -> None:
-    """Let the rendered pictures be drawn by a child that leaves a half-written file and then does `end`."""
-    (folder / "fake_child.py").write_text(FAKE_CHILD.replace("{end}", end))
-    monkeypatch.setattr(plots, "CHILD", "fake_child")
-    monkeypatch.setenv("PYTHONPATH", str(folder))
-
-
-def assert_picture(path: Path, size: tuple[int, int] = (1600, 1200)) -> None:
-    """Maps of pressure are as high as they need; the others have a size [px]."""
-    image = imageio.imread(path)[..., :3].astype(float)
-    assert image.shape[1] == size[0]
-    assert 500 < image.shape[0] < 1200 if path.name.startswith("pressure") else image.shape[0] == size[1]
-    assert image.mean(axis=2).std() > LEAST_DEVIATION
-    # Nothing is cut off: the outermost pixels are all white.
-    for border in (image[:8], image[-8:], image[:, :8], image[:, -8:]):
-        assert border.min() > 250
-
-
-def test_pictures_of_a_skirt(skirt: tuple[Path, str], tmp_path: Path) -> None:
-    drawn, notes = plots.render(*skirt, tmp_path, "skirt")
-    if any("rendering crashed" in note for note in notes):
-        pytest.skip(notes[0])
+def test_pictures_of_a_skirt(skirt: Run, tmp_path: Path) -> None:
+    drawn, notes = skirt.render(tmp_path)
     assert notes == []
     names = ["force.png", "energy.png", "pressure.png", "pressure.mp4", "deformation.png", "modes.png", "impact.mp4"]
     assert [path.name for path in drawn] == names
@@ -117,8 +74,8 @@ def test_pictures_of_a_skirt(skirt: tuple[Path, str], tmp_path: Path) -> None:
     assert drawn[-1].stat().st_size < 1.5e6
 
 
-def test_pictures_of_a_rod(rod: tuple[Path, str], tmp_path: Path) -> None:
-    drawn, notes = plots.render(*rod, tmp_path, "rod")
+def test_pictures_of_a_rod(rod: Run, tmp_path: Path) -> None:
+    drawn, notes = rod.render(tmp_path)
     assert notes == []
     assert [path.name for path in drawn] == ["force.png", "energy.png", "deformation.png", "modes.png"]
     for path in drawn:
@@ -132,10 +89,8 @@ DROP = {
 
 
 def test_a_block_falls_onto_its_floor_in_the_movie(tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(block_on_floor())
-    job = open_job(tmp_path, set=DROP, db=tmp_path / "db", out=tmp_path / "out")
-    key = run_job(job, "solve").stages["solve"].key
-    drawing = Drawing(modaldb.open(tmp_path / "db"), key, "drop", tmp_path, tmp_path, lambda name: None)
+    block = solved(tmp_path, "drop", block_on_floor(), DROP)
+    drawing = block.drawing(tmp_path)
     script = movie._script(drawing, ["block"])
     assert script.landing is not None
     body, position = script.actors[0].body, script.actors[0].position
@@ -147,9 +102,7 @@ def test_a_block_falls_onto_its_floor_in_the_movie(tmp_path: Path) -> None:
         own = max((body.nodes + position + body.total(frame))[:, 2].min(), 0.0)
         assert lowest == pytest.approx(script.landing.scale * own, abs=ROUND_OFF)
         assert own < 1e-6 or not pressed[frame]
-    drawn, notes = plots.render(tmp_path / "db", key, tmp_path / "pictures", "drop", pictures=MOVIE)
-    if any("rendering crashed" in note for note in notes):
-        pytest.skip(notes[0])
+    drawn, _ = block.render(tmp_path / "pictures", pictures=MOVIE)
     assert movie._subtitle(script).endswith("grey: obstacle")
     grey = np.abs(imageio.imread(drawn[-1]).astype(float)[:, 80:548, 8:776] - [218, 223, 228]).max(axis=3) < 8
     assert (grey.mean(axis=(1, 2)) > 0.02).all()
@@ -182,8 +135,8 @@ def test_long_texts_are_not_cut_off() -> None:
     assert min(box.x0 for box in boxes) >= 0
 
 
-def test_modes_of_a_rod_have_their_exact_frequencies(rod: tuple[Path, str], tmp_path: Path) -> None:
-    drawing = Drawing(modaldb.open(rod[0]), rod[1], "rod", tmp_path, tmp_path, lambda name: None)
+def test_modes_of_a_rod_have_their_exact_frequencies(rod: Run, tmp_path: Path) -> None:
+    drawing = rod.drawing(tmp_path)
     body = drawing.body("rod")
     numbers = lowest(body)
     exact = np.sqrt(210e9 / 7850.0) / 2 * np.arange(1, 7)
@@ -193,14 +146,14 @@ def test_modes_of_a_rod_have_their_exact_frequencies(rod: tuple[Path, str], tmp_
     assert lowest(wide).tolist() == [0, 1, 2, 3, 4, 5]
 
 
-def test_nothing_is_drawn_of_nothing(rod: tuple[Path, str], tmp_path: Path) -> None:
+def test_nothing_is_drawn_of_nothing(rod: Run, tmp_path: Path) -> None:
     """A rod that flies away has no force; a picture of it is not written."""
-    store, told = modaldb.open(rod[0]), []
-    found = store.get(rod[1], "trajectory")
+    store, told = modaldb.open(rod.store), []
+    found = store.get(rod.key, "trajectory")
     contact = found.contacts["wall"]
     still = replace(contact, force=0 * contact.force, multipliers=0 * contact.multipliers)
     free = replace(found, contacts={"wall": still}, energies=0 * found.energies, peaks={}, peak_times=None)
-    inputs = store.provenance(rod[1]) | {"changed": True}
+    inputs = store.provenance(rod.key) | {"changed": True}
     store.put(content_key(inputs), "trajectory", free, inputs)
     drawing = Drawing(store, content_key(inputs), "rod", tmp_path, tmp_path, told.append)
     draw_force(drawing)
@@ -209,12 +162,10 @@ def test_nothing_is_drawn_of_nothing(rod: tuple[Path, str], tmp_path: Path) -> N
     assert drawing.touched(1) == []
 
 
-def test_crash_of_rendering_spares_the_rest(
-    skirt: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_crash_of_rendering_spares_the_rest(skirt: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fake_child(tmp_path, monkeypatch, "os.kill(os.getpid(), signal.SIGSEGV)")
     out = tmp_path / "out"
-    drawn, notes = plots.render(*skirt, out, "skirt")
+    drawn, notes = plots.render(skirt.store, skirt.key, out, "skirt")
     assert [path.name for path in drawn] == ["force.png", "energy.png", "pressure.png", "pressure.mp4"]
     assert len(notes) == 1
     assert "rendering crashed (SIGSEGV)" in notes[0]
@@ -227,7 +178,7 @@ FLAT = ["energy.png", "force.png", "pressure.mp4", "pressure.png"]
 
 @pytest.mark.parametrize("last", ["force.png", "pressure.mp4"], ids=["between pictures", "after them"])
 def test_interruption_ends_both_children_and_leaves_nothing_half_written(
-    last: str, skirt: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    last: str, skirt: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """SIGINT while one child draws, or is done, and the other has written half a file and sleeps."""
     ends = "from gudgeon.pipeline.process.lifeline import end_with_parent; end_with_parent(); time.sleep(60)"
@@ -251,7 +202,7 @@ def test_interruption_ends_both_children_and_leaves_nothing_half_written(
     try:
         threading.Thread(target=interrupt, daemon=True).start()
         with pytest.raises(KeyboardInterrupt):
-            plots.render(*skirt, out, "skirt")
+            plots.render(skirt.store, skirt.key, out, "skirt")
     finally:
         signal.signal(signal.SIGINT, before)
     assert [child.poll() is None for child in children] == [False, False]
@@ -263,15 +214,13 @@ def test_interruption_ends_both_children_and_leaves_nothing_half_written(
             assert_picture(out / name)
 
 
-def test_pictures_are_counted_as_they_are_drawn(
-    skirt: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pictures_are_counted_as_they_are_drawn(skirt: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of both children; a drawing function that has nothing to draw lowers the number of pictures."""
     (tmp_path / "fake_child.py").write_text(COUNTING_CHILD)
     monkeypatch.setattr(plots, "CHILD", "fake_child")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     told: list[tuple[str, float]] = []
-    plots.render(*skirt, tmp_path / "out", "skirt", tell=lambda stage, share: told.append((stage, share)))
+    skirt.render(tmp_path / "out", tell=lambda stage, share: told.append((stage, share)))
     # Which child speaks first is not determined: the numbers before both have begun, and drawn nothing, differ.
     assert told[-1] == ("plot (3 of 4 pictures)", 3 / 4)
     assert told == sorted(told, key=lambda one: one[1])
@@ -292,37 +241,26 @@ for _ in range(3 if job["group"] else 0):
 """
 
 
-def test_missing_library_is_noted(rod: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_library_is_noted(rod: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "matplotlib.py").write_text("raise ModuleNotFoundError('none here', name='matplotlib')")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     out = tmp_path / "out"
     out.mkdir()
     (out / "force.png").write_bytes(b"of an earlier result")
-    drawn, notes = plots.render(*rod, out, "rod")
+    drawn, notes = rod.render(out)
     assert drawn == []
     assert list(out.iterdir()) == []
     assert "force was not drawn: matplotlib is not installed; pip install 'gudgeon[plots]'" in notes
 
 
-def test_picture_of_an_earlier_result_does_not_outlive_a_failure(rod: tuple[Path, str], tmp_path: Path) -> None:
+def test_picture_of_an_earlier_result_does_not_outlive_a_failure(rod: Run, tmp_path: Path) -> None:
     told: list[str] = []
-    drawing = Drawing(modaldb.open(rod[0]), rod[1], "rod", tmp_path, tmp_path / "scratch", told.append)
+    drawing = rod.drawing(tmp_path, told.append)
     (tmp_path / "force.png").write_bytes(b"of an earlier result")
     with pytest.raises(ZeroDivisionError), drawing.file("force.png"):
         raise ZeroDivisionError
     assert not (tmp_path / "force.png").exists()
     assert told == []
-
-
-def triangles_of(surface: "pv.PolyData") -> np.ndarray:
-    """Return the corners of the triangles of a surface, (3, t, 3)."""
-    return np.moveaxis(np.asarray(surface.points, float)[surface.regular_faces], 1, 0)
-
-
-def volume_of(surface: "pv.PolyData") -> float:
-    """Return the signed volume within a surface, positive where its triangles look outward."""
-    a, b, c = triangles_of(surface)
-    return float(np.einsum("fi,fi->", a, np.cross(b, c)) / 6)
 
 
 def test_boundary_is_what_the_surfaces_cover(skirt_mesh: MeshRecord) -> None:

@@ -11,7 +11,6 @@ from matplotlib.text import Annotation
 from matplotlib.tri import Triangulation
 
 from gudgeon.modaldb.records.mesh import Surface
-from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base import view
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, middles
@@ -19,7 +18,7 @@ from gudgeon.pipeline.plots.contact.maps import chart, on_an_edge, raster
 from gudgeon.pipeline.plots.contact.pressure import colours, panels_of
 from gudgeon.pipeline.plots.deformation.obstacle import touching
 from gudgeon.pipeline.plots.deformation.solid import strongest_moment
-from gudgeon.pipeline.stages.run import run_job
+from tests.pipeline.plots.runs import solved
 from tests.pipeline.small import block_on_floor
 
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
@@ -29,10 +28,7 @@ X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 def drawing(tmp_path_factory: pytest.TempPathFactory) -> Drawing:
     """The run of a block that falls on a floor."""
     folder = tmp_path_factory.mktemp("block")
-    (folder / "scene.toml").write_text(block_on_floor())
-    job = open_job(folder, db=folder / "db", out=folder / "out")
-    key = run_job(job, "solve").stages["solve"].key
-    return Drawing(job.store, key, "block", folder, folder, lambda name: None)
+    return solved(folder, "block", block_on_floor()).drawing(folder)
 
 
 def test_lengths_along_both_axes_of_the_pressure_have_one_scale() -> None:

@@ -5,12 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gudgeon import modaldb
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
 from gudgeon.pipeline import plots
-from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.plots.base.run import Curve, Drawing
-from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.plots.base.run import Curve
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
@@ -28,7 +25,7 @@ from gudgeon.pipeline.plots.contact.force_axes import (
 )
 from gudgeon.pipeline.plots.contact.located import Touch, course, normal_courses, touches
 from gudgeon.solver.integrators.curves import windowed as windowed_force
-from tests.pipeline.plots.test_plots import assert_picture
+from tests.pipeline.plots.runs import Run, assert_picture, solved
 
 RIGID = """
 [component.{body}]
@@ -100,6 +97,7 @@ duration = 0.01
 samples = 500
 frames = 40
 """
+IMPACTS = {"flat": {"impacts": plots.PLOTS["flat"]["impacts"]}, "rendered": {}}
 NAMES = {
     "ball": ["force.png", "energy.png", "impacts.png"],
     "belt": ["force.png", "energy.png", "impacts.png"],
@@ -108,16 +106,9 @@ NAMES = {
 
 
 @pytest.fixture(scope="module", params=["ball", "belt", "beam"])
-def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path, str]:
-    """Name, store and key of each scene's trajectory."""
-    folder = tmp_path_factory.mktemp(request.param)
-    (folder / "scene.toml").write_text({"ball": BALL, "belt": BELT, "beam": BEAM}[request.param])
-    job = open_job(folder, db=folder / "db", out=folder / "out")
-    return request.param, folder / "db", run_job(job, "solve").stages["solve"].key
-
-
-def drawing_of(scene: tuple[str, Path, str], folder: Path) -> Drawing:
-    return Drawing(modaldb.open(scene[1]), scene[2], scene[0], folder, folder, lambda _: None)
+def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Run:
+    text = {"ball": BALL, "belt": BELT, "beam": BEAM}[request.param]
+    return solved(tmp_path_factory.mktemp(request.param), request.param, text)
 
 
 def made(impacts: np.ndarray, force: np.ndarray, window: float | None = None) -> Trajectory:
@@ -131,17 +122,17 @@ def made(impacts: np.ndarray, force: np.ndarray, window: float | None = None) ->
     )  # fmt: skip
 
 
-def test_pictures(scene: tuple[str, Path, str], tmp_path: Path) -> None:
-    drawn, notes = plots.render(scene[1], scene[2], tmp_path, scene[0])
+def test_pictures(scene: Run, tmp_path: Path) -> None:
+    drawn, notes = scene.render(tmp_path)
     assert notes == []
-    assert [path.name for path in drawn] == NAMES[scene[0]]
-    assert set(NAMES[scene[0]]) <= set(plots.FILES)
+    assert [path.name for path in drawn] == NAMES[scene.name]
+    assert set(NAMES[scene.name]) <= set(plots.FILES)
     for path in drawn:
         assert_picture(path)
 
 
-def test_points_meet_in_impacts_and_nowhere_else(scene: tuple[str, Path, str], tmp_path: Path) -> None:
-    drawing = drawing_of(scene, tmp_path)
+def test_points_meet_in_impacts_and_nowhere_else(scene: Run, tmp_path: Path) -> None:
+    drawing = scene.drawing(tmp_path)
     (touch,) = touches(drawing)
     courses = normal_courses(drawing, touch)
     own = courses[0]
@@ -157,9 +148,9 @@ def test_points_meet_in_impacts_and_nowhere_else(scene: tuple[str, Path, str], t
     assert (apart[free] > -resolved - 1e-12).all()
 
 
-def test_paths_at_samples_pass_through_the_frames(scene: tuple[str, Path, str], tmp_path: Path) -> None:
+def test_paths_at_samples_pass_through_the_frames(scene: Run, tmp_path: Path) -> None:
     """What is drawn at every sample is, at frames, the motion that coordinates and R give."""
-    drawing = drawing_of(scene, tmp_path)
+    drawing = scene.drawing(tmp_path)
     (touch,) = touches(drawing)
     courses = normal_courses(drawing, touch)
     contact = drawing.scene["contact"][touch.name]
@@ -175,11 +166,9 @@ def test_paths_at_samples_pass_through_the_frames(scene: tuple[str, Path, str], 
 
 
 @pytest.mark.parametrize("scene", ["beam"], indirect=True)
-def test_a_point_that_loads_deform_at_the_start_begins_at_its_first_known_place(
-    scene: tuple[str, Path, str], tmp_path: Path
-) -> None:
+def test_a_point_that_loads_deform_at_the_start_begins_at_its_first_known_place(scene: Run, tmp_path: Path) -> None:
     """Under gravity the beam is bent when its run starts, by what the record does not have; the rigid ball is not."""
-    drawing = drawing_of(scene, tmp_path)
+    drawing = scene.drawing(tmp_path)
     (touch,) = touches(drawing)
     assert [one.times[0] for one in normal_courses(drawing, touch)] == [0.0, 0.0]
     drawing.scene["run"]["gravity"] = [0.0, 0.0, -9.81]
@@ -292,8 +281,6 @@ def test_a_block_slides_in_the_main_direction_of_its_friction(tmp_path: Path) ->
     text = RIGID.format(body="block") + more + FLOOR.format(body="block", more="")
     text += 'method = "impact"\nrestitution = 0.0\nfriction = { static = 0.1 }\n'
     text += "[run]\nduration = 0.6\ngravity = [0, 0, -9.81]\n"
-    (tmp_path / "scene.toml").write_text(text)
-    job = open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out")
-    report = run_job(job, "plot")
-    assert not [note for note in report.notes if "not drawn" in note]
-    assert_picture(tmp_path / "out" / "impacts.png")
+    drawn, notes = solved(tmp_path, "block", text).render(tmp_path / "out", pictures=IMPACTS)
+    assert notes == []
+    assert_picture(drawn[0])

@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from gudgeon import modaldb
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline import plots
-from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.stages.run import run_job
-from tests.pipeline.plots.test_plots import assert_picture, fake_child, triangles_of, volume_of
+from tests.pipeline.plots.runs import Run, assert_picture, fake_child, solved, triangles_of, volume_of
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
@@ -52,22 +49,18 @@ CHORDS = 0.03
 
 
 @pytest.fixture(scope="module")
-def piston(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """Store and key of a small piston's trajectory around its firing dead centre."""
-    folder = tmp_path_factory.mktemp("piston")
-    job = open_job(PISTON, set=COARSER, db=folder / "db", out=folder / "out")
-    return folder / "db", run_job(job, "solve").stages["solve"].key
+def piston(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """A small piston around its firing dead centre."""
+    return solved(tmp_path_factory.mktemp("piston"), "piston", PISTON, COARSER)
 
 
 @pytest.fixture
-def drawing(piston: tuple[Path, str], tmp_path: Path) -> Drawing:
-    return Drawing(modaldb.open(piston[0]), piston[1], "piston", tmp_path, tmp_path, lambda name: None)
+def drawing(piston: Run, tmp_path: Path) -> Drawing:
+    return piston.drawing(tmp_path)
 
 
-def test_pictures_of_a_piston(piston: tuple[Path, str], tmp_path: Path) -> None:
-    drawn, notes = plots.render(*piston, tmp_path, "piston")
-    if any("rendering crashed" in note for note in notes):
-        pytest.skip(notes[0])
+def test_pictures_of_a_piston(piston: Run, tmp_path: Path) -> None:
+    drawn, notes = piston.render(tmp_path)
     assert notes == []
     assert [path.name for path in drawn] == [
         *FLAT,
@@ -87,32 +80,30 @@ def test_pictures_of_a_piston(piston: tuple[Path, str], tmp_path: Path) -> None:
     assert (change > 50).all()
 
 
-def test_crash_of_rendering_spares_the_curves(
-    piston: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_crash_of_rendering_spares_the_curves(piston: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fake_child(tmp_path, monkeypatch, "os.kill(os.getpid(), signal.SIGSEGV)")
-    drawn, notes = plots.render(*piston, tmp_path / "out", "piston")
+    drawn, notes = plots.render(piston.store, piston.key, tmp_path / "out", "piston")
     assert [path.name for path in drawn] == FLAT
     assert len(notes) == 1
     assert "rendering crashed (SIGSEGV)" in notes[0]
 
 
 def test_compared_runs_are_in_the_cycle(
-    piston: tuple[Path, str], tmp_path: Path, drawing: Drawing, monkeypatch: pytest.MonkeyPatch
+    piston: Run, tmp_path: Path, drawing: Drawing, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fake_child(tmp_path, monkeypatch, "")
     trajectory = drawing.trajectory
     halved = {name: replace(one, force=one.force / 2) for name, one in trajectory.contacts.items()}
-    provenance = drawing.store.provenance(piston[1]) | {"changed": True}
+    provenance = drawing.store.provenance(piston.key) | {"changed": True}
     other = content_key(provenance)
     drawing.store.put(other, "trajectory", replace(trajectory, contacts=halved), provenance)
-    compare = {"as designed": piston[1], "half": other}
+    compare = {"as designed": piston.key, "half": other}
     runs = cycles(replace(drawing, compare=compare))
     assert [run.label for run in runs] == ["as designed", "half"]
     np.testing.assert_allclose(runs[1].side_force, runs[0].side_force / 2, rtol=ROUND_OFF)
     pictures = {}
     for folder, runs_of in (("alone", {}), ("both", compare)):
-        plots.render(*piston, tmp_path / folder, "piston", runs_of)
+        piston.render(tmp_path / folder, compare=runs_of)
         pictures[folder] = imageio.imread(tmp_path / folder / "cycle.png")
         assert_picture(tmp_path / folder / "cycle.png")
     # Only the second run is drawn in orange, which nothing else in the picture has.

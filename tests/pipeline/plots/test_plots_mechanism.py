@@ -7,11 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon import modaldb
 from gudgeon.pipeline import plots
-from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.stages.run import run_job
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
@@ -22,6 +19,7 @@ from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.mechanism import film, picture
 from gudgeon.pipeline.plots.mechanism.motion import Moving, moving_bodies
 from gudgeon.pipeline.plots.mechanism.shapes import shown_bodies
+from tests.pipeline.plots.runs import solved
 
 REACH = 0.2 / np.sqrt(2)
 """Of the link along x and along z, which a body turned by 45 degrees about −y has [m]."""
@@ -94,9 +92,7 @@ STOP = {"body": "bob", "against": {"shape": "plane", "point": [0.0, 0.0, -0.05],
 def turned(tmp_path_factory: pytest.TempPathFactory) -> Drawing:
     """A link held by a pin, turned by its scene, with a mass at its end."""
     folder = tmp_path_factory.mktemp("turned")
-    (folder / "scene.toml").write_text(TURNED)
-    key = run_job(open_job(folder, db=folder / "db", out=folder / "out"), "solve").stages["solve"].key
-    return Drawing(modaldb.open(folder / "db"), key, "turned", folder, folder, lambda _: None)
+    return solved(folder, "turned", TURNED).drawing(folder)
 
 
 def test_joints_at_interfaces_of_a_turned_body_are_drawn_where_they_are(turned: Drawing) -> None:
@@ -169,9 +165,7 @@ def test_paths_have_a_place_at_each_sample_and_are_seen(turned: Drawing) -> None
 
 def test_axes_in_space_have_one_scale_and_ticks_that_fit(tmp_path: Path) -> None:
     """A rotor whose centre is a millimetre off its axis, on a bushing at its end, to which it is drawn."""
-    (tmp_path / "scene.toml").write_text(ROTOR)
-    key = run_job(open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out"), "solve").stages["solve"].key
-    drawing = Drawing(modaldb.open(tmp_path / "db"), key, "rotor", tmp_path, tmp_path, lambda _: None)
+    drawing = solved(tmp_path, "rotor", ROTOR).drawing(tmp_path)
     figure = picture._figure(drawing)
     figure.canvas.draw()
     axes: Any = figure.axes[0]

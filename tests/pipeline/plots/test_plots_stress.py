@@ -5,16 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gudgeon import modaldb
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline import plots
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.exporters.export import _records
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
-from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.base.stress import READ, equivalent_stress, left_out, nodal_stress, row_forces
-from gudgeon.pipeline.stages.run import run_job
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
@@ -22,7 +19,7 @@ pytest.importorskip("pyvista")
 from gudgeon.pipeline.plots.base.surface import make_skin
 from gudgeon.pipeline.plots.deformation import movie
 from gudgeon.pipeline.plots.deformation.solid import values_where_known
-from tests.pipeline.plots.test_plots import assert_picture
+from tests.pipeline.plots.runs import Run, assert_picture, solved
 
 END = """
 [body.part]
@@ -59,31 +56,23 @@ NAMES = {"sheet": SHARED, "block": [*SHARED, "impact.mp4"]}
 
 
 @pytest.fixture(scope="module", params=SCENES)
-def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path, str]:
-    """Name, store and key of each scene's trajectory."""
-    folder = tmp_path_factory.mktemp(request.param)
-    (folder / "scene.toml").write_text(SCENES[request.param] + END)
-    job = open_job(folder, db=folder / "db", out=folder / "out")
-    return request.param, folder / "db", run_job(job, "solve").stages["solve"].key
+def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return solved(tmp_path_factory.mktemp(request.param), request.param, SCENES[request.param] + END)
 
 
-def drawing_of(scene: tuple[str, Path, str], folder: Path) -> Drawing:
-    return Drawing(modaldb.open(scene[1]), scene[2], scene[0], folder, folder, lambda _: None)
-
-
-def test_pictures(scene: tuple[str, Path, str], tmp_path: Path) -> None:
-    drawn, notes = plots.render(scene[1], scene[2], tmp_path, scene[0])
+def test_pictures(scene: Run, tmp_path: Path) -> None:
+    drawn, notes = scene.render(tmp_path)
     assert notes == []
-    assert [path.name for path in drawn] == NAMES[scene[0]]
-    assert set(NAMES[scene[0]]) <= set(plots.FILES)
+    assert [path.name for path in drawn] == NAMES[scene.name]
+    assert set(NAMES[scene.name]) <= set(plots.FILES)
     for path in drawn:
         if path.suffix == ".png":
-            low = scene[0] == "sheet" and path.stem in ("deformation", "stress")
+            low = scene.name == "sheet" and path.stem in ("deformation", "stress")
             assert_picture(path, (1600, 1182) if low else (1600, 1200))
 
 
-def test_shown_stress_is_rows_of_coordinates_and_of_forces(scene: tuple[str, Path, str], tmp_path: Path) -> None:
-    drawing = drawing_of(scene, tmp_path)
+def test_shown_stress_is_rows_of_coordinates_and_of_forces(scene: Run, tmp_path: Path) -> None:
+    drawing = scene.drawing(tmp_path)
     body, frame = drawing.body("part"), int(np.argmax(drawing.frame_force("part")))
     values = equivalent_stress(drawing, body, frame)
     gauge = drawing.store.get(body.morph.modes_key, "modes", only=["gauges"]).gauges["shown"]
@@ -94,12 +83,12 @@ def test_shown_stress_is_rows_of_coordinates_and_of_forces(scene: tuple[str, Pat
     np.testing.assert_allclose(values[gauge.nodes], expected, rtol=1e-12)
     others = np.setdiff1d(np.arange(len(values)), gauge.nodes)
     assert np.isnan(values[others]).all()
-    assert len(others) == 0 if scene[0] == "sheet" else len(others) > 0
+    assert len(others) == 0 if scene.name == "sheet" else len(others) > 0
 
 
 @pytest.mark.parametrize("scene", ["block"], indirect=True)
-def test_a_solid_is_coloured_on_the_sides_that_are_read_alone(scene: tuple[str, Path, str], tmp_path: Path) -> None:
-    body = drawing_of(scene, tmp_path).body("part")
+def test_a_solid_is_coloured_on_the_sides_that_are_read_alone(scene: Run, tmp_path: Path) -> None:
+    body = scene.drawing(tmp_path).body("part")
     top = body.nodes[:, 2] > body.nodes[:, 2].max() - 1e-9
     height = body.nodes[:, 0]
     skin = make_skin(body.nodes, body.mesh.cells, 5000, {"stress": np.where(top, height, 0.0), "known": 1.0 * top})
@@ -125,16 +114,16 @@ def read_and_shown(drawing: Drawing, name: str, gauge: str) -> tuple[np.ndarray,
     return trajectory.gauges[f"{name}.{gauge}"][samples], shown
 
 
-def test_shown_and_recorded_stress_agree(scene: tuple[str, Path, str], tmp_path: Path) -> None:
+def test_shown_and_recorded_stress_agree(scene: Run, tmp_path: Path) -> None:
     """The recorded gauge at the middle, at the time of a frame, lies within what its own rows give there."""
-    drawing = drawing_of(scene, tmp_path)
+    drawing = scene.drawing(tmp_path)
     frame = int(np.argmax(drawing.frame_force("part")))
     recorded, shown = (one[frame] for one in read_and_shown(drawing, "part", "middle"))
     np.testing.assert_allclose(shown, recorded, atol=1e-6 * np.abs(recorded).max())
 
 
-def test_forces_that_are_not_known_at_frames_are_refused(scene: tuple[str, Path, str], tmp_path: Path) -> None:
-    drawing = drawing_of(scene, tmp_path)
+def test_forces_that_are_not_known_at_frames_are_refused(scene: Run, tmp_path: Path) -> None:
+    drawing = scene.drawing(tmp_path)
     spring = {"kind": "spring", "body": "part", "interface": "head", "stiffness": 1.0, "direction": [1, 0, 0]}
     drawing.scene["force"] = {"press": spring}
     drawing.scene["run"]["integrator"] = "auto"
@@ -199,10 +188,7 @@ PAIRED = {
 @pytest.mark.parametrize("meets", PAIRED)
 def test_stress_of_both_bodies_has_the_forces_of_their_contact_and_loads(meets: str, tmp_path: Path) -> None:
     """Points that meet facets of another mesh, and points of an equal one; a load over time on a body that turns."""
-    (tmp_path / "scene.toml").write_text(TWO)
-    places = {"db": tmp_path / "db", "out": tmp_path / "out"}
-    done = run_job(open_job(tmp_path, set=PAIRED[meets], **places), "solve")
-    drawing = drawing_of(("two", tmp_path / "db", done.stages["solve"].key), tmp_path)
+    drawing = solved(tmp_path, "two", TWO, PAIRED[meets]).drawing(tmp_path)
     pressed = drawing.trajectory.contacts["faces"].multipliers
     frame = int(pressed.sum(axis=1).argmax())
     assert pressed[frame].sum() > 100
@@ -221,13 +207,11 @@ def test_stress_of_both_bodies_has_the_forces_of_their_contact_and_loads(meets: 
 
 def test_stress_under_a_traction_space_is_refused(tmp_path: Path) -> None:
     """The record has the forces of points, not those of functions."""
-    (tmp_path / "scene.toml").write_text(TWO)
     changes = {
         "component.anvil.interface.top": {"surface": "top", "kind": "traction", "along": [1.0, 0.0, 0.0],
                                           "spacing": 0.01},
         "contact.faces.against.shape": "surface", "component.anvil.modes.reduction": "macneal",
     }  # fmt: skip
-    done = run_job(open_job(tmp_path, set=changes, db=tmp_path / "db", out=tmp_path / "out"), "solve")
-    drawing = drawing_of(("two", tmp_path / "db", done.stages["solve"].key), tmp_path)
+    drawing = solved(tmp_path, "two", TWO, changes).drawing(tmp_path)
     with pytest.raises(StageError, match="does not hold the forces of contact faces on 'top'"):
         row_forces(drawing, drawing.body("anvil"), gauged(drawing, "anvil"))

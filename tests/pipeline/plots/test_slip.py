@@ -5,11 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gudgeon import modaldb
-from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.stages.run import run_job
-
 pytest.importorskip("matplotlib")
 imageio = pytest.importorskip("imageio.v3")
 
@@ -27,7 +22,7 @@ from gudgeon.pipeline.plots.contact.maps import (  # noqa: E402
 )
 from gudgeon.pipeline.plots.contact.pressure_film import draw_pressure_film  # noqa: E402
 from gudgeon.pipeline.plots.contact.slip import draw_slip  # noqa: E402
-from tests.pipeline.plots.test_plots import assert_picture  # noqa: E402
+from tests.pipeline.plots.runs import assert_picture, solved  # noqa: E402
 
 BLOCK = """
 [component.block]
@@ -87,18 +82,10 @@ def test_pixels_between_points() -> None:
     np.testing.assert_allclose(apart[np.arange(len(there)), nearest], apart.min(axis=1), rtol=1e-12)
 
 
-@pytest.fixture(scope="module")
-def block(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """Store and key of the trajectory of a block that falls askew on a floor with friction."""
-    folder = tmp_path_factory.mktemp("block")
-    (folder / "scene.toml").write_text(BLOCK)
-    job = open_job(folder, db=folder / "db", out=folder / "out")
-    return folder / "db", run_job(job, "solve").stages["solve"].key
-
-
-def test_friction_of_points_is_kept_and_drawn(block: tuple[Path, str], tmp_path: Path) -> None:
+def test_friction_of_points_is_kept_and_drawn(tmp_path: Path) -> None:
+    """Of a block that falls askew on a floor."""
     told: list[str] = []
-    drawing = Drawing(modaldb.open(block[0]), block[1], "block", tmp_path, tmp_path, told.append)
+    drawing = solved(tmp_path, "block", BLOCK).drawing(tmp_path, told.append)
     contact = drawing.trajectory.contacts["floor"]
     friction, normal = contact.friction, contact.multipliers
     assert friction is not None
