@@ -28,8 +28,8 @@ def reused_design(
         return design
 
     def found() -> SensitivityRecord:
-        whole = store.get(keys[1], "modes", only=[*needed, "shapes", "static_responses"])
-        return estimate.sensitivity_of(base, material, whole, keys)
+        full_record = store.get(keys[1], "modes", only=[*needed, "shapes", "static_responses"])
+        return estimate.sensitivity_of(base, material, full_record, keys)
 
     sensitivity = estimate.kept_sensitivity((store.location, *keys), lambda: kept(found))
     return replace(

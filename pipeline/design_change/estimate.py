@@ -51,8 +51,8 @@ def estimated(sensitivity: SensitivityRecord, movement: np.ndarray) -> Estimate:
     """Return the changes by a movement of the nodes [m], (n, 3)."""
     count, moved = len(sensitivity.eigenvalues), movement.ravel()
     block = np.zeros((count, count))
-    first, second = sensitivity.pairs.T
-    block[first, second] = block[second, first] = moved @ sensitivity.modal.reshape(len(moved), -1)
+    i, j = sensitivity.pairs.T
+    block[i, j] = block[j, i] = moved @ sensitivity.modal.reshape(len(moved), -1)
     frequencies = np.empty(count)
     for group in _groups(sensitivity.eigenvalues):
         values = sensitivity.eigenvalues[group]
@@ -88,11 +88,11 @@ def sensitivity_of(
     compliances, static = {}, {}
     if (responses := modal.static_responses) is not None:
         spans = {name: np.arange(*ends) for name, ends in responses.columns.items()}
-        pairs = [own[np.column_stack(np.triu_indices(len(own)))] for own in spans.values()]
-        compliances = {name: responses.compliance[np.ix_(own, own)] for name, own in spans.items()}
-        found = _compliance_derivatives(mesh, material, modal, responses, np.concatenate(pairs))
-        parts = np.split(found, np.cumsum([len(one) for one in pairs])[:-1], axis=2)
-        static = dict(zip(spans, parts, strict=True))
+        pairs = [columns[np.column_stack(np.triu_indices(len(columns)))] for columns in spans.values()]
+        compliances = {name: responses.compliance[np.ix_(columns, columns)] for name, columns in spans.items()}
+        derivatives = _compliance_derivatives(mesh, material, modal, responses, np.concatenate(pairs))
+        blocks = np.split(derivatives, np.cumsum([len(p) for p in pairs])[:-1], axis=2)
+        static = dict(zip(spans, blocks, strict=True))
     return SensitivityRecord(*keys, values, modes, modal_part, compliances, static)
 
 
@@ -104,22 +104,22 @@ def kept_sensitivity(keys: tuple[str, ...], find: Callable[[], SensitivityRecord
 
     Each database gets its own, so that its location is among the keys.
     """
-    kept = _FOUND.get(keys) or find()
-    _FOUND[keys] = kept
+    sensitivity = _FOUND.get(keys) or find()
+    _FOUND[keys] = sensitivity
     _FOUND.move_to_end(keys)
     while len(_FOUND) > KEPT:
         _FOUND.popitem(last=False)
-    return kept
+    return sensitivity
 
 
 def _compliance_derivatives(
     mesh: MeshRecord, material: Material, modal: ModalRecord, responses: StaticResponses, pairs: np.ndarray
 ) -> np.ndarray:
     """Return the derivatives of the compliance of pairs of pressures (p, 2), (n, 3, p)."""
-    Y, (first, second) = responses.shapes, pairs.T
-    found = -stiffness_derivatives(mesh, material, Y, pairs)
+    Y, (i, j) = responses.shapes, pairs.T
+    derivatives = -stiffness_derivatives(mesh, material, Y, pairs)
     if not len(modal.rigid_twists):
-        return found
+        return derivatives
     # What balances a pressure is the inertia of a rigid acceleration Z. Y contains no rigid motion, so that of YᵀM Z
     # only the changes of M and of Z by the arms of the rotation count: δ(α × x) = α × δx.
     force, moment = responses.resultant[:, :3], responses.resultant[:, 3:]
@@ -131,16 +131,16 @@ def _compliance_derivatives(
     to_motion = np.array([0, count])
     crossed = np.concatenate([pairs + to_motion, pairs[:, ::-1] + to_motion])
     mass, loads = mass_derivatives(mesh, material, np.concatenate([Y, Z], axis=2), crossed)
-    found -= mass[..., : len(pairs)] + mass[..., len(pairs) :]
-    for own, other in ((first, second), (second, first)):
-        found -= np.cross(loads[..., own], alpha[None, :, other], axis=1)
-    return found
+    derivatives -= mass[..., : len(pairs)] + mass[..., len(pairs) :]
+    for a, b in ((i, j), (j, i)):
+        derivatives -= np.cross(loads[..., a], alpha[None, :, b], axis=1)
+    return derivatives
 
 
 def _groups(values: np.ndarray) -> list[slice]:
     """Return the groups of eigenvalues whose frequencies are close, neighbour to neighbour."""
-    apart = np.flatnonzero(np.sqrt(values[1:] / values[:-1]) - 1 >= CLOSE) + 1
-    ends = [0, *apart.tolist(), len(values)]
+    group_starts = np.flatnonzero(np.sqrt(values[1:] / values[:-1]) - 1 >= CLOSE) + 1
+    ends = [0, *group_starts.tolist(), len(values)]
     return [slice(a, b) for a, b in itertools.pairwise(ends) if b > a]
 
 
@@ -148,7 +148,7 @@ def _largest(change: np.ndarray, compliance: np.ndarray) -> float:
     """Return the eigenvalue of largest size of δC p = μ C p."""
     scale = 1 / np.sqrt(compliance.diagonal())
     strength, directions = linalg.eigh(compliance * np.outer(scale, scale))
-    kept = strength > SMALL * strength[-1]
-    basis = scale[:, None] * directions[:, kept] / np.sqrt(strength[kept])
+    independent = strength > SMALL * strength[-1]
+    basis = scale[:, None] * directions[:, independent] / np.sqrt(strength[independent])
     values = linalg.eigvalsh(basis.T @ change @ basis)
     return float(values[np.abs(values).argmax()])

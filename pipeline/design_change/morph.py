@@ -64,7 +64,7 @@ def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
     fixed = np.setdiff1d(np.concatenate(others) if others else np.empty(0, int), on_surface)
     inner = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([on_surface, fixed]))
     if len(inner):
-        followed, fade = _followed(*(mesh.nodes[own].tobytes() for own in (on_surface, fixed, inner)))
+        followed, fade = _followed(*(mesh.nodes[group].tobytes() for group in (on_surface, fixed, inner)))
         shift[inner] = followed @ shift[on_surface] * fade[:, None]
     nodes = mesh.nodes + shift
     _refuse_inverted(replace(mesh, nodes=nodes), movement)
@@ -78,12 +78,12 @@ def _followed(moved: bytes, fixed: bytes, inner: bytes) -> tuple[sparse.csr_matr
     Args:
         moved, fixed, inner: Positions [m] of nodes as the bytes of an array (k, 3).
     """
-    surface, still, within = (np.frombuffer(one).reshape(-1, 3) for one in (moved, fixed, inner))
+    surface, still, within = (np.frombuffer(positions).reshape(-1, 3) for positions in (moved, fixed, inner))
     tree = KDTree(surface)
     far, _ = tree.query(within, NEIGHBOURS)
-    near = tree.query_ball_point(within, far[:, -1] * (1 + AS_NEAR), return_sorted=True)
-    rows = np.repeat(np.arange(len(within)), [len(one) for one in near])
-    columns = np.concatenate(near).astype(np.intp)
+    neighbours = tree.query_ball_point(within, far[:, -1] * (1 + AS_NEAR), return_sorted=True)
+    rows = np.repeat(np.arange(len(within)), [len(positions) for positions in neighbours])
+    columns = np.concatenate(neighbours).astype(np.intp)
     weights = 1 / ((within[rows] - surface[columns]) ** 2).sum(axis=1)
     weights /= np.bincount(rows, weights)[rows]
     fade = np.ones(len(within))
@@ -161,9 +161,9 @@ def _refuse_inverted(mesh: MeshRecord, movement: Movement) -> None:
     lowest = nodal_jacobians(mesh).min(axis=1)
     if lowest.min() <= 0:
         worst = int(np.argmin(lowest))
-        where = mesh.nodes[mesh.cells[worst]].mean(axis=0)
+        centre = mesh.nodes[mesh.cells[worst]].mean(axis=0)
         raise InputError(
             f"{movement.source}: the profile inverts {int((lowest <= 0).sum())} elements, the worst is element"
-            f" {worst} near ({where[0]:.4g}, {where[1]:.4g}, {where[2]:.4g}) m; allowed: deviations well below the wall"
-            " thickness"
+            f" {worst} near ({centre[0]:.4g}, {centre[1]:.4g}, {centre[2]:.4g}) m; allowed: deviations well below the"
+            " wall thickness"
         )

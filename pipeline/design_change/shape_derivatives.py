@@ -36,11 +36,11 @@ def stiffness_derivatives(
         order: Of the quadrature; with `STIFFNESS_ORDER` g is the derivative of the assembled K.
     """
     total = np.zeros((len(mesh.nodes), 3, len(pairs)))
-    for one, cells in material_cells(mesh, material):
+    for cell_material, cells in material_cells(mesh, material):
         for batch in _batches(cells):
             _, grad, dx = quadrature(mesh, order, batch)
             slopes = _slopes(grad, fields[mesh.cells[batch]])
-            tensors = _tensors(slopes, _stress(slopes, one), pairs) * dx.ravel()[:, None]
+            tensors = _tensors(slopes, _stress(slopes, cell_material), pairs) * dx.ravel()[:, None]
             # Σ over points and directions j of ∂N_a/∂x_j T_jk, one matrix product for each element.
             along = grad.transpose(0, 1, 3, 2).reshape(len(batch), grad.shape[1], -1)
             tensors = np.moveaxis(tensors, 2, 0).reshape(len(batch), along.shape[2], -1)
@@ -77,8 +77,8 @@ def _batches(cells: np.ndarray) -> Iterator[np.ndarray]:
 def _slopes(grad: np.ndarray, nodal: np.ndarray) -> np.ndarray:
     """Return ∂u_i/∂x_j (j, i, e·q, c) of nodal values (e, a, i, c), with ∂N_a/∂x_j (e, a, j, q)."""
     e, a, d, q = grad.shape
-    found = grad.transpose(0, 3, 2, 1).reshape(e, -1, a) @ nodal.reshape(e, a, -1)
-    return np.ascontiguousarray(found.reshape(e * q, d, d, -1).transpose(1, 2, 0, 3))
+    slopes = grad.transpose(0, 3, 2, 1).reshape(e, -1, a) @ nodal.reshape(e, a, -1)
+    return np.ascontiguousarray(slopes.reshape(e * q, d, d, -1).transpose(1, 2, 0, 3))
 
 
 def _stress(slopes: np.ndarray, material: Material) -> np.ndarray:
@@ -98,20 +98,20 @@ def _tensors(slopes: np.ndarray, stress: np.ndarray, pairs: np.ndarray) -> np.nd
     T = np.empty((*slopes.shape[:3], len(pairs)))
     same = pairs[:, 0] == pairs[:, 1]
     for chosen in (same, ~same):
-        first, second = pairs[chosen].T
-        u, su = slopes[..., first], stress[..., first]
-        w, sw = (u, su) if chosen is same else (slopes[..., second], stress[..., second])
+        u_ids, w_ids = pairs[chosen].T
+        u, su = slopes[..., u_ids], stress[..., u_ids]
+        w, sw = (u, su) if chosen is same else (slopes[..., w_ids], stress[..., w_ids])
         energy = sum(u[j, i] * sw[j, i] for i in range(3) for j in range(3))
         for j in range(3):
             for k in range(3):
-                part = sum(u[k, i] * sw[j, i] for i in range(3))
-                part = -2 * part if w is u else -part - sum(w[k, i] * su[j, i] for i in range(3))
-                T[j, k][:, chosen] = part + energy if j == k else part
+                term = sum(u[k, i] * sw[j, i] for i in range(3))
+                term = -2 * term if w is u else -term - sum(w[k, i] * su[j, i] for i in range(3))
+                T[j, k][:, chosen] = term + energy if j == k else term
     return T
 
 
-def _add(total: np.ndarray, cells: np.ndarray, parts: np.ndarray) -> None:
+def _add(total: np.ndarray, cells: np.ndarray, values: np.ndarray) -> None:
     """Add values at the nodes of elements, (e, a, …), to those of the mesh, (n, 3, p)."""
-    nodes, place = np.unique(cells, return_inverse=True)
-    gather = sparse.csr_matrix((np.ones(place.size), (place.ravel(), np.arange(place.size))))
-    total[nodes] += (gather @ parts.reshape(place.size, -1)).reshape(len(nodes), *total.shape[1:])
+    nodes, slot = np.unique(cells, return_inverse=True)
+    gather = sparse.csr_matrix((np.ones(slot.size), (slot.ravel(), np.arange(slot.size))))
+    total[nodes] += (gather @ values.reshape(slot.size, -1)).reshape(len(nodes), *total.shape[1:])

@@ -131,9 +131,9 @@ def cell_of(mesh: MeshRecord) -> Cell:
 def compacted(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the points that cells use, the cells renumbered, and the new number of each old point, -1 if unused."""
     used, numbers = np.unique(cells, return_inverse=True)
-    number = np.full(len(points), -1)
-    number[used] = np.arange(len(used))
-    return points[used], numbers.reshape(cells.shape), number
+    new_number = np.full(len(points), -1)
+    new_number[used] = np.arange(len(used))
+    return points[used], numbers.reshape(cells.shape), new_number
 
 
 def side_counts(cells: np.ndarray, sides: np.ndarray) -> np.ndarray:

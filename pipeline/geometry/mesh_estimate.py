@@ -52,14 +52,14 @@ def refuse_large(kind: str, elements: float, size: float) -> None:
     need = cost.mesh_bytes * elements + factor
     seconds = cost.seconds * elements + cost.factor_seconds * dofs ** (1.5 * cost.growth)
     many, memory, minutes = map(_figure, (elements, need / GIB, math.ceil(seconds / 60)))
-    what = f"mesh.size: {size:g} m gives about {many} elements, whose modes need about {memory} GiB of memory and"
+    estimate = f"mesh.size: {size:g} m gives about {many} elements, whose modes need about {memory} GiB of memory and"
     if need > total_memory():
         raise InputError(
-            f"{what} {minutes} minutes; this machine has {total_memory() / GIB:.1f} GiB: give a larger size, or"
+            f"{estimate} {minutes} minutes; this machine has {total_memory() / GIB:.1f} GiB: give a larger size, or"
             " correct the part's lengths, which are in metres"
         )
     if seconds > LONG:
-        log.warning("%s %s minutes; lengths are in metres", what, minutes)
+        log.warning("%s %s minutes; lengths are in metres", estimate, minutes)
 
 
 def _figure(value: float) -> str:

@@ -82,13 +82,13 @@ class MeshFile(Strict):
         Raises:
             InputError: the file is missing or no mesh, not one solid of tetrahedra, or not on its declared surfaces.
         """
-        if what := CAD_KINDS.get(Path(self.path).suffix.lower()):
-            raise InputError(f'{self.path}: {what} is a shape without a mesh; kind = "cad" meshes it')
+        if cad_kind := CAD_KINDS.get(Path(self.path).suffix.lower()):
+            raise InputError(f'{self.path}: {cad_kind} is a shape without a mesh; kind = "cad" meshes it')
         mesh = read_mesh(self.path)
         points = scaled_points(mesh, self.unit, self.path)
-        nodes, cells, number = compacted(points, _ordered(points, _tetrahedra(mesh, self.path), self.path))
+        nodes, cells, new_number = compacted(points, _ordered(points, _tetrahedra(mesh, self.path), self.path))
         skin, faces = boundary_facets(cells, self.path)
-        members = named_facets(mesh, number, faces, dimension=2)
+        members = named_facets(mesh, new_number, faces, dimension=2)
         shapes: dict[str, SurfaceRule] = {name: s.model_dump(mode="json") for name, s in self.surfaces.items()}
         members |= {name: self._on_shape(name, shape, nodes[faces[:, :3]], members) for name, shape in shapes.items()}
         straight = cells.shape[1] == 4
@@ -100,7 +100,7 @@ class MeshFile(Strict):
         if straight:
             _lift(nodes, facets, shapes)
         surfaces = {name: Surface(facets[name], (fitted | shapes)[name]) for name in facets}
-        record = MeshRecord(nodes, cells, TETRA10.name, surfaces, _named_cells(mesh, number, cells))
+        record = MeshRecord(nodes, cells, TETRA10.name, surfaces, _named_cells(mesh, new_number, cells))
         refuse_pieces(record, self.path)
         return record
 
@@ -121,14 +121,14 @@ class MeshFile(Strict):
         with np.errstate(invalid="ignore"):  # a facet with its middle on the axis has no radial direction
             _, true_normal = true_surface(corners.mean(axis=1), normal, shape)
         facing = np.einsum("fi,fi->f", normal, true_normal) > FACING
-        found = members.get(name, np.ones(len(off), bool)) & facing & (off.max(axis=1) <= limit)
-        if not found.any():
+        belongs = members.get(name, np.ones(len(off), bool)) & facing & (off.max(axis=1) <= limit)
+        if not belongs.any():
             have = ", ".join(sorted(members)) or "no surface"
             raise InputError(
                 f"{self.path}: no boundary facet lies on the {shape['kind']} of surface '{name}', and the file"
                 f" names {have}; {hint}"
             )
-        return found
+        return belongs
 
 
 def _fitted(nodes: np.ndarray, facets: np.ndarray) -> SurfaceRule:
@@ -158,8 +158,8 @@ def _tetrahedra(mesh: Any, path: str) -> np.ndarray:
     have = ", ".join(sorted(kinds)) or "no cells"
     others = {block.type for block in mesh.cells if block.dim == 3 and len(block.data)} - set(SOLIDS)
     if not kinds & set(SOLIDS) or others:
-        what = f"has cells that are no tetrahedra ({', '.join(sorted(others))})" if others else "has no tetrahedra"
-        raise InputError(f"{path}: the mesh {what}, it has {have}; allowed: solids of tetra or tetra10")
+        fault = f"has cells that are no tetrahedra ({', '.join(sorted(others))})" if others else "has no tetrahedra"
+        raise InputError(f"{path}: the mesh {fault}, it has {have}; allowed: solids of tetra or tetra10")
     if kinds >= set(SOLIDS):
         raise InputError(f"{path}: the mesh has both tetra and tetra10; allowed: one of them")
     return np.concatenate([np.asarray(block.data, int) for block in mesh.cells if block.type in SOLIDS])
@@ -176,15 +176,15 @@ def _ordered(points: np.ndarray, cells: np.ndarray, path: str) -> np.ndarray:
         off, off_swapped = (((points[order[:, 4:]] - centres) ** 2).sum(axis=2) for order in (cells, swapped))
         better = off_swapped.sum(axis=1) < off.sum(axis=1)
         cells = np.where(better[:, None], swapped, cells)
-        reach = np.sqrt(np.where(better[:, None], off_swapped, off)) > MID_REACH * length
-        if reach.any():
-            edge = np.argwhere(reach)[0]
+        misplaced = np.sqrt(np.where(better[:, None], off_swapped, off)) > MID_REACH * length
+        if misplaced.any():
+            edge = np.argwhere(misplaced)[0]
             raise InputError(
                 f"{path}: the node of edge {edge[1]} of tetrahedron {edge[0]} (from 0) does not lie near that edge;"
                 " allowed: mid-edge nodes in the order 01, 12, 02, 03, 13, 23"
             )
-    one, two, three = np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)
-    volume = (np.cross(one, two) * three).sum(axis=1)
+    e1, e2, e3 = np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)
+    volume = (np.cross(e1, e2) * e3).sum(axis=1)
     flat = np.abs(volume) <= FLAT * length.max(axis=1) ** 3
     if flat.any():
         raise InputError(
@@ -193,8 +193,8 @@ def _ordered(points: np.ndarray, cells: np.ndarray, path: str) -> np.ndarray:
         )
     turned = volume < 0
     cells[turned] = cells[turned][:, MIRRORED_TETRA[: cells.shape[1]]]
-    _, first = np.unique(np.sort(cells[:, :4], axis=1), axis=0, return_index=True)
-    return cells[np.sort(first)]
+    _, indices = np.unique(np.sort(cells[:, :4], axis=1), axis=0, return_index=True)
+    return cells[np.sort(indices)]
 
 
 def _with_mid_nodes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -204,34 +204,34 @@ def _with_mid_nodes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, n
     return np.concatenate([nodes, nodes[edges].mean(axis=1)]), np.hstack([cells, middle])
 
 
-def named_facets(mesh: Any, number: np.ndarray, facets: np.ndarray, dimension: int) -> dict[str, np.ndarray]:
+def named_facets(mesh: Any, new_number: np.ndarray, facets: np.ndarray, dimension: int) -> dict[str, np.ndarray]:
     """Return which boundary facets (f, s), corners first, belong to each name of the file; sets of cells before nodes.
 
     Args:
-        number: New number of each of the file's nodes, -1 where unused.
+        new_number: New number of each of the file's nodes, -1 where unused.
         dimension: Of the facets, 1 or 2.
     """
-    found: dict[str, np.ndarray] = {}
+    members: dict[str, np.ndarray] = {}
     corners = np.sort(facets[:, : dimension + 1], axis=1)
     for name, chosen in _facet_sets(mesh, dimension).items():
-        rows = np.concatenate([corners, np.sort(number[chosen], axis=1)])
+        rows = np.concatenate([corners, np.sort(new_number[chosen], axis=1)])
         code = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
-        found[name] = np.isin(code[: len(corners)], code[len(corners) :])
+        members[name] = np.isin(code[: len(corners)], code[len(corners) :])
     sets = {name: np.asarray(nodes, int) for name, nodes in mesh.point_sets.items()}
     sets |= {name: np.flatnonzero(values) for name, values in mesh.point_data.items() if _marks(name, values)}
     for name, nodes in sets.items():
-        found.setdefault(name.strip('"'), np.asarray(np.isin(facets, number[nodes]).all(axis=1)))
-    return {name: chosen for name, chosen in found.items() if chosen.any()}
+        members.setdefault(name.strip('"'), np.asarray(np.isin(facets, new_number[nodes]).all(axis=1)))
+    return {name: chosen for name, chosen in members.items() if chosen.any()}
 
 
-def _named_cells(mesh: Any, number: np.ndarray, cells: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the cells of each named volume of a file, by sets of tetrahedra; `number` as of `named_facets`."""
-    corners, found = np.sort(cells[:, :4], axis=1), {}
+def _named_cells(mesh: Any, new_number: np.ndarray, cells: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the cells of each named volume of a file, by sets of tetrahedra; `new_number` as of `named_facets`."""
+    corners, cells_by_name = np.sort(cells[:, :4], axis=1), {}
     for name, chosen in _facet_sets(mesh, 3).items():
-        rows = np.concatenate([corners, np.sort(number[chosen], axis=1)])
+        rows = np.concatenate([corners, np.sort(new_number[chosen], axis=1)])
         code = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
-        found[name] = np.flatnonzero(np.isin(code[: len(corners)], code[len(corners) :]))
-    return found
+        cells_by_name[name] = np.flatnonzero(np.isin(code[: len(corners)], code[len(corners) :]))
+    return cells_by_name
 
 
 def _marks(name: str, values: np.ndarray) -> bool:
@@ -241,22 +241,22 @@ def _marks(name: str, values: np.ndarray) -> bool:
 
 def _facet_sets(mesh: Any, dimension: int) -> dict[str, np.ndarray]:
     """Return the corners (k, d + 1) of the lines or triangles in each named set of the file."""
-    found: dict[str, list[np.ndarray]] = {}
+    facet_sets: dict[str, list[np.ndarray]] = {}
     blocks = [(k, np.asarray(block.data)) for k, block in enumerate(mesh.cells) if block.type in FACETS[dimension]]
     facets = [(k, cells[:, : dimension + 1]) for k, cells in blocks]
     for name, members in mesh.cell_sets.items():
         if not name.startswith("gmsh:"):
-            found[name.strip('"')] = [rows[np.asarray(members[k], int)] for k, rows in facets if k < len(members)]
+            facet_sets[name.strip('"')] = [rows[np.asarray(members[k], int)] for k, rows in facets if k < len(members)]
     names = {int(tag): name for name, (tag, of) in mesh.field_data.items() if of == dimension}
     for array, tags in mesh.cell_data.items():
         for k, rows in facets:
             values = np.asarray(tags[k])
             if _marks(array, values):
-                found.setdefault(array, []).append(rows[values != 0])
+                facet_sets.setdefault(array, []).append(rows[values != 0])
             elif array in ("gmsh:physical", "medit:ref", "nastran:ref"):
                 for tag in set(values.tolist()) - {0}:
-                    found.setdefault(names.get(tag, str(tag)), []).append(rows[values == tag])
-    return {name: np.concatenate(chosen) for name, chosen in found.items() if sum(map(len, chosen))}
+                    facet_sets.setdefault(names.get(tag, str(tag)), []).append(rows[values == tag])
+    return {name: np.concatenate(chosen) for name, chosen in facet_sets.items() if sum(map(len, chosen))}
 
 
 def read_mesh(path: str) -> Any:
@@ -320,9 +320,9 @@ def scaled_points(mesh: Any, unit: float, path: str) -> np.ndarray:
         InputError: the file is farther across than any part.
     """
     points = np.asarray(mesh.points, float)
-    farthest, most = unit * float(np.abs(points).max(initial=0.0)), RANGES["m"][1]
-    if farthest > most:
-        raise InputError(f"{path}: has a coordinate of {farthest:.3g} m; allowed: up to {most:g} m")
+    farthest, limit = unit * float(np.abs(points).max(initial=0.0)), RANGES["m"][1]
+    if farthest > limit:
+        raise InputError(f"{path}: has a coordinate of {farthest:.3g} m; allowed: up to {limit:g} m")
     return unit * points
 
 
@@ -332,6 +332,6 @@ def _refuse_cut_off(path: str) -> None:
         with open(path, "rb") as file:
             head = file.read(1)
             file.seek(max(0, file.seek(0, io.SEEK_END) - 256))
-            last = file.read().rstrip().rpartition(b"\n")[2]
-        if head == b"$" and not last.startswith(b"$End"):
+            last_line = file.read().rstrip().rpartition(b"\n")[2]
+        if head == b"$" and not last_line.startswith(b"$End"):
             raise InputError(f"{path}: cut off, its last line is not the end of a section ($End…)")

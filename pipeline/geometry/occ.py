@@ -148,12 +148,12 @@ def read_file(gmsh: Any, path: str) -> None:
     gmsh.logger.start()
     try:
         gmsh.merge(path)
-        found = [line for line in gmsh.logger.get() if line.startswith("Error")]
+        errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
     finally:
         gmsh.logger.stop()
         gmsh.option.setNumber("General.AbortOnError", before)
-    if found:
-        raise ValueError(found[0].partition(":")[2].strip())
+    if errors:
+        raise ValueError(errors[0].partition(":")[2].strip())
 
 
 def polygon_face(occ: Any, corners: Sequence[tuple[float, float, float]]) -> tuple[int, int]:
@@ -211,17 +211,17 @@ def nodes_and_cells(mesh: Any, element_type: int, order: list[int]) -> tuple[np.
 
 
 def _collect(mesh: Any, faces: list[int], surfaces: dict[str, SurfaceRule]) -> MeshRecord:
-    nodes, cells, number = nodes_and_cells(mesh, GMSH_TETRA10, GMSH_ORDER)
+    nodes, cells, node_ids = nodes_and_cells(mesh, GMSH_TETRA10, GMSH_ORDER)
     facets: dict[str, list[np.ndarray]] = {name: [] for name in surfaces}
     for face in faces:
         _, face_nodes = mesh.getElementsByType(GMSH_TRIANGLE6, face)
-        triangles = number[face_nodes.astype(int).reshape(-1, 6)]
+        triangles = node_ids[face_nodes.astype(int).reshape(-1, 6)]
         for name, shape in surfaces.items():
             points = nodes[triangles.ravel()]
             if distance(points, shape).max() < ON_SURFACE * shape.get("radius", np.ptp(points, axis=0).max()):
                 facets[name].append(triangles)
-    for name, found in facets.items():
-        if not found:
+    for name, triangles_found in facets.items():
+        if not triangles_found:
             raise StageError(f"geometry: no face of the solid lies on surface '{name}'")
     named = {name: Surface(np.concatenate(facets[name]), surfaces[name]) for name in surfaces}
     return MeshRecord(nodes, cells, TETRA10.name, named)

@@ -37,13 +37,13 @@ class PlaneFile(PlanePart):
         """
         mesh = read_mesh(self.path)
         points = scaled_points(mesh, self.unit, self.path)
-        nodes, cells, number = compacted(points, _triangles(mesh, self.path))
+        nodes, cells, new_number = compacted(points, _triangles(mesh, self.path))
         off = float(np.abs(nodes[:, 2]).max())
         if off > FLAT * np.ptp(nodes, axis=0).max():
             raise InputError(f"{self.path}: nodes lie up to {off:.3g} m off z = 0, allowed: a plane part in z = 0")
         cells = turned(nodes, cells, UP)
         edges = outer_faces(cells, TRIANGLE6)
-        members = {EDGE: np.ones(len(edges), bool)} | named_facets(mesh, number, edges, dimension=1)
+        members = {EDGE: np.ones(len(edges), bool)} | named_facets(mesh, new_number, edges, dimension=1)
         shape = {"thickness": self.thickness}
         surfaces = {name: Surface(edges[chosen], shape) for name, chosen in members.items()}
         record = MeshRecord(nodes, cells, TRIANGLE6.name, surfaces)

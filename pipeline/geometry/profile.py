@@ -102,10 +102,10 @@ def _parsed(text: str, path: Path) -> ProfileTable:
     rows = rows_of(text, path, WHAT)
     if len(rows) < 3 or len(rows[0]) < 2:
         raise InputError(f"{path}: a profile table needs a row of angles and at least two rows of heights")
-    for number, row in enumerate(rows, 1):
+    for row_number, row in enumerate(rows, 1):
         if len(row) != len(rows[0]):
             raise InputError(
-                f"{path}: row {number} has {len(row)} cells, the first row has {len(rows[0])}; is it cut off?"
+                f"{path}: row {row_number} has {len(row)} cells, the first row has {len(rows[0])}; is it cut off?"
             )
     angles = np.radians([finite_number(cell, f"{path}: row 1") for cell in rows[0][1:]])
     values = np.array([[finite_number(cell, f"{path}: row {n}") for cell in row] for n, row in enumerate(rows[1:], 2)])
@@ -114,13 +114,13 @@ def _parsed(text: str, path: Path) -> ProfileTable:
     return ProfileTable(values[:, 0], angles, values[:, 1:], str(path))
 
 
-def read_rows(path: Path, what: str) -> list[list[str]]:
+def read_rows(path: Path, kind: str) -> list[list[str]]:
     """Return the cells of a CSV file; see `read_text` and `rows_of`."""
-    return rows_of(read_text(path, what), path, what)
+    return rows_of(read_text(path, kind), path, kind)
 
 
-def read_text(path: Path, what: str) -> str:
-    """Return the text of a CSV file; `what` names it in messages.
+def read_text(path: Path, kind: str) -> str:
+    """Return the text of a CSV file; `kind` names it in messages.
 
     Raises:
         InputError: the file is missing or is no UTF-8 text.
@@ -129,11 +129,11 @@ def read_text(path: Path, what: str) -> str:
         with path.open(newline="", encoding="utf-8-sig") as file:
             return file.read()
     except (OSError, UnicodeDecodeError) as error:
-        raise _unreadable(path, what, error) from error
+        raise _unreadable(path, kind, error) from error
 
 
-def rows_of(text: str, path: Path, what: str) -> list[list[str]]:
-    """Return the cells of the text of a CSV file, without blank rows; `path` and `what` name it in messages.
+def rows_of(text: str, path: Path, kind: str) -> list[list[str]]:
+    """Return the cells of the text of a CSV file, without blank rows; `path` and `kind` name it in messages.
 
     Raises:
         InputError: it is no CSV.
@@ -141,11 +141,11 @@ def rows_of(text: str, path: Path, what: str) -> list[list[str]]:
     try:
         return [row for row in csv.reader(io.StringIO(text, newline="")) if any(cell.strip() for cell in row)]
     except csv.Error as error:
-        raise _unreadable(path, what, error) from error
+        raise _unreadable(path, kind, error) from error
 
 
-def _unreadable(path: Path, what: str, error: Exception) -> InputError:
-    return InputError(f"{path}: {what} cannot be read ({getattr(error, 'strerror', None) or error})")
+def _unreadable(path: Path, kind: str, error: Exception) -> InputError:
+    return InputError(f"{path}: {kind} cannot be read ({getattr(error, 'strerror', None) or error})")
 
 
 def _check_grid(table: ProfileTable) -> None:

@@ -55,14 +55,14 @@ def fit_shape(points: np.ndarray, normals: np.ndarray) -> Fit:
     local = (points - middle) / size
     flat = _plane(local, normals)
     bulge = float(distance(local, flat).max())
-    found = flat if bulge <= ON_SHAPE and _agrees(local, normals, flat) else None
-    if found is None:
-        for first in (_cylinder, _sphere, _cone):
-            shape = _nearest(local, first(local, normals))
+    fitted = flat if bulge <= ON_SHAPE and _agrees(local, normals, flat) else None
+    if fitted is None:
+        for guess in (_cylinder, _sphere, _cone):
+            shape = _nearest(local, guess(local, normals))
             if shape is not None and _fits(local, normals, shape, bulge):
-                found = shape
+                fitted = shape
                 break
-    shape = {} if found is None else _placed(found, middle, size)
+    shape = {} if fitted is None else _placed(fitted, middle, size)
     off = distance(every, shape or _placed(flat, middle, size))
     return Fit(shape, float(off.max()))
 
@@ -89,18 +89,18 @@ def _plane(points: np.ndarray, normals: np.ndarray) -> SurfaceRule:
 def _sphere(points: np.ndarray, normals: np.ndarray) -> SurfaceRule:
     """Return the sphere of least squares of |p|² = 2 c·p + k."""
     rows = np.column_stack([2 * points, np.ones(len(points))])
-    centre, rest = np.split(np.linalg.lstsq(rows, (points**2).sum(axis=1), rcond=None)[0], [3])
-    return sphere(float(np.sqrt(max(rest[0] + centre @ centre, 1e-12))), centre)
+    centre, constant = np.split(np.linalg.lstsq(rows, (points**2).sum(axis=1), rcond=None)[0], [3])
+    return sphere(float(np.sqrt(max(constant[0] + centre @ centre, 1e-12))), centre)
 
 
 def _cylinder(points: np.ndarray, normals: np.ndarray) -> SurfaceRule:
     """Return the cylinder whose axis is perpendicular to the normals, through a circle across it."""
     axis = np.linalg.svd(normals, full_matrices=False)[2][2]
-    first, second = cross_axes(axis)
-    flat = np.column_stack([points @ first, points @ second])
+    e1, e2 = cross_axes(axis)
+    flat = np.column_stack([points @ e1, points @ e2])
     rows = np.column_stack([2 * flat, np.ones(len(flat))])
-    u, v, rest = np.linalg.lstsq(rows, (flat**2).sum(axis=1), rcond=None)[0]
-    return cylinder(float(np.sqrt(max(rest + u * u + v * v, 1e-12))), axis, u * first + v * second)
+    u, v, constant = np.linalg.lstsq(rows, (flat**2).sum(axis=1), rcond=None)[0]
+    return cylinder(float(np.sqrt(max(constant + u * u + v * v, 1e-12))), axis, u * e1 + v * e2)
 
 
 def _cone(points: np.ndarray, normals: np.ndarray) -> SurfaceRule:
@@ -140,15 +140,15 @@ def _parameters(start: SurfaceRule) -> tuple[Callable[[np.ndarray], SurfaceRule]
     if start["kind"] == "sphere":
         return lambda p: sphere(abs(p[3]), p[:3]), np.append(origin, start["radius"])
     axis = np.array(start["axis"])
-    first, second = cross_axes(axis)
+    e1, e2 = cross_axes(axis)
 
     def turned(p: np.ndarray) -> np.ndarray:
-        moved = axis + p[0] * first + p[1] * second
+        moved = axis + p[0] * e1 + p[1] * e2
         return moved / np.linalg.norm(moved)
 
     if start["kind"] == "cylinder":
         return (
-            lambda p: cylinder(abs(p[4]), turned(p), origin + p[2] * first + p[3] * second),
+            lambda p: cylinder(abs(p[4]), turned(p), origin + p[2] * e1 + p[3] * e2),
             np.array([0.0, 0.0, 0.0, 0.0, start["radius"]]),
         )
     return lambda p: cone(p[5], turned(p), p[2:5]), np.array([0.0, 0.0, *origin, start["angle"]])
@@ -188,22 +188,22 @@ def _placed(shape: SurfaceRule, middle: np.ndarray, size: float) -> SurfaceRule:
     return placed | {"origin": (origin + 0.0).tolist()}
 
 
-def same_surface(one: SurfaceRule, other: SurfaceRule, size: float, relative: float = ON_SHAPE) -> bool:
+def same_surface(shape: SurfaceRule, other: SurfaceRule, size: float, relative: float = ON_SHAPE) -> bool:
     """Return whether two shapes are one true surface, but for `relative` of the part's size [m]."""
-    if not one or one["kind"] != other.get("kind"):
+    if not shape or shape["kind"] != other.get("kind"):
         return False
-    apart = np.asarray(other["origin"]) - np.asarray(one["origin"])
-    if one["kind"] == "sphere":
+    offset = np.asarray(other["origin"]) - np.asarray(shape["origin"])
+    if shape["kind"] == "sphere":
         return bool(
-            np.linalg.norm(apart) <= relative * size and abs(one["radius"] - other["radius"]) <= relative * size
+            np.linalg.norm(offset) <= relative * size and abs(shape["radius"] - other["radius"]) <= relative * size
         )
-    key = "normal" if one["kind"] == "plane" else "axis"
-    a, b = np.asarray(one[key]), np.asarray(other[key])
+    key = "normal" if shape["kind"] == "plane" else "axis"
+    a, b = np.asarray(shape[key]), np.asarray(other[key])
     parallel = float(np.linalg.norm(np.cross(a, b))) <= relative
-    if one["kind"] == "plane":
-        return bool(parallel and a @ b > 0 and abs(apart @ a) <= relative * size)
-    if one["kind"] == "cylinder":
-        aside = np.linalg.norm(apart - a * (apart @ a)) <= relative * size
-        return bool(parallel and aside and abs(one["radius"] - other["radius"]) <= relative * size)
-    near = np.linalg.norm(apart) <= relative * size and abs(one["angle"] - other["angle"]) <= relative
-    return bool(parallel and a @ b > 0 and near)
+    if shape["kind"] == "plane":
+        return bool(parallel and a @ b > 0 and abs(offset @ a) <= relative * size)
+    if shape["kind"] == "cylinder":
+        aside = np.linalg.norm(offset - a * (offset @ a)) <= relative * size
+        return bool(parallel and aside and abs(shape["radius"] - other["radius"]) <= relative * size)
+    close = np.linalg.norm(offset) <= relative * size and abs(shape["angle"] - other["angle"]) <= relative
+    return bool(parallel and a @ b > 0 and close)

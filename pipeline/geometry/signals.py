@@ -17,13 +17,13 @@ def unchanged_signals() -> Iterator[None]:
     was set through it, and only in the main thread, so the states are taken from the operating system.
     """
     system = ctypes.CDLL(None)
-    states = {number: ctypes.create_string_buffer(LARGEST_STATE) for number in signal.valid_signals()}
+    states = {signal_number: ctypes.create_string_buffer(LARGEST_STATE) for signal_number in signal.valid_signals()}
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, states)
-    for number, state in states.items():
-        system.sigaction(int(number), None, state)
+    for signal_number, state in states.items():
+        system.sigaction(int(signal_number), None, state)
     try:
         yield
     finally:
-        for number, state in states.items():
-            system.sigaction(int(number), state, None)
+        for signal_number, state in states.items():
+            system.sigaction(int(signal_number), state, None)
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)

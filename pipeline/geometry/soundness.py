@@ -12,8 +12,8 @@ FLAT = 1e-9
 """Least Jacobian of an element by its extent cubed, in a plane squared; slivers of aspect 1:1000 are at 1e-6."""
 
 
-def refuse_pieces(mesh: MeshRecord, where: str, tied: Sequence[np.ndarray] = ()) -> None:
-    """Refuse a mesh of several pieces: each would have its own rigid motions; `where` is its file or component's key.
+def refuse_pieces(mesh: MeshRecord, key: str, tied: Sequence[np.ndarray] = ()) -> None:
+    """Refuse a mesh of several pieces: each would have its own rigid motions; `key` is its file or component's key.
 
     Args:
         tied: Nodes that move as one rigid body, which joins their pieces, (k,) each.
@@ -27,11 +27,11 @@ def refuse_pieces(mesh: MeshRecord, where: str, tied: Sequence[np.ndarray] = ())
     cells, count = mesh.cells, len(mesh.nodes)
     finite = np.isfinite(mesh.nodes).all(axis=1)
     if not finite.all():
-        raise InputError(f"{where}: node {int(np.argmin(finite))} of the mesh has no finite position")
-    first = np.repeat(cells[:, 0], cells.shape[1])
-    one = np.concatenate([first, *(np.repeat(nodes[:1], len(nodes)) for nodes in tied)])
-    other = np.concatenate([cells.ravel(), *tied])
-    links = coo_matrix((np.ones(one.size, bool), (one, other)), shape=(count, count))
+        raise InputError(f"{key}: node {int(np.argmin(finite))} of the mesh has no finite position")
+    first_nodes = np.repeat(cells[:, 0], cells.shape[1])
+    starts = np.concatenate([first_nodes, *(np.repeat(nodes[:1], len(nodes)) for nodes in tied)])
+    ends = np.concatenate([cells.ravel(), *tied])
+    links = coo_matrix((np.ones(starts.size, bool), (starts, ends)), shape=(count, count))
     pieces, piece_of = connected_components(links, directed=False)
     if pieces == 1:
         return
@@ -39,17 +39,17 @@ def refuse_pieces(mesh: MeshRecord, where: str, tied: Sequence[np.ndarray] = ())
     used[cells] = True
     if not used.all():
         raise InputError(
-            f"{where}: {int((~used).sum())} of {count} nodes of the mesh belong to no element, the first is number"
+            f"{key}: {int((~used).sum())} of {count} nodes of the mesh belong to no element, the first is number"
             f" {int(np.argmin(used))} (from 0)"
         )
     sizes = np.bincount(piece_of[cells[:, 0]], minlength=pieces)
     smallest = int(sizes.argmin())
     on = [name for name, s in sorted(mesh.surfaces.items()) if (piece_of[s.facets] == smallest).any()]
-    place = mesh.nodes[piece_of == smallest].mean(axis=0)
+    centre = mesh.nodes[piece_of == smallest].mean(axis=0)
     surfaces = f"surface {', '.join(on)}" if on else "no named surface"
     raise InputError(
-        f"{where}: the mesh falls into {pieces} pieces that share no node; the smallest, {sizes[smallest]} of"
-        f" {len(cells)} elements about {_text(place)}, has {surfaces}; allowed: one solid"
+        f"{key}: the mesh falls into {pieces} pieces that share no node; the smallest, {sizes[smallest]} of"
+        f" {len(cells)} elements about {_text(centre)}, has {surfaces}; allowed: one solid"
         + (", or a frame whose pieces an interface of tie 'rbe2' joins" if cell_of(mesh).spatial else "")
     )
 
@@ -65,19 +65,19 @@ def refuse_degenerate(x: np.ndarray, det: np.ndarray, numbers: np.ndarray) -> No
     Raises:
         InputError: there is one; its number, position and Jacobian.
     """
-    share = det.min(axis=1) / np.ptp(x, axis=1).max(axis=1) ** x.shape[2]
-    sound = share > FLAT
+    relative = det.min(axis=1) / np.ptp(x, axis=1).max(axis=1) ** x.shape[2]
+    sound = relative > FLAT
     if sound.all():
         return
-    worst = int(np.argmin(share))
+    worst = int(np.argmin(relative))
     size, power = ("volume", "cubed") if x.shape[2] == 3 else ("area", "squared")
-    what = "is inverted" if share[worst] < -FLAT else f"has no {size}"
+    fault = "is inverted" if relative[worst] < -FLAT else f"has no {size}"
     raise InputError(
-        f"mesh: element {numbers[worst]} {what}, about {_text(x[worst].mean(axis=0))}; its least Jacobian is"
-        f" {share[worst]:.2g} of its extent {power}, allowed: above {FLAT:g}"
+        f"mesh: element {numbers[worst]} {fault}, about {_text(x[worst].mean(axis=0))}; its least Jacobian is"
+        f" {relative[worst]:.2g} of its extent {power}, allowed: above {FLAT:g}"
     )
 
 
-def _text(place: np.ndarray) -> str:
+def _text(position: np.ndarray) -> str:
     """Return a position [m] as text."""
-    return f"({', '.join(f'{value:.4g}' for value in place)}) m"
+    return f"({', '.join(f'{value:.4g}' for value in position)}) m"

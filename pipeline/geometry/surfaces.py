@@ -14,15 +14,15 @@ SurfaceRule = dict[str, Any]
 """The true shape of a named surface, as `modaldb.records.mesh.Surface.shape`."""
 
 
-def find_surface(mesh: MeshRecord, name: str, where: str) -> Surface:
-    """Return a named surface of a mesh; `where` is the key that names it, for messages.
+def find_surface(mesh: MeshRecord, name: str, key: str) -> Surface:
+    """Return a named surface of a mesh; `key` is the key that names it, for messages.
 
     Raises:
         InputError: the mesh has no such surface.
     """
     if name not in mesh.surfaces:
         have = ", ".join(sorted(mesh.surfaces)) or "none"
-        raise InputError(f"{where}: the mesh has no surface '{name}', it has {have}")
+        raise InputError(f"{key}: the mesh has no surface '{name}', it has {have}")
     return mesh.surfaces[name]
 
 
@@ -72,9 +72,9 @@ def cylindrical(points: np.ndarray, shape: SurfaceRule) -> tuple[np.ndarray, np.
     """
     axis = np.asarray(shape["axis"], float)
     axis = axis / np.linalg.norm(axis)
-    first, second = cross_axes(axis)
+    e1, e2 = cross_axes(axis)
     arm = points - np.asarray(shape["origin"], float)
-    a, b = arm @ first, arm @ second
+    a, b = arm @ e1, arm @ e2
     return np.hypot(a, b), np.arctan2(b, a), arm @ axis
 
 
@@ -115,8 +115,8 @@ def true_surface(points: np.ndarray, outward: np.ndarray, shape: SurfaceRule) ->
         moved, normals = _on_cone(points, shape)
     else:
         normals = radial_directions(points, shape)
-        inside = shape["radius"] - cylindrical(points, shape)[0]
-        moved = points if shape.get("profiled") else points + normals * inside[:, None]
+        depth = shape["radius"] - cylindrical(points, shape)[0]
+        moved = points if shape.get("profiled") else points + normals * depth[:, None]
     side = np.sign(np.einsum("ki,ki->k", normals, outward))
     return moved, normals * side[:, None]
 

@@ -30,60 +30,60 @@ LARGEST = 5e7
 """Numbers in the residual part of one surface: 0.4 GB."""
 
 
-def gauge_rows(model: FEModel, component: Component, where: str) -> dict[str, sparse.csr_matrix]:
+def gauge_rows(model: FEModel, component: Component, key: str) -> dict[str, sparse.csr_matrix]:
     """Return stress [Pa] or strain of each gauge over the dofs, (k, dofs): k = 1, 6, or 6 for each node of a surface.
 
     Raises:
         InputError: a point lies outside the part, or the mesh has no such surface.
     """
-    mesh, material, found = model.mesh, component.material, {}
+    mesh, material, rows_by_gauge = model.mesh, component.material, {}
     for name, gauge in sorted(component.gauge.items()):
         assert material is not None
         if isinstance(component.geometry, Line):
-            row = gauge_row(mesh, component.geometry, material, gauge, f"{where}.gauge.{name}")
-            found[name] = sparse.csr_matrix(row)
+            row = gauge_row(mesh, component.geometry, material, gauge, f"{key}.gauge.{name}")
+            rows_by_gauge[name] = sparse.csr_matrix(row)
             continue
         if not cell_of(mesh).dofs:
-            raise InputError(f"{where}.gauge.{name}: given, but stress needs elements of ten nodes, the part has"
+            raise InputError(f"{key}.gauge.{name}: given, but stress needs elements of ten nodes, the part has"
                              f" {cell_of(mesh).name}")  # fmt: skip
-        own, part, around = _part_of(mesh, material, gauge, f"{where}.gauge.{name}")
-        law = complete_strain(own, getattr(component.geometry, "state", "solid"))
+        cell_material, cell_mesh, around = _part_of(mesh, material, gauge, f"{key}.gauge.{name}")
+        law = complete_strain(cell_material, getattr(component.geometry, "state", "solid"))
         if gauge.quantity != "strain":
-            law = hooke(own) @ law
+            law = hooke(cell_material) @ law
         if gauge.direction is not None:
-            nodes, share = grid_rows(mesh, gauge, f"{where}.gauge.{name}")
-            nodes, share = _within(nodes, share, around, f"{where}.gauge.{name}.length")
+            nodes, weights = grid_rows(mesh, gauge, f"{key}.gauge.{name}")
+            nodes, weights = _within(nodes, weights, around, f"{key}.gauge.{name}.length")
             line = np.array(gauge.direction) / np.linalg.norm(gauge.direction)
-            mean = sparse.kron(share, along(line) @ law)
+            mean = sparse.kron(weights, along(line) @ law)
         elif gauge.point is not None:
-            nodes, N = interpolation(part, np.array(gauge.point), f"{where}.gauge.{name}.point")
+            nodes, N = interpolation(cell_mesh, np.array(gauge.point), f"{key}.gauge.{name}.point")
             mean = sparse.kron(sparse.csr_matrix(N), law)
         else:
-            nodes = gauge_nodes(mesh, gauge, f"{where}.gauge.{name}.surface")
-            nodes = nodes if part is mesh else np.searchsorted(around, nodes)
+            nodes = gauge_nodes(mesh, gauge, f"{key}.gauge.{name}.surface")
+            nodes = nodes if cell_mesh is mesh else np.searchsorted(around, nodes)
             mean = sparse.kron(sparse.eye(len(nodes)), law)
-        rows = sparse.csr_matrix(mean @ strain_rows(part, nodes)).tocoo()
+        rows = sparse.csr_matrix(mean @ strain_rows(cell_mesh, nodes)).tocoo()
         columns = 3 * around[rows.col // 3] + rows.col % 3
         shape = (rows.shape[0], 3 * len(mesh.nodes))
-        found[name] = model.on_dofs(sparse.csr_matrix((rows.data, (rows.row, columns)), shape=shape))
-    return found
+        rows_by_gauge[name] = model.on_dofs(sparse.csr_matrix((rows.data, (rows.row, columns)), shape=shape))
+    return rows_by_gauge
 
 
-def body_force_rows(model: FEModel, component: Component, where: str) -> dict[str, sparse.csr_matrix]:
+def body_force_rows(model: FEModel, component: Component, key: str) -> dict[str, sparse.csr_matrix]:
     """Return what is to be added to each gauge of a beam per unit of body forces, see `fibres.load_row`, (1, dofs).
 
     Stress in solids is recovered over several elements, whose loads are left out.
     """
-    beam, material, found = component.geometry, component.material, {}
+    beam, material, rows_by_gauge = component.geometry, component.material, {}
     for name, gauge in sorted(component.gauge.items()):
         if isinstance(beam, Line):
             assert material is not None
-            found[name] = sparse.csr_matrix(load_row(model, beam, material, gauge, f"{where}.gauge.{name}"))
-    return found
+            rows_by_gauge[name] = sparse.csr_matrix(load_row(model, beam, material, gauge, f"{key}.gauge.{name}"))
+    return rows_by_gauge
 
 
 def _within(
-    nodes: np.ndarray, share: sparse.csr_matrix, around: np.ndarray, where: str
+    nodes: np.ndarray, weights: sparse.csr_matrix, around: np.ndarray, key: str
 ) -> tuple[np.ndarray, sparse.csr_matrix]:
     """Return nodes of the whole mesh by their numbers in a part of one material, whose nodes are `around`.
 
@@ -91,34 +91,34 @@ def _within(
         InputError: some are not of this part.
     """
     if not np.isin(nodes, around).all():
-        raise InputError(f"{where}: the grid lies on several materials, between which strain jumps; shorten it")
-    return np.searchsorted(around, nodes), share
+        raise InputError(f"{key}: the grid lies on several materials, between which strain jumps; shorten it")
+    return np.searchsorted(around, nodes), weights
 
 
-def _part_of(mesh: MeshRecord, material: Material, gauge: Gauge, where: str) -> tuple[Material, MeshRecord, np.ndarray]:
+def _part_of(mesh: MeshRecord, material: Material, gauge: Gauge, key: str) -> tuple[Material, MeshRecord, np.ndarray]:
     """Return the material at a gauge, the mesh of its cells, and the nodes of these in the whole mesh.
 
     Raises:
         InputError: the point lies outside the part, or the surface on several materials.
     """
-    parts = list(material_parts(mesh, material))
-    if len(parts) == 1:
-        return parts[0]
+    regions = list(material_parts(mesh, material))
+    if len(regions) == 1:
+        return regions[0]
     if gauge.point is not None:
-        interpolation(mesh, np.array(gauge.point), f"{where}.point")
-        for part in parts:
+        interpolation(mesh, np.array(gauge.point), f"{key}.point")
+        for region in regions:
             with contextlib.suppress(InputError):
-                interpolation(part[1], np.array(gauge.point), where)
-                return part
-    nodes = gauge_nodes(mesh, gauge, f"{where}.surface") if gauge.surface is not None else np.empty(0, int)
-    for part in parts:
-        if len(nodes) and np.isin(nodes, part[2]).all():
-            return part
-    raise InputError(f"{where}: '{gauge.surface}' given, it lies on several materials, between which stress jumps; give"
+                interpolation(region[1], np.array(gauge.point), key)
+                return region
+    nodes = gauge_nodes(mesh, gauge, f"{key}.surface") if gauge.surface is not None else np.empty(0, int)
+    for region in regions:
+        if len(nodes) and np.isin(nodes, region[2]).all():
+            return region
+    raise InputError(f"{key}: '{gauge.surface}' given, it lies on several materials, between which stress jumps; give"
                      " a surface of one of them")  # fmt: skip
 
 
-def gauge_nodes(mesh: MeshRecord, gauge: Gauge, where: str) -> np.ndarray:
+def gauge_nodes(mesh: MeshRecord, gauge: Gauge, key: str) -> np.ndarray:
     """Return the nodes of a gauge on a surface, (s,), ascending; the skin of a plane part is all of its nodes.
 
     Raises:
@@ -126,13 +126,13 @@ def gauge_nodes(mesh: MeshRecord, gauge: Gauge, where: str) -> np.ndarray:
     """
     assert gauge.surface is not None
     if gauge.surface != SKIN or SKIN in mesh.surfaces:
-        return surface_nodes(mesh, gauge.surface, where)
+        return surface_nodes(mesh, gauge.surface, key)
     if not cell_of(mesh).solid:
         return np.unique(mesh.cells)
     return np.unique(outer_faces(mesh.cells))
 
 
-def refuse_large(gauges: dict[str, sparse.csr_matrix], forces: int, where: str) -> None:
+def refuse_large(gauges: dict[str, sparse.csr_matrix], forces: int, key: str) -> None:
     """Refuse gauges whose residual part would need too much memory.
 
     Raises:
@@ -141,7 +141,7 @@ def refuse_large(gauges: dict[str, sparse.csr_matrix], forces: int, where: str) 
     for name, rows in gauges.items():
         if rows.shape[0] * forces > LARGEST:
             raise InputError(
-                f"{where}.gauge.{name}.surface: {rows.shape[0] // 6} nodes under {forces} rows of interfaces give"
+                f"{key}.gauge.{name}.surface: {rows.shape[0] // 6} nodes under {forces} rows of interfaces give"
                 f" {1e-6 * rows.shape[0] * forces:.4g} million numbers, allowed: {1e-6 * LARGEST:.4g}; use a smaller"
                 " surface or a coarser mesh, or leave the gauge out"
             )

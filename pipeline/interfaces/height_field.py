@@ -28,7 +28,7 @@ PIECES = 4
 
 
 def patch_chart(
-    mesh: MeshRecord, surface: Surface, interface: Interface, where: str
+    mesh: MeshRecord, surface: Surface, interface: Interface, key: str
 ) -> tuple[Json, np.ndarray, np.ndarray]:
     """Return chart, least and largest coordinates of a traction space on any smooth surface.
 
@@ -37,7 +37,7 @@ def patch_chart(
     """
     if interface.along is None:
         raise InputError(
-            f"{where}.along: is missing; a traction space on a plane or a patch needs the direction of sliding"
+            f"{key}.along: is missing; a traction space on a plane or a patch needs the direction of sliding"
         )
     _, points, vectors = facet_points(mesh.nodes, surface, PIECES)
     outward = vectors.sum(axis=(0, 1))
@@ -45,13 +45,13 @@ def patch_chart(
     length = float(np.linalg.norm(along))
     normal = outward - along * (along @ outward) / max(length, 1e-300) ** 2 if length else outward * 0.0
     if not np.linalg.norm(normal) > STEEPEST * np.linalg.norm(outward):
-        given = list(interface.along)
-        raise InputError(f"{where}.along: {given} given, it must be a direction on the surface '{interface.surface}'")
+        direction = list(interface.along)
+        raise InputError(f"{key}.along: {direction} given, it must be a direction on the surface '{interface.surface}'")
     normal, along = normal / np.linalg.norm(normal), along / length
-    own = vectors.reshape(-1, 3) / np.linalg.norm(vectors.reshape(-1, 3), axis=1, keepdims=True)
-    if (steepest := float((own @ normal).min())) < STEEPEST:
+    unit_normals = vectors.reshape(-1, 3) / np.linalg.norm(vectors.reshape(-1, 3), axis=1, keepdims=True)
+    if (steepest := float((unit_normals @ normal).min())) < STEEPEST:
         raise InputError(
-            f"{where}: '{interface.surface}' turns by {np.degrees(np.arccos(np.clip(steepest, -1, 1))):.0f} degrees"
+            f"{key}: '{interface.surface}' turns by {np.degrees(np.arccos(np.clip(steepest, -1, 1))):.0f} degrees"
             f" from its mean plane, at most {np.degrees(np.arccos(STEEPEST)):.0f}; divide it into several surfaces"
         )
     nodes = mesh.nodes[np.unique(surface.facets)]
@@ -64,11 +64,11 @@ def patch_chart(
     else:
         coordinates = chart_coordinates(chart, nodes)
         low, high = coordinates.min(axis=0), coordinates.max(axis=0)
-    return _with_height(chart, mesh, surface, (low, high), points.reshape(-1, 3), where), low, high
+    return _with_height(chart, mesh, surface, (low, high), points.reshape(-1, 3), key), low, high
 
 
 def _with_height(
-    chart: Json, mesh: MeshRecord, surface: Surface, box: tuple[np.ndarray, np.ndarray], inner: np.ndarray, where: str
+    chart: Json, mesh: MeshRecord, surface: Surface, box: tuple[np.ndarray, np.ndarray], inner: np.ndarray, key: str
 ) -> Json:
     """Return a chart with the splines of its height, whose knots are as far apart as the corners of facets."""
     low, high = box
@@ -77,56 +77,58 @@ def _with_height(
     cells = np.maximum(np.ceil((high - low) / size), 1).astype(int)
     if (cells + 3).prod() > MOST_HEIGHTS:
         raise InputError(
-            f"{where}: its height needs {(cells + 3).prod()} splines, at most {MOST_HEIGHTS}; use a smaller surface"
+            f"{key}: its height needs {(cells + 3).prod()} splines, at most {MOST_HEIGHTS}; use a smaller surface"
         )
     grid = SplineGrid(chart, low, (high - low) / cells, cells + 3)
     nodes = mesh.nodes[np.unique(surface.facets)]
     origin, normal = np.asarray(chart["origin"]), np.asarray(chart["normal"])
-    at, height = chart_coordinates(chart, nodes), (nodes - origin) @ normal
-    here = np.all((at >= low - grid.spacing) & (at <= high + grid.spacing), axis=1)
-    numbers, values = spline_weights(grid, at[here])
+    coordinates, height = chart_coordinates(chart, nodes), (nodes - origin) @ normal
+    in_box = np.all((coordinates >= low - grid.spacing) & (coordinates <= high + grid.spacing), axis=1)
+    numbers, values = spline_weights(grid, coordinates[in_box])
     starts = 16 * np.arange(len(numbers) + 1)
     A = sparse.csr_matrix((values.ravel(), numbers.ravel(), starts), shape=(len(numbers), grid.size))
     bends = _second_differences(grid.counts)
-    found = spsolve(sparse.csc_matrix(A.T @ A + SMOOTH * (bends.T @ bends)), A.T @ height[here])
-    place = np.floor((chart_coordinates(chart, inner) - low) / grid.spacing).astype(int)
-    place = place[np.all((place >= 0) & (place < cells), axis=1)]
+    coefficients = spsolve(sparse.csc_matrix(A.T @ A + SMOOTH * (bends.T @ bends)), A.T @ height[in_box])
+    cell = np.floor((chart_coordinates(chart, inner) - low) / grid.spacing).astype(int)
+    cell = cell[np.all((cell >= 0) & (cell < cells), axis=1)]
     cover = np.zeros(cells, int)
-    cover[place[:, 0], place[:, 1]] = 1
-    whole = {
-        "low": low.tolist(), "step": grid.spacing.tolist(), "counts": grid.counts.tolist(), "heights": found.tolist(),
-        "cover": cover.ravel().tolist(),
+    cover[cell[:, 0], cell[:, 1]] = 1
+    spline = {
+        "low": low.tolist(), "step": grid.spacing.tolist(), "counts": grid.counts.tolist(),
+        "heights": coefficients.tolist(), "cover": cover.ravel().tolist(),
     }  # fmt: skip
-    return chart | whole
+    return chart | spline
 
 
 def _second_differences(counts: np.ndarray) -> sparse.csr_matrix:
     """Return the second differences of a grid's values along both of its directions, (d, size)."""
-    parts = []
+    blocks = []
     for axis in range(2):
         n = int(counts[axis])
         D = sparse.diags_array(
             [np.ones(n - 2), -2 * np.ones(n - 2), np.ones(n - 2)], offsets=[0, 1, 2], shape=(n - 2, n)
         )
-        other = sparse.eye_array(int(counts[1 - axis]))
-        parts.append(sparse.kron(D, other) if axis == 0 else sparse.kron(other, D))
-    return sparse.csr_matrix(sparse.vstack(parts))
+        I = sparse.eye_array(int(counts[1 - axis]))
+        blocks.append(sparse.kron(D, I) if axis == 0 else sparse.kron(I, D))
+    return sparse.csr_matrix(sparse.vstack(blocks))
 
 
 def distance(chart: Json, nodes: np.ndarray) -> float:
     """Return the largest distance of nodes of a surface (n, 3) from the height of a patch within its cells [m]."""
     grid = height_grid(chart)
-    at = chart_coordinates(chart, nodes)
-    here = np.all((at >= grid.start) & (at <= grid.start + grid.spacing * (grid.counts - 3)), axis=1)
-    height = (nodes[here] - np.asarray(chart["origin"])) @ np.asarray(chart["normal"])
-    return float(np.abs(height - heights(chart, at[here])).max(initial=0.0))
+    coordinates = chart_coordinates(chart, nodes)
+    in_grid = np.all(
+        (coordinates >= grid.start) & (coordinates <= grid.start + grid.spacing * (grid.counts - 3)), axis=1
+    )
+    height = (nodes[in_grid] - np.asarray(chart["origin"])) @ np.asarray(chart["normal"])
+    return float(np.abs(height - heights(chart, coordinates[in_grid])).max(initial=0.0))
 
 
-def nearest_kept(counts: np.ndarray, kept: np.ndarray) -> np.ndarray:
+def nearest_kept(counts: np.ndarray, active: np.ndarray) -> np.ndarray:
     """Return for each function of a grid the nearest one that is kept, by steps, (f,)."""
-    places = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 2)
-    have = np.flatnonzero(kept)
-    found = np.arange(len(kept))
-    for a in np.flatnonzero(~kept):
-        found[a] = have[int(((places[have] - places[a]) ** 2).sum(axis=1).argmin())]
-    return found
+    indices = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 2)
+    have = np.flatnonzero(active)
+    nearest = np.arange(len(active))
+    for a in np.flatnonzero(~active):
+        nearest[a] = have[int(((indices[have] - indices[a]) ** 2).sum(axis=1).argmin())]
+    return nearest

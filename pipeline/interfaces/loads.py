@@ -34,18 +34,18 @@ class LoadRows:
         return LoadModes(rows, self.resultant, self.point, self.unit)
 
 
-def load_rows(model: FEModel, interface: Interface, where: str) -> LoadRows:
-    """Return the rows of an interface of kind `mean` or `pressure`; `where` is its key in the scene, for messages.
+def load_rows(model: FEModel, interface: Interface, key: str) -> LoadRows:
+    """Return the rows of an interface of kind `mean` or `pressure`; `key` is its key in the scene, for messages.
 
     Raises:
         InputError: the mesh has no such surface.
     """
     mesh = model.mesh
-    surface = find_surface(mesh, interface.surface, f"{where}.surface")
+    surface = find_surface(mesh, interface.surface, f"{key}.surface")
     nodes, areas, vectors = surface_weights(mesh, surface)
     point = areas @ mesh.nodes[nodes] / areas.sum()
     if interface.kind == "pressure":
-        refuse_unknown_normals(surface, interface.surface, where)
+        refuse_unknown_normals(surface, interface.surface, key)
         _, points, elements = facet_points(mesh.nodes, surface)
         moment = np.cross(points, elements).sum(axis=(0, 1))
         resultant = -np.concatenate([vectors.sum(axis=0), moment])[None]

@@ -26,31 +26,31 @@ FLATNESS = 1e-6
 """Largest difference of normals, and distance from the plane over the surface's size: far above round-off."""
 
 
-def patch_point(mesh: MeshRecord, interface: Interface, where: str) -> ContactPoints:
+def patch_point(mesh: MeshRecord, interface: Interface, key: str) -> ContactPoints:
     """Return the centroid of a flat surface with its normal and area as the only contact point.
 
     Raises:
         InputError: the mesh has no such surface, or it is not flat.
     """
-    surface = find_surface(mesh, interface.surface, f"{where}.surface")
-    refuse_unknown_normals(surface, interface.surface, where)
+    surface = find_surface(mesh, interface.surface, f"{key}.surface")
+    refuse_unknown_normals(surface, interface.surface, key)
     if surface.areas is not None:
         surface = replace(surface, facets=surface.facets[(bearing := surface.areas > 0)], areas=surface.areas[bearing],
                           normals=None if surface.normals is None else surface.normals[bearing])  # fmt: skip
     elif surface.facets.shape[1] == 1:
-        return contact_points(mesh, interface, where)
+        return contact_points(mesh, interface, key)
     _, points, vectors = facet_points(mesh.nodes, surface)
-    places, elements = points.reshape(-1, 3), vectors.reshape(-1, 3)
+    positions, elements = points.reshape(-1, 3), vectors.reshape(-1, 3)
     areas = np.linalg.norm(elements, axis=1)
     area = float(areas.sum())
     normal = elements.sum(axis=0)
     normal = normal / max(float(np.linalg.norm(normal)), np.finfo(float).tiny)
-    centroid = areas @ places / area
+    centroid = areas @ positions / area
     bend = float(np.abs(elements / areas[:, None] - normal).max())
-    bulge = float(np.abs((places - centroid) @ normal).max()) / np.sqrt(area)
+    bulge = float(np.abs((positions - centroid) @ normal).max()) / np.sqrt(area)
     if max(bend, bulge) > FLATNESS:
         raise InputError(
-            f"{where}.surface: '{interface.surface}' given, kind 'patch' needs a flat surface; its normals differ by"
+            f"{key}.surface: '{interface.surface}' given, kind 'patch' needs a flat surface; its normals differ by"
             f" {bend:.2g}, its points lie {bulge:.2g} of its size off a plane"
         )
     nodes = np.unique(surface.facets)
@@ -58,16 +58,16 @@ def patch_point(mesh: MeshRecord, interface: Interface, where: str) -> ContactPo
     return ContactPoints(nearest, centroid[None], normal[None], np.array([area]), np.zeros(1, bool))
 
 
-def normal_rows(model: FEModel, interface: Interface, at: ContactPoints) -> sparse.csr_matrix:
+def normal_rows(model: FEModel, interface: Interface, points: ContactPoints) -> sparse.csr_matrix:
     """Return the outward normal displacement of contact points as rows over the dofs, (c, dofs); of a patch its mean.
 
     Args:
-        at: The points of the interface, as found by `POINT_FINDERS`.
+        points: The points of the interface, as found by `POINT_FINDERS`.
     """
     if interface.kind == "points":
-        return model.rows(at.nodes, at.normals)
+        return model.rows(points.nodes, points.normals)
     nodes, areas, _ = surface_weights(model.mesh, model.mesh.surfaces[interface.surface])
-    return model.weighted(nodes, ((areas / areas.sum())[:, None] * at.normals[0])[None])
+    return model.weighted(nodes, ((areas / areas.sum())[:, None] * points.normals[0])[None])
 
 
 POINT_FINDERS = {"points": contact_points, "patch": patch_point}

@@ -27,19 +27,19 @@ SHARE = 1e-9
 """Share of a node in a motion, over the largest one, that is round-off: that of corners of quadratic facets."""
 
 
-def component_model(mesh: MeshRecord, component: Component, where: str) -> FEModel:
+def component_model(mesh: MeshRecord, component: Component, key: str) -> FEModel:
     """Return the model of a component with its supports and point masses; errors as of `build_model`, and see below."""
-    return with_point_masses(free_model(mesh, component, where, component.supports), component, where)
+    return with_point_masses(free_model(mesh, component, key, component.supports), component, key)
 
 
-def free_model(mesh: MeshRecord, component: Component, where: str, supports: Sequence[Support] = ()) -> FEModel:
+def free_model(mesh: MeshRecord, component: Component, key: str, supports: Sequence[Support] = ()) -> FEModel:
     """Return the model of a component without its point masses; errors as of `build_model`."""
-    tied = [one.surface for one in component.interface.values() if one.tie == "rbe2"]
-    return build_model(mesh, component.material, supports, where, component.geometry, tied=tied)
+    tied = [i.surface for i in component.interface.values() if i.tie == "rbe2"]
+    return build_model(mesh, component.material, supports, key, component.geometry, tied=tied)
 
 
-def with_point_masses(model: FEModel, component: Component, where: str) -> FEModel:
-    """Return a model with the point masses of its component; `where` is the component's key, for messages.
+def with_point_masses(model: FEModel, component: Component, key: str) -> FEModel:
+    """Return a model with the point masses of its component; `key` is the component's key, for messages.
 
     Raises:
         InputError: the mesh has no such surface, or it has too few or too many nodes.
@@ -48,12 +48,12 @@ def with_point_masses(model: FEModel, component: Component, where: str) -> FEMod
         return model
     M, properties = model.M, model.properties
     for name, mass in component.point_mass.items():
-        key = f"{where}.point_mass.{name}"
-        tie = _carrier(model, component, mass, key)
+        mass_key = f"{key}.point_mass.{name}"
+        tie = _carrier(model, component, mass, mass_key)
         W = tie_rows(model, tie).B
         inertia = np.array(mass.inertia or (0.0, 0.0, 0.0))
-        own = np.concatenate([np.full(3, mass.mass), inertia])
-        weight = (np.abs(tie.twists) @ own)[:, None]
+        masses = np.concatenate([np.full(3, mass.mass), inertia])
+        weight = (np.abs(tie.twists) @ masses)[:, None]
         M = sparse.csr_matrix(M + W.T @ sparse.csr_matrix(W.multiply(weight)))
         properties = _joined(properties, MassProperties(mass.mass, tie.point, np.diag(inertia)))
     M.sort_indices()
@@ -73,7 +73,7 @@ def _carrier(model: FEModel, component: Component, mass: PointMass, key: str) ->
                 f"{key}: given; a beam of motion 'space' has none unless it is held by supports: fix a rigid body to it"
                 " by a joint"
             )
-        rigid = {one.surface for one in component.interface.values() if one.tie == "rbe2"}
+        rigid = {i.surface for i in component.interface.values() if i.tie == "rbe2"}
         tie = tie_of(model.mesh, Interface(surface=mass.surface, kind="tie", tie="rbe2", point=mass.at), key)
         if len(tie.nodes) > 1 and mass.surface not in rigid:
             raise InputError(
@@ -93,14 +93,14 @@ def _carrier(model: FEModel, component: Component, mass: PointMass, key: str) ->
     return replace(tie, weights=weights)
 
 
-def _joined(one: MassProperties, other: MassProperties) -> MassProperties:
+def _joined(a: MassProperties, b: MassProperties) -> MassProperties:
     """Return the mass properties of two bodies together."""
-    mass = one.mass + other.mass
-    centre = (one.mass * one.centre + other.mass * other.centre) / mass
+    mass = a.mass + b.mass
+    centre = (a.mass * a.centre + b.mass * b.centre) / mass
     inertia = np.zeros((3, 3))
-    for part in (one, other):
-        arm = part.centre - centre
-        inertia += part.inertia + part.mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
+    for body in (a, b):
+        arm = body.centre - centre
+        inertia += body.inertia + body.mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
     return MassProperties(mass, centre, inertia)
 
 

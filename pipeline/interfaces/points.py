@@ -38,15 +38,15 @@ class ContactPoints:
         return InterfaceModes(self.nodes, self.points, self.normals, self.areas, self.edge, rows, facets=self.facets)
 
 
-def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> ContactPoints:
-    """Return the contact points of an interface; `where` is its key in the scene, for messages.
+def contact_points(mesh: MeshRecord, interface: Interface, key: str) -> ContactPoints:
+    """Return the contact points of an interface; `key` is its key in the scene, for messages.
 
     Raises:
         InputError: the mesh has no such surface, or no contact point lies within its sector and height.
     """
-    surface = find_surface(mesh, interface.surface, f"{where}.surface")
+    surface = find_surface(mesh, interface.surface, f"{key}.surface")
     if surface.areas is not None:
-        return _of_nodes(mesh, interface, surface, where)
+        return _of_nodes(mesh, interface, surface, key)
     if surface.facets.shape[1] == 1:
         shape = surface.shape
         normal, area = np.array([shape["normal"]]), np.array([shape["area"]])
@@ -60,19 +60,19 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
     points = mesh.nodes[nodes]
     if "kind" in surface.shape:
         points, normals = true_surface(points, normals, surface.shape)
-    keep = _inside(points, interface, surface.shape, where)
+    keep = _inside(points, interface, surface.shape, key)
     if not keep.any():
-        raise InputError(f"{where}: no contact point of surface '{interface.surface}' lies in its sector and height")
+        raise InputError(f"{key}: no contact point of surface '{interface.surface}' lies in its sector and height")
     edge = np.isin(nodes[keep], bearing[np.isin(bearing, nodes[~keep]).any(axis=1)])
-    number = np.full(len(mesh.nodes), -1)
-    number[nodes[keep]] = np.arange(int(keep.sum()))
-    facets = number[bearing]
+    point_id = np.full(len(mesh.nodes), -1)
+    point_id[nodes[keep]] = np.arange(int(keep.sum()))
+    facets = point_id[bearing]
     return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge, facets[(facets >= 0).all(axis=1)])
 
 
-def _of_nodes(mesh: MeshRecord, interface: Interface, surface: Surface, where: str) -> ContactPoints:
+def _of_nodes(mesh: MeshRecord, interface: Interface, surface: Surface, key: str) -> ContactPoints:
     """Return the nodes of a set that stand for an area as contact points; none of them is marked as an edge."""
-    refuse_unknown_normals(surface, interface.surface, where)
+    refuse_unknown_normals(surface, interface.surface, key)
     assert surface.areas is not None
     assert surface.normals is not None
     bearing = surface.areas > 0
@@ -80,21 +80,21 @@ def _of_nodes(mesh: MeshRecord, interface: Interface, surface: Surface, where: s
     points = mesh.nodes[nodes]
     if "kind" in surface.shape:
         points, normals = true_surface(points, normals, surface.shape)
-    keep = _inside(points, interface, surface.shape, where)
+    keep = _inside(points, interface, surface.shape, key)
     if not keep.any():
-        raise InputError(f"{where}: no node of set '{interface.surface}' lies in its sector and height")
+        raise InputError(f"{key}: no node of set '{interface.surface}' lies in its sector and height")
     return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], np.zeros(int(keep.sum()), bool))
 
 
-def refuse_unknown_normals(surface: Surface, name: str, where: str) -> None:
-    """Refuse a set of nodes without normals; `where` is the key of the interface on it.
+def refuse_unknown_normals(surface: Surface, name: str, key: str) -> None:
+    """Refuse a set of nodes without normals; `key` is the key of the interface on it.
 
     Raises:
         InputError: it is one.
     """
     if surface.areas is not None and surface.normals is None:
         raise InputError(
-            f"{where}.surface: '{name}' given, a set of nodes that are not on one plane and bound no element; state"
+            f"{key}.surface: '{name}' given, a set of nodes that are not on one plane and bound no element; state"
             " its shape in geometry.surfaces"
         )
 
@@ -167,13 +167,13 @@ def surface_weights(mesh: MeshRecord, surface: Surface) -> tuple[np.ndarray, np.
     return nodes, summed[0], np.column_stack(summed[1:])
 
 
-def _inside(points: np.ndarray, interface: Interface, shape: SurfaceRule, where: str) -> np.ndarray:
+def _inside(points: np.ndarray, interface: Interface, shape: SurfaceRule, key: str) -> np.ndarray:
     keep = np.ones(len(points), bool)
     if interface.sector_deg is None and interface.height is None:
         return keep
     if shape.get("kind") != "cylinder":
         raise InputError(
-            f"{where}: sector_deg and height need a cylinder, '{interface.surface}' is none; a cylinder of a mesh file"
+            f"{key}: sector_deg and height need a cylinder, '{interface.surface}' is none; a cylinder of a mesh file"
             " must be declared in geometry.surfaces"
         )
     _, angle, height = cylindrical(points, shape)

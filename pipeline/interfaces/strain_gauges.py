@@ -36,7 +36,7 @@ def along(direction: np.ndarray) -> np.ndarray:
     return np.array([[x * x, y * y, z * z, 2 * x * y, 2 * y * z, 2 * z * x]])
 
 
-def grid_rows(mesh: MeshRecord, gauge: Gauge, where: str) -> tuple[np.ndarray, sparse.csr_matrix]:
+def grid_rows(mesh: MeshRecord, gauge: Gauge, key: str) -> tuple[np.ndarray, sparse.csr_matrix]:
     """Return the nodes around a strain gauge (k,), and their share in the mean over its grid, (1, k).
 
     Raises:
@@ -44,49 +44,49 @@ def grid_rows(mesh: MeshRecord, gauge: Gauge, where: str) -> tuple[np.ndarray, s
     """
     assert gauge.direction is not None
     point, line = np.array(gauge.point), np.array(gauge.direction) / np.linalg.norm(gauge.direction)
-    _refuse_off(mesh, point, line, where)
+    _refuse_off(mesh, point, line, key)
     if gauge.length is None:
-        nodes, N = interpolation(mesh, point, f"{where}.point")
+        nodes, N = interpolation(mesh, point, f"{key}.point")
         return nodes, sparse.csr_matrix(N[None])
-    places, weights = np.polynomial.legendre.leggauss(3)
-    shares: dict[int, float] = {}
-    for x, weight in zip(places, weights / 2, strict=True):
-        at = point + 0.5 * gauge.length * x * line
+    abscissae, weights = np.polynomial.legendre.leggauss(3)
+    weights_by_node: dict[int, float] = {}
+    for x, weight in zip(abscissae, weights / 2, strict=True):
+        position = point + 0.5 * gauge.length * x * line
         try:
-            nodes, N = interpolation(mesh, at, f"{where}.length")
+            nodes, N = interpolation(mesh, position, f"{key}.length")
         except InputError:
-            raise InputError(f"{where}.length: {gauge.length:g} m given, the grid then leaves the part at"
-                             f" {np.round(at, 9).tolist()}; shorten it or move its point") from None  # fmt: skip
-        for node, share in zip(nodes.tolist(), weight * N, strict=True):
-            shares[node] = shares.get(node, 0.0) + float(share)
-    nodes = np.array(sorted(shares))
-    return nodes, sparse.csr_matrix([[shares[node] for node in nodes.tolist()]])
+            raise InputError(f"{key}.length: {gauge.length:g} m given, the grid then leaves the part at"
+                             f" {np.round(position, 9).tolist()}; shorten it or move its point") from None  # fmt: skip
+        for node, node_weight in zip(nodes.tolist(), weight * N, strict=True):
+            weights_by_node[node] = weights_by_node.get(node, 0.0) + float(node_weight)
+    nodes = np.array(sorted(weights_by_node))
+    return nodes, sparse.csr_matrix([[weights_by_node[node] for node in nodes.tolist()]])
 
 
-def _refuse_off(mesh: MeshRecord, point: np.ndarray, line: np.ndarray, where: str) -> None:
+def _refuse_off(mesh: MeshRecord, point: np.ndarray, line: np.ndarray, key: str) -> None:
     """Refuse a gauge that is not on the surface of its part, or whose direction leaves it."""
     if cell_of(mesh).dimension == 2:
         if abs(line[2]) > np.sin(np.radians(TILT)):
-            raise InputError(f"{where}.direction: it leaves the plane of the part; allowed: directions in x and y")
+            raise InputError(f"{key}.direction: it leaves the plane of the part; allowed: directions in x and y")
         return
     skin = outer_faces(mesh.cells)
     nearest, distance, corners, size = _nearest(mesh.nodes[skin], point)
     if distance > OFF * size:
-        raise InputError(f"{where}.point: {point.tolist()} given, it lies {distance:.4g} m off the surface of the part;"
+        raise InputError(f"{key}.point: {point.tolist()} given, it lies {distance:.4g} m off the surface of the part;"
                          f" its nearest place is {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
     normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
     tilt = float(np.degrees(np.arcsin(min(1.0, abs(normal @ line) / float(np.linalg.norm(normal))))))
     if tilt > TILT:
         outward = np.round(normal / np.linalg.norm(normal), 6) + 0.0
-        raise InputError(f"{where}.direction: {line.tolist()} given, it leaves the surface there by {tilt:.3g} degrees,"
+        raise InputError(f"{key}.direction: {line.tolist()} given, it leaves the surface there by {tilt:.3g} degrees,"
                          f" allowed: {TILT:g}; the outward normal is {outward.tolist()}")  # fmt: skip
 
 
-def refuse_far(mesh: MeshRecord, point: np.ndarray, where: str) -> None:
+def refuse_far(mesh: MeshRecord, point: np.ndarray, key: str) -> None:
     """Refuse a place that moves with a rigid solid part but is none of it; those in its bores and hollows are.
 
     Raises:
-        InputError: the place [m], (3,), is outside of the part's box; its key `where`, and the nearest place.
+        InputError: the place [m], (3,), is outside of the part's box; its key `key`, and the nearest place.
     """
     if not cell_of(mesh).solid:
         return
@@ -94,7 +94,7 @@ def refuse_far(mesh: MeshRecord, point: np.ndarray, where: str) -> None:
     if (np.maximum(low - point, point - high) <= FAR * (high - low).max()).all():
         return
     nearest, distance, *_ = _nearest(mesh.nodes[outer_faces(mesh.cells)], point)
-    raise InputError(f"{where}: {point.tolist()} given, it lies {distance:.4g} m off the part; its nearest place is"
+    raise InputError(f"{key}: {point.tolist()} given, it lies {distance:.4g} m off the part; its nearest place is"
                      f" {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
 
 
@@ -105,19 +105,19 @@ def _nearest(facets: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, 
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     sag = np.linalg.norm(facets[:, 3:] - 0.5 * (corners + np.roll(corners, -1, axis=1)), axis=2).max(axis=1)
     nearest, distance, best = nearest_on(corners, point)
-    near = np.linalg.norm(corners.mean(axis=1) - point, axis=1) - edges - 2 * sag <= distance + 2 * sag.max()
+    candidates = np.linalg.norm(corners.mean(axis=1) - point, axis=1) - edges - 2 * sag <= distance + 2 * sag.max()
     around = corners[best]
-    facets, edges = facets[near], edges[near]
-    number = np.repeat(np.arange(len(facets)), len(PARTS))
-    places = np.tile(PARTS, (len(facets), 1, 1))
+    facets, edges = facets[candidates], edges[candidates]
+    facet_ids = np.repeat(np.arange(len(facets)), len(PARTS))
+    coordinates = np.tile(PARTS, (len(facets), 1, 1))
     for _ in range(LEVELS):
-        L = np.concatenate([1 - places[..., :1] - places[..., 1:], places], axis=-1)
-        flat = np.einsum("pka,pax->pkx", quadratic_basis(L)[0], facets[number])
+        L = np.concatenate([1 - coordinates[..., :1] - coordinates[..., 1:], coordinates], axis=-1)
+        flat = np.einsum("pka,pax->pkx", quadratic_basis(L)[0], facets[facet_ids])
         nearest, distance, best = nearest_on(flat, point)
-        around, number = flat[best], np.full(len(PARTS), number[best])
+        around, facet_ids = flat[best], np.full(len(PARTS), facet_ids[best])
         weights = np.stack([1 - PARTS.sum(axis=2), PARTS[..., 0], PARTS[..., 1]], axis=2)
-        places = weights @ places[best]
-    return nearest, distance, around, float(edges[number[0]])
+        coordinates = weights @ coordinates[best]
+    return nearest, distance, around, float(edges[facet_ids[0]])
 
 
 def nearest_on(corners: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, int]:
@@ -128,15 +128,15 @@ def nearest_on(corners: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, floa
     r = np.array([np.einsum("fi,fi->f", u, ap) for u in (ab, ac)])
     det = np.maximum(g[0, 0] * g[1, 1] - g[0, 1] ** 2, np.finfo(float).tiny)
     s, t = (g[1, 1] * r[0] - g[0, 1] * r[1]) / det, (g[0, 0] * r[1] - g[0, 1] * r[0]) / det
-    inside = (s >= 0) & (t >= 0) & (s + t <= 1)
+    interior = (s >= 0) & (t >= 0) & (s + t <= 1)
     best = a + s[:, None] * ab + t[:, None] * ac
-    far = np.where(inside, np.linalg.norm(best - point, axis=1), np.inf)
+    far = np.where(interior, np.linalg.norm(best - point, axis=1), np.inf)
     for i, j in LINES:
         edge = corners[:, j] - corners[:, i]
-        share = np.einsum("fi,fi->f", point - corners[:, i], edge) / np.einsum("fi,fi->f", edge, edge)
-        place = corners[:, i] + np.clip(share, 0.0, 1.0)[:, None] * edge
-        apart = np.linalg.norm(place - point, axis=1)
-        best = np.where((apart < far)[:, None], place, best)
-        far = np.minimum(far, apart)
-    number = int(far.argmin())
-    return best[number], float(far[number]), number
+        fraction = np.einsum("fi,fi->f", point - corners[:, i], edge) / np.einsum("fi,fi->f", edge, edge)
+        position = corners[:, i] + np.clip(fraction, 0.0, 1.0)[:, None] * edge
+        distance = np.linalg.norm(position - point, axis=1)
+        best = np.where((distance < far)[:, None], position, best)
+        far = np.minimum(far, distance)
+    triangle = int(far.argmin())
+    return best[triangle], float(far[triangle]), triangle

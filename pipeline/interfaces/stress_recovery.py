@@ -52,9 +52,9 @@ def nodal_gradient(mesh: MeshRecord, nodes: np.ndarray) -> list[sparse.csr_matri
     """Return ∂/∂x, ∂/∂y and, of solids, ∂/∂z of a nodal field, recovered at nodes (s,), (s, n) each."""
     cell = cell_of(mesh)
     dimension = cell.dimension
-    place = np.full(len(mesh.nodes), -1)
-    place[nodes] = np.arange(len(nodes))
-    around = np.flatnonzero((place[mesh.cells] >= 0).any(axis=1))
+    row_of_node = np.full(len(mesh.nodes), -1)
+    row_of_node[nodes] = np.arange(len(nodes))
+    around = np.flatnonzero((row_of_node[mesh.cells] >= 0).any(axis=1))
     E = extrapolation(cell, ORDER)
     shape = (len(nodes), len(mesh.nodes))
     total, volumes = [sparse.csr_matrix(shape) for _ in range(dimension)], np.zeros(len(nodes))
@@ -63,14 +63,14 @@ def nodal_gradient(mesh: MeshRecord, nodes: np.ndarray) -> list[sparse.csr_matri
         cells, (_, gradient, dx) = mesh.cells[batch], quadrature(mesh, ORDER, batch)
         volume = dx.sum(axis=1)
         at_nodes = np.einsum("cq,eaiq,e->ieca", E, gradient, volume, optimize=True)
-        rows = np.broadcast_to(place[cells][:, :, None], at_nodes.shape[1:])
+        rows = np.broadcast_to(row_of_node[cells][:, :, None], at_nodes.shape[1:])
         columns = np.broadcast_to(cells[:, None], at_nodes.shape[1:])
-        wanted = rows >= 0
+        requested = rows >= 0
         for i in range(dimension):
-            total[i] += sparse.csr_matrix((at_nodes[i][wanted], (rows[wanted], columns[wanted])), shape=shape)
-        own = place[cells]
-        np.add.at(volumes, own[own >= 0], np.broadcast_to(volume[:, None], own.shape)[own >= 0])
-    return [sparse.csr_matrix(sparse.diags(1 / volumes) @ one) for one in total]
+            total[i] += sparse.csr_matrix((at_nodes[i][requested], (rows[requested], columns[requested])), shape=shape)
+        cell_rows = row_of_node[cells]
+        np.add.at(volumes, cell_rows[cell_rows >= 0], np.broadcast_to(volume[:, None], cell_rows.shape)[cell_rows >= 0])
+    return [sparse.csr_matrix(sparse.diags(1 / volumes) @ T) for T in total]
 
 
 def complete_strain(material: Material, state: str) -> np.ndarray:
@@ -102,29 +102,29 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     return np.sqrt(0.5 * normal + 3 * (xy**2 + yz**2 + zx**2))
 
 
-def interpolation(mesh: MeshRecord, point: np.ndarray, where: str) -> tuple[np.ndarray, np.ndarray]:
+def interpolation(mesh: MeshRecord, point: np.ndarray, key: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the nodes of the element that contains a point [m], (3,), and their shape functions there, (a,) each.
 
     Raises:
-        InputError: the point, whose key is `where`, lies outside the part.
+        InputError: the point, whose key is `key`, lies outside the part.
     """
     dimension = cell_of(mesh).dimension
     corners = mesh.nodes[mesh.cells]
     low, high = corners.min(axis=1), corners.max(axis=1)
     room = REACH * (high - low).max(axis=1, keepdims=True)
-    found, best = None, -np.inf
+    containing, best = None, -np.inf
     for cell in np.flatnonzero(((point >= low - room) & (point <= high + room)).all(axis=1)):
         X = _place(mesh, int(cell), point)
-        if X is not None and (inside := float(min(X.min(), 1 - X.sum()))) > best:
-            found, best = (int(cell), X), inside
+        if X is not None and (margin := float(min(X.min(), 1 - X.sum()))) > best:
+            containing, best = (int(cell), X), margin
     off_plane = dimension == 2 and abs(point[2]) > OUTSIDE * np.ptp(mesh.nodes, axis=0).max()
-    if found is None or best < -OUTSIDE or off_plane:
+    if containing is None or best < -OUTSIDE or off_plane:
         nearest = float(np.linalg.norm(mesh.nodes - point, axis=1).min())
         raise InputError(
-            f"{where}: {point.tolist()} given, it lies outside the part; the nearest node is {nearest:.4g} m away"
+            f"{key}: {point.tolist()} given, it lies outside the part; the nearest node is {nearest:.4g} m away"
         )
-    N, _ = shape_functions(cell_of(mesh), found[1][:, None])
-    return mesh.cells[found[0]], N[:, 0]
+    N, _ = shape_functions(cell_of(mesh), containing[1][:, None])
+    return mesh.cells[containing[0]], N[:, 0]
 
 
 def _place(mesh: MeshRecord, cell: int, point: np.ndarray) -> np.ndarray | None:

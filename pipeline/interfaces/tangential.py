@@ -32,37 +32,37 @@ class TangentialRows:
         return replace(modes, tangents=self.along, tangential_rows=rows)
 
 
-def rows_across(model: FEModel, interface: Interface, at: ContactPoints | TractionSpace, where: str) -> TangentialRows:
-    """Return the tangential rows of an interface; `where` is its key in the scene, for messages."""
-    if isinstance(at, ContactPoints):
-        return tangential_rows(model, interface, at, where)
-    surface = find_surface(model.mesh, interface.surface, f"{where}.surface")
-    found = at.across(model.mesh, surface)
-    return TangentialRows(model.on_dofs(found.weights), found.resultant)
+def rows_across(model: FEModel, interface: Interface, site: ContactPoints | TractionSpace, key: str) -> TangentialRows:
+    """Return the tangential rows of an interface; `key` is its key in the scene, for messages."""
+    if isinstance(site, ContactPoints):
+        return tangential_rows(model, interface, site, key)
+    surface = find_surface(model.mesh, interface.surface, f"{key}.surface")
+    tractions = site.across(model.mesh, surface)
+    return TangentialRows(model.on_dofs(tractions.weights), tractions.resultant)
 
 
-def tangential_rows(model: FEModel, interface: Interface, at: ContactPoints, where: str) -> TangentialRows:
-    """Return the tangential rows of an interface; `where` is its key in the scene, for messages.
+def tangential_rows(model: FEModel, interface: Interface, points: ContactPoints, key: str) -> TangentialRows:
+    """Return the tangential rows of an interface; `key` is its key in the scene, for messages.
 
     A point of a beam is off its axis: it moves with the rotation of its section too.
 
     Args:
-        at: The points of the interface.
+        points: The points of the interface.
 
     Raises:
         InputError: the body has no motion across the normals, as a bar.
     """
-    surface = find_surface(model.mesh, interface.surface, f"{where}.surface")
+    surface = find_surface(model.mesh, interface.surface, f"{key}.surface")
     axis = np.asarray(surface.shape["axis"], float) if surface.shape.get("kind") == "cylinder" else None
-    along = tangents(at.normals, None if axis is None else axis / np.linalg.norm(axis))
+    along = tangents(points.normals, None if axis is None else axis / np.linalg.norm(axis))
     if interface.kind == "points" or surface.shape.get("kind") == "point":
-        B = model.rows(np.repeat(at.nodes, 2), along.reshape(-1, 3), np.repeat(at.points, 2, axis=0))
+        B = model.rows(np.repeat(points.nodes, 2), along.reshape(-1, 3), np.repeat(points.points, 2, axis=0))
     else:
         nodes, areas, _ = surface_weights(model.mesh, surface)
         B = model.weighted(nodes, (areas / areas.sum())[None, :, None] * along[0][:, None])
     if not np.abs(B.data).max(initial=0.0) > 0:
         raise InputError(
-            f"{where}.surface: '{interface.surface}' given, a contact has friction there, but the component does not"
+            f"{key}.surface: '{interface.surface}' given, a contact has friction there, but the component does not"
             " move across its normal; a bar moves along its axis only: use a solid, a plane part or a beam"
         )
     return TangentialRows(B, along)

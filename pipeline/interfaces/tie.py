@@ -49,36 +49,36 @@ class Tie:
         return np.stack(motion, axis=2)
 
 
-def tie_of(mesh: MeshRecord, interface: Interface, where: str) -> Tie:
-    """Return how a surface is tied to its reference point; `where` is the interface's key in the scene, for messages.
+def tie_of(mesh: MeshRecord, interface: Interface, key: str) -> Tie:
+    """Return how a surface is tied to its reference point; `key` is the interface's key in the scene, for messages.
 
     Raises:
         InputError: the mesh has no such surface, or too few nodes to determine the rotation.
     """
-    surface = find_surface(mesh, interface.surface, f"{where}.surface")
+    surface = find_surface(mesh, interface.surface, f"{key}.surface")
     if cell_of(mesh).spatial:
-        at = np.unique(surface.facets)
-        if len(at) > 1 and interface.tie != "rbe2":
-            raise InputError(f"{where}.tie: '{interface.tie}' given, '{interface.surface}' has {len(at)} nodes;"
+        frame_nodes = np.unique(surface.facets)
+        if len(frame_nodes) > 1 and interface.tie != "rbe2":
+            raise InputError(f"{key}.tie: '{interface.tie}' given, '{interface.surface}' has {len(frame_nodes)} nodes;"
                              " allowed: 'rbe2', by which they move as one rigid body")  # fmt: skip
-        point = mesh.nodes[at].mean(axis=0) if interface.point is None else np.array(interface.point)
-        return Tie(at, point, np.eye(6), np.empty((6, 0, 3)))
+        point = mesh.nodes[frame_nodes].mean(axis=0) if interface.point is None else np.array(interface.point)
+        return Tie(frame_nodes, point, np.eye(6), np.empty((6, 0, 3)))
     nodes, slot = np.unique(surface.facets, return_inverse=True)
     facet = surface.facets.shape[1] if surface.areas is None else 6
-    _refuse_few(mesh.nodes[nodes], facet, f"{where}.surface: '{interface.surface}' given,")
-    N, places, elements = facet_points(mesh.nodes, surface)
+    _refuse_few(mesh.nodes[nodes], facet, f"{key}.surface: '{interface.surface}' given,")
+    N, positions, elements = facet_points(mesh.nodes, surface)
     areas = np.linalg.norm(elements, axis=2) if surface.areas is None else surface.areas[:, None]
-    centroid = np.einsum("fq,fqi->i", areas, places) / areas.sum()
+    centroid = np.einsum("fq,fqi->i", areas, positions) / areas.sum()
     point = centroid if interface.point is None else np.array(interface.point)
     twists = np.eye(6)[list(TWISTS[facet])]
     # About the centroid, in units of the surface's size: translations and rotations decouple and have the same scale.
-    size = float(np.sqrt(np.einsum("fq,fqi->", areas, (places - centroid) ** 2) / areas.sum()))
+    size = float(np.sqrt(np.einsum("fq,fqi->", areas, (positions - centroid) ** 2) / areas.sum()))
     scaled = twists / np.repeat([1.0, size], 3)
-    P = Tie(nodes, centroid, scaled, np.empty(0)).rigid(places.reshape(-1, 3))
+    P = Tie(nodes, centroid, scaled, np.empty(0)).rigid(positions.reshape(-1, 3))
     gram = np.einsum("p,pij,pik->jk", areas.ravel(), P, P)
     shares = np.einsum("aq,fq,fqij->jfai", N, areas, P.reshape(*areas.shape, 3, -1), optimize=True)
     gather = sparse.csr_matrix((np.ones(slot.size), (slot.ravel(), np.arange(slot.size))))
-    weights = np.stack([gather @ share.reshape(-1, 3) for share in shares])
+    weights = np.stack([gather @ s.reshape(-1, 3) for s in shares])
     # The motion of the centroid, then that of the point: t + θ × (p − c).
     at_centroid = linalg.solve(gram, weights.reshape(len(twists), -1), assume_a="pos")
     moved = scaled.T @ at_centroid
@@ -99,22 +99,22 @@ def _point_rows(model: FEModel, tie: Tie) -> sparse.csr_matrix:
     if not cell_of(model.mesh).spatial:
         return model.weighted(tie.nodes, tie.weights)
     node = tie.nodes[0]
-    arm, own = tie.point - model.nodes[node], np.zeros((6, len(model.directions)))
-    own[:3] = (model.directions + np.cross(model.rotations, arm)).T
-    own[3:] = model.rotations.T
+    arm, motions = tie.point - model.nodes[node], np.zeros((6, len(model.directions)))
+    motions[:3] = (model.directions + np.cross(model.rotations, arm)).T
+    motions[3:] = model.rotations.T
     columns = len(model.directions) * node + np.arange(len(model.directions))
-    places = np.repeat(np.arange(6), len(columns)), np.tile(columns, 6)
-    return sparse.csr_matrix((own.ravel(), places), shape=(6, len(model.held)))
+    indices = np.repeat(np.arange(6), len(columns)), np.tile(columns, 6)
+    return sparse.csr_matrix((motions.ravel(), indices), shape=(6, len(model.held)))
 
 
-def made_rigid(model: FEModel, ties: Mapping[str, Tie], where: str) -> tuple[FEModel, sparse.csr_matrix]:
+def made_rigid(model: FEModel, ties: Mapping[str, Tie], key: str) -> tuple[FEModel, sparse.csr_matrix]:
     """Return a model whose tied surfaces move as rigid bodies, and L, from its dofs to those of the model.
 
     It has the same dofs; those that follow others are held and uncoupled in it.
 
     Args:
         ties: By interface name.
-        where: Key of the interfaces in the scene, for messages.
+        key: Key of the interfaces in the scene, for messages.
 
     Raises:
         InputError: a tied surface shares nodes with a support or another tie.
@@ -122,9 +122,9 @@ def made_rigid(model: FEModel, ties: Mapping[str, Tie], where: str) -> tuple[FEM
     size, d = len(model.held), len(model.directions)
     owner, follows = np.full(len(model.nodes), -1), np.zeros(size, bool)
     rows, columns, values = [], [], []
-    for number, (name, tie) in enumerate(ties.items()):
-        _refuse_shared(model, tie, owner, list(ties), f"{where}.{name}")
-        owner[tie.nodes] = number
+    for tie_id, (name, tie) in enumerate(ties.items()):
+        _refuse_shared(model, tie, owner, list(ties), f"{key}.{name}")
+        owner[tie.nodes] = tie_id
         dofs = (d * tie.nodes[:, None] + np.arange(d)).ravel()
         P = np.einsum("kij,di->kdj", tie.rigid(model.nodes[tie.nodes]), model.directions)
         P = (P + model.rotations @ tie.twists[:, 3:].T).reshape(len(dofs), -1)
@@ -138,58 +138,58 @@ def made_rigid(model: FEModel, ties: Mapping[str, Tie], where: str) -> tuple[FEM
     if not ties:
         return model, sparse.eye(size, format="csr")
     stays = np.flatnonzero(~follows)
-    places = np.concatenate([stays, *rows]), np.concatenate([stays, *columns])
-    L = sparse.csr_matrix((np.concatenate([np.ones(len(stays)), *values]), places), shape=(size, size))
+    indices = np.concatenate([stays, *rows]), np.concatenate([stays, *columns])
+    L = sparse.csr_matrix((np.concatenate([np.ones(len(stays)), *values]), indices), shape=(size, size))
     K, M = (_projected(matrix, L, follows) for matrix in (model.K, model.M))
-    parts = None if model.parts is None else replace(model.parts, spread=L)
-    return replace(model, K=K, M=M, held=model.held | follows, parts=parts), L
+    elements = None if model.parts is None else replace(model.parts, spread=L)
+    return replace(model, K=K, M=M, held=model.held | follows, parts=elements), L
 
 
-def refuse_rigid(interfaces: Mapping[str, Interface], where: str, user: str) -> None:
-    """Refuse rigid surfaces of a component, with key `where`, for a `user` that does not support them.
+def refuse_rigid(interfaces: Mapping[str, Interface], key: str, user: str) -> None:
+    """Refuse rigid surfaces of a component, with key `key`, for a `user` that does not support them.
 
     Raises:
         InputError: there is one; its key.
     """
-    for key, interface in interfaces.items():
+    for name, interface in interfaces.items():
         if interface.tie == "rbe2":
-            raise InputError(f"{where}.interface.{key}.tie: 'rbe2' given, {user} does not support rigid surfaces")
+            raise InputError(f"{key}.interface.{name}.tie: 'rbe2' given, {user} does not support rigid surfaces")
 
 
 def _projected(matrix: sparse.csr_matrix, L: sparse.csr_matrix, follows: np.ndarray) -> sparse.csr_matrix:
     """Return Lᵀ A L, with the diagonal of A at dofs that follow, so that no dof lacks stiffness or mass."""
-    found = L.T @ matrix @ L + sparse.diags(np.where(follows, matrix.diagonal(), 0.0))
-    return sparse.csr_matrix(0.5 * (found + found.T))
+    projected = L.T @ matrix @ L + sparse.diags(np.where(follows, matrix.diagonal(), 0.0))
+    return sparse.csr_matrix(0.5 * (projected + projected.T))
 
 
-def _refuse_few(nodes: np.ndarray, facet: int, what: str) -> None:
+def _refuse_few(nodes: np.ndarray, facet: int, prefix: str) -> None:
     """Refuse nodes (k, 3) that do not determine all rotations of a reference point."""
     needed = {6: "at least 3 nodes that are not on one line", 3: "at least 2 nodes"}.get(facet)
     if needed is None:
         raise InputError(
-            f"{what} it has {len(nodes)} node of a line or a rigid body; a tie needs the surface of a solid or an edge"
-            " of a plane part, with at least 3 or 2 nodes"
+            f"{prefix} it has {len(nodes)} node of a line or a rigid body; a tie needs the surface of a solid or an"
+            " edge of a plane part, with at least 3 or 2 nodes"
         )
-    least = 3 if facet == 6 else 2
-    if len(nodes) >= least:
+    minimum = 3 if facet == 6 else 2
+    if len(nodes) >= minimum:
         spread = np.linalg.svd(nodes - nodes.mean(axis=0), compute_uv=False)
-        if spread[least - 2] > ON_A_LINE * spread[0]:
+        if spread[minimum - 2] > ON_A_LINE * spread[0]:
             return
-    lie = f" lie on one {'line' if least == 3 else 'place'} and" if len(nodes) >= least else ""
-    raise InputError(f"{what} its {len(nodes)} nodes{lie} are too few to tie; {needed} are needed")
+    lie = f" lie on one {'line' if minimum == 3 else 'place'} and" if len(nodes) >= minimum else ""
+    raise InputError(f"{prefix} its {len(nodes)} nodes{lie} are too few to tie; {needed} are needed")
 
 
-def _refuse_shared(model: FEModel, tie: Tie, owner: np.ndarray, names: list[str], where: str) -> None:
+def _refuse_shared(model: FEModel, tie: Tie, owner: np.ndarray, names: list[str], key: str) -> None:
     """Refuse a tie whose nodes are held or belong to another tie."""
-    held = model.held.reshape(len(model.nodes), -1)[tie.nodes].any(axis=1)
-    if held.any():
+    fixed = model.held.reshape(len(model.nodes), -1)[tie.nodes].any(axis=1)
+    if fixed.any():
         raise InputError(
-            f"{where}.tie: 'rbe2' given, supports hold {int(held.sum())} of its {len(tie.nodes)} nodes; separate tie"
+            f"{key}.tie: 'rbe2' given, supports hold {int(fixed.sum())} of its {len(tie.nodes)} nodes; separate tie"
             " and support, or use 'rbe3'"
         )
     taken = owner[tie.nodes]
     if (taken >= 0).any():
         raise InputError(
-            f"{where}.tie: 'rbe2' given, interface '{names[int(taken.max())]}' ties {int((taken >= 0).sum())} of its"
+            f"{key}.tie: 'rbe2' given, interface '{names[int(taken.max())]}' ties {int((taken >= 0).sum())} of its"
             f" {len(tie.nodes)} nodes already; use 'rbe3' for one of them"
         )

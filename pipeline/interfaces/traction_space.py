@@ -69,14 +69,14 @@ class TractionSpace(SplineGrid):
         def turned(elements: np.ndarray, axis: int) -> np.ndarray:
             areas = np.linalg.norm(elements, axis=-1, keepdims=True)
             normals = elements / areas
-            first = along - (normals @ along)[..., None] * normals
-            first /= np.linalg.norm(first, axis=-1, keepdims=True)
-            return np.asarray(areas * (np.cross(normals, first) if axis else first))
+            t1 = along - (normals @ along)[..., None] * normals
+            t1 /= np.linalg.norm(t1, axis=-1, keepdims=True)
+            return np.asarray(areas * (np.cross(normals, t1) if axis else t1))
 
         rows, resultants = list[sparse.csr_matrix](), list[np.ndarray]()
         for axis in range(2):
-            one = partial(turned, axis=axis)
-            areas, weights, moments = _integrals(mesh, surface, self, one)
+            direction = partial(turned, axis=axis)
+            areas, weights, moments = _integrals(mesh, surface, self, direction)
             rows.append(sparse.csr_matrix(sparse.diags(1 / areas) @ weights))
             resultants.append(moments / areas[:, None])
         order = np.arange(2 * self.size).reshape(2, -1).T.ravel()
@@ -99,37 +99,37 @@ class AcrossNormals:
     """Force and moment about the component's origin of each unit traction [1, m], (f, 2, 6)."""
 
 
-def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> TractionSpace:
-    """Return the traction space of an interface of kind `traction`; `where` is its key in the scene, for messages.
+def traction_space(mesh: MeshRecord, interface: Interface, key: str) -> TractionSpace:
+    """Return the traction space of an interface of kind `traction`; `key` is its key in the scene, for messages.
 
     Raises:
         InputError: the surface is no height over a plane, the space is not on it, or it has too many functions.
     """
-    surface = find_surface(mesh, interface.surface, f"{where}.surface")
-    grid = _grid(mesh, surface, interface, where)
+    surface = find_surface(mesh, interface.surface, f"{key}.surface")
+    grid = _grid(mesh, surface, interface, key)
     areas, weights, moments = _integrals(mesh, surface, grid)
-    least, kept = LEAST_SHARE * float(grid.spacing.prod()), np.arange(grid.size)
+    smallest, active = LEAST_SHARE * float(grid.spacing.prod()), np.arange(grid.size)
     patch = grid.chart["kind"] == "patch"
-    if patch and (areas >= least).any():
-        kept = nearest_kept(grid.counts, areas >= least)
-    elif areas.min() < least:
+    if patch and (areas >= smallest).any():
+        active = nearest_kept(grid.counts, areas >= smallest)
+    elif areas.min() < smallest:
         i, j = divmod(int(areas.argmin()), int(grid.counts[1]))
         limits = "sector_deg and height" if grid.chart["kind"] == "cylinder" else "extent"
-        at = grid.start + (np.array([i, j]) - 1) * grid.spacing
+        position = grid.start + (np.array([i, j]) - 1) * grid.spacing
         raise InputError(
-            f"{where}: {int((areas < least).sum())} functions of the traction space find no surface, such as the one at"
-            f" ({at[0]:.4g}, {at[1]:.4g}) m across and along; keep {limits} within '{interface.surface}'"
+            f"{key}: {int((areas < smallest).sum())} functions of the traction space find no surface, such as the one"
+            f" at ({position[0]:.4g}, {position[1]:.4g}) m across and along; keep {limits} within '{interface.surface}'"
         )
-    dropped, areas = int((areas < least).sum()), areas[kept]
-    means = sparse.csr_matrix(sparse.diags(1 / areas) @ weights[kept])
+    dropped, areas = int((areas < smallest).sum()), areas[active]
+    means = sparse.csr_matrix(sparse.diags(1 / areas) @ weights[active])
     off = distance(grid.chart, mesh.nodes[np.unique(surface.facets)]) if patch else 0.0
     return TractionSpace(
-        **vars(grid), areas=areas, weights=means, resultant=moments[kept] / areas[:, None], dropped=dropped, off=off
+        **vars(grid), areas=areas, weights=means, resultant=moments[active] / areas[:, None], dropped=dropped, off=off
     )
 
 
-def refuse_too_many(spaces: dict[str, TractionSpace], where: str) -> None:
-    """Refuse traction spaces of a component, with key `where`, that together have more than MOST_FUNCTIONS functions.
+def refuse_too_many(spaces: dict[str, TractionSpace], key: str) -> None:
+    """Refuse traction spaces of a component, with key `key`, that together have more than MOST_FUNCTIONS functions.
 
     Raises:
         InputError: they have.
@@ -138,13 +138,13 @@ def refuse_too_many(spaces: dict[str, TractionSpace], where: str) -> None:
     if total > MOST_FUNCTIONS:
         each = ", ".join(f"{space.size} in {name}" for name, space in spaces.items())
         raise InputError(
-            f"{where}: {total} traction functions ({each}), at most {MOST_FUNCTIONS} in a component; spacings"
+            f"{key}: {total} traction functions ({each}), at most {MOST_FUNCTIONS} in a component; spacings"
             f" {_coarsening(spaces.values()):.3g} times as large fit"
         )
 
 
-def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
-    """Refuse traction spaces of a component, with key `where`, that have more functions than nodes under them.
+def refuse_unresolved(spaces: dict[str, TractionSpace], key: str) -> None:
+    """Refuse traction spaces of a component, with key `key`, that have more functions than nodes under them.
 
     Raises:
         InputError: one has.
@@ -153,24 +153,24 @@ def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
         nodes = len(np.unique(space.weights.indices // 3))
         if space.size > nodes:
             raise InputError(
-                f"{where}.{name}: {space.size} traction functions on {nodes} nodes, which do not determine them; use a"
+                f"{key}.{name}: {space.size} traction functions on {nodes} nodes, which do not determine them; use a"
                 " larger spacing or a finer mesh"
             )
 
 
-def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> SplineGrid:
+def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, key: str) -> SplineGrid:
     if not cell_of(mesh).solid or surface.facets.shape[1] != 6:
-        raise InputError(f"{where}: a traction space needs a surface of a solid, '{interface.surface}' is none")
+        raise InputError(f"{key}: a traction space needs a surface of a solid, '{interface.surface}' is none")
     kind = surface.shape.get("kind")
     if kind == "cylinder" and interface.along is not None and interface.sector_deg is None:
         kind = "patch"
     build = {"cylinder": _cylinder, "plane": _plane}.get(str(kind), patch_chart)
     for name in KEYS["plane" if kind == "cylinder" else "cylinder"]:
         if getattr(interface, name) is not None:
-            other = "planes and patches" if kind == "cylinder" else "cylinders"
+            allowed = "planes and patches" if kind == "cylinder" else "cylinders"
             have = kind if kind in ("cylinder", "plane") else "patch, for it is declared as neither cylinder nor plane"
-            raise InputError(f"{where}.{name}: is for {other}, '{interface.surface}' is a {have}")
-    chart, low, high = build(mesh, surface, interface, where)
+            raise InputError(f"{key}.{name}: is for {allowed}, '{interface.surface}' is a {have}")
+    chart, low, high = build(mesh, surface, interface, key)
     assert interface.spacing is not None
     # Round-off must not add an interval where the spacing divides the length.
     intervals = np.maximum(np.ceil((high - low) / np.array(interface.spacing) - 1e-9), 1).astype(int)
@@ -178,7 +178,7 @@ def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) 
     if grid.size > MOST_FUNCTIONS:
         fits = _coarsening([grid]) * grid.spacing
         raise InputError(
-            f"{where}.spacing: {grid.counts[0]} × {grid.counts[1]} = {grid.size} functions, at most {MOST_FUNCTIONS};"
+            f"{key}.spacing: {grid.counts[0]} × {grid.counts[1]} = {grid.size} functions, at most {MOST_FUNCTIONS};"
             f" spacing = [{fits[0]:.4g}, {fits[1]:.4g}] m fits"
         )
     return grid
@@ -197,16 +197,16 @@ def _coarsening(grids: Iterable[SplineGrid]) -> float:
 
 
 def _cylinder(
-    mesh: MeshRecord, surface: Surface, interface: Interface, where: str
+    mesh: MeshRecord, surface: Surface, interface: Interface, key: str
 ) -> tuple[Json, np.ndarray, np.ndarray]:
     """Return chart, least and largest coordinates of a space on a cylinder."""
     if interface.sector_deg is None:
         raise InputError(
-            f"{where}.sector_deg: is missing; a traction space on a cylinder needs it, or `along` for a patch of it"
+            f"{key}.sector_deg: is missing; a traction space on a cylinder needs it, or `along` for a patch of it"
         )
-    first, last = np.radians(interface.sector_deg)
-    if last - first > 2 * np.pi * (1 + 1e-12):
-        raise InputError(f"{where}.sector_deg: {list(interface.sector_deg)} given, allowed is one turn at most")
+    start, stop = np.radians(interface.sector_deg)
+    if stop - start > 2 * np.pi * (1 + 1e-12):
+        raise InputError(f"{key}.sector_deg: {list(interface.sector_deg)} given, allowed is one turn at most")
     shape = surface.shape
     axis = np.asarray(shape["axis"], float)
     chart = {
@@ -214,25 +214,27 @@ def _cylinder(
         "axis": (axis / np.linalg.norm(axis)).tolist(),
         "origin": [float(x) for x in shape["origin"]],
         "radius": float(shape["radius"]),
-        "middle": float((first + last) / 2),
+        "middle": float((start + stop) / 2),
     }
     heights = chart_coordinates(chart, mesh.nodes[np.unique(surface.facets)])[:, 1]
     low, high = interface.height or (float(heights.min()), float(heights.max()))
-    half = chart["radius"] * (last - first) / 2
+    half = chart["radius"] * (stop - start) / 2
     return chart, np.array([-half, low]), np.array([half, high])
 
 
-def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> tuple[Json, np.ndarray, np.ndarray]:
+def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, key: str) -> tuple[Json, np.ndarray, np.ndarray]:
     """Return chart, least and largest coordinates of a space on a plane; across × along is the outward normal."""
     if interface.along is None:
-        raise InputError(f"{where}.along: is missing; a traction space on a plane needs the direction of sliding")
+        raise InputError(f"{key}.along: is missing; a traction space on a plane needs the direction of sliding")
     outward = facet_points(mesh.nodes, surface)[2].sum(axis=(0, 1))
     normal = np.asarray(surface.shape["normal"], float)
     normal = normal / np.linalg.norm(normal) * np.sign(normal @ outward)
     length = float(np.linalg.norm(interface.along))
     if length == 0 or abs(np.dot(interface.along, normal)) > IN_PLANE * length:
-        given = list(interface.along)
-        raise InputError(f"{where}.along: {given} given, it must be a direction in the plane of '{interface.surface}'")
+        direction = list(interface.along)
+        raise InputError(
+            f"{key}.along: {direction} given, it must be a direction in the plane of '{interface.surface}'"
+        )
     along = np.array(interface.along) - normal * np.dot(interface.along, normal)
     along /= np.linalg.norm(along)
     chart = {
@@ -267,8 +269,8 @@ def _integrals(
     areas, resultants = np.zeros(grid.size), np.zeros((grid.size, 6))
     total = sparse.csr_matrix((grid.size, 3 * len(mesh.nodes)))
     at_once = max(BATCH // (6 * pieces**2), 1)
-    for begin in range(0, len(facets), at_once):
-        some = facets[begin : begin + at_once]
+    for start in range(0, len(facets), at_once):
+        some = facets[start : start + at_once]
         N, points, elements = facet_points(mesh.nodes, replace(surface, facets=some), pieces)
         splines = spline_matrix(grid, chart_coordinates(grid.chart, points.reshape(-1, 3)), tails=True)
         splines.eliminate_zeros()

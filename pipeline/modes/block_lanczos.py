@@ -64,37 +64,37 @@ class Basis:
         Args:
             inverted: Number of last columns of V of which W is the inverse: their part of T is stored.
         """
-        beta, inside = np.eye(W.shape[1], dtype=W.dtype), np.zeros((self.count, W.shape[1]), W.dtype)
-        Q, least = np.asfortranarray(W), 0.0
+        beta, coefficients = np.eye(W.shape[1], dtype=W.dtype), np.zeros((self.count, W.shape[1]), W.dtype)
+        Q, threshold = np.asfortranarray(W), 0.0
         for normalised in (False, True, True):
             if not Q.shape[1]:
                 break
             MQ = np.asfortranarray(self._M @ Q)
             gram = Q.conj().T @ MQ
             if not normalised:
-                least = DEPENDENT * np.real(gram.diagonal())
-            within = self._gemm(1.0, self.V, MQ, trans_a=2) if self.count else inside[:, : Q.shape[1]]
+                threshold = DEPENDENT * np.real(gram.diagonal())
+            within = self._gemm(1.0, self.V, MQ, trans_a=2) if self.count else coefficients[:, : Q.shape[1]]
             if self.count:
                 Q = self._gemm(-1.0, self.V, within, 1.0, Q, overwrite_c=1)
-                inside += within @ beta
+                coefficients += within @ beta
             if not normalised:
                 continue
             gram -= within.conj().T @ within
-            left = np.real(gram.diagonal())
-            new, least = left > least, DEPENDENT
-            size = np.sqrt(np.where(new, left, 0.0))
+            residual = np.real(gram.diagonal())
+            new, threshold = residual > threshold, DEPENDENT
+            size = np.sqrt(np.where(new, residual, 0.0))
             scale = np.divide(1.0, size, out=np.zeros(len(size)), where=new)
             strength, turn = linalg.eigh(gram * scale * scale[:, None])
-            kept = strength > RANK_TOLERANCE * max(strength[-1], 0.0)
-            root = np.sqrt(strength[kept])
-            Q = self._gemm(1.0, Q, scale[:, None] * turn[:, kept] / root)
-            beta = (root[:, None] * turn[:, kept].conj().T * size) @ beta
+            independent = strength > RANK_TOLERANCE * max(strength[-1], 0.0)
+            root = np.sqrt(strength[independent])
+            Q = self._gemm(1.0, Q, scale[:, None] * turn[:, independent] / root)
+            beta = (root[:, None] * turn[:, independent].conj().T * size) @ beta
             if new.all() and strength[0] > EVEN * strength[-1]:
                 break
         if inverted:
-            last = slice(self.count - inverted, self.count)
-            self._T[: self.count, last] = inside
-            self._T[last, : self.count] = inside.conj().T
+            span = slice(self.count - inverted, self.count)
+            self._T[: self.count, span] = coefficients
+            self._T[span, : self.count] = coefficients.conj().T
         return Q, beta
 
     def ritz(self) -> tuple[np.ndarray, np.ndarray]:
@@ -134,7 +134,7 @@ def block_lanczos(
         inverse: From loads (free, k), which it may overwrite, to elastic displacements (K − σM)⁻¹ loads.
         shift: σ [rad²/s²], below all elastic eigenvalues.
     """
-    size, wanted = problem.K.shape[0], count + guards(count)
+    size, target = problem.K.shape[0], count + guards(count)
     basis, restarts, step_tolerance = Basis(problem, capacity(count)), 0, STEP_TOLERANCE
     rng = np.random.default_rng(0)
     start = rng.standard_normal((size, BLOCK)).astype(problem.K.dtype)
@@ -143,23 +143,23 @@ def block_lanczos(
     while Q.shape[1]:
         basis.add(Q)
         Q, beta = basis.beside(inverse(problem.M @ Q), inverted=Q.shape[1])
-        if basis.count < wanted:
+        if basis.count < target:
             continue
         theta, Y = basis.ritz()
-        ahead = beta @ Y[basis.count - beta.shape[1] :, :wanted]
-        reached = np.linalg.norm(ahead, axis=0) / theta[:wanted]
+        ahead = beta @ Y[basis.count - beta.shape[1] :, :target]
+        reached = np.linalg.norm(ahead, axis=0) / theta[:target]
         if reached[:count].max() <= step_tolerance and reached.max() <= GUARD_TOLERANCE:
-            values, kept = shift + 1 / theta[:wanted], slice(0, count)
-            vectors = basis.combined(Y[:, kept]) + Q @ (ahead[:, kept] / theta[kept])
-            if step_tolerance < LEAST_STEP or _exact(problem, values[kept], vectors, floor):
+            values, lowest = shift + 1 / theta[:target], slice(0, count)
+            vectors = basis.combined(Y[:, lowest]) + Q @ (ahead[:, lowest] / theta[lowest])
+            if step_tolerance < LEAST_STEP or _exact(problem, values[lowest], vectors, floor):
                 return Pairs(values, vectors)
             step_tolerance /= 10
         if basis.count + Q.shape[1] > capacity(count):
             restarts += 1
             if restarts > MOST_RESTARTS:
                 return None
-            held = wanted + BLOCK
-            basis.restart(theta[:held], Y[:, :held])
+            restart_count = target + BLOCK
+            basis.restart(theta[:restart_count], Y[:, :restart_count])
     return None
 
 

@@ -34,10 +34,10 @@ def block_pairs(model: FEModel, problem: Problem, count: int, flexibility: Flexi
     """
     if not suits(model, count):
         return None
-    own = flexibility or Flexibility(model)
-    pairs = block_lanczos(problem, own.displaced, 0.0, count)
+    factor = flexibility or Flexibility(model)
+    pairs = block_lanczos(problem, factor.displaced, 0.0, count)
     if flexibility is None:
-        own.free()
+        factor.free()
     if pairs is None:
         return None
     return Pairs(pairs.values, pairs.vectors, _count_above(problem, pairs.values, count))
@@ -51,8 +51,8 @@ def _count_above(problem: Problem, values: np.ndarray, count: int) -> Count:
     lower, upper = values[count - 1 : -1], values[count:]
     uncertain = 2 * SINGLE_FLOOR * problem.highest
     clear = upper - lower > np.maximum(CLEAR * lower, uncertain)
-    at = int(np.argmax(clear)) if clear.any() else int(np.argmax(upper / lower))
-    sigma = 0.5 * float(lower[at] + upper[at])
+    gap = int(np.argmax(clear)) if clear.any() else int(np.argmax(upper / lower))
+    sigma = 0.5 * float(lower[gap] + upper[gap])
     factor = factorise(problem.K - sigma * problem.M, single=bool(clear.any()))
     below = factor.negative_pivots() - problem.rigid.shape[1]
     factor.free()

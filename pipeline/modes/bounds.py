@@ -39,30 +39,30 @@ def residuals(model: FEModel, angular_frequencies: np.ndarray, Phi: np.ndarray) 
     K, M = model.free_matrices()
     shapes = Phi[model.free]
     forces = K @ shapes
-    rest = forces - (M @ shapes) * angular_frequencies**2
-    return np.linalg.norm(rest, axis=0) / np.linalg.norm(forces, axis=0), rest
+    R = forces - (M @ shapes) * angular_frequencies**2
+    return np.linalg.norm(R, axis=0) / np.linalg.norm(forces, axis=0), R
 
 
 def algebraic_errors(
-    model: FEModel, pairs: tuple[np.ndarray, np.ndarray], rest: np.ndarray, proven: Count | None, whole: bool
+    model: FEModel, pairs: tuple[np.ndarray, np.ndarray], R: np.ndarray, proven: Count | None, untied: bool
 ) -> np.ndarray:
     """Return bounds on |δω|/ω of Ritz pairs, (m,).
 
     Args:
         pairs: Angular frequencies [rad/s] (m,) and shapes (dofs, m); those that a count proves first, ascending.
-        rest: Their residuals over the free dofs, (free, m).
+        R: Their residuals over the free dofs, (free, m).
         proven: None if other eigenvalues may lie in between.
-        whole: Whether M is that of the mesh, without ties.
+        untied: Whether M is that of the mesh, without ties.
     """
     theta = pairs[0] ** 2
-    bounds = rho = _mass_norms(model, rest, whole)
+    bounds = rho = _mass_norms(model, R, untied)
     if proven is not None:
         shift, count = proven
-        first = slice(0, count)
+        proven_modes = slice(0, count)
         # Φᵀr: difference of the stored frequencies from Rayleigh quotients, mostly round-off.
-        offsets = pairs[1][model.free, first].T @ rest[:, first]
+        offsets = pairs[1][model.free, proven_modes].T @ R[:, proven_modes]
         floor = 0.0 if len(model.rigid_twists) else -np.inf
-        sharper = _with_gaps(theta[first], rho[first], offsets, (floor, shift))
+        sharper = _with_gaps(theta[proven_modes], rho[proven_modes], offsets, (floor, shift))
         bounds = np.concatenate([sharper, rho[count:]])
     return (bounds + round_off(model)) / (2 * theta)
 
@@ -75,33 +75,33 @@ def round_off(model: FEModel) -> float:
 
 def _with_gaps(theta: np.ndarray, rho: np.ndarray, offsets: np.ndarray, between: tuple[float, float]) -> np.ndarray:
     """Return bounds on |λ − θ| [rad²/s²] of all eigenvalues between two neighbours of them, (m,)."""
-    apart = np.flatnonzero(np.diff(theta) > CLUSTER * theta[1:]) + 1
-    groups = [slice(a, b) for a, b in pairwise([0, *apart.tolist(), len(theta)])]
+    cluster_starts = np.flatnonzero(np.diff(theta) > CLUSTER * theta[1:]) + 1
+    groups = [slice(a, b) for a, b in pairwise([0, *cluster_starts.tolist(), len(theta)])]
     radii = [float(np.linalg.norm(rho[group])) for group in groups]
-    below = [between[0], *(theta[group][-1] + radius for group, radius in zip(groups, radii, strict=True))]
-    above = [*(theta[group][0] - radius for group, radius in zip(groups, radii, strict=True)), between[1]]
-    if any(low >= high for low, high in zip(below, above, strict=True)):
+    lower_neighbour = [between[0], *(theta[group][-1] + radius for group, radius in zip(groups, radii, strict=True))]
+    upper_neighbour = [*(theta[group][0] - radius for group, radius in zip(groups, radii, strict=True)), between[1]]
+    if any(low >= high for low, high in zip(lower_neighbour, upper_neighbour, strict=True)):
         return rho  # The intervals overlap: residuals are too large to assign eigenvalues.
     bounds = rho.copy()
-    for number, (group, radius) in enumerate(zip(groups, radii, strict=True)):
-        gap = min(theta[group][0] - below[number], above[number + 1] - theta[group][-1])
+    for i, (group, radius) in enumerate(zip(groups, radii, strict=True)):
+        gap = min(theta[group][0] - lower_neighbour[i], upper_neighbour[i + 1] - theta[group][-1])
         bounds[group] = np.minimum(rho[group], radius**2 / gap + np.linalg.norm(offsets[group, group]))
     return bounds
 
 
-def _mass_norms(model: FEModel, rest: np.ndarray, whole: bool) -> np.ndarray:
+def _mass_norms(model: FEModel, R: np.ndarray, untied: bool) -> np.ndarray:
     """Return ‖r‖_{M⁻¹} of columns over the free dofs, or an upper bound, (m,)."""
     # Solids and plane parts have the same shape functions in each direction.
-    if whole and cell_of(model.mesh).dimension > 1 and model.mesh.system is None and not model.added_mass:
+    if untied and cell_of(model.mesh).dimension > 1 and model.mesh.system is None and not model.added_mass:
         lumped = model.M.diagonal()[model.free]
-        return np.sqrt((rest**2 / lumped[:, None]).sum(axis=0) / lumped_share(model.mesh))
+        return np.sqrt((R**2 / lumped[:, None]).sum(axis=0) / lumped_share(model.mesh))
     mass = model.free_matrices()[1]
     if model.mesh.system is not None:  # It may be singular; a larger mass changes frequencies by less than its share.
         mass = sparse.csr_matrix(mass + SINGULAR * sparse.diags(mass.diagonal()))
     factor = factorise(mass, definite=True)
-    answer = factor.solve(rest)
+    answer = factor.solve(R)
     factor.free()
-    return np.sqrt(np.maximum((rest * answer).sum(axis=0), 0.0))
+    return np.sqrt(np.maximum((R * answer).sum(axis=0), 0.0))
 
 
 def lumped_share(mesh: MeshRecord) -> float:
@@ -112,9 +112,9 @@ def lumped_share(mesh: MeshRecord) -> float:
         raise ValueError(f"the quadrature of {cell.name} of order {MASS_ORDER} has weights below zero")
     mass = (N * W) @ N.T
     scale = 1 / np.sqrt(mass.diagonal())
-    share, evenness = float(np.linalg.eigvalsh(mass * np.outer(scale, scale))[0]), 1.0
+    fraction, evenness = float(np.linalg.eigvalsh(mass * np.outer(scale, scale))[0]), 1.0
     for start in range(0, len(mesh.cells), BATCH):
         J = np.einsum("eai,akq->eqki", mesh.nodes[mesh.cells[start : start + BATCH]], dN, optimize=True)
         sizes = np.sqrt(np.linalg.det(J @ J.transpose(0, 1, 3, 2)))
         evenness = min(evenness, float((sizes.min(axis=1) / sizes.max(axis=1)).min()))
-    return share * evenness
+    return fraction * evenness

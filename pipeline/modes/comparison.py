@@ -32,28 +32,28 @@ class ModeComparison:
         for mode, line in enumerate(self.mac):
             best = int(np.argmax(line)) if len(line) else -1
             same = best >= 0 and line[best] >= LEAST
-            own = float(self.frequencies[0][mode])
+            frequency = float(self.frequencies[0][mode])
             rows.append({
-                "mode": mode + 1, "frequency": own, "other": best + 1 if same else None,
-                "change": float(self.frequencies[1][best]) / own - 1 if same and own > 0 else None,
+                "mode": mode + 1, "frequency": frequency, "other": best + 1 if same else None,
+                "change": float(self.frequencies[1][best]) / frequency - 1 if same and frequency > 0 else None,
                 "mac": float(line[best]) if len(line) else 0.0,
             })  # fmt: skip
         return rows
 
     def as_json(self) -> dict[str, Any]:
         """Return all of it as JSON."""
-        return {"frequencies": [one.tolist() for one in self.frequencies], "mac": self.mac.tolist(),
+        return {"frequencies": [f.tolist() for f in self.frequencies], "mac": self.mac.tolist(),
                 "distance": self.distance, "modes": self.rows()}  # fmt: skip
 
 
-def modal_assurance(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def modal_assurance(Phi: np.ndarray, Psi: np.ndarray) -> np.ndarray:
     """Return (φᵢᵀψⱼ)² / (φᵢᵀφᵢ ψⱼᵀψⱼ) of the columns of two matrices (n, a) and (n, b), (a, b).
 
     R. J. Allemang, D. L. Brown: A correlation coefficient for modal vector analysis, IMAC 1982. A column of zeros is
     like no other: 0.
     """
-    products = first.T @ second
-    sizes = np.einsum("na,na->a", first, first)[:, None] * np.einsum("nb,nb->b", second, second)
+    products = Phi.T @ Psi
+    sizes = np.einsum("na,na->a", Phi, Phi)[:, None] * np.einsum("nb,nb->b", Psi, Psi)
     return np.divide(products**2, sizes, out=np.zeros_like(products), where=sizes > 0)
 
 
@@ -71,12 +71,12 @@ def compare_modes(store: Store, first: str, second: str) -> ModeComparison:
             raise InputError(f"{store.place(key)}: no shapes; it is a rigid body, or its reduction keeps none")
     nodes = [store.get(record.mesh_key, "mesh", only=["nodes"]).nodes for record in records]
     shapes = [record.shapes[:, :, : record.normal_count] for record in records]
-    distance, other = 0.0, np.arange(len(nodes[0]))
+    distance, nearest = 0.0, np.arange(len(nodes[0]))
     if records[0].mesh_key != records[1].mesh_key:
         from scipy.spatial import cKDTree
 
-        distances, other = cKDTree(nodes[1]).query(nodes[0])
+        distances, nearest = cKDTree(nodes[1]).query(nodes[0])
         distance = float(distances.max(initial=0.0))
-    columns = [shape.reshape(-1, shape.shape[2]) for shape in (shapes[0], shapes[1][other])]
+    columns = [shape.reshape(-1, shape.shape[2]) for shape in (shapes[0], shapes[1][nearest])]
     spectra = [record.angular_frequencies[: record.normal_count] / (2 * np.pi) for record in records]
     return ModeComparison((spectra[0], spectra[1]), modal_assurance(*columns), distance)

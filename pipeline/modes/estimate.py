@@ -47,13 +47,13 @@ def error_energies(
         return None  # Solids among nodes that have rotations too.
     total = np.zeros(displacements.shape[1])
     # Stress jumps between materials: each is recovered by itself.
-    for own, mesh, nodes in material_parts(model.mesh, material):
-        part = displacements
+    for cell_material, mesh, nodes in material_parts(model.mesh, material):
+        u = displacements
         if mesh is not model.mesh:
             count, columns = displacements.shape[0] // len(model.nodes), displacements.shape[1]
             by_node = displacements.reshape(len(model.nodes), count, columns)
-            part = by_node[nodes].reshape(len(nodes) * count, columns)
-        energies = _energies(mesh, own, geometry, part)
+            u = by_node[nodes].reshape(len(nodes) * count, columns)
+        energies = _energies(mesh, cell_material, geometry, u)
         if energies is None:
             return None
         total += energies

@@ -43,9 +43,9 @@ class Flexibility:
         pinned = _pinned(model.free_matrices()[0], self._pinned)
         condensed = None
         if rows is not None and model.parts is None:
-            kept = np.zeros(model.K.shape[0])
-            kept[self.dofs] = 1.0
-            condensed = condense(pinned, sparse.csr_matrix((rows @ sparse.diags_array(kept))[:, free]))
+            selected = np.zeros(model.K.shape[0])
+            selected[self.dofs] = 1.0
+            condensed = condense(pinned, sparse.csr_matrix((rows @ sparse.diags_array(selected))[:, free]))
         if condensed is not None:
             self.at_rows = condensed.flexibility
         self.factor = condensed or factorise(pinned, definite=True)
@@ -59,28 +59,28 @@ class Flexibility:
         Raises:
             StageError: the solutions do not balance their loads, and are wrong.
         """
-        whole = np.zeros((self._size, loads.shape[1]), order="F")
-        whole[self._places] = loads
-        answer = self.factor.solve(whole)[self._places]
+        padded = np.zeros((self._size, loads.shape[1]), order="F")
+        padded[self._places] = loads
+        answer = self.factor.solve(padded)[self._places]
         sizes = np.linalg.norm(self._weight * loads, axis=0)
         signs = np.random.default_rng(0).choice([-1.0, 1.0], len(sizes)) / np.where(sizes > 0, sizes, np.inf)
         mixture = np.zeros(self._K.shape[0])
         mixture[self.dofs] = answer @ signs
-        left = loads @ signs - (self._K @ mixture)[self.dofs]
-        rest = float(np.linalg.norm(self._weight[:, 0] * left)) if len(sizes) else 0.0
-        if not rest < SOLVED and not self._error(left, answer @ signs, loads @ signs) < SOLVED:
+        residual = loads @ signs - (self._K @ mixture)[self.dofs]
+        unbalanced = float(np.linalg.norm(self._weight[:, 0] * residual)) if len(sizes) else 0.0
+        if not unbalanced < SOLVED and not self._error(residual, answer @ signs, loads @ signs) < SOLVED:
             raise StageError(
-                f"modes: static solutions leave {rest:.2g} of their load unbalanced, allowed: {SOLVED:g}. A part is"
+                f"modes: static solutions leave {unbalanced:.2g} of their load unbalanced, allowed: {SOLVED:g}. A part is"
                 " connected by too few nodes, the mesh has slivers, or the mesh is much finer than its shape needs"
             )
         return answer
 
-    def _error(self, left: np.ndarray, answer: np.ndarray, load: np.ndarray) -> float:
+    def _error(self, residual: np.ndarray, answer: np.ndarray, load: np.ndarray) -> float:
         """Return the error of a solution over `dofs` by what the unbalanced load (c,) displaces, in energy."""
-        whole = np.zeros((self._size, 1), order="F")
-        whole[self._places, 0] = left
-        again = self.factor.solve(whole)[self._places, 0]
-        return float(np.sqrt(abs(again @ left) / abs(answer @ load)))
+        padded = np.zeros((self._size, 1), order="F")
+        padded[self._places, 0] = residual
+        again = self.factor.solve(padded)[self._places, 0]
+        return float(np.sqrt(abs(again @ residual) / abs(answer @ load)))
 
     def displaced(self, loads: np.ndarray) -> np.ndarray:
         """Return G·loads over the free dofs, (free, k), unchecked; the loads [N] are overwritten."""
@@ -106,9 +106,9 @@ def _pinned(K: sparse.csr_matrix, pinned: np.ndarray) -> sparse.csr_matrix:
     """Return K (n, n) with pinned dofs (p,) uncoupled from the others; its blocks of dofs stay full."""
     answer = sparse.csr_matrix(K, copy=True)
     if len(pinned):
-        held = np.zeros(K.shape[0], bool)
-        held[pinned] = True
-        answer.data[held[answer.indices]] = 0.0
+        constrained = np.zeros(K.shape[0], bool)
+        constrained[pinned] = True
+        answer.data[constrained[answer.indices]] = 0.0
         for dof in pinned.tolist():
             row = slice(answer.indptr[dof], answer.indptr[dof + 1])
             answer.data[row] = 0.0

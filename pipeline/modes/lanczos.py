@@ -27,11 +27,11 @@ def lanczos_pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
     Raises:
         StageError: ARPACK did not converge.
     """
-    spare, most = SPARE, problem.K.shape[0] - problem.rigid.shape[1] - 1
+    spare, limit = SPARE, problem.K.shape[0] - problem.rigid.shape[1] - 1
     pairs = _lowest(model, problem, count, count + spare)
-    while whole_groups(pairs.values, count) == len(pairs.values) < most:
+    while whole_groups(pairs.values, count) == len(pairs.values) < limit:
         spare *= 2
-        pairs = _lowest(model, problem, count, min(count + spare, most))
+        pairs = _lowest(model, problem, count, min(count + spare, limit))
     return pairs
 
 
@@ -59,14 +59,14 @@ def _high_again(problem: Problem, pairs: Pairs, high: int) -> Pairs:
     values = pairs.values
     above = min(int(np.searchsorted(values, 0.5 * (values[high] + values[-1]))), len(values) - 2)
     shift = 0.5 * float(values[above] + values[above + 1])
-    wanted = min(len(values) - high + 3 * SPARE, problem.K.shape[0] - 1)
-    found = _in_order(*inverse_lanczos(problem, shift, wanted, EvenedFactor(problem.K - shift * problem.M)))
-    first = int(np.searchsorted(found.values, 0.5 * (values[high - 1] + values[high])))
-    part = slice(first, first + len(values) - high)
+    target = min(len(values) - high + 3 * SPARE, problem.K.shape[0] - 1)
+    high_pairs = _in_order(*inverse_lanczos(problem, shift, target, EvenedFactor(problem.K - shift * problem.M)))
+    start = int(np.searchsorted(high_pairs.values, 0.5 * (values[high - 1] + values[high])))
+    span = slice(start, start + len(values) - high)
     low = pairs.vectors[:, :high]
-    vectors = found.vectors[:, part]
+    vectors = high_pairs.vectors[:, span]
     vectors = vectors - low @ (low.conj().T @ (problem.M @ vectors))
-    return Pairs(np.concatenate([values[:high], found.values[part]]), np.hstack([low, vectors]))
+    return Pairs(np.concatenate([values[:high], high_pairs.values[span]]), np.hstack([low, vectors]))
 
 
 def inverse_lanczos(problem: Problem, shift: float, count: int, factor: Solver) -> tuple[np.ndarray, np.ndarray]:
@@ -88,7 +88,7 @@ def inverse_lanczos(problem: Problem, shift: float, count: int, factor: Solver) 
         return problem.elastic(factor.solve(np.ravel(load)))
 
     start = problem.elastic(np.random.default_rng(0).standard_normal(K.shape[0]).astype(K.dtype))
-    sizes = [float(np.real(np.vdot(one, M @ one))) for one in (start, invert(M @ start))]
+    sizes = [float(np.real(np.vdot(v, M @ v))) for v in (start, invert(M @ start))]
     unit = float(np.exp2(np.round(0.5 * np.log2(sizes[0] / sizes[1]))))
     inverse = LinearOperator(K.shape, lambda load: unit * invert(load), dtype=K.dtype)
     try:

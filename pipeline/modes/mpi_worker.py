@@ -102,16 +102,16 @@ def _modes(PETSc: Any, SLEPc: Any, pencil: tuple[Any, Any], job: dict[str, Any],
     solver.setFromOptions()
     solver.solve()
     if solver.getConverged() < job["count"]:
-        found = f"{solver.getConverged()} of {job['count']} pairs converged"
-        raise RuntimeError(f"{found} in {solver.getIterationNumber()} restarts")
+        converged = f"{solver.getConverged()} of {job['count']} pairs converged"
+        raise RuntimeError(f"{converged} in {solver.getIterationNumber()} restarts")
     _write_pairs(PETSc, solver, job["count"], folder)
 
 
 def _vector(matrix: Any, values: np.ndarray) -> Any:
     """Return values (n,) as a distributed vector compatible with a matrix."""
     vector = matrix.createVecRight()
-    first, last = vector.getOwnershipRange()
-    vector.setArray(values[first:last])
+    start, stop = vector.getOwnershipRange()
+    vector.setArray(values[start:stop])
     return vector
 
 
@@ -124,16 +124,16 @@ def _write_pairs(PETSc: Any, solver: Any, count: int, folder: Path) -> None:
     """Gather eigenpairs one by one on the first rank and write them."""
     vector = solver.getOperators()[0].createVecRight()
     scatter, gathered = PETSc.Scatter.toZero(vector)
-    first = PETSc.COMM_WORLD.rank == 0
+    is_root = PETSc.COMM_WORLD.rank == 0
     values, vectors = np.empty(count), None
-    if first:
+    if is_root:
         shape = (vector.getSize(), count)
         vectors = np.lib.format.open_memmap(folder / "vectors.npy", "w+", float, shape, fortran_order=True)
-    for number in range(count):
-        values[number] = solver.getEigenpair(number, vector).real
+    for k in range(count):
+        values[k] = solver.getEigenpair(k, vector).real
         scatter.scatter(vector, gathered, mode=PETSc.ScatterMode.FORWARD)
         if vectors is not None:
-            vectors[:, number] = gathered.getArray()
+            vectors[:, k] = gathered.getArray()
     if vectors is not None:
         vectors.flush()
         np.save(folder / "values.npy", values)

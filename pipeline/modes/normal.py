@@ -80,21 +80,21 @@ def normal_modes(model: FEModel, count: int, flexibility: Flexibility | None = N
     return NormalModes(np.sqrt(values), Phi, quality | inertia | {"whole_count": whole_groups(pairs.values, count)})
 
 
-def _unmixed(parts: LineStiffness, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _unmixed(elements: LineStiffness, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return modes (dofs, m) without the mixing by round-off of K, and their eigenvalues [rad²/s²], (m,).
 
     ΦᵀKΦ by elements is diagonal but for round-off E: one step of perturbation, φⱼ + Σᵢ φᵢ Eᵢⱼ/(λⱼ − λᵢ), removes it.
     """
-    projected = parts.product(Phi)
+    projected = elements.product(Phi)
     values = projected.diagonal()
-    apart = values - values[:, None]
-    np.fill_diagonal(apart, np.inf)
+    differences = values - values[:, None]
+    np.fill_diagonal(differences, np.inf)
     with np.errstate(divide="ignore"):
-        mixed = projected / apart
+        mixed = projected / differences
     np.fill_diagonal(mixed, 0.0)
     if np.abs(mixed).max(initial=0.0) < SMALL_MIXING:
         Phi = Phi + Phi @ mixed
-        values = parts.product(Phi).diagonal()
+        values = elements.product(Phi).diagonal()
     return Phi, values
 
 
@@ -114,7 +114,7 @@ def _pairs(model: FEModel, problem: Problem, count: int, flexibility: Flexibilit
 def _inertia(model: FEModel, problem: Problem, pairs: Pairs, count: int) -> dict[str, float]:
     """Return a shift in the gap above the last wanted pair, and how many elastic eigenvalues and pairs are below."""
     if pairs.proven is not None:
-        sigma, found = pairs.proven
+        sigma, below = pairs.proven
         expected = int((pairs.values < sigma).sum())
     else:
         sigma, expected = count_shift(pairs.values, count)
@@ -125,8 +125,8 @@ def _inertia(model: FEModel, problem: Problem, pairs: Pairs, count: int) -> dict
             factor = factorise(shifted) if model.parts is None else EvenedFactor(shifted)
             negative = factor.negative_pivots()
             factor.free()
-        found = negative - problem.rigid.shape[1]
-    return {"inertia_shift": sigma, "inertia_found": found, "inertia_expected": expected}
+        below = negative - problem.rigid.shape[1]
+    return {"inertia_shift": sigma, "inertia_found": below, "inertia_expected": expected}
 
 
 def _verified(problem: Problem, Phi: np.ndarray, exact: np.ndarray | None) -> tuple[np.ndarray, dict[str, float]]:

@@ -53,8 +53,8 @@ class Recovery:
         total = np.zeros(s * k)
         for start in range(0, count, BATCH):
             cells = slice(start, start + BATCH)
-            rest = root @ nodal[self.samples.cells[cells]] - linear @ flat[cells]
-            total += self.samples.sizes[cells] @ np.einsum("eac,eac->ec", rest, rest)
+            difference = root @ nodal[self.samples.cells[cells]] - linear @ flat[cells]
+            total += self.samples.sizes[cells] @ np.einsum("eac,eac->ec", difference, difference)
         return unit**2 * total.reshape(s, k).sum(axis=0)
 
     def _nodal(self, flat: np.ndarray) -> np.ndarray:
@@ -85,13 +85,13 @@ class Recovery:
         for start in range(0, len(order), BATCH):
             corners = order[start : start + BATCH]
             width = int(sizes[corners[-1]])
-            places = np.arange(width)
-            there = places < sizes[corners][:, None]
+            slots = np.arange(width)
+            there = slots < sizes[corners][:, None]
             # Smaller patches are filled with their first element, with weight zero.
-            elements = touching.indices[touching.indptr[corners][:, None] + np.where(there, places, 0)]
+            elements = touching.indices[touching.indptr[corners][:, None] + np.where(there, slots, 0)]
             points = self.samples.points[elements]
-            reach = ((points - self.samples.nodes[self._corners[corners]][:, None, None]) ** 2).sum(axis=3)
-            self._scale[corners] = np.sqrt(reach.max(axis=(1, 2)))
+            squares = ((points - self.samples.nodes[self._corners[corners]][:, None, None]) ** 2).sum(axis=3)
+            self._scale[corners] = np.sqrt(squares.max(axis=(1, 2)))
             terms = self._terms(points.reshape(len(corners), -1, 3), corners)
             terms *= np.repeat(there, points.shape[2], axis=1)[:, :, None]
             normal = terms.transpose(0, 2, 1) @ terms
@@ -104,19 +104,21 @@ class Recovery:
         count, per_cell = self._numbers.shape
         elements = np.repeat(np.arange(count), per_cell)
         shape = (len(self._corners), count)
-        share = sparse.csr_matrix((np.ones(len(elements), np.int32), (self._numbers.ravel(), elements)), shape=shape)
-        few = np.flatnonzero(np.diff(share.indptr) < FEWEST[self._dimension])
+        incidence = sparse.csr_matrix(
+            (np.ones(len(elements), np.int32), (self._numbers.ravel(), elements)), shape=shape
+        )
+        few = np.flatnonzero(np.diff(incidence.indptr) < FEWEST[self._dimension])
         if len(few):
-            more = sparse.coo_matrix(share[few] @ share.T @ share)
-            spread = sparse.csr_matrix((more.data, (few[more.row], more.col)), shape=shape)
-            share = sparse.csr_matrix(share + spread)
-        return share
+            neighbours = sparse.coo_matrix(incidence[few] @ incidence.T @ incidence)
+            spread = sparse.csr_matrix((neighbours.data, (few[neighbours.row], neighbours.col)), shape=shape)
+            incidence = sparse.csr_matrix(incidence + spread)
+        return incidence
 
     def _all_sides(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the two corners of each side, (sides, 2), and the node in its middle, (sides,)."""
         ends = self._numbers[:, EDGES[self._dimension]].reshape(-1, 2)
-        nodes, first = np.unique(self.samples.cells[:, self._dimension + 1 :], return_index=True)
-        return ends[first], nodes
+        nodes, side_ids = np.unique(self.samples.cells[:, self._dimension + 1 :], return_index=True)
+        return ends[side_ids], nodes
 
     def _terms(self, points: np.ndarray, corners: np.ndarray) -> np.ndarray:
         """Return 1, x, x xᵀ at points (b, …, 3) relative to a corner each, scaled by its patch, (b, …, terms)."""

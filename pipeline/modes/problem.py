@@ -89,11 +89,11 @@ def count_shift(values: np.ndarray, count: int, *, complete: bool = False) -> tu
         count: Wanted ones.
         complete: Whether there are no others, so that the shift may be above all of them.
     """
-    last = whole_groups(values, count) - 1
-    if last + 1 == len(values) and not complete:
-        last -= 1  # No gap: the count shows whether the last extracted eigenvalue is the last of its cluster.
-    sigma = 0.5 * (values[last] + values[last + 1]) if last + 1 < len(values) else 2 * values[last]
-    return float(sigma), last + 1
+    highest = whole_groups(values, count) - 1
+    if highest + 1 == len(values) and not complete:
+        highest -= 1  # No gap: the count shows whether the last extracted eigenvalue is the last of its cluster.
+    sigma = 0.5 * (values[highest] + values[highest + 1]) if highest + 1 < len(values) else 2 * values[highest]
+    return float(sigma), highest + 1
 
 
 def whole_groups(values: np.ndarray, count: int) -> int:

@@ -61,8 +61,8 @@ def slepc_pairs(
         StageError: the worker failed.
     """
     job = {"task": "modes", "shift": shift, "count": count, "tolerance": TOLERANCE, "most_restarts": MOST_RESTARTS}
-    with tempfile.TemporaryDirectory(prefix="gudgeon-slepc-") as place:
-        folder = Path(place)
+    with tempfile.TemporaryDirectory(prefix="gudgeon-slepc-") as directory:
+        folder = Path(directory)
         np.save(folder / "rigid.npy", np.asfortranarray(rigid))
         _run(folder, K, M, job)
         values, vectors = np.load(folder / "values.npy"), np.load(folder / "vectors.npy")
@@ -76,9 +76,9 @@ def slepc_negative_pivots(K: sparse.csr_matrix, M: sparse.csr_matrix, shift: flo
     Raises:
         StageError: the worker failed, or the shift is an eigenvalue.
     """
-    with tempfile.TemporaryDirectory(prefix="gudgeon-slepc-") as place:
-        _run(Path(place), K, M, {"task": "inertia", "shift": shift})
-        negative, zero, _ = json.loads((Path(place) / "inertia.json").read_text())
+    with tempfile.TemporaryDirectory(prefix="gudgeon-slepc-") as directory:
+        _run(Path(directory), K, M, {"task": "inertia", "shift": shift})
+        negative, zero, _ = json.loads((Path(directory) / "inertia.json").read_text())
     if zero:
         raise StageError(f"modes: the shift {shift:.6g} rad²/s² is an eigenvalue, MUMPS finds {zero} pivots of zero")
     return negative

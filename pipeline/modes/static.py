@@ -79,18 +79,18 @@ def residual_shapes(
     Raises:
         StageError: a solution does not balance its load, or R is not symmetric.
     """
-    own = flexibility or Flexibility(model, B)
+    factor = flexibility or Flexibility(model, B)
     at_modes, whole_modes = B @ normal.Phi, "ritz_dropped" not in normal.quality
-    kept = at_modes / normal.angular_frequencies
-    R, fields = _by_elimination(model, B, normal, pressures, own) or _by_rows(model, B, normal, pressures, own)
-    fields -= own.rigid @ (own.M_rigid.T @ fields)
+    modal_rows = at_modes / normal.angular_frequencies
+    R, fields = _by_elimination(model, B, normal, pressures, factor) or _by_rows(model, B, normal, pressures, factor)
+    fields -= factor.rigid @ (factor.M_rigid.T @ fields)
     if whole_modes:
         fields -= normal.Phi @ (normal.Phi.T @ (model.M @ fields))
     else:
-        fields -= (normal.Phi / normal.angular_frequencies) @ (kept.T @ pressures)
+        fields -= (normal.Phi / normal.angular_frequencies) @ (modal_rows.T @ pressures)
     if flexibility is None:
-        own.free()
-    scale = _scale(R, kept)
+        factor.free()
+    scale = _scale(R, modal_rows)
     asymmetry = np.abs((R - R.T) / np.outer(scale, scale)).max(initial=0.0)
     if asymmetry > SYMMETRY_TOLERANCE:
         raise StageError(
@@ -99,14 +99,14 @@ def residual_shapes(
     return Residual(0.5 * (R + R.T), scale, fields)
 
 
-def _scale(R: np.ndarray, kept: np.ndarray) -> np.ndarray:
+def _scale(R: np.ndarray, modal_rows: np.ndarray) -> np.ndarray:
     """Return the square root of each row's total flexibility, that of the kept modes (c, m) included, (c,)."""
-    whole = R.diagonal() + (kept**2).sum(axis=1)
-    return np.sqrt(np.where(whole > 0, whole, 1.0))
+    total = R.diagonal() + (modal_rows**2).sum(axis=1)
+    return np.sqrt(np.where(total > 0, total, 1.0))
 
 
 def _by_elimination(
-    model: FEModel, B: sparse.csr_matrix, normal: NormalModes, pressures: np.ndarray, own: Flexibility
+    model: FEModel, B: sparse.csr_matrix, normal: NormalModes, pressures: np.ndarray, flexibility: Flexibility
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Return R (c, c) and the displacement under the pressures (dofs, k), rigid motions and modes not yet taken off.
 
@@ -115,27 +115,27 @@ def _by_elimination(
     Raises:
         StageError: a static solution is not exact, or does not agree with R.
     """
-    if own.at_rows is None:
+    if flexibility.at_rows is None:
         return None
-    whole_modes, free = "ritz_dropped" not in normal.quality, own.dofs
-    taken = [own.rigid, normal.Phi] if whole_modes else [own.rigid]
+    whole_modes, free = "ritz_dropped" not in normal.quality, flexibility.dofs
+    taken = [flexibility.rigid, normal.Phi] if whole_modes else [flexibility.rigid]
     E = np.hstack([model.M @ shapes for shapes in taken])[free]
     C = np.hstack([B @ shapes for shapes in taken])
-    B_free, own_size = sparse.csr_matrix(B[:, free]), own.at_rows.diagonal()
-    X_E = own.grounded(E) if E.shape[1] else E
+    B_free, own_size = sparse.csr_matrix(B[:, free]), flexibility.at_rows.diagonal()
+    X_E = flexibility.grounded(E) if E.shape[1] else E
     across = (B_free @ X_E) @ C.T
-    R = own.at_rows - across - across.T + C @ (E.T @ X_E) @ C.T
-    kept = (B @ normal.Phi) / normal.angular_frequencies
+    R = flexibility.at_rows - across - across.T + C @ (E.T @ X_E) @ C.T
+    modal_rows = (B @ normal.Phi) / normal.angular_frequencies
     # Besides the pressures one load is solved that contains every row, with a random sign and by its own flexibility:
     # that of the grounded body may be round-off, where the grounding holds the row.
     signs = np.random.default_rng(0).choice([-1.0, 1.0], len(own_size))
-    mixture = signs / _scale(R, kept if whole_modes else kept[:, :0])
-    given = np.column_stack([pressures, mixture])
-    moved = own.grounded(B_free.T @ given - E @ (C.T @ given))
+    mixture = signs / _scale(R, modal_rows if whole_modes else modal_rows[:, :0])
+    forces = np.column_stack([pressures, mixture])
+    moved = flexibility.grounded(B_free.T @ forces - E @ (C.T @ forces))
     difference = B_free @ moved[:, -1] - C @ (E.T @ moved[:, -1]) - R @ mixture
     if not whole_modes:
-        R -= kept @ kept.T
-    scale = _scale(R, kept)
+        R -= modal_rows @ modal_rows.T
+    scale = _scale(R, modal_rows)
     remaining = R.diagonal() if whole_modes else scale**2
     if (own_size > CANCELLED * remaining).any():
         return None
@@ -151,18 +151,18 @@ def _by_elimination(
 
 
 def _by_rows(
-    model: FEModel, B: sparse.csr_matrix, normal: NormalModes, pressures: np.ndarray, own: Flexibility
+    model: FEModel, B: sparse.csr_matrix, normal: NormalModes, pressures: np.ndarray, flexibility: Flexibility
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the same as `_by_elimination`, by a solve for each row.
 
     The part of the normal modes is subtracted from the loads, and what round-off leaves of it from the solutions.
     """
-    rigid, M_rigid, free = own.rigid, own.M_rigid, own.dofs
+    rigid, M_rigid, free = flexibility.rigid, flexibility.M_rigid, flexibility.dofs
     B_free, B_rigid, M_rigid_free = sparse.csr_matrix(B[:, free]), B @ rigid, M_rigid[free]
     touched = np.unique(B_free.indices)
     B_touched = sparse.csr_matrix(B_free[:, touched])
     at_modes, whole_modes = B @ normal.Phi, "ritz_dropped" not in normal.quality
-    kept = at_modes / normal.angular_frequencies
+    modal_rows = at_modes / normal.angular_frequencies
     M_modes = (model.M @ normal.Phi)[free] if whole_modes else np.empty((len(free), 0))
     R, fields = np.empty((B.shape[0], B.shape[0])), np.zeros((B.shape[1], pressures.shape[1]))
     for start in range(0, B.shape[0], BLOCK):
@@ -171,23 +171,23 @@ def _by_rows(
         loads -= B_rigid[rows] @ M_rigid_free.T
         if whole_modes:
             loads -= at_modes[rows] @ M_modes.T
-        X = own.grounded(loads.T)
+        X = flexibility.grounded(loads.T)
         if whole_modes:
             taken = at_modes @ (M_modes.T @ X)
         elif model.parts is not None:
             taken = at_modes @ _carried(model.parts, normal.Phi, X, free)
         else:
-            taken = kept @ kept[rows].T
+            taken = modal_rows @ modal_rows[rows].T
         R[:, rows] = B_touched @ X[touched] - B_rigid @ (M_rigid_free.T @ X) - taken
         fields[free] += X @ pressures[rows]
     return R, fields
 
 
-def _carried(parts: LineStiffness, Phi: np.ndarray, X: np.ndarray, free: np.ndarray) -> np.ndarray:
+def _carried(elements: LineStiffness, Phi: np.ndarray, X: np.ndarray, free: np.ndarray) -> np.ndarray:
     """Return the coordinates in the span of Φ (dofs, m), by strain energy, of X on the free dofs (free, k), (m, k)."""
-    whole = np.zeros((len(Phi), X.shape[1]))
-    whole[free] = X
-    return linalg.solve(parts.product(Phi), parts.product(Phi, whole), assume_a="pos")
+    u = np.zeros((len(Phi), X.shape[1]))
+    u[free] = X
+    return linalg.solve(elements.product(Phi), elements.product(Phi, u), assume_a="pos")
 
 
 def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual) -> StaticShapes:
@@ -201,8 +201,8 @@ def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual) -> S
     """
     values, Phi = ritz_pairs(model, residual.fields)
     at_points = B @ Phi
-    rest = residual.flexibility - (at_points / values) @ at_points.T
-    return StaticShapes(np.sqrt(values), Phi, 0.5 * (rest + rest.T))
+    R = residual.flexibility - (at_points / values) @ at_points.T
+    return StaticShapes(np.sqrt(values), Phi, 0.5 * (R + R.T))
 
 
 def ritz_pairs(model: FEModel, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -214,8 +214,8 @@ def ritz_pairs(model: FEModel, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarr
     stiffness = shapes.T @ (model.K @ shapes)
     scale = 1 / np.sqrt(np.maximum(stiffness.diagonal(), np.finfo(float).tiny))
     strength, directions = linalg.eigh(stiffness * scale * scale[:, None])
-    kept = strength > RANK_TOLERANCE * strength.max(initial=0.0)
-    shapes = shapes @ ((directions[:, kept] / np.sqrt(strength[kept])) * scale[:, None])
+    independent = strength > RANK_TOLERANCE * strength.max(initial=0.0)
+    shapes = shapes @ ((directions[:, independent] / np.sqrt(strength[independent])) * scale[:, None])
     inverse, Z = linalg.eigh(shapes.T @ (model.M @ shapes))
     values, Z = 1 / inverse[::-1], Z[:, ::-1]
     return values, shapes @ (Z * np.sqrt(values))

@@ -112,8 +112,8 @@ class MovingBody:
         K_mean = (self._rhs - M_mean) / self.alpha
         self.dissipated += h * self.damping * float(mean @ K_mean)
         for load in np.flatnonzero(self._given):
-            way = h * (self._loads[load] @ mean) + self._loads_all[load, : self.rigid_count] @ growth
-            self.work += float(self._given[load] * way)
+            displacement = h * (self._loads[load] @ mean) + self._loads_all[load, : self.rigid_count] @ growth
+            self.work += float(self._given[load] * displacement)
         self.q, self.p = self.q + growth, 2 * self._mean_q - self.p
         self.u, self.v = self.u + h * mean, 2 * mean - self.v
         self._count += 1

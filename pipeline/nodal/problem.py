@@ -60,8 +60,8 @@ class NodalBody:
 
     def all_rigid(self) -> np.ndarray:
         """Return all rigid motions, the free ones first, (dofs, k)."""
-        parts = [part for part in (self.rigid, self.suppressed) if part is not None]
-        return np.column_stack([np.zeros((self.K.shape[0], 0)), *parts])
+        blocks = [motions for motions in (self.rigid, self.suppressed) if motions is not None]
+        return np.column_stack([np.zeros((self.K.shape[0], 0)), *blocks])
 
     def load_means(self, times: np.ndarray) -> np.ndarray:
         """Return the generalised forces at the middle of each interval between times (t + 1,) [s], (t, l)."""

@@ -45,7 +45,7 @@ def resolved(times: np.ndarray) -> float:
     return 2 * np.pi * (step**2 * duration / 12) ** (1 / 3)
 
 
-def window_of(given: float | None, times: np.ndarray, contact: PointContact | None, elastic: bool) -> float:
+def window_of(prescribed: float | None, times: np.ndarray, contact: PointContact | None, elastic: bool) -> float:
     """Return the window of forces and impacts [s]: `run.window`, or the shortest period that the run resolves.
 
     A law limits the bandwidth of its force: two steps resolve it. A rigid contact of elastic bodies opens and closes
@@ -55,8 +55,8 @@ def window_of(given: float | None, times: np.ndarray, contact: PointContact | No
         contact: None of a sliding contact.
         elastic: Whether any body is elastic.
     """
-    if given is not None:
-        return given
+    if prescribed is not None:
+        return prescribed
     if not elastic:
         return 0.0
     return resolved(times) if contact is None or contact.law is None else 2 * float(times[1] - times[0])
@@ -78,12 +78,12 @@ def located(history: History, directions: np.ndarray, window: float, *, rigid: b
     # Closing speed in each step; before the first step the speed at the start.
     speeds = np.concatenate([[-history.rates.min()], -np.diff(gap) / h, [0.0]])
     for impact in impacts:
-        first, end = (int(np.rint((time - times[0]) / h)) for time in impact[[BEGINS, ENDS]])
-        closing = speeds[first] if rigid else speeds[first + 1]
+        start, end = (int(np.rint((time - times[0]) / h)) for time in impact[[BEGINS, ENDS]])
+        closing = speeds[start] if rigid else speeds[start + 1]
         opening = -speeds[end + 1] if rigid else -speeds[end]
-        late = gap[first] / closing if gap[first] > 0 and closing > 0 else 0.0
-        over = gap[end] / opening if not rigid and gap[end - 1] < 0 < gap[end] and opening > 0 else 0.0
-        impact[[BEGINS, ENDS]] = times[first] + min(late, h), times[end] - over
+        late = gap[start] / closing if gap[start] > 0 and closing > 0 else 0.0
+        overshoot = gap[end] / opening if not rigid and gap[end - 1] < 0 < gap[end] and opening > 0 else 0.0
+        impact[[BEGINS, ENDS]] = times[start] + min(late, h), times[end] - overshoot
         impact[[CLOSING, OPENING]] = max(closing, 0.0), max(opening, 0.0)
     return impacts
 
@@ -104,9 +104,9 @@ def contact_quantities(
     values |= impact_quantities(located(history, contact.directions, window, rigid=contact.law is None), window)
     if size == 0 or contact.other == contact.body:
         return values
-    own, other = (None if motion is None else motion[0, :3] for motion in motions)
-    assert own is not None
-    return values | rebound(impulse / size, own, other)
+    body_velocity, partner_velocity = (None if motion is None else motion[0, :3] for motion in motions)
+    assert body_velocity is not None
+    return values | rebound(impulse / size, body_velocity, partner_velocity)
 
 
 def resultant_quantities(times: np.ndarray, forces: np.ndarray, window: float) -> dict[str, Quantity]:

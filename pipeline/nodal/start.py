@@ -47,9 +47,9 @@ def supported_body(
     rates = twists @ momentum
     if not model.K.nnz:
         r = len(twists)
-        none, one = sparse.csr_matrix((r, r)), sparse.csr_matrix(np.eye(r))
+        none, identity = sparse.csr_matrix((r, r)), sparse.csr_matrix(np.eye(r))
         loads = (_steady(model.properties.mass * (twists[:, :3] @ field)),) if field.any() else ()
-        body = NodalBody(name, none, one, rates, damping=damping, rigid=np.eye(r), twists=twists, loads=loads)
+        body = NodalBody(name, none, identity, rates, damping=damping, rigid=np.eye(r), twists=twists, loads=loads)
         return body, sparse.csr_matrix(replace(model, rigid_twists=twists).rigid_modes)
     free, (K, M), (motions, others) = model.free, model.free_matrices(), _rigid_split(model, twists)
     loads = (_steady((model.M @ np.tile(model.directions @ field, len(model.nodes)))[free]),) if field.any() else ()
@@ -111,10 +111,10 @@ def _deformation(body: NodalBody, force: np.ndarray) -> np.ndarray:
     """Solve K u = f − M a without rigid motion: k dofs are grounded, whose reactions are zero."""
     Phi = body.all_rigid()
     MPhi = body.M @ Phi
-    kept = np.ones(len(force), bool)
+    free_dofs = np.ones(len(force), bool)
     if Phi.shape[1]:
-        kept[qr(Phi.T, mode="r", pivoting=True)[1][: Phi.shape[1]]] = False
-    free = np.flatnonzero(kept)
+        free_dofs[qr(Phi.T, mode="r", pivoting=True)[1][: Phi.shape[1]]] = False
+    free = np.flatnonzero(free_dofs)
     factor = factorise(body.K[free][:, free], definite=True)
     u = np.zeros(len(force))
     u[free] = factor.solve((force - MPhi @ (Phi.T @ force))[free])
@@ -128,14 +128,14 @@ def _fit_rod(
     """Return position and velocity, changed along the stroke until the rod has its length and the length no rate."""
     if body.rigid is None or body.twists is None:
         return displacement, velocity
-    wanted = np.concatenate([rod.directions[1], np.zeros(3)])
-    along = body.rigid @ np.linalg.lstsq(body.twists.T, wanted)[0]
-    way, pin = rod.rows @ along, rod.crank(np.zeros(1))[0]
+    stroke = np.concatenate([rod.directions[1], np.zeros(3)])
+    along = body.rigid @ np.linalg.lstsq(body.twists.T, stroke)[0]
+    tangent, pin = rod.rows @ along, rod.crank(np.zeros(1))[0]
     arm = rod.point + rod.rows @ displacement - pin[:2]
     # The root nearest to zero of |arm + shift way|² = L².
-    length, slope = np.hypot(*arm), arm @ way
+    length, slope = np.hypot(*arm), arm @ tangent
     excess = (length - rod.length) * (length + rod.length)
-    shift = -excess / (slope + np.copysign(np.sqrt(slope**2 - way @ way * excess), slope))
-    arm = arm + shift * way
-    speed = arm @ (rod.rows @ velocity - pin[2:]) / (arm @ way)
+    shift = -excess / (slope + np.copysign(np.sqrt(slope**2 - tangent @ tangent * excess), slope))
+    arm = arm + shift * tangent
+    speed = arm @ (rod.rows @ velocity - pin[2:]) / (arm @ tangent)
     return displacement + shift * along, velocity - speed * along

@@ -60,16 +60,16 @@ class Face:
 
     def text(self) -> str:
         """Return the face as text: number, kind, and normal or radius and centre, in mm."""
-        place = "({})".format(", ".join(f"{1e3 * value:.4g}" for value in self.centre))
-        return f"{self.number} ({self.measure()} at {place} mm)"
+        centre = "({})".format(", ".join(f"{1e3 * value:.4g}" for value in self.centre))
+        return f"{self.number} ({self.measure()} at {centre} mm)"
 
     def measure(self) -> str:
         """Return the kind with normal, radius or angle."""
         if self.kind == "plane":
             return "plane, normal {}".format(vector_text(self.shape["normal"]))
         if self.kind in ("cylinder", "sphere"):
-            what = f"{self.kind}, hollow" if self.hollow else self.kind
-            return f"{what}, radius {1e3 * self.shape['radius']:.6g} mm"
+            kind = f"{self.kind}, hollow" if self.hollow else self.kind
+            return f"{kind}, radius {1e3 * self.shape['radius']:.6g} mm"
         return f"cone, angle {np.degrees(self.shape['angle']):.4g} deg" if self.kind == "cone" else self.kind
 
 
@@ -89,20 +89,20 @@ def faces_of(gmsh: Any, path: str, solids: Sequence[int], scale: float) -> list[
     extent = math.dist(boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0))
     owner: dict[int, int] = {}
     side: dict[int, float] = {}
-    own: dict[int, Samples] = {}
+    face_samples: dict[int, Samples] = {}
     for solid in solids:
         for _, signed in model.getBoundary([(3, solid)], oriented=True):
             tag = abs(signed)
             if len(set(model.getAdjacencies(2, tag)[0]) & set(solids)) == 1:
-                own[tag] = samples(gmsh, tag)
-                owner[tag], side[tag] = solid, _side(gmsh, signed, solid, own[tag], extent)
+                face_samples[tag] = samples(gmsh, tag)
+                owner[tag], side[tag] = solid, _side(gmsh, signed, solid, face_samples[tag], extent)
     names = face_names(gmsh, path, sorted(owner))
     for solid in solids:  # gmsh's own kernel may turn all faces of a solid inward.
         tags = [tag for tag in owner if owner[tag] == solid]
-        if sum(side[tag] * _share(own[tag]) for tag in tags) < 0:
+        if sum(side[tag] * _share(face_samples[tag]) for tag in tags) < 0:
             side |= {tag: -side[tag] for tag in tags}
     return [
-        _face(gmsh, tag, owner[tag], own[tag].turned(side[tag]), (extent, scale), names.get(tag, ""))
+        _face(gmsh, tag, owner[tag], face_samples[tag].turned(side[tag]), (extent, scale), names.get(tag, ""))
         for tag in sorted(owner)
     ]
 
@@ -119,32 +119,32 @@ class Samples(NamedTuple):
         return self._replace(normals=side * self.normals)
 
 
-def _share(own: Samples) -> float:
-    return float(own.weights @ np.einsum("ki,ki->k", own.points, own.normals)) / 3
+def _share(face_samples: Samples) -> float:
+    return float(face_samples.weights @ np.einsum("ki,ki->k", face_samples.points, face_samples.normals)) / 3
 
 
 def samples(gmsh: Any, tag: int) -> Samples:
     """Return samples of a face, with gmsh's normals."""
     model = gmsh.model
     low, high = model.getParametrizationBounds(2, tag)
-    places, on = np.empty((0, 2)), np.empty(0, bool)
+    uv, on = np.empty((0, 2)), np.empty(0, bool)
     for count in SAMPLES:
         steps = (np.arange(count) + 0.5) / count
         u, v = (a + (b - a) * steps for a, b in zip(low, high, strict=True))
-        places = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
-        on = np.array([bool(model.isInside(2, tag, place, True)) for place in places.tolist()])
+        uv = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+        on = np.array([bool(model.isInside(2, tag, pair, True)) for pair in uv.tolist()])
         if on.sum() >= ENOUGH:
             break
-    chosen = places[on] if on.any() else places  # A sliver lies between all places.
+    chosen = uv[on] if on.any() else uv  # A sliver lies between all places.
     flat = chosen.ravel()
     points = np.array(model.getValue(2, tag, flat)).reshape(-1, 3)
     normals = np.array(model.getNormal(tag, flat)).reshape(-1, 3)
     slopes = np.array(model.getDerivative(2, tag, flat)).reshape(-1, 2, 3)
-    cell = np.prod(np.subtract(high, low)) / len(places)
+    cell = np.prod(np.subtract(high, low)) / len(uv)
     return Samples(points, normals, np.linalg.norm(np.cross(slopes[:, 0], slopes[:, 1]), axis=1) * cell)
 
 
-def _side(gmsh: Any, signed: int, solid: int, own: Samples, extent: float) -> float:
+def _side(gmsh: Any, signed: int, solid: int, face_samples: Samples, extent: float) -> float:
     """Return 1 where gmsh's normal of a face points out of its solid, −1 elsewhere.
 
     Args:
@@ -152,7 +152,7 @@ def _side(gmsh: Any, signed: int, solid: int, own: Samples, extent: float) -> fl
     """
     if not gmsh.model.occ.getEntities(2):
         return math.copysign(1.0, signed)
-    outside = own.points[0] + ASIDE * extent * own.normals[0]
+    outside = face_samples.points[0] + ASIDE * extent * face_samples.normals[0]
     return -1.0 if gmsh.model.isInside(3, solid, outside.tolist()) else 1.0
 
 
@@ -160,20 +160,20 @@ def distances(gmsh: Any, faces: Sequence[Face], point: np.ndarray, scale: float)
     """Return the distances of faces from a point [m], (k,); on parts of gmsh's own kernel those of their samples."""
     if not gmsh.model.occ.getEntities(2):
         return np.array([np.linalg.norm(face.points - point, axis=1).min() for face in faces])
-    place = gmsh.model.occ.addPoint(*(point / scale))
-    found = [gmsh.model.occ.getDistance(0, place, 2, face.number)[0] for face in faces]
-    gmsh.model.occ.remove([(0, place)])
-    return scale * np.array(found)
+    point_tag = gmsh.model.occ.addPoint(*(point / scale))
+    lengths = [gmsh.model.occ.getDistance(0, point_tag, 2, face.number)[0] for face in faces]
+    gmsh.model.occ.remove([(0, point_tag)])
+    return scale * np.array(lengths)
 
 
-def _face(gmsh: Any, tag: int, solid: int, own: Samples, sizes: tuple[float, float], name: str) -> Face:
+def _face(gmsh: Any, tag: int, solid: int, face_samples: Samples, sizes: tuple[float, float], name: str) -> Face:
     """Describe a face by its outward samples; `sizes` are the part's extent, and metres per unit of the model."""
-    model, (points, normals, weights), (extent, scale) = gmsh.model, own, sizes
+    model, (points, normals, weights), (extent, scale) = gmsh.model, face_samples, sizes
     try:
         area, centre = float(model.occ.getMass(2, tag)), np.array(model.occ.getCenterOfMass(2, tag))
     except Exception:  # gmsh's own kernel integrates nothing
         area, centre = float(weights.sum()), weights @ points / weights.sum()
-    share = _share(own)
+    volume_term = _share(face_samples)
     points = points * scale
     shape, residual = fit_shape(points, normals)
     hollow = False
@@ -183,8 +183,8 @@ def _face(gmsh: Any, tag: int, solid: int, own: Samples, sizes: tuple[float, flo
     colour = tuple(model.getColor(2, tag))
     return Face(
         number=tag, solid=solid_name(gmsh, solid) or str(solid), area=area * scale**2,
-        share=share * scale**3, centre=centre * scale,
+        share=volume_term * scale**3, centre=centre * scale,
         extent=extent * scale, shape=shape, residual=residual, kind=shape.get("kind") or model.getType(2, tag).lower(),
         hollow=hollow, name=name, colour="" if colour == NO_COLOUR else "#{:02x}{:02x}{:02x}".format(*colour[:3]),
-        points=points, edges=frozenset(int(one) for one in model.getAdjacencies(2, tag)[1]),
+        points=points, edges=frozenset(int(edge) for edge in model.getAdjacencies(2, tag)[1]),
     )  # fmt: skip

@@ -22,7 +22,7 @@ def face_names(gmsh: Any, path: str, faces: list[int]) -> dict[int, str]:
     """
     if kind_of_file(path) == "gmsh script":
         groups = [(gmsh.model.getPhysicalName(2, tag), tag) for _, tag in gmsh.model.getPhysicalGroups(2)]
-        return {int(one): name for name, tag in groups for one in gmsh.model.getEntitiesForPhysicalGroup(2, tag)}
+        return {int(face): name for name, tag in groups for face in gmsh.model.getEntitiesForPhysicalGroup(2, tag)}
     if kind_of_file(path) != "STEP":
         return {}
     instances = instances_of(Path(path).read_text(errors="replace"))
@@ -31,35 +31,35 @@ def face_names(gmsh: Any, path: str, faces: list[int]) -> dict[int, str]:
         return {}  # The only name is that of the part.
     unit = (stated_unit(path) or MODEL_UNIT) / MODEL_UNIT
     corners = {face: _corners(gmsh, face) for face in faces}
-    every = np.concatenate([one for one in corners.values() if len(one)] or [np.zeros((1, 3))])
+    every = np.concatenate([c for c in corners.values() if len(c)] or [np.zeros((1, 3))])
     extent = float(np.linalg.norm(np.ptp(every, axis=0)))
     grid = ROUNDED * extent or 1.0
     of_file: dict[Any, list[str]] = {}
-    for number, name in labels.items():
-        of_file.setdefault(_key(unit * corners_of(number, instances), grid), []).append(name)
+    for instance, name in labels.items():
+        of_file.setdefault(_key(unit * corners_of(instance, instances), grid), []).append(name)
     of_model: dict[Any, list[int]] = {}
     for face, points in corners.items():
         of_model.setdefault(_key(points, grid), []).append(face)
-    found: dict[int, str] = {}
+    names_by_face: dict[int, str] = {}
     for key, numbers in of_model.items():
         names = of_file.get(key, [])
         if len(names) == len(numbers):
-            found |= dict(zip(numbers, names, strict=True))
+            names_by_face |= dict(zip(numbers, names, strict=True))
     motions = chains(instances, unit)
     if motions:
         solids = [[int(face) for face in gmsh.model.getAdjacencies(3, tag)[1]] for _, tag in gmsh.model.getEntities(3)]
         elsewhere = [
-            {face: corners[face] if face in corners else _corners(gmsh, face) for face in one}
-            for one in solids
-            if not all(face in found for face in one if face in corners)
+            {face: corners[face] if face in corners else _corners(gmsh, face) for face in faces_of_solid}
+            for faces_of_solid in solids
+            if not all(face in names_by_face for face in faces_of_solid if face in corners)
         ]
         placed = placed_names(list(shells_of(instances, labels, unit)), motions, elsewhere, extent)
-        found |= {face: name for face, name in placed.items() if face in corners}
-    return {face: name for face, name in found.items() if name not in NO_NAME}
+        names_by_face |= {face: name for face, name in placed.items() if face in corners}
+    return {face: name for face, name in names_by_face.items() if name not in NO_NAME}
 
 
 def _key(points: np.ndarray, grid: float) -> Any:
-    return tuple(sorted({tuple(one) for one in np.round(points / grid / 10).astype(int).tolist()}))
+    return tuple(sorted({tuple(p) for p in np.round(points / grid / 10).astype(int).tolist()}))
 
 
 def _corners(gmsh: Any, face: int) -> np.ndarray:

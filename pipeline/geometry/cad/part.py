@@ -66,7 +66,7 @@ class CadPart(Strict):
     @field_validator("solids")
     @classmethod
     def _once(cls, value: tuple[int | str, ...]) -> tuple[int | str, ...]:
-        twice = {one for one in value if value.count(one) > 1}
+        twice = {v for v in value if value.count(v) > 1}
         if twice:
             raise ValueError(f"{', '.join(map(repr, twice))} given twice")
         return value
@@ -107,38 +107,38 @@ class OpenPart(NamedTuple):
 
 
 @contextmanager
-def opened(part: CadPart) -> Iterator[OpenPart]:
+def opened(cad: CadPart) -> Iterator[OpenPart]:
     """Give a part in gmsh's model, and close gmsh at the end.
 
     Raises:
         InputError: the file is no part, see `read_solids`.
         StageError: gmsh failed.
     """
-    if not Path(part.path).is_file():
-        raise InputError(f"{part.path}: no such file")
-    scale = model_scale(part.path, part.unit)
-    with meshing(1.0, {}, part.path) as gmsh:
-        solids = read_solids(gmsh, part.path, part.solids)
-        yield OpenPart(gmsh, solids, faces_of(gmsh, part.path, solids, scale), scale)
+    if not Path(cad.path).is_file():
+        raise InputError(f"{cad.path}: no such file")
+    scale = model_scale(cad.path, cad.unit)
+    with meshing(1.0, {}, cad.path) as gmsh:
+        solids = read_solids(gmsh, cad.path, cad.solids)
+        yield OpenPart(gmsh, solids, faces_of(gmsh, cad.path, solids, scale), scale)
 
 
-def _meshed(own: CadPart, size: float) -> MeshRecord:
+def _meshed(cad: CadPart, size: float) -> MeshRecord:
     """Mesh a part with elements of edge length `size` [m], in this process; see `CadPart.build`."""
-    with opened(own) as part:
-        gmsh, scale = part.gmsh, part.scale
-        named = faces_by_name(own.surfaces, part.faces, part.away, own.path)
-        unknown = [name for name in own.sizes if name not in named]
+    with opened(cad) as opened_part:
+        gmsh, scale = opened_part.gmsh, opened_part.scale
+        named = faces_by_name(cad.surfaces, opened_part.faces, opened_part.away, cad.path)
+        unknown = [name for name in cad.sizes if name not in named]
         if unknown:
-            have = ", ".join(own.surfaces) or "face1, face2, …"
-            raise InputError(f"{own.path}: sizes.{unknown[0]}: no surface of this name; surfaces are {have}")
-        volume, area = part.volume(), sum(face.area for face in part.faces)
+            have = ", ".join(cad.surfaces) or "face1, face2, …"
+            raise InputError(f"{cad.path}: sizes.{unknown[0]}: no surface of this name; surfaces are {have}")
+        volume, area = opened_part.volume(), sum(face.area for face in opened_part.faces)
         refuse_large("solid", max(5.0 * volume / size**3, 4.0 * area / size**2), size)
-        fine = [(length / scale, [one.number for one in named[name][0]]) for name, length in own.sizes.items()]
-        _set_sizes(gmsh, size / scale, own.around, fine)
+        fine = [(length / scale, [f.number for f in named[name][0]]) for name, length in cad.sizes.items()]
+        _set_sizes(gmsh, size / scale, cad.around, fine)
         generate(gmsh.model.mesh, size, repair=True)
-        _refuse_damaged(gmsh, part.faces, scale, own.path)
-        record = _collected(gmsh, named, scale, own.path)
-        return replace(record, volumes=_volumes(gmsh, part.solids)) if len(part.solids) > 1 else record
+        _refuse_damaged(gmsh, opened_part.faces, scale, cad.path)
+        record = _collected(gmsh, named, scale, cad.path)
+        return replace(record, volumes=_volumes(gmsh, opened_part.solids)) if len(opened_part.solids) > 1 else record
 
 
 def _set_sizes(gmsh: Any, size: float, around: int, fine: Sequence[tuple[float, list[int]]]) -> None:
@@ -148,18 +148,18 @@ def _set_sizes(gmsh: Any, size: float, around: int, fine: Sequence[tuple[float, 
         size: Edge length, in the model's unit, as all lengths here.
         fine: Edge lengths on faces, with their numbers.
     """
-    least = min([FINEST * size, *(length for length, _ in fine)])
-    for name, value in {**OPTIONS, "MeshSizeMin": least, "MeshSizeMax": size, "MeshSizeFromCurvature": around}.items():
+    low = min([FINEST * size, *(length for length, _ in fine)])
+    for name, value in {**OPTIONS, "MeshSizeMin": low, "MeshSizeMax": size, "MeshSizeFromCurvature": around}.items():
         gmsh.option.setNumber(f"Mesh.{name}", value)
     gmsh.model.mesh.clear()
     fields = gmsh.model.mesh.field
     numbers = []
     for length, faces in fine:
-        number = fields.add("Constant")
-        fields.setNumbers(number, "SurfacesList", faces)
-        fields.setNumber(number, "VIn", min(length, size))
-        fields.setNumber(number, "VOut", size)
-        numbers.append(number)
+        field = fields.add("Constant")
+        fields.setNumbers(field, "SurfacesList", faces)
+        fields.setNumber(field, "VIn", min(length, size))
+        fields.setNumber(field, "VOut", size)
+        numbers.append(field)
     if numbers:
         smallest = fields.add("Min")
         fields.setNumbers(smallest, "FieldsList", numbers)
@@ -171,12 +171,12 @@ def _refuse_damaged(gmsh: Any, faces: Sequence[Face], scale: float, path: str) -
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     points = np.empty((int(tags.max()) + 1, 3))
     points[tags.astype(int)] = coordinates.reshape(-1, 3) * scale
-    whole = sum(face.area for face in faces)
+    total_area = sum(face.area for face in faces)
     for face in faces:
         nodes = gmsh.model.mesh.getElementsByType(GMSH_TRIANGLE6, face.number)[1].astype(int).reshape(-1, 6)
         a, b, c = np.moveaxis(points[nodes[:, FLAT_TRIANGLES].reshape(-1, 3)], 1, 0)
         area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-        if abs(area - face.area) > SAME_AREA * face.area and face.area > SMALL_FACE * whole:
+        if abs(area - face.area) > SAME_AREA * face.area and face.area > SMALL_FACE * total_area:
             raise InputError(
                 f"{path}: face {face.number}, a {face.kind}, has {face.area:.4g} m^2 by the file and {area:.4g} m^2 as"
                 " it is meshed: its boundary is damaged. IGES often is: write the part as STEP, or repair the face"
@@ -185,13 +185,13 @@ def _refuse_damaged(gmsh: Any, faces: Sequence[Face], scale: float, path: str) -
 
 def _collected(gmsh: Any, named: Mapping[str, tuple[list[Face], SurfaceRule]], scale: float, path: str) -> MeshRecord:
     """Return gmsh's mesh with named surfaces, whose facets are turned outward."""
-    nodes, cells, number = nodes_and_cells(gmsh.model.mesh, GMSH_TETRA10, GMSH_ORDER)
+    nodes, cells, node_ids = nodes_and_cells(gmsh.model.mesh, GMSH_TETRA10, GMSH_ORDER)
     skin = boundary_facets(cells, path)[1]
     corners = np.sort(skin[:, :3], axis=1)
     surfaces = {}
     for name, (faces, shape) in named.items():
         rows = [gmsh.model.mesh.getElementsByType(GMSH_TRIANGLE6, face.number)[1] for face in faces]
-        triangles = number[np.concatenate(rows).astype(int).reshape(-1, 6)]
+        triangles = node_ids[np.concatenate(rows).astype(int).reshape(-1, 6)]
         surfaces[name] = Surface(skin[_places(corners, np.sort(triangles[:, :3], axis=1))], shape)
     surfaces[SKIN] = surfaces.get(SKIN, Surface(skin))
     return MeshRecord(nodes * scale, cells, TETRA10.name, surfaces)
@@ -201,18 +201,18 @@ def _volumes(gmsh: Any, solids: Sequence[int]) -> dict[str, np.ndarray]:
     """Return the elements of each solid by its name, if only one has it, and as `solid1`, `solid2`, …"""
     every = gmsh.model.mesh.getElementsByType(GMSH_TETRA10)[0]
     order = np.argsort(every)
-    found, names = {}, [solid_name(gmsh, tag) for tag in solids]
-    for number, (tag, name) in enumerate(zip(solids, names, strict=True), 1):
-        own = gmsh.model.mesh.getElementsByType(GMSH_TETRA10, tag)[0]
-        found[f"solid{number}"] = np.sort(order[np.searchsorted(every, own, sorter=order)])
+    cells_by_name, names = {}, [solid_name(gmsh, tag) for tag in solids]
+    for i, (tag, name) in enumerate(zip(solids, names, strict=True), 1):
+        element_tags = gmsh.model.mesh.getElementsByType(GMSH_TETRA10, tag)[0]
+        cells_by_name[f"solid{i}"] = np.sort(order[np.searchsorted(every, element_tags, sorter=order)])
         if name and names.count(name) == 1:
-            found[name] = found[f"solid{number}"]
-    return found
+            cells_by_name[name] = cells_by_name[f"solid{i}"]
+    return cells_by_name
 
 
-def _places(rows: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def _places(rows: np.ndarray, requested: np.ndarray) -> np.ndarray:
     """Return the places of wanted rows (w, 3) among different rows (k, 3), (w,)."""
-    code = np.unique(np.concatenate([rows, wanted]), axis=0, return_inverse=True)[1].ravel()
-    place = np.empty(code.max() + 1, int)
-    place[code[: len(rows)]] = np.arange(len(rows))
-    return place[code[len(rows) :]]
+    code = np.unique(np.concatenate([rows, requested]), axis=0, return_inverse=True)[1].ravel()
+    row = np.empty(code.max() + 1, int)
+    row[code[: len(rows)]] = np.arange(len(rows))
+    return row[code[len(rows) :]]

@@ -36,6 +36,6 @@ def triangles_of(gmsh: Any, faces: Sequence[Face], scale: float) -> dict[str, np
     points[tags.astype(int)] = positions.reshape(-1, 3)
     rows = [mesh.getElementsByType(TRIANGLE, face.number)[1].astype(int).reshape(-1, 3) for face in faces]
     used, triangles, _ = compacted(points, np.concatenate(rows))
-    owner = np.repeat(np.arange(len(faces)), [len(one) for one in rows])
+    owner = np.repeat(np.arange(len(faces)), [len(r) for r in rows])
     numbers = np.array([face.number for face in faces])
     return {"points": used * scale, "triangles": triangles, "owner": owner, "numbers": numbers}

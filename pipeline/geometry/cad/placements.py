@@ -44,24 +44,24 @@ def placed_names(
         solids: Corners (k, 3) of the faces of each by their number.
         extent: Of all faces.
     """
-    found: dict[int, str] = {}
-    turns, shifts = (np.array(parts) for parts in zip(*motions, strict=True))
+    names: dict[int, str] = {}
+    turns, shifts = (np.array(stack) for stack in zip(*motions, strict=True))
     different = [_different(shell.corners, NEAR * extent) for shell in shells]
     for solid in solids:
         cloud = _different(list(solid.values()), NEAR * extent)
         choices: list[dict[int, str]] = []
-        for shell, own in zip(shells, different, strict=True):
-            if not 0 < len(own) <= len(cloud):
+        for shell, corners in zip(shells, different, strict=True):
+            if not 0 < len(corners) <= len(cloud):
                 continue
             fitting = np.arange(len(turns))
-            for corner in own:  # Each leaves fewer motions to look at.
+            for corner in corners:  # Each leaves fewer motions to look at.
                 moved = turns[fitting] @ corner + shifts[fitting]
                 off = np.linalg.norm(moved[:, None] - cloud, axis=2).min(axis=1)
                 fitting = fitting[off <= NEAR * extent]
             choices += [_matched(shell, solid, cloud, motions[int(k)], NEAR * extent) for k in fitting]
         if choices:
-            found |= {face: name for face, name in choices[0].items() if all(one.get(face) == name for one in choices)}
-    return found
+            names |= {face: name for face, name in choices[0].items() if all(c.get(face) == name for c in choices)}
+    return names
 
 
 def chains(instances: Instances, unit: float) -> list[Motion]:
@@ -69,72 +69,72 @@ def chains(instances: Instances, unit: float) -> list[Motion]:
     ways: tuple[list[Motion], list[Motion]] = [], []
     for kind, body in instances.values():
         if kind == "ITEM_DEFINED_TRANSFORMATION" and len(ends := references(body)) >= 2:
-            one, other = (_axes(end, instances, unit) for end in ends[-2:])
-            if one is None or other is None:
+            start, stop = (_axes(end, instances, unit) for end in ends[-2:])
+            if start is None or stop is None:
                 continue
             # Programs differ in which of both ends is that of the part.
-            for way, first, second in zip(ways, (one, other), (other, one), strict=True):
-                turn = second[0] @ first[0].T
-                way.append((turn, second[1] - turn @ first[1]))
-    found: list[Motion] = []
+            for motions, p, q in zip(ways, (start, stop), (stop, start), strict=True):
+                turn = q[0] @ p[0].T
+                motions.append((turn, q[1] - turn @ p[1]))
+    all_motions: list[Motion] = []
     for single in ways:
-        last = single
-        found += single
+        level = single
+        all_motions += single
         for _ in range(DEEPEST - 1):
-            last = [(a @ b, a @ s + t) for a, t in single for b, s in last][:MOST_CHAINS]
-            found += last
-    rows = np.array([[*np.round(turn.ravel(), 9), *np.round(shift, 9)] for turn, shift in found]).reshape(-1, 12)
+            level = [(a @ b, a @ s + t) for a, t in single for b, s in level][:MOST_CHAINS]
+            all_motions += level
+    rows = np.array([[*np.round(turn.ravel(), 9), *np.round(shift, 9)] for turn, shift in all_motions]).reshape(-1, 12)
     _, first_of = np.unique(rows, axis=0, return_index=True)
-    return [found[k] for k in sorted(first_of)]
+    return [all_motions[k] for k in sorted(first_of)]
 
 
 def shells_of(instances: Instances, faces: Mapping[str, str], unit: float) -> Iterator[Shell]:
     """Yield the shells of a file; `faces` has the name of each face by its instance."""
     for kind, body in instances.values():
         if kind == "CLOSED_SHELL":
-            own = [one for one in references(body) if one in faces]
-            yield Shell([faces[one] for one in own], [unit * corners_of(one, instances) for one in own])
+            named = [face for face in references(body) if face in faces]
+            yield Shell([faces[face] for face in named], [unit * corners_of(face, instances) for face in named])
 
 
-def _axes(number: str, instances: Instances, unit: float) -> Motion | None:
+def _axes(instance: str, instances: Instances, unit: float) -> Motion | None:
     """Return an AXIS2_PLACEMENT_3D as rotation and origin; None if it is something else."""
-    kind, body = instances.get(number, ("", ""))
+    kind, body = instances.get(instance, ("", ""))
     if kind != "AXIS2_PLACEMENT_3D":
         return None
-    place, *directions = references(body)
-    given = [direction_of(one, instances) for one in directions]
-    axis = given[0] if given else np.array([0.0, 0.0, 1.0])
-    towards = given[1] if len(given) > 1 else np.array([1.0, 0.0, 0.0])
+    origin, *directions = references(body)
+    directions_given = [direction_of(r, instances) for r in directions]
+    axis = directions_given[0] if directions_given else np.array([0.0, 0.0, 1.0])
+    towards = directions_given[1] if len(directions_given) > 1 else np.array([1.0, 0.0, 0.0])
     z = axis / np.linalg.norm(axis)
     x = towards - (towards @ z) * z
     if np.linalg.norm(x) < 1e-9:
         x = np.cross([0.0, 1.0, 0.0], z)
     x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z]), unit * place_of(place, instances)
+    return np.column_stack([x, np.cross(z, x), z]), unit * place_of(origin, instances)
 
 
-def _different(corners: Sequence[np.ndarray], near: float) -> np.ndarray:
+def _different(corners: Sequence[np.ndarray], tolerance: float) -> np.ndarray:
     """Return the different corners of faces, (k, 3)."""
-    found: list[np.ndarray] = []
+    distinct: list[np.ndarray] = []
     for point in np.concatenate([np.empty((0, 3)), *corners]):
-        if not found or np.linalg.norm(np.array(found) - point, axis=1).min() > near:
-            found.append(point)
-    return np.array(found).reshape(-1, 3)
+        if not distinct or np.linalg.norm(np.array(distinct) - point, axis=1).min() > tolerance:
+            distinct.append(point)
+    return np.array(distinct).reshape(-1, 3)
 
 
 def _matched(
-    shell: Shell, solid: Mapping[int, np.ndarray], cloud: np.ndarray, motion: Motion, near: float
+    shell: Shell, solid: Mapping[int, np.ndarray], cloud: np.ndarray, motion: Motion, tolerance: float
 ) -> dict[int, str]:
     """Return the names of those faces of a solid that have the corners of a face of the moved shell."""
     turn, shift = motion
     keys: dict[frozenset[int], list[str]] = {}
     for name, corners in zip(shell.names, shell.corners, strict=True):
-        if (key := _numbers(corners @ turn.T + shift, cloud, near)) is not None:
+        if (key := _numbers(corners @ turn.T + shift, cloud, tolerance)) is not None:
             keys.setdefault(key, []).append(name)
     names: dict[int, str] = {}
     groups: dict[frozenset[int], list[int]] = {}
     for face, corners in solid.items():
-        if (key := _numbers(corners, cloud, near)) is not None:
+        if (key := _numbers(corners, cloud, tolerance)) is not None:
             groups.setdefault(key, []).append(face)
     for key, faces in groups.items():
         if len(keys.get(key, [])) == len(faces):
@@ -142,9 +142,9 @@ def _matched(
     return names
 
 
-def _numbers(corners: np.ndarray, cloud: np.ndarray, near: float) -> frozenset[int] | None:
+def _numbers(corners: np.ndarray, cloud: np.ndarray, tolerance: float) -> frozenset[int] | None:
     """Return which points of a cloud corners are; None if one is none of them."""
     if not len(corners):
         return frozenset()
-    apart = np.linalg.norm(corners[:, None] - cloud, axis=2)
-    return None if apart.min(axis=1).max() > near else frozenset(apart.argmin(axis=1).tolist())
+    lengths = np.linalg.norm(corners[:, None] - cloud, axis=2)
+    return None if lengths.min(axis=1).max() > tolerance else frozenset(lengths.argmin(axis=1).tolist())

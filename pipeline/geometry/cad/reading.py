@@ -31,7 +31,7 @@ WRITES = re.compile(r"\)\s*>{1,2}\s*[\"A-Za-z]")
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/|\"[^\"]*\"", re.DOTALL)
 
 
-def read_solids(gmsh: Any, path: str, wanted: Sequence[str | int]) -> list[int]:
+def read_solids(gmsh: Any, path: str, requested: Sequence[str | int]) -> list[int]:
     """Load a CAD file into gmsh's model, drop the solids that are not wanted, and return the numbers of the others.
 
     Several solids are glued where they touch: their meshes have the same nodes there.
@@ -65,12 +65,12 @@ def read_solids(gmsh: Any, path: str, wanted: Sequence[str | int]) -> list[int]:
         raise InputError(f"{path}: has no solid{'' if gmsh.model.getEntities(2) else ' and no face'}; allowed: solids")
     _refuse_flat(gmsh, path, every)
     _refuse_loose(gmsh, path)
-    kept = chosen_solids(gmsh, path, wanted, every)
-    if len(kept) < len(every):
-        _drop(gmsh, [tag for tag in every if tag not in kept])
-    if len(kept) > 1 and gmsh.model.occ.getEntities(3):
-        kept = _glued(gmsh, path, kept)
-    return kept
+    chosen = chosen_solids(gmsh, path, requested, every)
+    if len(chosen) < len(every):
+        _drop(gmsh, [tag for tag in every if tag not in chosen])
+    if len(chosen) > 1 and gmsh.model.occ.getEntities(3):
+        chosen = _glued(gmsh, path, chosen)
+    return chosen
 
 
 def solid_name(gmsh: Any, tag: int) -> str:
@@ -89,7 +89,7 @@ def solid_volume(gmsh: Any, tag: int) -> float:
         return math.nan
 
 
-def chosen_solids(gmsh: Any, path: str, wanted: Sequence[str | int], every: list[int]) -> list[int]:
+def chosen_solids(gmsh: Any, path: str, requested: Sequence[str | int], every: list[int]) -> list[int]:
     """Return the numbers of the wanted solids, all for none; a name must belong to one solid.
 
     Raises:
@@ -98,24 +98,24 @@ def chosen_solids(gmsh: Any, path: str, wanted: Sequence[str | int], every: list
     names = {tag: solid_name(gmsh, tag) for tag in every}
     listed = ", ".join(f"{tag} '{name}'" if name else str(tag) for tag, name in list(names.items())[:SHOWN])
     listed += f" and {len(every) - SHOWN} more" if len(every) > SHOWN else ""
-    found: list[int] = []
-    for one in wanted:
-        tags = [one] if one in names else [tag for tag, name in names.items() if name and name == one]
+    chosen: list[int] = []
+    for solid in requested:
+        tags = [solid] if solid in names else [tag for tag, name in names.items() if name and name == solid]
         if len(tags) != 1:
             many = f"{len(tags)} solids have this name ({', '.join(map(str, tags))}), give a number; " if tags else ""
-            raise InputError(f"{path}: solids: {one!r} given; {many}the file has {listed}")
-        if tags[0] in found:
+            raise InputError(f"{path}: solids: {solid!r} given; {many}the file has {listed}")
+        if tags[0] in chosen:
             raise InputError(f"{path}: solids: solid {tags[0]} given twice")
-        found += tags
-    return found or every
+        chosen += tags
+    return chosen or every
 
 
 def _sew(gmsh: Any, path: str) -> None:
     """Sew faces to solids with growing tolerance; refuse faces that do not close."""
     low, high = gmsh.model.getBoundingBox(-1, -1)[:3], gmsh.model.getBoundingBox(-1, -1)[3:]
     extent = math.dist(low, high)
-    for share in SEWN:
-        gmsh.model.occ.healShapes([], share * extent, True, True, True, True, True)
+    for fraction in SEWN:
+        gmsh.model.occ.healShapes([], fraction * extent, True, True, True, True, True)
         gmsh.model.occ.synchronize()
         if gmsh.model.getEntities(3):
             return
@@ -162,10 +162,10 @@ def _refuse_flat(gmsh: Any, path: str, solids: list[int]) -> None:
 
 def _refuse_commands(path: str) -> None:
     text = COMMENT.sub('""', Path(path).read_text(errors="replace"))
-    found = COMMANDS.search(text) or WRITES.search(text)
-    if found:
+    match = COMMANDS.search(text) or WRITES.search(text)
+    if match:
         raise InputError(
-            f"{path}: has `{found[0].strip()}`; allowed: scripts that start no program and use no other file"
+            f"{path}: has `{match[0].strip()}`; allowed: scripts that start no program and use no other file"
         )
 
 
@@ -184,16 +184,18 @@ def _glued(gmsh: Any, path: str, solids: list[int]) -> list[int]:
     labels = {tag: gmsh.model.getEntityName(3, tag) or solid_name(gmsh, tag) for tag in solids}
     _, images = gmsh.model.occ.fragment(pairs[:1], pairs[1:])
     gmsh.model.occ.synchronize()
-    kept = []
+    glued = []
     for tag, image in zip(solids, images, strict=True):
-        pieces = [one for dimension, one in image if dimension == 3]
+        pieces = [piece for dimension, piece in image if dimension == 3]
         shared = [
-            other for other, found in zip(solids, images, strict=True) if other != tag and set(found) & set(image)
+            solid
+            for solid, solid_image in zip(solids, images, strict=True)
+            if solid != tag and set(solid_image) & set(image)
         ]
         if shared or len(pieces) != 1:
             raise InputError(
                 f"{path}: solids {tag} and {', '.join(map(str, shared))} overlap; allowed: solids that touch"
             )
         gmsh.model.setEntityName(3, pieces[0], labels[tag])
-        kept += pieces
-    return kept
+        glued += pieces
+    return glued

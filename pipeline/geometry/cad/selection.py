@@ -69,21 +69,21 @@ class FaceRule(Strict):
 
     def misses(self, face: Face) -> float:
         """Return how far a face is from the rule: 0 if it meets it, ∞ if it is of another kind, without `at`."""
-        parts = [0.0]
-        for given, own in ((self.name, face.name), (self.colour, face.colour)):
-            parts.append(0.0 if given in (None, own) else np.inf)
+        misses = [0.0]
+        for rule_text, face_text in ((self.name, face.name), (self.colour, face.colour)):
+            misses.append(0.0 if rule_text in (None, face_text) else np.inf)
         if self.face is not None:
-            parts.append(0.0 if face.number in np.atleast_1d(self.face) else np.inf)
-        for key, kind, given, allowed in self._sizes():
+            misses.append(0.0 if face.number in np.atleast_1d(self.face) else np.inf)
+        for key, kind, target, allowed in self._sizes():
             if face.kind != kind:
-                parts.append(np.inf)
+                misses.append(np.inf)
             elif kind == "plane":
-                angle = float(np.linalg.norm(np.subtract(face.shape["normal"], given)))
-                parts.append(0.0 if angle <= allowed else angle)
+                angle = float(np.linalg.norm(np.subtract(face.shape["normal"], target)))
+                misses.append(0.0 if angle <= allowed else angle)
             else:
-                off = abs(face.shape[key] / given - 1)
-                parts.append(0.0 if off <= allowed else off)
-        return float(sum(parts))
+                off = abs(face.shape[key] / target - 1)
+                misses.append(0.0 if off <= allowed else off)
+        return float(sum(misses))
 
     def _sizes(self) -> list[tuple[str, str, float, float]]:
         angle = None if self.cone_angle_deg is None else np.radians(self.cone_angle_deg)
@@ -92,81 +92,83 @@ class FaceRule(Strict):
             ("radius", "cylinder", self.cylinder_radius, SAME_SIZE),
             ("radius", "sphere", self.sphere_radius, SAME_SIZE), ("angle", "cone", angle, SAME_SIZE),
         ]  # fmt: skip
-        return [(key, kind, given, allowed) for key, kind, given, allowed in rows if given is not None]
+        return [(key, kind, target, allowed) for key, kind, target, allowed in rows if target is not None]
 
 
 def faces_by_name(
-    rules: Mapping[str, FaceRule], faces: Sequence[Face], away: Away, where: str
+    rules: Mapping[str, FaceRule], faces: Sequence[Face], away: Away, path: str
 ) -> dict[str, tuple[list[Face], SurfaceRule]]:
     """Return the faces of each named surface, and its true shape, empty if its faces have no common one.
 
     Every face is also a surface of its own, `face7`.
 
     Args:
-        where: The file, for messages.
+        path: The file, for messages.
 
     Raises:
         InputError: a rule matches no face, or faces on several surfaces, or has the name of another face.
     """
-    found = {face.label: ([face], face.shape) for face in faces}
+    named = {face.label: ([face], face.shape) for face in faces}
     for name, rule in rules.items():
-        if name in found:
-            raise InputError(f"{where}: surfaces.{name}: given twice, it is also the name of face {name[4:]}")
-        chosen = chosen_faces(rule, faces, away, f"{where}: surfaces.{name}")
-        found[name] = chosen, common_shape(chosen)
-    return found
+        if name in named:
+            raise InputError(f"{path}: surfaces.{name}: given twice, it is also the name of face {name[4:]}")
+        chosen = chosen_faces(rule, faces, away, f"{path}: surfaces.{name}")
+        named[name] = chosen, common_shape(chosen)
+    return named
 
 
-def chosen_faces(rule: FaceRule, faces: Sequence[Face], away: Away, where: str) -> list[Face]:
-    """Return the faces that a rule describes; `where` is its key, for messages.
+def chosen_faces(rule: FaceRule, faces: Sequence[Face], away: Away, key: str) -> list[Face]:
+    """Return the faces that a rule describes; `key` is its key, for messages.
 
     Raises:
         InputError: there is none, or they lie on several true surfaces and the rule has neither `at` nor `all`.
     """
     matching = [face for face in faces if rule.meets(face)]
-    if rule.face is not None and (unknown := set(np.atleast_1d(rule.face).tolist()) - {one.number for one in faces}):
-        first, last = faces[0].number, faces[-1].number
-        raise InputError(f"{where}: no outer face {min(unknown)}; the part has {len(faces)}, from {first} to {last}")
+    if rule.face is not None and (unknown := set(np.atleast_1d(rule.face).tolist()) - {f.number for f in faces}):
+        lowest, highest = faces[0].number, faces[-1].number
+        raise InputError(f"{key}: no outer face {min(unknown)}; the part has {len(faces)}, from {lowest} to {highest}")
     if not matching:
-        raise InputError(f"{where}: no face matches; {_in_metres(rule, faces)}{_nearest(rule, faces)}")
+        raise InputError(f"{key}: no face matches; {_in_metres(rule, faces)}{_nearest(rule, faces)}")
     if rule.at is not None:
-        return _at(matching, away(matching, np.array(rule.at)), where)
+        return _at(matching, away(matching, np.array(rule.at)), key)
     if rule.face is not None or rule.all or common_shape(matching) or len(matching) == 1:
         return matching
     raise InputError(
-        f"{where}: {len(matching)} faces match, which lie on several surfaces: {_listed(matching)}; add `at`, a point"
+        f"{key}: {len(matching)} faces match, which lie on several surfaces: {_listed(matching)}; add `at`, a point"
         " next to the one, or `all = true`"
     )
 
 
 def common_shape(faces: Sequence[Face]) -> SurfaceRule:
     """Return the true surface on which all faces lie, empty if there is none."""
-    first = faces[0]
-    same = all(same_surface(first.shape, face.shape, face.extent) and face.hollow == first.hollow for face in faces)
-    return first.shape if same else {}
+    reference = faces[0]
+    same = all(
+        same_surface(reference.shape, face.shape, face.extent) and face.hollow == reference.hollow for face in faces
+    )
+    return reference.shape if same else {}
 
 
-def _at(matching: list[Face], away: np.ndarray, where: str) -> list[Face]:
+def _at(matching: list[Face], away: np.ndarray, key: str) -> list[Face]:
     """Return the nearest face with the neighbours that continue its true surface; `away` are distances [m], (k,)."""
     order = np.argsort(away)
     nearest, extent = matching[order[0]], matching[order[0]].extent
     if away[order[0]] > NEAR * extent:
         raise InputError(
-            f"{where}: `at` is {1e3 * away[order[0]]:.4g} mm from the nearest face that matches,"
+            f"{key}: `at` is {1e3 * away[order[0]]:.4g} mm from the nearest face that matches,"
             f" {nearest.text()}; allowed: {1e3 * NEAR * extent:.4g} mm; it is in metres"
         )
     chosen = [nearest]
     for face in chosen:
         chosen += [
-            one for one in matching
-            if one not in chosen and one.edges & face.edges and common_shape([nearest, one])
+            f for f in matching
+            if f not in chosen and f.edges & face.edges and common_shape([nearest, f])
         ]  # fmt: skip
     rivals = [
         matching[k] for k in order[1:]
         if matching[k] not in chosen and away[k] - away[order[0]] <= EQUALLY_NEAR * extent
     ]  # fmt: skip
     if rivals:
-        raise InputError(f"{where}: `at` is equally near to {_listed([nearest, *rivals])}; give a point inside of one")
+        raise InputError(f"{key}: `at` is equally near to {_listed([nearest, *rivals])}; give a point inside of one")
     return chosen
 
 
@@ -174,9 +176,9 @@ def _nearest(rule: FaceRule, faces: Sequence[Face]) -> str:
     """Return the faces that come nearest to a rule, as text."""
     sizes = {face.number: FaceRule.model_validate(_only_sizes(rule)).misses(face) for face in faces} if _only_sizes(
         rule) else {}  # fmt: skip
-    near = sorted((one for one in faces if np.isfinite(sizes.get(one.number, np.inf))), key=lambda f: sizes[f.number])
-    if near:
-        return f"the nearest are {_listed(near)}"
+    nearest = sorted((f for f in faces if np.isfinite(sizes.get(f.number, np.inf))), key=lambda f: sizes[f.number])
+    if nearest:
+        return f"the nearest are {_listed(nearest)}"
     for key in ("name", "colour"):
         have = sorted({getattr(face, key) for face in faces} - {""})
         if getattr(rule, key) is not None:
@@ -187,21 +189,21 @@ def _nearest(rule: FaceRule, faces: Sequence[Face]) -> str:
 
 def _in_metres(rule: FaceRule, faces: Sequence[Face]) -> str:
     """Return the radius in metres of a rule that was written in mm or µm; empty of any other."""
-    for key, given in _only_sizes(rule).items():
+    for key, value in _only_sizes(rule).items():
         for factor in (1e-3, 1e-6):
-            if key.endswith("radius") and isinstance(given, float):
-                size = f"{given * factor:.7g}"
+            if key.endswith("radius") and isinstance(value, float):
+                size = f"{value * factor:.7g}"
                 if any(FaceRule.model_validate({key: float(size)}).meets(face) for face in faces):
                     return f"lengths are in metres: {key} = {size}; "
     return ""
 
 
 def _only_sizes(rule: FaceRule) -> dict[str, object]:
-    given = rule.model_dump(exclude_none=True, include={"plane_normal", "cylinder_radius", "sphere_radius",
+    sizes = rule.model_dump(exclude_none=True, include={"plane_normal", "cylinder_radius", "sphere_radius",
                                                         "cone_angle_deg"})  # fmt: skip
-    return dict(given)
+    return dict(sizes)
 
 
 def _listed(faces: Sequence[Face]) -> str:
-    more = f" and {len(faces) - SHOWN} more" if len(faces) > SHOWN else ""
-    return ", ".join(face.text() for face in faces[:SHOWN]) + more
+    suffix = f" and {len(faces) - SHOWN} more" if len(faces) > SHOWN else ""
+    return ", ".join(face.text() for face in faces[:SHOWN]) + suffix

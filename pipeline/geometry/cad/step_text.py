@@ -18,18 +18,18 @@ Instances = dict[str, tuple[str, str]]
 
 def instances_of(text: str) -> Instances:
     """Return the instances of the types that names and placements need."""
-    found: Instances = {}
+    instances: Instances = {}
     for statement in text.split(";"):
         if (match := INSTANCE.search(statement.strip())) and match[2] in TYPES:
-            found[match[1]] = match[2], match[3]
-    return found
+            instances[match[1]] = match[2], match[3]
+    return instances
 
 
 def labels_of(instances: Instances) -> dict[str, str]:
     """Return the name of each face by its instance, in the order of the file; empty where it is its own number."""
     return {
-        number: "" if label[1] == f"#{number}" else label[1].replace("''", "'")
-        for number, (kind, body) in instances.items()
+        instance: "" if label[1] == f"#{instance}" else label[1].replace("''", "'")
+        for instance, (kind, body) in instances.items()
         if kind == "ADVANCED_FACE" and (label := LABEL.match(body))
     }
 
@@ -39,11 +39,11 @@ def references(body: str) -> list[str]:
     return REFERENCE.findall(re.sub(r"'(?:[^']|'')*'", "", body))
 
 
-def place_of(number: str, instances: Instances) -> np.ndarray:
+def place_of(instance: str, instances: Instances) -> np.ndarray:
     """Return the coordinates of a CARTESIAN_POINT or the components of a DIRECTION, (3,)."""
-    _, body = instances.get(number, ("", ""))
-    found = [float(value) for value in NUMBER.findall(body.rpartition("(")[2])][:3]
-    return np.array(found) if len(found) == 3 else np.zeros(3)
+    _, body = instances.get(instance, ("", ""))
+    coordinates = [float(value) for value in NUMBER.findall(body.rpartition("(")[2])][:3]
+    return np.array(coordinates) if len(coordinates) == 3 else np.zeros(3)
 
 
 direction_of = place_of
@@ -51,14 +51,14 @@ direction_of = place_of
 
 def corners_of(face: str, instances: Instances) -> np.ndarray:
     """Return the corners of a face, (k, 3), through its loops, edges and vertices."""
-    found, rest, seen = [], [face], {face}
-    while rest:
-        kind, body = instances.get(rest.pop(), ("", ""))
+    points, pending, seen = [], [face], {face}
+    while pending:
+        kind, body = instances.get(pending.pop(), ("", ""))
         below = REFERENCE.findall(LABEL.sub("", body))
         if kind == "CARTESIAN_POINT":
-            found.append([float(value) for value in NUMBER.findall(body.rpartition("(")[2])][:3])
+            points.append([float(value) for value in NUMBER.findall(body.rpartition("(")[2])][:3])
         else:
-            last = {"ADVANCED_FACE": len(below) - 1, "EDGE_CURVE": 2}.get(kind, len(below))  # Then comes the geometry.
-            rest += [one for one in below[:last] if one not in seen]
+            stop = {"ADVANCED_FACE": len(below) - 1, "EDGE_CURVE": 2}.get(kind, len(below))  # Then comes the geometry.
+            pending += [p for p in below[:stop] if p not in seen]
             seen.update(below)
-    return np.array([one for one in found if len(one) == 3]).reshape(-1, 3)
+    return np.array([p for p in points if len(p) == 3]).reshape(-1, 3)

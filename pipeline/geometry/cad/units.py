@@ -84,16 +84,15 @@ def _of_step(path: str, text: str) -> float | None:
         raise InputError(f"{path}: cannot be read as STEP: it does not begin with {BEGIN}")
     if END not in text:
         raise InputError(f"{path}: cannot be read as STEP: it is cut off, {END} is missing at its end")
-    measures = {number: (float(value), unit) for number, value, unit in MEASURE.findall(text)}
+    measures = {instance: (float(value), unit) for instance, value, unit in MEASURE.findall(text)}
     units = dict(INSTANCE.findall(text))
-    based = {measures[found[2]][1] for body in units.values() if (found := CONVERSION.search(body)) and
-             found[2] in measures}  # fmt: skip
-    found = {_step_unit(path, body, units, measures) for number, body in units.items() if number not in based}
-    if len(found) > 1:
-        raise InputError(
-            f"{path}: states several units of length ({', '.join(f'{one:g} m' for one in sorted(found))}); allowed: one"
-        )
-    return next(iter(found), None)
+    based = {measures[match[2]][1] for body in units.values() if (match := CONVERSION.search(body)) and
+             match[2] in measures}  # fmt: skip
+    lengths = {_step_unit(path, body, units, measures) for instance, body in units.items() if instance not in based}
+    if len(lengths) > 1:
+        have = ", ".join(f"{length:g} m" for length in sorted(lengths))
+        raise InputError(f"{path}: states several units of length ({have}); allowed: one")
+    return next(iter(lengths), None)
 
 
 def _step_unit(path: str, body: str, units: dict[str, str], measures: dict[str, tuple[float, str]]) -> float:
@@ -122,13 +121,13 @@ def _of_iges(path: str) -> float | None:
 
 def _parameters(text: str) -> list[str]:
     """Return the parameters of an IGES section; texts are written as 4Hname, the separator is the first parameter."""
-    found, rest, separator = [], text, ","
-    while rest and len(found) < 20:
-        if head := re.match(r"\s*(\d+)H", rest):
+    parameters, remaining, separator = [], text, ","
+    while remaining and len(parameters) < 20:
+        if head := re.match(r"\s*(\d+)H", remaining):
             end = head.end() + int(head[1])
-            value, rest = rest[head.end() : end], rest[end + 1 :]
-            separator = value if not found and len(value) == 1 else separator
+            value, remaining = remaining[head.end() : end], remaining[end + 1 :]
+            separator = value if not parameters and len(value) == 1 else separator
         else:
-            value, _, rest = rest.partition(separator)
-        found.append(value.strip())
-    return found
+            value, _, remaining = remaining.partition(separator)
+        parameters.append(value.strip())
+    return parameters

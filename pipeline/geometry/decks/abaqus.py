@@ -31,29 +31,29 @@ def read_abaqus(path: str) -> Any:
     deck: dict[str, list[str]] = {"*NODE": []}
     blocks: list[str] = []
     rows: list[str] | None = None
-    header, parts, generate, members = "", 0, False, 0
+    header, part_count, generate, members = "", 0, False, 0
     for line in Path(path).read_text(errors="replace").splitlines():
         if line.startswith("**") or not line.strip():
             continue
         if line.startswith("*"):
             keyword, header = _abaqus_header(line, blocks)
-            parts += keyword == "PART"
-            if keyword == "INCLUDE" or parts > 1:
+            part_count += keyword == "PART"
+            if keyword == "INCLUDE" or part_count > 1:
                 raise InputError(f"{path}: has *INCLUDE or a second *PART; allowed: one mesh, wholly in this file")
             rows = deck.setdefault(header, []) if header else None
             generate = "GENERATE" in line.upper().replace(" ", "").split(",")
         elif rows is not None and generate:
-            first, last, *step = (int(number) for number in line.split(",") if number.strip())
-            numbers = range(first, last + 1, *step)
+            start, stop, *step = (int(word) for word in line.split(",") if word.strip())
+            numbers = range(start, stop + 1, *step)
             members = _counted(members, max(0, (numbers.stop - numbers.start) // numbers.step), path)
             rows.append(",".join(map(str, numbers)))
         elif rows is not None and not line.strip()[0].isdigit():  # sets of sets
             kind = header.partition("=")[0]
-            for part in (deck.get(f"{kind}={name.strip()}", []) for name in line.split(",")):
-                if part is rows:
+            for members_of_set in (deck.get(f"{kind}={name.strip()}", []) for name in line.split(",")):
+                if members_of_set is rows:
                     raise InputError(f"{path}: a set names itself: {header}")
-                members = _counted(members, sum(row.count(",") + 1 for row in part), path)
-                rows += part
+                members = _counted(members, sum(row.count(",") + 1 for row in members_of_set), path)
+                rows += members_of_set
         elif rows is not None:
             rows.append(line)
     rank = {"*NODE": 0, "*ELEMENT": 1, "*NSET": 2, "*ELSET": 3}
@@ -69,13 +69,13 @@ def read_abaqus(path: str) -> Any:
     return mesh
 
 
-def _counted(members: int, more: int, path: str) -> int:
-    """Return the members of all sets that are written out, with `more` of them; a file must not name too many."""
-    if members + more > MOST_MEMBERS:
+def _counted(members: int, added: int, path: str) -> int:
+    """Return the members of all sets that are written out, with `added` of them; a file must not name too many."""
+    if members + added > MOST_MEMBERS:
         raise InputError(
             f"{path}: its sets have more than {MOST_MEMBERS:,} members, as GENERATE or sets of sets name them"
         )
-    return members + more
+    return members + added
 
 
 def _abaqus_header(line: str, blocks: list[str]) -> tuple[str, str]:
@@ -87,8 +87,8 @@ def _abaqus_header(line: str, blocks: list[str]) -> tuple[str, str]:
     if keyword in ("NSET", "ELSET"):
         return keyword, f"*{keyword}, {keyword}={options.get(keyword, '')}"
     if keyword == "ELEMENT":
-        for pattern, known in ABAQUS_TYPES:
-            if found := pattern.fullmatch(options.get("TYPE", "").upper()):
+        for pattern, replacement in ABAQUS_TYPES:
+            if match := pattern.fullmatch(options.get("TYPE", "").upper()):
                 blocks.append(options.get("ELSET", ""))
-                return keyword, f"*ELEMENT, TYPE={found.expand(known)}, ELSET=:{len(blocks) - 1}"
+                return keyword, f"*ELEMENT, TYPE={match.expand(replacement)}, ELSET=:{len(blocks) - 1}"
     return keyword, ""

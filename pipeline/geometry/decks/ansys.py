@@ -56,16 +56,16 @@ def read_ansys(path: str) -> FileMesh:
             sets[words[1]] = _members(lines, int(words[3].partition("!")[0]), path)
     if not len(points) or not elements:
         raise InputError(f"{path}: has no {'solid elements (EBLOCK)' if len(points) else 'block of nodes (NBLOCK)'}")
-    place = {int(number): row for row, number in enumerate(numbers)}
+    row_of_label = {int(label): row for row, label in enumerate(numbers)}
     try:
-        cells = [[place[one] for one in nodes] for nodes in map(_tetrahedron, elements)]
-        found = {name: np.array([place[int(one)] for one in chosen], int) for name, chosen in sets.items()}
+        cells = [[row_of_label[n] for n in nodes] for nodes in map(_tetrahedron, elements)]
+        node_sets = {name: np.array([row_of_label[int(n)] for n in chosen], int) for name, chosen in sets.items()}
     except KeyError as error:
         raise InputError(f"{path}: names node {error.args[0]}, which it does not have") from None
     except NotATetrahedron as error:
         raise InputError(f"{path}: {error}") from None
     blocks = [(t.name, np.array([c for c in cells if len(c) == t.nodes], int)) for t in (TETRA4, TETRA10)]
-    return FileMesh(points, [block for block in blocks if len(block[1])], {}, found)
+    return FileMesh(points, [block for block in blocks if len(block[1])], {}, node_sets)
 
 
 def _widths(lines: Iterator[str], path: str) -> tuple[int, int, int]:
@@ -86,8 +86,8 @@ def _nodes(lines: Iterator[str], path: str) -> tuple[np.ndarray, np.ndarray]:
         if not line[:width].strip().isdigit():
             break
         numbers.append(int(line[:width]))
-        rest = [line[start + k * real : start + (k + 1) * real].strip() for k in range(3)]
-        points.append([float(one) if one else 0.0 for one in rest])
+        fields = [line[start + k * real : start + (k + 1) * real].strip() for k in range(3)]
+        points.append([float(field) if field else 0.0 for field in fields])
     return np.array(numbers, int), np.array(points, float).reshape(-1, 3)
 
 
@@ -96,7 +96,7 @@ def _elements(lines: Iterator[str], path: str, solid: bool, types: Mapping[int, 
     if not solid:
         raise InputError(f"{path}: an EBLOCK is not in format SOLID; allowed: archives of CDWRITE")
     width, _, _ = _widths(lines, path)
-    found = []
+    elements = []
     for line in lines:
         row = _integers(line, width)
         if not row or row[0] < 0:
@@ -107,8 +107,8 @@ def _elements(lines: Iterator[str], path: str, solid: bool, types: Mapping[int, 
         while len(nodes) < row[NODE_COUNT]:
             nodes += _integers(next(lines, "-1"), width) or [0] * row[NODE_COUNT]
         if types.get(row[TYPE], SOLIDS[0]) in SOLIDS:
-            found.append(nodes[: row[NODE_COUNT]])
-    return found
+            elements.append(nodes[: row[NODE_COUNT]])
+    return elements
 
 
 def _integers(line: str, width: int) -> list[int]:

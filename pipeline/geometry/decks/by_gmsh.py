@@ -40,8 +40,8 @@ def read_by_gmsh(path: str) -> FileMesh:
         tags, positions, _ = mesh.getNodes()
         if not len(tags):
             raise ValueError("it has no nodes")
-        number = np.full(int(tags.max()) + 1, -1)
-        number[tags.astype(int)] = np.arange(len(tags))
+        node_ids = np.full(int(tags.max()) + 1, -1)
+        node_ids[tags.astype(int)] = np.arange(len(tags))
         cells: list[tuple[str, np.ndarray]] = []
         owners: list[tuple[int, int]] = []
         for dimension, entity in model.getEntities():
@@ -51,12 +51,12 @@ def read_by_gmsh(path: str) -> FileMesh:
                     raise ValueError(f"it has elements of gmsh's type {kind}")
                 if name is not None:
                     width = int(mesh.getElementProperties(kind)[3])
-                    cells.append((name, number[nodes.astype(int)].reshape(-1, width)))
+                    cells.append((name, node_ids[nodes.astype(int)].reshape(-1, width)))
                     owners.append((dimension, entity))
         sets: dict[str, list[np.ndarray]] = {}
         for dimension, group in model.getPhysicalGroups():
             name = model.getPhysicalName(dimension, group).strip() or str(group)
-            members = {(dimension, int(one)) for one in model.getEntitiesForPhysicalGroup(dimension, group)}
+            members = {(dimension, int(tag)) for tag in model.getEntitiesForPhysicalGroup(dimension, group)}
             rows = [np.arange(len(block[1])) if owner in members else np.empty(0, int)
                     for block, owner in zip(cells, owners, strict=True)]  # fmt: skip
             old = sets.get(name)

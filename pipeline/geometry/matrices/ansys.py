@@ -30,14 +30,14 @@ def read_full(path: str) -> Given:
     try:
         full: Any = reader.read_binary(path)
         dofs, K, M = full.load_km(sort=False)
-        held = {tuple(pair) for pair in np.asarray(full.const, int).reshape(-1, 2).tolist()}
+        constrained = {tuple(pair) for pair in np.asarray(full.const, int).reshape(-1, 2).tolist()}
     except Exception as error:  # The reader raises anything where bytes are not what it expects.
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(f"{path}: cannot be read as a .full of Ansys ({reason})") from None
     if K is None or M is None or M.nnz == 0:
         raise InputError(f"{path}: has no {'stiffness' if K is None else 'mass'}; allowed: a .full of a modal analysis")
-    free = np.array([k for k, pair in enumerate(np.asarray(dofs, int).tolist()) if tuple(pair) not in held], int)
-    A, B = (_whole(one, path)[free][:, free] for one in (K, M))
+    free = np.array([k for k, pair in enumerate(np.asarray(dofs, int).tolist()) if tuple(pair) not in constrained], int)
+    A, B = (_whole(matrix, path)[free][:, free] for matrix in (K, M))
     return Given(sparse.csr_matrix(A), sparse.csr_matrix(B), np.asarray(dofs, int)[free])
 
 
@@ -51,8 +51,8 @@ def read_archive(path: str) -> Model:
     try:
         archive: Any = reader.Archive(path, parse_vtk=False)
         labels, points = np.asarray(archive.nnum, int), np.asarray(archive.nodes, float)[:, :3]
-        types = {int(number): int(kind) for number, kind in np.asarray(archive.ekey, int)[:, :2]}
-        elements = [np.asarray(one, int) for one in archive.elem]
+        types = {int(type_id): int(kind) for type_id, kind in np.asarray(archive.ekey, int)[:, :2]}
+        elements = [np.asarray(element, int) for element in archive.elem]
         sets = {str(name): np.asarray(nodes, int) for name, nodes in archive.node_components.items()}
     except Exception as error:
         reason = " ".join(str(error).split())[:120] or type(error).__name__
@@ -63,7 +63,7 @@ def read_archive(path: str) -> Model:
             cell, nodes = _solid(element[10:].tolist())
             rows.setdefault(cell, []).append((int(element[8]), nodes))
     blocks = [
-        Block(cell, np.array([one for one, _ in some], int), np.array([nodes for _, nodes in some], int))
+        Block(cell, np.array([label for label, _ in some], int), np.array([nodes for _, nodes in some], int))
         for cell, some in rows.items()
     ]
     return model_of(labels, points, blocks, sets, {}, path)

@@ -41,12 +41,12 @@ class DeckCouplings:
         if keyword == "COUPLING":
             self._open = dict(options)
         elif keyword in ("KINEMATIC", "DISTRIBUTING") and self._open is not None:
-            given, self._open = self._open, None
+            coupling_options, self._open = self._open, None
             if keyword == "KINEMATIC" and not self._whole(rows):
                 return
-            surface = self._option(given, "SURFACE", "COUPLING")
-            name = given.get("CONSTRAINT NAME", surface)
-            self._add(name, surface, given, "rbe2" if keyword == "KINEMATIC" else "rbe3")
+            surface = self._option(coupling_options, "SURFACE", "COUPLING")
+            name = coupling_options.get("CONSTRAINT NAME", surface)
+            self._add(name, surface, coupling_options, "rbe2" if keyword == "KINEMATIC" else "rbe3")
         elif keyword == "RIGID BODY":
             name = options.get("NSET") or options.get("TIE NSET") or options.get("ELSET")
             if name is not None and "REF NODE" in options:
@@ -73,16 +73,16 @@ class DeckCouplings:
             sides: Pairs of element and face of each surface, (f, 2).
             blocks: Elements.
         """
-        found = [np.array([int(word) for word in self._equations if word.isdigit()], int)]
-        found += [nodes.get(word, np.empty(0, int)) for word in self._equations if not word.isdigit()]
+        labels = [np.array([int(word) for word in self._equations if word.isdigit()], int)]
+        labels += [nodes.get(word, np.empty(0, int)) for word in self._equations if not word.isdigit()]
         for coupling in self._couplings:
             if coupling.tie == "rbe3":
-                found.append(np.array([coupling.reference]))
+                labels.append(np.array([coupling.reference]))
             elif coupling.surface in sides:
-                found.append(nodes_of_sides(sides[coupling.surface], blocks))
+                labels.append(nodes_of_sides(sides[coupling.surface], blocks))
             else:
-                found.append(nodes.get(coupling.surface, np.empty(0, int)))
-        return np.unique(np.concatenate(found))
+                labels.append(nodes.get(coupling.surface, np.empty(0, int)))
+        return np.unique(np.concatenate(labels))
 
     def _add(self, name: str, surface: str, options: Mapping[str, str], tie: str) -> None:
         label = self._option(options, "REF NODE", "COUPLING")
@@ -105,17 +105,17 @@ class DeckCouplings:
 
     def _dependent(self, rows: list[str]) -> list[str]:
         """Return node or set of the first term of each equation: number of terms, then node, direction, coefficient."""
-        found, at = [], 0
-        while at < len(rows):
-            count = self._words(rows[at])[0]
-            if not count.isdigit() or at + 1 >= len(rows):
-                raise InputError(f"{self._path}: *EQUATION: {rows[at][:60]!r}, expected the number of terms")
-            found.append(self._words(rows[at + 1])[0])
-            terms, at = 0, at + 1
-            while at < len(rows) and terms < int(count):
-                terms += len([word for word in self._words(rows[at]) if word]) // 3
-                at += 1
-        return found
+        words, i = [], 0
+        while i < len(rows):
+            count = self._words(rows[i])[0]
+            if not count.isdigit() or i + 1 >= len(rows):
+                raise InputError(f"{self._path}: *EQUATION: {rows[i][:60]!r}, expected the number of terms")
+            words.append(self._words(rows[i + 1])[0])
+            terms, i = 0, i + 1
+            while i < len(rows) and terms < int(count):
+                terms += len([word for word in self._words(rows[i]) if word]) // 3
+                i += 1
+        return words
 
 
 def nodes_of_sides(sides: np.ndarray, blocks: list[Block]) -> np.ndarray:
@@ -124,9 +124,9 @@ def nodes_of_sides(sides: np.ndarray, blocks: list[Block]) -> np.ndarray:
     Args:
         sides: Pairs of an element's label and the number of its face from 0, (f, 2).
     """
-    found = [np.empty(0, int)]
+    labels = [np.empty(0, int)]
     for block in blocks:
-        for number, face in enumerate(block.cell.faces):
-            owners = sides[sides[:, 1] == number, 0]
-            found.append(block.nodes[np.isin(block.labels, owners)][:, face].ravel())
-    return np.unique(np.concatenate(found))
+        for face_id, face in enumerate(block.cell.faces):
+            owners = sides[sides[:, 1] == face_id, 0]
+            labels.append(block.nodes[np.isin(block.labels, owners)][:, face].ravel())
+    return np.unique(np.concatenate(labels))

@@ -44,10 +44,10 @@ def read_inp(path: str) -> Model:
             raise InputError(f"{path}: has *INCLUDE; allowed: a deck in one file")
         elif keyword == "NODE":
             numbers = [_numbers(row, path)[:4] for row in rows]
-            own = [int(row[0]) for row in numbers]
-            labels += own
+            node_labels = [int(row[0]) for row in numbers]
+            labels += node_labels
             points += [(row[1:] + [0.0] * 3)[:3] for row in numbers]
-            _add(sets["NSET"], options.get("NSET"), np.array(own, int))
+            _add(sets["NSET"], options.get("NSET"), np.array(node_labels, int))
         elif keyword == "ELEMENT":
             block = _block(options.get("TYPE", ""), rows, path)
             if block is not None:
@@ -62,10 +62,10 @@ def read_inp(path: str) -> Model:
             _add(sets["NSET"], options["NAME"], _members(sets["NSET"], [_words(row)[0] for row in rows], False, path))
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT" and "NAME" in options:
             lines = sides.setdefault(options["NAME"], [])
-            lines += [(one[0], one[1].upper()) for row in rows if len(one := _words(row)) > 1]
+            lines += [(pair[0], pair[1].upper()) for row in rows if len(pair := _words(row)) > 1]
     for name, members in coupled.node_sets.items():
         _add(sets["NSET"], name, _members(sets["NSET"], members, False, path))
-    node_sets = {name: np.unique(np.concatenate(parts)) for name, parts in sets["NSET"].items()}
+    node_sets = {name: np.unique(np.concatenate(arrays)) for name, arrays in sets["NSET"].items()}
     side_sets = {name: _sides(lines, sets["ELSET"], path) for name, lines in sides.items()}
     return model_of(
         np.array(labels, int), np.array(points, float).reshape(-1, 3), blocks, node_sets, side_sets, path,
@@ -114,19 +114,19 @@ def _block(kind: str, rows: list[str], path: str) -> Block | None:
     return None
 
 
-def _members(known: dict[str, list[np.ndarray]], rows: list[str], generate: bool, path: str) -> np.ndarray:
+def _members(sets: dict[str, list[np.ndarray]], rows: list[str], generate: bool, path: str) -> np.ndarray:
     """Return the members of a set, those of other sets that it names included."""
-    found: list[np.ndarray] = [np.empty(0, int)]
+    members: list[np.ndarray] = [np.empty(0, int)]
     for row in rows:
         if generate:
-            first, last, *step = (int(x) for x in _numbers(row, path))
-            if (last - first) // (step or [1])[0] > MOST_MEMBERS:
+            start, stop, *step = (int(x) for x in _numbers(row, path))
+            if (stop - start) // (step or [1])[0] > MOST_MEMBERS:
                 raise InputError(f"{path}: {row!r} stands for more than {MOST_MEMBERS:,} members")
-            found.append(np.arange(first, last + 1, (step or [1])[0]))
+            members.append(np.arange(start, stop + 1, (step or [1])[0]))
             continue
         for word in filter(None, _words(row)):
-            found += [np.array([int(word)])] if word.isdigit() else known.get(word.strip('"'), [])
-    return np.concatenate(found)
+            members += [np.array([int(word)])] if word.isdigit() else sets.get(word.strip('"'), [])
+    return np.concatenate(members)
 
 
 def _add(sets: dict[str, list[np.ndarray]], name: str | None, members: np.ndarray) -> None:
@@ -136,12 +136,12 @@ def _add(sets: dict[str, list[np.ndarray]], name: str | None, members: np.ndarra
 
 def _sides(lines: Sides, element_sets: dict[str, list[np.ndarray]], path: str) -> np.ndarray:
     """Return elements and faces from 0 of a surface, (f, 2)."""
-    found = [np.empty((0, 2), int)]
-    for what, face in lines:
+    sides = [np.empty((0, 2), int)]
+    for label, face in lines:
         if not re.fullmatch(r"S[1-6]", face):
             continue  # Faces of shells (SPOS, SNEG) are no sides of solids.
-        elements = [np.array([int(what)])] if what.isdigit() else element_sets.get(what.strip('"'))
+        elements = [np.array([int(label)])] if label.isdigit() else element_sets.get(label.strip('"'))
         if elements is None:
-            raise InputError(f"{path}: a surface names '{what}', which is no set of elements")
-        found += [np.column_stack([part, np.full(len(part), int(face[1]) - 1)]) for part in elements]
-    return np.concatenate(found)
+            raise InputError(f"{path}: a surface names '{label}', which is no set of elements")
+        sides += [np.column_stack([labels, np.full(len(labels), int(face[1]) - 1)]) for labels in elements]
+    return np.concatenate(sides)

@@ -118,14 +118,14 @@ def model_of(
         raise InputError(f"{path}: node {labels[1:][np.diff(labels) == 0][0]} is given twice; allowed: one part")
     if not np.isfinite(points).all():
         raise InputError(f"{path}: node {labels[~np.isfinite(points).all(axis=1)][0]} has no finite position")
-    held = np.empty(0, int) if dependent is None else np.unique(dependent)
-    found = Model(
-        labels, points, tuple(blocks), dict(node_sets), dict(side_sets), couplings=tuple(couplings), dependent=held
+    dependent = np.empty(0, int) if dependent is None else np.unique(dependent)
+    model = Model(
+        labels, points, tuple(blocks), dict(node_sets), dict(side_sets), couplings=tuple(couplings), dependent=dependent
     )
     for block in blocks:
-        found.rows(block.nodes, path)
-    found.rows(np.array([coupling.reference for coupling in couplings], int), path)
-    return found
+        model.rows(block.nodes, path)
+    model.rows(np.array([coupling.reference for coupling in couplings], int), path)
+    return model
 
 
 def symmetric(rows: np.ndarray, columns: np.ndarray, values: np.ndarray, size: int, path: str) -> sparse.csr_matrix:

@@ -42,11 +42,11 @@ def read_op4(stiffness: str, mass: str, names: tuple[str | None, str | None], do
     Raises:
         InputError: a file is missing or no OUTPUT4, has no such matrix, or they differ in size.
     """
-    found = []
-    for path, name, first in ((stiffness, names[0], "k"), (mass, names[1], "m")):
+    matrices_read = []
+    for path, name, initial in ((stiffness, names[0], "k"), (mass, names[1], "m")):
         matrices = _read(path, lambda p: nastran(p)[1].read(p, sparse=True), "OUTPUT4")
-        found.append(checked_symmetric(_square(_chosen(matrices, name, first, path), path), path))
-    K, M = found
+        matrices_read.append(checked_symmetric(_square(_chosen(matrices, name, initial, path), path), path))
+    K, M = matrices_read
     if K.shape != M.shape:
         raise InputError(f"{mass}: has {M.shape[0]} rows, {stiffness} has {K.shape[0]}; allowed: matrices of one size")
     rows = None if dofs is None else read_dofs(dofs)
@@ -62,9 +62,9 @@ def read_dmig(stiffness: str, mass: str, names: tuple[str | None, str | None]) -
         InputError: a file is missing or has no such DMIG, or the mass has a row that the stiffness has not.
     """
     tables = []
-    for path, name, first in ((stiffness, names[0], "k"), (mass, names[1], "m")):
+    for path, name, initial in ((stiffness, names[0], "k"), (mass, names[1], "m")):
         matrices = _read(path, lambda p: nastran(p)[0].rddmig(p, square=True), "DMIG")
-        tables.append(_chosen(matrices, name, first, path))
+        tables.append(_chosen(matrices, name, initial, path))
     K, M = tables
     rows = K.index
     if len(extra := M.index.difference(rows)):
@@ -92,9 +92,9 @@ def read_bulk(path: str) -> Model:
     grids = _read(path, bulk.rdgrids, "bulk data with GRID cards")
     if grids is None or not len(grids):
         raise InputError(f"{path}: has no GRID cards")
-    if (other := grids[(grids[:, 1] != 0) | (grids[:, 5] != 0)]).size:
+    if (moved := grids[(grids[:, 1] != 0) | (grids[:, 5] != 0)]).size:
         raise InputError(
-            f"{path}: GRID {int(other[0, 0])} is in another coordinate system; allowed: the basic one (CP and CD blank)"
+            f"{path}: GRID {int(moved[0, 0])} is in another coordinate system; allowed: the basic one (CP and CD blank)"
         )
     blocks: list[Block] = []
     for card, cells in CARDS.items():
@@ -114,7 +114,7 @@ def read_bulk(path: str) -> Model:
     sets |= coupled
     labels = grids[:, 0].astype(int)
     members = {name: np.intersect1d(np.array(chosen, int), labels) for name, chosen in sets.items()}
-    dependent = np.unique(np.array([one for name in coupled if name.startswith("rbe2") for one in coupled[name]], int))
+    dependent = np.unique(np.array([n for name in coupled if name.startswith("rbe2") for n in coupled[name]], int))
     return model_of(labels, grids[:, 2:5], blocks, members, {}, path, couplings=couplings, dependent=dependent)
 
 
@@ -130,40 +130,40 @@ def _rigid_elements(bulk: ModuleType, path: str) -> tuple[list[Coupling], dict[s
             sets[name] = _listed(row[3:])
             couplings.append(Coupling(name, name, int(row[1]), "rbe2"))
     for row in bulk.rdcards(path, "RBE3", return_var="list") or []:
-        name, members, at = f"rbe3_{row[0]}", list[int](), 4
-        while at < len(row) and isinstance(row[at], float):
-            at += 2  # A weight and its directions, then the grid points.
-            while at < len(row) and isinstance(row[at], int):
-                members.append(row[at])
-                at += 1
+        name, members, i = f"rbe3_{row[0]}", list[int](), 4
+        while i < len(row) and isinstance(row[i], float):
+            i += 2  # A weight and its directions, then the grid points.
+            while i < len(row) and isinstance(row[i], int):
+                members.append(row[i])
+                i += 1
         sets[name] = members
         couplings.append(Coupling(name, name, int(row[2]), "rbe3"))
     return couplings, sets
 
 
-def _read(path: str, reader: Callable[[str], Any], what: str) -> Any:
+def _read(path: str, reader: Callable[[str], Any], content: str) -> Any:
     """Return what a reader of pyyeti returns."""
     try:
         return reader(path)
     except InputError:
         raise
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file; expected {what}") from None
+        raise InputError(f"{path}: no such file; expected {content}") from None
     except Exception as error:  # Readers of binary files raise anything.
         reason = " ".join(str(error).split())[:120] or type(error).__name__
-        raise InputError(f"{path}: cannot be read as {what} ({reason})") from None
+        raise InputError(f"{path}: cannot be read as {content} ({reason})") from None
 
 
-def _chosen(matrices: dict[str, Any], name: str | None, first: str, path: str) -> Any:
+def _chosen(matrices: dict[str, Any], name: str | None, initial: str, path: str) -> Any:
     """Return the matrix of a name, or the only one, or the only one whose name begins so."""
     have = ", ".join(matrices) or "none"
     if name is not None:
         if name.lower() not in (lower := {key.lower(): value for key, value in matrices.items()}):
             raise InputError(f"{path}: has no matrix '{name}', it has {have}")
         return lower[name.lower()]
-    fitting = [key for key in matrices if key.lower().startswith(first)]
+    fitting = [key for key in matrices if key.lower().startswith(initial)]
     if len(matrices) != 1 and len(fitting) != 1:
-        key = "stiffness_name" if first == "k" else "mass_name"
+        key = "stiffness_name" if initial == "k" else "mass_name"
         raise InputError(f"{path}: has the matrices {have}; name one by geometry.{key}")
     return matrices[fitting[0] if len(matrices) > 1 else next(iter(matrices))]
 
@@ -177,7 +177,7 @@ def _square(A: Any, path: str) -> sparse.csr_matrix:
 
 
 def _whole(row: list[Any], card: str, path: str) -> list[int]:
-    if not all(isinstance(one, int) for one in row):
+    if not all(isinstance(v, int) for v in row):
         raise InputError(f"{path}: {card} {row[0]} has a blank or a number that is not whole among its nodes")
     return row
 
@@ -186,12 +186,12 @@ def _ordered(nodes: np.ndarray, cell: Cell) -> np.ndarray:
     """Return nodes with those of upright edges last."""
     if cell not in UPRIGHT:
         return nodes
-    first, last = UPRIGHT[cell]
-    return np.hstack([nodes[:, :first], nodes[:, last:], nodes[:, first:last]])
+    start, stop = UPRIGHT[cell]
+    return np.hstack([nodes[:, :start], nodes[:, stop:], nodes[:, start:stop]])
 
 
 def _listed(values: list[Any]) -> list[int]:
     """Return the members of a set: numbers, and ranges `a THRU b`."""
     if len(values) == 3 and str(values[1]).strip().upper() == "THRU":
         return list(range(int(values[0]), int(values[2]) + 1))
-    return [int(one) for one in values if isinstance(one, int)]
+    return [int(v) for v in values if isinstance(v, int)]

@@ -32,22 +32,22 @@ OFF_SHAPE = 1e-5
 """Farthest that a set may lie from its declared shape, over the shape's or the set's size."""
 
 
-def read_matrices(part: MatrixFiles) -> MeshRecord:
+def read_matrices(files: MatrixFiles) -> MeshRecord:
     """Return the record of a body; in SI units.
 
     Raises:
         InputError: a file is missing or damaged, or they do not fit each other.
     """
-    given, model = _given(part), read_model(part.model)
-    dofs = _dofs(part, given, model)
-    system, kept, blocks = _system(part, given, dofs, model)
-    points = part.unit * model.points[kept]
-    place = np.full(len(model.labels), -1)
-    place[kept] = np.arange(len(kept))
-    blocks = [block._replace(nodes=place[block.nodes]) for block in blocks]
+    source, model = _given(files), read_model(files.model)
+    dofs = _dofs(files, source, model)
+    system, node_rows, blocks = _system(files, source, dofs, model)
+    points = files.unit * model.points[node_rows]
+    new_row = np.full(len(model.labels), -1)
+    new_row[node_rows] = np.arange(len(node_rows))
+    blocks = [block._replace(nodes=new_row[block.nodes]) for block in blocks]
     cell = _common_cell(blocks)
     cells = np.concatenate([b.nodes for b in blocks]) if cell.dimension else np.arange(len(points))[:, None]
-    surfaces = _surfaces(part, model, points, place, blocks, cell)
+    surfaces = _surfaces(files, model, points, new_row, blocks, cell)
     return MeshRecord(points, cells, cell.name, surfaces, system=system)
 
 
@@ -69,13 +69,13 @@ def surfaces_of(path: str, model: Model, unit: float) -> dict[str, Surface]:
         path: Of its file.
         unit: Metres per unit of length.
     """
-    part = MatrixFiles(
+    files = MatrixFiles(
         stiffness=path, mass=None, dofs=None, model=path, stiffness_name=None, mass_name=None, unit=unit, mass_unit=1.0,
         surfaces={},
     )  # fmt: skip
     blocks = [block._replace(nodes=model.rows(block.nodes, path)) for block in model.blocks]
-    place = np.arange(len(model.labels))
-    return _surfaces(part, model, unit * model.points, place, blocks, _common_cell(blocks))
+    rows = np.arange(len(model.labels))
+    return _surfaces(files, model, unit * model.points, rows, blocks, _common_cell(blocks))
 
 
 def _common_cell(blocks: list[Block]) -> Cell:
@@ -84,90 +84,90 @@ def _common_cell(blocks: list[Block]) -> Cell:
     return cells.pop() if len(cells) == 1 and WEDGE6 not in cells else NODES
 
 
-def _given(part: MatrixFiles) -> Given:
-    ending, mass = Path(part.stiffness).suffix.lower(), part.mass or part.stiffness
-    names = part.stiffness_name, part.mass_name
+def _given(files: MatrixFiles) -> Given:
+    ending, mass = Path(files.stiffness).suffix.lower(), files.mass or files.stiffness
+    names = files.stiffness_name, files.mass_name
     if ending in TEXT:
-        if part.mass is None:
-            raise InputError(f"{part.stiffness}: holds one matrix; geometry.mass is missing")
-        return read_text_matrices(part.stiffness, mass, part.dofs)
+        if files.mass is None:
+            raise InputError(f"{files.stiffness}: holds one matrix; geometry.mass is missing")
+        return read_text_matrices(files.stiffness, mass, files.dofs)
     if ending == ".op4":
-        return read_op4(part.stiffness, mass, names, part.dofs)
+        return read_op4(files.stiffness, mass, names, files.dofs)
     if ending not in (*BULK, ".full"):
-        raise InputError(f"{part.stiffness}: '{ending}' given; allowed: {', '.join((*TEXT, '.op4', *BULK, '.full'))}")
-    if part.dofs is not None:
-        raise InputError(f"{part.dofs}: given, but {part.stiffness} names nodes and directions itself")
-    if ending == ".full" and part.mass is not None:
-        raise InputError(f"{part.mass}: given, but a .full holds both matrices; remove geometry.mass")
-    return read_full(part.stiffness) if ending == ".full" else read_dmig(part.stiffness, mass, names)
+        raise InputError(f"{files.stiffness}: '{ending}' given; allowed: {', '.join((*TEXT, '.op4', *BULK, '.full'))}")
+    if files.dofs is not None:
+        raise InputError(f"{files.dofs}: given, but {files.stiffness} names nodes and directions itself")
+    if ending == ".full" and files.mass is not None:
+        raise InputError(f"{files.mass}: given, but a .full holds both matrices; remove geometry.mass")
+    return read_full(files.stiffness) if ending == ".full" else read_dmig(files.stiffness, mass, names)
 
 
-def _dofs(part: MatrixFiles, given: Given, model: Model) -> np.ndarray:
+def _dofs(files: MatrixFiles, matrices: Given, model: Model) -> np.ndarray:
     """Return row of the model's node and direction of each degree of freedom, (N, 2)."""
-    size, count, source = given.K.shape[0], len(model.labels), part.dofs or part.stiffness
-    if given.dofs is None:
+    size, count, source = matrices.K.shape[0], len(model.labels), files.dofs or files.stiffness
+    if matrices.dofs is None:
         if size not in (3 * count, 6 * count):
             raise InputError(
-                f"{part.stiffness}: has {size} rows, the {count} nodes of {part.model} have {3 * count} with three"
+                f"{files.stiffness}: has {size} rows, the {count} nodes of {files.model} have {3 * count} with three"
                 f" directions or {6 * count} with six; state node and direction of each row by geometry.dofs"
             )
         each = size // count
         return np.column_stack([np.repeat(np.arange(count), each), np.tile(np.arange(each), count)])
-    dofs = given.dofs
+    dofs = matrices.dofs
     if (wrong := dofs[(dofs[:, 1] < 0) | (dofs[:, 1] > 5)]).size:
         raise InputError(f"{source}: node {wrong[0, 0]} has direction {wrong[0, 1] + 1}; allowed: 1 to 6")
     rows = model.rows(dofs[:, 0], source)
-    _, first, times = np.unique(dofs, axis=0, return_index=True, return_counts=True)
+    _, indices, times = np.unique(dofs, axis=0, return_index=True, return_counts=True)
     if (times > 1).any():
-        node, direction = dofs[first[times > 1][0]]
+        node, direction = dofs[indices[times > 1][0]]
         raise InputError(f"{source}: node {node} direction {direction + 1} is given twice")
     return np.column_stack([rows, dofs[:, 1]])
 
 
 def _system(
-    part: MatrixFiles, given: Given, dofs: np.ndarray, model: Model
+    files: MatrixFiles, matrices: Given, dofs: np.ndarray, model: Model
 ) -> tuple[SystemMatrices, np.ndarray, list[Block]]:
     """Return matrices in SI units on the nodes that are kept, these nodes, and elements by rows of the model.
 
     Rows without any entry, such as rotations of solids, are left out. Nodes without any row stay where an element
     has them: they are held.
     """
-    alive = np.flatnonzero(np.abs(given.K).sum(axis=1) + np.abs(given.M).sum(axis=1))
+    alive = np.flatnonzero(np.abs(matrices.K).sum(axis=1) + np.abs(matrices.M).sum(axis=1))
     if not len(alive):
-        raise InputError(f"{part.stiffness}: all entries are zero")
+        raise InputError(f"{files.stiffness}: all entries are zero")
     dofs = dofs[alive]
-    blocks = [block._replace(nodes=model.rows(block.nodes, part.model)) for block in model.blocks]
-    kept = np.unique(np.concatenate([dofs[:, 0], *(block.nodes.ravel() for block in blocks)]))
-    _refuse_eliminated(part, model, dofs, blocks)
+    blocks = [block._replace(nodes=model.rows(block.nodes, files.model)) for block in model.blocks]
+    rows = np.unique(np.concatenate([dofs[:, 0], *(block.nodes.ravel() for block in blocks)]))
+    _refuse_eliminated(files, model, dofs, blocks)
     order = np.lexsort((dofs[:, 1], dofs[:, 0]))
     dofs, alive = dofs[order], alive[order]
     # An entry between rotations has the unit of that between translations times one length for each rotation.
-    scale = sparse.diags(np.where(dofs[:, 1] > 2, part.unit, 1.0) * np.sqrt(part.mass_unit))
-    K, M = (sparse.csr_matrix(scale @ A[alive][:, alive] @ scale) for A in (given.K, given.M))
-    nodes = np.searchsorted(kept, dofs[:, 0])
-    return SystemMatrices(nodes, dofs[:, 1], model.labels[kept], upper_triangle(K), upper_triangle(M)), kept, blocks
+    scale = sparse.diags(np.where(dofs[:, 1] > 2, files.unit, 1.0) * np.sqrt(files.mass_unit))
+    K, M = (sparse.csr_matrix(scale @ A[alive][:, alive] @ scale) for A in (matrices.K, matrices.M))
+    nodes = np.searchsorted(rows, dofs[:, 0])
+    return SystemMatrices(nodes, dofs[:, 1], model.labels[rows], upper_triangle(K), upper_triangle(M)), rows, blocks
 
 
-def _refuse_eliminated(part: MatrixFiles, model: Model, dofs: np.ndarray, blocks: list[Block]) -> None:
+def _refuse_eliminated(files: MatrixFiles, model: Model, dofs: np.ndarray, blocks: list[Block]) -> None:
     """Raise an InputError if rows of nodes that a coupling or equation expresses by others are missing."""
     used = [np.unique(block.nodes) for block in blocks] or [np.empty(0, int)]
-    nodes = np.intersect1d(model.rows(model.dependent, part.model), np.concatenate(used))
+    nodes = np.intersect1d(model.rows(model.dependent, files.model), np.concatenate(used))
     rows = np.bincount(dofs[dofs[:, 1] < DIRECTIONS, 0], minlength=len(model.labels))
     if (gone := nodes[rows[nodes] < DIRECTIONS]).size:
         raise InputError(
-            f"{part.stiffness}: has no row of {len(gone)} nodes that a coupling or equation of {part.model} expresses"
+            f"{files.stiffness}: has no row of {len(gone)} nodes that a coupling or equation of {files.model} expresses"
             f" by others, such as node {model.labels[gone[0]]}; allowed: matrices written without couplings, which an"
             " interface of kind 'tie' makes"
         )
 
 
 def _surfaces(
-    part: MatrixFiles, model: Model, points: np.ndarray, place: np.ndarray, blocks: list[Block], cell: Cell
+    files: MatrixFiles, model: Model, points: np.ndarray, new_row: np.ndarray, blocks: list[Block], cell: Cell
 ) -> dict[str, Surface]:
     """Return the named sets as curved facets of tet10, or as nodes with areas and normals."""
-    facets, found = boundary(blocks), {}
-    shapes = part.surfaces
-    sets = {name: place[model.rows(labels, part.model)] for name, labels in model.node_sets.items()}
+    facets, surfaces = boundary(blocks), {}
+    shapes = files.surfaces
+    sets = {name: new_row[model.rows(labels, files.model)] for name, labels in model.node_sets.items()}
     for name, nodes in (sets | {name: np.empty(0, int) for name in model.side_sets}).items():
         if name in model.side_sets:
             sides = model.side_sets[name] @ [10, 1]
@@ -177,18 +177,18 @@ def _surfaces(
             nodes = np.unique(nodes[nodes >= 0])
             chosen = [some.nodes[np.isin(some.nodes, nodes).all(axis=1)] for some in facets]
         if len(nodes):
-            found[name] = _surface(part, points, nodes, chosen, cell, shapes.get(name, {}))
-    if missing := shapes.keys() - found.keys():
-        have = ", ".join(sorted(found)) or "none"
-        raise InputError(f"{part.model}: has no set '{min(missing)}', of which geometry.surfaces states the shape;"
+            surfaces[name] = _surface(files, points, nodes, chosen, cell, shapes.get(name, {}))
+    if missing := shapes.keys() - surfaces.keys():
+        have = ", ".join(sorted(surfaces)) or "none"
+        raise InputError(f"{files.model}: has no set '{min(missing)}', of which geometry.surfaces states the shape;"
                          f" it has {have}")  # fmt: skip
     for name, shape in shapes.items():
-        _check_shape(part, name, points[np.unique(found[name].facets)], shape)
-    return found
+        _check_shape(files, name, points[np.unique(surfaces[name].facets)], shape)
+    return surfaces
 
 
 def _surface(
-    part: MatrixFiles, points: np.ndarray, nodes: np.ndarray, facets: list[np.ndarray], cell: Cell, shape: SurfaceRule
+    files: MatrixFiles, points: np.ndarray, nodes: np.ndarray, facets: list[np.ndarray], cell: Cell, shape: SurfaceRule
 ) -> Surface:
     if cell.solid and sum(map(len, facets)):
         triangles = np.concatenate(facets)
@@ -208,11 +208,11 @@ def _surface(
     return Surface(nodes[:, None], shape, np.where(bearing, areas[nodes], 0.0), normals)
 
 
-def _check_shape(part: MatrixFiles, name: str, nodes: np.ndarray, shape: SurfaceRule) -> None:
+def _check_shape(files: MatrixFiles, name: str, nodes: np.ndarray, shape: SurfaceRule) -> None:
     off, size = float(distance(nodes, shape).max()), shape.get("radius", float(np.ptp(nodes, axis=0).max()))
     if off > OFF_SHAPE * size:
         raise InputError(
-            f"{part.model}: set '{name}' lies up to {off:.3g} m off its {shape['kind']}, allowed:"
+            f"{files.model}: set '{name}' lies up to {off:.3g} m off its {shape['kind']}, allowed:"
             f" {OFF_SHAPE * size:.3g} m; check geometry.unit and the shape, which is in metres"
         )
 
@@ -222,8 +222,8 @@ def _loose(points: np.ndarray, nodes: np.ndarray, shape: SurfaceRule) -> Surface
 
     Normals point away from the middle of all nodes: those of its plane, or of the shape that is declared.
     """
-    own, middle = points[nodes], points.mean(axis=0)
-    centred = own - own.mean(axis=0)
+    positions, middle = points[nodes], points.mean(axis=0)
+    centred = positions - positions.mean(axis=0)
     _, spread, axes = np.linalg.svd(np.concatenate([centred, np.zeros((3, 3))]), full_matrices=False)
     flat = spread[2] <= 1e-6 * spread[1]
     normals, area = None, 1.0
@@ -233,19 +233,19 @@ def _loose(points: np.ndarray, nodes: np.ndarray, shape: SurfaceRule) -> Surface
         except QhullError:
             area = 1.0
         if flat and not shape:
-            side = np.sign((own.mean(axis=0) - middle) @ axes[2]) or 1.0
-            normals = np.broadcast_to(side * axes[2], own.shape).copy()
+            side = np.sign((positions.mean(axis=0) - middle) @ axes[2]) or 1.0
+            normals = np.broadcast_to(side * axes[2], positions.shape).copy()
     if shape.get("kind") == "plane":
-        normals = true_surface(own, own - middle, shape)[1]
+        normals = true_surface(positions, positions - middle, shape)[1]
     elif shape:
         outside = float(np.mean(cylindrical(points, shape)[0])) > shape["radius"]
-        away = own - np.asarray(shape["origin"])
-        normals = true_surface(own, -away if outside else away, shape)[1]
+        away = positions - np.asarray(shape["origin"])
+        normals = true_surface(positions, -away if outside else away, shape)[1]
     return Surface(nodes[:, None], shape, np.full(len(nodes), area / len(nodes)), normals)
 
 
 def upper_triangle(A: sparse.csr_matrix) -> Triangle:
     """Return the upper triangle of a symmetric matrix, without zeros."""
     upper = sparse.triu(A).tocoo()
-    kept = upper.data != 0
-    return Triangle(upper.row[kept].astype(np.int64), upper.col[kept].astype(np.int64), upper.data[kept])
+    nonzero = upper.data != 0
+    return Triangle(upper.row[nonzero].astype(np.int64), upper.col[nonzero].astype(np.int64), upper.data[nonzero])

@@ -33,23 +33,23 @@ def boundary(blocks: list[Block]) -> list[Facets]:
     """
     every: dict[int, list[tuple[np.ndarray, np.ndarray]]] = {}
     for block in blocks:
-        for number, face in enumerate(block.cell.faces):
-            owners = np.column_stack([block.labels, np.full(len(block.labels), number)])
+        for face_id, face in enumerate(block.cell.faces):
+            owners = np.column_stack([block.labels, np.full(len(block.labels), face_id)])
             every.setdefault(len(face), []).append((block.nodes[:, face], owners))
-    found = []
+    skin = []
     for corners in (3, 4):
         sizes = [size for size in every if CORNERS[size] == corners]
         if not sizes:
             continue
         keys = np.concatenate([np.sort(nodes[:, :corners], axis=1) for size in sizes for nodes, _ in every[size]])
         _, inverse, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-        once, first = count[inverse.ravel()] == 1, 0
+        once, start = count[inverse.ravel()] == 1, 0
         for size in sizes:
-            nodes, owners = (np.concatenate(parts) for parts in zip(*every[size], strict=True))
-            mine = once[first : first + len(nodes)]
-            first += len(nodes)
-            found.append(Facets(nodes[mine], owners[mine]))
-    return found
+            nodes, owners = (np.concatenate(arrays) for arrays in zip(*every[size], strict=True))
+            mine = once[start : start + len(nodes)]
+            start += len(nodes)
+            skin.append(Facets(nodes[mine], owners[mine]))
+    return skin
 
 
 def nodal_areas(points: np.ndarray, facets: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -67,14 +67,14 @@ def nodal_areas(points: np.ndarray, facets: list[np.ndarray]) -> tuple[np.ndarra
         elements = np.cross(tangents[:, :, 0], tangents[:, :, 1]) * W[:, None]
         sizes = np.linalg.norm(elements, axis=2)
         if some.shape[1] == 8:
-            share = np.einsum("aq,fq->fa", N**2, sizes)
-            share *= (sizes.sum(axis=1) / share.sum(axis=1))[:, None]
-            own = share[:, :, None] * (elements.sum(axis=1) / sizes.sum(axis=1)[:, None])[:, None]
+            nodal_sizes = np.einsum("aq,fq->fa", N**2, sizes)
+            nodal_sizes *= (sizes.sum(axis=1) / nodal_sizes.sum(axis=1))[:, None]
+            nodal_vectors = nodal_sizes[:, :, None] * (elements.sum(axis=1) / sizes.sum(axis=1)[:, None])[:, None]
         else:
-            share = np.einsum("aq,fq->fa", N, sizes)
-            own = np.einsum("aq,fqi->fai", N, elements)
-        np.add.at(areas, some.ravel(), share.ravel())
-        np.add.at(vectors, some.ravel(), own.reshape(-1, 3))
+            nodal_sizes = np.einsum("aq,fq->fa", N, sizes)
+            nodal_vectors = np.einsum("aq,fqi->fai", N, elements)
+        np.add.at(areas, some.ravel(), nodal_sizes.ravel())
+        np.add.at(vectors, some.ravel(), nodal_vectors.reshape(-1, 3))
     return areas, vectors
 
 
@@ -91,8 +91,8 @@ def _rule(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             return L, np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])[:, :, None] * np.ones(len(W)), W
         N, dN = quadratic_basis(L.T)
         return np.ascontiguousarray(N.T), np.ascontiguousarray(dN.transpose(1, 2, 0)), W
-    places, weights = np.polynomial.legendre.leggauss(3)
-    x, y = (one.ravel() for one in np.meshgrid(places, places, indexing="ij"))
+    abscissae, weights = np.polynomial.legendre.leggauss(3)
+    x, y = (grid.ravel() for grid in np.meshgrid(abscissae, abscissae, indexing="ij"))
     W = np.outer(weights, weights).ravel()
     s, t = np.array([[-1.0], [1.0], [1.0], [-1.0]]), np.array([[-1.0], [-1.0], [1.0], [1.0]])
     if count == 4:

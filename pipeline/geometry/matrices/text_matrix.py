@@ -41,17 +41,17 @@ def read_text_matrices(stiffness: str, mass: str, dofs: str | None) -> Given:
             raise InputError(f"{dofs}: given, but {stiffness} names nodes and directions itself; remove geometry.dofs")
         return _labelled(K, M, stiffness, mass)
     size = int(max(K.first.max(), K.second.max()))
-    other = int(max(M.first.max(), M.second.max()))
-    if size != other:
-        raise InputError(f"{mass}: has {other} rows, {stiffness} has {size}; allowed: matrices of one size")
-    found = None if dofs is None else read_dofs(dofs)
-    if found is not None and len(found) != size:
-        raise InputError(f"{dofs}: names {len(found)} degrees of freedom, {stiffness} has {size} rows")
+    mass_size = int(max(M.first.max(), M.second.max()))
+    if size != mass_size:
+        raise InputError(f"{mass}: has {mass_size} rows, {stiffness} has {size}; allowed: matrices of one size")
+    labels = None if dofs is None else read_dofs(dofs)
+    if labels is not None and len(labels) != size:
+        raise InputError(f"{dofs}: names {len(labels)} degrees of freedom, {stiffness} has {size} rows")
     A, B = (
-        symmetric(one.first - 1, one.second - 1, one.values, size, path)
-        for one, path in ((K, stiffness), (M, mass))
+        symmetric(matrix.first - 1, matrix.second - 1, matrix.values, size, path)
+        for matrix, path in ((K, stiffness), (M, mass))
     )  # fmt: skip
-    return Given(A, B, found)
+    return Given(A, B, labels)
 
 
 def read_dofs(path: str) -> np.ndarray:
@@ -60,13 +60,13 @@ def read_dofs(path: str) -> np.ndarray:
     Raises:
         InputError: the file is missing or has another line.
     """
-    found = []
-    for number, line in enumerate(read_lines(path), 1):
+    rows = []
+    for n, line in enumerate(read_lines(path), 1):
         words = line.replace(",", " ").replace(".", " ").split()
         if len(words) != 2 or not all(word.isdigit() for word in words) or not 1 <= int(words[1]) <= 6:
-            raise InputError(f"{path}: line {number}: {line[:40]!r}, expected node.direction, the direction 1 to 6")
-        found.append((int(words[0]), int(words[1]) - 1))
-    return np.array(found, int).reshape(-1, 2)
+            raise InputError(f"{path}: line {n}: {line[:40]!r}, expected node.direction, the direction 1 to 6")
+        rows.append((int(words[0]), int(words[1]) - 1))
+    return np.array(rows, int).reshape(-1, 2)
 
 
 def read_lines(path: str) -> list[str]:
@@ -116,10 +116,10 @@ def _entries(path: str) -> Entries:
             f"{path}: {lines[bad][:60]!r}: a row, node or direction is no whole number above 0, as that of a"
             f" multiplier, or the value is not finite; {EXPECTED}"
         )
-    whole = indices.astype(np.int64)
+    index = indices.astype(np.int64)
     if width == 3:
-        return Entries(whole[:, 0], whole[:, 1], values, False)
-    return Entries(whole[:, 0] * SECOND + whole[:, 1] - 1, whole[:, 2] * SECOND + whole[:, 3] - 1, values, True)
+        return Entries(index[:, 0], index[:, 1], values, False)
+    return Entries(index[:, 0] * SECOND + index[:, 1] - 1, index[:, 2] * SECOND + index[:, 3] - 1, values, True)
 
 
 def _labelled(K: Entries, M: Entries, stiffness: str, mass: str) -> Given:
@@ -133,8 +133,8 @@ def _labelled(K: Entries, M: Entries, stiffness: str, mass: str) -> Given:
         )
     A, B = (
         symmetric(
-            np.searchsorted(rows, one.first), np.searchsorted(rows, one.second), one.values, len(rows), path
+            np.searchsorted(rows, matrix.first), np.searchsorted(rows, matrix.second), matrix.values, len(rows), path
         )
-        for one, path in ((K, stiffness), (M, mass))
+        for matrix, path in ((K, stiffness), (M, mass))
     )  # fmt: skip
     return Given(A, B, np.column_stack([rows // SECOND, rows % SECOND]))

@@ -29,8 +29,8 @@ class Bar(Strict):
         refuse_large("line", count, size)
         nodes = np.zeros((2 * count + 1, 3))
         nodes[:, 0] = np.linspace(0.0, self.length, 2 * count + 1)
-        first = 2 * np.arange(count)
-        cells = np.column_stack([first, first + 2, first + 1])
+        start = 2 * np.arange(count)
+        cells = np.column_stack([start, start + 2, start + 1])
         ends = {"left": (0, -1.0), "right": (2 * count, 1.0)}
         surfaces = {
             name: point_surface(node, np.array([sign, 0.0, 0.0]), self.area, nodes[node])

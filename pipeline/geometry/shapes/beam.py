@@ -72,16 +72,16 @@ class Beam(Strict):
                 raise ValueError(f"'{name}' given, left, right and names that end in -top or -bottom are reserved")
             if not 0 < x < length:
                 raise ValueError(f"{name} = {x} given, a station is between 0 and the length {length} m, ends excluded")
-        places = np.array(sorted({0.0, *value.values(), length}))
-        if np.isfinite(length) and np.diff(places).min() < NEAREST * length:
+        stops = np.array(sorted({0.0, *value.values(), length}))
+        if np.isfinite(length) and np.diff(stops).min() < NEAREST * length:
             raise ValueError(f"stations {NEAREST:g} of the length apart from each other and from the ends are needed")
         return value
 
     @property
     def shear_coefficient(self) -> float:
         """Shear coefficient κ, as given or of the section."""
-        given = self.section.shear_coefficient
-        kappa = self.section.shear_form if given is None else given
+        coefficient = self.section.shear_coefficient
+        kappa = self.section.shear_form if coefficient is None else coefficient
         assert kappa is not None
         return kappa
 
@@ -96,9 +96,9 @@ class Beam(Strict):
         return self._in_space("torsion_constant")
 
     def _in_space(self, key: str) -> float:
-        found = getattr(self.section, key, None)
-        assert found is not None, key
-        return float(found)
+        value = getattr(self.section, key, None)
+        assert value is not None, key
+        return float(value)
 
     def element_axes(self, mesh: MeshRecord) -> np.ndarray:
         """Return axis, lateral axis and z of each element as rows, right-handed, (e, 3, 3)."""
@@ -124,17 +124,17 @@ class Beam(Strict):
         stops = sorted({0.0, self.length, *self.stations.values()})
         corners = np.concatenate([[0.0], *(divided(a, b, size) for a, b in pairwise(stops))])
         x = np.insert(corners, np.arange(1, len(corners)), (corners[1:] + corners[:-1]) / 2) if quadratic else corners
-        first = np.arange(len(corners) - 1)
-        cells = np.column_stack([2 * first, 2 * first + 2, 2 * first + 1] if quadratic else [first, first + 1])
+        start = np.arange(len(corners) - 1)
+        cells = np.column_stack([2 * start, 2 * start + 2, 2 * start + 1] if quadratic else [start, start + 1])
         nodes = x[:, None] * self.axis
         surfaces = {}
         area, up = self.section.area, np.array([0.0, 0.0, 1.0])
-        for name, place in self.places().items():
-            node, at = int(np.abs(x - place).argmin()), place * self.axis
+        for name, station in self.places().items():
+            node, point = int(np.abs(x - station).argmin()), station * self.axis
             along = {"left": -self.axis, "right": self.axis}.get(name, up)
-            surfaces[name] = point_surface(node, along, area, at)
+            surfaces[name] = point_surface(node, along, area, point)
             for side, sign in SIDES.items():
-                fibre = at + sign * self.section.height / 2 * up
+                fibre = point + sign * self.section.height / 2 * up
                 surfaces[f"{name}-{side}"] = point_surface(node, sign * up, area, fibre)
         cell = BEAM3 if quadratic else FRAME2 if self.motion == "space" else BEAM2
         return MeshRecord(nodes, cells, cell.name, surfaces)

@@ -100,13 +100,13 @@ class BladedSector(Solid):
     def tie(self, model: Any) -> bool:
         """Let gmsh mesh the high face as the low one, rotated."""
         angle, shapes = 2 * np.pi / self.sectors, self.surface_shapes()
-        found: dict[str, list[int]] = {"low": [], "high": []}
+        side_tags: dict[str, list[int]] = {"low": [], "high": []}
         for _, tag in model.getEntities(2):
             centre = np.array(model.occ.getCenterOfMass(2, tag))
-            for name, tags in found.items():
+            for name, tags in side_tags.items():
                 if abs(centre @ shapes[name]["normal"]) < ON_FACE * self.tip_radius:
                     tags.append(tag)
         turn = np.eye(4)
         turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-        model.mesh.setPeriodic(2, found["high"], found["low"], turn.ravel().tolist())
+        model.mesh.setPeriodic(2, side_tags["high"], side_tags["low"], turn.ravel().tolist())
         return True

@@ -26,9 +26,9 @@ class Box(Solid):
     @field_validator("patch")
     @classmethod
     def _on_top(cls, value: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
-        for given, name in zip(value or (), ("lx", "ly"), strict=False):
-            if given > info.data.get(name, np.inf):
-                raise ValueError(f"{list(value or ())} given, its side {given} m is longer than {name}")
+        for length, name in zip(value or (), ("lx", "ly"), strict=False):
+            if length > info.data.get(name, np.inf):
+                raise ValueError(f"{list(value or ())} given, its side {length} m is longer than {name}")
         return value
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
@@ -46,5 +46,5 @@ class Box(Solid):
             return mesh
         top = mesh.surfaces["top"]
         middle = np.abs(mesh.nodes[top.facets].mean(axis=1)[:, :2])
-        inside = (middle < np.array(self.patch) / 2).all(axis=1)
-        return replace(mesh, surfaces=mesh.surfaces | {"patch": Surface(top.facets[inside], top.shape)})
+        in_patch = (middle < np.array(self.patch) / 2).all(axis=1)
+        return replace(mesh, surfaces=mesh.surfaces | {"patch": Surface(top.facets[in_patch], top.shape)})

@@ -84,18 +84,18 @@ class Frame(Strict):
     def _of_nodes(cls, value: dict[str, tuple[str, ...]], info: ValidationInfo) -> dict[str, tuple[str, ...]]:
         nodes = info.data.get("nodes", ())
         for name, members in value.items():
-            unknown = [one for one in members if one not in nodes]
+            unknown = [node for node in members if node not in nodes]
             if not members or (unknown and nodes):
                 raise ValueError(f"{name}: {list(members)} given; name nodes of the frame: {', '.join(nodes)}")
         return value
 
     @model_validator(mode="after")
     def _names_once(self) -> "Frame":
-        every = [*self.nodes, *self.groups, *(name for one in self.members.values() for name in one.stations)]
+        every = [*self.nodes, *self.groups, *(name for m in self.members.values() for name in m.stations)]
         twice = sorted({name for name in every if every.count(name) > 1})
         if twice:
             raise ValueError(f"'{twice[0]}' names two of its nodes, groups and stations; each needs a name of its own")
-        loose = set(self.nodes) - {node for one in self.members.values() for node in (one.start, one.end)}
+        loose = set(self.nodes) - {node for m in self.members.values() for node in (m.start, m.end)}
         if loose:
             raise ValueError(f"nodes.{min(loose)}: no member begins or ends there; remove it")
         return self
@@ -112,44 +112,44 @@ class Frame(Strict):
 
     def places(self) -> dict[str, str]:
         """Return the member of every station."""
-        return {station: name for name, one in self.members.items() for station in one.stations}
+        return {station: name for name, member in self.members.items() for station in member.stations}
 
     def axes(self, member: str) -> np.ndarray:
         """Return axis, lateral axis and up of a member as rows, right-handed, (3, 3)."""
-        one = self.members[member]
-        along = np.subtract(self.nodes[one.end], self.nodes[one.start])
+        beam = self.members[member]
+        along = np.subtract(self.nodes[beam.end], self.nodes[beam.start])
         along = along / np.linalg.norm(along)
-        lateral = np.cross(one.up, along)
+        lateral = np.cross(beam.up, along)
         lateral /= np.linalg.norm(lateral)
         return np.array([along, lateral, np.cross(along, lateral)])
 
     def element_axes(self, mesh: MeshRecord) -> np.ndarray:
         """Return the axes of each element as rows, (e, 3, 3)."""
-        found = np.full((len(mesh.cells), 3, 3), np.nan)
+        axes = np.full((len(mesh.cells), 3, 3), np.nan)
         for name in self.members:
-            found[mesh.volumes[name]] = self.axes(name)
-        if not np.isfinite(found).all():
+            axes[mesh.volumes[name]] = self.axes(name)
+        if not np.isfinite(axes).all():
             raise ValueError(f"the mesh has {len(mesh.cells)} elements, of which some belong to no member of the frame")
-        return found
+        return axes
 
     def build(self, size: float) -> MeshRecord:
         """Divide the members into elements no longer than `size` [m], with nodes at the stations."""
         total = sum(np.linalg.norm(np.subtract(self.nodes[m.end], self.nodes[m.start])) for m in self.members.values())
         refuse_large("line", float(total) / size, size)
-        number = {name: n for n, name in enumerate(self.nodes)}
+        ids = {name: n for n, name in enumerate(self.nodes)}
         nodes, cells, volumes = list(np.array(list(self.nodes.values()), float)), list[list[int]](), {}
         for name, member in self.members.items():
-            start, end = (np.array(self.nodes[one], float) for one in (member.start, member.end))
+            start, end = (np.array(self.nodes[node], float) for node in (member.start, member.end))
             length = float(np.linalg.norm(end - start))
             stops = sorted({0.0, length, *member.stations.values()})
-            places = np.concatenate([[0.0], *(divided(a, b, size) for a, b in pairwise(stops))])
-            line = [number[member.start], *range(len(nodes), len(nodes) + len(places) - 2), number[member.end]]
-            nodes += [start + x / length * (end - start) for x in places[1:-1]]
+            stations = np.concatenate([[0.0], *(divided(a, b, size) for a, b in pairwise(stops))])
+            line = [ids[member.start], *range(len(nodes), len(nodes) + len(stations) - 2), ids[member.end]]
+            nodes += [start + x / length * (end - start) for x in stations[1:-1]]
             for station, x in member.stations.items():
-                number[station] = line[int(np.abs(places - x).argmin())]
+                ids[station] = line[int(np.abs(stations - x).argmin())]
             volumes[name] = np.arange(len(cells), len(cells) + len(line) - 1)
             cells += [list(two) for two in pairwise(line)]
         up, area = np.array([0.0, 0.0, 1.0]), self.section.area
-        surfaces = {name: point_surface(n, up, area, nodes[n]) for name, n in number.items()}
-        surfaces |= {name: Surface(np.array([[number[one]] for one in ones]), {}) for name, ones in self.groups.items()}
+        surfaces = {name: point_surface(n, up, area, nodes[n]) for name, n in ids.items()}
+        surfaces |= {name: Surface(np.array([[ids[node]] for node in ones]), {}) for name, ones in self.groups.items()}
         return MeshRecord(np.array(nodes), np.array(cells), FRAME2.name, surfaces, volumes)

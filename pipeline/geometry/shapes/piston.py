@@ -32,8 +32,8 @@ class Piston(Solid):
 
     def limits(self) -> list[tuple[str, float, float, str]]:
         inner, under = self.outer_radius - self.wall, self.height - self.crown
-        reach = abs(self.pin_offset) + self.boss_radius
-        deep = 2 * np.sqrt(max(inner**2 - reach**2, 0.0))
+        half_width = abs(self.pin_offset) + self.boss_radius
+        deep = 2 * np.sqrt(max(inner**2 - half_width**2, 0.0))
         return [
             ("wall", self.wall, self.outer_radius, "outer_radius"),
             ("crown", self.crown, self.height, "height"),
@@ -43,7 +43,7 @@ class Piston(Solid):
             ("boss_radius", self.boss_radius, self.pin_height, "pin_height"),
             ("boss_radius", self.boss_radius, under - self.pin_height, "height - crown - pin_height"),
             ("pin_radius", self.pin_radius, self.skirt_height - self.pin_height, "skirt_height - pin_height"),
-            ("boss_radius + |pin_offset|", reach, inner, "outer_radius - wall"),
+            ("boss_radius + |pin_offset|", half_width, inner, "outer_radius - wall"),
             ("boss_gap", self.boss_gap, deep, "the skirt's inner width at the sides of the bosses"),
             ("rib_width", self.rib_width, 2 * self.boss_radius, "2 boss_radius"),
         ]
@@ -68,23 +68,21 @@ class Piston(Solid):
         # Bosses end inside wall and crown, so that the union has no faces that merely touch.
         into = self.outer_radius - self.wall / 2
         boss = self._along_pin(occ, self.boss_radius)
-        left = self.pin_offset - self.rib_width / 2
-        rib = occ.addBox(
-            left, -into, self.pin_height, self.rib_width, 2 * into, under + self.crown / 2 - self.pin_height
-        )
+        x = self.pin_offset - self.rib_width / 2
+        rib = occ.addBox(x, -into, self.pin_height, self.rib_width, 2 * into, under + self.crown / 2 - self.pin_height)
         room = occ.addBox(-into, -self.boss_gap / 2, 0, 2 * into, self.boss_gap, self.height)
-        inside = occ.addCylinder(0, 0, 0, 0, 0, self.height, into)
+        room_inside = occ.addCylinder(0, 0, 0, 0, 0, self.height, into)
         bosses, _ = occ.fuse([(3, boss)], [(3, rib)])
         bosses, _ = occ.cut(bosses, [(3, room)])
-        bosses, _ = occ.intersect(bosses, [(3, inside)])
-        whole, _ = occ.fuse(shell, bosses)
-        occ.cut(whole, [(3, self._along_pin(occ, self.pin_radius))])
+        bosses, _ = occ.intersect(bosses, [(3, room_inside)])
+        solid, _ = occ.fuse(shell, bosses)
+        occ.cut(solid, [(3, self._along_pin(occ, self.pin_radius))])
 
     def _along_pin(self, occ: Any, radius: float) -> int:
         """Add a cylinder about the pin's axis, longer than the piston is wide, and return its tag."""
-        reach = 1.1 * self.outer_radius
+        half_length = 1.1 * self.outer_radius
         x, z = self.pin_offset, self.pin_height
-        rod = occ.addCylinder(x, -reach, z, 0, 2 * reach, 0, radius)
+        rod = occ.addCylinder(x, -half_length, z, 0, 2 * half_length, 0, radius)
         # OCC puts the seam above the axis, at `pin_offset` from the seam of the skirt: edges would be as short as that.
         occ.rotate([(3, rod)], x, 0, z, 0, 1, 0, np.pi / 2)
         return rod

@@ -36,9 +36,9 @@ class Rigid(Strict):
 
     def build(self, size: float | None) -> MeshRecord:
         """Return a node at the centre and one at each point, with a surface for each point."""
-        places = [np.zeros(3), *(np.array(point.at) for point in self.points.values())]
+        positions = [np.zeros(3), *(np.array(point.at) for point in self.points.values())]
         surfaces = {}
         for node, (name, point) in enumerate(self.points.items(), start=1):
             normal = np.array(point.normal) / np.linalg.norm(point.normal)
-            surfaces[name] = point_surface(node, normal, point.area, places[node])
-        return MeshRecord(np.array(places), np.arange(len(places))[:, None], VERTEX.name, surfaces)
+            surfaces[name] = point_surface(node, normal, point.area, positions[node])
+        return MeshRecord(np.array(positions), np.arange(len(positions))[:, None], VERTEX.name, surfaces)

@@ -47,17 +47,17 @@ class Ring(PlanePart):
         n, m = 2 * around, 2 * layers
         radii, turn = self.inner_radius * ratio ** (np.arange(m + 1) / m), 2 * np.pi / n * np.arange(n)
         plane = np.stack(np.broadcast_arrays(radii[:, None] * np.cos(turn), radii[:, None] * np.sin(turn), 0.0), -1)
-        j, i = (one.ravel() for one in np.meshgrid(2 * np.arange(layers), 2 * np.arange(around), indexing="ij"))
+        j, i = (grid.ravel() for grid in np.meshgrid(2 * np.arange(layers), 2 * np.arange(around), indexing="ij"))
 
-        def at(layer: int, place: int) -> np.ndarray:
-            return (j + layer) * n + (i + place) % n
+        def at(layer: int, column: int) -> np.ndarray:
+            return (j + layer) * n + (i + column) % n
 
         low = [at(0, 0), at(0, 2), at(2, 2), at(0, 1), at(1, 2), at(1, 1)]
         high = [at(0, 0), at(2, 2), at(2, 0), at(1, 1), at(2, 1), at(1, 0)]
         nodes = plane.reshape(-1, 3)
         cells = turned(nodes, np.concatenate([np.column_stack(low), np.column_stack(high)]), UP)
         edges = outer_faces(cells, TRIANGLE6)
-        inside = edges[:, 2] < n
-        parts = {"inner": edges[inside], "outer": edges[~inside]}
+        at_hole = edges[:, 2] < n
+        facets = {"inner": edges[at_hole], "outer": edges[~at_hole]}
         shapes = self.surface_shapes()
-        return MeshRecord(nodes, cells, TRIANGLE6.name, {name: Surface(parts[name], shapes[name]) for name in shapes})
+        return MeshRecord(nodes, cells, TRIANGLE6.name, {name: Surface(facets[name], shapes[name]) for name in shapes})

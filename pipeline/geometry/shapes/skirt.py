@@ -35,8 +35,8 @@ class Skirt(Solid):
         }
 
     def draw(self, occ: Any) -> None:
-        whole = occ.addCylinder(0, 0, 0, 0, 0, self.height, self.outer_radius)
+        outer = occ.addCylinder(0, 0, 0, 0, 0, self.height, self.outer_radius)
         hole = occ.addCylinder(0, 0, 0, 0, 0, self.height - self.crown, self.outer_radius - self.wall)
-        solid, _ = occ.cut([(3, whole)], [(3, hole)])
+        solid, _ = occ.cut([(3, outer)], [(3, hole)])
         # The seam of an OCC cylinder starts at the x axis, where a thrust side is: turned to the pin axis.
         occ.rotate(solid, 0, 0, 0, 0, 0, 1, np.pi / 2)

@@ -42,26 +42,26 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
         StageError: a contact force was not found, or see `MovingBody`.
     """
     count = max(1, round(problem.duration / step))
-    stacked = [_stacked(problem, number) for number in range(len(problem.bodies))]
-    rest = np.concatenate([contact.gap for contact in problem.contacts.values()])
+    stacked = [_stacked(problem, body_id) for body_id in range(len(problem.bodies))]
+    gap_at_rest = np.concatenate([contact.gap for contact in problem.contacts.values()])
     narrow = all(body.suppressed is None and is_narrow(body) for body in problem.bodies)
-    _compile(problem, stacked, rest, narrow)
+    _compile(problem, stacked, gap_at_rest, narrow)
     clock = Clock()
     loop = (_Compiled if narrow else _Factored)(problem, stacked, step)
-    gap = rest + loop.places()
-    now = new_press(list(problem.contacts.values()), loop.compliance(), gap, step)
+    gap = gap_at_rest + loop.places()
+    contact_press = new_press(list(problem.contacts.values()), loop.compliance(), gap, step)
     points = len(gap)
     history = History(
         step * np.arange(count + 1), np.zeros((count, points)), np.zeros((count + 1, points)), loop.rates()
     )
     history.gaps[0] = gap
-    energies = np.vstack([loop.energies(now), np.zeros((count, 5))])
-    part = max(1, count // PARTS)
-    for first in range(0, count, part):
-        chosen = slice(first, min(first + part, count))
+    energies = np.vstack([loop.energies(contact_press), np.zeros((count, 5))])
+    chunk = max(1, count // PARTS)
+    for start in range(0, count, chunk):
+        chosen = slice(start, min(start + chunk, count))
         out = history.forces[chosen], history.gaps[1:][chosen], energies[1:][chosen]
-        if (made := loop.advance(now, rest, gap, out)) < len(out[0]):
-            raise StageError(f"full FE: no contact force was found in step {first + made + 1} of {step:g} s")
+        if (made := loop.advance(contact_press, gap_at_rest, gap, out)) < len(out[0]):
+            raise StageError(f"full FE: no contact force was found in step {start + made + 1} of {step:g} s")
         if progress is not None:
             progress(chosen.stop / count)
     ends = np.cumsum([0, *(len(contact.gap) for contact in problem.contacts.values())])
@@ -76,27 +76,27 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
     return NodalRecord(
         step=float(history.times[1]), times=history.times[1:], force=np.sum(list(forces.values()), axis=0),
         energies=energies[1:, :3].copy(), energy_drift=energy_drift(energies, float(np.abs(converted).max())),
-        coordinates=sum(body.K.shape[0] for body in problem.bodies), newton_iterations=int(now.balance[2]),
+        coordinates=sum(body.K.shape[0] for body in problem.bodies), newton_iterations=int(contact_press.balance[2]),
         wall_seconds=taken.wall, cpu_seconds=taken.cpu, forces=forces, quantities=quantities,
     )  # fmt: skip
 
 
-def _stacked(problem: PointProblem, number: int) -> sparse.csr_matrix:
+def _stacked(problem: PointProblem, body_id: int) -> sparse.csr_matrix:
     """Return ∂g/∂u of all points by one body, (c, dofs)."""
-    size = problem.bodies[number].K.shape[0]
-    rows = [(contact.rows[number], len(contact.gap)) for contact in problem.contacts.values()]
+    size = problem.bodies[body_id].K.shape[0]
+    rows = [(contact.rows[body_id], len(contact.gap)) for contact in problem.contacts.values()]
     return sparse.csr_matrix(sparse.vstack([sparse.csr_matrix((c, size)) if G is None else G for G, c in rows]))
 
 
-def _compile(problem: PointProblem, stacked: list[sparse.csr_matrix], rest: np.ndarray, narrow: bool) -> None:
+def _compile(problem: PointProblem, stacked: list[sparse.csr_matrix], gap_at_rest: np.ndarray, narrow: bool) -> None:
     """Compile the loop, whose compilation is no part of a run's time."""
-    c = len(rest)
-    now = new_press(list(problem.contacts.values()), np.eye(c), rest + 1.0, problem.duration)
+    c = len(gap_at_rest)
+    contact_press = new_press(list(problem.contacts.values()), np.eye(c), gap_at_rest + 1.0, problem.duration)
     if narrow:
         out = np.zeros((1, c)), np.zeros((1, c)), np.zeros((1, 5))
-        _Compiled(problem, stacked, problem.duration).advance(now, rest, rest + 1.0, out)
+        _Compiled(problem, stacked, problem.duration).advance(contact_press, gap_at_rest, gap_at_rest + 1.0, out)
     else:
-        press(now, rest + 1.0, np.zeros(c), rest + 1.0)
+        press(contact_press, gap_at_rest + 1.0, np.zeros(c), gap_at_rest + 1.0)
 
 
 class _Compiled:
@@ -120,20 +120,22 @@ class _Compiled:
         """Return G v of all bodies now [m/s], (c,)."""
         return sum((rows @ band.v for rows, band in self._parts), np.zeros(()))
 
-    def energies(self, now: Press) -> np.ndarray:
+    def energies(self, contact_press: Press) -> np.ndarray:
         """Return kinetic, strain, contact, dissipated energy and work of loads now [J], (5,)."""
         kinetic = sum(0.5 * float(band.v @ band.Mv) for band in self._bands)
         strain = sum(0.5 * float(band.u @ band.Ku) for band in self._bands)
         balance = sum((band.balance for band in self._bands), np.zeros(2))
-        return np.array([kinetic, strain, now.balance[1], now.balance[0] + balance[0], balance[1]])
+        return np.array([kinetic, strain, contact_press.balance[1], contact_press.balance[0] + balance[0], balance[1]])
 
     def motions(self) -> list[np.ndarray]:
         """Return displacements and velocities of each body now, (2, dofs)."""
         return [np.array([band.u, band.v]) for band in self._bands]
 
-    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, out: tuple[np.ndarray, ...]) -> int:
+    def advance(
+        self, contact_press: Press, gap_at_rest: np.ndarray, gap: np.ndarray, out: tuple[np.ndarray, ...]
+    ) -> int:
         """Make steps, see `march`."""
-        return march(self._bands, self._works, now, rest, gap, out)
+        return march(self._bands, self._works, contact_press, gap_at_rest, gap, out)
 
     def free(self) -> None:
         """Release memory that the interpreter does not."""
@@ -155,28 +157,30 @@ class _Factored:
     def rates(self) -> np.ndarray:
         return sum((body.rates() for body in self._bodies), np.zeros(()))
 
-    def energies(self, now: Press) -> np.ndarray:
+    def energies(self, contact_press: Press) -> np.ndarray:
         kinetic, strain = sum(body.kinetic for body in self._bodies), sum(body.strain for body in self._bodies)
-        lost, work = sum(body.dissipated for body in self._bodies), sum(body.work for body in self._bodies)
-        return np.array([kinetic, strain, now.balance[1], now.balance[0] + lost, work])
+        dissipated, work = sum(body.dissipated for body in self._bodies), sum(body.work for body in self._bodies)
+        return np.array([kinetic, strain, contact_press.balance[1], contact_press.balance[0] + dissipated, work])
 
     def motions(self) -> list[np.ndarray]:
         return [body.motion() for body in self._bodies]
 
-    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, out: tuple[np.ndarray, ...]) -> int:
+    def advance(
+        self, contact_press: Press, gap_at_rest: np.ndarray, gap: np.ndarray, out: tuple[np.ndarray, ...]
+    ) -> int:
         forces, gaps, energies = out
         for n in range(len(forces)):
-            rate = self.rates() if now.rigid else gap
-            free = rest.copy()
+            rate = self.rates() if contact_press.rigid else gap
+            free = gap_at_rest.copy()
             for body, loads in zip(self._bodies, self._loads, strict=True):
                 free += body.predict(loads)
-            if not press(now, gap, rate, free):
+            if not press(contact_press, gap, rate, free):
                 return n
-            forces[n] = now.force
+            forces[n] = contact_press.force
             for body in self._bodies:
                 body.advance(forces[n])
-            gap[:] = rest + self.places()
-            gaps[n], energies[n] = gap, self.energies(now)
+            gap[:] = gap_at_rest + self.places()
+            gaps[n], energies[n] = gap, self.energies(contact_press)
         return len(forces)
 
     def free(self) -> None:
@@ -191,7 +195,7 @@ def _quantities(problem: PointProblem, history: History, rows: dict[str, slice],
         rows: Points of each contact.
         ends: Displacements and velocities of each body at the end, (2, dofs).
     """
-    elastic, found = any(body.K.nnz for body in problem.bodies), {}
+    elastic, quantities = any(body.K.nnz for body in problem.bodies), {}
     motions = [body.centre_motion(end) for body, end in zip(problem.bodies, ends, strict=True)]
     for name, contact in problem.contacts.items():
         pair = motions[contact.body], None if contact.other is None else motions[contact.other]
@@ -200,7 +204,7 @@ def _quantities(problem: PointProblem, history: History, rows: dict[str, slice],
         if problem.flying:
             rigid = [body.rigid_velocities(end) for body, end in zip(problem.bodies, ends, strict=True)]
             values |= restitution(*np.concatenate(rigid, axis=1))
-        found |= named(name, values)
+        quantities |= named(name, values)
     for body, motion in zip(problem.bodies, motions, strict=True):
-        found |= body_quantities(body.name, motion)
-    return found
+        quantities |= body_quantities(body.name, motion)
+    return quantities

@@ -39,12 +39,12 @@ class Part:
         return points @ self.rotation.T + self.position
 
     def contact_rows(
-        self, name: str, where: str, along: np.ndarray | None = None
+        self, name: str, key: str, along: np.ndarray | None = None
     ) -> tuple[ContactPoints, sparse.csr_matrix]:
         """Return the points of an interface and their outward normal displacement, (c, dofs of the body).
 
         Args:
-            where: The key that names it, for messages.
+            key: The key that names it, for messages.
             along: Unit vectors in the axes of the scene along which they are displaced instead, (c, 3) or (3,).
 
         Raises:
@@ -52,13 +52,11 @@ class Part:
         """
         if name not in self.component.interface:
             have = ", ".join(self.component.interface) or "none"
-            raise InputError(f"{where}: body '{self.name}' has no '{name}', it has {have}")
+            raise InputError(f"{key}: body '{self.name}' has no '{name}', it has {have}")
         interface = self.component.interface[name]
         if interface.kind not in POINT_FINDERS:
-            raise InputError(
-                f"{where}: '{name}' is of kind '{interface.kind}', report.full_fe allows 'points', 'patch'"
-            )
-        points = POINT_FINDERS[interface.kind](self.model.mesh, interface, where)
+            raise InputError(f"{key}: '{name}' is of kind '{interface.kind}', report.full_fe allows 'points', 'patch'")
+        points = POINT_FINDERS[interface.kind](self.model.mesh, interface, key)
         turned = points
         if along is not None:
             turned = replace(points, normals=np.broadcast_to(along @ self.rotation, points.normals.shape))
@@ -79,9 +77,9 @@ def load_part(job: Job, name: str, field: np.ndarray) -> Part:
     base = job.store.get(job.components()[component_name]["base-mesh"].key, "mesh")
     movement = movement_of(component, job.folder, component_name)
     mesh = base if movement is None else moved_mesh(base, movement)
-    where = f"component.{component_name}"
-    refuse_rigid(component.interface, f"{job.path}: {where}", "report.full_fe")
-    model = component_model(mesh, component, where)
+    key = f"component.{component_name}"
+    refuse_rigid(component.interface, f"{job.path}: {key}", "report.full_fe")
+    model = component_model(mesh, component, key)
     settings, properties = job.scene.body[name], model.properties
     Q = np.eye(3) if settings.orientation is None else settings.orientation.matrix()
     # The mesh keeps its axes: what the scene gives is turned back.
@@ -96,9 +94,11 @@ def load_part(job: Job, name: str, field: np.ndarray) -> Part:
             " give ratio and frequency, or beta"
         )
     twists = free_twists(job, name)
-    own = np.column_stack([twists[:, :3] @ Q, twists[:, 3:] @ Q])
+    body_twists = np.column_stack([twists[:, :3] @ Q, twists[:, 3:] @ Q])
     deformed = job.scene.run.start == "rest"
-    body, reduction = supported_body(name, model, own, momentum, damping=damping, field=field @ Q, deformed=deformed)
+    body, reduction = supported_body(
+        name, model, body_twists, momentum, damping=damping, field=field @ Q, deformed=deformed
+    )
     body = replace(body, twists=twists)
     position = np.asarray(settings.position, float)
     return Part(name, model, component, body, reduction, position=position, rotation=Q)

@@ -44,33 +44,33 @@ class Met:
 
 
 def faced_rows(
-    own: tuple[Part, ContactPoints, Surface], other: tuple[Part, Surface]
+    near_side: tuple[Part, ContactPoints, Surface], far_side: tuple[Part, Surface]
 ) -> tuple[sparse.csr_matrix, np.ndarray]:
     """Return ∂g/∂u over the dofs of the other body, (c, dofs), and the gaps [m], ∞ where points meet nothing, (c,)."""
-    (mine, points, surface), (theirs, far) = own, other
+    (mine, points, surface), (theirs, far) = near_side, far_side
     normals = points.normals @ mine.rotation.T
     nodes = theirs.placed(theirs.model.nodes)
-    apart = _meet(mine.placed(points.points), normals, nodes, far.facets).distance
+    gaps = _meet(mine.placed(points.points), normals, nodes, far.facets).distance
     facets = surface.facets[np.isin(surface.facets[:, 3:], points.nodes).any(axis=1)]
-    number = np.full(len(mine.model.nodes), -1)
-    number[points.nodes] = np.arange(len(points.nodes))
-    N, places, areas = facet_points(mine.model.nodes, Surface(facets, surface.shape), PIECES)
+    row_of_node = np.full(len(mine.model.nodes), -1)
+    row_of_node[points.nodes] = np.arange(len(points.nodes))
+    N, positions, areas = facet_points(mine.model.nodes, Surface(facets, surface.shape), PIECES)
     size = np.linalg.norm(areas, axis=2)
     outward = (areas / size[:, :, None]) @ mine.rotation.T
-    found = _meet(mine.placed(places).reshape(-1, 3), outward.reshape(-1, 3), nodes, far.facets)
-    hit = np.flatnonzero(found.facet >= 0)
-    values = shape_functions(TRIANGLE6, found.place[hit].T)[0].T
-    columns, share = far.facets[found.facet[hit]], size.ravel()[hit]
-    of, at = np.divmod(hit, N.shape[1])
+    met = _meet(mine.placed(positions).reshape(-1, 3), outward.reshape(-1, 3), nodes, far.facets)
+    hit = np.flatnonzero(met.facet >= 0)
+    values = shape_functions(TRIANGLE6, met.place[hit].T)[0].T
+    columns, hit_areas = far.facets[met.facet[hit]], size.ravel()[hit]
+    of, sample = np.divmod(hit, N.shape[1])
     functions = _linear(N)
-    whole = sparse.csr_matrix((len(number), len(nodes)))
+    shares_by_node = sparse.csr_matrix((len(row_of_node), len(nodes)))
     for side in range(3):
         rows = facets[of, 3 + side]
-        amounts = (functions[side, at] * share)[:, None] * values
-        whole = whole + sparse.csr_matrix(
-            (amounts.ravel(), (np.repeat(rows, 6), columns.ravel())), (len(number), len(nodes))
+        amounts = (functions[side, sample] * hit_areas)[:, None] * values
+        shares_by_node = shares_by_node + sparse.csr_matrix(
+            (amounts.ravel(), (np.repeat(rows, 6), columns.ravel())), (len(row_of_node), len(nodes))
         )
-    shares = sparse.csr_matrix(whole[points.nodes])
+    shares = sparse.csr_matrix(shares_by_node[points.nodes])
     sums = np.asarray(shares.sum(axis=1)).ravel()
     shares = sparse.csr_matrix(
         sparse.diags_array(np.where(sums > 0, 1.0 / np.where(sums > 0, sums, 1.0), 0.0)) @ shares
@@ -82,12 +82,12 @@ def faced_rows(
     dofs = (3 * coo.col[:, None] + np.arange(3)).ravel()
     along = (coo.data[:, None] * directions[coo.row]).ravel()
     onto = sparse.csr_matrix((along, (rows, dofs)), (len(normals), 3 * len(nodes)))
-    return sparse.csr_matrix(theirs.model.on_dofs(onto) @ theirs.reduction), np.where(sums > 0, apart, np.inf)
+    return sparse.csr_matrix(theirs.model.on_dofs(onto) @ theirs.reduction), np.where(sums > 0, gaps, np.inf)
 
 
-def surface_of(part: Part, interface: str) -> Surface:
+def surface_of(body: Part, interface: str) -> Surface:
     """Return the surface on which an interface of a part is."""
-    return part.model.mesh.surfaces[part.component.interface[interface].surface]
+    return body.model.mesh.surfaces[body.component.interface[interface].surface]
 
 
 def _linear(N: np.ndarray) -> np.ndarray:
@@ -96,46 +96,49 @@ def _linear(N: np.ndarray) -> np.ndarray:
     return np.array([1 - 2 * c, 1 - 2 * a, 1 - 2 * b])
 
 
-def _meet(places: np.ndarray, directions: np.ndarray, nodes: np.ndarray, facets: np.ndarray) -> Met:
+def _meet(positions: np.ndarray, directions: np.ndarray, nodes: np.ndarray, facets: np.ndarray) -> Met:
     """Return what places [m] meet on facets of six nodes along unit directions, (p, 3) each."""
     corners = nodes[facets[:, :3]]
-    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    normal = np.cross(one, two)
+    e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(e1, e2)
     double = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal, least = normal / double, -DEEPEST * float(np.linalg.norm(np.ptp(places, axis=0)))
-    found = Met(np.full(len(places), -1), np.zeros((len(places), 2)), np.full(len(places), np.inf))
+    normal, t_min = normal / double, -DEEPEST * float(np.linalg.norm(np.ptp(positions, axis=0)))
+    met = Met(np.full(len(positions), -1), np.zeros((len(positions), 2)), np.full(len(positions), np.inf))
     step = max(CHUNK // len(facets), 1)
-    for begin in range(0, len(places), step):
-        p, d = places[begin : begin + step], directions[begin : begin + step]
+    for chunk_start in range(0, len(positions), step):
+        p, d = positions[chunk_start : chunk_start + step], directions[chunk_start : chunk_start + step]
         facing = d @ normal.T
         with np.errstate(divide="ignore", invalid="ignore"):
             t = (np.einsum("fi,fi->f", corners[:, 0], normal) - p @ normal.T) / facing
-        row, facet = np.nonzero((facing < FACING) & (t > least))
+        row, facet = np.nonzero((facing < FACING) & (t > t_min))
         hit = p[row] + t[row, facet, None] * d[row] - corners[facet, 0]
-        x = np.einsum("pi,pi->p", np.cross(hit, two[facet]), normal[facet]) / double[facet, 0]
-        y = np.einsum("pi,pi->p", np.cross(one[facet], hit), normal[facet]) / double[facet, 0]
-        inside = np.minimum(np.minimum(x, y), 1 - x - y) >= -BEYOND
-        row, facet, start = row[inside], facet[inside], np.column_stack([x, y])[inside]
-        place, distance = _on_curved(nodes[facets[facet]], p[row], d[row], start)
+        x = np.einsum("pi,pi->p", np.cross(hit, e2[facet]), normal[facet]) / double[facet, 0]
+        y = np.einsum("pi,pi->p", np.cross(e1[facet], hit), normal[facet]) / double[facet, 0]
+        interior = np.minimum(np.minimum(x, y), 1 - x - y) >= -BEYOND
+        row, facet, start = row[interior], facet[interior], np.column_stack([x, y])[interior]
+        barycentric, distance = _on_curved(nodes[facets[facet]], p[row], d[row], start)
         order = np.lexsort((np.abs(distance), row))
-        first = order[np.unique(row[order], return_index=True)[1]]
-        found.facet[begin + row[first]], found.place[begin + row[first]] = facet[first], place[first]
-        found.distance[begin + row[first]] = distance[first]
-    return found
+        nearest = order[np.unique(row[order], return_index=True)[1]]
+        met.facet[chunk_start + row[nearest]], met.place[chunk_start + row[nearest]] = (
+            facet[nearest],
+            barycentric[nearest],
+        )
+        met.distance[chunk_start + row[nearest]] = distance[nearest]
+    return met
 
 
 def _on_curved(
-    corners: np.ndarray, places: np.ndarray, directions: np.ndarray, start: np.ndarray
+    corners: np.ndarray, positions: np.ndarray, directions: np.ndarray, start: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return coordinates (p, 2) and distance [m] (p,) where lines meet facets of six nodes, (p, 6, 3), by Newton."""
-    at, distance = start.copy(), np.zeros(len(start))
+    coordinates, distance = start.copy(), np.zeros(len(start))
     for step in range(NEWTON):
-        N, dN = (np.asarray(one) for one in shape_functions(TRIANGLE6, at.T))
+        N, dN = (np.asarray(values) for values in shape_functions(TRIANGLE6, coordinates.T))
         x = np.einsum("pai,ap->pi", corners, N)
         slopes = np.einsum("pai,akp->pik", corners, dN)
         if step == 0:
-            distance = np.einsum("pi,pi->p", x - places, directions)
-        wrong = x - places - distance[:, None] * directions
+            distance = np.einsum("pi,pi->p", x - positions, directions)
+        wrong = x - positions - distance[:, None] * directions
         change = np.linalg.solve(np.concatenate([slopes, -directions[:, :, None]], axis=2), wrong[:, :, None])[..., 0]
-        at, distance = at - change[:, :2], distance - change[:, 2]
-    return at, distance
+        coordinates, distance = coordinates - change[:, :2], distance - change[:, 2]
+    return coordinates, distance

@@ -30,14 +30,14 @@ def meeting_problem(job: Job) -> PointProblem:
         InputError: something is not supported, points start in penetration, or points of two bodies do not pair.
     """
     scene = job.scene
-    parts = [load_part(job, name, np.asarray(scene.run.gravity)) for name in scene.body]
-    contacts = {name: _contact(job, name, parts) for name in scene.contact}
+    bodies = [load_part(job, name, np.asarray(scene.run.gravity)) for name in scene.body]
+    contacts = {name: _contact(job, name, bodies) for name in scene.contact}
     if len({contact.law is None for contact in contacts.values()}) > 1:
         raise InputError(
             f"{job.path}: report.full_fe: contacts with a law or a layer cannot be combined with rigid contacts"
         )
     flying = len(contacts) == 1 and not any(scene.run.gravity)
-    return PointProblem(tuple(part.body for part in parts), contacts, scene.run.duration, flying, scene.run.window)
+    return PointProblem(tuple(b.body for b in bodies), contacts, scene.run.duration, flying, scene.run.window)
 
 
 def refuse_contacts(job: Job) -> None:
@@ -47,52 +47,57 @@ def refuse_contacts(job: Job) -> None:
         InputError: a contact has friction or a restitution.
     """
     for name, contact in job.scene.contact.items():
-        where = f"{job.path}: report.full_fe: contact.{name}"
+        key = f"{job.path}: report.full_fe: contact.{name}"
         if contact.method not in METHODS:
-            raise InputError(f"{where}.method: '{contact.method}' given, allowed: {', '.join(METHODS)}")
+            raise InputError(f"{key}.method: '{contact.method}' given, allowed: {', '.join(METHODS)}")
         if contact.friction is not None:
-            raise InputError(f"{where}.friction: friction is not supported; remove it")
+            raise InputError(f"{key}.friction: friction is not supported; remove it")
 
 
-def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
-    contact, names = job.scene.contact[name], [part.name for part in parts]
-    own, slanting = names.index(contact.body), oblique(job.scene)
-    points, outward = parts[own].contact_rows(contact.interface, f"contact.{name}.interface")
-    placed, normals = parts[own].placed(points.points), points.normals @ parts[own].rotation.T
-    rows: list[sparse.csr_matrix | None] = [None] * len(parts)
-    rows[own] = -outward
+def _contact(job: Job, name: str, bodies: list[Part]) -> PointContact:
+    contact, names = job.scene.contact[name], [body.name for body in bodies]
+    body_id, slanting = names.index(contact.body), oblique(job.scene)
+    points, outward = bodies[body_id].contact_rows(contact.interface, f"contact.{name}.interface")
+    placed, normals = bodies[body_id].placed(points.points), points.normals @ bodies[body_id].rotation.T
+    rows: list[sparse.csr_matrix | None] = [None] * len(bodies)
+    rows[body_id] = -outward
     if contact.against.shape == "body":
-        other = names.index(contact.against.body)
-        where = f"contact.{name}.against.interface"
+        partner_id = names.index(contact.against.body)
+        key = f"contact.{name}.against.interface"
         flat = contact.against.interface in slanting[contact.against.body] and np.ptp(normals, axis=0).max() < FLAT
         along = -normals[0] if flat else None
-        far, there = parts[other].contact_rows(contact.against.interface, where, along)
-        order, gap, beside = _facing(placed, normals, parts[other].placed(far.points))
+        far, there = bodies[partner_id].contact_rows(contact.against.interface, key, along)
+        order, gap, beside = _facing(placed, normals, bodies[partner_id].placed(far.points))
         equal = len(far.points) == len(placed) and len(np.unique(order)) == len(order)
         surfaces = []
         if len(points.facets) and len(far.facets):
-            surfaces = [surface_of(parts[own], contact.interface), surface_of(parts[other], contact.against.interface)]
-        solids = len(surfaces) > 0 and all(one.facets.shape[1] == 6 for one in surfaces)
+            surfaces = [
+                surface_of(bodies[body_id], contact.interface),
+                surface_of(bodies[partner_id], contact.against.interface),
+            ]
+        solids = len(surfaces) > 0 and all(s.facets.shape[1] == 6 for s in surfaces)
         if solids and (not equal or beside > MATCHING * float(np.ptp(placed))):
-            met, gap = faced_rows((parts[own], points, surfaces[0]), (parts[other], surfaces[1]))
+            met, gap = faced_rows((bodies[body_id], points, surfaces[0]), (bodies[partner_id], surfaces[1]))
             gap = np.where(np.isfinite(gap), gap, MISSES * float(np.ptp(placed)))
         elif equal:
             met = -there[order]
         else:
             raise InputError(
-                f"{job.path}: {where}: has {len(far.points)} points, the one opposite {len(placed)}; needed: as many,"
+                f"{job.path}: {key}: has {len(far.points)} points, the one opposite {len(placed)}; needed: as many,"
                 " each facing another, or surfaces with facets on both sides"
             )
-        rows[other] = met if other != own else rows[own] + met
+        rows[partner_id] = met if partner_id != body_id else rows[body_id] + met
         directions = -normals
     else:
-        other, obstacle = None, obstacle_of(contact.against.model_dump())
+        partner_id, obstacle = None, obstacle_of(contact.against.model_dump())
         gap, directions = obstacle.gap(placed), obstacle.direction(placed)
         if contact.interface in slanting[contact.body]:
-            rows[own] = -parts[own].contact_rows(contact.interface, f"contact.{name}.interface", -directions)[1]
+            rows[body_id] = -bodies[body_id].contact_rows(contact.interface, f"contact.{name}.interface", -directions)[
+                1
+            ]
     allowed, deformed = INSIDE * float(np.abs(placed).max()), gap.copy()
-    for row, part in zip(rows, parts, strict=True):
-        deformed += 0.0 if row is None else row @ part.body.start[0]
+    for row, body in zip(rows, bodies, strict=True):
+        deformed += 0.0 if row is None else row @ body.body.start[0]
     if gap.min() < -allowed and deformed.min() < -allowed:
         raise InputError(f"{job.path}: contact.{name}: points start with a penetration of {-deformed.min():.3g} m")
     if deformed.min() < -allowed:
@@ -107,7 +112,7 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
     elif contact.law is not None:
         law = np.tile(contact.law.coefficients(), (len(gap), 1))
     gap = np.where(np.abs(gap) <= allowed, np.maximum(gap, 0.0), gap)
-    return PointContact(tuple(rows), gap, directions, own, other, law)
+    return PointContact(tuple(rows), gap, directions, body_id, partner_id, law)
 
 
 def _facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:

@@ -48,16 +48,16 @@ def nodal_problem(job: Job) -> NodalProblem | PointProblem:
     for name in scene.fields() | scene.electrodes():
         raise InputError(f"{job.path}: report.full_fe: electrostatic fields are not supported; remove force.{name}")
     for name, force in scene.over_time().items():
-        where = f"{job.path}: report.full_fe: force.{name}"
-        raise InputError(f"{where}: forces of kind '{force.kind}' are not supported; remove it")
+        key = f"{job.path}: report.full_fe: force.{name}"
+        raise InputError(f"{key}: forces of kind '{force.kind}' are not supported; remove it")
     for name in scene.hinges():
         raise InputError(f"{job.path}: report.full_fe: joint.{name}: joints of two markers are not supported; hold the"
                          " body by component supports")  # fmt: skip
     for name in scene.motion:
         raise InputError(f"{job.path}: report.full_fe: driven bodies are not supported; remove motion.{name}")
     for name in scene.moving() if scene.contact or scene.joint else ():
-        where = f"{job.path}: report.full_fe: force.{name}"
-        raise InputError(f"{where}: moving forces beside contacts or joints are not supported; remove it")
+        key = f"{job.path}: report.full_fe: force.{name}"
+        raise InputError(f"{key}: moving forces beside contacts or joints are not supported; remove it")
     if not (scene.contact or scene.moving()):
         raise InputError(f"{job.path}: report.full_fe: the scene has no contact and no moving force; needed: one")
     refuse_contacts(job)
@@ -78,8 +78,8 @@ def _layered_solid(job: Job) -> bool:
 def _sliding_problem(job: Job) -> NodalProblem:
     scene, masters = job.scene, job.scene.masters()
     slaves = {acting.body for acting in (*scene.contact.values(), *scene.moving().values())}
-    over = {master.body for master in masters.values()}
-    if len(slaves) != 1 or len(over) > 1 or slaves | over != set(scene.body) or len(scene.joint) > 1:
+    master_names = {master.body for master in masters.values()}
+    if len(slaves) != 1 or len(master_names) > 1 or slaves | master_names != set(scene.body) or len(scene.joint) > 1:
         raise InputError(
             f"{job.path}: report.full_fe: with sliding points, a joint or a moving force, all contacts and moving"
             " forces must be those of one body, against obstacles or one other body, with one joint at most"
@@ -91,7 +91,7 @@ def _sliding_problem(job: Job) -> NodalProblem:
                 " surface_stiffness, and an obstacle or a surface that it is against"
             )
     slave = _solid(job, slaves.pop(), np.asarray(scene.run.gravity))
-    master = _solid(job, over.pop(), np.zeros(3)) if over else None
+    master = _solid(job, master_names.pop(), np.zeros(3)) if master_names else None
     gas = (_gas(job, name, slave) for name in scene.gas())
     moving = (_moving(job, name, slave) for name in scene.moving())
     problem = NodalProblem(
@@ -107,25 +107,25 @@ def _sliding_problem(job: Job) -> NodalProblem:
 
 
 def _solid(job: Job, name: str, field: np.ndarray) -> Part:
-    part = load_part(job, name, field)
-    cell = cell_of(part.model.mesh)
+    body = load_part(job, name, field)
+    cell = cell_of(body.model.mesh)
     if not (cell.solid or cell.axial):
         raise InputError(
-            f"{job.path}: component.{job.scene.component_of(name)}.geometry: '{part.component.geometry.kind}' given,"
+            f"{job.path}: component.{job.scene.component_of(name)}.geometry: '{body.component.geometry.kind}' given,"
             " report.full_fe with sliding points, a joint or a moving force allows solids and bars"
         )
-    if part.model.held.any() and len(part.model.rigid_twists):
+    if body.model.held.any() and len(body.model.rigid_twists):
         raise InputError(
             f"{job.path}: component.{job.scene.component_of(name)}.supports: leave some rigid motions free,"
             " report.full_fe with sliding points, a joint or a moving force allows all or none"
         )
-    return part
+    return body
 
 
 def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalContact:
     contact = job.scene.contact[name]
-    where = f"contact.{name}.interface"
-    points, rows = slave.contact_rows(contact.interface, where)
+    key = f"contact.{name}.interface"
+    points, rows = slave.contact_rows(contact.interface, key)
     placed = slave.placed(points.points)
     if name in job.scene.masters():
         assert master is not None
@@ -135,24 +135,24 @@ def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalCont
         surface, obstacle = None, obstacle_of(contact.against.model_dump())
     directions, stiffness = obstacle.direction(placed), contact.surface_stiffness * points.areas
     if contact.interface in oblique(job.scene)[contact.body]:
-        rows = slave.contact_rows(contact.interface, where, -directions)[1]
+        rows = slave.contact_rows(contact.interface, key, -directions)[1]
     return NodalContact(-rows, obstacle.gap(placed), stiffness, directions, surface)
 
 
 def _surface(job: Job, name: str, slave: Part, master: Part, placed: np.ndarray) -> tuple[SlidingSurface, SplineGrid]:
     space, rows = _space(master, job.scene.masters()[name].interface, f"contact.{name}.against")
-    own = (placed - master.position) @ master.rotation
-    weights = sliding_weights(space, chart_coordinates(space.chart, own))
+    local = (placed - master.position) @ master.rotation
+    weights = sliding_weights(space, chart_coordinates(space.chart, local))
     direction = slave.rotation.T @ (master.rotation @ along_direction(space.chart))
     along = np.tile(slave.model.directions @ direction, len(slave.model.nodes))
     slide = (slave.model.M @ along @ slave.reduction) / slave.model.properties.mass
     return SlidingSurface(rows, weights, slide), space
 
 
-def _space(part: Part, interface: str, where: str) -> tuple[SplineGrid, sparse.csr_matrix]:
+def _space(body: Part, interface: str, key: str) -> tuple[SplineGrid, sparse.csr_matrix]:
     """Return a traction space and the outward displacement of its functions, (F, dofs of the body)."""
-    space = traction_space(part.model.mesh, part.component.interface[interface], where)
-    return space, sparse.csr_matrix(space.rows(part.model) @ part.reduction)
+    space = traction_space(body.model.mesh, body.component.interface[interface], key)
+    return space, sparse.csr_matrix(space.rows(body.model) @ body.reduction)
 
 
 def _gas(job: Job, name: str, slave: Part) -> NodalLoad:
@@ -172,8 +172,8 @@ def _rod(job: Job, slave: Part) -> NodalRod:
     ((name, joint),) = job.scene.cranks().items()
     if joint.interface is None:
         raise InputError(f"{job.path}: report.full_fe: joint.{name}.interface: is missing; its kind is 'mean'")
-    held = load_rows(slave.model, slave.component.interface[joint.interface], f"joint.{name}.interface")
+    mean_rows = load_rows(slave.model, slave.component.interface[joint.interface], f"joint.{name}.interface")
     along, lateral = joint.axes
     axes = np.stack([lateral, along])
-    rows = axes @ slave.rotation @ (held.B @ slave.reduction).toarray()
-    return NodalRod(name, rows, axes @ slave.placed(held.point), joint.rod_length, joint.crank_pin, axes)
+    rows = axes @ slave.rotation @ (mean_rows.B @ slave.reduction).toarray()
+    return NodalRod(name, rows, axes @ slave.placed(mean_rows.point), joint.rod_length, joint.crank_pin, axes)

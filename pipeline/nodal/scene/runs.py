@@ -30,12 +30,12 @@ def nodal_runs(job: Job, progress: Callable[[str, float], None]) -> list[NodalRe
     if steps[0] > duration:
         raise InputError(f"{job.path}: report.full_fe.steps: {steps[0]:g} s given, the run lasts {duration:g} s")
     problem, runs = None, []
-    for number, step in enumerate(steps):
+    for i, step in enumerate(steps):
         product = _product(job, step)
         if not job.store.has(product.key):
             problem = problem or nodal_problem(job)
-            stage = f"full FE {step * 1e6:g} µs ({number + 1} of {len(steps)})"
-            record = _timed(problem, step, lambda share, stage=stage: progress(stage, share))
+            stage = f"full FE {step * 1e6:g} µs ({i + 1} of {len(steps)})"
+            record = _timed(problem, step, lambda fraction, stage=stage: progress(stage, fraction))
             keep(job.store, product, record)
         runs.append(job.store.get(product.key, "nodal"))
     return runs
@@ -60,8 +60,8 @@ def set_up_seconds(job: Job, step: float) -> tuple[Seconds, Seconds]:
 
 
 def _product(job: Job, step: float) -> Product:
-    parts = {name: (made["modes"].inputs, made["morph"].inputs) for name, made in job.components().items()}
-    return nodal_product(job.name, job.dynamics(), parts, step)
+    inputs = {name: (made["modes"].inputs, made["morph"].inputs) for name, made in job.components().items()}
+    return nodal_product(job.name, job.dynamics(), inputs, step)
 
 
 def _timed(problem: NodalProblem | PointProblem, step: float, progress: Callable[[float], None]) -> NodalRecord:

@@ -84,34 +84,34 @@ class Coupling:
         self._touch = self.surfaces.touch(self._sigma)
         self.gap = self._gaps(self._places, self.inward, self._touch)
 
-    def solve(self, places: np.ndarray, inward: np.ndarray, pins: np.ndarray) -> StepForces:
+    def solve(self, displacements: np.ndarray, inward: np.ndarray, pins: np.ndarray) -> StepForces:
         """Find the forces of a step.
 
         Args:
-            places: Displacement of the slave's ports at its end without them [m], (p,).
+            displacements: Displacement of the slave's ports at its end without them [m], (p,).
             inward: That of the master's functions, (F,).
             pins: Crank pin at its start and end, (2, 4); empty without a rod.
         """
         c = self.surfaces.count
-        predicted = places[c:] + self._W[c:, c:] @ self._aux
+        predicted = displacements[c:] + self._W[c:, c:] @ self._aux
         sigma = predicted[self._slides.start - c :]
         touch = self.surfaces.touch(sigma) if len(sigma) else self._touch
-        work = _Step(self, places, inward, touch, sigma)
+        work = _Step(self, displacements, inward, touch, sigma)
         if self.rod is not None:
             point = slice(c, c + 2)
             rates = self._slave.rates(point)
             work.hold(*prepare_rod(self.rod, self._places[point], rates, predicted[:2], pins, self._slave.step))
-        found = work.run()
-        self._sigma, self._touch, self._aux = sigma, touch, found.ports[c:]
-        return found
+        step_forces = work.run()
+        self._sigma, self._touch, self._aux = sigma, touch, step_forces.ports[c:]
+        return step_forces
 
     def finish(self, inward: np.ndarray) -> np.ndarray:
         """Take over the bodies' positions after a step; returns the change of the slave's ports [m], (p,)."""
         before, self._places, self.inward = self._places, self._slave.places(), inward
         return self._places - before
 
-    def _gaps(self, places: np.ndarray, inward: np.ndarray, touch: Touch) -> np.ndarray:
-        gap = self.gap_at_rest + places[: self.surfaces.count]
+    def _gaps(self, displacements: np.ndarray, inward: np.ndarray, touch: Touch) -> np.ndarray:
+        gap = self.gap_at_rest + displacements[: self.surfaces.count]
         if self.surfaces.size:
             gap += touch.N @ inward
             gap[~touch.present] = FAR
@@ -121,10 +121,12 @@ class Coupling:
 class _Step:
     """The unknowns of one step, reduced to the multipliers of the points near contact."""
 
-    def __init__(self, home: Coupling, places: np.ndarray, inward: np.ndarray, touch: Touch, sigma: np.ndarray) -> None:
-        self.home, self.places, self.inward, self.touch, self.sigma = home, places, inward, touch, sigma
+    def __init__(
+        self, home: Coupling, displacements: np.ndarray, inward: np.ndarray, touch: Touch, sigma: np.ndarray
+    ) -> None:
+        self.home, self.places, self.inward, self.touch, self.sigma = home, displacements, inward, touch, sigma
         self.c = home.surfaces.count
-        self.free = home._gaps(places, inward, touch)
+        self.free = home._gaps(displacements, inward, touch)
         self.usable = touch.present & home._touch.present
         self.rod_direction: np.ndarray | None = None
         # x = rod_free − rod_per_row·λ̄ − rod_per_drag·d
@@ -150,20 +152,20 @@ class _Step:
         home, c = self.home, self.c
         multipliers, functions = np.zeros(c), np.zeros(home.surfaces.size)
         old, new = home.gap, self.free
-        reach, iterations = NEAR * home._reach, 0
-        near = self.usable & ((old <= reach) | (new <= reach))
+        distance, iterations = NEAR * home._reach, 0
+        candidates = self.usable & ((old <= distance) | (new <= distance))
         touching = bool((self.usable & ((old < 0) | (new < 0))).any())
         while touching:
-            rows = np.flatnonzero(near)
+            rows = np.flatnonzero(candidates)
             gaps, multipliers[rows], used = self._close(rows)
             iterations += used
             new, functions = self._respond(multipliers)
-            missed = self.usable & ~near & (new < 0)
+            missed = self.usable & ~candidates & (new < 0)
             new[rows] = gaps
             if not missed.any():
                 home._reach = float(np.abs(new - self.free)[self.usable].max())
                 break
-            near |= missed
+            candidates |= missed
         crossing = self.touch.present != home._touch.present
         edge = 0.0
         if crossing.any():
@@ -197,9 +199,9 @@ class _Step:
             self._find_drag(rows, multipliers)
             return to_drag @ self.drag
 
-        found = close_gaps(W, home.stiffness[rows], home.gap[rows], self.free[rows], scale, follow)
-        self._find_drag(rows, found[1])
-        return found
+        closed = close_gaps(W, home.stiffness[rows], home.gap[rows], self.free[rows], scale, follow)
+        self._find_drag(rows, closed[1])
+        return closed
 
     def _local(self, rows: np.ndarray) -> None:
         """Restrict N and the master's response to the functions that these rows touch."""
@@ -214,7 +216,7 @@ class _Step:
         """d = λ̄ᵀ ΔN ē / Δσ of every sliding contact."""
         home, c = self.home, self.c
         inward = self.mean_free + 0.5 * (self.R @ (self.N_mean.T @ multipliers))
-        lost = multipliers * (self.N_change @ inward)
+        work_by_row = multipliers * (self.N_change @ inward)
         every = np.zeros(c)
         every[rows] = multipliers
         slides = home._slides
@@ -224,10 +226,10 @@ class _Step:
         guess = self.sigma - home._sigma
         drag = np.zeros(len(guess))
         for k, points in enumerate(home._contact_of_slide):
-            way = true[k] if abs(true[k] - guess[k]) <= PREDICTED * abs(guess[k]) else guess[k]
-            if way != 0:
-                first, last = np.searchsorted(rows, [points.start, points.stop])
-                drag[k] = lost[first:last].sum() / way
+            slide = true[k] if abs(true[k] - guess[k]) <= PREDICTED * abs(guess[k]) else guess[k]
+            if slide != 0:
+                start_row, stop_row = np.searchsorted(rows, [points.start, points.stop])
+                drag[k] = work_by_row[start_row:stop_row].sum() / slide
         self.drag = drag
 
     def _respond(self, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

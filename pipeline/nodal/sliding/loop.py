@@ -90,15 +90,15 @@ class _Run:
         """Make step n."""
         slave, master = self.slave, self.master
         waiting = None if master is None else self._pool.submit(master.predict, self._loads[1][n])
-        places = slave.predict(self._loads[0][n])
+        displacements = slave.predict(self._loads[0][n])
         inward = np.zeros(0) if waiting is None else waiting.result()
-        found = self.coupling.solve(places, inward, self._pins[n : n + 2])
-        growth = slave.advance(found.ports)
+        step_forces = self.coupling.solve(displacements, inward, self._pins[n : n + 2])
+        growth = slave.advance(step_forces.ports)
         if master is not None:
-            master.advance(found.functions)
-        way = self.coupling.finish(inward if master is None else master.places())
-        self._keep(n, found)
-        self._account(n, found, way, growth)
+            master.advance(step_forces.functions)
+        port_change = self.coupling.finish(inward if master is None else master.places())
+        self._keep(n, step_forces)
+        self._account(n, step_forces, port_change, growth)
 
     def free(self) -> None:
         """Release the factors' memory and the thread."""
@@ -130,23 +130,23 @@ class _Run:
 
     def _quantities(self) -> Json:
         """Return the run's quantities, named as the solver's."""
-        found: Json = {}
+        quantities: Json = {}
         for name, forces in self._contact_forces.items():
             window = window_of(self.problem.window, self.times, None, elastic=True)
-            found |= named(name, resultant_quantities(self.times, forces, window))
+            quantities |= named(name, resultant_quantities(self.times, forces, window))
         for body, moving in self.bodies:
-            found |= body_quantities(body.name, body.centre_motion(moving.motion()))
+            quantities |= body_quantities(body.name, body.centre_motion(moving.motion()))
         for load, moved in self._under.values():
-            found |= force_quantities(load, self.times[self._frames], np.array(moved))
-        return found
+            quantities |= force_quantities(load, self.times[self._frames], np.array(moved))
+        return quantities
 
-    def _keep(self, n: int, found: StepForces) -> None:
-        self._iterations += found.iterations
+    def _keep(self, n: int, step_forces: StepForces) -> None:
+        self._iterations += step_forces.iterations
         for (name, contact), points in zip(self.problem.contacts.items(), self.coupling.surfaces.points, strict=True):
-            self._contact_forces[name][n] = found.multipliers[points] @ contact.directions
+            self._contact_forces[name][n] = step_forces.multipliers[points] @ contact.directions
         if self.problem.rod is not None:
-            c = len(found.multipliers)
-            self._rod_force[n] = found.ports[c : c + 2]
+            c = len(step_forces.multipliers)
+            self._rod_force[n] = step_forces.ports[c : c + 2]
         for (body, moving), start in zip(self.bodies, self._start, strict=True):
             if body.twists is not None:
                 self._motion[body.name][n, :6] = (moving.q - start) @ body.twists
@@ -156,25 +156,25 @@ class _Run:
             for load, moved in self._under.values():
                 moved.append(load.rows @ self.slave.motion()[0])
 
-    def _account(self, n: int, found: StepForces, way: np.ndarray, growth: np.ndarray) -> None:
+    def _account(self, n: int, step_forces: StepForces, port_change: np.ndarray, growth: np.ndarray) -> None:
         """Add a step to the energies and to what contacts exchange.
 
         Args:
-            way: Change of the slave's ports [m].
+            port_change: Change of the slave's ports [m].
             growth: Change of its rigid coordinates.
         """
-        c = len(found.multipliers)
+        c = len(step_forces.multipliers)
         if self.problem.rod is not None:
-            self._given += float(found.ports[c : c + 2] @ way[c : c + 2])
-        self._given += found.edge
-        acting = np.flatnonzero(found.multipliers)
+            self._given += float(step_forces.ports[c : c + 2] @ port_change[c : c + 2])
+        self._given += step_forces.edge
+        acting = np.flatnonzero(step_forces.multipliers)
         if len(acting):
-            force = found.multipliers[acting]
+            force = step_forces.multipliers[acting]
             self._on_rigid += (force @ self.slave.ports_rigid[acting]) * growth
-            self._on_all += float(force @ way[acting])
+            self._on_all += float(force @ port_change[acting])
         self._energies[n + 1] = self._balance()
-        rest = self._on_all - float(self._on_rigid.sum())
-        exchanged = np.abs(self._on_rigid).sum() + abs(rest) + self._energies[n + 1, 2]
+        remainder = self._on_all - float(self._on_rigid.sum())
+        exchanged = np.abs(self._on_rigid).sum() + abs(remainder) + self._energies[n + 1, 2]
         self._exchanged = max(self._exchanged, 0.5 * float(exchanged))
 
     def _balance(self) -> tuple[float, float, float, float, float]:
@@ -182,5 +182,5 @@ class _Run:
         moving = [moving for _, moving in self.bodies]
         kinetic, strain = sum(body.kinetic for body in moving), sum(body.strain for body in moving)
         contact = contact_energy(self.coupling.stiffness, self.coupling.gap)
-        lost = sum(body.dissipated for body in moving)
-        return kinetic, strain, contact, lost, self._given + sum(body.work for body in moving)
+        dissipated = sum(body.dissipated for body in moving)
+        return kinetic, strain, contact, dissipated, self._given + sum(body.work for body in moving)

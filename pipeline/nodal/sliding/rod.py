@@ -12,12 +12,12 @@ from gudgeon.pipeline.nodal.problem import NodalRod
 
 
 def prepare_rod(
-    rod: NodalRod, place: np.ndarray, rate: np.ndarray, predicted: np.ndarray, pins: np.ndarray, step: float
+    rod: NodalRod, displacement: np.ndarray, rate: np.ndarray, predicted: np.ndarray, pins: np.ndarray, step: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Linearise the rod's condition about a prediction.
 
     Args:
-        place: Displacement of the point at the start of the step [m], (2,).
+        displacement: Displacement of the point at the start of the step [m], (2,).
         rate: Its velocity then [m/s], (2,).
         predicted: Its displacement at the end of the step [m], (2,).
         pins: The crank pin at the start and the end of the step: lateral, along, rates, (2, 4).
@@ -27,9 +27,9 @@ def prepare_rod(
         Direction of the force (2,); n at the end of the step (2,); error of the condition where P⁺ is as predicted [m],
         so that the condition is error + 2 n·(P⁺ − predicted) = 0.
     """
-    before = rod.point + place - pins[0, :2]
+    before = rod.point + displacement - pins[0, :2]
     after = rod.point + predicted - pins[1, :2]
     length = float(np.hypot(*after))
     end, middle = after / length, before + after
-    error = length - rod.length + end @ (predicted - place) - step / 2 * (end @ (rate + pins[1, 2:]))
+    error = length - rod.length + end @ (predicted - displacement) - step / 2 * (end @ (rate + pins[1, 2:]))
     return middle / np.hypot(*middle), end, float(error)

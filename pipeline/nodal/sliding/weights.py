@@ -23,8 +23,8 @@ def sliding_weights(
     """
 
     def weights(sigma: float) -> tuple[sparse.csr_matrix, np.ndarray]:
-        places = coordinates + np.array([0.0, sigma])
-        N, on = spline_matrix(space, places), inside(space, places)
+        shifted = coordinates + np.array([0.0, sigma])
+        N, on = spline_matrix(space, shifted), inside(space, shifted)
         N.data.reshape(-1, SUPPORT)[~on] = 0.0
         return N, on
 
