@@ -242,8 +242,8 @@ def _marks(name: str, values: np.ndarray) -> bool:
 def _facet_sets(mesh: Any, dimension: int) -> dict[str, np.ndarray]:
     """Return the corners (k, d + 1) of the lines or triangles in each named set of the file."""
     facet_sets: dict[str, list[np.ndarray]] = {}
-    blocks = [(k, np.asarray(block.data)) for k, block in enumerate(mesh.cells) if block.type in FACETS[dimension]]
-    facets = [(k, cells[:, : dimension + 1]) for k, cells in blocks]
+    kinds, corners = FACETS[dimension], slice(dimension + 1)
+    facets = [(k, np.asarray(block.data)[:, corners]) for k, block in enumerate(mesh.cells) if block.type in kinds]
     for name, members in mesh.cell_sets.items():
         if not name.startswith("gmsh:"):
             facet_sets[name.strip('"')] = [rows[np.asarray(members[k], int)] for k, rows in facets if k < len(members)]

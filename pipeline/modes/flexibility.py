@@ -70,8 +70,9 @@ class Flexibility:
         unbalanced = float(np.linalg.norm(self._weight[:, 0] * residual)) if len(sizes) else 0.0
         if not unbalanced < SOLVED and not self._error(residual, answer @ signs, loads @ signs) < SOLVED:
             raise StageError(
-                f"modes: static solutions leave {unbalanced:.2g} of their load unbalanced, allowed: {SOLVED:g}. A part is"
-                " connected by too few nodes, the mesh has slivers, or the mesh is much finer than its shape needs"
+                f"modes: static solutions leave {unbalanced:.2g} of their load unbalanced, allowed: {SOLVED:g}."
+                " A part is connected by too few nodes, the mesh has slivers, or the mesh is much finer than its shape"
+                " needs"
             )
         return answer
 

@@ -1,5 +1,6 @@
 """Names of faces: in a script the physical groups; in a STEP file, whose names OpenCASCADE drops, by their corners."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,7 @@ def face_names(gmsh: Any, path: str, faces: list[int]) -> dict[int, str]:
     moved there; of several with the same corners, such as the halves of a cylinder, in the order of the file.
     """
     if kind_of_file(path) == "gmsh script":
-        groups = [(gmsh.model.getPhysicalName(2, tag), tag) for _, tag in gmsh.model.getPhysicalGroups(2)]
-        return {int(face): name for name, tag in groups for face in gmsh.model.getEntitiesForPhysicalGroup(2, tag)}
+        return _names_of_groups(gmsh)
     if kind_of_file(path) != "STEP":
         return {}
     instances = instances_of(Path(path).read_text(errors="replace"))
@@ -37,25 +37,42 @@ def face_names(gmsh: Any, path: str, faces: list[int]) -> dict[int, str]:
     of_file: dict[Any, list[str]] = {}
     for instance, name in labels.items():
         of_file.setdefault(_key(unit * corners_of(instance, instances), grid), []).append(name)
+    names_by_face = _names_at(of_file, corners, grid)
+    motions = chains(instances, unit)
+    if motions:
+        elsewhere = _unnamed_solids(gmsh, corners, names_by_face)
+        names_by_face |= placed_names(list(shells_of(instances, labels, unit)), motions, elsewhere, extent)
+    return {face: name for face, name in names_by_face.items() if face in corners and name not in NO_NAME}
+
+
+def _names_of_groups(gmsh: Any) -> dict[int, str]:
+    """Return the names of the physical groups of faces by face."""
+    groups = [(gmsh.model.getPhysicalName(2, tag), tag) for _, tag in gmsh.model.getPhysicalGroups(2)]
+    return {int(face): name for name, tag in groups for face in gmsh.model.getEntitiesForPhysicalGroup(2, tag)}
+
+
+def _names_at(of_file: Mapping[Any, list[str]], corners: Mapping[int, np.ndarray], grid: float) -> dict[int, str]:
+    """Return the names of faces by number, where the file has as many faces with the same corners."""
     of_model: dict[Any, list[int]] = {}
     for face, points in corners.items():
         of_model.setdefault(_key(points, grid), []).append(face)
     names_by_face: dict[int, str] = {}
     for key, numbers in of_model.items():
-        names = of_file.get(key, [])
-        if len(names) == len(numbers):
+        if len(names := of_file.get(key, [])) == len(numbers):
             names_by_face |= dict(zip(numbers, names, strict=True))
-    motions = chains(instances, unit)
-    if motions:
-        solids = [[int(face) for face in gmsh.model.getAdjacencies(3, tag)[1]] for _, tag in gmsh.model.getEntities(3)]
-        elsewhere = [
-            {face: corners[face] if face in corners else _corners(gmsh, face) for face in faces_of_solid}
-            for faces_of_solid in solids
-            if not all(face in names_by_face for face in faces_of_solid if face in corners)
-        ]
-        placed = placed_names(list(shells_of(instances, labels, unit)), motions, elsewhere, extent)
-        names_by_face |= {face: name for face, name in placed.items() if face in corners}
-    return {face: name for face, name in names_by_face.items() if name not in NO_NAME}
+    return names_by_face
+
+
+def _unnamed_solids(
+    gmsh: Any, corners: Mapping[int, np.ndarray], names_by_face: Mapping[int, str]
+) -> list[dict[int, np.ndarray]]:
+    """Return the corners of all faces of each solid with a face that has no name."""
+    solids = [[int(face) for face in gmsh.model.getAdjacencies(3, tag)[1]] for _, tag in gmsh.model.getEntities(3)]
+    return [
+        {face: corners[face] if face in corners else _corners(gmsh, face) for face in faces}
+        for faces in solids
+        if not all(face in names_by_face for face in faces if face in corners)
+    ]
 
 
 def _key(points: np.ndarray, grid: float) -> Any:

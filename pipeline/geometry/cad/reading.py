@@ -46,15 +46,7 @@ def read_solids(gmsh: Any, path: str, requested: Sequence[str | int]) -> list[in
         _refuse_commands(path)
     try:
         with quiet_stdout():
-            if kind == "gmsh script":
-                read_file(gmsh, path)
-                gmsh.model.occ.synchronize()
-            else:
-                with at_most(LEAST_SECONDS + SECONDS_PER_BYTE * Path(path).stat().st_size):
-                    gmsh.model.occ.importShapes(path, False)
-                gmsh.model.occ.synchronize()
-                if not gmsh.model.getEntities(3) and gmsh.model.getEntities(2):
-                    _sew(gmsh, path)
+            _load(gmsh, path, kind)
     except InputError:
         raise
     except Exception as error:
@@ -87,6 +79,19 @@ def solid_volume(gmsh: Any, tag: int) -> float:
         return float(gmsh.model.occ.getMass(3, tag))
     except Exception:  # gmsh raises bare Exceptions
         return math.nan
+
+
+def _load(gmsh: Any, path: str, kind: str) -> None:
+    """Load a script or a file of shapes, whose faces are sewn if it has no solids."""
+    if kind == "gmsh script":
+        read_file(gmsh, path)
+        gmsh.model.occ.synchronize()
+        return
+    with at_most(LEAST_SECONDS + SECONDS_PER_BYTE * Path(path).stat().st_size):
+        gmsh.model.occ.importShapes(path, False)
+    gmsh.model.occ.synchronize()
+    if not gmsh.model.getEntities(3) and gmsh.model.getEntities(2):
+        _sew(gmsh, path)
 
 
 def chosen_solids(gmsh: Any, path: str, requested: Sequence[str | int], every: list[int]) -> list[int]:

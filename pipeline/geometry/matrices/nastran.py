@@ -96,6 +96,19 @@ def read_bulk(path: str) -> Model:
         raise InputError(
             f"{path}: GRID {int(moved[0, 0])} is in another coordinate system; allowed: the basic one (CP and CD blank)"
         )
+    blocks, sets = _solids(bulk, path), dict[str, list[int]]()
+    for row in bulk.rdcards(path, "SET1", return_var="list") or []:
+        sets.setdefault(f"set{row[0]}", []).extend(_listed(row[1:]))
+    couplings, coupled = _rigid_elements(bulk, path)
+    sets |= coupled
+    labels = grids[:, 0].astype(int)
+    members = {name: np.intersect1d(np.array(chosen, int), labels) for name, chosen in sets.items()}
+    dependent = np.unique(np.array([n for name in coupled if name.startswith("rbe2") for n in coupled[name]], int))
+    return model_of(labels, grids[:, 2:5], blocks, members, {}, path, couplings=couplings, dependent=dependent)
+
+
+def _solids(bulk: ModuleType, path: str) -> list[Block]:
+    """Return the solid elements, one block a card and number of nodes."""
     blocks: list[Block] = []
     for card, cells in CARDS.items():
         rows = bulk.rdcards(path, card, return_var="list") or []
@@ -107,15 +120,7 @@ def read_bulk(path: str) -> Model:
         if wrong := [row for row in rows if len(row) - HEAD not in allowed]:
             have = " or ".join(map(str, allowed))
             raise InputError(f"{path}: {card} {wrong[0][0]} has {len(wrong[0]) - HEAD} nodes, allowed: {have}")
-    sets: dict[str, list[int]] = {}
-    for row in bulk.rdcards(path, "SET1", return_var="list") or []:
-        sets.setdefault(f"set{row[0]}", []).extend(_listed(row[1:]))
-    couplings, coupled = _rigid_elements(bulk, path)
-    sets |= coupled
-    labels = grids[:, 0].astype(int)
-    members = {name: np.intersect1d(np.array(chosen, int), labels) for name, chosen in sets.items()}
-    dependent = np.unique(np.array([n for name in coupled if name.startswith("rbe2") for n in coupled[name]], int))
-    return model_of(labels, grids[:, 2:5], blocks, members, {}, path, couplings=couplings, dependent=dependent)
+    return blocks
 
 
 def _rigid_elements(bulk: ModuleType, path: str) -> tuple[list[Coupling], dict[str, list[int]]]:

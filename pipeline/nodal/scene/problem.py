@@ -75,10 +75,11 @@ def _layered_solid(job: Job) -> bool:
     return layers and component.geometry.kind not in LINES and not component.supports
 
 
-def _sliding_problem(job: Job) -> NodalProblem:
-    scene, masters = job.scene, job.scene.masters()
+def _sliding_bodies(job: Job) -> tuple[str, str | None]:
+    """Return the body that slides, and the one over which it does, if it is none of the obstacles."""
+    scene = job.scene
     slaves = {acting.body for acting in (*scene.contact.values(), *scene.moving().values())}
-    master_names = {master.body for master in masters.values()}
+    master_names = {master.body for master in scene.masters().values()}
     if len(slaves) != 1 or len(master_names) > 1 or slaves | master_names != set(scene.body) or len(scene.joint) > 1:
         raise InputError(
             f"{job.path}: report.full_fe: with sliding points, a joint or a moving force, all contacts and moving"
@@ -90,8 +91,14 @@ def _sliding_problem(job: Job) -> NodalProblem:
                 f"{job.path}: report.full_fe: contact.{name}: with sliding points or a joint, a contact needs"
                 " surface_stiffness, and an obstacle or a surface that it is against"
             )
-    slave = _solid(job, slaves.pop(), np.asarray(scene.run.gravity))
-    master = _solid(job, master_names.pop(), np.zeros(3)) if master_names else None
+    return slaves.pop(), next(iter(master_names), None)
+
+
+def _sliding_problem(job: Job) -> NodalProblem:
+    scene = job.scene
+    slave_name, master_name = _sliding_bodies(job)
+    slave = _solid(job, slave_name, np.asarray(scene.run.gravity))
+    master = _solid(job, master_name, np.zeros(3)) if master_name is not None else None
     gas = (_gas(job, name, slave) for name in scene.gas())
     moving = (_moving(job, name, slave) for name in scene.moving())
     problem = NodalProblem(
