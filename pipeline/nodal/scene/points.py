@@ -92,9 +92,8 @@ def _contact(job: Job, name: str, bodies: list[Part]) -> PointContact:
         partner_id, obstacle = None, obstacle_of(contact.against.model_dump())
         gap, directions = obstacle.gap(placed), obstacle.direction(placed)
         if contact.interface in slanting[contact.body]:
-            rows[body_id] = -bodies[body_id].contact_rows(contact.interface, f"contact.{name}.interface", -directions)[
-                1
-            ]
+            _, inward = bodies[body_id].contact_rows(contact.interface, f"contact.{name}.interface", -directions)
+            rows[body_id] = -inward
     allowed, deformed = INSIDE * float(np.abs(placed).max()), gap.copy()
     for row, body in zip(rows, bodies, strict=True):
         deformed += 0.0 if row is None else row @ body.body.start[0]
