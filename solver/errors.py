@@ -6,4 +6,4 @@ class SolverError(Exception):
 
 
 class SceneError(SolverError):
-    """The scene is inconsistent, or its bodies and records lack something that it needs."""
+    """The scene is inconsistent, or something that it needs is missing from its bodies and records."""

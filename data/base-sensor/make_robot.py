@@ -2,8 +2,9 @@
 
 A six-axis arm of the dimensions, masses and centres of mass that Universal Robots publishes for its UR5 ("DH parameters
 for calculations of kinematics and dynamics"); inertias are those of solid cylinders. It starts with right angles at all
-joints, its tool down, in a hole with clearance, and stands on three load cells: bushings (robot.toml), or elastic posts
-of the database (robot-cells.toml); or on the plate of beams (robot-plate.toml) or the solid one (robot-solid.toml).
+joints, its tool down, in a hole with clearance, and is mounted on three load cells: bushings (robot.toml), or elastic
+posts of the database (robot-cells.toml); or on the plate of beams (robot-plate.toml) or the solid one
+(robot-solid.toml).
 """
 
 from pathlib import Path
@@ -150,7 +151,7 @@ def main():
     at = frames(START)
     times, moved = joints()
     lines = [
-        "# A six-axis robot arm that puts a peg into a hole and stands on three load cells.",
+        "# A six-axis robot arm that puts a peg into a hole and is mounted on three load cells.",
         "# Dimensions, masses and centres of mass of the UR5 (Universal Robots, DH parameters for calculations of",
         "# kinematics and dynamics), inertias of solid cylinders. Written by make_robot.py.",
         "",

@@ -158,7 +158,7 @@ def _trajectory(record: Trajectory, outline: Outline) -> None:
             raise Malformed(f"coordinate_offsets: {name}: {offset}, expected 0 to {outline.letters['q']}")
     for name, peak in record.peaks.items():
         if not _whole(peak) or not 0 <= peak < outline.letters.get("p", 0):
-            raise Malformed(f"peaks: {name}: {peak}, which peak_times lacks")
+            raise Malformed(f"peaks: {name}: {peak}, which is not in peak_times")
 
 
 def _quantities(record: Trajectory | NodalRecord | WheelRecord | FieldRecord, outline: Outline) -> None:

@@ -178,7 +178,7 @@ class _Objects:
     def _dataset(self, messages: dict[int, list[bytes]], path: str) -> Dataset:
         for kind in (DATASPACE, DATATYPE, LAYOUT):
             if len(messages.get(kind, ())) != 1:
-                raise Malformed(f"{path}: an array without its shape, type or place")
+                raise Malformed(f"{path}: an array without its shape, type or address")
         if unknown := messages.keys() & {LINK, LINK_INFO}:
             raise Malformed(f"{path}: an array with messages {sorted(unknown)}")
         self._check_labels(messages, path)

@@ -68,7 +68,7 @@ class PoseGridRecord:
     """Key of the FieldRecord in whose places the poses begin."""
     moved: Json
     """`names` of the conductors that move, and the `pivot` about which they rotate [m]."""
-    axes: dict[str, Array] = field(metadata=rule("a'", unit="m or rad", name="places of an axis"))
+    axes: dict[str, Array] = field(metadata=rule("a'", unit="m or rad", name="positions along an axis"))
     """Values of each axis of the grid, ascending, by name of `x`, `y`, `z` [m], `rx`, `ry`, `rz` [rad] in this order,
     (n,)."""
     capacitance: Array = field(metadata=rule("p k k", unit="F", name="capacitance matrices"))

@@ -177,7 +177,7 @@ class InertiaCouplings:
     )
     """∂(ũᵀ M Φ)/∂q [1], (3, m, m), antisymmetric in the last two."""
     position_moments: Array | None = field(
-        default=None, metadata=rule("3 3 m", unit="kg^0.5 m", name="first moments of places and shapes")
+        default=None, metadata=rule("3 3 m", unit="kg^0.5 m", name="first moments of positions and shapes")
     )
     """∫ ρ x_i φ_jk with x from the centre of mass [kg^½ m], (3, 3, m); None where no body of the scene turns."""
     shape_moments: Array | None = field(default=None, metadata=rule("3 3 m m", unit="1", name="moments of two shapes"))

@@ -177,7 +177,7 @@ class FolderStore(Store):
         for path in sorted(self.root.glob(RECORDS)):
             key = path.stem
             if self.path(key) != path or not KEY.fullmatch(key):
-                yield str(path), RecordMismatch(f"{path}: not where a record of a key stands")
+                yield str(path), RecordMismatch(f"{path}: not the path of a record of its key")
             else:
                 yield str(path), self.examine(key)
 

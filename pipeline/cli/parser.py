@@ -72,7 +72,7 @@ that a scene can use under [component.NAME.geometry.surfaces]. The picture shows
 Of a deck (.inp, .bdf, .cdb) it prints the named sets instead, and its couplings as interfaces of a scene.
 """
 NEW_HELP = """\
-Write FOLDER/scene.toml with comments, and a copy of the file beside it. The scene runs as it is: a steel part whose
+Write FOLDER/scene.toml with comments, and a copy of the file next to it. The scene runs as it is: a steel part whose
 largest outer flat face, or lowest face, strikes a rigid plane at 1 m/s. Every number in it is for you to change.
 """
 SCHEMA_HELP = """\

@@ -73,7 +73,7 @@ def _refuse_off(mesh: MeshRecord, point: np.ndarray, line: np.ndarray, key: str)
     nearest, distance, corners, size = _nearest(mesh.nodes[skin], point)
     if distance > OFF * size:
         raise InputError(f"{key}.point: {point.tolist()} given, it lies {distance:.4g} m off the surface of the part;"
-                         f" its nearest place is {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
+                         f" its nearest point is {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
     normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
     tilt = float(np.degrees(np.arcsin(min(1.0, abs(normal @ line) / float(np.linalg.norm(normal))))))
     if tilt > TILT:
@@ -94,7 +94,7 @@ def refuse_far(mesh: MeshRecord, point: np.ndarray, key: str) -> None:
     if (np.maximum(low - point, point - high) <= FAR * (high - low).max()).all():
         return
     nearest, distance, *_ = _nearest(mesh.nodes[outer_faces(mesh.cells)], point)
-    raise InputError(f"{key}: {point.tolist()} given, it lies {distance:.4g} m off the part; its nearest place is"
+    raise InputError(f"{key}: {point.tolist()} given, it lies {distance:.4g} m off the part; its nearest point is"
                      f" {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
 
 

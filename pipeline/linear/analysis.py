@@ -200,7 +200,11 @@ def _write_response(
     write_text(job.out / RESPONSE, csv_text([heads, *([repr(float(x)) for x in row] for row in rows)]))
     title = f"{request.quantity} per {'motion' if force.given else 'force'} at {force.label} [{symbol}{per}]"
     draw(job.out / PICTURE, (job.name, title), frequencies, answers, [p.label for p in read], band(linear))
-    return [f"--frequencies: beyond {band(linear):.4g} Hz the response lacks modes"] if high > band(linear) else []
+    return (
+        [f"--frequencies: beyond {band(linear):.4g} Hz modes are missing from the response"]
+        if high > band(linear)
+        else []
+    )
 
 
 def _range(modes: "AssembledModes", limit: float) -> tuple[float, float, int]:

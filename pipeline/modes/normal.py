@@ -68,7 +68,9 @@ def normal_modes(model: FEModel, count: int, flexibility: Flexibility | None = N
         )
     inertia = _inertia(model, problem, pairs, count)
     if missed := inertia["inertia_found"] - inertia["inertia_expected"]:
-        raise StageError(f"modes: the inertia count finds {missed:+d} modes beside the {count} extracted. {CAUSES}")
+        raise StageError(
+            f"modes: the inertia count finds {missed:+d} modes in addition to the {count} extracted. {CAUSES}"
+        )
     vectors = vectors * np.where(vectors[np.abs(vectors).argmax(0), range(count)] < 0, -1, 1)
     Phi = np.zeros((len(model.held), count))
     Phi[model.free] = vectors

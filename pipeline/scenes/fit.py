@@ -67,7 +67,7 @@ def wrong_swaps(scene: "SceneFile") -> list[str]:
         if len(bodies) != 1 or len(forces) != 1:
             lines.append(
                 f"{key}: {len(bodies)} bodies and {len(forces)} forces of kind 'moving' are of component '{name}',"
-                " needed: one of each, whose place tells the basis"
+                " needed: one of each, whose position determines the basis"
             )
         others = {"contact": scene.contact, "joint": scene.joint, "motion": scene.motion}
         others |= {"force": scene.fields() | scene.electrodes() | scene.external()}

@@ -18,7 +18,7 @@ WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 
 class Gauge(Strict):
-    """A place where stress or strain is recorded: a fibre of a beam, its section, a point, or a surface."""
+    """A position where stress or strain is recorded: a fibre of a beam, its section, a point, or a surface."""
 
     station: str | None = optional(
         "Station of the beam, or its end left or right, where the bending stress is recorded, positive in tension, or a"
@@ -126,5 +126,5 @@ class Sensor(Strict):
     @model_validator(mode="after")
     def _once(self) -> "Sensor":
         if len(set(self.components)) < len(self.components):
-            raise ValueError(f"components: {list(self.components)} given, each must stand once")
+            raise ValueError(f"components: {list(self.components)} given, each is allowed once")
         return self

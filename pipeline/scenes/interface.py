@@ -21,7 +21,7 @@ def _pair(value: Any) -> Any:
 
 
 class Interface(Strict):
-    """A place of a component where contacts, joints or loads act."""
+    """A region of a component where contacts, joints or loads act."""
 
     surface: str = Field(description="Name of a surface of the mesh")
     kind: Literal["points", "traction", "mean", "pressure", "patch", "tie"] = Field(
@@ -51,7 +51,7 @@ class Interface(Strict):
     extent: tuple[Span, Span] | None = Field(
         default=None,
         description="Least and largest coordinate of a traction space on a plane or patch, across and along, from the"
-        " plane's origin, or the mean place of the nodes of a patch [m]; default: the whole surface",
+        " plane's origin, or the mean position of the nodes of a patch [m]; default: the whole surface",
     )
     tie: Literal["rbe2", "rbe3"] | None = optional(
         "How the surface is coupled to the reference point. rbe2: it moves as a rigid body with the point;"

@@ -57,7 +57,7 @@ def _tables(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
     if base is None:
         return tables
     if not isinstance(base, str) or not is_file(path.parent / base):
-        raise InputError(f"{path}: base: no file {shown_text(base)} beside it")
+        raise InputError(f"{path}: base: no file {shown_text(base)} next to it")
     if (path.parent / base).resolve() in (*above, path.resolve()):
         raise InputError(f"{path}: base: '{base}' is based on this file itself")
     if len(above) >= DEEPEST:
@@ -88,7 +88,7 @@ def _explained(error: str) -> str:
         return error
     table = ".".join(word.strip(" '\"") for word in match["table"].split(",") if word.strip())
     return (
-        f"[{table}] stands there twice, or a table around it is in braces {{…}}, which are complete: write that as a"
+        f"[{table}] is declared twice, or a table around it is in braces {{…}}, which are complete: write that as a"
         f" table of its own, its keys in lines below its name ({match['place']})"
     )
 

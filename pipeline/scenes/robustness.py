@@ -69,7 +69,7 @@ class Damped(Strict):
 
 
 class Sagging(Strict):
-    """Let gravity press a held body on its obstacle, so that it starts at rest on it."""
+    """Deflect a held body against its obstacle by gravity, so that it starts at rest on it."""
 
     kind: Literal["static-deflection"]
     factor: PositiveRatio = Field(description="Deflection without contact over the gap, at the point of the least gap")

@@ -53,7 +53,7 @@ class RunReport:
     """Estimated relative errors by name, such as `step.impulse`; see `Trajectory.estimates`."""
     out: str = ""
     files: tuple[str, ...] = ("summary.json", TRAJECTORY)
-    """Names of the files in `out` beside the pictures."""
+    """Names of the files in `out` in addition to the pictures."""
     pictures: list[str] = field(default_factory=list)
     frequencies: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     """Modes of each component with their errors, if the run ends with the stage `modes`; see `frequency_table`."""

@@ -77,6 +77,6 @@ def _held(scene: Scene, name: str, side: Side, held: np.ndarray) -> str:
     return (
         f"contact.{name}: {count} of component.{component}.interface.{side.interface}, the first near ({where}) m,"
         f" cannot move because component.{component}.supports hold them; method '{scene.contact[name].method}' needs"
-        " points that yield: leave the supported edge out of the interface by its height, sector_deg or another"
+        " points that can move: leave the supported edge out of the interface by its height, sector_deg or another"
         f" surface, or set contact.{name}.surface_stiffness"
     )

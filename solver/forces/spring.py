@@ -27,7 +27,7 @@ class Spring(TwoEnds):
     damping: DampingConstant = Field(default=0.0, description="Damping constant of the parallel dashpot")
     against_at: Place | None = Field(
         default=None,
-        description="Point of the other body, as `at`, or place of the ground in the scene [m]: the spring acts along"
+        description="Point of the other body, as `at`, or point of the ground in the scene [m]: the spring acts along"
         " the line between both points, which turns with them, as it does in scenes of integrator mechanism between two"
         " interfaces without a `direction`",
     )

@@ -30,7 +30,7 @@ class JournalBearing(Strict):
         default=None, description="Pressure per indentation of a foundation of springs between rigid parts [N/m^3]"
     )
     length: Length | None = Field(default=None, description="Of the foundation along the axis [m]")
-    places: int = Field(default=PLACES, ge=72, le=1440, description="Number of places about a foundation")
+    places: int = Field(default=PLACES, ge=72, le=1440, description="Number of positions about the axis")
     load: Load = Field(
         description="Largest force that the bearing is tabulated for; a run that exceeds it ends [N]",
     )

@@ -56,7 +56,7 @@ class Marked(Marker):
     against: str | None = Field(default=None, description="Other body; default: the ground")
     against_at: Place | None = Field(
         default=None,
-        description="Its point of the other body, as `at` [m]; of the ground the place in the scene. Default: the place"
+        description="Its point of the other body, as `at` [m]; of the ground the position in the scene. Default: that"
         " of `at` as the scene places the bodies",
     )
     against_interface: str | None = Field(default=None, description="The same of the other body, as `interface`")

@@ -26,7 +26,7 @@ def left_text(system: System, times: np.ndarray, snapshots: np.ndarray) -> str:
                 at = ", ".join(f"{x:.4g}" for x in place)
                 first = (
                     float(time),
-                    f"the point of '{contact.interface}' at ({at}) m of {contact.body} came beside"
+                    f"the point of '{contact.interface}' at ({at}) m of {contact.body} left"
                     f" '{over.interface}' of {over.body} at {time:.4g} s (contact.{contact.name})",
                 )
                 break

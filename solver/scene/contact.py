@@ -37,7 +37,7 @@ class OtherBody(Strict):
     shape: Literal["body"]
     body: str = Field(description="Name of a body of the scene")
     interface: str = Field(
-        description="Interface of kind 'points' or 'patch'; points of meshes that do not match press on its facets"
+        description="Interface of kind 'points' or 'patch'; points of meshes that do not match touch its facets"
     )
 
 

@@ -73,7 +73,7 @@ class Drive(History):
 
 
 class Translation(Drive):
-    """Displacement along a direction, since the body stood where the scene places it."""
+    """Displacement along a direction, from the body as the scene places it."""
 
     kind: Literal["translation"]
     at: Place | None = Field(

@@ -12,7 +12,7 @@ class PointProbe(Strict):
     """Motion of a point or interface of a body."""
 
     kind: Literal["displacement", "velocity", "acceleration", "rotation"] = Field(
-        description="displacement: since the undeformed body stood where the scene places it [m]; velocity [m/s];"
+        description="displacement: from the undeformed body as the scene places it [m]; velocity [m/s];"
         " acceleration: mean over each sample interval [m/s^2]; rotation [rad], of rigid bodies and of interfaces"
         " of kind 'tie'"
     )
@@ -45,7 +45,7 @@ class DistanceProbe(Strict):
 
 
 class ForceProbe(Strict):
-    """Force of a contact, joint or spring, or the place where a contact's force acts."""
+    """Force of a contact, joint or spring, or the position at which a contact's force acts."""
 
     kind: Literal["force", "centre"] = Field(
         description="force: resultant on the body of a contact or joint, or what a motion needs, mean over each sample"

@@ -194,7 +194,7 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
             f'{SUPPORTS}=[{{surface="crown", hold=[]}}]',
             f"{SUPPORTS}.0.hold: [] given; name at least one of x, y, z, rx",
         ),
-        ('body.skirt.freedom=["z", "x", "z"]', "body.skirt.freedom: z stands there more than once; give each once"),
+        ('body.skirt.freedom=["z", "x", "z"]', "body.skirt.freedom: z given more than once; give each once"),
         (f'{SUPPORTS}=[{{surface="crown", hold=["q"]}}]', f"{SUPPORTS}.0.hold.0: 'q' given; input should be 'x', 'y'"),
         (f'{SUPPORTS}=[{{surface="crown", hld=["x"]}}]', f"{SUPPORTS}.0.hld: unknown key; did you mean 'hold'? "),
         (f"{MODES}.normal_count=0", f"{MODES}.normal_count: 0 given; reduction 'macneal' needs 1 or more"),
@@ -327,9 +327,9 @@ def test_json_is_not_printed_for_a_mistake(cold: Case, capsys: Capture) -> None:
         (b"[run]\nduration = 1\nduration = 2", "not valid TOML: "),
         (
             b'component.a.geometry = { kind = "cad" }\n[component.a.geometry.surfaces]\n',
-            "not valid TOML: [component.a.geometry.surfaces] stands there twice, or a table around it is in braces",
+            "not valid TOML: [component.a.geometry.surfaces] is declared twice, or a table around it is in braces",
         ),
-        (b"[run]\n[run]\n", "not valid TOML: [run] stands there twice"),
+        (b"[run]\n[run]\n", "not valid TOML: [run] is declared twice"),
         ("# Höhe".encode("latin-1"), "cannot be read (not UTF-8 text)"),
     ],
 )

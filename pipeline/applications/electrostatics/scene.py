@@ -107,7 +107,7 @@ class Turn(Axis):
 
 
 class Poses(Strict):
-    """A grid of poses of conductors that move as one, from their places in the scene."""
+    """A grid of poses of conductors that move as one, from their positions in the scene."""
 
     moved: tuple[Name, ...] = Field(min_length=1, description="Conductors that move")
     pivot: Place | None = Field(

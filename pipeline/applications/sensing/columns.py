@@ -61,7 +61,7 @@ def _names(
             hint = suggestion(name, allowed)
             raise InputError(f"{path}: column {column} is '{head.strip()}', {hint}{table} has {', '.join(allowed)}")
         if name in names:
-            raise InputError(f"{path}: column {column}: '{name}' stands twice")
+            raise InputError(f"{path}: column {column}: '{name}' is given twice")
         units, unit = UNITS[allowed[name]], match["unit"]
         if unit is not None and unit.strip() not in units:
             raise InputError(f"{path}: column {column}: '{name}' is in '{unit.strip()}', allowed: {', '.join(units)}")

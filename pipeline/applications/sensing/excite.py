@@ -40,10 +40,10 @@ def excite_calibration(
         parameters: Of the links; default: those of the scene.
 
     Raises:
-        InputError: the arm stands on load cells, or its wrenches do not span all components.
+        InputError: the arm is mounted on load cells, or its wrenches do not span all components.
     """
     if not isinstance(robot.base, Gauged) or robot.sensor is None:
-        raise InputError(f"{robot.job.path}: --excite: the arm stands on load cells, which have no gauges")
+        raise InputError(f"{robot.job.path}: --excite: the arm is mounted on load cells, which have no gauges")
     p = robot.arm.chain.parameters() if parameters is None else parameters
     progress("excite", 0.0)
     series, _, after = excitation_of(robot, excitation)

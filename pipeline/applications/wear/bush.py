@@ -51,7 +51,7 @@ def compliance_change(job: Any, name: str, joint: Clearance, depths: np.ndarray)
     across, radius = frame_along(joint.axes[1])[:, :2], joint.radius + joint.clearance
     off, nodes = cKDTree(mesh.nodes).query(face.points)
     if off.max() > ON_NODE * radius:
-        raise StageError(f"{job.path}: {key}.interface: a place of the bore is {off.max():.2g} m from its node")
+        raise StageError(f"{job.path}: {key}.interface: a point of the bore is {off.max():.2g} m from its node")
     model = component_model(mesh, component, f"component.{bearing.component}")
     out = face.points @ across
     angles = np.arctan2(out[:, 1], out[:, 0])

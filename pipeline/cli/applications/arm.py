@@ -11,9 +11,10 @@ from gudgeon.pipeline.cli.sharing import shared
 
 IDENTIFY_HELP = """\
 Identify the base parameters of an arm from the wrench on its base: masses, first moments and inertias of the links as
-far as that wrench tells them. The scene has an arm of driven revolute joints whose stand is on load cells (bushings
-with probes of their forces) or on a plate with a sensor. Without --data the joints are driven along a Fourier series
-that is optimised for the condition number of the regressor, and the scene runs so, without its contacts; the series
+far as that wrench determines them. The scene has an arm of driven revolute joints whose stand is on load cells
+(bushings with probes of their forces) or on a plate with a sensor. Without --data the joints are driven along a
+Fourier series that is optimised for the condition number of the regressor, and the scene runs so,
+without its contacts; the series
 is written as excitation.csv for a real arm. With --data, a CSV with the columns `time`, each joint by its name [rad
 or deg], and Fx, Fy, Fz, Mx, My, Mz of the base on the stand about the stand's point, or with --calibration the
 signals of its channels. Writes parameters.json: values, standard errors, condition number, and what is left. See

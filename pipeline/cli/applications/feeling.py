@@ -21,7 +21,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     add = command.add_argument
     add("--body", metavar="NAME", help="body that the handle moves (default: that of the first field)")
     add("--force-scale", type=float, default=1e6, metavar="S", help="force on the handle over that on the body (1e6)")
-    text = "way of the handle over that of the body (default: the largest way of the body becomes 5 cm)"
+    text = "displacement of the handle over that of the body (default: the largest of the body becomes 5 cm)"
     add("--length-scale", type=float, metavar="S", help=text)
     add("--rate", type=float, default=1000.0, metavar="HZ", help="ticks per second (default 1000)")
     add("--seconds", type=float, metavar="T", help="how long (default: the script, or until Ctrl-C) [s]")
@@ -52,8 +52,8 @@ def feel_command(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(report, indent=1))
         return 0
-    print(f"body {report['body']}: forces × {report['force_scale']:g}, ways × {report['length_scale']:g}, coupling"
-          f" {report['coupling_stiffness']:.3g} N/m")  # fmt: skip
+    print(f"body {report['body']}: forces × {report['force_scale']:g}, displacements × {report['length_scale']:g},"
+          f" coupling {report['coupling_stiffness']:.3g} N/m")  # fmt: skip
     if "largest_force" in report:
         print(f"largest force {report['largest_force']:.3g} N, least reserve {report['least_reserve']:.3g} J")
     if "timing" in report:

@@ -13,7 +13,7 @@ from gudgeon.pipeline.cli.sharing import shared
 
 CALIBRATE_HELP = """\
 Write the calibration of a sensor of the scene, a table [sensor.NAME]: the matrix from the signals of its bridges to
-the wrench, offsets, condition number, residuals, and where the gauges stand. Without --data it follows from the
+the wrench, offsets, condition number, residuals, and positions of the gauges. Without --data it follows from the
 strains under unit wrenches; with --data, a CSV with the columns of the wrench and of the signals, by least squares;
 with --excite by least squares over a run in which the arm that stands on the plate moves without contact on a
 trajectory of low condition number, through the plate's own bridges with noise, drift and rounding. If the signals or
@@ -49,7 +49,7 @@ def add_sensing(names: Any, plain: Callable[..., argparse.ArgumentParser], comma
     add = plain(names, "infer", text, infer_command, INFER_HELP).add_argument
     add("calibration", metavar="CALIBRATION", type=Path, help="file that `gudgeon calibrate` wrote")
     add("signals", metavar="SIGNALS.csv", type=Path, help="table of signals")
-    add("--to", type=Path, metavar="FILE", help=f"{to} (default SIGNALS-wrench.csv beside the signals)")
+    add("--to", type=Path, metavar="FILE", help=f"{to} (default SIGNALS-wrench.csv next to the signals)")
     add("--json", action="store_true", help="print one JSON document on stdout")
     add_arm(names, command)
 
@@ -70,7 +70,8 @@ def calibrate_command(options: argparse.Namespace) -> int:
         else f"{calibration_text(calibration)}\nwritten: {path}"
     )
     if calibration.condition > POOR:
-        print(f"gudgeon: condition number {calibration.condition:.3g}: some directions are told much worse than others",
+        print(f"gudgeon: condition number {calibration.condition:.3g}: some directions are determined much worse"
+              " than others",
               file=sys.stderr)  # fmt: skip
     return 0
 

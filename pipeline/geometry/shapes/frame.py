@@ -30,7 +30,7 @@ class Member(Strict):
         " up × axis",
     )
     stations: dict[Name, Length] = Field(
-        default={}, description="Named places along it, by their distance from its start [m]"
+        default={}, description="Named positions along it, by their distance from its start [m]"
     )
 
 
@@ -69,7 +69,7 @@ class Frame(Strict):
             along = np.subtract(nodes[member.end], nodes[member.start])
             length = float(np.linalg.norm(along))
             if not length > 0:
-                raise ValueError(f"{name}: its start and end are one place; a length above zero is needed")
+                raise ValueError(f"{name}: its start and end are the same point; a length above zero is needed")
             if np.linalg.norm(np.cross(along, member.up)) < PARALLEL * length * np.linalg.norm(member.up):
                 raise ValueError(f"{name}.up: {list(member.up)} given, it is along the member; give one across it")
             for station, x in member.stations.items():

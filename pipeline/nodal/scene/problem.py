@@ -57,7 +57,7 @@ def nodal_problem(job: Job) -> NodalProblem | PointProblem:
         raise InputError(f"{job.path}: report.full_fe: driven bodies are not supported; remove motion.{name}")
     for name in scene.moving() if scene.contact or scene.joint else ():
         key = f"{job.path}: report.full_fe: force.{name}"
-        raise InputError(f"{key}: moving forces beside contacts or joints are not supported; remove it")
+        raise InputError(f"{key}: moving forces together with contacts or joints are not supported; remove it")
     if not (scene.contact or scene.moving()):
         raise InputError(f"{job.path}: report.full_fe: the scene has no contact and no moving force; needed: one")
     refuse_contacts(job)

@@ -215,8 +215,8 @@ def _lowest_shapes(model: FEModel, assembly: Parts, W: np.ndarray | None, count:
     limit = len(K) - rigid
     if limit < max(count, 1):
         raise InputError(
-            f"modes.normal_count: {count} given, the substructures have {max(limit, 0)} coordinates beside the rigid"
-            " motions; increase fixed_count, interface_count or substructures, or refine the mesh"
+            f"modes.normal_count: {count} given, the substructures have {max(limit, 0)} coordinates in addition to the"
+            " rigid motions; increase fixed_count, interface_count or substructures, or refine the mesh"
         )
     vectors = dense_pairs(K, M, rigid, count or limit, "in the basis of the substructures")[1]
     if W is not None:

@@ -63,8 +63,8 @@ def interface_basis(
     mode_count = limit if count is None else count
     if mode_count > limit:
         raise InputError(
-            f"modes.interface_count: {mode_count} given, the boundary has {limit} elastic dofs beside those kept;"
-            " request fewer, or remove the key for all"
+            f"modes.interface_count: {mode_count} given, the boundary has {limit} elastic dofs in addition to those"
+            " kept; request fewer, or remove the key for all"
         )
     W = np.zeros((len(K), len(p) + Z.shape[1] + mode_count))
     W[p, np.arange(len(p))] = 1.0

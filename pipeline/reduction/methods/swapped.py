@@ -47,8 +47,8 @@ def swapped(
     """
     if reduction.Phi.shape[1] + swap.vectors > (limit := largest_count(model)):
         raise InputError(
-            f"modes.swap.vectors: {swap.vectors} given beside {reduction.Phi.shape[1]} other shapes, its mesh has"
-            f" {limit} in all; use fewer"
+            f"modes.swap.vectors: {swap.vectors} given in addition to {reduction.Phi.shape[1]} other shapes,"
+            f" its mesh has {limit} in all; use fewer"
         )
     source, ends = RitzVectors(model), crossed.borders(swap.bases)
     frequencies, shapes = (
@@ -65,7 +65,7 @@ def swapped(
             raise InputError(
                 f"modes.swap.vectors: {swap.vectors} given, the force between {ends[k]:.4g} and {ends[k + 1]:.4g}"
                 f" m along '{crossed.interface}' has {modes.Phi.shape[1] - needed + swap.vectors} independent ones"
-                " beside the normal modes; use fewer"
+                " in addition to the normal modes; use fewer"
             )
         frequencies.append(modes.angular_frequencies)
         shapes.append(modes.Phi)

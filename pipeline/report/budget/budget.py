@@ -265,7 +265,7 @@ def _panels(judge: Judge) -> Term:
     run, why = _run(judge.point, changed_grids(judge.point.job, by_panels))
     if run is None:
         return Term(source, f"{MISSING}: {why}")
-    how = "capacitances greater by what their own coarse panels estimate that they lack"
+    how = "capacitances increased by the error that their own coarse panels estimate"
     return judge.term(source, how, judge.differences(run, ""))
 
 

@@ -111,7 +111,7 @@ def whole_turn(subject: Subject, operation: Any) -> Trial:
     if not subject.turns:
         subject.contact()
     elif names := [*subject.scene.bearings()]:
-        raise DoesNotApply(f"the bush of joint '{names[0]}' stands along the axes of the scene")
+        raise DoesNotApply(f"the bush of joint '{names[0]}' is aligned with the axes of the scene")
     subject, like = in_equal_steps(subject)
     job, length = replace(subject.job, scene=turned(subject.scene)), extent(subject)
     return Trial(job, units=Units(), turned=True, length=length, like=like, equal_steps=like is not None)

@@ -162,7 +162,7 @@ def _overlaps(job: Any) -> bool:
 def penetration(subject: Subject, operation: Any) -> Trial:
     """Move the body of the first contact into the other surface."""
     require(subject.contacts, NO_CONTACT)
-    require(not (subject.turns and subject.scene.joint), "joints place the bodies")
+    require(not (subject.turns and subject.scene.joint), "joints determine the positions of the bodies")
     name, (direction, gap, size) = subject.first_body, approach(subject.job)
     position = np.array(subject.scene.body[name].position) - direction * (gap + operation.share * size)
     return Trial(subject.changed({"body": {name: {"position": position.tolist()}}}))

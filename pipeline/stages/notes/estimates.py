@@ -81,7 +81,7 @@ def patches(facts: Facts) -> Iterator[str]:
         points = "a single point" if count == 1 else f"{count} points"
         yield (
             f"contact.{name}: its largest force acts on {points} of a curved or tilted surface, and runs with other"
-            f" modes or frequencies do not show what they lack; by the rim of the patch about"
+            f" modes or frequencies do not show the error of that; by the rim of the patch it is about"
             f" {facts.summary['estimates']['mesh.force']:.0%} of the force; set {' or '.join(remedies)}"
         )
 

@@ -61,7 +61,7 @@ class Electrostatic(FieldForce):
     )
     start: tuple[Coordinate, Coordinate, Coordinate] = Field(
         default=(0.0, 0.0, 0.0),
-        description="Translation of the moved conductors from their place in the scene of conductors, as the run"
+        description="Translation of the moved conductors from their position in the scene of conductors, as the run"
         " starts, along the field's axes [m]",
     )
     turn: tuple[Angle, Angle, Angle] = Field(

@@ -209,7 +209,7 @@ def _sliding(regime: Linear) -> Basis:
     P = np.eye(n) - regime.pushed.T @ np.linalg.solve(regime.rigid @ regime.pushed.T, regime.rigid)
     K = P @ (np.diag(regime.stiffness) + _through(regime.rows, regime.springs))
     if np.any(regime.dampers):
-        raise IncompleteError("dashpots beside slip")
+        raise IncompleteError("dashpots during slip")
     values, vectors = linalg.eig(K)
     order = np.argsort(np.abs(values))
     values, vectors = values[order], np.real(vectors[:, order])

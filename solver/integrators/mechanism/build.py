@@ -173,7 +173,7 @@ def _add_hinge(found: Linkage, name: str, joint: Marked) -> None:
     if isinstance(joint, Distance):
         apart = float(np.linalg.norm(found.place(own) - found.place(other)))
         if apart == 0:
-            raise SceneError(f"joint.{name}: its two points are at one place; a distance needs a direction")
+            raise SceneError(f"joint.{name}: its two points coincide; a distance needs a direction")
         found.rows.append(Row(name, ((found.term(DISTANCE, pair), 1.0),), joint.length or apart, length=True))
         return
     found.rows += [Row(name, ((found.term(ALONG, pair, i), 1.0),), length=True) for i in joint.along]
@@ -350,7 +350,7 @@ def _law(found: Linkage, ends: tuple[Point, Point], spring) -> tuple[float, floa
     if free != 0 and np.array_equal(found.place(ends[0]), found.place(ends[1])):
         (name,) = (key for key, one in found.system.scene.point_springs().items() if one is spring)
         raise SceneError(
-            f"force.{name}: its ends are at one place at the start, where the force of a spring without force at"
+            f"force.{name}: its ends coincide at the start, where the force of a spring without force at"
             f" {free:.6g} m has no direction; move body.{spring.body}.position, or an end"
         )
     return stiffness, spring.damping, free

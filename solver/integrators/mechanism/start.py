@@ -353,10 +353,10 @@ def _singular(found: Linkage, rows: np.ndarray, rank: int, there: int) -> str:
     names = list(dict.fromkeys(row.joint for row, one in zip(found.rows, within, strict=True) if one))
     left, beside = rows.shape[1] - rank, rows.shape[1] - there
     if there > rank:
-        so = f"{beside} beside it, so that the motion is not determined; start beside it"
+        so = f"{beside} in positions near it, so that the motion is not determined; start away from it"
     else:
         fewer = "none" if left == 1 else "fewer"
-        so = f"{fewer} beside it, so that it moves only if they give way; change one of them, or where it stands"
+        so = f"{fewer} in positions near it, so that it moves only if they deform; change one of them, or the start"
     return (
         f"joint.{names[0]}: the start is a singular position: the joints ({', '.join(names)}) leave {left}"
         f" motion{'s' * (left > 1)} there and {so}"

@@ -81,7 +81,7 @@ def _gauges(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Itera
         pressed = any(name not in masters or scene.contact[name].body == body for name in touching)
         acts = pressed or _pulled(scene, body)
         reason = f"{'forces act' if acts else 'nothing acts'} on an interface of it"
-        reason = "contacts press on it" if pressed else reason
+        reason = "contacts load it" if pressed else reason
         yield Term("gauges' quasi-static part", body, acts, reason, _gauge_fields(gauges, "residual"))
         deformed = any(scene.run.gravity) and stock.elastic and stock.held
         reason = f"gravity {'deforms' if deformed else 'does not deform'} the body"
@@ -124,7 +124,7 @@ def _residual(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Ter
     if not present and _pulled(scene, body):
         present, reason = True, "a joint, load, motion or spring acts on it"
     if not present and any(body in (joint.body, joint.against) for joint in scene.hinges().values()):
-        present, reason = True, "it says what modes lack at joints"
+        present, reason = True, "what modes do not represent at joints is estimated"
     if not present and any(True for _ in interfaces_read(scene, body)):
         present, reason = True, "a probe reads an interface of it"
     if not stock.elastic:

@@ -45,7 +45,7 @@ def test_a_uniform_strain_along_any_direction(length: float | None) -> None:
     ("gauge", "message"),
     [
         ({"point": [0.0, 0.0, 0.005]}, r"g\.point: \[0\.0, 0\.0, 0\.005\] given, it lies 0\.005 m off the surface"),
-        ({"point": [0.0, 0.0, 0.02]}, r"g\.point: .*, it lies 0\.01 m off the surface of the part; its nearest place is"
+        ({"point": [0.0, 0.0, 0.02]}, r"g\.point: .*, it lies 0\.01 m off the surface of the part; its nearest point is"
                                       r" \[0\.0, 0\.0, 0\.01\]"),
         ({"direction": [0, 0, 1]}, r"g\.direction: .* leaves the surface there by 90 degrees, allowed: 5"),
         ({"length": 0.1}, r"g\.length: 0\.1 m given, the grid then leaves the part at"),
@@ -66,9 +66,9 @@ def test_places_of_a_curved_surface_are_those_of_its_elements(radius: float) -> 
     """Hollow and round: chords of the elements are half a millimetre off the surface, to which gauges stick."""
     gauge = {"direction": [0, 0, 1], "quantity": "strain"}
     at = radius * np.array([np.cos(0.3), np.sin(0.3)])
-    with pytest.raises(InputError, match="its nearest place is") as refused:
+    with pytest.raises(InputError, match="its nearest point is") as refused:
         rows_of(TUBE, {"g": gauge | {"point": [*(at * (1 + 100 * (radius - 0.012))), 0.013]}}, 0.006)
-    nearest = json.loads(str(refused.value).split("its nearest place is ")[1])
+    nearest = json.loads(str(refused.value).split("its nearest point is ")[1])
     assert np.hypot(*nearest[:2]) == pytest.approx(radius, rel=2e-3)
     for place in (nearest, [*at, 0.013]):
         model, rows = rows_of(TUBE, {"g": gauge | {"point": place}}, 0.006)
@@ -101,7 +101,7 @@ def test_fibres_of_beams_in_space(turned: bool) -> None:
     ("geometry", "message"),
     [
         ({"members": {"one": {"start": "a", "end": "c"}}}, r"one\.end = 'c' given, the frame has the nodes a, b"),
-        ({"members": {"one": {"start": "a", "end": "a"}}}, r"one: its start and end are one place"),
+        ({"members": {"one": {"start": "a", "end": "a"}}}, r"one: its start and end are the same point"),
         ({"members": {"one": {"start": "a", "end": "b", "up": [0, 2, 0]}}}, r"one\.up: .* it is along the member"),
         ({"members": {"one": {"start": "a", "end": "b", "stations": {"s": 0.4}}}}, r"one\.stations\.s = 0\.4 given"),
         ({"members": {"one": {"start": "a", "end": "b", "stations": {"a": 0.1}}}}, "'a' names two of its nodes"),

@@ -78,7 +78,7 @@ def test_a_mode_that_mumps_counts_and_slepc_lacks(
         return np.delete(values, 2), np.delete(vectors, 2, axis=1)
 
     monkeypatch.setattr(slepc, "slepc_pairs", forgetful)
-    with pytest.raises(StageError, match=r"the inertia count finds \+1 modes beside the 8 extracted"):
+    with pytest.raises(StageError, match=r"the inertia count finds \+1 modes in addition to the 8 extracted"):
         normal_modes(skirt_model, COUNT)
 
 

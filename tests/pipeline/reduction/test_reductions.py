@@ -109,7 +109,7 @@ def test_rows_are_left_as_they_are() -> None:
         (
             "craig-bampton",
             {"fixed_count": 1, "normal_count": 9},
-            "modes.normal_count: 9 given, the substructures have 1 coordinates beside the rigid motions",
+            "modes.normal_count: 9 given, the substructures have 1 coordinates in addition to the rigid motions",
         ),
         ("fixed-reference", {"reference": "foot"}, "modes.reference: the mesh has no surface 'foot', it has left"),
     ],

@@ -173,7 +173,9 @@ def test_full_fe_knows_no_moving_force_beside_contacts(tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "scene") / "scene.toml"
     scene.write_text(scene.read_text() + SKIRT)
     job = open_job(scene, db=tmp_path / "db", out=tmp_path / "out")
-    with pytest.raises(InputError, match=r"report\.full_fe: force\.tool: moving forces beside contacts or joints"):
+    with pytest.raises(
+        InputError, match=r"report\.full_fe: force\.tool: moving forces together with contacts or joints"
+    ):
         nodal_problem(job)
 
 

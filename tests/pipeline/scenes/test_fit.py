@@ -431,11 +431,11 @@ def test_mistake_in_a_scene_with_a_base_names_the_scene() -> None:
 @pytest.mark.parametrize(
     ("base", "complaint"),
     [
-        ('"none.toml"', "base: no file 'none.toml' beside it"),
-        ('""', "base: no file '' beside it"),
-        ('"."', "base: no file '.' beside it"),
-        ("3", "base: no file 3 beside it"),
-        ('["scene.toml"]', "base: no file ['scene.toml'] beside it"),
+        ('"none.toml"', "base: no file 'none.toml' next to it"),
+        ('""', "base: no file '' next to it"),
+        ('"."', "base: no file '.' next to it"),
+        ("3", "base: no file 3 next to it"),
+        ('["scene.toml"]', "base: no file ['scene.toml'] next to it"),
         ('"own.toml"', "base: 'own.toml' is based on this file itself"),
         ('"../piston/own.toml"', "base: '../piston/own.toml' is based on this file itself"),
     ],

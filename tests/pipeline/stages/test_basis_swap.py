@@ -154,7 +154,10 @@ def test_jump_of_the_energy_is_refused(folder: Path) -> None:
         ({"run.integrator": "event"}, "run.integrator"),
         (GROUND, "swap: contact.floor given; bases change in scenes of given forces"),
         ({"force.load.at": [0.5, -0.13]}, "modes.swap: the force is at 0.5 m across 'top'"),
-        ({"component.beam.modes.swap.vectors": 5000}, "vectors: 5000 given beside 8 other shapes, its mesh has"),
+        (
+            {"component.beam.modes.swap.vectors": 5000},
+            "vectors: 5000 given in addition to 8 other shapes, its mesh has",
+        ),
     ],
     ids=lambda value: "" if isinstance(value, dict) else re.sub(r"\W+", "-", value)[:30],
 )

@@ -23,7 +23,7 @@ def test_the_first_point_beside_its_surface_is_named_with_its_time(tmp_path: Pat
     snapshots = (system.position + ways[:, None] * unit)[:, system.rigid]
     said = left_text(system, times, snapshots)
     first = times[np.argmax(ways > end - over.height.max())]
-    assert f"came beside '{over.interface}' of {over.body} at {first:.4g} s (contact.{contact.name})" in said
+    assert f"left '{over.interface}' of {over.body} at {first:.4g} s (contact.{contact.name})" in said
     farthest = contact.points[int(over.height.argmax())]
     place = re.search(r"at \((.*)\) m of", said)
     assert place is not None

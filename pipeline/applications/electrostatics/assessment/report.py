@@ -267,7 +267,9 @@ def _estimates(levels: Sequence[Level]) -> Table:
                  for error in (mesh.record.panel_error, mesh.record.shape_error))  # fmt: skip
         rows.append([f"× {mesh.factor:g}", f"{mesh.panels:,}", *(f"{value:.1e}" for value in worst),
                      f"{mesh.seconds.cpu:.3g} s"])  # fmt: skip
-    note = "the largest of the capacitances in the places of the scene, as every run estimates it from its own panels"
+    note = (
+        "the largest of the capacitances in the positions of the scene, as every run estimates it from its own panels"
+    )
     return Table("Meshes", ["edges", "panels", "error by panels", "error by shape", "CPU time"], rows, note)
 
 

@@ -152,8 +152,8 @@ def synthesise(
     interface_limit = k - kept_count
     if choice.interface_count is not None and choice.interface_count > interface_limit:
         raise InputError(
-            f"{key}.interface_count: {choice.interface_count} given, a face has {interface_limit} dofs beside"
-            " those kept"
+            f"{key}.interface_count: {choice.interface_count} given, a face has {interface_limit} dofs in"
+            " addition to those kept"
         )
     tuned = {n: _tuned(reduced_sector, choice, n) for n in reduced_sector.sector.symmetry.harmonics()}
     size = sum(t.size for t in tuned.values())

@@ -19,6 +19,6 @@ def check_nearness(names: list[str], centres: np.ndarray, size: float) -> None:
     far = np.abs(centres).max(axis=1)
     if (step := float(np.spacing(far.max()))) > ROUGH * size:
         raise SceneError(
-            f"body.{names[int(far.argmax())]}.position: {far.max():.3g} m from the origin, where places are multiples"
-            f" of {step:.2g} m, too coarse for joints of a mechanism of {size:.3g} m; place it nearer to the origin"
+            f"body.{names[int(far.argmax())]}.position: {far.max():.3g} m from the origin, where positions are"
+            f" multiples of {step:.2g} m, too coarse for joints of a mechanism of {size:.3g} m; move it nearer to it"
         )

@@ -46,9 +46,9 @@ def joint_truncations(linkage: Linkage, model: Model, states: States, holds: np.
         if share > SAID:
             component = linkage.system.scene.component_of(name)
             notes.append(
-                f"body.{name}: its modes lack {share:.2g} of the strain energy that the forces of its joints would"
-                f" cause as static ones; increase component.{component}.modes.fixed_count, or set reduction"
-                " 'rubin-macneal', whose shapes lack none"
+                f"body.{name}: its modes do not represent {share:.2g} of the strain energy that the forces of"
+                f" its joints would cause as static ones; increase component.{component}.modes.fixed_count, or set"
+                " reduction 'rubin-macneal', whose shapes represent all of it"
             )
     return found, notes
 
@@ -75,8 +75,8 @@ def inertia_truncations(linkage: Linkage, model: Model, states: States) -> tuple
             component = linkage.system.scene.component_of(name)
             key = "fixed_count" if body.modal.reduction in BY_HELD_MODES else "normal_count"
             notes.append(
-                f"body.{name}: its modes lack {share:.2g} of the strain energy that its rotation would cause as a"
-                " static load; its gauges have what is lacking, its displacements have not: increase"
+                f"body.{name}: its modes do not represent {share:.2g} of the strain energy that its rotation would"
+                " cause as a static load; its gauges include it, its displacements do not: increase"
                 f" component.{component}.modes.{key}"
             )
     return found, notes

@@ -94,7 +94,7 @@ def check_cells(name: str, worn: WornSection, bore: ElasticBore) -> None:
     """Raise a SceneError where a cell has so few places of a bore that its pressure would depend on them."""
     if worn.cells > (most := max(1, _places(bore) // PLACES_PER_CELL)):
         raise SceneError(
-            f"joint.{name}.wear.cells: {worn.cells} given; the bore has {_places(bore)} places about its axis, and"
+            f"joint.{name}.wear.cells: {worn.cells} given; the bore has {_places(bore)} positions about its axis, and"
             f" corners and middles of elements differ: allowed: up to {most}"
         )
 

@@ -169,7 +169,7 @@ ROW = ",".join(["1e-6"] * 8)
         (f"{HEAD.replace(',', ';')}\n{ROW.replace(',', ';')}", "is separated by semicolons; allowed: commas"),
         (f"{HEAD.replace('side3', 'side')}\n{ROW}", r"column 8 is 'side', did you mean 'side\d'"),
         (f"{HEAD.replace(',side3', '')}\n{ROW[:-5]}", "no column side3; the table of signals needs top0"),
-        (f"{HEAD.replace('side3', 'top0')}\n{ROW}", "column 8: 'top0' stands twice"),
+        (f"{HEAD.replace('side3', 'top0')}\n{ROW}", "column 8: 'top0' is given twice"),
         (f"{HEAD.replace('side3', 'side3 [V]')}\n{ROW}", r"column 8: 'side3' is in 'V', allowed: V/V, mV/V"),
         (f"{HEAD}\n{ROW.replace('1e-6', '1e308', 1)}", "wrenches beyond the range of numbers"),
     ],

@@ -291,7 +291,9 @@ def test_what_there_is_not_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     parts = sector_parts(sector, 0)
     with pytest.raises(InputError, match=r"cyclic\.count: 24 given, the reduced wheel has 12 elastic coordinates"):
         synthesise(parts, InterfaceChoice(np.array([True]), 0), 24, mistuning)
-    with pytest.raises(InputError, match=r"cyclic\.interface_count: 2 given, a face has 1 dofs beside those kept"):
+    with pytest.raises(
+        InputError, match=r"cyclic\.interface_count: 2 given, a face has 1 dofs in addition to those kept"
+    ):
         synthesise(parts, InterfaceChoice(np.array([False]), 2), 4, mistuning)
     monkeypatch.setattr("gudgeon.pipeline.applications.wheel.cyclic.synthesis.LARGEST_SIZE", 11)
     with pytest.raises(InputError, match="cyclic: 12 coordinates, at most 11; keep fewer of a face's 1 dofs"):

@@ -145,7 +145,7 @@ def test_points_that_leave_their_surface_under_load_end_the_run(
     found = simulate(system)
     assert impulse(found) > 0.1
     assert found.result == "SURFACE_LEFT"
-    where = r"the point of '[\w-]+' at \(.*\) m of part came beside '\w+' of rail at [\d.e-]+ s \(contact\.slide\): "
+    where = r"the point of '[\w-]+' at \(.*\) m of part left '\w+' of rail at [\d.e-]+ s \(contact\.slide\): "
     assert re.match(where, str(found.counts["reason"]))
 
 

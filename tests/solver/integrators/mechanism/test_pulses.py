@@ -95,5 +95,5 @@ def test_a_spring_whose_ends_meet(tmp_path: Path) -> None:
     run, body = {"duration": 0.1, "samples": 10}, {"part": {"velocity": [0.5, 0.0, 0.0]}}
     found = solved(tmp_path / "a", body, guide, force={"s": spring}, run=run)
     assert found.motion["part"][-1, 0] == pytest.approx(0.05 * np.sin(1.0), rel=1e-7)
-    with pytest.raises(SceneError, match=r"force\.s: its ends are at one place"):
+    with pytest.raises(SceneError, match=r"force\.s: its ends coincide"):
         simulate(system_of(tmp_path / "b", body, guide, force={"s": spring | {"length": 0.2}}, run=run))

@@ -147,7 +147,7 @@ def test_a_singular_start_is_refused(tmp_path: Path) -> None:
         "d": hinge("revolute", "rocker", at=[-0.15, 0, 0]),
     }
     with pytest.raises(
-        SceneError, match=r"joint\.\w+: the start is a singular .*leave 2 motions there and 1 beside it"
+        SceneError, match=r"joint\.\w+: the start is a singular .*leave 2 motions there and 1 in positions near it"
     ):
         simulate(system_of(tmp_path, bodies, joints, run=RUN))
 
@@ -166,7 +166,7 @@ def stretched(against: float, **more: Any) -> tuple[dict[str, Any], dict[str, An
 def test_a_start_that_is_rigid_to_second_order_is_refused(against: float, gravity: list[float], tmp_path: Path) -> None:
     """Two circles that touch: the rows leave a motion of first order, and none of any size."""
     bodies, joints = stretched(against)
-    text = r"joint\.pin: the start is a singular .* \(pin, rod\) leave 1 motion there and none beside it"
+    text = r"joint\.pin: the start is a singular .* \(pin, rod\) leave 1 motion there and none in positions near it"
     with pytest.raises(SceneError, match=text):
         simulate(system_of(tmp_path, bodies, joints, run=RUN | {"gravity": gravity}))
 
@@ -174,7 +174,7 @@ def test_a_start_that_is_rigid_to_second_order_is_refused(against: float, gravit
 def test_other_bodies_that_move_leave_fewer_motions_beside(tmp_path: Path) -> None:
     bodies, joints = stretched(0.9)
     bodies["free"] = {"position": [3.0, 0, 0]}
-    with pytest.raises(SceneError, match=r"\(pin, rod\) leave 7 motions there and fewer beside it"):
+    with pytest.raises(SceneError, match=r"\(pin, rod\) leave 7 motions there and fewer in positions near it"):
         simulate(system_of(tmp_path, bodies, joints, run=RUN))
 
 
