@@ -47,7 +47,7 @@ def url(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     loop = threading.Thread(
         target=run_loop,
         args=(coupling, None),
-        kwargs={"stop": stop, "told": lambda _, felt: latest.__setitem__(slice(None), [felt])},
+        kwargs={"stop": stop, "on_tick": lambda _, felt: latest.__setitem__(slice(None), [felt])},
     )
     serving = threading.Thread(target=lambda: asyncio.run(Server(device, SHOWN, state).serve(0, found, stop)))
     for thread in (loop, serving):
