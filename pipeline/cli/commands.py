@@ -7,7 +7,7 @@ import json
 import os
 import shlex
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -122,10 +122,7 @@ def plan_command(options: argparse.Namespace) -> int:
     if "turning" in rows:
         print(f"     {rows['turning']}")
     if rows.get("ports"):
-        print("\nports")
-    for row in rows.get("ports", ()):
-        count = "" if row["number"] is None else str(row["number"])
-        print(f"     {row['member']:38} {count:>15}  {row['kind']}, {' and '.join(row['bodies'])}, {row['rows']} rows")
+        _print_ports(rows["ports"])
     if "integrator" in rows:
         steps = f", steps {rows['stepping']}" if rows.get("stepping") else ""
         others = "".join(f"; {name} with {size}" for name, size in rows.get("by_size", {}).items())
@@ -133,6 +130,13 @@ def plan_command(options: argparse.Namespace) -> int:
     size_read, missing = rows["bytes"], "the number of bytes is available after `gudgeon modes`"
     print(f"\n{missing if size_read is None else f'the solver reads {size_read:,} bytes'}")
     return 0
+
+
+def _print_ports(ports: Sequence[Mapping[str, Any]]) -> None:
+    print("\nports")
+    for row in ports:
+        count = "" if row["number"] is None else str(row["number"])
+        print(f"     {row['member']:38} {count:>15}  {row['kind']}, {' and '.join(row['bodies'])}, {row['rows']} rows")
 
 
 def report_command(options: argparse.Namespace) -> int:

@@ -31,26 +31,31 @@ class Console:
         said = [detail.removesuffix(")")] if detail else []
         type(self).last_stage = stage if share < 1.0 else ""
         clock = time.monotonic()
-        if stage != self._shown or share < self._last:
+        restarted = stage != self._shown or share < self._last
+        if restarted:
             self._started = clock
         # What comes before the first share, such as compiling, says nothing about the rest.
-        if stage != self._shown or share < self._last or self._last == 0.0:
+        if restarted or self._last == 0.0:
             self._begin, self._first = clock, share
-            fresh, self._shown = stage != self._shown, stage
-            if fresh and not self._bar and not self._quiet and share < 1.0:
-                print(f"{stage} …", file=sys.stderr, flush=True)
-                self._told = clock
+            if stage != self._shown and share < 1.0:
+                self._print_line(f"{stage} …", clock)
+            self._shown = stage
         self._last = share
         done, taken = share - self._first, clock - self._begin
         if done > 0 and taken > SOON and share < 1.0:
             said += [f"{_duration(clock - self._started)} elapsed", f"{_duration(taken * (1.0 - share) / done)} left"]
-            if not self._bar and not self._quiet and clock - self._told >= LINES:
-                self._told = clock
-                print(f"{stage} … {', '.join([f'{share:.0%}', *said])}", file=sys.stderr, flush=True)
+            if clock - self._told >= LINES:
+                self._print_line(f"{stage} … {', '.join([f'{share:.0%}', *said])}", clock)
         if self._bar:
             bar = f"{stage:6} [{'#' * int(24 * share):.<24}] {share:4.0%}"
             text = f"{bar}  {', '.join(said)}".rstrip() if share < 1.0 else ""
             print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+
+    def _print_line(self, text: str, clock: float) -> None:
+        """Print a line of progress where there is no bar."""
+        if not self._bar and not self._quiet:
+            print(text, file=sys.stderr, flush=True)
+            self._told = clock
 
 
 def _duration(seconds: float) -> str:

@@ -171,15 +171,19 @@ def diff_command(options: argparse.Namespace) -> int:
         print(f"kind: {a.kind} → {b.kind}")
     print("\n".join(lines) or "the inputs are the same")
     if comparison is not None:
-        distance = f"(nodes {comparison.distance:.3g} m apart at most)"
-        print(f"\nmode    frequency [Hz]   other     change      MAC   {distance}")
-        for row in comparison.rows():
-            matched = "–" if row["other"] is None else str(row["other"])
-            change = "" if row["change"] is None else f"{row['change']:+.3%}"
-            print(f"{row['mode']:4} {row['frequency']:16.6g} {matched:>7} {change:>10}   {row['mac']:.4f}")
+        _print_modes(comparison)
     if options.picture is not None:
         print(options.picture, file=sys.stderr)
     return 0
+
+
+def _print_modes(comparison: Any) -> None:
+    distance = f"(nodes {comparison.distance:.3g} m apart at most)"
+    print(f"\nmode    frequency [Hz]   other     change      MAC   {distance}")
+    for row in comparison.rows():
+        matched = "–" if row["other"] is None else str(row["other"])
+        change = "" if row["change"] is None else f"{row['change']:+.3%}"
+        print(f"{row['mode']:4} {row['frequency']:16.6g} {matched:>7} {change:>10}   {row['mac']:.4f}")
 
 
 def _draw(comparison: Any, names: tuple[str, str], path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import io
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -80,11 +81,7 @@ def calibrate(
     if data is None and turns:
         calibration = _of_arm(job, name, excite, parameters, (described, sensor.components, origin), progress)
     elif data is None:
-        request = Asked(static=True, force=f"force.{force}", at=tuple(f"gauge.{sensor.body}.{g}" for g in gauges))
-        table = analyse(job, request, progress).static
-        assert table is not None
-        strains = table.values[:, [WRENCH.index(c) for c in sensor.components]]
-        A = bridge_matrix(channels, gauges, sensor.gauge_factor) @ strains
+        A = bridge_matrix(channels, gauges, sensor.gauge_factor) @ _unit_strains(job, sensor, gauges, force, progress)
         residuals: dict[str, Any] = {"source": "unit wrenches", "samples": 0}
         with named(job.path, InputError):
             calibration = calibrated(described, sensor.components, A, np.zeros(len(A)), residuals, origin)
@@ -93,6 +90,14 @@ def calibrate(
     path = to or job.out / CALIBRATION
     write_calibration(path, calibration)
     return path, calibration
+
+
+def _unit_strains(job: Job, sensor: Sensor, gauges: Sequence[str], force: str, progress: Progress) -> np.ndarray:
+    """Return the strains of gauges by unit wrenches of a force, (g, k)."""
+    request = Asked(static=True, force=f"force.{force}", at=tuple(f"gauge.{sensor.body}.{g}" for g in gauges))
+    table = analyse(job, request, progress).static
+    assert table is not None
+    return table.values[:, [WRENCH.index(c) for c in sensor.components]]
 
 
 def _of_arm(

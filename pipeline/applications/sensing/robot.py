@@ -106,19 +106,29 @@ def robot_of(job: Job, sensor: str | None, progress: Progress) -> Robot:
                 raise InputError(f"--sensor: '{sensor}' given, but the stand is fixed on {len(feet)} load cells")
             return Robot(job, _on_cells(job, arm, progress), None, None)
         plate = str(feet[0].against)
-        able = {name: j for name, j in scene.sensor.items() if j.body == plate}
-        if sensor is not None and sensor not in able:
-            raise InputError(f"--sensor: '{sensor}' given, on body '{plate}' are {', '.join(able) or 'none'}")
-        if not able or (sensor is None and len(able) > 1):
-            have = ", ".join(able) or "none"
-            raise InputError(f"sensor: the stand is fixed on body '{plate}', whose sensors are {have}; name one")
-    chosen = able[sensor] if sensor is not None else next(iter(able.values()))
+        chosen = _sensor_on(scene.sensor, plate, sensor)
     alone = unit_wrenches(job, plate, str(feet[0].against_interface), progress)
     gauges = [f"{plate}.{name}" for name in scene.body[plate].gauges]
-    damping = scene.body[plate].damping
-    beta = 0.0 if damping is None else float(getattr(damping, "beta", None) or 0.0)
-    base = Gauged(arm, gauges, np.linalg.pinv(alone.strains), alone.compliance, beta, mass=alone.mass, own=alone.own)
+    base = Gauged(
+        arm, gauges, np.linalg.pinv(alone.strains), alone.compliance, _beta(job, plate), mass=alone.mass, own=alone.own
+    )
     return Robot(job, base, chosen, alone.strains)
+
+
+def _sensor_on(sensors: Mapping[str, Any], plate: str, name: str | None) -> Any:
+    """Return the sensor on a plate that has a name, or the only one; raises InputError where there is none."""
+    able = {key: sensor for key, sensor in sensors.items() if sensor.body == plate}
+    if name is not None and name not in able:
+        raise InputError(f"--sensor: '{name}' given, on body '{plate}' are {', '.join(able) or 'none'}")
+    if not able or (name is None and len(able) > 1):
+        have = ", ".join(able) or "none"
+        raise InputError(f"sensor: the stand is fixed on body '{plate}', whose sensors are {have}; name one")
+    return able[name] if name is not None else next(iter(able.values()))
+
+
+def _beta(job: Job, body: str) -> float:
+    """Return the damping of a body over its stiffness [s]."""
+    return float(getattr(job.scene.body[body].damping, "beta", None) or 0.0)
 
 
 def _on_cells(job: Job, arm: Arm, progress: Progress) -> Standing:
@@ -139,8 +149,7 @@ def _on_cells(job: Job, arm: Arm, progress: Progress) -> Standing:
             raise InputError(f"joint.{name}.against: '{joint.against}' holds the stand twice; a load cell has one top")
         cells.add(joint.against)
         compliance = unit_wrenches(job, joint.against, joint.against_interface, progress).compliance
-        damping = scene.body[joint.against].damping
-        beta = 0.0 if damping is None else float(getattr(damping, "beta", None) or 0.0)
+        beta = _beta(job, joint.against)
         offset, K = np.array(joint.at or (0.0, 0.0, 0.0)), np.linalg.inv(compliance)
         rows.append((probes[f"joint.{name}"], offset, about(K, offset), beta * about(K, offset)))
     names, arms, stiffness, damped = zip(*rows, strict=True)

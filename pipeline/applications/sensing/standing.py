@@ -5,6 +5,7 @@ contact's wrench c on the tool: w + c = Y p + s. The stand yields, so that it mo
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -140,12 +141,8 @@ def arm_of(scene: SceneFile) -> Arm:
     for name, hinge in hinges:
         if hinge.against != before:
             raise InputError(f"joint.{name}.against: '{hinge.against}' given, the chain needs '{before}'")
-        geometry, before = scene.component[scene.component_of(hinge.body)].geometry, hinge.body
-        centre = np.array(scene.body[hinge.body].position, float)
-        if geometry.kind != "rigid":
-            raise InputError(f"joint.{name}.body: '{hinge.body}' deforms; the links of an arm are rigid")
-        point = centre + np.array(hinge.at or (0.0, 0.0, 0.0))
-        links.append((unit(hinge.axis), point, geometry.mass, centre, np.diag(geometry.inertia)))
+        links.append(_link(scene, name, hinge))
+        before = hinge.body
     axes, points, masses, centres, inertias = (np.array(column) for column in zip(*links, strict=True))
     base = np.array(scene.body[stand].position, float)
     chain = Chain(axes=axes, points=points, masses=masses, centres=centres, inertias=inertias, base=base)
@@ -156,6 +153,21 @@ def arm_of(scene: SceneFile) -> Arm:
     return Arm(chain, [drives[name] for name, _ in hinges], stand, tool=before, mass=mass)
 
 
+def _link(scene: SceneFile, name: str, hinge: Revolute) -> tuple[Any, ...]:
+    """Return axis, point of the joint [m], mass [kg], centre [m] and inertia [kg m²] of a link."""
+    geometry = scene.component[scene.component_of(hinge.body)].geometry
+    centre = np.array(scene.body[hinge.body].position, float)
+    if geometry.kind != "rigid":
+        raise InputError(f"joint.{name}.body: '{hinge.body}' deforms; the links of an arm are rigid")
+    point = centre + np.array(hinge.at or (0.0, 0.0, 0.0))
+    return unit(hinge.axis), point, geometry.mass, centre, np.diag(geometry.inertia)
+
+
+def _ground_bushings(scene: SceneFile, body: str) -> dict[str, Bushing]:
+    """Return the bushings between a body and the ground, by name."""
+    return {n: f for n, f in scene.force.items() if isinstance(f, Bushing) and f.body == body and not f.against}
+
+
 def standing(scene: SceneFile) -> Standing:
     """Return the arm of a scene whose stand is held by bushings as load cells.
 
@@ -163,9 +175,7 @@ def standing(scene: SceneFile) -> Standing:
         InputError: the scene has no such arm; what is missing.
     """
     arm = arm_of(scene)
-    cells_by_name = {
-        n: f for n, f in scene.force.items() if isinstance(f, Bushing) and f.body == arm.stand and not f.against
-    }
+    cells_by_name = _ground_bushings(scene, arm.stand)
     if not cells_by_name:
         raise InputError(f"force: no bushing holds the stand, body '{arm.stand}', on the ground")
     probes = {getattr(p, "of", ""): name for name, p in scene.probe.items()}

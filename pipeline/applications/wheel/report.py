@@ -188,12 +188,11 @@ def _runs(job: WheelJob, comparison: Comparison) -> list[Run]:
         is_full = row.name == FULL
         best = None if is_full or largest[row.name] is row else largest[row.name]
         worst = max(row.errors, key=lambda name: abs(row.errors[name]))
-        interface = None if is_full else _interface(job, row.name)
-        settings = {} if interface is None else {"interface": interface.model_dump(mode="json", exclude_none=True)}
+        chosen = {"interface": _interface(job, row.name).model_dump(mode="json", exclude_none=True)}
         runs.append(
             Run(
                 name=row.name, kind="nodal" if is_full else "reduced", scheme=row.scheme,
-                settings={"wheel": {job.scene.only[0]: settings}} if settings else {}, coordinates=row.coordinates,
+                settings={} if is_full else {"wheel": {job.scene.only[0]: chosen}}, coordinates=row.coordinates,
                 result="FINISHED", errors={} if is_full else row.errors,
                 largest_error=None if is_full else abs(row.errors[worst]), largest_of=None if is_full else worst,
                 truncation=None if best is None else differences(row.record, best.record),
