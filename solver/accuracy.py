@@ -60,40 +60,42 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
     """
     settings = system.scene.run
     accuracy = settings.accuracy or ACCURACY
-    found, halvings, jump, most = run(plan), 0, 1, 0.0
+    trajectory, halvings, jump, largest_before = run(plan), 0, 1, 0.0
     # The loop over ports keeps its energy at any step: this does not tell when a step is too long. Differences of
     # irregular impacts are small by chance, too: two in a row have to be, of half the accuracy.
     unaided = plan.name == "implicit" and system.scene.general
-    last, bound = (np.inf, 0.5 * accuracy) if unaided else (0.0, accuracy)
+    error_before, bound = (np.inf, 0.5 * accuracy) if unaided else (0.0, accuracy)
     while True:
-        before, halvings = found, halvings + jump
+        before, halvings = trajectory, halvings + jump
         finer = plan.finer(halvings, settings.samples)
-        found = run(finer)
-        if found.result not in (Result.FINISHED.name, Result.ENERGY.name):
-            return found, finer
+        trajectory = run(finer)
+        if trajectory.result not in (Result.FINISHED.name, Result.ENERGY.name):
+            return trajectory, finer
         if before.result not in (Result.FINISHED.name, Result.ENERGY.name):
             # A run that ends early with a larger step has no results to compare.
             jump = 1
             if halvings >= MOST_HALVINGS:
-                return replace(found, result=Result.INACCURATE.name), finer
+                return replace(trajectory, result=Result.INACCURATE.name), finer
             continue
-        differences = difference(before, found, system.window)
+        differences = difference(before, trajectory, system.window)
         largest = max(differences)
         errors = {f"step.{name}": value / 2 ** (jump - 1) for name, value in differences._asdict().items() if value}
-        found = replace(found, estimates=found.estimates | errors)
+        trajectory = replace(trajectory, estimates=trajectory.estimates | errors)
         error = max(errors.values(), default=0.0)
-        worst = max(error, found.energy_drift)
-        most = max(most, largest)
-        if worst <= bound and last <= bound:
-            return found, finer
-        last = worst if unaided else 0.0
-        if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and largest > 0.5 * most):
-            return replace(found, result=Result.INACCURATE.name), finer
+        worst = max(error, trajectory.energy_drift)
+        largest_before = max(largest_before, largest)
+        if worst <= bound and error_before <= bound:
+            return trajectory, finer
+        error_before = worst if unaided else 0.0
+        if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and largest > 0.5 * largest_before):
+            return replace(trajectory, result=Result.INACCURATE.name), finer
         needed = math.ceil(math.log2(max(worst / bound, 1.0)) / EXPECTED_ORDER)
         jump = min(max(1, needed), LARGEST_JUMP, MOST_HALVINGS - halvings)
 
 
-def with_step_estimates(system: System, found: Trajectory, plan: Plan, run: Callable[[Plan], Trajectory]) -> Trajectory:
+def with_step_estimates(
+    system: System, trajectory: Trajectory, plan: Plan, run: Callable[[Plan], Trajectory]
+) -> Trajectory:
     """Return the run of a given step with its estimated errors: the differences from a run with twice the step.
 
     With order 1, the least, that difference is the error. Where twice the step is above the limit of the integrator,
@@ -102,43 +104,43 @@ def with_step_estimates(system: System, found: Trajectory, plan: Plan, run: Call
     """
     settings = system.scene.run
     if settings.step is None:
-        return found
+        return trajectory
     doubled = settings.model_copy(update={"step": 2 * settings.step})
-    other = plan_run(replace(system, scene=system.scene.model_copy(update={"run": doubled})))
-    alike = bool(system.contacts) or other.schedule.frames == plan.schedule.frames
+    doubled_plan = plan_run(replace(system, scene=system.scene.model_copy(update={"run": doubled})))
+    alike = bool(system.contacts) or doubled_plan.schedule.frames == plan.schedule.frames
     # An integrator of own steps leaves a step to its accuracy that would step over impacts.
-    given = (other.fixed_step is None) == (plan.fixed_step is None)
-    longer = given and alike and other.step > LONGER * plan.step
-    against = run(other if longer else plan.halved(settings.samples))
+    comparable = (doubled_plan.fixed_step is None) == (plan.fixed_step is None)
+    longer = comparable and alike and doubled_plan.step > LONGER * plan.step
+    against = run(doubled_plan if longer else plan.halved(settings.samples))
     if longer and against.result != Result.STOPPED.name and not Result[against.result].ok:
         longer, against = False, run(plan.halved(settings.samples))
     if against.result == Result.STOPPED.name:
         raise RunStopped
     if not Result[against.result].ok:
-        return found
-    differences = difference(against, found, system.window)._asdict()
+        return trajectory
+    differences = difference(against, trajectory, system.window)._asdict()
     errors = {f"step.{name}": value * (1 if longer else 2) for name, value in differences.items() if value}
-    return replace(found, estimates=found.estimates | errors)
+    return replace(trajectory, estimates=trajectory.estimates | errors)
 
 
-def difference(one: Trajectory, other: Trajectory, window: float) -> Difference:
+def difference(trajectory: Trajectory, reference: Trajectory, window: float) -> Difference:
     """Return the relative differences of two runs, relative to the second.
 
     Impulses are those of any span of time between impacts, so that it does not matter how a train of impacts is split;
     times may be apart by half a window [s].
     """
     impulse, force, motion = 0.0, 0.0, 0.0
-    for name, theirs in other.impacts.items():
-        ours = one.impacts[name]
+    for name, theirs in reference.impacts.items():
+        ours = trajectory.impacts[name]
         largest = float(theirs[:, IMPULSE].max(initial=0.0))
-        apart = _impulse_apart(ours, theirs, max(LAG * window, AT_ONCE * float(other.times[-1])))
-        impulse = max(impulse, _share(apart, largest))
-        peaks = [float(part[:, WINDOWED].max(initial=0.0)) for part in (ours, theirs)]
+        impulse_difference = _impulse_apart(ours, theirs, max(LAG * window, AT_ONCE * float(reference.times[-1])))
+        impulse = max(impulse, _share(impulse_difference, largest))
+        peaks = [float(impacts[:, WINDOWED].max(initial=0.0)) for impacts in (ours, theirs)]
         # A rigid body that was struck and stays has forces of round-off, beside its impulse.
-        if max(peaks) * (other.times[-1] - other.times[0]) > ROUND_OFF * largest:
+        if max(peaks) * (reference.times[-1] - reference.times[0]) > ROUND_OFF * largest:
             force = max(force, _share(abs(peaks[0] - peaks[1]), peaks[1]))
-    if not other.contacts:
-        motion = _share(np.abs(one.frames - other.frames).max(), np.abs(other.frames).max())
+    if not reference.contacts:
+        motion = _share(np.abs(trajectory.frames - reference.frames).max(), np.abs(reference.frames).max())
     return Difference(impulse, force, motion)
 
 
@@ -154,9 +156,9 @@ def _impulse_apart(ours: np.ndarray, theirs: np.ndarray, lag: float) -> float:
 
 def _exceeds(ours: np.ndarray, theirs: np.ndarray, lag: float) -> float:
     """Return by how much the least J of one run is above the largest J of another at a time later by a lag [N s]."""
-    ends, least = _sums(ours, ENDS)
-    begins, most = _sums(theirs, BEGINS)
-    return float((least - most[np.searchsorted(begins, ends + lag, side="right") - 1]).max())
+    ends, minimum = _sums(ours, ENDS)
+    begins, maximum = _sums(theirs, BEGINS)
+    return float((minimum - maximum[np.searchsorted(begins, ends + lag, side="right") - 1]).max())
 
 
 def _sums(impacts: np.ndarray, column: int) -> tuple[np.ndarray, np.ndarray]:
@@ -166,6 +168,6 @@ def _sums(impacts: np.ndarray, column: int) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([[-np.inf], times]), np.concatenate([[0.0], sums])
 
 
-def _share(apart: float, size: float) -> float:
+def _share(change: float, size: float) -> float:
     """Return a difference relative to a size; 1 where the size alone is zero."""
-    return float(apart / size) if size > 0 else float(apart > 0)
+    return float(change / size) if size > 0 else float(change > 0)

@@ -144,7 +144,7 @@ Name = Annotated[str, AfterValidator(_name)]
 
 
 def _each_once(values: tuple[str, ...]) -> tuple[str, ...]:
-    if twice := sorted({one for one in values if values.count(one) > 1}):
+    if twice := sorted({v for v in values if values.count(v) > 1}):
         raise ValueError(f"{', '.join(twice)} given more than once; give each once")
     return values
 

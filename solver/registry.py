@@ -208,7 +208,7 @@ REGISTRY: tuple[Quantity, ...] = (
 
 def names(owner: str) -> list[str]:
     """Return the names of the quantities of one kind of owner."""
-    return [one.name for one in REGISTRY if one.owner == owner]
+    return [q.name for q in REGISTRY if q.owner == owner]
 
 
 def definition(name: str, owners: Iterable[str]) -> Quantity | None:
@@ -218,4 +218,4 @@ def definition(name: str, owners: Iterable[str]) -> Quantity | None:
         owners: Kinds of owners.
     """
     general = re.sub(r"^(impact|slip|stick|frequency)[1-9]\d*", r"\1N", name)
-    return next((one for one in REGISTRY if one.owner in owners and one.name == general), None)
+    return next((q for q in REGISTRY if q.owner in owners and q.name == general), None)

@@ -85,17 +85,17 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     notes = [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)
     notes += adjusted_notes(system) + slanting_notes(system)
-    found = _simulated(system, plan, progress)
-    return replace(found, counts=found.counts | {FRICTION_NOTES: "\n".join(notes)}) if notes else found
+    trajectory = _simulated(system, plan, progress)
+    return replace(trajectory, counts=trajectory.counts | {FRICTION_NOTES: "\n".join(notes)}) if notes else trajectory
 
 
 def adjusted_notes(system: System) -> list[str]:
     """Return a sentence for each contact whose points were moved onto what they touch."""
-    found = [(one, int((one.adjusted > 0).sum())) for one in system.contacts]
+    moved = [(c, int((c.adjusted > 0).sum())) for c in system.contacts]
     return [
-        f"contact.{one.name}.adjust moved {count} of {len(one.points)} points out of what they touch, by up to"
-        f" {one.adjusted.max():.3g} m"
-        for one, count in found
+        f"contact.{contact.name}.adjust moved {count} of {len(contact.points)} points out of what they touch, by up to"
+        f" {contact.adjusted.max():.3g} m"
+        for contact, count in moved
         if count
     ]
 
@@ -107,8 +107,10 @@ def slanting_notes(system: System) -> list[str]:
     for contact in system.contacts if not system.scene.capabilities.turns else ():
         modal = system.bodies[contact.body].modal
         face = modal.interfaces[contact.interface]
-        known = face.tangential_rows is not None or not len(modal.angular_frequencies) or len(modal.rigid_twists) == 1
-        if known or np.ptp(face.normals, axis=0).max(initial=0.0) > FLAT:
+        has_rows = (
+            face.tangential_rows is not None or not len(modal.angular_frequencies) or len(modal.rigid_twists) == 1
+        )
+        if has_rows or np.ptp(face.normals, axis=0).max(initial=0.0) > FLAT:
             continue
         cosines = -np.einsum("ci,ci->c", contact.directions, face.normals)
         angle = float(np.arccos(np.clip(cosines, -1.0, 1.0)).max(initial=0.0))
@@ -124,32 +126,32 @@ def slanting_notes(system: System) -> list[str]:
 def _simulated(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     """Integrate a system with the steps of a plan, or with controlled ones."""
     run = system.scene.run
-    given = plan.fixed_step is not None or (run.step is not None and not plan.integrator.own_steps)
+    fixed = plan.fixed_step is not None or (run.step is not None and not plan.integrator.own_steps)
     if not run.checks:
         return _march(system, plan, progress)
-    if plan.integrator.own_steps or given:
-        found = _march(system, plan, progress)
+    if plan.integrator.own_steps or fixed:
+        trajectory = _march(system, plan, progress)
     else:
-        found, plan = controlled(system, plan_run(system, COARSER), lambda one: _march(system, one, progress))
-    if not Result[found.result].ok:
-        return found
+        trajectory, plan = controlled(system, plan_run(system, COARSER), lambda trial: _march(system, trial, progress))
+    if not Result[trajectory.result].ok:
+        return trajectory
 
-    def compared(other: System, interval: float) -> Trajectory:
+    def compared(changed: System, interval: float) -> Trajectory:
         if plan.integrator.turns:
-            other = _coarsely(other)
-        run = _march(other, plan.sampled(interval), progress)
+            changed = _coarsely(changed)
+        run = _march(changed, plan.sampled(interval), progress)
         if run.result == Result.STOPPED.name:
             raise RunStopped
         return run
 
     try:
-        if given:
-            found = with_step_estimates(system, found, plan, lambda one: _march(system, one, progress))
+        if fixed:
+            trajectory = with_step_estimates(system, trajectory, plan, lambda trial: _march(system, trial, progress))
         for estimated in (with_basis_estimates, with_mesh_estimates, with_layer_estimates):
-            found = estimated(system, found, compared)
-        return found
+            trajectory = estimated(system, trajectory, compared)
+        return trajectory
     except RunStopped:
-        return replace(found, result=Result.STOPPED.name, counts=found.counts | {"reason": ESTIMATING})
+        return replace(trajectory, result=Result.STOPPED.name, counts=trajectory.counts | {"reason": ESTIMATING})
 
 
 def _coarsely(system: System) -> System:
@@ -166,7 +168,7 @@ def start(system: System, plan: Plan) -> Marching:
         return _start(system, plan)
     if plan.name != "implicit":
         raise SceneError(f"run.integrator: '{plan.name}' given, the basis of a body changes with 'implicit' alone")
-    return Swapped(swaps, plan.schedule.dt, lambda one: _start(one, plan))
+    return Swapped(swaps, plan.schedule.dt, lambda basis_system: _start(basis_system, plan))
 
 
 def _start(system: System, plan: Plan) -> Marching:
@@ -183,22 +185,22 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     system = at_rest(system)
     schedule, integrator = plan.schedule, start(system, plan)
     histories, limits = Histories.empty(system, schedule), Limits(system)
-    result, done, reason, last = Result.FINISHED, 0, "", None
+    result, done, reason, last_outcome = Result.FINISHED, 0, "", None
     for frame in range(schedule.frames):
-        here = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
-        sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.samples.part(here))
-        if not sound or not np.isfinite(histories.samples.energies[here]).all():
+        span = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
+        sound = integrator.advance(span.start * schedule.stride, schedule.stride, histories.samples.part(span))
+        if not sound or not np.isfinite(histories.samples.energies[span]).all():
             result, reason = integrator.failure if not sound else Result.DIVERGED, integrator.reason
             break
-        now = last = _copied(integrator.outcome())
-        _record(histories, frame, now)
+        outcome = last_outcome = _copied(integrator.outcome())
+        _record(histories, frame, outcome)
         done = frame + 1
-        times = schedule.interval * np.arange(here.start + 1, here.stop + 1)
-        left = None
+        times = schedule.interval * np.arange(span.start + 1, span.stop + 1)
+        exit_ = None
         if not plan.integrator.turns:
-            left = limits.test(times, histories.samples.part(here), now.q, sampled=plan.integrator.records_motion)
-        if left is not None:
-            result, reason = left
+            exit_ = limits.test(times, histories.samples.part(span), outcome.q, sampled=plan.integrator.records_motion)
+        if exit_ is not None:
+            result, reason = exit_
             break
         if progress is not None:
             try:
@@ -206,16 +208,16 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
             except RunStopped:
                 result = Result.STOPPED
                 break
-    end = _unmoved(system, integrator.outcome()) if last is None else last
+    end = _unmoved(system, integrator.outcome()) if last_outcome is None else last_outcome
     histories = histories.cut(done, schedule)
     drift = _drift(system, end, histories)
     ending = Ending(result, reason, drift)
     if result.ok and drift > CREATED_ENERGY:
-        ending = _created_energy(system, ending, histories, schedule.interval, left=bool(end.left))
+        ending = _created_energy(system, ending, histories, schedule.interval, points_left=bool(end.left))
     end = replace(end, impacts=integrator.impacts())
-    found = trajectory_of(system, plan, end, histories, ending)
+    trajectory = trajectory_of(system, plan, end, histories, ending)
     notes = limits.notes()
-    return replace(found, counts=found.counts | {ROTATION_NOTES: "\n".join(notes)}) if notes else found
+    return replace(trajectory, counts=trajectory.counts | {ROTATION_NOTES: "\n".join(notes)}) if notes else trajectory
 
 
 def _record(histories: Histories, frame: int, outcome: Outcome) -> None:
@@ -227,9 +229,11 @@ def _record(histories: Histories, frame: int, outcome: Outcome) -> None:
         histories.friction[frame] = outcome.friction
 
 
-def _created_energy(system: System, ending: Ending, histories: Histories, interval: float, *, left: bool) -> Ending:
+def _created_energy(
+    system: System, ending: Ending, histories: Histories, interval: float, *, points_left: bool
+) -> Ending:
     """Return the ending of a run whose energy balance fails, by points that left their surface or by something else."""
-    if not left:
+    if not points_left:
         return ending._replace(result=Result.ENERGY)
     times = interval * np.arange(1, len(histories.samples.snapshots) + 1)
     points = left_text(system, times, histories.samples.snapshots)
@@ -237,25 +241,25 @@ def _created_energy(system: System, ending: Ending, histories: Histories, interv
     return ending._replace(result=result, reason=f"{points}: {result.value}" if points else ending.reason)
 
 
-def _copied(found: Outcome) -> Outcome:
+def _copied(outcome: Outcome) -> Outcome:
     """Return an outcome with arrays of its own, which its integrator does not go on to change."""
-    return replace(found, **{name: one.copy() for name, one in vars(found).items() if isinstance(one, np.ndarray)})
+    return replace(outcome, **{name: v.copy() for name, v in vars(outcome).items() if isinstance(v, np.ndarray)})
 
 
-def _unmoved(system: System, found: Outcome) -> Outcome:
+def _unmoved(system: System, outcome: Outcome) -> Outcome:
     """Return the outcome of a run that failed before its first frame: that of the start."""
-    nothing = {name: np.zeros_like(one) for name, one in vars(found).items() if isinstance(one, np.ndarray)}
-    return replace(found, **nothing | {"q": system.position, "v": system.velocity, "counts": found.counts})
+    nothing = {name: np.zeros_like(v) for name, v in vars(outcome).items() if isinstance(v, np.ndarray)}
+    return replace(outcome, **nothing | {"q": system.position, "v": system.velocity, "counts": outcome.counts})
 
 
-def _drift(system: System, end: Outcome, found: Histories) -> float:
+def _drift(system: System, end: Outcome, histories: Histories) -> float:
     """Return the largest energy error over the energy exchanged at contacts, or by loads where there are none."""
     exchanged = float(end.extreme[EXCHANGED])
-    largest = float(np.abs(found.samples.energies[:, :3]).max(initial=0.0))
+    largest = float(np.abs(histories.samples.energies[:, :3]).max(initial=0.0))
     if (system.driving.given or system.driving.drives) and not system.contacts:
-        exchanged = float(np.abs(found.samples.energies[:, WORK]).max(initial=0.0))
-    if system.fields.names and len(found.samples.energies):
-        exchanged = max(exchanged, float(np.ptp(found.samples.energies[:, :2], axis=0).max()))
+        exchanged = float(np.abs(histories.samples.energies[:, WORK]).max(initial=0.0))
+    if system.fields.names and len(histories.samples.energies):
+        exchanged = max(exchanged, float(np.ptp(histories.samples.energies[:, :2], axis=0).max()))
     if exchanged > 0:  # A body that stays at rest exchanges round-off of the energy that it has.
         exchanged = max(exchanged, RESOLVED * largest)
     return float(end.extreme[ENERGY_ERROR]) / exchanged if exchanged > 0 else 0.0

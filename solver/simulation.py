@@ -70,11 +70,11 @@ class Steps:
         refuse_ambiguous_friction(system)
         self.system, integrator = system, INTEGRATORS["implicit"]
         critical, largest = critical_frequency(system), largest_factor(system, integrator)
-        given = step or system.scene.run.step
-        self.dt = given or min(
+        prescribed = step or system.scene.run.step
+        self.dt = prescribed or min(
             own_step(system.scene.run, integrator, choose(system)[1] or critical), driven_step(system)
         )
-        if not given and len(system.gap):
+        if not prescribed and len(system.gap):
             self.dt /= parts_of(self.dt, critical, largest)
         if not self.dt > 0:
             raise SolverError(f"run.step: {self.dt:g} s given; a step above zero is needed")
@@ -87,10 +87,10 @@ class Steps:
         self.system = at_rest(system)
         self._run, self._done = General(self.system, self.dt), 0
         self._state, self._problem, self._log = self._run.arrays.state, self._run.arrays.problem, self._run.arrays.log
-        self._given = {load.name: slice(at.start - 2 * len(system.driving.joints),
-                                        at.stop - 2 * len(system.driving.joints))
-                       for load, at in system.driving.given_rows()}  # fmt: skip
-        self._applied = np.full(max((at.stop for at in self._given.values()), default=0), np.nan)
+        self._given = {load.name: slice(rows.start - 2 * len(system.driving.joints),
+                                        rows.stop - 2 * len(system.driving.joints))
+                       for load, rows in system.driving.given_rows()}  # fmt: skip
+        self._applied = np.full(max((rows.stop for rows in self._given.values()), default=0), np.nan)
         for name in system.scene.external():
             self._applied[self._given[name]] = 0.0
 
@@ -135,8 +135,8 @@ class Steps:
         if name not in self.system.bodies:
             raise SolverError(f"body {_known(name, self.system.bodies)}")
         body, state = self.system.bodies[name], self._state
-        place, rate = body.centre_motion(state.q[body.rigid]), body.centre_motion(state.v[body.rigid])
-        return BodyState(place[:3], place[3:], rate[:3], rate[3:], state.q[body.elastic].copy())
+        position, rate = body.centre_motion(state.q[body.rigid]), body.centre_motion(state.v[body.rigid])
+        return BodyState(position[:3], position[3:], rate[:3], rate[3:], state.q[body.elastic].copy())
 
     @property
     def ports(self) -> list[str]:
@@ -147,30 +147,30 @@ class Steps:
         """Return displacement and force of the ports of `contact.NAME`, `joint.NAME` or `force.NAME`."""
         if name not in self.ports:
             raise SolverError(f"port {_known(name, self.ports)}")
-        moved, here = self._displaced(name), self._run.ports.of(name)
+        moved, span = self._displaced(name), self._run.ports.of(name)
         for contact in self.system.contacts:
             if contact.master is not None and name == f"contact.{contact.name}":
                 slid, inward = self.system.slid(contact, self._state.q), self._displaced(f"surface.{contact.name}")
-                begin = self._run.ports.of(f"surface.{contact.name}").start
-                own = [contact.master.at_points(slid, inward[one - begin]) for one in
+                start = self._run.ports.of(f"surface.{contact.name}").start
+                surface_motion = [contact.master.at_points(slid, inward[port - start]) for port in
                        function_ports(self._run.ports, contact)]  # fmt: skip
-                moved = moved + np.column_stack(own).ravel()
-        return PortState(moved, self._state.unknown[here].copy())
+                moved = moved + np.column_stack(surface_motion).ravel()
+        return PortState(moved, self._state.unknown[span].copy())
 
     def _displaced(self, name: str) -> np.ndarray:
         """Return the displacement of ports by their own rows [m], (n,)."""
         table, state, residual = self._run.ports, self._state, self._run.arrays.constants.residual.values
-        here = table.of(name)
-        moved = table.offset[here] + (table.rows @ state.q)[here]
-        for one, force in zip(residual, state.held, strict=True):
-            moved = moved + (table.pairs.matrix(one) @ force)[here]
+        span = table.of(name)
+        moved = table.offset[span] + (table.rows @ state.q)[span]
+        for table_side, force in zip(residual, state.held, strict=True):
+            moved = moved + (table.pairs.matrix(table_side) @ force)[span]
         return moved
 
     def contact(self, name: str) -> PortState:
         """Return the gaps and normal forces of a contact's points."""
-        found, here = self.port(f"contact.{name}"), self._run.ports.of(f"contact.{name}")
-        each = 3 if self._run.ports.kind[here.start] in (Kind.CONE, Kind.RUBBING_LAW) else 1
-        return PortState(found.displacement[::each], found.force[::each])
+        ports, span = self.port(f"contact.{name}"), self._run.ports.of(f"contact.{name}")
+        each = 3 if self._run.ports.kind[span.start] in (Kind.CONE, Kind.RUBBING_LAW) else 1
+        return PortState(ports.displacement[::each], ports.force[::each])
 
     @property
     def energies(self) -> dict[str, float]:
@@ -179,11 +179,11 @@ class Steps:
 
     def checkpoint(self) -> bytes:
         """Return the state, from which `restore` continues with the same bits."""
-        held = {f"{group}.{key}": value for group, arrays in self._arrays() for key, value in arrays.items()}
+        entries = {f"{group}.{key}": value for group, arrays in self._arrays() for key, value in arrays.items()}
         text = io.BytesIO()
         np.savez_compressed(
             text, allow_pickle=False, fingerprint=np.array(self._fingerprint()), done=np.array(self._done),
-            applied=self._applied, **held,
+            applied=self._applied, **entries,
         )  # fmt: skip
         return text.getvalue()
 
@@ -194,17 +194,17 @@ class Steps:
             SolverError: it is none, or of another system or step.
         """
         try:
-            with np.load(io.BytesIO(checkpoint), allow_pickle=False) as held:
-                found = dict(held)
+            with np.load(io.BytesIO(checkpoint), allow_pickle=False) as file:
+                stored = dict(file)
         except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
             raise SolverError(f"checkpoint: it cannot be read ({error})") from None
-        wanted = {f"{group}.{key}": value for group, arrays in self._arrays() for key, value in arrays.items()}
-        same = str(found.get("fingerprint")) == self._fingerprint()
-        if not same or not wanted.keys() <= found.keys():
+        targets = {f"{group}.{key}": value for group, arrays in self._arrays() for key, value in arrays.items()}
+        same = str(stored.get("fingerprint")) == self._fingerprint()
+        if not same or not targets.keys() <= stored.keys():
             raise SolverError("checkpoint: it is of another scene, release or step; restore it with its own")
-        for key, value in wanted.items():
-            value[...] = found[key]
-        self._applied[:], self._done = found["applied"], int(found["done"])
+        for key, value in targets.items():
+            value[...] = stored[key]
+        self._applied[:], self._done = stored["applied"], int(stored["done"])
 
     def _arrays(self) -> list[tuple[str, Mapping[str, np.ndarray]]]:
         """Return all arrays that change from step to step."""
@@ -218,16 +218,16 @@ class Steps:
         """Return a hash of everything that does not change in the run."""
         seal = hashlib.sha256()
         for name, value in self._run.arrays.constants._asdict().items():
-            for one in _flat(value):
-                seal.update(name.encode() + np.ascontiguousarray(one).tobytes())
+            for item in _flat(value):
+                seal.update(name.encode() + np.ascontiguousarray(item).tobytes())
         return seal.hexdigest()
 
 
 def _flat(value: object) -> Iterator[object]:
     """Yield the arrays and numbers of a value and of the tuples within it."""
     if isinstance(value, tuple):
-        for one in value:
-            yield from _flat(one)
+        for item in value:
+            yield from _flat(item)
     else:
         yield value
 

@@ -23,32 +23,32 @@ def sources_state(root: Path = ROOT) -> str:
             below[:] = sorted(name for name in below if name != "__pycache__")
             for name in sorted(name for name in names if name.endswith(".py")):
                 state = os.stat(os.path.join(folder, name))
-                told = (folder, name, state.st_size, state.st_ino, state.st_mtime_ns, state.st_ctime_ns)
-                digest.update(repr(told).encode())
+                state_of_file = (folder, name, state.st_size, state.st_ino, state.st_mtime_ns, state.st_ctime_ns)
+                digest.update(repr(state_of_file).encode())
     return digest.hexdigest()[:32]
 
 
 def kept_digests(
-    place: Path, name: str, names: Collection[str], find: Callable[[], Mapping[str, str]], root: Path = ROOT
+    folder: Path, name: str, names: Collection[str], find: Callable[[], Mapping[str, str]], root: Path = ROOT
 ) -> Mapping[str, str]:
     """Return digests by their names: those that are kept for the files as they stand, or those that are found now.
 
     Args:
-        place: Folder where they are kept; where it cannot be written, they are found each time.
+        folder: Folder where they are kept; where it cannot be written, they are found each time.
         name: What they are of, in the name of their file.
         names: Those that there are at least.
         find: Finds them.
         root: Folder that has the packages.
     """
-    kept = place / f"{name}-{sources_state(root)}.json"
+    path = folder / f"{name}-{sources_state(root)}.json"
     with contextlib.suppress(OSError, ValueError):
-        found = json.loads(kept.read_text())
-        if isinstance(found, dict) and found.keys() >= set(names):
-            return {one: str(digest) for one, digest in found.items()}
-    found = find()
+        digests = json.loads(path.read_text())
+        if isinstance(digests, dict) and digests.keys() >= set(names):
+            return {key: str(digest) for key, digest in digests.items()}
+    digests = find()
     with contextlib.suppress(OSError):
-        place.mkdir(parents=True, exist_ok=True)
-        unfinished = kept.with_name(f".{kept.name}.{os.getpid()}")
-        unfinished.write_text(json.dumps(found))
-        os.replace(unfinished, kept)
-    return found
+        folder.mkdir(parents=True, exist_ok=True)
+        unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+        unfinished.write_text(json.dumps(digests))
+        os.replace(unfinished, path)
+    return digests

@@ -48,7 +48,7 @@ def length_across(vectors: np.ndarray, along: np.ndarray) -> np.ndarray:
 
 def frame_along(axis: np.ndarray) -> np.ndarray:
     """Return three axes as columns, the third one given, a unit vector, (3, 3)."""
-    first = np.eye(3)[np.abs(axis).argmin()]
-    first = first - (first @ axis) * axis
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(axis, first), axis])
+    x = np.eye(3)[np.abs(axis).argmin()]
+    x = x - (x @ axis) * axis
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])

@@ -62,12 +62,12 @@ class _Records:
 
 def warm_up(name: str) -> float:
     """Compile the time loop of an integrator and return the CPU seconds that it took."""
-    begin = time.process_time()
+    start = time.process_time()
     for case in CASES.get(name, ()):
         records = _Records(rigid=name == "mechanism")
         simulate(compile_system(records, _scene(name, case), {"part": "part", "plate": "plate"}))  # type: ignore[arg-type]
     note_compiled(name)
-    return time.process_time() - begin
+    return time.process_time() - start
 
 
 def _scene(name: str, case: dict[str, Any]) -> Scene:
@@ -90,10 +90,10 @@ def _modes() -> ModalRecord:
     rows, functions = np.array([[1.0, 0.3], [1.0, -0.3], [0.8, 0.1]]), int(SPACE.prod())
     interfaces = {
         key: InterfaceModes(
-            np.arange(len(rows[here])), POINTS[here], np.tile([1.0, 0, 0], (len(rows[here]), 1)),
-            np.full(len(rows[here]), 1e-6), np.zeros(len(rows[here]), bool), rows[here],
+            np.arange(len(rows[rows_of])), POINTS[rows_of], np.tile([1.0, 0, 0], (len(rows[rows_of]), 1)),
+            np.full(len(rows[rows_of]), 1e-6), np.zeros(len(rows[rows_of]), bool), rows[rows_of],
         )
-        for key, here in PLACES.items()
+        for key, rows_of in PLACES.items()
     }  # fmt: skip
     chart = {
         "kind": "plane", "origin": [0.01, 0, 0], "normal": [-1.0, 0, 0], "across": [0, 0, 1.0], "along": [0, 1.0, 0],
@@ -111,7 +111,7 @@ def _modes() -> ModalRecord:
 def _design() -> MorphRecord:
     """Return the design of the same body."""
     return MorphRecord(
-        mesh_key="mesh", modes_key="modes", update="none", points={key: POINTS[here] for key, here in PLACES.items()},
+        mesh_key="mesh", modes_key="modes", update="none", points={key: POINTS[rows] for key, rows in PLACES.items()},
         mass=1.0, centre=np.zeros(3), inertia=INERTIA, rigid_twists=TWISTS, nodes=None, quality={},
     )  # fmt: skip
 

@@ -65,7 +65,7 @@ def held_body(body: FlexibleBody, joints: Mapping[str, str]) -> FlexibleBody:
         raise SceneError(f"body.{body.name}: its bases change, and joint.{min(joints)} holds it; hold it by supports")
     C = np.vstack([np.column_stack([body.wrench_rows(load.resultant), load.rows]) for load in loads])
     scale = _scales(C)
-    left, sizes, right = np.linalg.svd(scale[:, None] * C)
+    U, sizes, right = np.linalg.svd(scale[:, None] * C)
     rank = int((sizes > IMPLIED * sizes.max(initial=0.0)).sum())
     omega, T = _modes(np.sqrt(body.stiffness), right[rank:].T)
     if not len(omega):
@@ -74,7 +74,7 @@ def held_body(body: FlexibleBody, joints: Mapping[str, str]) -> FlexibleBody:
     if omega[0] <= RIGID * omega[-1]:
         raise SceneError(f"joint.{min(joints)}: body '{body.name}' still moves as a whole; set integrator 'mechanism'")
     # (Cᵀ)⁺ of the scaled rows.
-    inverse = scale[:, None] * ((left[:, :rank] / sizes[:rank]) @ right[:rank])
+    inverse = scale[:, None] * ((U[:, :rank] / sizes[:rank]) @ right[:rank])
     weight, every = _weight(body), _all_rows(body)
     gauges, R = _answers(body, joints, (inverse, scale), (omega, T), np.vstack([every, weight]))
     top = modal.angular_frequencies[modal.are_modes].max(initial=0.0)
@@ -82,9 +82,9 @@ def held_body(body: FlexibleBody, joints: Mapping[str, str]) -> FlexibleBody:
         modal,
         angular_frequencies=omega, normal_count=int((omega <= top).sum()),
         quality={name: value for name, value in modal.quality.items() if name != SHAPE_ERRORS},
-        interfaces={name: _held_points(body, name, one, T) for name, one in modal.interfaces.items()},
-        tractions={name: _held_space(body, one, T) for name, one in modal.tractions.items()},
-        loads={name: _held_load(body, one, T) for name, one in modal.loads.items()},
+        interfaces={name: _held_points(body, name, i, T) for name, i in modal.interfaces.items()},
+        tractions={name: _held_space(body, t, T) for name, t in modal.tractions.items()},
+        loads={name: _held_load(body, load, T) for name, load in modal.loads.items()},
         residual_flexibility=R, gauges=gauges, participation=weight @ T, discretisation_errors=_errors(body, T, omega),
         shapes=None, inertia_couplings=None, residuals=None, algebraic_errors=None, static_responses=None,
     )  # fmt: skip
@@ -106,23 +106,23 @@ def _answers(
         forces: Rows of unit forces on all rows of R, then of gravity along x, y, z, (C + 3, r + m).
     """
     modal, (inverse, scale), (omega, T), count = body.modal, rows_held, modes, len(forces) - 3
-    ties = np.concatenate([np.arange(*modal.interface_rows[one]) for one in joints.values()])
+    ties = np.concatenate([np.arange(*modal.interface_rows[j]) for j in joints.values()])
     rows, direct = inverse @ (body.stiffness[:, None] * T), inverse @ forces.T
     borne = (rows / omega**2) @ (forces @ T).T - direct
     flexible = _Statics(body, ties, forces[ties])
-    more = flexible.further(borne, scale)
+    extra = flexible.further(borne, scale)
     gauges = {
         name: replace(
-            gauge, rows=_over(body, gauge.rows) @ T, residual=flexible.read(gauge, borne[:, :count], more[:, :count]),
-            weights=flexible.weighed(gauge, borne[:, count:], more[:, count:]),
+            gauge, rows=_over(body, gauge.rows) @ T, residual=flexible.read(gauge, borne[:, :count], extra[:, :count]),
+            weights=flexible.weighed(gauge, borne[:, count:], extra[:, count:]),
         )
         for name, gauge in modal.gauges.items()
     }  # fmt: skip
-    for number, name in enumerate(joints):
-        own = slice(6 * number, 6 * number + 6)
-        static = (more - direct)[own]
-        gauges[HELD + name] = GaugeModes(rows[own], static[:, :count], "N, N m", weights=static[:, count:])
-    return gauges, flexible.residual(borne[:, :count], more[:, :count])
+    for i, name in enumerate(joints):
+        span = slice(6 * i, 6 * i + 6)
+        static = (extra - direct)[span]
+        gauges[HELD + name] = GaugeModes(rows[span], static[:, :count], "N, N m", weights=static[:, count:])
+    return gauges, flexible.residual(borne[:, :count], extra[:, :count])
 
 
 class _Statics:
@@ -142,8 +142,8 @@ class _Statics:
         if self._R is None:
             return np.zeros_like(borne)
         lack = self._R[np.ix_(self._ties, self._ties)]
-        asked = lack @ borne
-        asked[:, : len(self._R)] += self._R[self._ties]
+        rhs = lack @ borne
+        rhs[:, : len(self._R)] += self._R[self._ties]
         k, C = len(scale), scale[:, None] * self._rigid
         flexibility = np.outer(scale, scale) * (self._carried + lack)
         typical = float(flexibility.diagonal().max())
@@ -151,41 +151,41 @@ class _Statics:
         statics = np.zeros((k + C.shape[1],) * 2)
         statics[:k, :k], statics[:k, k:], statics[k:, :k] = flexibility / typical, C / size, (C / size).T
         inverse = np.linalg.pinv(statics, rcond=ALIKE, hermitian=True)[:k, :k]
-        return -scale[:, None] * (inverse @ (scale[:, None] * asked)) / typical
+        return -scale[:, None] * (inverse @ (scale[:, None] * rhs)) / typical
 
-    def residual(self, borne: np.ndarray, more: np.ndarray) -> np.ndarray | None:
+    def residual(self, borne: np.ndarray, extra: np.ndarray) -> np.ndarray | None:
         """Return R', (C, C)."""
         if self._R is None:
             return None
-        acting, through = borne + more, self._R[:, self._ties]
+        acting, through = borne + extra, self._R[:, self._ties]
         # R may be large: its half with one product of thin matrices, then the other half.
-        half = 0.5 * (acting.T @ through[self._ties] @ acting + more.T @ self._carried @ more)
+        half = 0.5 * (acting.T @ through[self._ties] @ acting + extra.T @ self._carried @ extra)
         half += through @ acting
         half += half.T.copy()
         half += self._R
         return half
 
-    def read(self, gauge: GaugeModes, borne: np.ndarray, more: np.ndarray) -> np.ndarray:
+    def read(self, gauge: GaugeModes, borne: np.ndarray, extra: np.ndarray) -> np.ndarray:
         """Return S' of a gauge, (g, C)."""
         if not gauge.residual.size:
             return gauge.residual
-        return gauge.residual + gauge.residual[:, self._ties] @ (borne + more) + gauge.rows @ self._answers.T @ more
+        return gauge.residual + gauge.residual[:, self._ties] @ (borne + extra) + gauge.rows @ self._answers.T @ extra
 
-    def weighed(self, gauge: GaugeModes, borne: np.ndarray, more: np.ndarray) -> np.ndarray | None:
+    def weighed(self, gauge: GaugeModes, borne: np.ndarray, extra: np.ndarray) -> np.ndarray | None:
         """Return what a gauge shows of unit gravity beside its coordinates, (g, 3)."""
         if not gauge.residual.size:
             return gauge.weights
-        found = gauge.residual[:, self._ties] @ (borne + more) + gauge.rows @ self._answers.T @ more
-        return found if gauge.weights is None else found + gauge.weights
+        readings = gauge.residual[:, self._ties] @ (borne + extra) + gauge.rows @ self._answers.T @ extra
+        return readings if gauge.weights is None else readings + gauge.weights
 
 
-def _tie(body: FlexibleBody, interface: str, where: str) -> LoadModes:
+def _tie(body: FlexibleBody, interface: str, key: str) -> LoadModes:
     """Return the rows of a tie."""
     if not len(body.modal.angular_frequencies):
-        raise SceneError(f"{where}: body '{body.name}' does not deform; set run.integrator to 'mechanism'")
-    load = named(body.modal.loads, interface, f"{where}.interface: body '{body.name}' has no tie")
+        raise SceneError(f"{key}: body '{body.name}' does not deform; set run.integrator to 'mechanism'")
+    load = named(body.modal.loads, interface, f"{key}.interface: body '{body.name}' has no tie")
     if len(load.rows) != 6:
-        raise SceneError(f"{where}.interface: '{interface}' has {len(load.rows)} rows; kind 'tie' is needed")
+        raise SceneError(f"{key}.interface: '{interface}' has {len(load.rows)} rows; kind 'tie' is needed")
     return load
 
 
@@ -199,8 +199,8 @@ def _modes(omega: np.ndarray, Z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return frequencies [rad/s], ascending, (n,), and modes T, (r + m, n), of motions Z, (r + m, n)."""
     if not Z.shape[1]:
         return np.empty(0), Z
-    _, found, right = np.linalg.svd(omega[:, None] * Z, full_matrices=False)
-    return found[::-1].copy(), Z @ right[::-1].T
+    _, frequencies, right = np.linalg.svd(omega[:, None] * Z, full_matrices=False)
+    return frequencies[::-1].copy(), Z @ right[::-1].T
 
 
 def _over(body: FlexibleBody, rows: np.ndarray) -> np.ndarray:
@@ -211,62 +211,64 @@ def _over(body: FlexibleBody, rows: np.ndarray) -> np.ndarray:
 def _weight(body: FlexibleBody) -> np.ndarray:
     """Return the load of unit gravity along x, y, z on all coordinates [kg^½], (3, r + m)."""
     elastic = np.zeros((3, len(body.modal.angular_frequencies)))
-    given = elastic if body.modal.participation is None else body.modal.participation
-    return np.column_stack([body.morph.mass * body.twists[:, :3].T, given])
+    participation = elastic if body.modal.participation is None else body.modal.participation
+    return np.column_stack([body.morph.mass * body.twists[:, :3].T, participation])
 
 
-def _frame(body: FlexibleBody, name: str, one: InterfaceModes) -> tuple[np.ndarray, np.ndarray]:
+def _frame(body: FlexibleBody, name: str, modes: InterfaceModes) -> tuple[np.ndarray, np.ndarray]:
     """Return the rigid rows of contact points along their normals, (c, r), and along both tangents, (c, 2, r)."""
     points = body.morph.points[name]
-    across = tangents(one.normals) if one.tangents is None else one.tangents
+    across = tangents(modes.normals) if modes.tangents is None else modes.tangents
     both = body.rigid_rows(np.repeat(points, 2, axis=0), across.reshape(-1, 3))
-    return body.rigid_rows(points, one.normals), both.reshape(len(points), 2, body.rigid_count)
+    return body.rigid_rows(points, modes.normals), both.reshape(len(points), 2, body.rigid_count)
 
 
-def _held_points(body: FlexibleBody, name: str, one: InterfaceModes, T: np.ndarray) -> InterfaceModes:
-    if not len(one.rows):
-        return replace(one, rows=np.zeros((len(one.rows), T.shape[1])))
-    normal, across = _frame(body, name, one)
-    rows = np.column_stack([normal, one.rows]) @ T
-    if one.tangential_rows is None:
-        return replace(one, rows=rows)
-    return replace(one, rows=rows, tangential_rows=np.concatenate([across, one.tangential_rows], axis=2) @ T)
+def _held_points(body: FlexibleBody, name: str, modes: InterfaceModes, T: np.ndarray) -> InterfaceModes:
+    if not len(modes.rows):
+        return replace(modes, rows=np.zeros((len(modes.rows), T.shape[1])))
+    normal, across = _frame(body, name, modes)
+    rows = np.column_stack([normal, modes.rows]) @ T
+    if modes.tangential_rows is None:
+        return replace(modes, rows=rows)
+    return replace(modes, rows=rows, tangential_rows=np.concatenate([across, modes.tangential_rows], axis=2) @ T)
 
 
-def _held_space(body: FlexibleBody, one: TractionModes, T: np.ndarray) -> TractionModes:
-    rows = np.column_stack([body.wrench_rows(one.resultant), one.rows]) @ T
-    if one.tangential_rows is None or one.tangential_resultant is None:
-        return replace(one, rows=rows)
-    across = body.wrench_rows(one.tangential_resultant.reshape(-1, 6)).reshape(len(rows), 2, body.rigid_count)
-    return replace(one, rows=rows, tangential_rows=np.concatenate([across, one.tangential_rows], axis=2) @ T)
+def _held_space(body: FlexibleBody, modes: TractionModes, T: np.ndarray) -> TractionModes:
+    rows = np.column_stack([body.wrench_rows(modes.resultant), modes.rows]) @ T
+    if modes.tangential_rows is None or modes.tangential_resultant is None:
+        return replace(modes, rows=rows)
+    across = body.wrench_rows(modes.tangential_resultant.reshape(-1, 6)).reshape(len(rows), 2, body.rigid_count)
+    return replace(modes, rows=rows, tangential_rows=np.concatenate([across, modes.tangential_rows], axis=2) @ T)
 
 
-def _held_load(body: FlexibleBody, one: LoadModes, T: np.ndarray) -> LoadModes:
-    if not len(one.rows):
-        return replace(one, rows=np.zeros((0, T.shape[1])), stress_stiffness=None)
-    return replace(one, rows=np.column_stack([body.wrench_rows(one.resultant), one.rows]) @ T, stress_stiffness=None)
+def _held_load(body: FlexibleBody, modes: LoadModes, T: np.ndarray) -> LoadModes:
+    if not len(modes.rows):
+        return replace(modes, rows=np.zeros((0, T.shape[1])), stress_stiffness=None)
+    return replace(
+        modes, rows=np.column_stack([body.wrench_rows(modes.resultant), modes.rows]) @ T, stress_stiffness=None
+    )
 
 
 def _all_rows(body: FlexibleBody) -> np.ndarray:
     """Return all rows of R over all coordinates, (C, r + m); zero at places that the scene does not read."""
     modal, r = body.modal, body.rigid_count
-    found = np.zeros((modal.row_count, r + len(modal.angular_frequencies)))
-    for name, place in {**modal.interfaces, **modal.tractions, **modal.loads}.items():
-        if not len(place.rows):
+    matrix = np.zeros((modal.row_count, r + len(modal.angular_frequencies)))
+    for name, interface in {**modal.interfaces, **modal.tractions, **modal.loads}.items():
+        if not len(interface.rows):
             continue
-        here, across = slice(*modal.interface_rows[name]), np.empty((0, r))
-        if isinstance(place, InterfaceModes):
-            found[here, :r], tangential = _frame(body, name, place)
+        span, across = slice(*modal.interface_rows[name]), np.empty((0, r))
+        if isinstance(interface, InterfaceModes):
+            matrix[span, :r], tangential = _frame(body, name, interface)
             across = tangential.reshape(-1, r)
         else:
-            found[here, :r] = body.wrench_rows(place.resultant)
-            if isinstance(place, TractionModes) and place.tangential_resultant is not None:
-                across = body.wrench_rows(place.tangential_resultant.reshape(-1, 6))
-        found[here, r:] = place.rows
-        if isinstance(place, InterfaceModes | TractionModes) and place.tangential_rows is not None:
+            matrix[span, :r] = body.wrench_rows(interface.resultant)
+            if isinstance(interface, TractionModes) and interface.tangential_resultant is not None:
+                across = body.wrench_rows(interface.tangential_resultant.reshape(-1, 6))
+        matrix[span, r:] = interface.rows
+        if isinstance(interface, InterfaceModes | TractionModes) and interface.tangential_rows is not None:
             there = slice(*modal.tangential_spans[name])
-            found[there] = np.column_stack([across, place.tangential_rows.reshape(len(across), -1)])
-    return found
+            matrix[there] = np.column_stack([across, interface.tangential_rows.reshape(len(across), -1)])
+    return matrix
 
 
 def _errors(body: FlexibleBody, T: np.ndarray, omega: np.ndarray) -> np.ndarray | None:
@@ -274,11 +276,11 @@ def _errors(body: FlexibleBody, T: np.ndarray, omega: np.ndarray) -> np.ndarray 
 
     NaN where too much of it is in coordinates whose error is not known, as static shapes.
     """
-    given = body.modal.discretisation_errors
-    if given is None:
+    mesh_errors = body.modal.discretisation_errors
+    if mesh_errors is None:
         return None
-    share = (body.stiffness[:, None] * T**2 / omega**2)[body.rigid_count :]
-    known = share[~np.isnan(given)].sum(axis=0)
+    energies = (body.stiffness[:, None] * T**2 / omega**2)[body.rigid_count :]
+    known_energy = energies[~np.isnan(mesh_errors)].sum(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        found = np.nan_to_num(given) @ share / known
-    return np.where(known > KNOWN, found, np.nan)
+        weighted_errors = np.nan_to_num(mesh_errors) @ energies / known_energy
+    return np.where(known_energy > KNOWN, weighted_errors, np.nan)

@@ -28,8 +28,8 @@ def rotation(settings: Body) -> np.ndarray | None:
 
 def turned_vectors(settings: Body, vectors: np.ndarray | tuple[float, ...]) -> np.ndarray:
     """Return vectors of a component in the axes of the scene, (..., 3), of those in its own axes, (..., 3)."""
-    Q, found = rotation(settings), np.asarray(vectors, float)
-    return found if Q is None else found @ Q.T
+    Q, v = rotation(settings), np.asarray(vectors, float)
+    return v if Q is None else v @ Q.T
 
 
 def own_vectors(settings: Body, vectors: np.ndarray) -> np.ndarray:
@@ -117,8 +117,8 @@ def turned_mesh(mesh: MeshRecord, Q: np.ndarray | None) -> MeshRecord:
     if Q is None:
         return mesh
     surfaces = {
-        name: replace(one, shape=turned_chart(one.shape, Q), normals=_vectors(one.normals, Q))
-        for name, one in mesh.surfaces.items()
+        name: replace(surface, shape=turned_chart(surface.shape, Q), normals=_vectors(surface.normals, Q))
+        for name, surface in mesh.surfaces.items()
     }
     return replace(mesh, nodes=_vectors(mesh.nodes, Q), surfaces=surfaces)
 
@@ -127,19 +127,19 @@ def turned_tensors(values: np.ndarray, Q: np.ndarray | None) -> np.ndarray:
     """Return symmetric tensors xx, yy, zz, xy, yz, zx in the axes of the scene, (n, 6), of those of the body."""
     if Q is None:
         return values
-    place = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
-    whole = np.einsum("ia,nab,jb->nij", Q, values[:, place], Q)
-    return whole[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
+    positions = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
+    tensors = np.einsum("ia,nab,jb->nij", Q, values[:, positions], Q)
+    return tensors[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
 
 
 def _turned_columns(values: np.ndarray, loads: list[Turned]) -> np.ndarray:
     """Return values per unit force, (k, C), with the forces of means and ties along the scene's axes."""
     if not values.size or not loads:
         return values
-    found = values.copy()
+    turned = values.copy()
     for rows, turn in loads:
-        found[:, rows] = found[:, rows] @ turn.T
-    return found
+        turned[:, rows] = turned[:, rows] @ turn.T
+    return turned
 
 
 def _turned_load(load: LoadModes, Q: np.ndarray) -> LoadModes:
@@ -151,16 +151,16 @@ def _turned_load(load: LoadModes, Q: np.ndarray) -> LoadModes:
     return replace(load, rows=rows, resultant=resultant, stress_stiffness=stiffness, point=_vectors(load.point, Q))
 
 
-def _turned_couplings(found: InertiaCouplings | None, Q: np.ndarray) -> InertiaCouplings | None:
-    if found is None:
+def _turned_couplings(couplings: InertiaCouplings | None, Q: np.ndarray) -> InertiaCouplings | None:
+    if couplings is None:
         return None
-    gradient = np.einsum("ij,jab->iab", Q, found.rotation_gradient)
-    moments = [found.position_moments, found.shape_moments, found.centrifugal_stiffness]
-    turned = [None if one is None else np.einsum("ia,jb,ab...->ij...", Q, Q, one) for one in moments]
-    D = found.centrifugal_compliance
+    gradient = np.einsum("ij,jab->iab", Q, couplings.rotation_gradient)
+    moments = [couplings.position_moments, couplings.shape_moments, couplings.centrifugal_stiffness]
+    turned = [None if m is None else np.einsum("ia,jb,ab...->ij...", Q, Q, m) for m in moments]
+    D = couplings.centrifugal_compliance
     if D is not None:
         D = np.einsum("ia,jb,kc,ld,abcd->ijkl", Q, Q, Q, Q, D, optimize=True)
-    translation, rotation = _columns(found.translation, Q), _columns(found.rotation, Q)
+    translation, rotation = _columns(couplings.translation, Q), _columns(couplings.rotation, Q)
     S, G, K = turned
     return InertiaCouplings(translation, rotation, gradient, S, G, K, centrifugal_compliance=D)
 
@@ -178,8 +178,8 @@ def _pairs(values: np.ndarray, Q: np.ndarray) -> np.ndarray:
 def _tensor(values: np.ndarray, Q: np.ndarray) -> np.ndarray:
     if not values.size:
         return values
-    found = Q @ values @ Q.T
-    return 0.5 * (found + found.T)
+    tensor = Q @ values @ Q.T
+    return 0.5 * (tensor + tensor.T)
 
 
 def _columns(values: Any, Q: np.ndarray) -> Any:

@@ -35,37 +35,37 @@ def along_obstacles(scene: Scene, bodies: Mapping[str, FlexibleBody]) -> dict[st
     Raises:
         SceneError: an interface meets obstacles of two directions.
     """
-    found, known = dict(bodies), dict[tuple[str, str], np.ndarray]()
+    along, seen = dict(bodies), dict[tuple[str, str], np.ndarray]()
     if scene.capabilities.turns:
-        return found
+        return along
     for name, contact in scene.contact.items():
         for body, interface, directions in _met(scene, contact, bodies):
-            own = bodies[body].modal.interfaces[interface]
-            if own.tangential_rows is None or (np.einsum("ci,ci->c", directions, own.normals) < FACING).any():
+            modes = bodies[body].modal.interfaces[interface]
+            if modes.tangential_rows is None or (np.einsum("ci,ci->c", directions, modes.normals) < FACING).any():
                 continue
-            if np.abs(known.setdefault((body, interface), directions) - directions).max(initial=0.0) > APART:
+            if np.abs(seen.setdefault((body, interface), directions) - directions).max(initial=0.0) > APART:
                 raise SceneError(
                     f"contact.{name}: interface '{interface}' of body '{body}' meets obstacles of two directions;"
                     " give each contact an interface of its own on the same surface"
                 )
-    for (body, interface), directions in known.items():
-        if np.abs(directions - found[body].contact_frame(interface)[:, 0]).max(initial=0.0) > ALIKE:
-            found[body] = _pressed(found[body], interface, directions)
-    return found
+    for (body, interface), directions in seen.items():
+        if np.abs(directions - along[body].contact_frame(interface)[:, 0]).max(initial=0.0) > ALIKE:
+            along[body] = _pressed(along[body], interface, directions)
+    return along
 
 
 def _met(scene: Scene, contact: Contact, bodies: Mapping[str, FlexibleBody]) -> list[tuple[str, str, np.ndarray]]:
     """Return body, interface, and unit vectors to the obstacle, (c, 3), of each side of a contact with points."""
-    own, against = bodies[contact.body].modal.interfaces.get(contact.interface), contact.against
-    if own is None or not len(own.normals):
+    modes, against = bodies[contact.body].modal.interfaces.get(contact.interface), contact.against
+    if modes is None or not len(modes.normals):
         return []
     if isinstance(against, OtherBody):
-        far, here = bodies[against.body].modal.interfaces.get(against.interface), (contact.body, contact.interface)
+        far, side = bodies[against.body].modal.interfaces.get(against.interface), (contact.body, contact.interface)
         # Forces act along the normals of the first side: of one direction, if its face is flat.
-        if far is None or not len(far.normals) or np.ptp(own.normals, axis=0).max() > ALIKE:
-            return [(*here, own.normals)]
-        there = np.tile(-own.normals[0], (len(far.normals), 1))
-        return [(*here, own.normals), (against.body, against.interface, there)]
+        if far is None or not len(far.normals) or np.ptp(modes.normals, axis=0).max() > ALIKE:
+            return [(*side, modes.normals)]
+        there = np.tile(-modes.normals[0], (len(far.normals), 1))
+        return [(*side, modes.normals), (against.body, against.interface, there)]
     placed = bodies[contact.body].morph.points[contact.interface] + np.asarray(scene.body[contact.body].position)
     if isinstance(against, MasterSurface):
         space = bodies[against.body].modal.tractions.get(against.interface)
@@ -78,21 +78,21 @@ def _met(scene: Scene, contact: Contact, bodies: Mapping[str, FlexibleBody]) -> 
 def _pressed(body: FlexibleBody, interface: str, normals: np.ndarray) -> FlexibleBody:
     """Return a body with rows of an interface along other unit vectors, (c, 3), and tangents across them."""
     modal, frame, rows = body.modal, body.contact_frame(interface), body.contact_rows(interface)
-    first = frame[:, 1] - np.einsum("ci,ci->c", frame[:, 1], normals)[:, None] * normals
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    new = np.stack([normals, first, np.cross(normals, first)], axis=1)
+    t = frame[:, 1] - np.einsum("ci,ci->c", frame[:, 1], normals)[:, None] * normals
+    t /= np.linalg.norm(t, axis=1, keepdims=True)
+    new = np.stack([normals, t, np.cross(normals, t)], axis=1)
     turn = np.einsum("cai,cbi->cab", new, frame)
-    turned, places = np.einsum("cab,cbm->cam", turn, rows), body.contact_places(interface).reshape(-1, 3)
+    turned, row_numbers = np.einsum("cab,cbm->cam", turn, rows), body.contact_places(interface).reshape(-1, 3)
     R = modal.residual_flexibility
     if R is not None:
         R = R.copy()
-        R[places] = np.einsum("cab,cbk->cak", turn, R[places])
-        R[:, places] = np.einsum("cab,kcb->kca", turn, R[:, places])
+        R[row_numbers] = np.einsum("cab,cbk->cak", turn, R[row_numbers])
+        R[:, row_numbers] = np.einsum("cab,kcb->kca", turn, R[:, row_numbers])
     gauges = dict(modal.gauges)
     for name, gauge in gauges.items():
         if gauge.residual.size:
             columns = gauge.residual.copy()
-            columns[:, places] = np.einsum("cab,kcb->kca", turn, columns[:, places])
+            columns[:, row_numbers] = np.einsum("cab,kcb->kca", turn, columns[:, row_numbers])
             gauges[name] = replace(gauge, residual=columns)
     item = replace(modal.interfaces[interface], rows=turned[:, 0], tangential_rows=turned[:, 1:])
     return replace(

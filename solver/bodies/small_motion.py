@@ -93,11 +93,11 @@ class FlexibleBody:
         Zero where it is round-off of its terms: a body that is held across has no motion there, not one of 1e-16.
         """
         arm = points - self.morph.centre
-        sizes, reach = np.linalg.norm(directions, axis=1), np.linalg.norm(arm, axis=1)
+        sizes, radii = np.linalg.norm(directions, axis=1), np.linalg.norm(arm, axis=1)
         rows = np.empty((len(points), self.rigid_count))
         for r, twist in enumerate(self.twists):
             rows[:, r] = np.einsum("ci,ci->c", directions, twist[:3] + np.cross(twist[3:], arm))
-            terms = sizes * (np.linalg.norm(twist[:3]) + np.linalg.norm(twist[3:]) * reach)
+            terms = sizes * (np.linalg.norm(twist[:3]) + np.linalg.norm(twist[3:]) * radii)
             rows[np.abs(rows[:, r]) < ROUND_OFF * terms, r] = 0.0
         return rows
 
@@ -120,12 +120,12 @@ class FlexibleBody:
         """Return velocity and angular velocity at the centre (..., 6) of rigid coordinate rates (..., r)."""
         return rates @ self.twists
 
-    def residual(self, one: str, other: str) -> np.ndarray:
+    def residual(self, row_name: str, column_name: str) -> np.ndarray:
         """Return R between the rows of two interfaces, loads or traction spaces; zero where the record has no R."""
-        here, there = (slice(*self.modal.interface_rows[name]) for name in (one, other))
+        row_span, column_span = (slice(*self.modal.interface_rows[name]) for name in (row_name, column_name))
         if self.modal.residual_flexibility is None:
-            return np.zeros((here.stop - here.start, there.stop - there.start))
-        return self.modal.residual_flexibility[here, there]
+            return np.zeros((row_span.stop - row_span.start, column_span.stop - column_span.start))
+        return self.modal.residual_flexibility[row_span, column_span]
 
     def contact_frame(self, interface: str) -> np.ndarray:
         """Return the directions of the rows of each contact point, right-handed unit vectors, (c, 3, 3).
@@ -137,9 +137,9 @@ class FlexibleBody:
         """
         if interface in self.pressed:
             return self.pressed[interface]
-        found = self._with_tangents(interface)
-        along = tangents(found.normals) if found.tangents is None else found.tangents
-        return np.concatenate([found.normals[:, None], along], axis=1)
+        modes = self._with_tangents(interface)
+        along = tangents(modes.normals) if modes.tangents is None else modes.tangents
+        return np.concatenate([modes.normals[:, None], along], axis=1)
 
     def outward(self, interface: str) -> np.ndarray:
         """Return the unit vectors along which contact points have their normal rows, (c, 3)."""
@@ -151,12 +151,12 @@ class FlexibleBody:
         Raises:
             SceneError: the body is elastic and its modes have no tangential rows for the interface.
         """
-        found = self._with_tangents(interface)
-        if found.tangential_rows is None:
-            return np.zeros((len(found.normals), 3, 0))
-        return np.concatenate([found.rows[:, None], found.tangential_rows], axis=1)
+        modes = self._with_tangents(interface)
+        if modes.tangential_rows is None:
+            return np.zeros((len(modes.normals), 3, 0))
+        return np.concatenate([modes.rows[:, None], modes.tangential_rows], axis=1)
 
-    def contact_residual(self, one: str, other: str) -> np.ndarray:
+    def contact_residual(self, row_name: str, column_name: str) -> np.ndarray:
         """Return R between the contact points of two interfaces [m/N], (3 c, 3 k); zero where the record has no R.
 
         Rows and columns are along outward normal, t1, t2 of the first point, then of the second, and so on.
@@ -164,30 +164,30 @@ class FlexibleBody:
         Raises:
             SceneError: see `contact_rows`.
         """
-        here, there = (self.contact_places(name) for name in (one, other))
+        row_numbers, column_numbers = (self.contact_places(name) for name in (row_name, column_name))
         if self.modal.residual_flexibility is None:
-            return np.zeros((len(here), len(there)))
-        return self.modal.residual_flexibility[np.ix_(here, there)]
+            return np.zeros((len(row_numbers), len(column_numbers)))
+        return self.modal.residual_flexibility[np.ix_(row_numbers, column_numbers)]
 
     def contact_places(self, interface: str) -> np.ndarray:
         """Return the rows of R along normal, t1, t2 of each contact point, (3 c,)."""
-        found = self._with_tangents(interface)
-        if found.tangential_rows is None:
-            return np.zeros(3 * len(found.normals), int)
+        modes = self._with_tangents(interface)
+        if modes.tangential_rows is None:
+            return np.zeros(3 * len(modes.normals), int)
         normal = np.arange(*self.modal.interface_rows[interface])
         across = np.arange(*self.modal.tangential_spans[interface]).reshape(-1, 2)
         return np.column_stack([normal, across]).ravel()
 
     def _with_tangents(self, interface: str) -> InterfaceModes:
         """Return an interface that has tangential rows if the body is elastic."""
-        found = self.modal.interfaces[interface]
-        if self.modal.reduction != "rigid" and found.tangential_rows is None:
+        modes = self.modal.interfaces[interface]
+        if self.modal.reduction != "rigid" and modes.tangential_rows is None:
             raise SceneError(
                 f"body.{self.name}: friction acts on interface '{interface}', for which the record of its modes,"
                 f" {self.morph.modes_key[:12]}, has no tangential rows, since it was made for a"
                 " scene without friction; `gudgeon modes SCENE` makes them"
             )
-        return found
+        return modes
 
 
 def named(members: Mapping[str, T], name: str, owner: str) -> T:
@@ -206,18 +206,18 @@ def free_twists(morph: MorphRecord, settings: Body, name: str) -> np.ndarray:
     if tuple(settings.freedom) == ALL_FREE or len(morph.rigid_twists) == 0:
         return morph.rigid_twists
     if len(morph.rigid_twists) < 6:
-        held = [number for number, one in enumerate(ALL_FREE) if one not in settings.freedom]
+        constrained = [i for i, motion in enumerate(ALL_FREE) if motion not in settings.freedom]
         scaled = morph.rigid_twists.copy()
-        for part in (slice(3), slice(3, 6)):  # Translations and rotations have different units.
-            scaled[:, part] /= np.linalg.norm(scaled[:, part]) or 1.0
-        _, values, right = np.linalg.svd(scaled[:, held].T)
-        left = right[int((values > MOVES).sum()) :]
-        if not len(left) and settings.freedom:
+        for columns in (slice(3), slice(3, 6)):  # Translations and rotations have different units.
+            scaled[:, columns] /= np.linalg.norm(scaled[:, columns]) or 1.0
+        _, values, right = np.linalg.svd(scaled[:, constrained].T)
+        free = right[int((values > MOVES).sum()) :]
+        if not len(free) and settings.freedom:
             raise SceneError(
                 f"body.{name}.freedom: {list(settings.freedom)} given, but the supports of its component forbid it"
             )
-        return left @ morph.rigid_twists
-    chosen = np.eye(6)[[ALL_FREE.index(one) for one in settings.freedom]].reshape(-1, 6)
+        return free @ morph.rigid_twists
+    chosen = np.eye(6)[[ALL_FREE.index(motion) for motion in settings.freedom]].reshape(-1, 6)
     mass = np.zeros((6, 6))
     mass[:3, :3], mass[3:, 3:] = morph.mass * np.eye(3), morph.inertia
     # Not by eigenvectors: for a small part they mix masses with much smaller moments of inertia.

@@ -63,12 +63,12 @@ Run = Callable[[System, float], Trajectory]
 """Integrates a system with the steps of the run, and samples at most so far apart [s]."""
 
 
-def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Trajectory:
+def with_basis_estimates(system: System, trajectory: Trajectory, run: Run) -> Trajectory:
     """Return a finished run with its estimated relative errors due to the modal basis.
 
     Args:
         system: The one that was run.
-        found: Its trajectory.
+        trajectory: Its trajectory.
         run: Integrates it, or another system, again.
 
     Returns:
@@ -78,69 +78,71 @@ def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Traject
         modes cannot start, or fails, or where a body that touches has a single coordinate or none that is a mode, the
         first two are 1 and `counts` has the reason. Unchanged where nothing touches or no body has elastic coordinates.
     """
-    if not touches(system, found):
-        return found
-    if reason := _too_few(system, found):
-        return _unknown(found, reason)
+    if not touches(system, trajectory):
+        return trajectory
+    if reason := _too_few(system, trajectory):
+        return _unknown(trajectory, reason)
     try:
-        systems = [fewer for share in SHARES if (fewer := nested(system, share)) is not None]
+        systems = [fewer for fraction in SHARES if (fewer := nested(system, fraction)) is not None]
         if not systems:
-            return found
-        windows, runs = _nested_runs(system, systems, found, run)
+            return trajectory
+        windows, runs = _nested_runs(system, systems, trajectory, run)
     except (SceneError, SolverError) as error:
-        return _unknown(found, str(error))
+        return _unknown(trajectory, str(error))
     if failed := next((r for r in runs[1:] if not Result[r.result].ok), None):
-        return _unknown(found, failed.counts.get("reason", Result[failed.result].value))
-    own, speed, known = runs[0], fastest_body(system), set[str]()
-    errors = _least(system, systems[0], found)
-    for name, value in _by_mass(system, own, run).items():
+        return _unknown(trajectory, failed.counts.get("reason", Result[failed.result].value))
+    reference, speed, comparable = runs[0], fastest_body(system), set[str]()
+    errors = _least(system, systems[0], trajectory)
+    for name, value in _by_mass(system, reference, run).items():
         errors[f"basis.{name}"] = max(errors[f"basis.{name}"], MARGIN * value)
-    for number, window in enumerate(windows):
-        apart = differences(own, (runs[number], runs[number + 1]), window, speed)
-        known = {f"basis.{name}" for name in apart}
-        for name, value in apart.items():
-            errors[f"basis.{name}"] = max(errors[f"basis.{name}"], MARGIN * value / 2**number)
-    return replace(found, estimates=found.estimates | {name: errors[name] for name in errors if name in known})
+    for i, window in enumerate(windows):
+        relative_changes = differences(reference, (runs[i], runs[i + 1]), window, speed)
+        comparable = {f"basis.{name}" for name in relative_changes}
+        for name, value in relative_changes.items():
+            errors[f"basis.{name}"] = max(errors[f"basis.{name}"], MARGIN * value / 2**i)
+    return replace(
+        trajectory, estimates=trajectory.estimates | {name: errors[name] for name in errors if name in comparable}
+    )
 
 
 def _nested_runs(
-    system: System, systems: list[System], found: Trajectory, run: Run
+    system: System, systems: list[System], trajectory: Trajectory, run: Run
 ) -> tuple[list[float], list[Trajectory]]:
     """Return the window of each pair of bases [s], and the runs of all bases, that of the system first."""
     windows = _windows(system, systems)
-    closest = windows[0] / SAMPLES if windows[0] > 0 else float(found.times[0])
+    sample_step = windows[0] / SAMPLES if windows[0] > 0 else float(trajectory.times[0])
     if system.scene.capabilities.turns:
-        closest = max(closest, min(system.scene.run.duration / MOST_SAMPLES, float(found.times[0])))
-        windows = [max(window, SAMPLES * closest) for window in windows]
-    reference = found if found.times[0] <= closest * (1 + ROUND_OFF) else run(system, closest)
-    return windows, [reference, *(run(fewer, closest) for fewer in systems)]
+        sample_step = max(sample_step, min(system.scene.run.duration / MOST_SAMPLES, float(trajectory.times[0])))
+        windows = [max(window, SAMPLES * sample_step) for window in windows]
+    reference = trajectory if trajectory.times[0] <= sample_step * (1 + ROUND_OFF) else run(system, sample_step)
+    return windows, [reference, *(run(fewer, sample_step) for fewer in systems)]
 
 
-def touches(system: System, found: Trajectory) -> bool:
+def touches(system: System, trajectory: Trajectory) -> bool:
     """Return whether one of the contacts of a system had a force; joints with clearance are none."""
-    return any(np.any(found.contacts[contact.name].force) for contact in system.contacts)
+    return any(np.any(trajectory.contacts[contact.name].force) for contact in system.contacts)
 
 
-def _by_mass(system: System, own: Trajectory, run: Run) -> dict[str, float]:
+def _by_mass(system: System, reference: Trajectory, run: Run) -> dict[str, float]:
     """Return the differences of a run from one in which a part of R has a mass; none where there is no such run."""
     if system.scene.capabilities.turns:
         return {}
     try:
-        other = weighed(system, {contact.name: pushes(own, contact.name) for contact in system.contacts})
+        weighed_system = weighed(system, {contact.name: pushes(reference, contact.name) for contact in system.contacts})
     except SceneError:
         return {}
-    if other is None:
+    if weighed_system is None:
         return {}
-    found = run(other, float(own.times[0]))
-    if not Result[found.result].ok or len(found.times) != len(own.times):
+    weighed_run = run(weighed_system, float(reference.times[0]))
+    if not Result[weighed_run.result].ok or len(weighed_run.times) != len(reference.times):
         return {}
     window = min(system.window, system.scene.run.duration / max(WINDOWS))
-    return differences(own, (own, found), window, fastest_body(system))
+    return differences(reference, (reference, weighed_run), window, fastest_body(system))
 
 
-def pushes(found: Trajectory, contact: str) -> np.ndarray:
+def pushes(trajectory: Trajectory, contact: str) -> np.ndarray:
     """Return the sum of the forces on a contact's points at frames and peaks [N], (c,)."""
-    history = found.contacts[contact]
+    history = trajectory.contacts[contact]
     assert history.peak_multipliers is not None
     return np.asarray(history.multipliers.sum(axis=0) + history.peak_multipliers.sum(axis=0))
 
@@ -157,44 +159,46 @@ def _windows(system: System, systems: list[System]) -> list[float]:
     return [min(periods * fewer.resolution, system.scene.run.duration / max(WINDOWS)) for fewer in systems]
 
 
-def _least(system: System, fewer: System, found: Trajectory) -> dict[str, float]:
+def _least(system: System, fewer: System, trajectory: Trajectory) -> dict[str, float]:
     """Return the least estimates of a run, see the module; zeros where bodies turn."""
     if system.scene.capabilities.turns:
         return dict.fromkeys(STIFFENED, 0.0)
-    stiff, (massless, hidden, rigid) = _lacking(system, fewer), _unresolved(system, found)
-    least = {name: max(STIFFENED[name] * stiff, UNRESOLVED[name] * massless, RIGID * rigid) for name in STIFFENED}
-    return least | {"basis.force": max(least["basis.force"], hidden)}
+    stiff, (massless, hidden, rigid) = _lacking(system, fewer), _unresolved(system, trajectory)
+    estimates = {name: max(STIFFENED[name] * stiff, UNRESOLVED[name] * massless, RIGID * rigid) for name in STIFFENED}
+    return estimates | {"basis.force": max(estimates["basis.force"], hidden)}
 
 
-def _too_few(system: System, found: Trajectory) -> str:
+def _too_few(system: System, trajectory: Trajectory) -> str:
     """Return why no coordinate of a body that touched can be left out, or nothing: it has one, or none is a mode."""
-    touching = [contact for contact in system.contacts if np.any(found.contacts[contact.name].force)]
-    sides = [side for one in touching for side in (one, one.other, one.master) if side is not None]
+    touching = [contact for contact in system.contacts if np.any(trajectory.contacts[contact.name].force)]
+    sides = [side for c in touching for side in (c, c.other, c.master) if side is not None]
     modes = [system.bodies[side.body].modal.are_modes for side in sides]
-    if any(len(one) == 1 for one in modes):
+    if any(len(m) == 1 for m in modes):
         return ONE_COORDINATE
-    return NO_MODE if any(len(one) and not one.any() for one in modes) else ""
+    return NO_MODE if any(len(m) and not m.any() for m in modes) else ""
 
 
-def _unknown(found: Trajectory, reason: str) -> Trajectory:
+def _unknown(trajectory: Trajectory, reason: str) -> Trajectory:
     """Return a run with estimates of 1, and the reason."""
     errors = {"basis.impulse": 1.0, "basis.force": 1.0}
-    return replace(found, estimates=found.estimates | errors, counts=found.counts | {BASIS_REASON: reason})
+    return replace(
+        trajectory, estimates=trajectory.estimates | errors, counts=trajectory.counts | {BASIS_REASON: reason}
+    )
 
 
 def _lacking(system: System, fewer: System) -> float:
     """Return the largest share of the compliance that a contact without R lacks, estimated; 0 where all have it."""
-    static = [_flexibility(one) for one in (system, fewer)]
-    missing, own, most = static[0] - static[1], system.layer + system.yielding(), 0.0
+    static = [_flexibility(s) for s in (system, fewer)]
+    missing, compliances, largest = static[0] - static[1], system.layer + system.yielding(), 0.0
     for contact in system.contacts:
         method = METHODS[system.scene.contact[contact.name].method]
         if not (method.flexible or method.rigid):
             added = float(missing[contact.rows].sum())
-            most = max(most, added / (added + float(own[contact.rows].sum())))
-    return most
+            largest = max(largest, added / (added + float(compliances[contact.rows].sum())))
+    return largest
 
 
-def _unresolved(system: System, found: Trajectory) -> tuple[float, float, float]:
+def _unresolved(system: System, trajectory: Trajectory) -> tuple[float, float, float]:
     """Return the largest unresolved share of a contact's main impact: of compliance, of force, and by itself.
 
     The unresolved share is the period of the cut-off over the impact's duration, at most 1. The first value is times
@@ -204,9 +208,9 @@ def _unresolved(system: System, found: Trajectory) -> tuple[float, float, float]
     modes = np.zeros(len(system.stiffness), bool)
     for body in system.bodies.values():
         modes[body.elastic] = body.modal.are_modes
-    elastic, most, hidden, rigid = system.stiffness > 0, 0.0, 0.0, 0.0
+    elastic, massless_largest, hidden, rigid = system.stiffness > 0, 0.0, 0.0, 0.0
     for contact in system.contacts:
-        impacts, forces = found.impacts[contact.name], pushes(found, contact.name)
+        impacts, forces = trajectory.impacts[contact.name], pushes(trajectory, contact.name)
         if not len(impacts):
             continue
         main = impacts[impacts[:, IMPULSE].argmax()]
@@ -214,19 +218,19 @@ def _unresolved(system: System, found: Trajectory) -> tuple[float, float, float]
             continue
         modal = np.zeros(len(modes))
         modal[elastic] = (forces @ system.rows[contact.rows])[elastic] ** 2 / system.stiffness[elastic]
-        own = np.arange(contact.rows.start, contact.rows.stop)
-        massless = float(forces @ system.residual.among(own, own) @ forces) + float(modal[~modes].sum())
-        whole = massless + float(modal[modes].sum())
-        whole += float(forces**2 @ (system.layer + system.yielding())[contact.rows])
-        if whole <= 0:
+        rows = np.arange(contact.rows.start, contact.rows.stop)
+        massless = float(forces @ system.residual.among(rows, rows) @ forces) + float(modal[~modes].sum())
+        compliance = massless + float(modal[modes].sum())
+        compliance += float(forces**2 @ (system.layer + system.yielding())[contact.rows])
+        if compliance <= 0:
             continue
-        period = _cutoff(system.stiffness[modes], modal[modes] / whole)
-        share = min(1.0, period / duration)
+        period = _cutoff(system.stiffness[modes], modal[modes] / compliance)
+        unresolved = min(1.0, period / duration)
         if METHODS[system.scene.contact[contact.name].method].rigid:
-            rigid = max(rigid, share)
-        most = max(most, massless / whole * share)
-        hidden = max(hidden, massless / whole * share * max(0.0, 1 - system.window / period))
-    return most, hidden, rigid
+            rigid = max(rigid, unresolved)
+        massless_largest = max(massless_largest, massless / compliance * unresolved)
+        hidden = max(hidden, massless / compliance * unresolved * max(0.0, 1 - system.window / period))
+    return massless_largest, hidden, rigid
 
 
 def _cutoff(stiffness: np.ndarray, shares: np.ndarray) -> float:
@@ -238,8 +242,8 @@ def _cutoff(stiffness: np.ndarray, shares: np.ndarray) -> float:
     """
     order = np.argsort(stiffness)[::-1]
     beyond = np.cumsum(shares[order])
-    last = int(np.searchsorted(beyond, EXCITED))
-    return 2 * np.pi / float(np.sqrt(stiffness[order[last]])) if last < len(order) else np.inf
+    mode = int(np.searchsorted(beyond, EXCITED))
+    return 2 * np.pi / float(np.sqrt(stiffness[order[mode]])) if mode < len(order) else np.inf
 
 
 def _flexibility(system: System) -> np.ndarray:
@@ -248,32 +252,32 @@ def _flexibility(system: System) -> np.ndarray:
 
 
 def differences(
-    found: Trajectory, pair: tuple[Trajectory, Trajectory], window: float, speed: float
+    trajectory: Trajectory, pair: tuple[Trajectory, Trajectory], window: float, speed: float
 ) -> dict[str, float]:
     """Return the differences of two runs in `impulse`, `force` and `rebound`, see `with_basis_estimates`.
 
     Args:
-        found: The run whose impulses and forces they are relative to.
+        trajectory: The run whose impulses and forces they are relative to.
         pair: Runs with the same steps and samples.
         window: Time over which forces are compared [s]; 0 for that of a sample.
         speed: Of the fastest body at the start [m/s].
     """
-    apart = {"impulse": 0.0, "force": 0.0}
-    edges = np.concatenate([[0.0], found.times])
-    for name, contact in found.contacts.items():
+    relative_changes = {"impulse": 0.0, "force": 0.0}
+    edges = np.concatenate([[0.0], trajectory.times])
+    for name, contact in trajectory.contacts.items():
         if not np.any(contact.force):
             continue
-        own, *both = (float(edges[1]) * _summed(one.contacts[name].force) for one in (found, *pair))
-        change = np.linalg.norm(both[0][-1] - both[1][-1]) / np.linalg.norm(own, axis=1).max()
-        apart["impulse"] = max(apart["impulse"], float(change))
+        impulse, *both = (float(edges[1]) * _summed(r.contacts[name].force) for r in (trajectory, *pair))
+        change = np.linalg.norm(both[0][-1] - both[1][-1]) / np.linalg.norm(impulse, axis=1).max()
+        relative_changes["impulse"] = max(relative_changes["impulse"], float(change))
         for width in (factor * (window or float(edges[1])) for factor in WINDOWS):
-            peak, *peaks = (windowed(edges, one, width)[0] for one in (own, *both))
-            apart["force"] = max(apart["force"], abs(peaks[0] - peaks[1]) / peak)
-        keys = [key for key in (f"{name}.{one}" for one in REBOUND) if key in found.quantities]
-        if f"{name}.restitution" in found.quantities and keys and speed > 0:
+            peak, *peaks = (windowed(edges, h, width)[0] for h in (impulse, *both))
+            relative_changes["force"] = max(relative_changes["force"], abs(peaks[0] - peaks[1]) / peak)
+        keys = [key for key in (f"{name}.{q}" for q in REBOUND) if key in trajectory.quantities]
+        if f"{name}.restitution" in trajectory.quantities and keys and speed > 0:
             change = max(abs(_value(pair[0], key) - _value(pair[1], key)) for key in keys)
-            apart["rebound"] = max(apart.get("rebound", 0.0), change / speed)
-    return apart
+            relative_changes["rebound"] = max(relative_changes.get("rebound", 0.0), change / speed)
+    return relative_changes
 
 
 def _summed(force: np.ndarray) -> np.ndarray:

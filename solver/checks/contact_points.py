@@ -30,7 +30,7 @@ SINGLE = 0.56
 """Radius of the patch of one point over the spacing: that of a circle of the same area."""
 
 
-def patch_errors(system: System, found: Trajectory) -> dict[str, tuple[int, float]]:
+def patch_errors(system: System, trajectory: Trajectory) -> dict[str, tuple[int, float]]:
     """Return the number of points of each contact's patch on a curved surface, and the error of its force by them.
 
     So it does for a flat face of an elastic body that is tilted. Contacts by a law, of faces that press as a whole, of
@@ -38,15 +38,15 @@ def patch_errors(system: System, found: Trajectory) -> dict[str, tuple[int, floa
     """
     return {
         contact.name: (len(points), 0.25 / _radius(contact, points))
-        for contact, points in _patches(system, found)
+        for contact, points in _patches(system, trajectory)
         if _is_curved(contact, system.gap[contact.rows]) or _is_strip(system, contact, points)
     }
 
 
-def _patches(system: System, found: Trajectory) -> Iterator[tuple[ContactRows, np.ndarray]]:
+def _patches(system: System, trajectory: Trajectory) -> Iterator[tuple[ContactRows, np.ndarray]]:
     """Yield the contacts by points and the numbers of those that act at the moment of the largest force, (k,)."""
     for contact in system.contacts:
-        forces = found.contacts[contact.name].peak_multipliers
+        forces = trajectory.contacts[contact.name].peak_multipliers
         if forces is None or len(contact.points) < 4 or contact.master is not None:
             continue
         forces = np.nan_to_num(forces)
@@ -60,33 +60,33 @@ def _patches(system: System, found: Trajectory) -> Iterator[tuple[ContactRows, n
 
 def _is_curved(contact: ContactRows, gaps: np.ndarray) -> bool:
     """Return whether gaps (c,) are not those of a flat face, or its points do not lie in one."""
-    known = _near(contact, gaps)
-    if not known.any():
+    facing = _near(contact, gaps)
+    if not facing.any():
         return False
-    centred = contact.points[known] - contact.points[known].mean(axis=0)
+    centred = contact.points[facing] - contact.points[facing].mean(axis=0)
     linear = np.column_stack([np.ones(len(centred)), centred])
-    left = gaps[known] - linear @ np.linalg.lstsq(linear, gaps[known], rcond=None)[0]
+    residual = gaps[facing] - linear @ np.linalg.lstsq(linear, gaps[facing], rcond=None)[0]
     # A sphere's gap to a plane is linear in its own points: they leave the plane through them.
     extents = np.linalg.svd(centred, compute_uv=False) / np.sqrt(len(centred))
     out = extents[1 if _is_line(contact) else -1]
-    return max(float(np.abs(left).max()), float(out)) > ROUNDED * float(np.ptp(centred, axis=0).max())
+    return max(float(np.abs(residual).max()), float(out)) > ROUNDED * float(np.ptp(centred, axis=0).max())
 
 
 def _near(contact: ContactRows, gaps: np.ndarray) -> np.ndarray:
     """Return which points meet the obstacle, those beside a smaller face left out, (c,)."""
-    known = np.isfinite(gaps)
-    least = gaps[known].min(initial=np.inf)
-    return known & (gaps <= least + FAR * float(np.ptp(contact.points, axis=0).max()))
+    finite = np.isfinite(gaps)
+    minimum = gaps[finite].min(initial=np.inf)
+    return finite & (gaps <= minimum + FAR * float(np.ptp(contact.points, axis=0).max()))
 
 
 def _is_strip(system: System, contact: ContactRows, acting: np.ndarray) -> bool:
     """Return whether the points that act are those of least gap on a tilted face of an elastic body."""
     gaps = system.gap[contact.rows]
-    known = gaps[_near(contact, gaps)]
-    if not len(known):
+    face_gaps = gaps[_near(contact, gaps)]
+    if not len(face_gaps):
         return False
-    size, span = float(np.ptp(contact.points, axis=0).max()), float(np.ptp(known))
-    if span <= ROUNDED * size or float(gaps[acting].max() - known.min()) > STRIP * span:
+    size, span = float(np.ptp(contact.points, axis=0).max()), float(np.ptp(face_gaps))
+    if span <= ROUNDED * size or float(gaps[acting].max() - face_gaps.min()) > STRIP * span:
         return False
     sides = [side.body for side in (contact, contact.other) if side is not None]
     return any((system.stiffness[system.bodies[body].elastic] > 0).any() for body in sides)

@@ -19,12 +19,12 @@ NOTICED = 0.02
 """Share of the compliance of a contact: less changes forces by less than about half of it."""
 
 
-def with_layer_estimates(system: System, found: Trajectory, run: Run) -> Trajectory:
+def with_layer_estimates(system: System, trajectory: Trajectory, run: Run) -> Trajectory:
     """Return a finished run with what layers of twice the stiffness change.
 
     Args:
         system: The one that was run.
-        found: Its trajectory.
+        trajectory: Its trajectory.
         run: Integrates another system.
 
     Returns:
@@ -36,27 +36,36 @@ def with_layer_estimates(system: System, found: Trajectory, run: Run) -> Traject
     stiffer = {
         name: contact.model_copy(update={"surface_stiffness": 2 * contact.surface_stiffness})
         for name, contact in scene.contact.items()
-        if contact.surface_stiffness is not None and name in found.contacts and _share(system, found, name) > NOTICED
+        if contact.surface_stiffness is not None
+        and name in trajectory.contacts
+        and _share(system, trajectory, name) > NOTICED
     }
     if not stiffer:
-        return found
+        return trajectory
     changed = scene.model_copy(update={"contact": scene.contact | stiffer})
     try:
-        other = assembled(changed, system.bodies, system.terms, fields=system.fields, bores=system.bores)
-        against = run(other, float(found.times[0]))
+        stiffer_system = assembled(changed, system.bodies, system.terms, fields=system.fields, bores=system.bores)
+        against = run(stiffer_system, float(trajectory.times[0]))
     except (SceneError, SolverError):
-        return found
-    if not Result[against.result].ok or len(against.times) != len(found.times):
-        return found
-    apart = differences(found, (found, against), system.window, fastest_body(system))
-    return replace(found, estimates=found.estimates | {f"layer.{name}": one for name, one in apart.items()})
+        return trajectory
+    if not Result[against.result].ok or len(against.times) != len(trajectory.times):
+        return trajectory
+    relative_changes = differences(trajectory, (trajectory, against), system.window, fastest_body(system))
+    return replace(
+        trajectory, estimates=trajectory.estimates | {f"layer.{name}": c for name, c in relative_changes.items()}
+    )
 
 
-def _share(system: System, found: Trajectory, name: str) -> float:
+def _share(system: System, trajectory: Trajectory, name: str) -> float:
     """Return the share of a contact's layer in the static compliance to the forces that acted; 0 where none did."""
-    (contact,) = (one for one in system.contacts if one.name == name)
-    forces, elastic = pushes(found, name), system.stiffness > 0
-    own, layer = np.arange(contact.rows.start, contact.rows.stop), float(forces**2 @ system.layer[contact.rows])
+    (contact,) = (c for c in system.contacts if c.name == name)
+    forces, elastic = pushes(trajectory, name), system.stiffness > 0
+    rows, layer_compliance = (
+        np.arange(contact.rows.start, contact.rows.stop),
+        float(forces**2 @ system.layer[contact.rows]),
+    )
     modal = (forces @ system.rows[contact.rows])[elastic] ** 2 / system.stiffness[elastic]
-    whole = layer + float(forces @ system.residual.among(own, own) @ forces) + float(modal.sum())
-    return layer / whole if whole > 0 else 0.0
+    total_compliance = (
+        layer_compliance + float(forces @ system.residual.among(rows, rows) @ forces) + float(modal.sum())
+    )
+    return layer_compliance / total_compliance if total_compliance > 0 else 0.0

@@ -31,12 +31,12 @@ LARGEST = 0.5
 """Largest relative error of a frequency that is taken off: estimates above it are of modes that are none."""
 
 
-def with_mesh_estimates(system: System, found: Trajectory, run: Run) -> Trajectory:
+def with_mesh_estimates(system: System, trajectory: Trajectory, run: Run) -> Trajectory:
     """Return a finished run with its estimated relative errors due to the bodies' meshes.
 
     Args:
         system: The one that was run.
-        found: Its trajectory.
+        trajectory: Its trajectory.
         run: Integrates another system.
 
     Returns:
@@ -46,47 +46,49 @@ def with_mesh_estimates(system: System, found: Trajectory, run: Run) -> Trajecto
         number. Unchanged where nothing touches, or else no record has estimates of its frequencies, or the other run is
         impossible.
     """
-    return _with_patches(system, _with_frequencies(system, found, run))
+    return _with_patches(system, _with_frequencies(system, trajectory, run))
 
 
-def _with_patches(system: System, found: Trajectory) -> Trajectory:
+def _with_patches(system: System, trajectory: Trajectory) -> Trajectory:
     """Return a run with the error of the force by the points of patches."""
-    coarse = {name: one for name, one in patch_errors(system, found).items() if one[1] > COARSE}
+    coarse = {name: e for name, e in patch_errors(system, trajectory).items() if e[1] > COARSE}
     if not coarse:
-        return found
-    force = max(found.estimates.get("mesh.force", 0.0), *(error for _, error in coarse.values()))
+        return trajectory
+    force = max(trajectory.estimates.get("mesh.force", 0.0), *(error for _, error in coarse.values()))
     counted = {PATCH_POINTS: {name: count for name, (count, _) in coarse.items()}}
-    return replace(found, estimates=found.estimates | {"mesh.force": force}, counts=found.counts | counted)
+    return replace(
+        trajectory, estimates=trajectory.estimates | {"mesh.force": force}, counts=trajectory.counts | counted
+    )
 
 
-def _with_frequencies(system: System, found: Trajectory, run: Run) -> Trajectory:
+def _with_frequencies(system: System, trajectory: Trajectory, run: Run) -> Trajectory:
     """Return a run with its errors due to the frequencies of the bodies' meshes."""
     scene, corrected = system.scene, {name: _corrected(body.modal) for name, body in system.bodies.items()}
-    components = list(dict.fromkeys(scene.component_of(name) for name, one in corrected.items() if one is not None))
-    if not components or not touches(system, found):
-        return found
+    components = list(dict.fromkeys(scene.component_of(name) for name, m in corrected.items() if m is not None))
+    if not components or not touches(system, trajectory):
+        return trajectory
 
     def errors(names: list[str]) -> dict[str, float]:
         modes = {body: modal for body, modal in corrected.items() if scene.component_of(body) in names}
-        return _errors(system, found, run, {body: modal for body, modal in modes.items() if modal is not None})
+        return _errors(system, trajectory, run, {body: modal for body, modal in modes.items() if modal is not None})
 
-    total, counts = errors(components), found.counts
+    total, counts = errors(components), trajectory.counts
     if len(components) > 1 and max(total.values(), default=0.0) > scene.run.tolerance:
         each = {name: max(errors([name]).values(), default=0.0) for name in components}
-        coarse = [name for name, one in each.items() if one >= SHARE * max(each.values())]
+        coarse = [name for name, e in each.items() if e >= SHARE * max(each.values())]
         counts = counts | {COARSE_MESHES: coarse}
-    return replace(found, estimates=found.estimates | total, counts=counts)
+    return replace(trajectory, estimates=trajectory.estimates | total, counts=counts)
 
 
-def _errors(system: System, found: Trajectory, run: Run, modes: Mapping[str, ModalRecord]) -> dict[str, float]:
+def _errors(system: System, trajectory: Trajectory, run: Run, modes: Mapping[str, ModalRecord]) -> dict[str, float]:
     """Return the errors by the meshes of the bodies with other modes; none where their run is impossible."""
     try:
-        continuum = run(_continuum(system, modes), float(found.times[0]))
+        continuum = run(_continuum(system, modes), float(trajectory.times[0]))
     except (SceneError, SolverError):
         return {}
     if not Result[continuum.result].ok:
         return {}
-    relative_changes = differences(found, (found, continuum), system.window, fastest_body(system))
+    relative_changes = differences(trajectory, (trajectory, continuum), system.window, fastest_body(system))
     return {f"mesh.{name}": MARGIN * value for name, value in relative_changes.items()}
 
 

@@ -38,24 +38,24 @@ def weighed(system: System, forces: Mapping[str, np.ndarray]) -> System | None:
     Raises:
         SceneError: the damping of a body is not given at the frequency of its further coordinate.
     """
-    bodies, first, changed = {}, 0, False
+    bodies, size, changed = {}, 0, False
     for name, body in system.bodies.items():
         modal = _with_mass(body.modal, _on_rows(system, name, forces))
         changed = changed or modal is not body.modal
-        bodies[name] = replace(body, modal=modal, first=first, basis=None)
-        first = bodies[name].elastic.stop
+        bodies[name] = replace(body, modal=modal, first=size, basis=None)
+        size = bodies[name].elastic.stop
     return assembled(system.scene, bodies, system.terms, fields=system.fields) if changed else None
 
 
 def _on_rows(system: System, body: str, forces: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the contact forces on the rows of a body's R [N], (C,); without those on traction spaces."""
     modal = system.bodies[body].modal
-    found = np.zeros(modal.row_count)
+    row_forces = np.zeros(modal.row_count)
     for contact in system.contacts:
-        for owner, interface, share, _, _ in contact.sides:
+        for owner, interface, weights, _, _ in contact.sides:
             if owner == body and interface in modal.interface_rows:
-                found[slice(*modal.interface_rows[interface])] += share.T @ forces[contact.name]
-    return found
+                row_forces[slice(*modal.interface_rows[interface])] += weights.T @ forces[contact.name]
+    return row_forces
 
 
 def _with_mass(modal: ModalRecord, forces: np.ndarray) -> ModalRecord:
@@ -65,13 +65,13 @@ def _with_mass(modal: ModalRecord, forces: np.ndarray) -> ModalRecord:
         return modal
     y = R @ forces
     compliance, top = float(forces @ y), float(omega[modes].max())
-    places = {**modal.interfaces, **modal.tractions, **modal.loads}
-    each = (forces @ responses(places, modal, np.arange(len(omega)))) ** 2
+    interfaces = {**modal.interfaces, **modal.tractions, **modal.loads}
+    each = (forces @ responses(interfaces, modal, np.arange(len(omega)))) ** 2
     octave = float(each[modes & (omega > 0.5 * top)].sum())
-    given = min(MOST * compliance, octave)
-    if given <= LEAST * (compliance + float(each.sum())):
+    inertial_compliance = min(MOST * compliance, octave)
+    if inertial_compliance <= LEAST * (compliance + float(each.sum())):
         return modal
-    shape = y * np.sqrt(given) / compliance
+    shape = y * np.sqrt(inertial_compliance) / compliance
     column = ABOVE * top * shape
     return replace(
         modal,
@@ -80,20 +80,22 @@ def _with_mass(modal: ModalRecord, forces: np.ndarray) -> ModalRecord:
         interfaces=_more(modal, modal.interfaces, column),
         tractions=_more(modal, modal.tractions, column),
         loads=_more(modal, modal.loads, column),
-        gauges={name: replace(one, rows=np.pad(one.rows, ((0, 0), (0, 1)))) for name, one in modal.gauges.items()},
+        gauges={name: replace(g, rows=np.pad(g.rows, ((0, 0), (0, 1)))) for name, g in modal.gauges.items()},
         residual_flexibility=R - np.outer(shape, shape),
         participation=None if modal.participation is None else np.pad(modal.participation, ((0, 0), (0, 1))),
         shapes=None, inertia_couplings=None, residuals=None, algebraic_errors=None, discretisation_errors=None,
     )  # fmt: skip
 
 
-def _more(modal: ModalRecord, places: Mapping[str, Rows], column: np.ndarray) -> dict[str, Rows]:
+def _more(modal: ModalRecord, interfaces: Mapping[str, Rows], column: np.ndarray) -> dict[str, Rows]:
     """Return places of a record with the column of one more coordinate, given over all rows of R, (C,)."""
-    found = {}
-    for name, place in places.items():
-        rows = np.column_stack([place.rows, column[slice(*modal.interface_rows[name])]])
-        found[name] = replace(place, rows=rows)
-        if isinstance(place, InterfaceModes | TractionModes) and place.tangential_rows is not None:
+    extended = {}
+    for name, interface in interfaces.items():
+        rows = np.column_stack([interface.rows, column[slice(*modal.interface_rows[name])]])
+        extended[name] = replace(interface, rows=rows)
+        if isinstance(interface, InterfaceModes | TractionModes) and interface.tangential_rows is not None:
             across = column[slice(*modal.tangential_spans[name])].reshape(-1, 2, 1)
-            found[name] = replace(found[name], tangential_rows=np.concatenate([place.tangential_rows, across], axis=2))
-    return found
+            extended[name] = replace(
+                extended[name], tangential_rows=np.concatenate([interface.tangential_rows, across], axis=2)
+            )
+    return extended

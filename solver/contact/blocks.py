@@ -28,25 +28,25 @@ class Blocks:
         return self.shape[0]
 
     def __matmul__(self, right: np.ndarray) -> np.ndarray:
-        found = np.zeros((self.shape[0], *right.shape[1:]))
+        product = np.zeros((self.shape[0], *right.shape[1:]))
         for rows, columns, values in self.blocks:
-            found[rows] += values @ right[columns]
-        return found
+            product[rows] += values @ right[columns]
+        return product
 
-    def __rmatmul__(self, left: np.ndarray) -> np.ndarray:
-        found = np.zeros((*left.shape[:-1], self.shape[1]))
+    def __rmatmul__(self, matrix: np.ndarray) -> np.ndarray:
+        product = np.zeros((*matrix.shape[:-1], self.shape[1]))
         for rows, columns, values in self.blocks:
-            found[..., columns] += left[..., rows] @ values
-        return found
+            product[..., columns] += matrix[..., rows] @ values
+        return product
 
     def __abs__(self) -> "Blocks":
         return self.applied(np.abs)
 
     def __getitem__(self, key: int | np.integer | slice | np.ndarray | list[int]) -> np.ndarray:
         """Return one row, or some as a full matrix, as of an array."""
-        wanted = np.arange(self.shape[0])[key]
-        found = self.among(np.atleast_1d(wanted))
-        return found[0] if wanted.ndim == 0 else found
+        rows = np.arange(self.shape[0])[key]
+        entries = self.among(np.atleast_1d(rows))
+        return entries[0] if rows.ndim == 0 else entries
 
     @property
     def T(self) -> "Blocks":
@@ -60,58 +60,58 @@ class Blocks:
 
     def largest(self) -> np.ndarray:
         """Return the largest magnitude in each row, (n,)."""
-        found = np.zeros(self.shape[0])
+        magnitudes = np.zeros(self.shape[0])
         for rows, _, values in self.blocks:
-            found[rows] = np.maximum(found[rows], np.abs(values).max(axis=1, initial=0.0))
-        return found
+            magnitudes[rows] = np.maximum(magnitudes[rows], np.abs(values).max(axis=1, initial=0.0))
+        return magnitudes
 
     def among(self, rows: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray:
         """Return some rows of some columns, of all by default, as a full matrix."""
-        found = np.zeros((len(rows), self.shape[1] if columns is None else len(columns)))
-        for own, to, values in self.blocks:
-            here, taken = _places(own, rows)
-            if not len(here):
+        submatrix = np.zeros((len(rows), self.shape[1] if columns is None else len(columns)))
+        for block_rows, to, values in self.blocks:
+            positions, taken = _places(block_rows, rows)
+            if not len(positions):
                 continue
             if columns is None:
-                at = np.arange(self.shape[1])[to]
-                found[np.ix_(here, at)] += values[taken]
+                column_positions = np.arange(self.shape[1])[to]
+                submatrix[np.ix_(positions, column_positions)] += values[taken]
             else:
-                at, used = _places(to, columns)
-                found[np.ix_(here, at)] += values[np.ix_(taken, used)]
-        return found
+                column_positions, used = _places(to, columns)
+                submatrix[np.ix_(positions, column_positions)] += values[np.ix_(taken, used)]
+        return submatrix
 
     def over(self, columns: slice) -> "Blocks":
         """Return the columns from a first to a last one, between which blocks begin and end, with the blocks there."""
-        found = [
-            (rows, slice(own.start - columns.start, own.stop - columns.start), values)
-            for rows, own, values in self.blocks
-            if isinstance(own, slice) and columns.start <= own.start and own.stop <= columns.stop
+        blocks = [
+            (rows, slice(cols.start - columns.start, cols.stop - columns.start), values)
+            for rows, cols, values in self.blocks
+            if isinstance(cols, slice) and columns.start <= cols.start and cols.stop <= columns.stop
         ]
-        return Blocks((self.shape[0], columns.stop - columns.start), found)
+        return Blocks((self.shape[0], columns.stop - columns.start), blocks)
 
     def dense(self) -> np.ndarray:
         """Return the full matrix."""
-        found = np.zeros(self.shape)
+        matrix = np.zeros(self.shape)
         for rows, columns, values in self.blocks:
-            found[rows, columns] += values
-        return found
+            matrix[rows, columns] += values
+        return matrix
 
     def diagonal(self) -> np.ndarray:
         """Return the diagonal, (n,)."""
-        found = np.zeros(min(self.shape))
+        entries = np.zeros(min(self.shape))
         for rows, columns, values in self.blocks:
             numbers = np.arange(self.shape[0])[rows]
-            at, used = _places(columns, numbers)
-            found[numbers[at]] += values[at, used]
-        return found
+            positions, used = _places(columns, numbers)
+            entries[numbers[positions]] += values[positions, used]
+        return entries
 
     def with_diagonal(self, added: np.ndarray) -> "Blocks":
         """Return the sum with a diagonal matrix, (n,), whose blocks are held."""
         blocks = [(rows, columns, values.copy()) for rows, columns, values in self.blocks]
         for rows, columns, values in blocks:
             numbers = np.arange(self.shape[0])[rows]
-            at, used = _places(columns, numbers)
-            values[at, used] += added[numbers[at]]
+            positions, used = _places(columns, numbers)
+            values[positions, used] += added[numbers[positions]]
         return Blocks(self.shape, blocks)
 
     def beside_diagonal(self) -> np.ndarray:
@@ -119,13 +119,13 @@ class Blocks:
         return self.with_diagonal(-self.diagonal()).largest() > 0
 
 
-def summed(shape: tuple[int, int], parts: Iterable[tuple[slice, slice, np.ndarray]]) -> Blocks:
+def summed(shape: tuple[int, int], blocks: Iterable[tuple[slice, slice, np.ndarray]]) -> Blocks:
     """Return the matrix that is the sum of some blocks, of which those of the same rows and columns are added."""
-    found = dict[tuple[int, int, int, int], np.ndarray]()
-    for rows, columns, values in parts:
+    sums = dict[tuple[int, int, int, int], np.ndarray]()
+    for rows, columns, values in blocks:
         key = rows.start, rows.stop, columns.start, columns.stop
-        found[key] = found[key] + values if key in found else values
-    return Blocks(shape, [(slice(a, b), slice(c, d), values) for (a, b, c, d), values in found.items()])
+        sums[key] = sums[key] + values if key in sums else values
+    return Blocks(shape, [(slice(a, b), slice(c, d), values) for (a, b, c, d), values in sums.items()])
 
 
 def full(matrix: np.ndarray) -> Blocks:
@@ -134,13 +134,13 @@ def full(matrix: np.ndarray) -> Blocks:
     return Blocks((rows, columns), [(slice(0, rows), slice(0, columns), matrix)])
 
 
-def _places(index: Index, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _places(index: Index, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return which of some numbers stand in a block, and where."""
     if isinstance(index, slice):
-        here = np.flatnonzero((wanted >= index.start) & (wanted < index.stop))
-        return here, wanted[here] - index.start
+        positions = np.flatnonzero((numbers >= index.start) & (numbers < index.stop))
+        return positions, numbers[positions] - index.start
     if not len(index):
         return np.empty(0, np.int64), np.empty(0, np.int64)
-    place = np.minimum(np.searchsorted(index, wanted), len(index) - 1)
-    here = np.flatnonzero(index[place] == wanted)
-    return here, place[here]
+    entry = np.minimum(np.searchsorted(index, numbers), len(index) - 1)
+    positions = np.flatnonzero(index[entry] == numbers)
+    return positions, entry[positions]

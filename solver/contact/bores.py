@@ -36,19 +36,19 @@ def read_bores(store: Store, scene: Scene, morphs: Mapping[str, str]) -> dict[st
     Raises:
         SceneError: the component is not held, or its interface is no bore about the joint's axis.
     """
-    found = {}
+    bores = {}
     for name, joint in scene.hinges().items():
         if not isinstance(joint, Clearance) or (bearing := joint.bearing) is None:
             continue
         if bearing.component is None:
-            found[name] = foundation(joint)
+            bores[name] = foundation(joint)
             continue
         design = store.get(morphs[bearing.component], "morph", only=["modes_key"])
-        at = f"interfaces/{bearing.interface}"
-        only = [*READ, *(f"{at}/{key}" for key in ("points", "normals", "areas", "rows"))]
+        path = f"interfaces/{bearing.interface}"
+        only = [*READ, *(f"{path}/{key}" for key in ("points", "normals", "areas", "rows"))]
         modal: ModalRecord = store.get(design.modes_key, "modes", only=only)
-        found[name] = _of_record(name, joint, modal)
-    return found
+        bores[name] = _of_record(name, joint, modal)
+    return bores
 
 
 def foundation(joint: Clearance) -> ElasticBore:
@@ -66,31 +66,31 @@ def _of_record(name: str, joint: Clearance, modal: ModalRecord) -> ElasticBore:
     bearing = joint.bearing
     assert bearing is not None
     assert bearing.interface is not None
-    where = f"joint.{name}.bearing"
+    key = f"joint.{name}.bearing"
     if (modal.angular_frequencies <= 0).any():
         raise SceneError(
-            f"{where}.component: '{bearing.component}' is free; give it supports, where the bearing is held on its body"
+            f"{key}.component: '{bearing.component}' is free; give it supports, where the bearing is held on its body"
         )
     face = modal.interfaces[bearing.interface]
-    first, last = modal.interface_rows.get(bearing.interface, (0, 0))
-    if modal.residual_flexibility is None or last - first != len(face.points):
+    start, stop = modal.interface_rows.get(bearing.interface, (0, 0))
+    if modal.residual_flexibility is None or stop - start != len(face.points):
         raise SceneError(
-            f"{where}.interface: the modes of '{bearing.component}' have no residual flexibility of"
+            f"{key}.interface: the modes of '{bearing.component}' have no residual flexibility of"
             f" '{bearing.interface}'; use a reduction that has it, such as macneal"
         )
     frame = frame_along(joint.axes[1])
     across = face.points @ frame[:, :2]
-    apart, radius = np.linalg.norm(across, axis=1), joint.radius + joint.clearance
-    if (worst := np.abs(apart / radius - 1).max()) > ROUND:
-        odd = apart[np.abs(apart / radius - 1).argmax()]
+    distance, radius = np.linalg.norm(across, axis=1), joint.radius + joint.clearance
+    if (worst := np.abs(distance / radius - 1).max()) > ROUND:
+        odd = distance[np.abs(distance / radius - 1).argmax()]
         raise SceneError(
-            f"{where}.interface: a point of '{bearing.interface}' is {odd:.4g} m from the joint's axis; the bore has a"
+            f"{key}.interface: a point of '{bearing.interface}' is {odd:.4g} m from the joint's axis; the bore has a"
             f" radius of radius + clearance = {radius:.4g} m, and {worst:.2g} of it are allowed to be {ROUND:g}"
         )
-    facing = np.abs((face.normals @ frame[:, :2] * across).sum(axis=1) / apart)
+    facing = np.abs((face.normals @ frame[:, :2] * across).sum(axis=1) / distance)
     if facing.min() < RADIAL:
-        raise SceneError(f"{where}.interface: '{bearing.interface}' is no bore; a normal is not along its radius")
+        raise SceneError(f"{key}.interface: '{bearing.interface}' is no bore; a normal is not along its radius")
     angles = np.arctan2(across[:, 1], across[:, 0]) % (2 * np.pi)
     order = np.argsort(angles, kind="stable")
-    own = face.rows / modal.angular_frequencies**2 @ face.rows.T + modal.residual_flexibility[first:last, first:last]
-    return ElasticBore(angles[order], face.areas[order], own[np.ix_(order, order)])
+    C = face.rows / modal.angular_frequencies**2 @ face.rows.T + modal.residual_flexibility[start:stop, start:stop]
+    return ElasticBore(angles[order], face.areas[order], C[np.ix_(order, order)])

@@ -60,67 +60,70 @@ def are_edges(numbers: np.ndarray, points: np.ndarray, normals: np.ndarray) -> b
     return along < 0.1 * (np.linalg.norm(b - a, axis=1) ** 2).sum()
 
 
-def functions(place: np.ndarray) -> np.ndarray:
+def functions(s: np.ndarray) -> np.ndarray:
     """Return N of ends and middle at places 0 to 1 of an edge, (…,), (…, 3)."""
-    s = place
     return np.stack([(1 - s) * (1 - 2 * s), s * (2 * s - 1), 4 * s * (1 - s)], axis=-1)
 
 
-def paired_edges(own: Edges, other: Edges) -> Pairing:
+def paired_edges(near_side: Edges, far_side: Edges) -> Pairing:
     """Return what the points of one part meet on the edges of another, both in the same axes."""
-    gap, edge, position = _met(own, other)
-    return collocated(_mortar(own, other, gap), gap, other.numbers, edge, lambda points: functions(position[points]))
+    gap, edge, position = _met(near_side, far_side)
+    return collocated(
+        _mortar(near_side, far_side, gap), gap, far_side.numbers, edge, lambda points: functions(position[points])
+    )
 
 
-def _met(own: Edges, other: Edges) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _met(near_side: Edges, far_side: Edges) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what points meet along their normals: distance [m], edge, and place in it; ∞, −1 and 0 where they miss."""
-    start, along, outward = other.start, other.along, other.outward
-    facing = own.normals @ outward.T
-    deepest = -INSIDE * float(np.linalg.norm(np.ptp(own.points, axis=0)))
+    start, along, outward = far_side.start, far_side.along, far_side.outward
+    facing = near_side.normals @ outward.T
+    deepest = -INSIDE * float(np.linalg.norm(np.ptp(near_side.points, axis=0)))
     with np.errstate(divide="ignore", invalid="ignore"):
-        far = (np.einsum("fi,fi->f", start, outward) - own.points @ outward.T) / facing
+        far = (np.einsum("fi,fi->f", start, outward) - near_side.points @ outward.T) / facing
     row, edge = np.nonzero((facing < FACING) & (far > deepest))
-    hit = own.points[row] + far[row, edge, None] * own.normals[row] - start[edge]
-    place = np.einsum("pi,pi->p", hit, along[edge]) / np.einsum("pi,pi->p", along[edge], along[edge])
-    inside = (place >= -BEYOND) & (place <= 1 + BEYOND)
-    row, edge, place = row[inside], edge[inside], place[inside]
-    reach = other.points[other.numbers[edge]] - own.points[row, None]
-    gaps = np.einsum("pa,pai,pi->p", functions(place), reach, own.normals[row])
+    hit = near_side.points[row] + far[row, edge, None] * near_side.normals[row] - start[edge]
+    s = np.einsum("pi,pi->p", hit, along[edge]) / np.einsum("pi,pi->p", along[edge], along[edge])
+    interior = (s >= -BEYOND) & (s <= 1 + BEYOND)
+    row, edge, s = row[interior], edge[interior], s[interior]
+    offsets = far_side.points[far_side.numbers[edge]] - near_side.points[row, None]
+    gaps = np.einsum("pa,pai,pi->p", functions(s), offsets, near_side.normals[row])
     order = np.lexsort((np.abs(gaps), row))
     best = order[np.unique(row[order], return_index=True)[1]]
-    c = len(own.points)
-    found, edges, places = np.full(c, np.inf), np.full(c, -1), np.zeros(c)
-    found[row[best]], edges[row[best]], places[row[best]] = gaps[best], edge[best], place[best]
-    return found, edges, places
+    c = len(near_side.points)
+    distance, edges, positions = np.full(c, np.inf), np.full(c, -1), np.zeros(c)
+    distance[row[best]], edges[row[best]], positions[row[best]] = gaps[best], edge[best], s[best]
+    return distance, edges, positions
 
 
-def _mortar(own: Edges, other: Edges, gap: np.ndarray) -> sparse.csr_matrix:
+def _mortar(near_side: Edges, far_side: Edges, gap: np.ndarray) -> sparse.csr_matrix:
     """Return G over all points, (c, k), of edges of which some point meets the other part."""
-    length = np.linalg.norm(own.along, axis=1)
-    along, outward = own.along / length[:, None], own.outward
-    apart = np.where(np.isfinite(gap), gap, np.nan)[own.numbers]
-    met = np.flatnonzero(np.isfinite(apart).any(axis=1))
-    ends = [other.start, other.start + other.along]
-    places = [np.einsum("afi,ai->af", end[None] - own.start[met, None], along[met]) / length[met, None] for end in ends]
-    heights = np.einsum("afi,ai->af", other.start[None] - own.start[met, None], outward[met])
-    sizes = length[met, None] + np.linalg.norm(other.along, axis=1)[None]
-    near = np.abs(heights - np.nanmean(apart[met], axis=1)[:, None]) <= 2 * sizes
-    low, high = np.clip(np.minimum(*places), 0, 1), np.clip(np.maximum(*places), 0, 1)
-    first, second = np.nonzero(near & (outward[met] @ other.outward.T < FACING) & (high > low))
-    at = low[first, second, None] + (high - low)[first, second, None] * GAUSS[0]
-    begin, end = (one[first, second, None] for one in places)
-    mine = functions(at) @ DUAL.T
-    theirs = functions((at - begin) / (end - begin))
-    weight = (high - low)[first, second, None] * GAUSS[1] * length[met[first], None]
-    share = np.einsum("pq,pqi,pqj->pij", weight, mine, theirs)
-    covered = (high - low)[first, second] * length[met[first]]
-    rows, columns = own.numbers[met[first]], other.numbers[second]
-    shape = (len(own.points), len(other.points))
-    found = sparse.csr_matrix((share.ravel(), (np.repeat(rows, 3, axis=1).ravel(), np.tile(columns, 3).ravel())), shape)
-    total, whole = np.zeros(shape[0]), np.zeros(shape[0])
+    length = np.linalg.norm(near_side.along, axis=1)
+    along, outward = near_side.along / length[:, None], near_side.outward
+    gaps = np.where(np.isfinite(gap), gap, np.nan)[near_side.numbers]
+    met = np.flatnonzero(np.isfinite(gaps).any(axis=1))
+    ends = [far_side.start, far_side.start + far_side.along]
+    spans = [
+        np.einsum("afi,ai->af", end[None] - near_side.start[met, None], along[met]) / length[met, None] for end in ends
+    ]
+    heights = np.einsum("afi,ai->af", far_side.start[None] - near_side.start[met, None], outward[met])
+    sizes = length[met, None] + np.linalg.norm(far_side.along, axis=1)[None]
+    close = np.abs(heights - np.nanmean(gaps[met], axis=1)[:, None]) <= 2 * sizes
+    low, high = np.clip(np.minimum(*spans), 0, 1), np.clip(np.maximum(*spans), 0, 1)
+    near_edges, far_edges = np.nonzero(close & (outward[met] @ far_side.outward.T < FACING) & (high > low))
+    points = low[near_edges, far_edges, None] + (high - low)[near_edges, far_edges, None] * GAUSS[0]
+    start, end = (s[near_edges, far_edges, None] for s in spans)
+    mine = functions(points) @ DUAL.T
+    theirs = functions((points - start) / (end - start))
+    weight = (high - low)[near_edges, far_edges, None] * GAUSS[1] * length[met[near_edges], None]
+    overlap = np.einsum("pq,pqi,pqj->pij", weight, mine, theirs)
+    covered = (high - low)[near_edges, far_edges] * length[met[near_edges]]
+    rows, columns = near_side.numbers[met[near_edges]], far_side.numbers[far_edges]
+    shape = (len(near_side.points), len(far_side.points))
+    G = sparse.csr_matrix((overlap.ravel(), (np.repeat(rows, 3, axis=1).ravel(), np.tile(columns, 3).ravel())), shape)
+    total, lengths = np.zeros(shape[0]), np.zeros(shape[0])
     np.add.at(total, rows.ravel(), np.repeat(covered, 3))
-    np.add.at(whole, own.numbers.ravel(), np.repeat(length, 3))
-    sums = np.asarray(found.sum(axis=1)).ravel()
+    np.add.at(lengths, near_side.numbers.ravel(), np.repeat(length, 3))
+    sums = np.asarray(G.sum(axis=1)).ravel()
     # Where little of its edges is covered, a point's own function has no mean of a certain sign.
-    kept = (total >= 0.9 * whole) & (sums > 0)
-    return sparse.csr_matrix(sparse.diags_array(np.where(kept, 1 / np.where(kept, sums, 1.0), 0.0)) @ found)
+    covered_rows = (total >= 0.9 * lengths) & (sums > 0)
+    return sparse.csr_matrix(sparse.diags_array(np.where(covered_rows, 1 / np.where(covered_rows, sums, 1.0), 0.0)) @ G)

@@ -85,11 +85,11 @@ class Pairing:
         return np.isfinite(self.gap)
 
 
-def paired(own: Facets, other: Facets) -> Pairing:
+def paired(near_side: Facets, far_side: Facets) -> Pairing:
     """Return what the points of one surface meet on another, both in the same axes."""
-    gap, facet, barycentric = _met(own, other)
-    weights = _mortar(own, other, gap)
-    return collocated(weights, gap, other.numbers, facet, lambda points: _places(barycentric[points]))
+    gap, facet, barycentric = _met(near_side, far_side)
+    weights = _mortar(near_side, far_side, gap)
+    return collocated(weights, gap, far_side.numbers, facet, lambda points: _places(barycentric[points]))
 
 
 def collocated(
@@ -115,141 +115,146 @@ def collocated(
     return Pairing(sparse.csr_matrix(sparse.diags_array((meets & weighted).astype(float)) @ weights + values), gap)
 
 
-def _places(place: np.ndarray) -> np.ndarray:
+def _places(barycentric: np.ndarray) -> np.ndarray:
     """Return ψ of the sides of triangles at barycentric coordinates, (p, 3) each."""
     # The function of side k, between corners k and k + 1, vanishes at the middle of the other two sides.
-    return 1.0 - 2.0 * np.roll(place, -2, axis=1)
+    return 1.0 - 2.0 * np.roll(barycentric, -2, axis=1)
 
 
-def _met(own: Facets, other: Facets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _met(near_side: Facets, far_side: Facets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what points meet along their normals: distance [m], facet, and place in it; ∞, −1 and 0 where they miss.
 
     Shapes (c,), (c,), and barycentric coordinates (c, 3).
     """
-    c = len(own.points)
-    found, facet, place = np.full(c, np.inf), np.full(c, -1), np.zeros((c, 3))
-    corners, outward = other.corners, other.outward
-    edges, size = (corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), np.linalg.norm(other.vectors, axis=1)
-    deepest = -INSIDE * float(np.linalg.norm(np.ptp(own.points, axis=0)))
+    c = len(near_side.points)
+    distance, facet, barycentric = np.full(c, np.inf), np.full(c, -1), np.zeros((c, 3))
+    corners, outward = far_side.corners, far_side.outward
+    edges = (corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(far_side.vectors, axis=1)
+    deepest = -INSIDE * float(np.linalg.norm(np.ptp(near_side.points, axis=0)))
     at_once = max(CHUNK // max(len(corners), 1), 1)
-    for first in range(0, len(found), at_once):
-        x, n = own.points[first : first + at_once], own.normals[first : first + at_once]
+    for start in range(0, len(distance), at_once):
+        x, n = near_side.points[start : start + at_once], near_side.normals[start : start + at_once]
         along = n @ outward.T
         far = np.einsum("fi,fi->f", corners[:, 0], outward) - x @ outward.T
         with np.errstate(divide="ignore", invalid="ignore"):
             t = np.where(along < FACING, far / along, np.inf)
-        near = np.argwhere((t > deepest) & np.isfinite(t))
-        hit = x[near[:, 0]] + t[near[:, 0], near[:, 1], None] * n[near[:, 0]] - corners[near[:, 1], 0]
+        pairs = np.argwhere((t > deepest) & np.isfinite(t))
+        hit = x[pairs[:, 0]] + t[pairs[:, 0], pairs[:, 1], None] * n[pairs[:, 0]] - corners[pairs[:, 1], 0]
         u, v = (
-            np.einsum("pi,pi->p", np.cross(one, two), outward[near[:, 1]]) / (2.0 * size[near[:, 1]])
-            for one, two in ((hit, edges[1][near[:, 1]]), (edges[0][near[:, 1]], hit))
+            np.einsum("pi,pi->p", np.cross(a, b), outward[pairs[:, 1]]) / (2.0 * size[pairs[:, 1]])
+            for a, b in ((hit, edges[1][pairs[:, 1]]), (edges[0][pairs[:, 1]], hit))
         )
-        inside = np.minimum(np.minimum(u, v), 1.0 - u - v) >= -BEYOND
-        near, at = near[inside], np.column_stack([1.0 - u - v, u, v])[inside]
-        gaps = _smooth(other, near[:, 1], at, (x[near[:, 0]], n[near[:, 0]]))
-        order = np.lexsort((np.abs(gaps), near[:, 0]))
-        rows, begin = np.unique(near[order, 0], return_index=True)
-        best = order[begin]
-        found[first + rows], facet[first + rows], place[first + rows] = gaps[best], near[best, 1], at[best]
-    return found, facet, place
+        interior = np.minimum(np.minimum(u, v), 1.0 - u - v) >= -BEYOND
+        pairs, weights = pairs[interior], np.column_stack([1.0 - u - v, u, v])[interior]
+        gaps = _smooth(far_side, pairs[:, 1], weights, (x[pairs[:, 0]], n[pairs[:, 0]]))
+        order = np.lexsort((np.abs(gaps), pairs[:, 0]))
+        rows, starts = np.unique(pairs[order, 0], return_index=True)
+        best = order[starts]
+        rows += start
+        distance[rows], facet[rows], barycentric[rows] = gaps[best], pairs[best, 1], weights[best]
+    return distance, facet, barycentric
 
 
-def _smooth(other: Facets, facet: np.ndarray, place: np.ndarray, line: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+def _smooth(
+    surface: Facets, facet: np.ndarray, barycentric: np.ndarray, line: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
     """Return the distances of points to the surface through mid-side nodes and normals [m], (p,).
 
     The mean of the linear interpolation and that of the tangent planes is exact where the surface is quadratic.
 
     Args:
         facet: Numbers of the facets that they meet, (p,).
-        place: Barycentric coordinates there, (p, 3).
+        barycentric: Barycentric coordinates there, (p, 3).
         line: The points [m], and the directions in which distances are measured, (p, 3) each.
     """
     x, n = line
-    weights = _places(place)
-    numbers = other.numbers[facet]
-    reach = other.points[numbers] - x[:, None]
-    tangents = other.normals[numbers]
+    weights = _places(barycentric)
+    numbers = surface.numbers[facet]
+    offsets = surface.points[numbers] - x[:, None]
+    tangents = surface.normals[numbers]
     slopes = np.einsum("pai,pi->pa", tangents, n)
-    chord = np.einsum("pa,pai,pi->p", weights, reach, n)
-    touching = np.einsum("pa,pa->p", weights, np.einsum("pai,pai->pa", reach, tangents) / slopes)
+    chord = np.einsum("pa,pai,pi->p", weights, offsets, n)
+    touching = np.einsum("pa,pa->p", weights, np.einsum("pai,pai->pa", offsets, tangents) / slopes)
     return 0.5 * (chord + np.where((slopes < FACING).all(axis=1), touching, chord))
 
 
-def _mortar(own: Facets, other: Facets, gap: np.ndarray) -> sparse.csr_matrix:
+def _mortar(near_side: Facets, far_side: Facets, gap: np.ndarray) -> sparse.csr_matrix:
     """Return G over all points, (c, k), of facets of which some point meets the other surface."""
-    pairs = _near(own, other, gap)
-    first, second, shape = *pairs.T, (len(own.points), len(other.points))
-    share, plain, area = _overlaps(own, other, pairs)
-    rows, columns = own.numbers[first], other.numbers[second]
-    at = (np.repeat(rows, 3, axis=1).ravel(), np.tile(columns, (1, 3)).ravel())
-    with_own = sparse.csr_matrix((share.ravel(), at), shape)
-    covering = sparse.csr_matrix((np.repeat(plain, 3, axis=0).ravel(), at), shape)
+    pairs = _near(near_side, far_side, gap)
+    near_facets, far_facets, shape = *pairs.T, (len(near_side.points), len(far_side.points))
+    overlap, plain, area = _overlaps(near_side, far_side, pairs)
+    rows, columns = near_side.numbers[near_facets], far_side.numbers[far_facets]
+    entries = (np.repeat(rows, 3, axis=1).ravel(), np.tile(columns, (1, 3)).ravel())
+    with_own = sparse.csr_matrix((overlap.ravel(), entries), shape)
+    covering = sparse.csr_matrix((np.repeat(plain, 3, axis=0).ravel(), entries), shape)
     supports, covered = np.zeros(shape[0]), np.zeros(shape[0])
-    np.add.at(supports, own.numbers.ravel(), np.repeat(np.linalg.norm(own.vectors, axis=1), 3))
+    np.add.at(supports, near_side.numbers.ravel(), np.repeat(np.linalg.norm(near_side.vectors, axis=1), 3))
     np.add.at(covered, rows.ravel(), np.repeat(area, 3))
     total = np.asarray(with_own.sum(axis=1)).ravel()
-    whole = (covered >= COVERED * supports) & (total >= COVERED * supports / 3)
+    fully_covered = (covered >= COVERED * supports) & (total >= COVERED * supports / 3)
     # Where little of its facets is covered, a point's own function has no mean of a certain sign: all of it counts.
-    found = sparse.diags_array(whole.astype(float)) @ with_own + sparse.diags_array((~whole).astype(float)) @ covering
-    found = sparse.csr_matrix(found)
-    found.eliminate_zeros()
-    sums = np.asarray(found.sum(axis=1)).ravel()
-    kept = sums > 0
-    return sparse.csr_matrix(sparse.diags_array(np.where(kept, 1.0 / np.where(kept, sums, 1.0), 0.0)) @ found)
+    full, partial = (sparse.diags_array(rows.astype(float)) for rows in (fully_covered, ~fully_covered))
+    G = sparse.csr_matrix(full @ with_own + partial @ covering)
+    G.eliminate_zeros()
+    sums = np.asarray(G.sum(axis=1)).ravel()
+    positive = sums > 0
+    return sparse.csr_matrix(sparse.diags_array(np.where(positive, 1.0 / np.where(positive, sums, 1.0), 0.0)) @ G)
 
 
-def _near(own: Facets, other: Facets, gap: np.ndarray) -> np.ndarray:
+def _near(near_side: Facets, far_side: Facets, gap: np.ndarray) -> np.ndarray:
     """Return the numbers of facets that may face each other, (p, 2)."""
-    middles, centres = own.middles.mean(axis=1), other.middles.mean(axis=1)
-    held = np.where(np.isfinite(gap), gap, np.nan)[own.numbers]
-    met = np.flatnonzero(np.isfinite(held).any(axis=1))
-    apart, outward, found = np.nanmean(held[met], axis=1), own.outward[met], [np.empty((0, 2), np.int64)]
+    middles, centres = near_side.middles.mean(axis=1), far_side.middles.mean(axis=1)
+    corner_gaps = np.where(np.isfinite(gap), gap, np.nan)[near_side.numbers]
+    met = np.flatnonzero(np.isfinite(corner_gaps).any(axis=1))
+    mean_gap, outward = np.nanmean(corner_gaps[met], axis=1), near_side.outward[met]
+    candidates = [np.empty((0, 2), np.int64)]
     at_once = max(CHUNK // max(len(centres), 1), 1)
-    for begin in range(0, len(met), at_once):
-        some, n = met[begin : begin + at_once], outward[begin : begin + at_once]
-        reach = centres[None] - middles[some, None]
-        along = np.einsum("afi,ai->af", reach, n)
-        aside = np.linalg.norm(reach - along[..., None] * n[:, None], axis=2)
-        sizes = own.radii[some, None] + other.radii[None]
-        facing = n @ other.outward.T < FACING
-        close = np.abs(along - apart[begin : begin + at_once, None]) <= 2.0 * sizes
+    for start in range(0, len(met), at_once):
+        some, n = met[start : start + at_once], outward[start : start + at_once]
+        offsets = centres[None] - middles[some, None]
+        along = np.einsum("afi,ai->af", offsets, n)
+        aside = np.linalg.norm(offsets - along[..., None] * n[:, None], axis=2)
+        sizes = near_side.radii[some, None] + far_side.radii[None]
+        facing = n @ far_side.outward.T < FACING
+        close = np.abs(along - mean_gap[start : start + at_once, None]) <= 2.0 * sizes
         pairs = np.argwhere(facing & close & (aside <= sizes))
-        found.append(np.column_stack([some[pairs[:, 0]], pairs[:, 1]]))
-    return np.concatenate(found)
+        candidates.append(np.column_stack([some[pairs[:, 0]], pairs[:, 1]]))
+    return np.concatenate(candidates)
 
 
-def _overlaps(own: Facets, other: Facets, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _overlaps(near_side: Facets, far_side: Facets, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return ∫ψᵢψⱼ dA (p, 3, 3), ∫ψⱼ dA (p, 3) and the area (p,) [m^2] of what pairs of facets share."""
-    corners = own.corners[pairs[:, 0]]
+    corners = near_side.corners[pairs[:, 0]]
     along = corners[:, 1] - corners[:, 0]
     along = along / np.linalg.norm(along, axis=1, keepdims=True)
-    across = np.cross(own.outward[pairs[:, 0]], along)
+    across = np.cross(near_side.outward[pairs[:, 0]], along)
     flat = np.stack([along, across], axis=2)
-    near = np.einsum("pci,pik->pck", corners - corners[:, :1], flat)
-    far = np.einsum("pci,pik->pck", other.corners[pairs[:, 1]] - corners[:, :1], flat)
-    polygon, count = _cut(far[:, ::-1], near)
-    share, plain, area = np.zeros((len(pairs), 3, 3)), np.zeros((len(pairs), 3)), np.zeros(len(pairs))
+    near_corners = np.einsum("pci,pik->pck", corners - corners[:, :1], flat)
+    far_corners = np.einsum("pci,pik->pck", far_side.corners[pairs[:, 1]] - corners[:, :1], flat)
+    polygon, count = _cut(far_corners[:, ::-1], near_corners)
+    overlap, plain, area = np.zeros((len(pairs), 3, 3)), np.zeros((len(pairs), 3)), np.zeros(len(pairs))
     for k in range(1, polygon.shape[1] - 1):
-        here = np.flatnonzero(count > k + 1)
-        fan = polygon[here][:, [0, k, k + 1]]
+        active = np.flatnonzero(count > k + 1)
+        fan = polygon[active][:, [0, k, k + 1]]
         twice = _cross(fan[:, 1] - fan[:, 0], fan[:, 2] - fan[:, 0])
         middles = 0.5 * (fan + np.roll(fan, -1, axis=1))
-        mine, theirs = (_functions(one[here], middles) for one in (near, far))
-        share[here] += np.einsum("p,pqi,pqj->pij", twice / 6, mine, theirs)
-        plain[here] += np.einsum("p,pqj->pj", twice / 6, theirs)
-        area[here] += twice / 2
-    return share, plain, area
+        mine, theirs = (_functions(c[active], middles) for c in (near_corners, far_corners))
+        overlap[active] += np.einsum("p,pqi,pqj->pij", twice / 6, mine, theirs)
+        plain[active] += np.einsum("p,pqj->pj", twice / 6, theirs)
+        area[active] += twice / 2
+    return overlap, plain, area
 
 
-def _functions(corners: np.ndarray, at: np.ndarray) -> np.ndarray:
+def _functions(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return ψ of the sides of triangles in a plane, (p, 3, 2), at some points of each, (p, q, 2); (p, q, 3)."""
     twice = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    places = []
+    barycentric = []
     for k in range(3):
         # Of the corner that side k does not touch.
         a, b = corners[:, k], corners[:, (k + 1) % 3]
-        places.append(_cross((b - a)[:, None], at - a[:, None]) / twice[:, None])
-    return 1.0 - 2.0 * np.stack(places, axis=2)
+        barycentric.append(_cross((b - a)[:, None], points - a[:, None]) / twice[:, None])
+    return 1.0 - 2.0 * np.stack(barycentric, axis=2)
 
 
 def _cut(subject: np.ndarray, window: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -267,23 +272,23 @@ def _cut(subject: np.ndarray, window: np.ndarray) -> tuple[np.ndarray, np.ndarra
     for k in range(3):
         a, edge = window[:, k], window[:, (k + 1) % 3] - window[:, k]
         side = _cross(edge[:, None], polygon - a[:, None])
-        kept, found = np.zeros(p, np.int64), np.zeros_like(polygon)
+        corner_count, clipped = np.zeros(p, np.int64), np.zeros_like(polygon)
         for i in range(6):
-            here = count > i
+            active = count > i
             after = np.where(i + 1 < count, i + 1, 0)
-            one, two = side[:, i], side[every, after]
-            inside = here & (one >= 0)
-            found[every[inside], kept[inside]] = polygon[inside, i]
-            kept += inside
-            crosses = here & ((one >= 0) != (two >= 0))
-            share = np.divide(one, one - two, out=np.zeros(p), where=crosses)
-            point = polygon[:, i] + share[:, None] * (polygon[every, after] - polygon[:, i])
-            found[every[crosses], kept[crosses]] = point[crosses]
-            kept += crosses
-        polygon, count = found, kept
+            distance, next_distance = side[:, i], side[every, after]
+            interior = active & (distance >= 0)
+            clipped[every[interior], corner_count[interior]] = polygon[interior, i]
+            corner_count += interior
+            crosses = active & ((distance >= 0) != (next_distance >= 0))
+            fraction = np.divide(distance, distance - next_distance, out=np.zeros(p), where=crosses)
+            point = polygon[:, i] + fraction[:, None] * (polygon[every, after] - polygon[:, i])
+            clipped[every[crosses], corner_count[crosses]] = point[crosses]
+            corner_count += crosses
+        polygon, count = clipped, corner_count
     return polygon, count
 
 
-def _cross(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the cross products of vectors in a plane, (…, 2), (…,)."""
-    return one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0]
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

@@ -53,30 +53,30 @@ def check_compliance(
     if METHODS[contact.method].rigid or contact.smooth_law:
         return
     bodies = [sides[0].body, *([] if master is None else [master])]
-    whole = [side.flexibility() for side in sides]
-    missing = np.flatnonzero((residual <= ROUND_OFF * sum(whole)) & (layer <= 0))
+    flexibilities = [side.flexibility() for side in sides]
+    missing = np.flatnonzero((residual <= ROUND_OFF * sum(flexibilities)) & (layer <= 0))
     if not len(missing):
         return
     if all(body.modal.reduction == "rigid" for body in bodies):
         raise SceneError(f"contact.{name}.surface_stiffness: is missing; contact of rigid bodies needs it")
-    for side, flexibility in zip(sides, whole, strict=True):
-        held = missing[flexibility[missing] <= HELD * flexibility.max()]
-        if side.body.modal.reduction != "rigid" and len(held):
-            raise SceneError(_held(scene, name, side, held))
+    for side, flexibility in zip(sides, flexibilities, strict=True):
+        fixed = missing[flexibility[missing] <= HELD * flexibility.max()]
+        if side.body.modal.reduction != "rigid" and len(fixed):
+            raise SceneError(_held(scene, name, side, fixed))
     raise SceneError(
         f"contact.{name}.method: '{contact.method}' needs residual flexibility, but the retained shapes already contain"
         " all interface motion (R = 0); keep fewer shapes, or use method 'constraint'"
     )
 
 
-def _held(scene: Scene, name: str, side: Side, held: np.ndarray) -> str:
-    """Return the complaint about points that supports hold; `held` are their numbers."""
-    first, component = side.placed[held[0]], scene.component_of(side.body.name)
-    where = ", ".join(f"{0.0 if abs(x) < 1e-12 else x:.4g}" for x in first)
-    count = "1 point" if len(held) == 1 else f"{len(held)} points"
+def _held(scene: Scene, name: str, side: Side, fixed: np.ndarray) -> str:
+    """Return the complaint about points that supports hold; `fixed` are their numbers."""
+    point, component = side.placed[fixed[0]], scene.component_of(side.body.name)
+    coordinates = ", ".join(f"{0.0 if abs(x) < 1e-12 else x:.4g}" for x in point)
+    count = "1 point" if len(fixed) == 1 else f"{len(fixed)} points"
     return (
-        f"contact.{name}: {count} of component.{component}.interface.{side.interface}, the first near ({where}) m,"
-        f" cannot move because component.{component}.supports hold them; method '{scene.contact[name].method}' needs"
+        f"contact.{name}: {count} of component.{component}.interface.{side.interface}, the first near ({coordinates})"
+        f" m, cannot move because component.{component}.supports hold them; method '{scene.contact[name].method}' needs"
         " points that can move: leave the supported edge out of the interface by its height, sector_deg or another"
         f" surface, or set contact.{name}.surface_stiffness"
     )

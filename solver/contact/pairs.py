@@ -60,49 +60,50 @@ def faced(
     interface = named(
         master.modal.interfaces, against.interface, f"contact.{name}.against.interface: body '{master.name}' has no"
     )
-    own, points = body.modal.interfaces[contact.interface], master.morph.points[against.interface]
+    surface, points = body.modal.interfaces[contact.interface], master.morph.points[against.interface]
     there = points + np.asarray(scene.body[master.name].position)
     if master is body:
-        both = (placed, own.normals), (there, interface.normals)
+        both = (placed, surface.normals), (there, interface.normals)
         _refuse_neighbours(name, contact.interface, against.interface, *both)
-    at = np.asarray(scene.body[body.name].position)
-    reach = max(_reach(body, placed - at), _reach(master, points))
-    facets = [one.facets is not None and len(one.facets) > 0 for one in (own, interface)]
+    position = np.asarray(scene.body[body.name].position)
+    radius = max(_reach(body, placed - position), _reach(master, points))
+    facets = [s.facets is not None and len(s.facets) > 0 for s in (surface, interface)]
     if len(there) == len(placed):
-        order, gap, beside = _facing(placed, own.normals, there)
+        order, gap, beside = _facing(placed, surface.normals, there)
         single = len(set(order.tolist())) == len(order)
-        if not all(facets) or (single and beside.max() <= MATCHING * reach):
-            _refuse_apart(scene, name, (own, interface), (order, gap, beside), (placed, reach))
-            rows = np.column_stack([master.rigid_rows(points[order], own.normals), -interface.rows[order]])
-            share = chosen(order, len(points))
-            return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), points[order], share), gap
+        if not all(facets) or (single and beside.max() <= MATCHING * radius):
+            _refuse_apart(scene, name, (surface, interface), (order, gap, beside), (placed, radius))
+            rows = np.column_stack([master.rigid_rows(points[order], surface.normals), -interface.rows[order]])
+            weights = chosen(order, len(points))
+            return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), points[order], weights), gap
     if not all(facets):
-        raise SceneError(_unpaired(scene, name, (own, interface), (len(placed), len(there))))
-    return _on_facets(scene, name, (own, interface), master, (placed, reach))
+        raise SceneError(_unpaired(scene, name, (surface, interface), (len(placed), len(there))))
+    return _on_facets(scene, name, (surface, interface), master, (placed, radius))
 
 
-def _refuse_neighbours(name: str, one: str, other: str, *surfaces: tuple[np.ndarray, np.ndarray]) -> None:
+def _refuse_neighbours(name: str, near_name: str, far_name: str, *surfaces: tuple[np.ndarray, np.ndarray]) -> None:
     """Raise a SceneError where two surfaces of a body, points and normals, (c, 3) each, share points: are one skin."""
     (placed, normals), (there, facing) = surfaces
-    near = _nearest(there, placed)
-    same = np.linalg.norm(there[near] - placed, axis=1) <= MATCHING * float(np.ptp(placed, axis=0).max())
-    shared_points = same & (np.einsum("ci,ci->c", facing[near], normals) > -OPPOSITE)
+    nearest = _nearest(there, placed)
+    same = np.linalg.norm(there[nearest] - placed, axis=1) <= MATCHING * float(np.ptp(placed, axis=0).max())
+    shared_points = same & (np.einsum("ci,ci->c", facing[nearest], normals) > -OPPOSITE)
     if shared_points.any():
         raise SceneError(
-            f"contact.{name}.against.interface: '{other}' shares {int(shared_points.sum())} points with '{one}', so"
-            " that they are one skin of the body; a body meets itself where two surfaces face each other"
+            f"contact.{name}.against.interface: '{far_name}' shares {int(shared_points.sum())} points with"
+            f" '{near_name}', so that they are one skin of the body; a body meets itself where two surfaces face each"
+            " other"
         )
 
 
-def _nearest(points: np.ndarray, places: np.ndarray) -> np.ndarray:
+def _nearest(points: np.ndarray, targets: np.ndarray) -> np.ndarray:
     """Return which of some points (k, 3) is nearest to each place (n, 3), (n,)."""
-    if not len(places):
+    if not len(targets):
         return np.empty(0, np.int64)
     from scipy.spatial import (
         KDTree,
     )  # Late: surfaces that cover each other need none, and it takes a tenth of a second.
 
-    return KDTree(points).query(places)[1].astype(np.int64)
+    return KDTree(points).query(targets)[1].astype(np.int64)
 
 
 def _on_facets(
@@ -110,33 +111,33 @@ def _on_facets(
     name: str,
     surfaces: tuple[InterfaceModes, InterfaceModes],
     master: FlexibleBody,
-    place: tuple[np.ndarray, float],
+    placement: tuple[np.ndarray, float],
 ) -> tuple[OtherBlock, np.ndarray]:
     """Return what points meet on the facets of the other body; place: the points in the scene, and the bodies' size."""
-    against, (own, interface), (placed, reach) = scene.contact[name].against, surfaces, place
+    against, (near_surface, interface), (placed, radius) = scene.contact[name].against, surfaces, placement
     assert isinstance(against, OtherBody)
     position, points = np.asarray(scene.body[master.name].position), master.morph.points[against.interface]
-    sides = [(_numbers(one, name), at, one.normals) for one, at in ((own, placed), (interface, points + position))]
+    sides = [(_numbers(s, name), x, s.normals) for s, x in ((near_surface, placed), (interface, points + position))]
     flat = [are_edges(*side) for side in sides]
     if flat[0] != flat[1]:
         raise SceneError(f"contact.{name}.against: a plane part and a solid have no facets that meet")
-    found = (
+    pairing = (
         paired_edges(*(Edges(*side) for side in sides)) if flat[0] else paired(*(Facets.of(*side) for side in sides))
     )
-    if not found.meets.any():
+    if not pairing.meets.any():
         raise SceneError(
             f"contact.{name}.against: interface '{against.interface}' does not face"
             f" '{scene.contact[name].interface}': no outward normal of a point of one meets the other"
         )
     # Points that meet nothing cannot close, whatever they are a share of.
-    missed = np.flatnonzero(~found.meets)
+    missed = np.flatnonzero(~pairing.meets)
     nearest = _nearest(points + position, placed[missed])
-    spare = sparse.csr_matrix((np.ones(len(missed)), (missed, nearest)), found.weights.shape)
-    share = sparse.csr_matrix(found.weights + spare)
-    gap = np.where(found.meets, found.gap, MISSES * reach)
-    foot = placed - position + np.where(found.meets, found.gap, 0.0)[:, None] * own.normals
-    rows = np.column_stack([master.rigid_rows(foot, own.normals), -shared(share, interface.rows)])
-    return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), foot, share), gap
+    spare = sparse.csr_matrix((np.ones(len(missed)), (missed, nearest)), pairing.weights.shape)
+    weights = sparse.csr_matrix(pairing.weights + spare)
+    gap = np.where(pairing.meets, pairing.gap, MISSES * radius)
+    foot = placed - position + np.where(pairing.meets, pairing.gap, 0.0)[:, None] * near_surface.normals
+    rows = np.column_stack([master.rigid_rows(foot, near_surface.normals), -shared(weights, interface.rows)])
+    return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), foot, weights), gap
 
 
 def _numbers(surface: InterfaceModes, name: str) -> np.ndarray:
@@ -153,7 +154,7 @@ def _unpaired(scene: Scene, name: str, surfaces: tuple[InterfaceModes, Interface
     assert isinstance(contact.against, OtherBody)
     bodies = (contact.body, contact.interface), (contact.against.body, contact.against.interface)
     body, interface = next(
-        who for who, one in zip(bodies, surfaces, strict=True) if one.facets is None or not len(one.facets)
+        who for who, surface in zip(bodies, surfaces, strict=True) if surface.facets is None or not len(surface.facets)
     )
     return (
         f"contact.{name}.against.interface: has {counts[1]} points, {counts[0]} face them; the numbers must be equal,"
@@ -167,29 +168,34 @@ def _refuse_apart(
     scene: Scene,
     name: str,
     surfaces: tuple[InterfaceModes, InterfaceModes],
-    found: tuple[np.ndarray, np.ndarray, np.ndarray],
-    place: tuple[np.ndarray, float],
+    facing: tuple[np.ndarray, np.ndarray, np.ndarray],
+    placement: tuple[np.ndarray, float],
 ) -> None:
     """Refuse points that do not pair one by one.
 
     Args:
-        found: Order, gap and offset of `_facing`.
-        place: The points in the scene [m], and the size of the bodies.
+        facing: Order, gap and offset of `_facing`.
+        placement: The points in the scene [m], and the size of the bodies.
 
     Raises:
         SceneError: two face the same, they do not face each other, or are offset across the normal.
     """
-    contact, (own, interface), (order, gap, beside), (placed, reach) = scene.contact[name], surfaces, found, place
-    against, where = contact.against, f"contact.{name}.against"
+    contact, (surface, interface), (order, gap, beside), (placed, radius) = (
+        scene.contact[name],
+        surfaces,
+        facing,
+        placement,
+    )
+    against, key = contact.against, f"contact.{name}.against"
     assert isinstance(against, OtherBody)
     if len(set(order.tolist())) < len(order):
-        raise SceneError(f"{where}.interface: two points face the same point; mesh both faces alike, or use a 'patch'")
-    if np.einsum("ci,ci->c", interface.normals[order], own.normals).max() > -OPPOSITE:
-        raise SceneError(f"{where}: interface '{against.interface}' does not face '{contact.interface}'")
-    near = ASIDE * max(float(np.abs(gap).max()), reach)
-    if beside.max() > near + ROUND_OFF * float(np.abs(placed).max()):
+        raise SceneError(f"{key}.interface: two points face the same point; mesh both faces alike, or use a 'patch'")
+    if np.einsum("ci,ci->c", interface.normals[order], surface.normals).max() > -OPPOSITE:
+        raise SceneError(f"{key}: interface '{against.interface}' does not face '{contact.interface}'")
+    tolerance = ASIDE * max(float(np.abs(gap).max()), radius)
+    if beside.max() > tolerance + ROUND_OFF * float(np.abs(placed).max()):
         raise SceneError(
-            f"{where}: the points are offset by {beside.max():.3g} m across the contact normal; a contact of two bodies"
+            f"{key}: the points are offset by {beside.max():.3g} m across the contact normal; a contact of two bodies"
             " acts along the line through its points, so move the bodies or their interfaces"
             + (", or use interfaces of kind 'points', which press where they meet" if len(placed) == 1 else "")
         )
@@ -212,5 +218,5 @@ def _facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple
     along = np.einsum("abi,ai->ab", far, normals)
     aside = np.linalg.norm(far - along[..., None] * normals[:, None], axis=2)
     order = aside.argmin(axis=1)
-    first = np.arange(len(placed))
-    return order, along[first, order], aside[first, order]
+    rows = np.arange(len(placed))
+    return order, along[rows, order], aside[rows, order]

@@ -49,23 +49,23 @@ def patches(points: np.ndarray, areas: np.ndarray) -> Patches:
     from scipy.spatial import KDTree
 
     count, median = len(points), float(np.median(areas))
-    wanted = min(max(PATCH_SHARE * float(areas.sum()), PATCH_POINTS * median), float(areas.sum()))
-    tree, near = KDTree(points), min(count, 8)
+    target = min(max(PATCH_SHARE * float(areas.sum()), PATCH_POINTS * median), float(areas.sum()))
+    tree, count_near = KDTree(points), min(count, 8)
     while True:
-        order = tree.query(points, k=[*range(1, near + 1)])[1]
+        order = tree.query(points, k=[*range(1, count_near + 1)])[1]
         reached = np.cumsum(areas[order], axis=1)
-        if near == count or (reached[:, -1] >= wanted).all():
+        if count_near == count or (reached[:, -1] >= target).all():
             break
-        near = min(count, 2 * near)
-    taken = np.minimum((reached < wanted * (1 - 1e-12)).sum(axis=1) + 1, near)
-    inside = np.arange(near) < taken[:, None]
+        count_near = min(count, 2 * count_near)
+    taken = np.minimum((reached < target * (1 - 1e-12)).sum(axis=1) + 1, count_near)
+    within = np.arange(count_near) < taken[:, None]
     rows = np.repeat(np.arange(count), taken)
-    members = sparse.csr_matrix((np.ones(len(rows)), (rows, order[inside])), (count, count))
-    return Patches(wanted, members, members @ areas, areas < SLIVER * median)
+    members = sparse.csr_matrix((np.ones(len(rows)), (rows, order[within])), (count, count))
+    return Patches(target, members, members @ areas, areas < SLIVER * median)
 
 
-def pressure_peak(found: Patches, multipliers: np.ndarray) -> PressurePeak:
+def pressure_peak(surface: Patches, multipliers: np.ndarray) -> PressurePeak:
     """Return the largest mean pressure over any patch in any frame, of forces [N], (f, c)."""
-    mean = found.mean(multipliers)
+    mean = surface.mean(multipliers)
     frame, point = map(int, np.unravel_index(mean.argmax(), mean.shape))
-    return PressurePeak(float(mean[frame, point]), frame, point, float(found.areas[point]))
+    return PressurePeak(float(mean[frame, point]), frame, point, float(surface.areas[point]))

@@ -95,12 +95,12 @@ class SlidingBlock:
     def weights(self, slid: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the functions that points touch, slid along [m], their weights, (c, 4, 4), and which are beside."""
         columns, lines = self.counts
-        where = (self.height + slid - self.chart[0]) / self.chart[1]
-        line = np.clip(np.floor(where), 0, lines - 4)
-        weights = np.einsum("cb,ca->cba", cubic_weights(where - line), self.across)
+        coordinate = (self.height + slid - self.chart[0]) / self.chart[1]
+        line = np.clip(np.floor(coordinate), 0, lines - 4)
+        weights = np.einsum("cb,ca->cba", cubic_weights(coordinate - line), self.across)
         corner = np.maximum(self.place, 0) + line.astype(int) * columns
         numbers = corner[:, None, None] + columns * np.arange(4)[:, None] + np.arange(4)
-        return numbers, weights, (self.place < 0) | (where < -1e-9) | (where > lines - 3 + 1e-9)
+        return numbers, weights, (self.place < 0) | (coordinate < -1e-9) | (coordinate > lines - 3 + 1e-9)
 
 
 @dataclass(frozen=True)
@@ -119,8 +119,8 @@ class ContactRows(ContactPoints):
         Each of the c points moves as the sum of its shares of the k points of the interface, (c, k).
         """
         sides = [(self.body, self.interface, identity(len(self.points)), self.points, 1.0)]
-        if (other := self.other) is not None:
-            sides.append((other.body, other.interface, other.share, other.points, -1.0))
+        if (partner := self.other) is not None:
+            sides.append((partner.body, partner.interface, partner.share, partner.points, -1.0))
         return sides
 
 
@@ -134,17 +134,17 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     interface = _points(contact.interface, f"contact.{name}.interface", body)
     points = body.morph.points[contact.interface]
     position = np.asarray(scene.body[body.name].position)
-    placed, obstacle, other = points + position, contact.against, None
+    placed, obstacle, partner = points + position, contact.against, None
     if isinstance(obstacle, OtherBody):
         assert master is not None
         directions = -interface.normals
-        other, gap = faced(scene, name, (body, master), placed)
+        partner, gap = faced(scene, name, (body, master), placed)
     else:
         if isinstance(obstacle, MasterSurface):
             assert master is not None
-            at, chart = np.asarray(scene.body[master.name].position), _space(obstacle, name, master).chart
+            origin, chart = np.asarray(scene.body[master.name].position), _space(obstacle, name, master).chart
             if not scene.capabilities.turns:
-                obstacle = basic_surface(_sliding_chart(chart, name), at)
+                obstacle = basic_surface(_sliding_chart(chart, name), origin)
         if isinstance(obstacle, MasterSurface):  # Where its points meet it, the integrator finds.
             directions, gap = -interface.normals, np.zeros(len(placed))
         else:
@@ -158,18 +158,18 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     gap = gap + adjusted
     rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
     residual = _residual(contact, name, body, contact.interface)
-    if other is not None and master is not None:
-        residual = residual + _beyond(contact, name, (body, master), other)
+    if partner is not None and master is not None:
+        residual = residual + _beyond(contact, name, (body, master), partner)
         if contact.friction is not None:
-            other = replace(other, tangents=-_tangents(contact, name, master, other.interface, other.points))
+            partner = replace(partner, tangents=-_tangents(contact, name, master, partner.interface, partner.points))
     layer = np.zeros(len(gap))
     if contact.surface_stiffness is not None:
         layer = 1.0 / (contact.surface_stiffness * interface.areas)
     elif contact.law is not None and contact.law.kind == "linear":
         layer = np.full(len(gap), 1.0 / contact.law.stiffness)
     sides = [Side(body, contact.interface, identity(len(gap)), placed)]
-    if other is not None and master is not None:
-        sides.append(Side(master, other.interface, other.share, placed))
+    if partner is not None and master is not None:
+        sides.append(Side(master, partner.interface, partner.share, placed))
     check_compliance(scene, name, sides, master, residual.diagonal(), layer)
     per_row = _surface(contact, len(gap)) | {
         "gap": gap,
@@ -178,7 +178,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     }
     return ContactBlock(
         name=name, body=body.name, interface=contact.interface, points=points, directions=directions,
-        areas=_areas(contact, interface), edge=interface.edge, other=other,
+        areas=_areas(contact, interface), edge=interface.edge, other=partner,
         adjusted=adjusted,
         rows=rows, tangents=_tangents(contact, name, body, contact.interface, points), residual=residual,
         per_row=per_row,
@@ -188,8 +188,8 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
 def _areas(contact: Contact, interface: InterfaceModes) -> np.ndarray | None:
     """Return the areas that make pressures of forces [m^2], (c,): of layers, wear, several points on another body."""
     several = isinstance(contact.against, OtherBody) and len(interface.areas) > 1
-    wanted = contact.surface_stiffness is not None or several or contact.wear is not None
-    return interface.areas if wanted else None
+    needed = contact.surface_stiffness is not None or several or contact.wear is not None
+    return interface.areas if needed else None
 
 
 def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.ndarray) -> None:
@@ -200,7 +200,7 @@ def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.nda
     away = np.flatnonzero(cosines < FACING)
     if not len(away):
         return
-    worst, allowed = (np.degrees(np.arccos(np.clip(one, -1.0, 1.0))) for one in (cosines.min(), FACING))
+    worst, allowed = (np.degrees(np.arccos(np.clip(c, -1.0, 1.0))) for c in (cosines.min(), FACING))
     text = f"contact.{name}.against: the obstacle does not face interface '{interface}'"
     if len(away) == len(cosines):
         raise SceneError(
@@ -285,7 +285,7 @@ def sliding_block(scene: Scene, name: str, block: ContactBlock, master: Flexible
     across, along = (int(count) for count in space.counts)
     numbers, values = spline_weights(space, middle)
     # At the start along, the first of the four splines is 1/6: times 6, its products are the values across.
-    first = numbers[:, 0] // along
+    corner = numbers[:, 0] // along
     weights = values.reshape(-1, 4, 4)[:, :, 0] * 6
     order = np.arange(across * along).reshape(across, along).T.ravel()
     outward = np.column_stack([master.wrench_rows(space.resultant), space.rows])
@@ -295,7 +295,7 @@ def sliding_block(scene: Scene, name: str, block: ContactBlock, master: Flexible
     return SlidingBlock(
         body=master.name, interface=against.interface, rows=-outward[order], residual=residual[np.ix_(order, order)],
         order=order, counts=(across, along), chart=np.array([space.start[1], space.spacing[1]]),
-        place=np.where(beside, -1, first), across=weights, height=coordinates[:, 1],
+        place=np.where(beside, -1, corner), across=weights, height=coordinates[:, 1],
         direction=along_direction(space.chart), resultant=space.resultant[order],
         tangential=_tangential(scene.contact[name], name, master, space, order),
     )  # fmt: skip
@@ -320,8 +320,8 @@ def _tangential(
     return space.tangential_resultant[order]
 
 
-def _points(interface: str, where: str, body: FlexibleBody) -> InterfaceModes:
-    return named(body.modal.interfaces, interface, f"{where}: body '{body.name}' has no")
+def _points(interface: str, key: str, body: FlexibleBody) -> InterfaceModes:
+    return named(body.modal.interfaces, interface, f"{key}: body '{body.name}' has no")
 
 
 def _space(against: MasterSurface, name: str, master: FlexibleBody) -> TractionModes:
@@ -354,15 +354,15 @@ def _residual(contact: Contact, name: str, body: FlexibleBody, interface: str) -
     return np.zeros((len(body.morph.points[interface]),) * 2)
 
 
-def _beyond(contact: Contact, name: str, bodies: tuple[FlexibleBody, FlexibleBody], other: OtherBlock) -> np.ndarray:
+def _beyond(contact: Contact, name: str, bodies: tuple[FlexibleBody, FlexibleBody], partner: OtherBlock) -> np.ndarray:
     """Return R of the other side of a contact [m/N], (c, c); of one body on both sides with what couples them."""
     body, master = bodies
-    there = _residual(contact, name, master, other.interface)
-    found = shared_twice(other.share, there, other.share)
+    there = _residual(contact, name, master, partner.interface)
+    R = shared_twice(partner.share, there, partner.share)
     if master is body and METHODS[contact.method].flexible:
-        between = shared_columns(other.share, body.residual(contact.interface, other.interface))
-        found = found + between + between.T
-    return found
+        between = shared_columns(partner.share, body.residual(contact.interface, partner.interface))
+        R = R + between + between.T
+    return R
 
 
 def _dashpot(

@@ -14,27 +14,27 @@ def chosen(order: np.ndarray, count: int) -> sparse.csr_matrix:
     return sparse.csr_matrix((np.ones(len(order)), (np.arange(len(order)), order)), (len(order), count))
 
 
-def shared(share: sparse.csr_matrix, rows: np.ndarray) -> np.ndarray:
+def shared(weights: sparse.csr_matrix, rows: np.ndarray) -> np.ndarray:
     """Return rows of the record, (k, …), at the points of a contact, (c, …)."""
-    return np.asarray(share @ rows)
+    return np.asarray(weights @ rows)
 
 
-def shared_columns(share: sparse.csr_matrix, columns: np.ndarray) -> np.ndarray:
+def shared_columns(weights: sparse.csr_matrix, columns: np.ndarray) -> np.ndarray:
     """Return columns of the record, (…, k), at the points of a contact, (…, c)."""
-    return np.asarray(share @ columns.T).T
+    return np.asarray(weights @ columns.T).T
 
 
-def shared_twice(share: sparse.csr_matrix, matrix: np.ndarray, other: sparse.csr_matrix) -> np.ndarray:
+def shared_twice(weights: sparse.csr_matrix, matrix: np.ndarray, column_weights: sparse.csr_matrix) -> np.ndarray:
     """Return a matrix between points of the record, (k, l), between the points of contacts, (c, d)."""
-    return shared_columns(other, shared(share, matrix))
+    return shared_columns(column_weights, shared(weights, matrix))
 
 
-def padded(share: sparse.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+def padded(weights: sparse.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
     """Return the numbers of the record's points of each point and their shares, (c, n) each; padded by 0 of point 0."""
-    counts = np.diff(share.indptr)
-    place = np.arange(share.nnz) - np.repeat(share.indptr[:-1], counts)
+    counts = np.diff(weights.indptr)
+    column = np.arange(weights.nnz) - np.repeat(weights.indptr[:-1], counts)
     row = np.repeat(np.arange(len(counts)), counts)
     numbers = np.zeros((len(counts), max(int(counts.max(initial=0)), 1)), np.int64)
     amounts = np.zeros(numbers.shape)
-    numbers[row, place], amounts[row, place] = share.indices, share.data
+    numbers[row, column], amounts[row, column] = weights.indices, weights.data
     return numbers, amounts

@@ -22,8 +22,8 @@ def mean_of_means(edges: np.ndarray, impulse: np.ndarray, window: float, times: 
     def at(time: np.ndarray) -> np.ndarray:
         i = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, len(steps) - 1)
         since = (time - edges[i])[:, None]
-        inside = np.clip(since, 0.0, steps[i, None])
-        rising = inside * (impulse[i] + 0.5 * slopes[i] * inside)
-        return integral[i] + rising + np.maximum(since - inside, 0) * impulse[-1]
+        elapsed = np.clip(since, 0.0, steps[i, None])
+        rising = elapsed * (impulse[i] + 0.5 * slopes[i] * elapsed)
+        return integral[i] + rising + np.maximum(since - elapsed, 0) * impulse[-1]
 
     return (at(times + window) - 2 * at(times) + at(times - window)) / window**2

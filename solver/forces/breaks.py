@@ -49,54 +49,54 @@ def breaks_of(read: Callable[[np.ndarray], np.ndarray], duration: float, *, trai
     values = read(np.linspace(0.0, duration, FINEST + 1)).reshape(FINEST + 1, -1)
     size = np.ptp(values, axis=0)
     size[size == 0] = np.inf
-    found, sharp = list[np.ndarray](), np.empty((0, 2))
+    spans, sharp = list[np.ndarray](), np.empty((0, 2))
     for grid in range(GRIDS):
         every = COARSER**grid
         spacing = duration * every / FINEST
         bent = np.abs(np.diff(values[::every], 2, axis=0)) > NOTICED * size
-        at = 1 + np.flatnonzero(bent.any(axis=1))
-        if not len(at):
+        bends = 1 + np.flatnonzero(bent.any(axis=1))
+        if not len(bends):
             continue
-        gaps = np.diff(at) > APART
-        first, last = at[np.append(True, gaps)] - 1, at[np.append(gaps, True)] + 1
+        gaps = np.diff(bends) > APART
+        starts, stops = bends[np.append(True, gaps)] - 1, bends[np.append(gaps, True)] + 1
         if not trains:
-            first, last = _without_trains(first, last)
-        found.append(np.repeat(spacing * np.concatenate([first, last])[:, None], 2, axis=1))
-        if grid == 0 and len(at) <= MOST_ROWS:
-            sharp = _sharp(lambda times: read(times).reshape(len(times), -1) / size, spacing * at, spacing)
-    return within([*found, sharp], duration)
+            starts, stops = _without_trains(starts, stops)
+        spans.append(np.repeat(spacing * np.concatenate([starts, stops])[:, None], 2, axis=1))
+        if grid == 0 and len(bends) <= MOST_ROWS:
+            sharp = _sharp(lambda times: read(times).reshape(len(times), -1) / size, spacing * bends, spacing)
+    return within([*spans, sharp], duration)
 
 
-def _without_trains(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _without_trains(starts: np.ndarray, stops: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return where spans begin and end, of which many in a row with short gaps are one."""
-    lengths, gaps = last - first, first[1:] - last[:-1]
+    lengths, gaps = stops - starts, starts[1:] - stops[:-1]
     close = gaps <= OFF * np.minimum(lengths[1:], lengths[:-1])
-    number = np.append(0, np.cumsum(~close))
-    within = np.bincount(number)[number] >= TRAIN
+    train = np.append(0, np.cumsum(~close))
+    within = np.bincount(train)[train] >= TRAIN
     inner = within[1:] & within[:-1] & close
-    return first[np.append(True, ~inner)], last[np.append(~inner, True)]
+    return starts[np.append(True, ~inner)], stops[np.append(~inner, True)]
 
 
-def _sharp(read: Callable[[np.ndarray], np.ndarray], at: np.ndarray, spacing: float) -> np.ndarray:
+def _sharp(read: Callable[[np.ndarray], np.ndarray], centres: np.ndarray, spacing: float) -> np.ndarray:
     """Return the kinks and jumps of functions of range 1 about some times, (n,), each between two times, (b, 2) [s].
 
     The place of the largest second difference is looked for on ever finer grids. From one to the next it decreases as
     the spacing at a kink, not at all at a jump, and as its square where a function is smooth.
     """
-    half, begun, last = np.full(len(at), spacing), np.zeros(len(at)), np.zeros(len(at))
-    kink, round_off = np.full(len(at), True), 8 * np.spacing(float(at.max()) + spacing)
-    for number in range(NARROWER):
-        times = at[:, None] + half[:, None] * np.linspace(-1.0, 1.0, 9)
-        bent = np.abs(np.diff(read(times.ravel()).reshape(len(at), 9, -1), 2, axis=1)).max(axis=2)
-        place, now = bent.argmax(axis=1), bent.max(axis=1)
-        begun = now if number == 0 else begun
-        clear = (now > RESOLVED) & (half > round_off)
-        kink &= ~clear | (now > SMOOTHER * begun * 4.0**-number)
-        at = np.where(clear, times[np.arange(len(at)), 1 + place], at)
-        half, last = np.where(clear, 0.25 * half, half), np.where(clear, now, last)
-    jump = kink & (last > JUMP)
-    at, half = at[kink], np.where(jump, 4 * half + round_off, 0.0)[kink]
-    return np.column_stack([at - half, at + half])
+    half, begun, bend_before = np.full(len(centres), spacing), np.zeros(len(centres)), np.zeros(len(centres))
+    kink, round_off = np.full(len(centres), True), 8 * np.spacing(float(centres.max()) + spacing)
+    for halving in range(NARROWER):
+        times = centres[:, None] + half[:, None] * np.linspace(-1.0, 1.0, 9)
+        bent = np.abs(np.diff(read(times.ravel()).reshape(len(centres), 9, -1), 2, axis=1)).max(axis=2)
+        peak, bend = bent.argmax(axis=1), bent.max(axis=1)
+        begun = bend if halving == 0 else begun
+        clear = (bend > RESOLVED) & (half > round_off)
+        kink &= ~clear | (bend > SMOOTHER * begun * 4.0**-halving)
+        centres = np.where(clear, times[np.arange(len(centres)), 1 + peak], centres)
+        half, bend_before = np.where(clear, 0.25 * half, half), np.where(clear, bend, bend_before)
+    jump = kink & (bend_before > JUMP)
+    centres, half = centres[kink], np.where(jump, 4 * half + round_off, 0.0)[kink]
+    return np.column_stack([centres - half, centres + half])
 
 
 def kinks_of(values: Iterable[tuple[float, float]], duration: float) -> np.ndarray:
@@ -105,13 +105,13 @@ def kinks_of(values: Iterable[tuple[float, float]], duration: float) -> np.ndarr
     size = float(np.ptp(amounts))
     if len(times) < 3 or len(times) > MOST_ROWS or size == 0:
         return np.empty((0, 2))
-    share = (times[1:-1] - times[:-2]) / (times[2:] - times[:-2])
-    line = amounts[:-2] + share * (amounts[2:] - amounts[:-2])
+    fraction = (times[1:-1] - times[:-2]) / (times[2:] - times[:-2])
+    line = amounts[:-2] + fraction * (amounts[2:] - amounts[:-2])
     kinks = times[1:-1][np.abs(amounts[1:-1] - line) > KINK * size]
     return within([np.column_stack([kinks, kinks])], duration)
 
 
 def within(times: Iterable[np.ndarray], duration: float) -> np.ndarray:
     """Return those of some pairs of times that are inside of a run, ascending and each once, (b, 2) [s]."""
-    found = np.unique(np.concatenate([np.empty((0, 2)), *times]), axis=0)
-    return found[(found[:, 0] > 0) & (found[:, 1] < duration)]
+    spans = np.unique(np.concatenate([np.empty((0, 2)), *times]), axis=0)
+    return spans[(spans[:, 0] > 0) & (spans[:, 1] < duration)]

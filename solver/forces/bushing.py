@@ -92,15 +92,18 @@ class Bushing(TwoEnds):
             return np.eye(6)[acting], stiffness.diagonal()[acting], damping.diagonal()[acting]
         scale = np.sqrt(both.diagonal()[acting])
         values, vectors = np.linalg.eigh(both[np.ix_(acting, acting)] / np.outer(scale, scale))
-        kept = values > 6 * SYMMETRIC
-        root, vectors = np.sqrt(values[kept]), vectors[:, kept]
+        resisted = values > 6 * SYMMETRIC
+        root, vectors = np.sqrt(values[resisted]), vectors[:, resisted]
         back = vectors / scale[:, None] / root
         stiff, turn = np.linalg.eigh(back.T @ stiffness[np.ix_(acting, acting)] @ back)
         damped = np.einsum("ib,ij,jb->b", back @ turn, damping[np.ix_(acting, acting)], back @ turn)
         motions = np.zeros((len(root), 6))
         motions[:, acting] = turn.T @ (vectors * root).T * scale
         size = np.abs(motions).max(axis=1)
-        clean = [np.where(part > 6 * SYMMETRIC * part.max(), part, 0.0) for part in (stiff, damped)]
+        clean = [
+            np.where(coefficients > 6 * SYMMETRIC * coefficients.max(), coefficients, 0.0)
+            for coefficients in (stiff, damped)
+        ]
         return motions / size[:, None], clean[0] * size**2, clean[1] * size**2
 
     def matrices(self) -> tuple[np.ndarray, np.ndarray]:
@@ -113,9 +116,9 @@ class Bushing(TwoEnds):
 
 def _joined(translations: Any, rotations: Any, coupling: Any) -> np.ndarray:
     matrix = np.zeros((6, 6))
-    for part, given in ((slice(3), translations), (slice(3, 6), rotations)):
-        values = np.array(given, float)
-        matrix[part, part] = np.diag(values) if values.ndim == 1 else values
+    for span, matrix_entries in ((slice(3), translations), (slice(3, 6), rotations)):
+        values = np.array(matrix_entries, float)
+        matrix[span, span] = np.diag(values) if values.ndim == 1 else values
     if coupling is not None:
         matrix[:3, 3:], matrix[3:, :3] = np.array(coupling), np.array(coupling).T
     return matrix

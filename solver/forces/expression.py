@@ -71,14 +71,14 @@ def _check(node: ast.expr, text: str, level: int = 0) -> None:
         _check(operand, text, level + 1)
 
 
-def values_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
+def values_of(text: str, times: np.ndarray, key: str) -> np.ndarray:
     """Return the values of an expression at times [s], (t,).
 
     Raises:
-        SceneError: a value is not finite; it names the key `where`, the part of the expression and the first time.
+        SceneError: a value is not finite; it names the key `key`, the part of the expression and the first time.
     """
     tree, t = kept(text), np.asarray(times, float)
-    return evaluated(lambda told: _value(tree, t, told), Told(text.strip(), where))
+    return evaluated(lambda source: _value(tree, t, source), Told(text.strip(), key))
 
 
 def plain_values(text: str, times: np.ndarray) -> np.ndarray:
@@ -96,44 +96,44 @@ class Told:
     where: str
     """Its key."""
 
-    def refuse(self, node: ast.expr, t: np.ndarray, values: np.ndarray, what: str = "") -> None:
+    def refuse(self, node: ast.expr, t: np.ndarray, values: np.ndarray, quantity: str = "") -> None:
         """Raise a SceneError for a part of the expression with a value that is not finite."""
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
-            part = f"{what}'{shown(node, self.text)}'"
-            raise SceneError(f"{self.where}: {part} is not a finite number at t = {t[bad[0]]:.6g} s")
+            term = f"{quantity}'{shown(node, self.text)}'"
+            raise SceneError(f"{self.where}: {term} is not a finite number at t = {t[bad[0]]:.6g} s")
 
 
-def evaluated(evaluate: Callable[[Told | None], np.ndarray], told: Told) -> np.ndarray:
+def evaluated(evaluate: Callable[[Told | None], np.ndarray], source: Told) -> np.ndarray:
     """Return the numbers of an expression, whose parts are looked at where one of them may not be finite: to look at
     each of them takes longer than to evaluate it."""
     try:
         with np.errstate(divide="raise", over="raise", invalid="raise", under="ignore"):
-            found = evaluate(None)
-        if np.isfinite(found).all():
-            return found
+            result = evaluate(None)
+        if np.isfinite(result).all():
+            return result
     except FloatingPointError:
         pass
     with np.errstate(all="ignore"):
-        return evaluate(told)
+        return evaluate(source)
 
 
-def _value(node: ast.expr, t: np.ndarray, told: Told | None) -> np.ndarray:
+def _value(node: ast.expr, t: np.ndarray, source: Told | None) -> np.ndarray:
     if isinstance(node, ast.Constant):
         return np.full(len(t), float(node.value))  # type: ignore[arg-type]
     if isinstance(node, ast.Name):
         return t if node.id == "t" else np.full(len(t), np.pi)
     if isinstance(node, ast.BinOp):
-        found = OPERATORS[type(node.op)](_value(node.left, t, told), _value(node.right, t, told))
+        result = OPERATORS[type(node.op)](_value(node.left, t, source), _value(node.right, t, source))
     elif isinstance(node, ast.UnaryOp):
-        found = _value(node.operand, t, told) * (-1.0 if isinstance(node.op, ast.USub) else 1.0)
+        result = _value(node.operand, t, source) * (-1.0 if isinstance(node.op, ast.USub) else 1.0)
     else:
         assert isinstance(node, ast.Call)
         assert isinstance(node.func, ast.Name)
-        found = FUNCTIONS[node.func.id][0](*(_value(one, t, told) for one in node.args))
-    if told is not None:
-        told.refuse(node, t, found)
-    return found
+        result = FUNCTIONS[node.func.id][0](*(_value(a, t, source) for a in node.args))
+    if source is not None:
+        source.refuse(node, t, result)
+    return result
 
 
 def shown(node: ast.expr, text: str) -> str:

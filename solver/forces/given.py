@@ -123,9 +123,9 @@ class GivenWrench(History):
     def wrench(self, turned: Callable[[Point], np.ndarray]) -> np.ndarray:
         """Return the six unit forces and moments with their moments about the origin, (6, 6)."""
         assert self.at is not None
-        found = np.eye(6)
-        found[:3, 3:] = np.cross(turned(self.at), np.eye(3))
-        return found
+        wrenches = np.eye(6)
+        wrenches[:3, 3:] = np.cross(turned(self.at), np.eye(3))
+        return wrenches
 
 
 class GivenPressure(History):

@@ -55,70 +55,70 @@ class Amount(Strict):
             time = pole_of(self._course, np.linspace(0.0, duration, LOOKED_AT))
             asks = f"which asks for an infinite {self.unbounded}"
             return None if time is None else f"expression: grows without bound near t = {time:.6g} s, {asks}"
-        first, last = self.values[0][0], self.values[-1][0]
-        if first <= 0 and last >= duration * (1 - 1e-12):
+        start, stop = self.values[0][0], self.values[-1][0]
+        if start <= 0 and stop >= duration * (1 - 1e-12):
             return None
         key = "values" if self.table is None else "table"
-        return f"{key}: reaches from {first:.6g} to {last:.6g} s, the run from 0 to run.duration = {duration:.6g} s"
+        return f"{key}: reaches from {start:.6g} to {stop:.6g} s, the run from 0 to run.duration = {duration:.6g} s"
 
-    def check(self, duration: float, where: str) -> None:
-        """Raise a SceneError that names the force `where` unless the amount is finite over a run's duration [s]."""
+    def check(self, duration: float, key: str) -> None:
+        """Raise a SceneError that names the force `key` unless the amount is finite over a run's duration [s]."""
         if (reason := self.refusal(duration)) is not None:
-            raise SceneError(f"{where}.{reason}")
-        self.amounts(np.linspace(0.0, duration, LOOKED_AT), where)
+            raise SceneError(f"{key}.{reason}")
+        self.amounts(np.linspace(0.0, duration, LOOKED_AT), key)
 
     def _course(self, times: np.ndarray) -> np.ndarray:
         """Return an expression, and those of its rates that act, at times [s], finite or not, (t, k)."""
         assert self.expression is not None
         return plain_values(self.expression, times)[:, None]
 
-    def amounts(self, times: np.ndarray, where: str) -> np.ndarray:
-        """Return the amount at times [s], (t,); a SceneError that names the force `where` if it is not finite."""
+    def amounts(self, times: np.ndarray, key: str) -> np.ndarray:
+        """Return the amount at times [s], (t,); a SceneError that names the force `key` if it is not finite."""
         if self.expression is not None:
-            return values_of(self.expression, times, f"{where}.expression")
+            return values_of(self.expression, times, f"{key}.expression")
         return np.interp(times, *np.array(self.values, float).T)
 
-    def breaks(self, duration: float, where: str) -> np.ndarray:
+    def breaks(self, duration: float, key: str) -> np.ndarray:
         """Return the times of a run [s] about which an expression changes within a short time, (b, 2), see `breaks`."""
         if self.expression is None:
             return np.empty((0, 2))
-        return breaks_of(lambda times: self.amounts(times, where), duration)
+        return breaks_of(lambda times: self.amounts(times, key), duration)
 
-    def means(self, start: np.ndarray, dt: float, where: str, breaks: np.ndarray = NONE) -> np.ndarray:
+    def means(self, start: np.ndarray, dt: float, key: str, breaks: np.ndarray = NONE) -> np.ndarray:
         """Return the means over steps dt [s] from `start` [s], (t,): exact of a table, by Gauss of an expression.
 
         Args:
             breaks: Between which the expression is even, (b, 2): steps over them are taken in parts.
         """
         if self.expression is not None:
-            found = self._integrals(start, np.full(len(start), dt), where) / dt
-            over = np.searchsorted(breaks[:, 0], start + dt) > np.searchsorted(breaks[:, 0], start)
-            for step in np.flatnonzero(over):
-                begin, end = start[step], start[step] + dt
-                own = breaks[(breaks[:, 0] > begin) & (breaks[:, 1] < end)].ravel()
-                edges = np.concatenate([[begin], own, [end]])
-                parts = (edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, PARTS + 1)[:-1]).ravel()
-                found[step] = self._integrals(parts, np.diff(np.append(parts, end)), where).sum() / dt
-            return found
+            means = self._integrals(start, np.full(len(start), dt), key) / dt
+            broken = np.searchsorted(breaks[:, 0], start + dt) > np.searchsorted(breaks[:, 0], start)
+            for step in np.flatnonzero(broken):
+                step_start, end = start[step], start[step] + dt
+                inner = breaks[(breaks[:, 0] > step_start) & (breaks[:, 1] < end)].ravel()
+                edges = np.concatenate([[step_start], inner, [end]])
+                starts = (edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, PARTS + 1)[:-1]).ravel()
+                means[step] = self._integrals(starts, np.diff(np.append(starts, end)), key).sum() / dt
+            return means
         ends = self._integral(np.append(start, start[-1:] + dt)) if len(start) else np.zeros(1)
         consecutive = np.allclose(np.diff(start), dt, rtol=1e-9, atol=0)
-        last = ends[1:] if consecutive else self._integral(start + dt)
-        return (last - ends[:-1]) / dt
+        to_ends = ends[1:] if consecutive else self._integral(start + dt)
+        return (to_ends - ends[:-1]) / dt
 
-    def _integrals(self, start: np.ndarray, size: np.ndarray, where: str) -> np.ndarray:
+    def _integrals(self, start: np.ndarray, size: np.ndarray, key: str) -> np.ndarray:
         """Return the integrals of an expression over spans from `start` of given sizes [s], (t,), by Gauss."""
-        places, weights = GAUSS
-        times = start[:, None] + 0.5 * size[:, None] * (1 + places)
-        return 0.5 * size * (self.amounts(times.ravel(), where).reshape(times.shape) @ weights)
+        nodes, weights = GAUSS
+        times = start[:, None] + 0.5 * size[:, None] * (1 + nodes)
+        return 0.5 * size * (self.amounts(times.ravel(), key).reshape(times.shape) @ weights)
 
     def _integral(self, times: np.ndarray) -> np.ndarray:
         """Return ∫ amount dt from the first row of the table to given times, (t,); constant amounts outside of it."""
         knots, values = np.array(self.values, float).T
-        whole = np.append(0.0, np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(knots)))
-        at = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(knots) - 2)
-        inside = np.clip(times, knots[0], knots[-1])
-        found = whole[at] + 0.5 * (values[at] + np.interp(inside, knots, values)) * (inside - knots[at])
-        return found + np.minimum(times - knots[0], 0) * values[0] + np.maximum(times - knots[-1], 0) * values[-1]
+        integrals = np.append(0.0, np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(knots)))
+        row = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(knots) - 2)
+        clipped = np.clip(times, knots[0], knots[-1])
+        integral = integrals[row] + 0.5 * (values[row] + np.interp(clipped, knots, values)) * (clipped - knots[row])
+        return integral + np.minimum(times - knots[0], 0) * values[0] + np.maximum(times - knots[-1], 0) * values[-1]
 
 
 class History(Amount):

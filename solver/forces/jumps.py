@@ -17,18 +17,18 @@ NOISE = 1e3 * float(np.finfo(float).eps)
 
 def jump_of(function: Callable[[np.ndarray], np.ndarray], times: np.ndarray) -> float | None:
     """Return a time between given ones, (t,), at which a function of times jumps; None without one."""
-    found = function(times)
-    largest = max(float(np.abs(found).max()), float(np.finfo(float).tiny))
-    (k,) = np.nonzero(np.abs(np.diff(found)) > JUMP * largest)
+    samples = function(times)
+    largest = max(float(np.abs(samples).max()), float(np.finfo(float).tiny))
+    (k,) = np.nonzero(np.abs(np.diff(samples)) > JUMP * largest)
     if not len(k):
         return None
-    begin, end, low, high = times[k], times[k + 1], found[k], found[k + 1]
+    start, end, low, high = times[k], times[k + 1], samples[k], samples[k + 1]
     for _ in range(HALVINGS):
-        middle = 0.5 * (begin + end)
+        middle = 0.5 * (start + end)
         value = function(middle)
         largest = max(largest, float(np.abs(value).max()))  # All of a pulse may lie between two of the times.
         later = np.abs(high - value) > np.abs(value - low)
-        begin, low = np.where(later, middle, begin), np.where(later, value, low)
+        start, low = np.where(later, middle, start), np.where(later, value, low)
         end, high = np.where(later, end, middle), np.where(later, high, value)
     jumps = np.abs(high - low) > JUMP * largest
     return float(end[jumps][0]) if jumps.any() else None
@@ -46,27 +46,27 @@ def pole_of(course: Callable[[np.ndarray], np.ndarray], times: np.ndarray) -> fl
         times: At equal distances [s], (t,).
     """
 
-    def height(at: np.ndarray) -> np.ndarray:
-        return np.nan_to_num(np.abs(course(at.ravel())[:, -1]), posinf=np.inf).reshape(at.shape)
+    def height(t: np.ndarray) -> np.ndarray:
+        return np.nan_to_num(np.abs(course(t.ravel())[:, -1]), posinf=np.inf).reshape(t.shape)
 
-    found, gap = course(times), float(times[1] - times[0])
-    if not np.isfinite(found).all():
+    values, gap = course(times), float(times[1] - times[0])
+    if not np.isfinite(values).all():
         return None
-    found = np.abs(found[:, -1])
-    at = times[(found > np.append(0.0, found[:-1])) & (found >= np.append(found[1:], 0.0))]
-    clear, before, last = np.full(len(at), True), np.zeros(len(at)), np.zeros(len(at))
-    for number in range(2 * CLOSER):
+    values = np.abs(values[:, -1])
+    peaks = times[(values > np.append(0.0, values[:-1])) & (values >= np.append(values[1:], 0.0))]
+    clear, before, height_now = np.full(len(peaks), True), np.zeros(len(peaks)), np.zeros(len(peaks))
+    for halving in range(2 * CLOSER):
         gap *= 0.5
-        near = np.clip(at + gap * np.array([[-1.0], [0.0], [1.0]]), times[0], times[-1])
-        at = near[height(near).argmax(axis=0), np.arange(len(at))]
-        sides = np.clip(at + gap * np.array([[-1.0], [1.0]]), times[0], times[-1])
+        candidates = np.clip(peaks + gap * np.array([[-1.0], [0.0], [1.0]]), times[0], times[-1])
+        peaks = candidates[height(candidates).argmax(axis=0), np.arange(len(peaks))]
+        sides = np.clip(peaks + gap * np.array([[-1.0], [1.0]]), times[0], times[-1])
         beside = height(sides).max(axis=0)
-        clear &= (beside > _noise(course, sides, gap)) & (gap > 2 * np.spacing(np.abs(at)))
-        if number < CLOSER:
-            before = last = beside
-        last = np.where(clear, beside, last)
-    grows = np.asarray(last >= GROWS * before)
-    return float(at[grows][0]) if grows.any() else None
+        clear &= (beside > _noise(course, sides, gap)) & (gap > 2 * np.spacing(np.abs(peaks)))
+        if halving < CLOSER:
+            before = height_now = beside
+        height_now = np.where(clear, beside, height_now)
+    grows = np.asarray(height_now >= GROWS * before)
+    return float(peaks[grows][0]) if grows.any() else None
 
 
 def _noise(course: Callable[[np.ndarray], np.ndarray], times: np.ndarray, gap: float) -> np.ndarray:

@@ -11,41 +11,41 @@ Pair = tuple[np.ndarray, np.ndarray]
 """Values and rates."""
 
 
-def rates_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
+def rates_of(text: str, times: np.ndarray, key: str) -> np.ndarray:
     """Return the rates of an expression at times [s], (t,); at a kink, that of the later side.
 
     Raises:
-        SceneError: a value or rate is not finite; it names the key `where`, the part of the expression and the time.
+        SceneError: a value or rate is not finite; it names the key `key`, the part of the expression and the time.
     """
     tree, t = kept(text), np.asarray(times, float)
-    return evaluated(lambda told: _pair(tree, t, told)[1], Told(text.strip(), where))
+    return evaluated(lambda source: _pair(tree, t, source)[1], Told(text.strip(), key))
 
 
-def _pair(node: ast.expr, t: np.ndarray, told: Told | None) -> Pair:
+def _pair(node: ast.expr, t: np.ndarray, source: Told | None) -> Pair:
     if isinstance(node, ast.Constant):
         return np.full(len(t), float(node.value)), np.zeros(len(t))  # type: ignore[arg-type]
     if isinstance(node, ast.Name):
         return (t, np.ones(len(t))) if node.id == "t" else (np.full(len(t), np.pi), np.zeros(len(t)))
     if isinstance(node, ast.UnaryOp):
-        value, rate = _pair(node.operand, t, told)
-        found = (-value, -rate) if isinstance(node.op, ast.USub) else (value, rate)
+        value, rate = _pair(node.operand, t, source)
+        result = (-value, -rate) if isinstance(node.op, ast.USub) else (value, rate)
     elif isinstance(node, ast.BinOp):
-        one, other = _pair(node.left, t, told), _pair(node.right, t, told)
-        found = OPERATORS[type(node.op)](one[0], other[0]), _BINARY[type(node.op)](one, other)
+        u, v = _pair(node.left, t, source), _pair(node.right, t, source)
+        result = OPERATORS[type(node.op)](u[0], v[0]), _BINARY[type(node.op)](u, v)
     else:
         assert isinstance(node, ast.Call)
         assert isinstance(node.func, ast.Name)
-        parts = [_pair(one, t, told) for one in node.args]
-        found = FUNCTIONS[node.func.id][0](*(value for value, _ in parts)), _CALLS[node.func.id](*parts)
-    if told is not None:
-        for what, values in zip(("", "the rate of "), found, strict=True):
-            told.refuse(node, t, values, what)
-    return found
+        pairs = [_pair(a, t, source) for a in node.args]
+        result = FUNCTIONS[node.func.id][0](*(value for value, _ in pairs)), _CALLS[node.func.id](*pairs)
+    if source is not None:
+        for quantity, values in zip(("", "the rate of "), result, strict=True):
+            source.refuse(node, t, values, quantity)
+    return result
 
 
-def _power(one: Pair, other: Pair) -> np.ndarray:
+def _power(base: Pair, exponent: Pair) -> np.ndarray:
     """Return the rate of u ** v; a constant power needs no logarithm."""
-    (u, du), (v, dv) = one, other
+    (u, du), (v, dv) = base, exponent
     by_base = np.where(du == 0, 0.0, np.where(v == 0, 0.0, v * np.power(u, v - 1) * du))
     return by_base + np.where(dv == 0, 0.0, np.power(u, v) * np.log(u) * dv)
 

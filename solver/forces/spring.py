@@ -68,8 +68,8 @@ class Spring(TwoEnds):
         return self
 
     def _check_points(self) -> None:
-        given = {"against_interface": self.against_interface, "direction": self.direction}
-        beside = [key for key, value in given.items() if value is not None]
+        options = {"against_interface": self.against_interface, "direction": self.direction}
+        beside = [key for key, value in options.items() if value is not None]
         if beside or self.table is not None or self.values:
             raise ValueError(f"{(beside or ['a table'])[0]} and against_at are given; give only one of them")
         if self.length is not None and self.stretch:
@@ -91,13 +91,13 @@ class Spring(TwoEnds):
         return self.stiffness is not None
 
 
-def check_knots(where: str, knots: np.ndarray, first_row: int) -> None:
+def check_knots(key: str, knots: np.ndarray, first_row: int) -> None:
     """Raise a ValueError unless elongations [m] of knots, (rows, 2), increase and tensions [N] do not decrease.
 
-    Messages name the file or key `where`, and rows from `first_row` on.
+    Messages name the file or key `key`, and rows from `first_row` on.
     """
     if len(knots) < 2:
-        raise ValueError(f"{where}: {len(knots)} rows given, a table of tension over elongation needs two or more")
+        raise ValueError(f"{key}: {len(knots)} rows given, a table of tension over elongation needs two or more")
     change = np.diff(knots, axis=0)
     for column, wrong, text in (
         (0, change[:, 0] <= 0, "the elongation {:g} m must be above that of the row before"),
@@ -105,4 +105,4 @@ def check_knots(where: str, knots: np.ndarray, first_row: int) -> None:
     ):
         if wrong.any():
             row = int(wrong.argmax()) + 1
-            raise ValueError(f"{where}: row {row + first_row}: {text.format(knots[row, column])}")
+            raise ValueError(f"{key}: row {row + first_row}: {text.format(knots[row, column])}")

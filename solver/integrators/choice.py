@@ -29,25 +29,27 @@ def field_frequency(system: System) -> float:
         return 0.0
     driving, (names, energies) = system.driving, system.fields
     fields = system.scene.fields() | system.scene.electrodes()
-    given = [(load.name, at.start + k) for load, at in driving.given_rows() for k in range(at.stop - at.start)]
-    loads, numbers = field_loads(names, [name for name, _ in given]), np.array([row for _, row in given], int)
+    load_rows = [
+        (load.name, rows_.start + k) for load, rows_ in driving.given_rows() for k in range(rows_.stop - rows_.start)
+    ]
+    loads, numbers = field_loads(names, [name for name, _ in load_rows]), np.array([row for _, row in load_rows], int)
     poses = np.array([start_pose(fields[name]) for name in names])
     evaluated(names, energies, poses)
-    kept, blocks = list[np.ndarray](), list[np.ndarray]()
+    motion_rows, blocks = list[np.ndarray](), list[np.ndarray]()
     for i, pose in enumerate(poses):
         rows = np.zeros((6, driving.rows.shape[1]))
         for side, sign in ((0, 1.0), (1, -1.0)):
             acts = loads[i, side] >= 0
             rows[acts] += sign * driving.rows[numbers[loads[i, side, acts]]]
-        kept.append(rows)
+        motion_rows.append(rows)
         blocks.append(stiffness(energies, i, pose) @ rows)
-    found = np.linalg.eigvals(np.vstack(blocks).T @ np.vstack(kept))
-    return float(np.sqrt(np.abs(found).max()))
+    eigenvalues = np.linalg.eigvals(np.vstack(blocks).T @ np.vstack(motion_rows))
+    return float(np.sqrt(np.abs(eigenvalues).max()))
 
 
 def _over_flexibility(system: System) -> bool:
     """Return whether all contacts are over flexibility alone, without rigid points and laws."""
-    return not system.rigid_contact.any() and all(one.law is None for one in system.scene.contact.values())
+    return not system.rigid_contact.any() and all(c.law is None for c in system.scene.contact.values())
 
 
 def choose(system: System) -> tuple[str, float]:

@@ -23,13 +23,13 @@ def least_of_cubics(times: np.ndarray, gaps: np.ndarray, rates: np.ndarray) -> t
     frame, point = np.unravel_index(int(gaps.argmin()), gaps.shape)
     best = (float(gaps[frame, point]), float(times[frame]))
     spans = np.diff(times)[:, None]
-    first, last, begin, end = gaps[:-1], gaps[1:], rates[:-1] * spans, rates[1:] * spans
+    g0, g1, m0, m1 = gaps[:-1], gaps[1:], rates[:-1] * spans, rates[1:] * spans
     # g(x) = first + begin x + square x² + cube x³ with x from 0 to 1; its minimum is where g' = 0 and g'' > 0.
     with np.errstate(invalid="ignore", divide="ignore"):  # A point beside its surface has no gap: infinite.
-        square, cube = 3 * (last - first) - 2 * begin - end, 2 * (first - last) + begin + end
-        under = np.sqrt(square**2 - 3 * cube * begin)
-        x = -begin / (square + under)
-        lowest = np.where((x > 0) & (x < 1), first + x * (begin + x * (square + x * cube)), np.inf)
+        square, cube = 3 * (g1 - g0) - 2 * m0 - m1, 2 * (g0 - g1) + m0 + m1
+        under = np.sqrt(square**2 - 3 * cube * m0)
+        x = -m0 / (square + under)
+        lowest = np.where((x > 0) & (x < 1), g0 + x * (m0 + x * (square + x * cube)), np.inf)
     lowest = np.where(np.isfinite(lowest), lowest, np.inf)
     if lowest.size and lowest.min() < best[0]:
         frame, point = np.unravel_index(int(lowest.argmin()), lowest.shape)

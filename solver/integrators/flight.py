@@ -53,8 +53,8 @@ def _doubled(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     both = expm(block / 2.0 ** halvings[:, None, None])
     step = both[:, 3:, 3:].copy()
     Q = step.transpose(0, 2, 1) @ both[:, :3, 3:]
-    for number in range(halvings.max(initial=0)):
-        on = halvings > number
+    for halving in range(halvings.max(initial=0)):
+        on = halvings > halving
         Q[on] += step[on].transpose(0, 2, 1) @ Q[on] @ step[on]
         step[on] = step[on] @ step[on]
     return step, Q

@@ -130,8 +130,9 @@ class Marching(Protocol):
     reason: str
     """What there is to say beyond that; empty where nothing."""
 
-    def advance(self, first: int, stride: int, out: Samples) -> bool:
-        """Advance `len(out.forces)` samples of `stride` steps from step number `first`; False where this failed."""
+    def advance(self, start_step: int, stride: int, out: Samples) -> bool:
+        """Advance `len(out.forces)` samples of `stride` steps from step number `start_step`; False where this"
+        " failed."""
         ...
 
     def outcome(self) -> Outcome:

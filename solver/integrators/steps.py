@@ -58,14 +58,14 @@ class Schedule:
         Args:
             divides: Whether steps may be divided, which only end at samples; otherwise a sample has one step at least.
         """
-        most = MOST_SAMPLES // (self.samples_per_frame * self.frames)
-        parts = min(math.ceil(self.interval / interval * (1 - 1e-9)), most)
-        if parts <= 1:
+        limit = MOST_SAMPLES // (self.samples_per_frame * self.frames)
+        divisions = min(math.ceil(self.interval / interval * (1 - 1e-9)), limit)
+        if divisions <= 1:
             return self
         if not divides:
-            parts = next((part for part in range(parts, self.stride) if self.stride % part == 0), self.stride)
-        stride, dt = (self.stride, self.dt / parts) if divides else (self.stride // parts, self.dt)
-        return replace(self, stride=stride, dt=dt, samples_per_frame=self.samples_per_frame * parts)
+            divisions = next((d for d in range(divisions, self.stride) if self.stride % d == 0), self.stride)
+        stride, dt = (self.stride, self.dt / divisions) if divides else (self.stride // divisions, self.dt)
+        return replace(self, stride=stride, dt=dt, samples_per_frame=self.samples_per_frame * divisions)
 
 
 @dataclass(frozen=True)
@@ -118,10 +118,10 @@ def plan_run(system: System, coarser: float = 1.0) -> Plan:
         read = integrator.step_factor / driven_step(system) if run.step is None else 0.0
         return Plan(name, critical, plan_steps(run, integrator, max(critical / coarser, read), largest))
     # A given step that steps over impacts is left to the accuracy.
-    parts = 1 if run.step is None else parts_of(run.step, critical_frequency(system), integrator.largest)
+    divisions = 1 if run.step is None else parts_of(run.step, critical_frequency(system), integrator.largest)
     per_frame = max(1, math.ceil(run.samples / run.frames))
-    schedule = Schedule(run.duration / (run.frames * per_frame), parts, 1, per_frame, run.frames)
-    return Plan(name, 0.0, schedule, run.step if parts == 1 else None)
+    schedule = Schedule(run.duration / (run.frames * per_frame), divisions, 1, per_frame, run.frames)
+    return Plan(name, 0.0, schedule, run.step if divisions == 1 else None)
 
 
 def driven_step(system: System) -> float:
@@ -144,32 +144,32 @@ def refuse_unread(system: System, step: float) -> None:
             )
 
 
-def _followed(drive: DrivenRows, duration: float, step: float, share: float) -> tuple[float, float]:
+def _followed(drive: DrivenRows, duration: float, step: float, fraction: float) -> tuple[float, float]:
     """Return the longest step between whose ends a motion follows lines, by halvings of a given one [s], and the time
     at which it differs most from them [s].
 
     Args:
-        share: Of the range of the motion, by which it may differ.
+        fraction: Of the range of the motion, by which it may differ.
 
     Raises:
         SceneError: it jumps.
     """
-    where, knots = f"motion.{drive.name}", [time for time, _ in drive.motion.values if 0 < time < duration]
+    key, knots = f"motion.{drive.name}", [time for time, _ in drive.motion.values if 0 < time < duration]
     grid = np.union1d(np.linspace(0.0, duration, FINEST + 1), knots)
-    if (jump := drive.motion.jump(grid, where)) is not None:
-        raise SceneError(f"{where}.expression: it jumps at t = {jump:.6g} s; a body moves continuously")
+    if (jump := drive.motion.jump(grid, key)) is not None:
+        raise SceneError(f"{key}.expression: it jumps at t = {jump:.6g} s; a body moves continuously")
 
     def read(times: np.ndarray) -> np.ndarray:
-        return drive.motion.places(times, where)[:, 0]
+        return drive.motion.places(times, key)[:, 0]
 
     values, worst = read(grid), 0.0
     size = float(np.ptp(values))
     while size > 0 and duration < step * len(grid):
         ends = np.append(np.arange(0.0, duration, step), duration)
-        apart = np.abs(values - np.interp(grid, ends, read(ends)))
-        if apart.max() <= share * size:
+        deviation = np.abs(values - np.interp(grid, ends, read(ends)))
+        if deviation.max() <= fraction * size:
             break
-        worst, step = float(grid[apart.argmax()]), 0.5 * step
+        worst, step = float(grid[deviation.argmax()]), 0.5 * step
     return step, worst
 
 
@@ -190,9 +190,9 @@ def plan_steps(run: Run, integrator: type[Integrator], critical: float, largest:
     duration, samples, frames = run.duration, run.samples, run.frames
     _refuse_endless(run, integrator, critical)
     if run.step is None:
-        own = own_step(run, integrator, critical)
-        per_frame = max(1, min(round(samples / frames), math.ceil(duration / own / frames)))
-        stride = math.ceil(duration / own / (frames * per_frame))
+        step = own_step(run, integrator, critical)
+        per_frame = max(1, min(round(samples / frames), math.ceil(duration / step / frames)))
+        stride = math.ceil(duration / step / (frames * per_frame))
         return Schedule(duration / (frames * per_frame * stride), 1, stride, per_frame, frames)
     substeps = parts_of(run.step, critical, largest)
     dt = run.step / substeps
@@ -209,14 +209,14 @@ def _refuse_endless(run: Run, integrator: type[Integrator], critical: float) -> 
     shortest = own_step(run, integrator, critical) if math.isfinite(critical) else 0.0
     shortest = shortest if run.step is None else min(shortest, run.step)
     if run.duration > MOST_STEPS * shortest:
-        what = (
+        cause = (
             f"run.step = {run.step:g} s"
             if run.step is not None and shortest == run.step
             else f"ω_c = {critical:g} rad/s"
         )
         raise SceneError(
-            f"run.duration: {run.duration:g} s given; with {what} the run has more than {MOST_STEPS:.0e} steps: shorten"
-            " it, or check the units of stiffnesses, masses and lengths"
+            f"run.duration: {run.duration:g} s given; with {cause} the run has more than {MOST_STEPS:.0e} steps:"
+            " shorten it, or check the units of stiffnesses, masses and lengths"
         )
 
 

@@ -28,16 +28,16 @@ class Swapped:
     failure: Result
     reason: str
 
-    def __init__(self, swaps: Swaps, dt: float, begin: Callable[[System], Marching]) -> None:
+    def __init__(self, swaps: Swaps, dt: float, start: Callable[[System], Marching]) -> None:
         """Start at time zero.
 
         Args:
             dt: Step [s].
-            begin: Returns the run of a system.
+            start: Returns the run of a system.
         """
-        self._swaps, self._dt, self._begin = swaps, dt, begin
+        self._swaps, self._dt, self._begin = swaps, dt, start
         self._number, self._bases = int(swaps.numbers(np.zeros(1))[0]), dict[int, Basis]()
-        self._run = begin(self._basis.system)
+        self._run = start(self._basis.system)
         self._energies = np.zeros(5)
         self._energies[0] = self._run.outcome().extreme[START_ENERGY]
         self._spent, self._error, self._exchanged, self._jumps = np.zeros(2), 0.0, 0.0, list[float]()
@@ -50,58 +50,58 @@ class Swapped:
             self._bases[self._number] = self._swaps.basis(self._number)
         return self._bases[self._number]
 
-    def advance(self, first: int, stride: int, out: Samples) -> bool:
+    def advance(self, start_step: int, stride: int, out: Samples) -> bool:
         """Advance samples, each by the basis for the place of the force at its end."""
-        ends = first + stride * np.arange(1, len(out.forces) + 1)
+        ends = start_step + stride * np.arange(1, len(out.forces) + 1)
         numbers = self._swaps.numbers(self._dt * ends)
         borders = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
         return all(
-            self._advance(int(numbers[begin]), first + begin * stride, stride, out.part(slice(begin, end)))
-            for begin, end in pairwise(borders)
+            self._advance(int(numbers[start]), start_step + start * stride, stride, out.part(slice(start, end)))
+            for start, end in pairwise(borders)
         )
 
-    def _advance(self, number: int, first: int, stride: int, out: Samples) -> bool:
+    def _advance(self, basis_number: int, start_step: int, stride: int, out: Samples) -> bool:
         """Advance samples by a basis."""
-        if number != self._number:
-            self._change(number, self._dt * first)
-        own = out.paths._replace(elastic=self._basis.system.elastic_spans)
-        sound = self._run.advance(first, stride, out._replace(paths=own))
+        if basis_number != self._number:
+            self._change(basis_number, self._dt * start_step)
+        paths = out.paths._replace(elastic=self._basis.system.elastic_spans)
+        sound = self._run.advance(start_step, stride, out._replace(paths=paths))
         self.failure, self.reason = self._run.failure, self._run.reason
         out.energies[:, LOST:] += self._spent
         self._energies = out.energies[-1].copy()
         return sound
 
-    def _change(self, number: int, time: float) -> None:
+    def _change(self, basis_number: int, time: float) -> None:
         """Go on with another basis from a time [s].
 
         Raises:
             SceneError: energy jumps by more than `LARGEST_JUMP`.
         """
         end, old = self._run.outcome(), self._basis
-        self._number = number
+        self._number = basis_number
         q, v = self._swaps.carried(old, self._basis, np.stack([end.q, end.v]))
         run = self._begin(_started(self._basis.system, q, v, time))
         before = float(self._energies[:LOST].sum())
         jump = abs(float(run.outcome().extreme[START_ENERGY]) - before)
         rigid = end.v[old.system.rigid]
         deformed = before - 0.5 * float(rigid @ rigid)
-        share = jump / deformed if deformed > 0 else 0.0
-        if share > LARGEST_JUMP:
-            self._refuse(share, time)
-        self._jumps.append(share)
+        relative_jump = jump / deformed if deformed > 0 else 0.0
+        if relative_jump > LARGEST_JUMP:
+            self._refuse(relative_jump, time)
+        self._jumps.append(relative_jump)
         self._error += float(end.extreme[ENERGY_ERROR]) + jump
         self._exchanged = max(self._exchanged, float(end.extreme[EXCHANGED]))
         self._pulled = self._pulled + end.springs if len(end.springs) else self._pulled
         self._spent, self._run = self._energies[LOST:], run
 
-    def _refuse(self, share: float, time: float) -> None:
+    def _refuse(self, relative_jump: float, time: float) -> None:
         """Raise the SceneError of a change of the basis that the energy does not survive."""
         swaps, along = self._swaps, self._swaps.force.places(np.array([time]))[0, 1]
         component = swaps.whole.scene.component_of(swaps.body)
         raise SceneError(
             f"component.{component}.modes.swap: where force.{swaps.name} passes {along:.4g} m along, at {time:.4g} s,"
-            f" the next basis changes the energy of deformation by {share:.2g} of it, allowed: {LARGEST_JUMP:g}; raise"
-            f" component.{component}.modes.normal_count, modes.swap.vectors or run.samples"
+            f" the next basis changes the energy of deformation by {relative_jump:.2g} of it, allowed:"
+            f" {LARGEST_JUMP:g}; raise component.{component}.modes.normal_count, modes.swap.vectors or run.samples"
         )
 
     def impacts(self) -> list[np.ndarray]:

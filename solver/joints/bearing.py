@@ -43,13 +43,13 @@ class JournalBearing(Strict):
     def _one(self) -> "JournalBearing":
         if self.restitution < SMALLEST:
             raise ValueError(f"restitution: {self.restitution:g} given; it must be above 0")
-        given = [key for key in ("component", "foundation") if getattr(self, key) is not None]
-        if len(given) != 1:
+        keys = [key for key in ("component", "foundation") if getattr(self, key) is not None]
+        if len(keys) != 1:
             raise ValueError("give either component with interface, or foundation with length")
         partner = {"component": "interface", "foundation": "length"}
-        for key, other in partner.items():
-            if (getattr(self, key) is None) != (getattr(self, other) is None):
-                missing = other if getattr(self, key) is not None else key
+        for key, partner_key in partner.items():
+            if (getattr(self, key) is None) != (getattr(self, partner_key) is None):
+                missing = partner_key if getattr(self, key) is not None else key
                 raise ValueError(
                     f"{missing}: is missing; give either component with interface, or foundation with length"
                 )

@@ -128,5 +128,5 @@ class Clearance(Axial):
         assert self.wear is not None
         length = self.wear.length or self.length or (self.bearing and self.bearing.length)
         assert length is not None
-        share = self.wear.step * length / len(self.sections)
-        return (self.radius + self.clearance) * share, self.radius * share
+        section_length = self.wear.step * length / len(self.sections)
+        return (self.radius + self.clearance) * section_length, self.radius * section_length

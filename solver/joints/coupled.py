@@ -79,62 +79,62 @@ class Driven(Amount):
         """Name of the joint that it drives."""
         return (self.joint,)
 
-    def given(self, held: object) -> str:
+    def given(self, joint: object) -> str:
         """Return what is given of the joint that it drives: its displacement if that slides alone, else its angle."""
-        slides = getattr(held, "slides", False) and not getattr(held, "turns", False)
+        slides = getattr(joint, "slides", False) and not getattr(joint, "turns", False)
         return self.motion or ("displacement" if slides else "angle")
 
-    def motions(self, times: np.ndarray, where: str) -> np.ndarray:
+    def motions(self, times: np.ndarray, key: str) -> np.ndarray:
         """Return motion, rate and second rate at times [s], (t, 3).
 
         Raises:
-            SceneError: one of them is not finite; it names the joint `where`.
+            SceneError: one of them is not finite; it names the joint `key`.
         """
         if self.expression is not None:
-            return motions_of(self.expression, times, f"{where}.expression")
+            return motions_of(self.expression, times, f"{key}.expression")
         spline = _spline(tuple(self.values))
-        inside = np.clip(times, spline.x[0], spline.x[-1])
-        return np.column_stack([spline(inside, order) for order in range(3)])
+        clipped = np.clip(times, spline.x[0], spline.x[-1])
+        return np.column_stack([spline(clipped, order) for order in range(3)])
 
     def overshoot(self, duration: float) -> tuple[str, bool] | None:
         """Return where the spline of a table leaves the range of its rows in a run [s] by much, and whether by so much
         that it is refused; None where not."""
         if not self.values:
             return None
-        (first, last), given = (0.0, duration), np.array(self.values, float)[:, 1]
-        low, high = float(given.min()), float(given.max())
+        (start, stop), row_values = (0.0, duration), np.array(self.values, float)[:, 1]
+        low, high = float(row_values.min()), float(row_values.max())
         knots = np.array(self.values, float)[:, 0]
-        times = np.unique(np.clip((knots[:-1, None] + np.diff(knots)[:, None] * BETWEEN).ravel(), first, last))
-        found = _spline(tuple(self.values))(times)
-        beyond = np.maximum(found - high, low - found)
-        most = int(beyond.argmax())
-        if beyond[most] <= OVERSHOT * (high - low):
+        times = np.unique(np.clip((knots[:-1, None] + np.diff(knots)[:, None] * BETWEEN).ravel(), start, stop))
+        curve = _spline(tuple(self.values))(times)
+        beyond = np.maximum(curve - high, low - curve)
+        peak = int(beyond.argmax())
+        if beyond[peak] <= OVERSHOT * (high - low):
             return None
         text = (
             f"values: the cubic spline through its rows, which lie between {low:.6g} and {high:.6g}, reaches"
-            f" {found[most]:.6g} at {times[most]:.6g} s; give rows as close together around a change as within it, or"
+            f" {curve[peak]:.6g} at {times[peak]:.6g} s; give rows as close together around a change as within it, or"
             " an expression"
         )
-        return text, bool(beyond[most] > ASTRAY * (high - low))
+        return text, bool(beyond[peak] > ASTRAY * (high - low))
 
     def _course(self, times: np.ndarray) -> np.ndarray:
         assert self.expression is not None
         return plain_motions(self.expression, times)
 
-    def jump(self, duration: float, where: str) -> tuple[str, float] | None:
+    def jump(self, duration: float, key: str) -> tuple[str, float] | None:
         """Return what jumps, 'motion' or 'velocity', and when [s]; None without a jump.
 
         Raises:
             SceneError: motion, rate or second rate is not finite at a time.
         """
         grid = np.linspace(0.0, duration, LOOKED_AT)
-        self.motions(grid, where)
+        self.motions(grid, key)
         if self.expression is None or not any(name in self.expression for name in KINKED):
             return None
-        for order, what in enumerate(("motion", "velocity")):
-            time = jump_of(lambda t, order=order: self.motions(t, where)[:, order], grid)
+        for order, quantity in enumerate(("motion", "velocity")):
+            time = jump_of(lambda t, order=order: self.motions(t, key)[:, order], grid)
             if time is not None:
-                return what, time
+                return quantity, time
         return None
 
 

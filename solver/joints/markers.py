@@ -94,13 +94,13 @@ class Axial(Marked):
 
     @property
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
-        own = unit(self.axis)
-        return own, own if self.against_axis is None else unit(self.against_axis)
+        axis = unit(self.axis)
+        return axis, axis if self.against_axis is None else unit(self.against_axis)
 
     @model_validator(mode="after")
     def _acute(self) -> "Axial":
-        own, other = self.axes
-        if self.squares == ALIGNED and own @ other <= 0:
+        axis, against = self.axes
+        if self.squares == ALIGNED and axis @ against <= 0:
             raise ValueError("axis and against_axis are more than 90 degrees apart; reverse one of them")
         return self
 
@@ -154,10 +154,10 @@ class Universal(Axial):
 
     @model_validator(mode="after")
     def _crossed(self) -> "Universal":
-        own, other = self.axes
+        axis, against = self.axes
         if self.against_axis is None:
             raise ValueError("against_axis is needed, at right angles to axis")
-        if abs(own @ other) > 1e-9:
+        if abs(axis @ against) > 1e-9:
             raise ValueError("axis and against_axis must be at right angles")
         return self
 

@@ -12,10 +12,10 @@ def wrench_peaks(name: str, times: np.ndarray, wrenches: np.ndarray) -> Json:
         times: [s], (t,), one at least.
         wrenches: Force and moment [N, N m], (t, 6).
     """
-    found: Json = {}
-    for key, unit, part in (("force", "N", slice(3)), ("moment", "N m", slice(3, 6))):
-        sizes = np.linalg.norm(wrenches[:, part], axis=1)
-        most = int(sizes.argmax())
-        found[f"{name}.{key}_peak"] = {"value": float(sizes[most]), "unit": unit}
-        found[f"{name}.{key}_peak_time"] = {"value": float(times[most]), "unit": "s"}
-    return found
+    json: Json = {}
+    for key, unit, columns in (("force", "N", slice(3)), ("moment", "N m", slice(3, 6))):
+        sizes = np.linalg.norm(wrenches[:, columns], axis=1)
+        peak = int(sizes.argmax())
+        json[f"{name}.{key}_peak"] = {"value": float(sizes[peak]), "unit": unit}
+        json[f"{name}.{key}_peak_time"] = {"value": float(times[peak]), "unit": "s"}
+    return json

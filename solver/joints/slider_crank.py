@@ -69,8 +69,10 @@ class SliderCrank(Marker):
         [s], (t, 3)."""
         along, lateral = self.axes
         centre, pin = np.asarray(self.centre, float), self.crank_pin(times)
-        way = (pin[:, 0] - centre @ lateral) * lateral[axis] + (pin[:, 1] - centre @ along) * along[axis]
-        return np.column_stack([way, pin[:, 2] * lateral[axis] + pin[:, 3] * along[axis], -(self.rate**2) * way])
+        displacement = (pin[:, 0] - centre @ lateral) * lateral[axis] + (pin[:, 1] - centre @ along) * along[axis]
+        return np.column_stack(
+            [displacement, pin[:, 2] * lateral[axis] + pin[:, 3] * along[axis], -(self.rate**2) * displacement]
+        )
 
     def piston_pin(self, time: np.ndarray, lateral: float, lateral_rate: float = 0.0) -> np.ndarray:
         """Return position, velocity and acceleration along of a pin at a lateral coordinate, SI units, (t, 3).

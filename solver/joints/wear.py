@@ -68,9 +68,9 @@ class JournalWear(Archard):
         # Second derivatives per square of the spacing, M_{i-1} + 4 M_i + M_{i+1} = 6 (y_{i-1} − 2 y_i + y_{i+1}).
         wave = 2 * np.cos(2 * np.pi * np.fft.fftfreq(n))
         bend = np.fft.ifft(6 * (wave - 2) / (4 + wave) * np.fft.fft(y)).real
-        at = np.arange(self.cells) * n / self.cells
-        k = at.astype(int)
-        s, after = at - k, (k + 1) % n
+        position = np.arange(self.cells) * n / self.cells
+        k = position.astype(int)
+        s, after = position - k, (k + 1) % n
         r = 1 - s
         curved = (r**3 - r) * bend[k] + (s**3 - s) * bend[after]
         return r * y[k] + s * y[after] + curved / 6

@@ -45,8 +45,8 @@ class HertzContact(ContactLaw):
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> "HertzContact":
-        given = (self.stiffness is not None, self.radius is not None, self.modulus is not None)
-        if given not in ((True, False, False), (False, True, True)):
+        present = (self.stiffness is not None, self.radius is not None, self.modulus is not None)
+        if present not in ((True, False, False), (False, True, True)):
             raise ValueError("give either stiffness, or radius and modulus")
         if self.stiffness is None and self.exponent != 1.5:
             raise ValueError(f"exponent is {self.exponent:g}, it must be 1.5 where radius and modulus are given")

@@ -37,16 +37,27 @@ def loss_of_restitution(restitution: float) -> float:
         raise ValueError(f"restitution is {e:g}, it must be above 0 and at most 1")
     if e == 1:
         return 0.0
-    share, rest = (1 - e) / (1 + e), 2 * e / (1 + e)
+    lost_fraction, complement_fraction = (1 - e) / (1 + e), 2 * e / (1 + e)
 
     def residual(h: float) -> tuple[float, float]:
         langevin, complement, slope = _langevin(h)
         # Whichever is the smaller is known to more digits.
-        return (langevin - share if share < rest else rest - complement), slope
+        return (
+            langevin - lost_fraction if lost_fraction < complement_fraction else complement_fraction - complement
+        ), slope
 
     # h/(3 + h) ≤ L(h) ≤ h/3.
-    lower, upper = 3 * share, 3 * share / rest
-    return 2 * _root(residual, lower, upper, min(upper, share * (3 - share**2) / (rest * (1 + share)))) / (1 + e)
+    lower, upper = 3 * lost_fraction, 3 * lost_fraction / complement_fraction
+    return (
+        2
+        * _root(
+            residual,
+            lower,
+            upper,
+            min(upper, lost_fraction * (3 - lost_fraction**2) / (complement_fraction * (1 + lost_fraction))),
+        )
+        / (1 + e)
+    )
 
 
 def delivered_restitution(loss: float) -> float:
@@ -95,20 +106,20 @@ def _root(residual: Callable[[float], tuple[float, float]], lower: float, upper:
     raise ArithmeticError(f"no root found between {lower} and {upper}")
 
 
-def departure(kind: str, asked: float, loss: Callable[[float], float]) -> str | None:
+def departure(kind: str, restitution: float, loss: Callable[[float], float]) -> str | None:
     """Return one line where a law, with χ [1] = loss(restitution [1]), does not deliver the restitution given."""
-    if _holds(asked, loss):
+    if _holds(restitution, loss):
         return None
-    delivered = delivered_restitution(loss(asked))
-    percent = f" ({100 * (delivered / asked - 1):+.3g} %)" if asked > 0 else ""
+    delivered = delivered_restitution(loss(restitution))
+    percent = f" ({100 * (delivered / restitution - 1):+.3g} %)" if restitution > 0 else ""
     return (
-        f'law "{kind}": restitution {asked:g} given, {delivered:.4g} delivered{percent}; the law is accurate to'
+        f'law "{kind}": restitution {restitution:g} given, {delivered:.4g} delivered{percent}; the law is accurate to'
         f' {100 * TOLERANCE:g} % for {_valid_ranges(loss)}, law "exact" for any'
     )
 
 
-def _holds(asked: float, loss: Callable[[float], float]) -> bool:
-    return abs(delivered_restitution(loss(asked)) - asked) <= TOLERANCE * asked
+def _holds(restitution: float, loss: Callable[[float], float]) -> bool:
+    return abs(delivered_restitution(loss(restitution)) - restitution) <= TOLERANCE * restitution
 
 
 def _valid_ranges(loss: Callable[[float], float]) -> str:
@@ -121,4 +132,4 @@ def _valid_ranges(loss: Callable[[float], float]) -> str:
             ranges[-1][1] = restitution
         else:
             ranges.append([restitution, restitution])
-    return " and ".join(f"{first:g} to {last:g}" for first, last in ranges)
+    return " and ".join(f"{low:g} to {high:g}" for low, high in ranges)

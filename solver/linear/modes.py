@@ -36,10 +36,10 @@ class AssembledModes:
     """Number of real eigenvalues, which are no oscillations and are left out."""
 
 
-def assembled_modes(found: Linearised) -> AssembledModes:
+def assembled_modes(linearised: Linearised) -> AssembledModes:
     """Return the modes of a linearised system."""
-    system = found.system
-    K, C, N = _matrices(found)
+    system = linearised.system
+    K, C, N = _matrices(linearised)
     squared, Phi = linalg.eigh(0.5 * (K + K.T))
     top = float(np.abs(squared).max(initial=0.0))
     still = squared <= STILL * top
@@ -61,22 +61,24 @@ def assembled_modes(found: Linearised) -> AssembledModes:
     with np.errstate(invalid="ignore", divide="ignore"):
         ratios = np.where(np.real(s) != 0, -np.real(s) / np.abs(s), 0.0)
     shares = {name: (np.abs(shapes[:, body.coordinates]) ** 2).sum(axis=1) for name, body in system.bodies.items()}
-    return AssembledModes(np.abs(s) / (2 * np.pi), ratios, shapes, shares, _effective(found, shapes), real)
+    return AssembledModes(np.abs(s) / (2 * np.pi), ratios, shapes, shares, _effective(linearised, shapes), real)
 
 
-def _matrices(found: Linearised) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _matrices(linearised: Linearised) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return stiffness and damping over the motions that constraints leave, (n, n), and these, (m, n)."""
-    system, a = found.system, found.holding
+    system, a = linearised.system, linearised.holding
     K, C = np.diag(system.stiffness), np.diag(system.damping)
-    W = found.rows[a]
-    bare = found.stiffness == 0  # Dampers alone.
-    C = C + (W[bare].T * found.damping[bare]) @ W[bare]
-    moves = ~bare & (np.any(W, axis=1) | np.any(found.residual[:, a, a], axis=0))
-    W, a, stiffness, damping = W[moves], a[moves], found.stiffness[moves], found.damping[moves]
-    R = found.residual[:, a][:, :, a]
+    W = linearised.rows[a]
+    bare = linearised.stiffness == 0  # Dampers alone.
+    C = C + (W[bare].T * linearised.damping[bare]) @ W[bare]
+    moves = ~bare & (np.any(W, axis=1) | np.any(linearised.residual[:, a, a], axis=0))
+    W, a, stiffness, damping = W[moves], a[moves], linearised.stiffness[moves], linearised.damping[moves]
+    R = linearised.residual[:, a][:, :, a]
     T = R.sum(axis=0) + np.diag(1 / stiffness)
     bodies = list(system.bodies.values())
-    beta = np.array([[bodies[b].stiffness_factor if b >= 0 else 0.0 for b in pair] for pair in found.ports.sides[a]])
+    beta = np.array(
+        [[bodies[b].stiffness_factor if b >= 0 else 0.0 for b in pair] for pair in linearised.ports.sides[a]]
+    )
     slower = np.einsum("sij,js->ij", R, beta.reshape(-1, 2))
     with np.errstate(invalid="ignore"):
         slower = slower + np.diag(np.where(np.isfinite(stiffness), damping / stiffness**2, 0.0))
@@ -90,15 +92,19 @@ def _matrices(found: Linearised) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     inverse = (soft / values[yields]) @ soft.T
     K = K + W.T @ inverse @ W
     C = C + W.T @ inverse @ (0.5 * (slower + slower.T)) @ inverse @ W
-    held = firm.T @ W
-    N = linalg.null_space(held / np.linalg.norm(held, axis=1)[:, None]) if len(held) else np.eye(len(K))
+    constraints = firm.T @ W
+    N = (
+        linalg.null_space(constraints / np.linalg.norm(constraints, axis=1)[:, None])
+        if len(constraints)
+        else np.eye(len(K))
+    )
     return N.T @ K @ N, N.T @ C @ N, N
 
 
-def _effective(found: Linearised, shapes: np.ndarray) -> np.ndarray | None:
+def _effective(linearised: Linearised, shapes: np.ndarray) -> np.ndarray | None:
     """Return the effective masses of modes of unit norm [kg], (n, 3)."""
     moved = np.zeros((3, shapes.shape[1]))
-    for body in found.system.bodies.values():
+    for body in linearised.system.bodies.values():
         for axis in range(3):
             moved[axis, body.rigid] = body.rigid_velocity(np.eye(3)[axis], np.zeros(3))
         if len(body.modal.angular_frequencies) and body.modal.participation is not None:

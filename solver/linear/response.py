@@ -17,40 +17,40 @@ most a third above the static one."""
 
 
 def response(
-    found: Linearised, one: Place, others: Sequence[Place], frequencies: np.ndarray, *, loss: float = 0.0
+    linearised: Linearised, driven: Place, others: Sequence[Place], frequencies: np.ndarray, *, loss: float = 0.0
 ) -> np.ndarray:
     """Return the displacements of places per unit force at one, or per its displacement where that is given, (f, n).
 
     Args:
-        one: Where the force acts.
+        driven: Where the force acts.
         frequencies: [Hz], above zero, (f,).
         loss: Structural loss factor η of all elastic bodies [1].
     """
-    W, a = found.rows[found.holding], found.holding
-    own, far = one.row, np.array([place.row for place in others])
-    beta = _delays(found)
+    W, a = linearised.rows[linearised.holding], linearised.holding
+    driven_row, far = driven.row, np.array([p.row for p in others])
+    beta = _delays(linearised)
     answers = np.zeros((len(frequencies), len(others)), complex)
-    for number, frequency in enumerate(frequencies):
+    for i, frequency in enumerate(frequencies):
         s = 2j * np.pi * frequency
-        system = found.system
+        system = linearised.system
         still = 1 / (s * s + system.damping * s + (1 + 1j * loss) * system.stiffness)
         soft = 1 / (1 + 1j * loss + beta * s)  # (2, p)
-        S = found.compliance(s)
+        S = linearised.compliance(s)
         finite = np.isfinite(S)
-        G_aa = (W * still) @ W.T + np.einsum("sij,sj->ij", found.residual[:, a][:, :, a], soft[:, a])
-        G_oa = (far * still) @ W.T + np.array([np.einsum("sj,sj->j", p.residual[:, a], soft[:, a]) for p in others])
-        if one.given:
-            push = np.zeros(len(a), complex)
-            push[np.flatnonzero(a == one.port)[0]] = -1.0
+        G_aa = (W * still) @ W.T + np.einsum("sij,sj->ij", linearised.residual[:, a][:, :, a], soft[:, a])
+        G_oa = (far * still) @ W.T + np.array([np.einsum("sj,sj->j", q.residual[:, a], soft[:, a]) for q in others])
+        if driven.given:
+            port_load = np.zeros(len(a), complex)
+            port_load[np.flatnonzero(a == driven.port)[0]] = -1.0
             direct = np.zeros(len(others), complex)
         else:
-            push = (W * still) @ own
-            direct = (far * still) @ own
-            if one.port >= 0:
-                push = push + np.einsum("si,s->i", found.residual[:, a, one.port], soft[:, one.port])
-                direct = direct + np.array([place.residual[:, one.port] @ soft[:, one.port] for place in others])
-        held = (G_aa + np.diag(np.where(finite, S, 0.0)))[np.ix_(finite, finite)]
-        answers[number] = direct - G_oa[:, finite] @ _solved(held, push[finite])
+            port_load = (W * still) @ driven_row
+            direct = (far * still) @ driven_row
+            if driven.port >= 0:
+                port_load += np.einsum("si,s->i", linearised.residual[:, a, driven.port], soft[:, driven.port])
+                direct = direct + np.array([p.residual[:, driven.port] @ soft[:, driven.port] for p in others])
+        S_ports = (G_aa + np.diag(np.where(finite, S, 0.0)))[np.ix_(finite, finite)]
+        answers[i] = direct - G_oa[:, finite] @ _solved(S_ports, port_load[finite])
     return answers
 
 
@@ -62,14 +62,16 @@ def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return scale * np.linalg.lstsq(matrix * np.outer(scale, scale), scale * right, rcond=1e-13)[0]
 
 
-def _delays(found: Linearised) -> np.ndarray:
+def _delays(linearised: Linearised) -> np.ndarray:
     """Return β of R on both sides of each port [s], (2, p)."""
-    bodies = list(found.system.bodies.values())
-    return np.array([[bodies[b].stiffness_factor if b >= 0 else 0.0 for b in pair] for pair in found.ports.sides]).T
+    bodies = list(linearised.system.bodies.values())
+    return np.array(
+        [[bodies[b].stiffness_factor if b >= 0 else 0.0 for b in pair] for pair in linearised.ports.sides]
+    ).T
 
 
-def band(found: Linearised) -> float:
+def band(linearised: Linearised) -> float:
     """Return the frequency up to which the response has the modes that are left out [Hz]; infinite of rigid bodies."""
-    tops = [float(body.modal.angular_frequencies.max()) for body in found.system.bodies.values()
+    tops = [float(body.modal.angular_frequencies.max()) for body in linearised.system.bodies.values()
             if len(body.modal.angular_frequencies)]  # fmt: skip
     return BAND * min(tops, default=np.inf) / (2 * np.pi)

@@ -72,27 +72,31 @@ def linearised(system: System, closed: Collection[str] = ()) -> Linearised:
     for name in closed:
         if name not in contacts:
             raise SceneError(f"--closed '{name}': {known(name, contacts)}")
-    found, points = list[Holding](), dict[str, int]()
+    holdings, points = list[Holding](), dict[str, int]()
     for contact in system.contacts:
-        own = _closed(system, ports, contact, every=f"contact.{contact.name}" in closed)
-        points[contact.name] = len({port for port, *_ in own} & set(contact_ports(ports, contact).tolist()))
-        found += own
-    rows, residual = ports.rows.dense(), np.stack([one.dense() for one in ports.by_sides])
-    for held, pin in zip(system.driving.joints, system.driving.crank(np.zeros(1))[0], strict=True):
-        here = ports.of(f"joint.{held.name}").start
-        line = held.anchor + rows[here : here + 2] @ system.position - pin[:2]
+        closed_ports = _closed(system, ports, contact, every=f"contact.{contact.name}" in closed)
+        points[contact.name] = len({port for port, *_ in closed_ports} & set(contact_ports(ports, contact).tolist()))
+        holdings += closed_ports
+    rows, residual = ports.rows.dense(), np.stack([s.dense() for s in ports.by_sides])
+    for crank, pin in zip(system.driving.joints, system.driving.crank(np.zeros(1))[0], strict=True):
+        row = ports.of(f"joint.{crank.name}").start
+        line = crank.anchor + rows[row : row + 2] @ system.position - pin[:2]
         line /= np.linalg.norm(line)
-        rows[here] = line @ rows[here : here + 2]
-        residual[:, here] = np.einsum("d,sdj->sj", line, residual[:, here : here + 2])
-        residual[:, :, here] = np.einsum("d,sid->si", line, residual[:, :, here : here + 2])
-        found.append((here, np.inf, 0.0))
-    found += [(int(one), np.inf, 0.0) for one in ports.numbers([f"motion.{d.name}" for d in system.driving.drives])]
+        rows[row] = line @ rows[row : row + 2]
+        residual[:, row] = np.einsum("d,sdj->sj", line, residual[:, row : row + 2])
+        residual[:, :, row] = np.einsum("d,sid->si", line, residual[:, :, row : row + 2])
+        holdings.append((row, np.inf, 0.0))
+    holdings += [
+        (int(number), np.inf, 0.0) for number in ports.numbers([f"motion.{d.name}" for d in system.driving.drives])
+    ]
     springs = ports.numbers([f"force.{name}" for name in system.scene.springs()])
     slopes = system.springs.tension(_elongations(system, ports))[1]
     for port, slope, damper in zip(springs, slopes, system.springs.damping, strict=True):
         if slope > 0 or damper > 0:
-            found.append((int(port), float(slope), float(damper)))
-    numbers, stiffness, damping = (np.array(part) for part in zip(*found, strict=True)) if found else np.zeros((3, 0))
+            holdings.append((int(port), float(slope), float(damper)))
+    numbers, stiffness, damping = (
+        (np.array(column) for column in zip(*holdings, strict=True)) if holdings else np.zeros((3, 0))
+    )
     return Linearised(
         system, ports, numbers.astype(np.int64), rows=rows, residual=residual, stiffness=stiffness, damping=damping,
         closed=points,
@@ -105,9 +109,9 @@ Holding = tuple[int, float, float]
 
 def _closed(system: System, ports: Ports, contact: ContactRows, *, every: bool) -> list[Holding]:
     """Return the ports of the closed points of a contact: those that press, or every one."""
-    found, normals = list[Holding](), contact_ports(ports, contact)
-    last = ports.of(f"contact.{contact.name}").stop
-    each = (last - int(normals[0])) // len(normals)
+    holdings, normals = list[Holding](), contact_ports(ports, contact)
+    stop = ports.of(f"contact.{contact.name}").stop
+    each = (stop - int(normals[0])) // len(normals)
     beside: Collection[int] = ()
     if contact.master is not None:
         beside = np.flatnonzero(contact.master.weights(system.slid(contact, system.position))[2])
@@ -116,8 +120,8 @@ def _closed(system: System, ports: Ports, contact: ContactRows, *, every: bool) 
         if row - contact.rows.start not in beside and (every or force > 0):
             tangent = _tangent(system, row, force, contact.name)
             damper = float(system.law[row, 3]) if np.isfinite(tangent) else 0.0
-            found += [(int(normal), tangent, damper)] + [(int(normal) + b, np.inf, 0.0) for b in range(1, each)]
-    return found
+            holdings += [(int(normal), tangent, damper)] + [(int(normal) + b, np.inf, 0.0) for b in range(1, each)]
+    return holdings
 
 
 def _tangent(system: System, row: int, force: float, name: str) -> float:
@@ -161,7 +165,7 @@ class Place:
     """Of a gauge, its own; empty where a displacement is read."""
 
 
-def places(found: Linearised, name: str, key: str) -> list[Place]:
+def places(state: Linearised, name: str, key: str) -> list[Place]:
     """Return the places of `contact.NAME`, `joint.NAME`, `force.NAME`, `motion.NAME`, `probe.NAME` or
     `gauge.BODY.NAME`, one a row; of a joint that holds a body its force and moment.
 
@@ -170,23 +174,23 @@ def places(found: Linearised, name: str, key: str) -> list[Place]:
     Raises:
         SceneError: there is none, beginning with the option `key`.
     """
-    base, _, number = name.partition("[")
-    rows = _all_places(found, name, base, key)
+    base, _, index = name.partition("[")
+    rows = _all_places(state, name, base, key)
     if len(rows) == 1:
         rows = [replace(rows[0], label=base)]
-    if not number:
+    if not index:
         return rows
-    text = number.removesuffix("]")
+    text = index.removesuffix("]")
     if not text.isdigit() or not 1 <= int(text) <= len(rows):
         raise SceneError(f"{key} '{name}': {base} has rows 1 to {len(rows)}")
     return [rows[int(text) - 1]]
 
 
-def _all_places(found: Linearised, name: str, base: str, key: str) -> list[Place]:
+def _all_places(state: Linearised, name: str, base: str, key: str) -> list[Place]:
     """Return all rows of a place, named without the number of one; see `places` for what is raised."""
-    system, ports = found.system, found.ports
-    read = {f"probe.{n}": n for n, one in system.scene.probe.items()
-            if isinstance(one, PointProbe) and one.kind in ("displacement", "rotation")}  # fmt: skip
+    system, ports = state.system, state.ports
+    read = {f"probe.{n}": n for n, p in system.scene.probe.items()
+            if isinstance(p, PointProbe) and p.kind in ("displacement", "rotation")}  # fmt: skip
     gauges = {read_as(name): name for name in system.gauges}
     able = [block.name for block in ports.blocks if block.kind != Kind.SURFACE] + list(read) + list(gauges)
     if base not in able:
@@ -198,33 +202,33 @@ def _all_places(found: Linearised, name: str, base: str, key: str) -> list[Place
             )
         raise SceneError(f"{key} '{name}': {known(base, able)}")
     if base in gauges:
-        return gauge_places(found, gauges[base])
+        return gauge_places(state, gauges[base])
     if base in read:
-        here, through = system.probes.places[system.probes.names.index(read[base])], probe_ports(system, ports)
+        span, through = system.probes.places[system.probes.names.index(read[base])], probe_ports(system, ports)
         return [Place(f"{base}[{b + 1}]", system.probes.rows[i], np.stack([through[i], 0 * through[i]]), -1)
-                for b, i in enumerate(range(here.start, here.stop))]  # fmt: skip
-    here = ports.of(base)
-    stop = here.start + 1 if base.startswith("joint.") else here.stop
-    return [Place(f"{base}[{b + 1}]", found.rows[i], found.residual[:, i], i, base.startswith("motion."))
-            for b, i in enumerate(range(here.start, stop))]  # fmt: skip
+                for b, i in enumerate(range(span.start, span.stop))]  # fmt: skip
+    span = ports.of(base)
+    stop = span.start + 1 if base.startswith("joint.") else span.stop
+    return [Place(f"{base}[{b + 1}]", state.rows[i], state.residual[:, i], i, base.startswith("motion."))
+            for b, i in enumerate(range(span.start, stop))]  # fmt: skip
 
 
 def read_as(gauge: str) -> str:
     """Return the name by which a gauge, `BODY.NAME`, is read: `gauge.BODY.NAME`, or that of a joint."""
-    _, _, own = gauge.partition(".")
-    return own if own.startswith(HELD) else f"gauge.{gauge}"
+    _, _, label = gauge.partition(".")
+    return label if label.startswith(HELD) else f"gauge.{gauge}"
 
 
-def gauge_places(found: Linearised, gauge: str) -> list[Place]:
+def gauge_places(state: Linearised, gauge: str) -> list[Place]:
     """Return the values of a gauge, `BODY.NAME`, as places where nothing acts; of a joint that holds a body six."""
-    system, body, name = found.system, *gauge.split(".", 1)
-    numbers = [i for i, one in enumerate(system.gauges) if one == gauge]
-    through, unit = gauge_ports(system, found.ports)[numbers], system.bodies[body].modal.gauges[name].unit
-    labels, parts = [f"{read_as(gauge)}[{b + 1}]" for b in range(len(numbers))], unit.split(", ")
-    units = [parts[b * len(parts) // len(numbers)] for b in range(len(numbers))]
+    system, body, name = state.system, *gauge.split(".", 1)
+    numbers = [i for i, g in enumerate(system.gauges) if g == gauge]
+    through, unit = gauge_ports(system, state.ports)[numbers], system.bodies[body].modal.gauges[name].unit
+    labels, unit_names = [f"{read_as(gauge)}[{b + 1}]" for b in range(len(numbers))], unit.split(", ")
+    units = [unit_names[b * len(unit_names) // len(numbers)] for b in range(len(numbers))]
     return [
-        Place(label, system.gauge_rows[i], np.stack([line, 0 * line]), -1, unit=one)
-        for label, i, line, one in zip(labels, numbers, through, units, strict=True)
+        Place(label, system.gauge_rows[i], np.stack([line, 0 * line]), -1, unit=unit)
+        for label, i, line, unit in zip(labels, numbers, through, units, strict=True)
     ]
 
 

@@ -21,36 +21,36 @@ SMALLEST = 1e-13
 """Singular value over the largest one below which ports hold the same twice."""
 
 
-def static_response(found: Linearised, forces: Sequence[Place], others: Sequence[Place]) -> np.ndarray:
+def static_response(linearised: Linearised, forces: Sequence[Place], others: Sequence[Place]) -> np.ndarray:
     """Return what is read at places per unit force at others, (n, k).
 
     Raises:
         SceneError: a force moves a body that nothing holds.
     """
-    a = found.holding[np.isfinite(found.compliance(0.0))]
-    S = found.compliance(0.0)[np.isfinite(found.compliance(0.0))]
-    system, at = found.system, np.array([place.port for place in forces])
+    a = linearised.holding[np.isfinite(linearised.compliance(0.0))]
+    S = linearised.compliance(0.0)[np.isfinite(linearised.compliance(0.0))]
+    system, force_ports = linearised.system, np.array([force.port for force in forces])
     rigid, elastic = system.rigid, np.setdiff1d(np.arange(len(system.stiffness)), system.rigid)
     soft = 1 / system.stiffness[elastic]
-    R = found.residual.sum(axis=0)
-    W, pushed = found.rows[a], found.rows[at]
+    R = linearised.residual.sum(axis=0)
+    W, force_rows = linearised.rows[a], linearised.rows[force_ports]
     C = (W[:, elastic] * soft) @ W[:, elastic].T + R[np.ix_(a, a)] + np.diag(S)
-    apart = (W[:, elastic] * soft) @ pushed[:, elastic].T + R[np.ix_(a, at)]
-    f, moved = _held(found, 0.5 * (C + C.T), W[:, rigid], apart, pushed[:, rigid], forces)
+    displacement = (W[:, elastic] * soft) @ force_rows[:, elastic].T + R[np.ix_(a, force_ports)]
+    f, moved = _held(linearised, 0.5 * (C + C.T), W[:, rigid], displacement, force_rows[:, rigid], forces)
     answers = np.zeros((len(others), len(forces)))
-    for number, place in enumerate(others):
-        near, line = place.residual.sum(axis=0), place.row
-        answers[number] = (line[elastic] * soft) @ (W[:, elastic].T @ f + pushed[:, elastic].T)
-        answers[number] += line[rigid] @ moved + near[a] @ f + near[at]
+    for i, p in enumerate(others):
+        R_place, line = p.residual.sum(axis=0), p.row
+        answers[i] = (line[elastic] * soft) @ (W[:, elastic].T @ f + force_rows[:, elastic].T)
+        answers[i] += line[rigid] @ moved + R_place[a] @ f + R_place[force_ports]
     return answers
 
 
 def _held(
-    found: Linearised,
+    linearised: Linearised,
     C: np.ndarray,
     rows: np.ndarray,
-    apart: np.ndarray,
-    pushed: np.ndarray,
+    displacement: np.ndarray,
+    force_rows: np.ndarray,
     forces: Sequence[Place],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the forces of the ports (a, k) and the rigid motions (r, k) under unit forces at others.
@@ -58,8 +58,8 @@ def _held(
     Args:
         C: Compliance of the ports, (a, a).
         rows: Of the ports over the rigid coordinates, (a, r).
-        apart: Displacement of the ports by each force, (a, k).
-        pushed: Rows of the forces over the rigid coordinates, (k, r).
+        displacement: Displacement of the ports by each force, (a, k).
+        force_rows: Rows of the forces over the rigid coordinates, (k, r).
         forces: Their places, for messages.
     """
     count, free = rows.shape
@@ -70,16 +70,16 @@ def _held(
     motion = np.linalg.norm(scaled, axis=0)
     motion = 1 / np.where(motion > 0, motion, 1.0)
     matrix = np.block([[C * np.outer(size, size), scaled * motion], [(scaled * motion).T, np.zeros((free, free))]])
-    right = -np.vstack([apart * size[:, None], pushed.T * motion[:, None]])
+    right = -np.vstack([displacement * size[:, None], force_rows.T * motion[:, None]])
     answer = np.linalg.lstsq(matrix, right, rcond=SMALLEST)[0] if len(matrix) else right
-    left = np.abs(matrix @ answer - right)[count:].max(axis=0, initial=0.0)
-    given = np.abs(right[count:]).max(axis=0, initial=0.0)
-    for number in np.flatnonzero(left > BALANCED * np.maximum(given, np.finfo(float).tiny)):
-        moving = np.abs((matrix @ answer - right)[count:, number])
-        owner = int(found.system.rigid[int(moving.argmax())])
-        body = next(n for n, b in found.system.bodies.items() if b.coordinates.start <= owner < b.coordinates.stop)
+    residual = np.abs(matrix @ answer - right)[count:].max(axis=0, initial=0.0)
+    magnitude = np.abs(right[count:]).max(axis=0, initial=0.0)
+    for i in np.flatnonzero(residual > BALANCED * np.maximum(magnitude, np.finfo(float).tiny)):
+        moving = np.abs((matrix @ answer - right)[count:, i])
+        owner = int(linearised.system.rigid[int(moving.argmax())])
+        body = next(n for n, b in linearised.system.bodies.items() if b.coordinates.start <= owner < b.coordinates.stop)
         raise SceneError(
-            f"--static: {forces[int(number)].label} moves body '{body}', which nothing holds; add supports, a motion,"
+            f"--static: {forces[int(i)].label} moves body '{body}', which nothing holds; add supports, a motion,"
             " springs or bushings"
         )
     return answer[:count] * size[:, None], answer[count:] * motion[:, None]

@@ -10,8 +10,8 @@ LIMITS = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.
 
 def total_memory() -> int:
     """Return the memory of this machine, or of the container that this process is in [bytes]."""
-    found = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    size = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     for limit in LIMITS:
         with contextlib.suppress(OSError, ValueError):
-            found = min(found, int(limit.read_text()))
-    return found
+            size = min(size, int(limit.read_text()))
+    return size

@@ -41,7 +41,7 @@ class Plane(Strict):
 
     @model_validator(mode="after")
     def _ends(self) -> "Plane":
-        if any(unit(self.normal) @ unit(one.normal) > PARALLEL for one in self.edges):
+        if any(unit(self.normal) @ unit(e.normal) > PARALLEL for e in self.edges):
             raise ValueError("edges: a plane parallel to the face cannot end it")
         return self
 
@@ -58,7 +58,7 @@ class Plane(Strict):
 
     def leads(self, points: np.ndarray) -> np.ndarray:
         """Return by how much the gap of points, (c, 3), exceeds that to each of e edges [m], (c, e)."""
-        gaps = [(points - np.asarray(one.point)) @ unit(one.normal) for one in self.edges]
+        gaps = [(points - np.asarray(e.point)) @ unit(e.normal) for e in self.edges]
         return self.gap(points)[:, None] - np.array(gaps).reshape(len(gaps), len(points)).T
 
     def beside(self, points: np.ndarray) -> np.ndarray:

@@ -22,36 +22,36 @@ MOST_ROUNDS = 100
 
 
 def cannot_balance(
-    rows: np.ndarray, pull: np.ndarray, normals: np.ndarray, cones: tuple[np.ndarray, np.ndarray], both: np.ndarray
+    rows: np.ndarray, load: np.ndarray, normals: np.ndarray, cones: tuple[np.ndarray, np.ndarray], both: np.ndarray
 ) -> bool:
     """Return whether no forces of ports balance loads on rigid motions.
 
     Args:
         rows: W_r, (n, r).
-        pull: f, (r,).
+        load: f, (r,).
         normals: Numbers of ports whose forces only press; points in reach that may never touch do no harm, (p,).
         cones: Those of the normals with friction, (k,), whose tangents follow them, and their coefficients, (k,).
         both: Ports with forces of either sign, (b,).
     """
     numbers, friction = cones
     size = np.linalg.norm(rows, axis=0)
-    if not len(pull) or not np.any(pull) or not (size > 0).all():
+    if not len(load) or not np.any(load) or not (size > 0).all():
         return False
-    W, f = rows / size, pull / size
+    W, f = rows / size, load / size
     N, T = W[numbers], np.stack([W[numbers + 1], W[numbers + 2]], axis=1)
     edges = np.vstack([W[normals], W[both], -W[both]])
     for _ in range(MOST_ROUNDS):
         edges = edges[np.any(edges, axis=1)]
         forces, r = _least(edges, f)
-        left = float(np.linalg.norm(r))
-        if left <= BALANCED * float(np.linalg.norm(f)):
+        residual = float(np.linalg.norm(r))
+        if residual <= BALANCED * float(np.linalg.norm(f)):
             return False
         along = T @ r
         length = np.linalg.norm(along, axis=1)
         unit = along / np.maximum(length, np.finfo(float).tiny)[:, None]
         tried = N - friction[:, None] * np.einsum("kd,kdr->kr", unit, T)
         work = tried @ r
-        helps = work < -OPPOSED * left * np.linalg.norm(tried, axis=1)
+        helps = work < -OPPOSED * residual * np.linalg.norm(tried, axis=1)
         if not helps.any():
             return True
         edges = np.vstack([edges[forces > 0], W[normals], W[both], -W[both], tried[helps]])

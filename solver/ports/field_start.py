@@ -57,11 +57,11 @@ class _Fields:
     def loaded(self, forces: np.ndarray, notes: list[str] | None) -> System:
         """Return the system in equilibrium with forces along the motions of the poses (n,) as given loads."""
         base, driving = self.base, self.base.driving
-        given = self.ends.T @ forces
-        acting, loads = driving.rows.T @ given, base.loads + given
+        applied = self.ends.T @ forces
+        acting, loads = driving.rows.T @ applied, base.loads + applied
         position = base.position + self.held.flexibility * acting
         if self.held.any:
-            through = driving.residual[self.held.places] @ given
+            through = driving.residual[self.held.places] @ applied
             moved, d = self.held.answer(
                 self.held.rows @ (self.held.flexibility * acting) + through, acting[self.held.rigid]
             )
@@ -73,32 +73,32 @@ class _Fields:
         """Return the poses in a state, (f, 6), and C there [m/N], (n, n)."""
         ports = with_surfaces(system, ports_of(system), system.position)
         unknown, R = start_unknowns(system, ports), ports.residual.dense()
-        at = np.zeros((len(self.motions), len(ports.offset)))
-        at[:, self.places[self.places >= 0]] = self.ends[:, self.places >= 0]
+        E = np.zeros((len(self.motions), len(ports.offset)))
+        E[:, self.places[self.places >= 0]] = self.ends[:, self.places >= 0]
         displacement = ports.offset + ports.rows @ system.position + R @ unknown
         poses = self.poses.copy()
-        poses[tuple(self.motions.T)] += at @ displacement
+        poses[tuple(self.motions.T)] += E @ displacement
         elastic = system.stiffness > 0
         W = ports.rows.dense()[:, elastic]
         C, resists = (W / system.stiffness[elastic]) @ W.T + R, _resisting(system, ports, unknown)
         numbers = np.flatnonzero(np.isfinite(resists))
-        across = C[numbers] @ at.T
-        own = C[np.ix_(numbers, numbers)] + np.diag(resists[numbers])
-        taken = at @ C[:, numbers] @ np.linalg.lstsq(own, across, rcond=1e-12)[0] if len(numbers) else 0.0
-        return poses, at @ C @ at.T - taken
+        across = C[numbers] @ E.T
+        C_resisting = C[np.ix_(numbers, numbers)] + np.diag(resists[numbers])
+        taken = E @ C[:, numbers] @ np.linalg.lstsq(C_resisting, across, rcond=1e-12)[0] if len(numbers) else 0.0
+        return poses, E @ C @ E.T - taken
 
     def pulled(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the forces of the fields at poses, (n,), and G″, (n, n); None where a pose is outside of its field."""
         energies, n = self.base.fields.energies, len(self.motions)
         forces, slope = np.zeros(n), np.zeros((n, n))
         for i, pose in enumerate(poses):
-            found = values(energies, i, pose[None])[0]
-            if found[LEFT]:
+            result = values(energies, i, pose[None])[0]
+            if result[LEFT]:
                 return None
-            here = np.flatnonzero(self.motions[:, 0] == i)
-            axes = self.motions[here, 1]
-            forces[here] = found[1:7][axes]
-            slope[np.ix_(here, here)] = stiffness(energies, i, pose)[np.ix_(axes, axes)]
+            rows = np.flatnonzero(self.motions[:, 0] == i)
+            axes = self.motions[rows, 1]
+            forces[rows] = result[1:7][axes]
+            slope[np.ix_(rows, rows)] = stiffness(energies, i, pose)[np.ix_(axes, axes)]
         return (forces, slope) if np.isfinite(slope).all() else None
 
 
@@ -134,17 +134,21 @@ def in_fields(system: System, settle: Settle, notes: list[str] | None) -> System
 def _fields(system: System, settle: Settle) -> _Fields:
     """Return the fields of a system and the state without them."""
     driving, names = system.driving, system.fields.names
-    held = held_statics(driving, system.stiffness, system.rigid, deforms=True)
+    statics = held_statics(driving, system.stiffness, system.rigid, deforms=True)
     position = np.zeros(len(system.position))
     loads = driving.begin(system.bodies, position, system.velocity.copy(), deformed=True)
-    begin_driven(driving, held, position, loads)
+    begin_driven(driving, statics, position, loads)
     none = np.zeros_like
     base = replace(
         system, position=position, loads=loads, start_forces=none(system.start_forces),
         start_pulls=none(system.start_pulls), start_friction=none(system.start_friction),
         start_stretch=none(system.start_stretch),
     )  # fmt: skip
-    rows = [(load.name, at.start + k) for load, at in driving.given_rows() for k in range(at.stop - at.start)]
+    rows = [
+        (load.name, load_rows.start + k)
+        for load, load_rows in driving.given_rows()
+        for k in range(load_rows.stop - load_rows.start)
+    ]
     acts, numbers = field_loads(names, [name for name, _ in rows]), np.array([row for _, row in rows], int)
     motions = np.argwhere(acts[:, 0] >= 0)
     ends = np.zeros((len(motions), len(loads)))
@@ -152,11 +156,11 @@ def _fields(system: System, settle: Settle) -> _Fields:
         for side, sign in ((0, 1.0), (1, -1.0)):
             if acts[i, side, axis] >= 0:
                 ends[n, numbers[acts[i, side, axis]]] = sign
-    places = np.full(len(loads), -1)
-    places[numbers] = ports_of(system).numbers([f"force.{load.name}" for load in driving.given])
+    ports = np.full(len(loads), -1)
+    ports[numbers] = ports_of(system).numbers([f"force.{load.name}" for load in driving.given])
     forces = system.scene.fields() | system.scene.electrodes()
     poses = np.array([start_pose(forces[name]) for name in names])
-    return _Fields(base, held, settle, poses=poses, motions=motions, ends=ends, places=places)
+    return _Fields(base, statics, settle, poses=poses, motions=motions, ends=ends, places=ports)
 
 
 def _followed(fields: _Fields) -> tuple[np.ndarray | None, float, float]:
@@ -175,7 +179,7 @@ def _followed(fields: _Fields) -> tuple[np.ndarray | None, float, float]:
             return forces, reached, largest
 
 
-def _newton(fields: _Fields, forces: np.ndarray, share: float) -> tuple[np.ndarray, float] | None:
+def _newton(fields: _Fields, forces: np.ndarray, s: float) -> tuple[np.ndarray, float] | None:
     """Return the forces of the equilibrium at s = share, (n,), and the largest eigenvalue of s G″ C; None without one.
 
     From smaller forces each step stays below those of the stable branch, whose tangent is definite.
@@ -187,14 +191,14 @@ def _newton(fields: _Fields, forces: np.ndarray, share: float) -> tuple[np.ndarr
         except SceneError:  # Contacts that the forces press together have no equilibrium without friction.
             return None
         poses, compliance = fields.moved(system)
-        found = fields.pulled(poses)
-        if found is None:
+        result = fields.pulled(poses)
+        if result is None:
             return None
-        pull, slope = share * found[0], share * found[1]
+        load, slope = s * result[0], s * result[1]
         largest = _largest(slope, compliance)
         if largest >= 1.0:
             return None
-        change = np.linalg.solve(np.eye(len(forces)) - slope @ compliance, pull - forces)
+        change = np.linalg.solve(np.eye(len(forces)) - slope @ compliance, load - forces)
         forces = forces + change
         for kind in (turns, ~turns):
             biggest[kind] = np.abs(forces[kind]).max(initial=0.0)
@@ -212,28 +216,28 @@ def _largest(slope: np.ndarray, compliance: np.ndarray) -> float:
 
 def _resisting(system: System, ports: Ports, unknown: np.ndarray) -> np.ndarray:
     """Return the compliance of what resists a motion of each port besides its bodies [m/N], (p,); ∞ of those free."""
-    found = np.full(len(ports.offset), np.inf)
-    found[ports.kind == Kind.DRIVEN] = 0.0
+    compliance = np.full(len(ports.offset), np.inf)
+    compliance[ports.kind == Kind.DRIVEN] = 0.0
     for name in system.scene.springs():
-        here, own = ports.of(f"force.{name}"), system.springs.of(name)
+        span, rows = ports.of(f"force.{name}"), system.springs.of(name)
         displacement = ports.offset + ports.rows @ system.position + ports.residual @ unknown
         elongation = np.zeros(len(system.springs.stiffness))
-        elongation[own] = displacement[here]
-        slope = system.springs.tension(elongation)[1][own]
-        found[here][slope > 0] = 1 / slope[slope > 0]
+        elongation[rows] = displacement[span]
+        slope = system.springs.tension(elongation)[1][rows]
+        compliance[span][slope > 0] = 1 / slope[slope > 0]
     for contact in system.contacts:
-        here = ports.of(f"contact.{contact.name}")
-        each = (here.stop - here.start) // len(contact.points)
-        pressed, law, layer = (one[contact.rows] for one in (system.start_forces, system.law, system.layer))
-        closed = pressed > 0
+        span = ports.of(f"contact.{contact.name}")
+        each = (span.stop - span.start) // len(contact.points)
+        forces, law, layer = (a[contact.rows] for a in (system.start_forces, system.law, system.layer))
+        closed = forces > 0
         yields = layer.copy()
         smooth = closed & (law[:, 0] > 0) & (layer == 0)
         K, n = law[smooth, :2].T
-        yields[smooth] = (pressed[smooth] / K) ** (1 / n) / (n * pressed[smooth])
-        numbers = here.start + each * np.flatnonzero(closed)
-        found[numbers] = yields[closed]
+        yields[smooth] = (forces[smooth] / K) ** (1 / n) / (n * forces[smooth])
+        numbers = span.start + each * np.flatnonzero(closed)
+        compliance[numbers] = yields[closed]
         if each > 1:
             stuck = closed & system.start_stretch[contact.rows].any(axis=1)
             for b in (1, 2):
-                found[here.start + each * np.flatnonzero(stuck) + b] = 0.0
-    return found
+                compliance[span.start + each * np.flatnonzero(stuck) + b] = 0.0
+    return compliance

@@ -44,8 +44,8 @@ def port_rows(scene: Scene, counts: Counts) -> list[PortRow]:
 def _contacts(scene: Scene, counts: Counts) -> Iterator[PortRow]:
     for name, contact in scene.contact.items():
         kind, points = contact_kind(contact), counts(contact.body, contact.interface)
-        other, slides = scene.others().get(name), name in scene.masters()
-        bodies = (contact.body, *((other.body,) if other is not None else ()))
+        partner, slides = scene.others().get(name), name in scene.masters()
+        bodies = (contact.body, *((partner.body,) if partner is not None else ()))
         count = None if points is None else points * BLOCK.get(kind, 1)
         word = WORDS[kind] + (", rigid" if METHODS[contact.method].rigid else "")
         yield PortRow(
@@ -66,15 +66,15 @@ def _joints(scene: Scene) -> Iterator[PortRow]:
         turns = scene.capabilities.turns
         count, rows = (1, "moving") if turns else (BLOCK[Kind.BILATERAL], "constant")
         yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], count, (crank.body,), rows)
-    held = scene.held()
+    holding = scene.held()
     for name, joint in scene.joint.items():
         if isinstance(joint, Gear | Driven):
-            held = [scene.hinges()[one] for one in joint.joints]
-            bodies = tuple(dict.fromkeys(one for h in held for one in (h.body, h.against) if one is not None))
+            hinges = [scene.hinges()[j] for j in joint.joints]
+            bodies = tuple(dict.fromkeys(b for h in hinges for b in (h.body, h.against) if b is not None))
             yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], 1, bodies, "moving")
         elif isinstance(joint, Marked):
             bodies = (joint.body, *((joint.against,) if joint.against is not None else ()))
-            rows = "constant" if name in held else "moving"
+            rows = "constant" if name in holding else "moving"
             yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], joint.row_count, bodies, rows)
 
 
@@ -101,8 +101,8 @@ def _forces(scene: Scene, counts: Counts) -> Iterator[PortRow]:
 
 def _readers(scene: Scene) -> Iterator[PortRow]:
     for name, probe in scene.probe.items():
-        known: dict[str, Any] = dict(probe)
-        bodies = tuple(known[key] for key in ("body", "against") if known.get(key))
+        settings: dict[str, Any] = dict(probe)
+        bodies = tuple(settings[key] for key in ("body", "against") if settings.get(key))
         yield PortRow(f"probe.{name}", "read", None, bodies, "constant")
     for name, body in scene.body.items():
         if body.gauges:

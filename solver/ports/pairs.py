@@ -51,10 +51,10 @@ class Pairs:
     @property
     def size(self) -> int:
         """Number of values of a table."""
-        return sum(len(own) * len(self.columns[number]) for number, own in enumerate(self.groups))
+        return sum(len(g) * len(self.columns[i]) for i, g in enumerate(self.groups))
 
     def _of(self, number: int) -> list[range]:
-        return [self.groups[other] for other in self.near[number]]
+        return [self.groups[j] for j in self.near[number]]
 
     def blocks(self, table: np.ndarray) -> Iterator[tuple[range, np.ndarray, np.ndarray]]:
         """Yield ports, columns and values of each group, (…, n, columns); values are those of the table."""
@@ -67,41 +67,41 @@ class Pairs:
     def made(self, block: Callable[[range, np.ndarray], np.ndarray]) -> np.ndarray:
         """Return the table whose blocks a function gives for ports and columns."""
         table = np.zeros(self.size)
-        for own, columns, values in self.blocks(table):
-            values[:] = block(own, columns)
+        for ports, columns, values in self.blocks(table):
+            values[:] = block(ports, columns)
         return table
 
     def held(self, matrix: np.ndarray) -> np.ndarray:
         """Return the table of a matrix, (…, p, p)."""
-        parts = [matrix[..., own.start : own.stop, columns].reshape(*matrix.shape[:-2], -1)
-                 for own, columns in zip(self.groups, self.columns, strict=True)]  # fmt: skip
-        return np.ascontiguousarray(np.concatenate([np.zeros((*matrix.shape[:-2], 0)), *parts], axis=-1))
+        blocks = [matrix[..., group.start : group.stop, columns].reshape(*matrix.shape[:-2], -1)
+                 for group, columns in zip(self.groups, self.columns, strict=True)]  # fmt: skip
+        return np.ascontiguousarray(np.concatenate([np.zeros((*matrix.shape[:-2], 0)), *blocks], axis=-1))
 
     def matrix(self, table: np.ndarray) -> Blocks:
         """Return the matrix of a table, (p, p), over its values."""
         p = self.groups[-1].stop if self.groups else 0
-        return Blocks((p, p), [(slice(own.start, own.stop), columns, values)
-                               for own, columns, values in self.blocks(table)])  # fmt: skip
+        return Blocks((p, p), [(slice(ports.start, ports.stop), columns, values)
+                               for ports, columns, values in self.blocks(table)])  # fmt: skip
 
     def turned(self, table: np.ndarray) -> np.ndarray:
         """Return the transposed table."""
-        found, values = np.zeros(self.size), [one for *_, one in self.blocks(table)]
-        for number, (_, columns, out) in enumerate(self.blocks(found)):
-            for other in self.near[number]:
-                there, here = self.groups[other], self.groups[number]
-                low, back = np.searchsorted(columns, there.start), np.searchsorted(self.columns[other], here.start)
-                out[:, low : low + len(there)] = values[other][:, back : back + len(here)].T
-        return found
+        transposed, values = np.zeros(self.size), [v for *_, v in self.blocks(table)]
+        for i, (_, columns, out) in enumerate(self.blocks(transposed)):
+            for j in self.near[i]:
+                there, columns_i = self.groups[j], self.groups[i]
+                low, back = np.searchsorted(columns, there.start), np.searchsorted(self.columns[j], columns_i.start)
+                out[:, low : low + len(there)] = values[j][:, back : back + len(columns_i)].T
+        return transposed
 
     def mutual(self, table: np.ndarray, some: np.ndarray) -> bool:
         """Return whether what some ports, (p,) of bool, do to each other is the same both ways, to round-off."""
         scale = np.sqrt(np.abs(self.matrix(table).diagonal()))
-        for (own, columns, values), (*_, other) in zip(
+        for (ports, columns, values), (*_, transposed) in zip(
             self.blocks(table), self.blocks(self.turned(table)), strict=True
         ):
-            here = slice(own.start, own.stop)
-            same = np.abs(values - other) <= ROUND_OFF * np.outer(scale[here], scale[columns])
-            if not same[np.ix_(some[here], some[columns])].all():
+            span = slice(ports.start, ports.stop)
+            same = np.abs(values - transposed) <= ROUND_OFF * np.outer(scale[span], scale[columns])
+            if not same[np.ix_(some[span], some[columns])].all():
                 return False
         return True
 
@@ -117,13 +117,13 @@ def coupled_ports(sides: np.ndarray, *, all_couple: bool = False) -> Pairs:
     if not p:
         return Pairs([], [])
     begins = [0, *(np.flatnonzero((sides[1:] != sides[:-1]).any(axis=1)) + 1).tolist(), p]
-    groups = [range(first, last) for first, last in pairwise(begins)]
+    groups = [range(start, stop) for start, stop in pairwise(begins)]
     if all_couple:
         return Pairs(groups, [list(range(len(groups)))] * len(groups))
-    bodies = [{int(one) for one in sides[own.start] if one >= 0} for own in groups]
+    bodies = [{int(s) for s in sides[g.start] if s >= 0} for g in groups]
     on = dict[int, set[int]]()
-    for number, own in enumerate(bodies):
-        for body in own:
-            on.setdefault(body, set()).add(number)
-    return Pairs(groups, [sorted(set().union({number}, *(on[body] for body in own))) for number, own in
+    for group, bodies_i in enumerate(bodies):
+        for body in bodies_i:
+            on.setdefault(body, set()).add(group)
+    return Pairs(groups, [sorted(set().union({i}, *(on[body] for body in bodies_i))) for i, bodies_i in
                           enumerate(bodies)])  # fmt: skip

@@ -106,7 +106,7 @@ def _resting(system: System, notes: list[str] | None) -> System:
             break
     refuse_overlaps(system, said)
     if notes is not None:
-        notes += [f"{one}; the run starts as placed" for one in said]
+        notes += [f"{reason}; the run starts as placed" for reason in said]
     return placed if system is opened else replace(system, gap=placed.gap)
 
 
@@ -122,11 +122,11 @@ def _balanced_groups(opened: System, ports: Ports, reasons: list[str]) -> System
         if statics is None:
             continue
         slides = _slides(statics, statics.friction[:, 0])
-        found = None if slides else _balanced(statics, _guess(system, ports, statics))
-        if found is not None:
-            system = _placed(system, ports, bodies, statics, found)
+        equilibrium = None if slides else _balanced(statics, _guess(system, ports, statics))
+        if equilibrium is not None:
+            system = _placed(system, ports, bodies, statics, equilibrium)
             continue
-        names, rubs = " and ".join(name for at, name in enumerate(system.bodies) if at in bodies), len(statics.cones)
+        names, rubs = " and ".join(name for i, name in enumerate(system.bodies) if i in bodies), len(statics.cones)
         lack = f"no static equilibrium{' with friction' if rubs else ''} was found"
         if slides:
             within = " within the friction" if rubs else ""
@@ -146,75 +146,76 @@ def _slides(statics: _Statics, friction: np.ndarray) -> bool:
 def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None:
     """Return the statics of some bodies; None where a contact among them has no compliance, nothing holds them, or no
     load presses them on contacts without friction."""
-    inside = (np.isin(ports.sides, bodies) | (ports.sides < 0)).all(axis=1) & (ports.sides >= 0).any(axis=1)
-    here = np.flatnonzero(inside & np.isin(ports.kind, [*CONTACTS, Kind.SPRING, Kind.DRIVEN]))
-    place = np.full(len(ports.offset), -1)
-    place[here] = np.arange(len(here))
-    parts = [list(system.bodies.values())[at] for at in bodies]
-    elastic = np.concatenate([np.arange(part.elastic.start, part.elastic.stop) for part in parts])
-    rigid = np.concatenate([np.arange(part.rigid.start, part.rigid.stop) for part in parts])
+    among = (np.isin(ports.sides, bodies) | (ports.sides < 0)).all(axis=1) & (ports.sides >= 0).any(axis=1)
+    members = np.flatnonzero(among & np.isin(ports.kind, [*CONTACTS, Kind.SPRING, Kind.DRIVEN]))
+    local = np.full(len(ports.offset), -1)
+    local[members] = np.arange(len(members))
+    group = [list(system.bodies.values())[b] for b in bodies]
+    elastic = np.concatenate([np.arange(body.elastic.start, body.elastic.stop) for body in group])
+    rigid = np.concatenate([np.arange(body.rigid.start, body.rigid.stop) for body in group])
     fixed = start_unknowns(system, ports)
-    fixed[here] = 0.0
+    fixed[members] = 0.0
     force = system.driving.gravity + fixed @ ports.rows
-    W, R, K = ports.rows.among(here, elastic), ports.residual, system.stiffness[elastic]
-    layer, law, laws, stuck = np.zeros(len(here)), [np.zeros((0, 2))], list[int](), np.zeros(len(here), np.bool_)
+    W, R, K = ports.rows.among(members, elastic), ports.residual, system.stiffness[elastic]
+    n, law, laws = len(members), [np.zeros((0, 2))], list[int]()
+    layer, stuck = np.zeros(n), np.zeros(n, np.bool_)
     normals, cones, friction, overlap = list[int](), list[int](), [np.zeros((0, 2))], False
     for contact in system.contacts:
-        own = ports.of(f"contact.{contact.name}")
-        if place[own.start] < 0:
+        span = ports.of(f"contact.{contact.name}")
+        if local[span.start] < 0:
             continue
-        at, kind = place[contact_ports(ports, contact)], ports.kind[own.start]
+        rows_in, kind = local[contact_ports(ports, contact)], ports.kind[span.start]
         overlap = overlap or bool(system.overlaps[contact.rows].any())
         if kind in (Kind.LAW, Kind.RUBBING_LAW):
-            laws += at.tolist()
+            laws += rows_in.tolist()
             law.append(system.law[contact.rows, :2])
         else:
-            normals += at.tolist()
-            layer[at] = system.layer[contact.rows]
+            normals += rows_in.tolist()
+            layer[rows_in] = system.layer[contact.rows]
         if kind in (Kind.CONE, Kind.RUBBING_LAW):
-            cones += at.tolist()
+            cones += rows_in.tolist()
             friction.append(system.friction[contact.rows])
-            stuck[at + 1], stuck[at + 2] = True, True
-    C = (W / K) @ W.T + R.among(here, here) + np.diag(layer)
-    turned = ports.offset[here] + ports.rows.among(here, rigid) @ system.position[rigid]
-    free = turned + (W / K) @ force[elastic] + (R @ fixed)[here] - np.where(stuck, turned, 0.0)
-    drives = place[ports.numbers([f"motion.{one.name}" for one in system.driving.drives])]
+            stuck[rows_in + 1], stuck[rows_in + 2] = True, True
+    C = (W / K) @ W.T + R.among(members, members) + np.diag(layer)
+    turned = ports.offset[members] + ports.rows.among(members, rigid) @ system.position[rigid]
+    free = turned + (W / K) @ force[elastic] + (R @ fixed)[members] - np.where(stuck, turned, 0.0)
+    drives = local[ports.numbers([f"motion.{d.name}" for d in system.driving.drives])]
     free[drives[drives >= 0]] -= system.driving.driven(np.zeros(1))[0, drives >= 0, 0]
-    springs = place[ports.numbers([f"force.{name}" for name in system.scene.springs()])]
-    rows, own = ports.rows.among(here, rigid), C.diagonal()
-    resisted, pull = np.any(rows, axis=0), _carried(rows, force[rigid], rubs=bool(cones), overlap=overlap)
-    if pull is None or not (own[normals] > 0).all():
+    springs = local[ports.numbers([f"force.{name}" for name in system.scene.springs()])]
+    rows, diag = ports.rows.among(members, rigid), C.diagonal()
+    resisted, load = np.any(rows, axis=0), _carried(rows, force[rigid], rubs=bool(cones), overlap=overlap)
+    if load is None or not (diag[normals] > 0).all():
         return None
-    typical = float(own.max(initial=0.0))
+    typical = float(diag.max(initial=0.0))
     if not typical > 0:  # Rigid bodies on laws: their slope under a share of the load.
-        given, share = np.vstack(law), float(np.linalg.norm(pull) / np.linalg.norm(rows))
-        depths = (share / given[:, 0]) ** (1 / given[:, 1])
-        typical = float(depths.max(initial=0.0)) / share if share > 0 else 0.0
+        laws_in, mean_load = np.vstack(law), float(np.linalg.norm(load) / np.linalg.norm(rows))
+        depths = (mean_load / laws_in[:, 0]) ** (1 / laws_in[:, 1])
+        typical = float(depths.max(initial=0.0)) / mean_load if mean_load > 0 else 0.0
     if not typical > 0:
         return None
-    rho = 1 / np.where(own > 1e-9 * typical, own, typical)
-    first, second = np.array(cones, int) + 1, np.array(cones, int) + 2
-    both = own[first] + own[second]  # Above the larger eigenvalue of the 2 × 2 block of the tangents.
-    rho[first] = rho[second] = 1 / np.where(both > 1e-9 * typical, both, typical)
+    rho = 1 / np.where(diag > 1e-9 * typical, diag, typical)
+    t1, t2 = np.array(cones, int) + 1, np.array(cones, int) + 2
+    both = diag[t1] + diag[t2]  # Above the larger eigenvalue of the 2 × 2 block of the tangents.
+    rho[t1] = rho[t2] = 1 / np.where(both > 1e-9 * typical, both, typical)
     return _Statics(
-        ports=here, free=free, compliance=C, rows=rows[:, resisted], pull=pull[resisted], rho=rho,
+        ports=members, free=free, compliance=C, rows=rows[:, resisted], pull=load[resisted], rho=rho,
         normals=np.array(normals, int), laws=np.array(laws, int), law=np.vstack(law), cones=np.array(cones, int),
         friction=np.vstack(friction), springs=springs[springs >= 0], stretched=np.flatnonzero(springs >= 0),
         tension=system.springs, drives=drives[drives >= 0],
     )  # fmt: skip
 
 
-def _carried(rows: np.ndarray, pull: np.ndarray, *, rubs: bool, overlap: bool) -> np.ndarray | None:
+def _carried(rows: np.ndarray, rigid_load: np.ndarray, *, rubs: bool, overlap: bool) -> np.ndarray | None:
     """Return the loads on rigid motions that ports carry; None where friction leaves some, or without friction all and
     points do not overlap.
 
     What nothing holds moves bodies without friction as a whole, which are at rest across it.
     """
-    least = CONVERGED * np.abs(pull).max(initial=0.0)
+    tolerance = CONVERGED * np.abs(rigid_load).max(initial=0.0)
     if rubs:
-        return pull if (np.abs(pull[~np.any(rows, axis=0)]) <= least).all() else None
-    held = rows.T @ np.linalg.lstsq(rows.T, pull, rcond=1e-12)[0]
-    return held if overlap or np.abs(held).max(initial=0.0) > least else None
+        return rigid_load if (np.abs(rigid_load[~np.any(rows, axis=0)]) <= tolerance).all() else None
+    carried = rows.T @ np.linalg.lstsq(rows.T, rigid_load, rcond=1e-12)[0]
+    return carried if overlap or np.abs(carried).max(initial=0.0) > tolerance else None
 
 
 def _guess(system: System, ports: Ports, statics: _Statics) -> np.ndarray:
@@ -236,8 +237,8 @@ def _balanced(statics: _Statics, guess: np.ndarray) -> tuple[np.ndarray, np.ndar
     slipped = np.zeros(len(statics.cones), np.bool_)
     x = np.concatenate([guess, np.zeros(len(statics.pull))])
     for _ in range(len(slipped) + 1):
-        tried = (_newton(statics, slipped, x, share) for share in PROXIMAL)
-        solved = next((one for one in tried if one is not None), None)
+        tried = (_newton(statics, slipped, x, weight) for weight in PROXIMAL)
+        solved = next((s for s in tried if s is not None), None)
         if solved is None:
             return None
         x, slips = solved
@@ -257,13 +258,13 @@ def _balanced(statics: _Statics, guess: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _newton(
-    statics: _Statics, slipped: np.ndarray, x: np.ndarray, share: float
+    statics: _Statics, slipped: np.ndarray, x: np.ndarray, weight: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Return forces with rigid motions, (n + r,), and which cones slip, (k,); None where the method does not converge.
 
     Args:
         slipped: Cones that have the kinetic coefficient, (k,).
-        share: Of the proximal term.
+        weight: Of the proximal term.
     """
     n = len(statics.ports)
     size = np.linalg.norm(statics.rows, axis=0)
@@ -273,13 +274,13 @@ def _newton(
         largest = float(np.abs(x[:n]).max(initial=0.0))
         if np.abs(wrong).max(initial=0.0) <= CONVERGED * largest:
             return np.concatenate([x[:n], x[n:] * moved]), slips
-        matrix[np.arange(n), np.arange(n)] += share
-        matrix[np.arange(n, len(x)), np.arange(n, len(x))] -= share
+        matrix[np.arange(n), np.arange(n)] += weight
+        matrix[np.arange(n, len(x)), np.arange(n, len(x))] -= weight
         try:
             step = linalg.solve(matrix, wrong, check_finite=True)
         except (linalg.LinAlgError, ValueError):
             return None
-        x = x - step * _fraction(lambda at: _derived(statics, slipped, at, (moved, size))[0], x, step, wrong)
+        x = x - step * _fraction(lambda z: _derived(statics, slipped, z, (moved, size))[0], x, step, wrong)
     return None
 
 
@@ -287,12 +288,12 @@ def _fraction(
     residual: Callable[[np.ndarray], np.ndarray], x: np.ndarray, step: np.ndarray, wrong: np.ndarray
 ) -> float:
     """Return which fraction of a step reduces the residual, among halves; the best of them where none does."""
-    fractions, best, least = 0.5 ** np.arange(MOST_HALVINGS), 1.0, np.inf
+    fractions, best, smallest = 0.5 ** np.arange(MOST_HALVINGS), 1.0, np.inf
     for fraction in fractions:
-        now = float(np.linalg.norm(residual(x - fraction * step)))
-        if now < least:
-            best, least = float(fraction), now
-        if now <= (1 - 1e-4 * fraction) * np.linalg.norm(wrong):
+        size = float(np.linalg.norm(residual(x - fraction * step)))
+        if size < smallest:
+            best, smallest = float(fraction), size
+        if size <= (1 - 1e-4 * fraction) * np.linalg.norm(wrong):
             break
     return best
 
@@ -306,20 +307,22 @@ def _derived(
     forces, slope = x[:n], np.hstack([statics.compliance, statics.rows * moved])
     y = statics.free + slope @ x
     wrong, matrix = np.zeros(len(x)), np.zeros((len(x), len(x)))
-    own = np.eye(n, len(x))
+    identity = np.eye(n, len(x))
     closed = forces[statics.normals] - rho[statics.normals] * y[statics.normals] > 0
     on, off = statics.normals[closed], statics.normals[~closed]
     wrong[on], matrix[on] = rho[on] * y[on], rho[on, None] * slope[on]
-    wrong[off], matrix[off] = forces[off], own[off]
+    wrong[off], matrix[off] = forces[off], identity[off]
     depth, (K, exponent) = np.maximum(-y[statics.laws], 0.0), statics.law.T
     wrong[statics.laws] = forces[statics.laws] - K * depth**exponent
-    matrix[statics.laws] = own[statics.laws] + (K * exponent * depth ** (exponent - 1))[:, None] * slope[statics.laws]
+    matrix[statics.laws] = (
+        identity[statics.laws] + (K * exponent * depth ** (exponent - 1))[:, None] * slope[statics.laws]
+    )
     slips = np.zeros(len(slipped), np.bool_)
-    for k, at in enumerate(statics.cones):
-        pair = np.array([at + 1, at + 2])
+    for k, normal in enumerate(statics.cones):
+        pair = np.array([normal + 1, normal + 2])
         trial = forces[pair] - rho[pair] * y[pair]
         mu = statics.friction[k, 1 if slipped[k] else 0]
-        limit, length = mu * max(float(forces[at]), 0.0), float(np.linalg.norm(trial))
+        limit, length = mu * max(float(forces[normal]), 0.0), float(np.linalg.norm(trial))
         slips[k] = length > limit * (1 + BORDER) and limit > 0
         if length <= limit:
             wrong[pair], matrix[pair] = rho[pair] * y[pair], rho[pair, None] * slope[pair]
@@ -327,11 +330,11 @@ def _derived(
             unit = trial / length
             across = (np.eye(2) - np.outer(unit, unit)) * (limit / length)
             wrong[pair] = forces[pair] - limit * unit
-            matrix[pair] = own[pair] - across @ (own[pair] - rho[pair, None] * slope[pair])
-            matrix[pair] -= mu * (forces[at] > 0) * np.outer(unit, own[at])
+            matrix[pair] = identity[pair] - across @ (identity[pair] - rho[pair, None] * slope[pair])
+            matrix[pair] -= mu * (forces[normal] > 0) * np.outer(unit, identity[normal])
     pulled, stiffness = statics.tension.tension(_all_springs(statics, y[statics.springs]))
     wrong[statics.springs] = forces[statics.springs] + pulled[statics.stretched]
-    matrix[statics.springs] = own[statics.springs] + stiffness[statics.stretched, None] * slope[statics.springs]
+    matrix[statics.springs] = identity[statics.springs] + stiffness[statics.stretched, None] * slope[statics.springs]
     wrong[statics.drives] = rho[statics.drives] * y[statics.drives]
     matrix[statics.drives] = rho[statics.drives, None] * slope[statics.drives]
     wrong[n:] = (statics.rows.T @ forces + statics.pull) / size
@@ -341,9 +344,9 @@ def _derived(
 
 def _all_springs(statics: _Statics, elongation: np.ndarray) -> np.ndarray:
     """Return elongations of all springs' rows with those of these bodies [m], (b,)."""
-    found = np.zeros(len(statics.tension.stiffness))
-    found[statics.stretched] = elongation
-    return found
+    elongations = np.zeros(len(statics.tension.stiffness))
+    elongations[statics.stretched] = elongation
+    return elongations
 
 
 def _placed(
@@ -351,39 +354,45 @@ def _placed(
     ports: Ports,
     bodies: list[int],
     statics: _Statics,
-    found: tuple[np.ndarray, np.ndarray, np.ndarray],
+    equilibrium: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> System:
     """Return the system with some bodies in their equilibrium."""
-    forces, motion, slips = found
+    forces, motion, slips = equilibrium
     unknown = start_unknowns(system, ports)
     unknown[statics.ports] = forces
-    position, place = system.position.copy(), np.full(len(ports.offset), -1)
-    place[statics.ports] = np.arange(len(forces))
+    position, local = system.position.copy(), np.full(len(ports.offset), -1)
+    local[statics.ports] = np.arange(len(forces))
     acting = system.driving.gravity + unknown @ ports.rows
-    parts = [list(system.bodies.values())[at] for at in bodies]
-    rigid = np.concatenate([np.arange(part.rigid.start, part.rigid.stop) for part in parts])
-    for part in parts:
-        position[part.elastic] = acting[part.elastic] / system.stiffness[part.elastic]
+    group = [list(system.bodies.values())[b] for b in bodies]
+    rigid = np.concatenate([np.arange(body.rigid.start, body.rigid.stop) for body in group])
+    for body in group:
+        position[body.elastic] = acting[body.elastic] / system.stiffness[body.elastic]
     position[rigid[np.any(ports.rows.among(statics.ports, rigid), axis=0)]] += motion
-    held = statics.free + statics.compliance @ forces + statics.rows @ motion
-    pressed, pulls, loads = system.start_forces.copy(), system.start_pulls.copy(), system.loads.copy()
+    displacement = statics.free + statics.compliance @ forces + statics.rows @ motion
+    contact_forces, pulls, loads = system.start_forces.copy(), system.start_pulls.copy(), system.loads.copy()
     rubbed, stretch = system.start_friction.copy(), system.start_stretch.copy()
     overlaps = system.overlaps.copy()
     sliding = dict(zip(statics.cones.tolist(), slips.tolist(), strict=True))
     for contact in system.contacts:
-        for normal, row in zip(contact_ports(ports, contact), range(*contact.rows.indices(len(pressed))), strict=True):
-            at = int(place[normal])
-            if at < 0:
+        for normal, row in zip(
+            contact_ports(ports, contact), range(*contact.rows.indices(len(contact_forces))), strict=True
+        ):
+            local_row = int(local[normal])
+            if local_row < 0:
                 continue
-            pressed[row], overlaps[row] = max(0.0, forces[at]), False
-            if at in sliding:
-                rubbed[row] = forces[at + 1 : at + 3]
-                stretch[row] = 0.0 if sliding[at] or pressed[row] == 0.0 else held[at + 1 : at + 3]
+            contact_forces[row], overlaps[row] = max(0.0, forces[local_row]), False
+            if local_row in sliding:
+                rubbed[row] = forces[local_row + 1 : local_row + 3]
+                stretch[row] = (
+                    0.0
+                    if sliding[local_row] or contact_forces[row] == 0.0
+                    else displacement[local_row + 1 : local_row + 3]
+                )
     for name in system.scene.springs():
         pulls[system.springs.of(name)] = unknown[ports.of(f"force.{name}")]
-    for drive, at in system.driving.driven_rows():
-        loads[at] = unknown[ports.of(f"motion.{drive.name}")]
+    for drive, local_row in system.driving.driven_rows():
+        loads[local_row] = unknown[ports.of(f"motion.{drive.name}")]
     return replace(
-        system, position=position, start_forces=pressed, start_pulls=pulls, loads=loads, start_friction=rubbed,
+        system, position=position, start_forces=contact_forces, start_pulls=pulls, loads=loads, start_friction=rubbed,
         start_stretch=stretch, overlaps=overlaps,
     )  # fmt: skip

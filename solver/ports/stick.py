@@ -17,8 +17,8 @@ POINT = 3
 def sticks(system: System) -> bool:
     """Return whether friction acts over the flexibility of a body."""
     flexible = any(body.modal.residual_flexibility is not None for body in system.bodies.values())
-    held = (one.friction is not None and one.friction.direction is None for one in system.scene.contact.values())
-    return flexible and any(held)
+    stuck = (c.friction is not None and c.friction.direction is None for c in system.scene.contact.values())
+    return flexible and any(stuck)
 
 
 def stick_frequency(system: System) -> float:
@@ -32,22 +32,22 @@ def stick_frequency(system: System) -> float:
         return 0.0
     ports = with_surfaces(system, ports_of(system), system.position)
     matrix, rows = ports.residual.dense(), ports.rows.dense()
-    for number, item in enumerate(system.contacts):
-        here = ports.places[number]
-        each = (here.stop - here.start) // len(item.points)
-        normals = np.arange(here.start, here.stop)[::each]
+    for i, item in enumerate(system.contacts):
+        span = ports.places[i]
+        each = (span.stop - span.start) // len(item.points)
+        normals = np.arange(span.start, span.stop)[::each]
         matrix[normals, normals] += system.layer[item.rows]
-        for first in normals if each == POINT else ():
-            _turn_to_own_axes(matrix, rows, slice(first + 1, first + POINT))
+        for normal in normals if each == POINT else ():
+            _turn_to_own_axes(matrix, rows, slice(normal + 1, normal + POINT))
     rubs = (ports.kind == Kind.CONE) | (ports.kind == Kind.RUBBING_LAW)
-    held = np.flatnonzero(rubs & (matrix.diagonal() > 1e-9 * matrix.diagonal()[rubs].max(initial=0.0)))
-    if not len(held):
+    stuck = np.flatnonzero(rubs & (matrix.diagonal() > 1e-9 * matrix.diagonal()[rubs].max(initial=0.0)))
+    if not len(stuck):
         return 0.0
     # A scaled matrix: normals under a soft layer and tangents differ by orders.
-    scale = 1 / np.sqrt(matrix.diagonal()[held])
-    yields, shapes = linalg.eigh(matrix[np.ix_(held, held)] * np.outer(scale, scale))
-    pressed, firm = shapes.T @ (rows[held] * scale[:, None]), yields > DEPENDENT * yields[-1]
-    stiff = np.diag(system.stiffness) + (pressed[firm].T / yields[firm]) @ pressed[firm]
+    scale = 1 / np.sqrt(matrix.diagonal()[stuck])
+    yields, shapes = linalg.eigh(matrix[np.ix_(stuck, stuck)] * np.outer(scale, scale))
+    rows_stuck, firm = shapes.T @ (rows[stuck] * scale[:, None]), yields > DEPENDENT * yields[-1]
+    stiff = np.diag(system.stiffness) + (rows_stuck[firm].T / yields[firm]) @ rows_stuck[firm]
     return float(np.sqrt(max(0.0, linalg.eigvalsh(0.5 * (stiff + stiff.T))[-1])))
 
 

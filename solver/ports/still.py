@@ -13,19 +13,19 @@ from gudgeon.solver.system.system import System
 def any_still(system: System) -> bool:
     """Whether a contact is between bodies that stand still alone; it needs no table of ports to be seen."""
     names = list(system.bodies)
-    still = set(names) - {names[at] for at in _moving(system)}
+    still = set(names) - {names[i] for i in _moving(system)}
     sides = [(contact, contact.other, contact.master) for contact in system.contacts]
-    return any(still.issuperset(one.body for one in pair if one is not None) for pair in sides)
+    return any(still.issuperset(side.body for side in pair if side is not None) for pair in sides)
 
 
 def still_groups(system: System, ports: Ports) -> Iterator[list[int]]:
     """Yield the numbers of bodies that touch each other or are joined by springs, all of them still."""
-    moving, number = _moving(system), {name: at for at, name in enumerate(system.bodies)}
-    group, touched = list(range(len(number))), set[int]()
+    moving, body_id = _moving(system), {name: i for i, name in enumerate(system.bodies)}
+    group, touched = list(range(len(body_id))), set[int]()
 
     def joined(pair: np.ndarray) -> None:
-        one, other = (group[at] for at in pair[[0, -1 if pair[1] >= 0 else 0]])
-        group[:] = [one if at == other else at for at in group]
+        a, b = (group[g] for g in pair[[0, -1 if pair[1] >= 0 else 0]])
+        group[:] = [a if g == b else g for g in group]
 
     displacement = ports.offset + ports.rows @ system.position + ports.residual @ start_unknowns(system, ports)
     depths = touching_depths(system)
@@ -37,24 +37,24 @@ def still_groups(system: System, ports: Ports) -> Iterator[list[int]]:
             joined(pair)
             settings = system.scene.contact[contact.name]
             if np.any(getattr(settings.against, "velocity", 0.0)):
-                moving |= {int(at) for at in pair}
-            touched.add(number[contact.body])
+                moving |= {int(body) for body in pair}
+            touched.add(body_id[contact.body])
     for name in system.scene.springs():
         joined(ports.sides[ports.of(f"force.{name}").start])
-    for first in sorted(set(group)):
-        bodies = [at for at in number.values() if group[at] == first]
+    for group_id in sorted(set(group)):
+        bodies = [body for body in body_id.values() if group[body] == group_id]
         if touched & set(bodies) and not moving & set(bodies):
             yield bodies
 
 
 def _moving(system: System) -> set[int]:
     """Return the numbers of bodies with a velocity, a crank, or a drive that moves at the start."""
-    names = [held.joint.body for held in system.driving.joints]
+    names = [j.joint.body for j in system.driving.joints]
     rates = system.driving.driven(np.zeros(1))[0, :, 1]
-    first = 0
-    for drive, at in system.driving.driven_rows():
-        count = at.stop - at.start
-        names += [drive.body] * bool(rates[first : first + count].any())
-        first += count
+    start = 0
+    for drive, rows in system.driving.driven_rows():
+        count = rows.stop - rows.start
+        names += [drive.body] * bool(rates[start : start + count].any())
+        start += count
     names += [name for name, body in system.bodies.items() if system.velocity[body.coordinates].any()]
     return {list(system.bodies).index(name) for name in names}

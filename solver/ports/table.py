@@ -108,8 +108,8 @@ class Ports:
     @property
     def by_sides(self) -> tuple[Blocks, Blocks]:
         """Displacement of port i, in its row, by a force on the first and on the second side of port j [m/N]."""
-        first, second = (self.pairs.matrix(one) for one in self.flexibility)
-        return first, second
+        near_side, far_side = (self.pairs.matrix(t) for t in self.flexibility)
+        return near_side, far_side
 
     @property
     def residual(self) -> Blocks:
@@ -122,8 +122,8 @@ class Ports:
 
     def numbers(self, names: Sequence[str]) -> np.ndarray:
         """Return the numbers of the ports of some members, one member after the other."""
-        parts = [np.arange(self.of(name).start, self.of(name).stop) for name in names]
-        return np.concatenate([np.empty(0, np.int64), *parts]).astype(np.int64)
+        ranges = [np.arange(self.of(name).start, self.of(name).stop) for name in names]
+        return np.concatenate([np.empty(0, np.int64), *ranges]).astype(np.int64)
 
 
 def block_size(block: PortBlock) -> int:
@@ -135,11 +135,11 @@ def elastic_rows(body: FlexibleBody) -> np.ndarray:
     """Return the displacement of all rows of a body's residual flexibility per elastic coordinate, (C, m)."""
     modal = body.modal
     rows = np.zeros((modal.row_count, len(modal.angular_frequencies)))
-    for name, place in {**modal.interfaces, **modal.tractions, **modal.loads}.items():
-        if len(place.rows):
-            rows[slice(*modal.interface_rows[name])] = place.rows
-        if isinstance(place, InterfaceModes | TractionModes) and place.tangential_rows is not None:
-            across = place.tangential_rows
+    for name, interface in {**modal.interfaces, **modal.tractions, **modal.loads}.items():
+        if len(interface.rows):
+            rows[slice(*modal.interface_rows[name])] = interface.rows
+        if isinstance(interface, InterfaceModes | TractionModes) and interface.tangential_rows is not None:
+            across = interface.tangential_rows
             rows[slice(*modal.tangential_spans[name])] = across.reshape(-1, rows.shape[1])
     return rows
 
@@ -152,18 +152,18 @@ def gathered(blocks: Sequence[PortBlock], bodies: Sequence[FlexibleBody], size: 
         size: Number of coordinates.
     """
     ends = np.cumsum([0, *(len(block.offset) for block in blocks)])
-    places = [slice(int(first), int(last)) for first, last in pairwise(ends)]
-    count, numbers = int(ends[-1]), {body.name: number for number, body in enumerate(bodies)}
+    spans = [slice(int(start), int(stop)) for start, stop in pairwise(ends)]
+    count, numbers = int(ends[-1]), {body.name: i for i, body in enumerate(bodies)}
     rows, sides = list[tuple[slice, slice, np.ndarray]](), np.full((count, 2), -1)
-    for block, here in zip(blocks, places, strict=True):
-        for number, side in enumerate(block.sides):
-            rows.append((here, side.body.coordinates, np.hstack([side.rigid, side.elastic()])))
-            if number == 0 or side.body is not block.sides[0].body:
-                sides[here, number] = numbers[side.body.name]
-    weights = {body.name: found for body in bodies if (found := _weights(blocks, places, body)) is not None}
+    for block, span in zip(blocks, spans, strict=True):
+        for side_id, side in enumerate(block.sides):
+            rows.append((span, side.body.coordinates, np.hstack([side.rigid, side.elastic()])))
+            if side_id == 0 or side.body is not block.sides[0].body:
+                sides[span, side_id] = numbers[side.body.name]
+    weights = {body.name: V for body in bodies if (V := _weights(blocks, spans, body)) is not None}
     pairs = coupled_ports(sides, all_couple=any(block.kind == Kind.SURFACE for block in blocks))
     return Ports(
-        blocks=list(blocks), places=places, rows=summed((count, size), rows), sides=sides, pairs=pairs, weights=weights,
+        blocks=list(blocks), places=spans, rows=summed((count, size), rows), sides=sides, pairs=pairs, weights=weights,
         flexibility=_flexibility(bodies, weights, sides, pairs),
         kind=np.repeat([int(block.kind) for block in blocks], np.diff(ends)).astype(np.int64),
         offset=np.concatenate([np.empty(0), *(block.offset for block in blocks)]),
@@ -174,39 +174,39 @@ def _flexibility(
     bodies: Sequence[FlexibleBody], weights: dict[str, sparse.csr_array], sides: np.ndarray, pairs: Pairs
 ) -> np.ndarray:
     """Return R of all bodies by sides of ports as tables, (2, n)."""
-    tables, near, shared = np.zeros((2, pairs.size)), dict[int, np.ndarray](), dict[int, np.ndarray]()
-    for number, body in enumerate(bodies):
-        held = body.modal.residual_flexibility
-        if held is not None and body.name in weights:
-            found = weights[body.name]
-            near[number] = np.unique(found.indices)
-            own = found[:, near[number]].toarray()
-            matrix = own.T @ (held @ own)
-            shared[number] = 0.5 * (matrix + matrix.T)
+    tables, ports_of, shared = np.zeros((2, pairs.size)), dict[int, np.ndarray](), dict[int, np.ndarray]()
+    for body_id, body in enumerate(bodies):
+        R = body.modal.residual_flexibility
+        if R is not None and body.name in weights:
+            port_weights = weights[body.name]
+            ports_of[body_id] = np.unique(port_weights.indices)
+            V = port_weights[:, ports_of[body_id]].toarray()
+            matrix = V.T @ (R @ V)
+            shared[body_id] = 0.5 * (matrix + matrix.T)
     for ports, columns, values in pairs.blocks(tables):
-        for number in {int(one) for one in sides[ports.start] if one in near}:
-            rows, (_, places, at) = (
-                np.searchsorted(near[number], ports), np.intersect1d(columns, near[number], True, True)
+        for body_id in {int(s) for s in sides[ports.start] if s in ports_of}:
+            rows, (_, positions, columns_of) = (
+                np.searchsorted(ports_of[body_id], ports), np.intersect1d(columns, ports_of[body_id], True, True)
             )  # fmt: skip
-            known = np.isin(ports, near[number])
-            block = shared[number][np.ix_(rows[known], at)]
+            on_body = np.isin(ports, ports_of[body_id])
+            block = shared[body_id][np.ix_(rows[on_body], columns_of)]
             for side in range(2):
-                own = sides[columns[places], side] == number
-                values[side][np.ix_(np.flatnonzero(known), places[own])] += block[:, own]
+                of_body = sides[columns[positions], side] == body_id
+                values[side][np.ix_(np.flatnonzero(on_body), positions[of_body])] += block[:, of_body]
     return tables
 
 
-def _weights(blocks: Sequence[PortBlock], places: Sequence[slice], body: FlexibleBody) -> sparse.csr_array | None:
+def _weights(blocks: Sequence[PortBlock], spans: Sequence[slice], body: FlexibleBody) -> sparse.csr_array | None:
     """Return V of a body, (C, p); None where no residual flexibility takes part."""
     if body.modal.residual_flexibility is None:
         return None
     rows, columns, values = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty(0)]
-    for block, here in zip(blocks, places, strict=True):
+    for block, span in zip(blocks, spans, strict=True):
         for side in block.sides:
             if side.body is body and side.flexible:
                 rows.append(side.index.ravel())
-                columns.append(np.repeat(np.arange(here.start, here.stop), side.index.shape[1]))
+                columns.append(np.repeat(np.arange(span.start, span.stop), side.index.shape[1]))
                 values.append(side.weight.ravel())
-    shape = len(body.modal.residual_flexibility), places[-1].stop if places else 0
+    shape = len(body.modal.residual_flexibility), spans[-1].stop if spans else 0
     entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
     return sparse.csr_array(entries, shape=shape)

@@ -54,20 +54,20 @@ def friction_limits(system: System) -> Iterator[FrictionLimit]:
     if not sticks(system):
         return
     ports = with_surfaces(system, ports_of(system), system.position)
-    whole = ports.residual
-    for number, item in enumerate(system.contacts):
-        here, friction = ports.places[number], system.scene.contact[item.name].friction
-        if ports.kind[here.start] != Kind.CONE or friction is None:
+    R = ports.residual
+    for i, item in enumerate(system.contacts):
+        span, friction = ports.places[i], system.scene.contact[item.name].friction
+        if ports.kind[span.start] != Kind.CONE or friction is None:
             continue
-        own = np.arange(here.start, here.stop)
-        matrix = whole.among(own, own).reshape(len(item.points), 3, len(item.points), 3)
+        numbers = np.arange(span.start, span.stop)
+        matrix = R.among(numbers, numbers).reshape(len(item.points), 3, len(item.points), 3)
         normal = matrix[:, 0, :, 0] + np.diag(system.layer[item.rows])
         across = [matrix[:, 0, :, axis] for axis in (1, 2)]
-        alone, other = normal.diagonal(), np.hypot(across[0].diagonal(), across[1].diagonal())
+        alone, tangential = normal.diagonal(), np.hypot(across[0].diagonal(), across[1].diagonal())
         if not (alone > 0).all():
             continue
-        worst = int((other / alone).argmax())
-        single = float(alone[worst] / other[worst]) if other[worst] > 0 else np.inf
+        worst = int((tangential / alone).argmax())
+        single = float(alone[worst] / tangential[worst]) if tangential[worst] > 0 else np.inf
         yield FrictionLimit(item.name, friction.static, _definite(normal, across), single, item.points[worst])
 
 
@@ -81,8 +81,8 @@ def _definite(normal: np.ndarray, across: list[np.ndarray]) -> float:
     largest = 0.0
     for angle in np.pi / DIRECTIONS * np.arange(DIRECTIONS):
         mixed = np.cos(angle) * across[0] + np.sin(angle) * across[1]
-        one = linalg.solve_triangular(lower, 0.5 * (mixed + mixed.T) * np.outer(scale, scale), lower=True)
-        values = linalg.eigvalsh(linalg.solve_triangular(lower, one.T, lower=True))
+        half_scaled = linalg.solve_triangular(lower, 0.5 * (mixed + mixed.T) * np.outer(scale, scale), lower=True)
+        values = linalg.eigvalsh(linalg.solve_triangular(lower, half_scaled.T, lower=True))
         largest = max(largest, float(np.abs(values).max()))
     return 1 / largest if largest > 0 else np.inf
 
@@ -95,9 +95,9 @@ def refuse_ambiguous_friction(system: System) -> None:
     """
     for limit in friction_limits(system):
         if limit.friction > SHARE * limit.single:
-            place = ", ".join(f"{x:.4g}" for x in limit.point)
+            coordinates = ", ".join(f"{x:.4g}" for x in limit.point)
             raise SceneError(
                 f"contact.{limit.name}.friction.static: {limit.friction:g} given; above {limit.single:.3g} the point"
-                f" at ({place}) can be held by its own friction, so that its force is not determined; allowed: up to"
-                f" {SHARE * limit.single:.3g}"
+                f" at ({coordinates}) can be held by its own friction, so that its force is not determined; allowed: up"
+                f" to {SHARE * limit.single:.3g}"
             )

@@ -52,11 +52,11 @@ def impact_quantities(impacts: np.ndarray, window: float) -> dict[str, Quantity]
         values |= {"peak_time": (float(highest[WINDOWED_TIME]), "s")}
     if (raw := float(impacts[:, PEAK].max())) > 0:
         values["force_peak_raw"] = (raw, "N")
-    for number, impact in enumerate(impacts[:SHOWN], 1):
+    for i, impact in enumerate(impacts[:SHOWN], 1):
         for name, (column, unit) in PER_IMPACT.items():
             without = WINDOWED if name in ("force_peak", "force_time") else PEAK if name == "force_peak_raw" else None
             if not np.isnan(impact[column]) and (without is None or impact[without] > 0):
-                values[f"impact{number}.{name}"] = (float(impact[column]), unit)
+                values[f"impact{i}.{name}"] = (float(impact[column]), unit)
     return values
 
 
@@ -73,17 +73,17 @@ def impacts_in(times: np.ndarray, forces: np.ndarray, window: float) -> np.ndarr
     step = float(times[1] - times[0])
     ends = np.flatnonzero(np.diff(np.concatenate([[False], forces.any(axis=1), [False]])))
     spans: list[list[int]] = []
-    for first, end in zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True):
-        if spans and (first - spans[-1][1]) * step < window:
+    for start, end in zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True):
+        if spans and (start - spans[-1][1]) * step < window:
             spans[-1][1] = end
         else:
-            spans.append([first, end])
+            spans.append([start, end])
     impacts = np.full((len(spans), IMPACT_COLUMNS), np.nan)
-    for impact, (first, end) in zip(impacts, spans, strict=True):
-        edges, pushed = times[first : end + 1], forces[first:end]
-        impulse = np.concatenate([np.zeros((1, 3)), step * np.cumsum(pushed, axis=0)])
-        sizes = np.linalg.norm(pushed, axis=1)
-        highest = first + int(sizes.argmax())
+    for impact, (start, end) in zip(impacts, spans, strict=True):
+        edges, forces_in = times[start : end + 1], forces[start:end]
+        impulse = np.concatenate([np.zeros((1, 3)), step * np.cumsum(forces_in, axis=0)])
+        sizes = np.linalg.norm(forces_in, axis=1)
+        highest = start + int(sizes.argmax())
         peak, when = float(sizes.max()), 0.5 * float(times[highest] + times[highest + 1])
         impact[[BEGINS, ENDS, IMPULSE]] = edges[0], edges[-1], np.linalg.norm(impulse[-1])
         impact[[PEAK, PEAK_TIME, WINDOWED, WINDOWED_TIME]] = peak, when, peak, when
@@ -104,24 +104,24 @@ def deflection(times: np.ndarray, loads: np.ndarray, moved: np.ndarray) -> dict[
     size = np.abs(loads.sum(axis=1))
     if not (size > 0).all():
         return {}
-    under = np.einsum("tk,tk->t", loads, moved) / size
-    most = int(np.abs(under).argmax())
+    deflections = np.einsum("tk,tk->t", loads, moved) / size
+    peak = int(np.abs(deflections).argmax())
     return {
-        "deflection_peak": (float(under[most]), "m"),
-        "peak_time": (float(times[most]), "s"),
-        "deflection_end": (float(under[-1]), "m"),
+        "deflection_peak": (float(deflections[peak]), "m"),
+        "peak_time": (float(times[peak]), "s"),
+        "deflection_end": (float(deflections[-1]), "m"),
     }
 
 
-def rebound(along: np.ndarray, own: np.ndarray | None, other: np.ndarray | None) -> dict[str, Quantity]:
+def rebound(along: np.ndarray, v_body: np.ndarray | None, v_partner: np.ndarray | None) -> dict[str, Quantity]:
     """Return the velocity of a body's centre after a contact, and of the other body's.
 
     Args:
         along: Direction of the impulse on the body, (3,).
-        own: Velocity of its centre at the end [m/s], (3,); None of a body that is held.
-        other: The same of the other body; None of an obstacle too.
+        v_body: Velocity of its centre at the end [m/s], (3,); None of a body that is held.
+        v_partner: The same of the other body; None of an obstacle too.
     """
-    speeds = {"rebound_velocity": own, "rebound_velocity_other": other}
+    speeds = {"rebound_velocity": v_body, "rebound_velocity_other": v_partner}
     return {name: (float(speed @ along), "m/s") for name, speed in speeds.items() if speed is not None}
 
 

@@ -13,21 +13,21 @@ def left_text(system: System, times: np.ndarray, snapshots: np.ndarray) -> str:
         times: Ends of the samples [s], (s,).
         snapshots: Rigid coordinates at these times first, (s, n).
     """
-    first: tuple[float, str] | None = None
+    earliest: tuple[float, str] | None = None
     for contact in system.contacts:
-        if (over := contact.master) is None:
+        if (surface := contact.master) is None:
             continue
-        position, before = system.position.copy(), over.weights(system.slid(contact, system.position))[2]
+        position, before = system.position.copy(), surface.weights(system.slid(contact, system.position))[2]
         for time, snapshot in zip(times, snapshots, strict=True):
             position[system.rigid] = snapshot[: len(system.rigid)]
-            beside = over.weights(system.slid(contact, position))[2] & ~before
-            if beside.any() and (first is None or time < first[0]):
-                place = own_vectors(system.scene.body[contact.body], contact.points)[int(np.flatnonzero(beside)[0])]
-                at = ", ".join(f"{x:.4g}" for x in place)
-                first = (
+            beside = surface.weights(system.slid(contact, position))[2] & ~before
+            if beside.any() and (earliest is None or time < earliest[0]):
+                point = own_vectors(system.scene.body[contact.body], contact.points)[int(np.flatnonzero(beside)[0])]
+                coordinates = ", ".join(f"{x:.4g}" for x in point)
+                earliest = (
                     float(time),
-                    f"the point of '{contact.interface}' at ({at}) m of {contact.body} left"
-                    f" '{over.interface}' of {over.body} at {time:.4g} s (contact.{contact.name})",
+                    f"the point of '{contact.interface}' at ({coordinates}) m of {contact.body} left"
+                    f" '{surface.interface}' of {surface.body} at {time:.4g} s (contact.{contact.name})",
                 )
                 break
-    return "" if first is None else first[1]
+    return "" if earliest is None else earliest[1]

@@ -67,8 +67,8 @@ class Limits:
     def __init__(self, system: System) -> None:
         self._system = system
         self._contacts = list(_offsets(system))
-        self._reach = np.array([one.reach for one in self._contacts]).reshape(len(self._contacts), len(system.rigid), 2)
-        self._offsets = np.array([one.limit for one in self._contacts])
+        self._reach = np.array([c.reach for c in self._contacts]).reshape(len(self._contacts), len(system.rigid), 2)
+        self._offsets = np.array([c.limit for c in self._contacts])
         self._lines = list(lines(system))
         self._sizes = [body.gyration for body in system.bodies.values()]
         masses = np.array([body.morph.mass for body in system.bodies.values()])
@@ -89,36 +89,36 @@ class Limits:
         """
         r = len(self._system.rigid)
         before, self._before = self._before, q[self._system.rigid].copy()
-        share = np.arange(1, len(times) + 1)[:, None] / len(times)
-        places = samples.snapshots[:, :r] if sampled else before + share * (self._before - before)
-        found = [*self._deformed(times, samples.paths.squares), *self._turned(times, places)]
-        found += self._moved_aside(times, places, samples.forces)
+        fraction = np.arange(1, len(times) + 1)[:, None] / len(times)
+        positions = samples.snapshots[:, :r] if sampled else before + fraction * (self._before - before)
+        exits = [*self._deformed(times, samples.paths.squares), *self._turned(times, positions)]
+        exits += self._moved_aside(times, positions, samples.forces)
         if sampled:
-            found += self._slipped(times, samples.snapshots[:, r : 2 * r], samples.forces)
-        return min(found, key=lambda item: item[0])[1] if found else None
+            exits += self._slipped(times, samples.snapshots[:, r : 2 * r], samples.forces)
+        return min(exits, key=lambda item: item[0])[1] if exits else None
 
-    def _turned(self, times: np.ndarray, places: np.ndarray) -> Iterator[tuple[float, Exit]]:
-        limit, first = self._system.scene.run.limits.angle, 0
-        if not (np.abs(places) @ self._turns > min(limit, SMALL_ROTATION) * (1 - ROUND_OFF)).any():
+    def _turned(self, times: np.ndarray, positions: np.ndarray) -> Iterator[tuple[float, Exit]]:
+        limit, start = self._system.scene.run.limits.angle, 0
+        if not (np.abs(positions) @ self._turns > min(limit, SMALL_ROTATION) * (1 - ROUND_OFF)).any():
             return  # No body can have turned so far.
         for name, body in self._system.bodies.items():
-            own = slice(first, first + body.rigid_count)
-            first = own.stop
-            angles = np.linalg.norm(body.centre_motion(places[:, own])[:, 3:], axis=1)
+            span = slice(start, start + body.rigid_count)
+            start = span.stop
+            angles = np.linalg.norm(body.centre_motion(positions[:, span])[:, 3:], axis=1)
             self._widest[name] = max(self._widest[name], float(angles.max()))
-            if (at := _first(angles > limit)) is not None:
-                yield times[at], Exit(Result.ROTATION, _turned_too_far(name, angles[at], times[at], limit))
+            if (frame := _first(angles > limit)) is not None:
+                yield times[frame], Exit(Result.ROTATION, _turned_too_far(name, angles[frame], times[frame], limit))
 
     def notes(self) -> list[str]:
         """Return a note of each body that turned beyond small motion in a run whose limit allows it."""
         scene = self._system.scene
         if (limit := scene.run.limits.angle) <= SMALL_ROTATION:
             return []
-        more = '; run.integrator = "mechanism" computes both' if scene.may_turn else ""
+        advice = '; run.integrator = "mechanism" computes both' if scene.may_turn else ""
         return [
             f"body.{name} turned by {angle:.3g} rad, which run.limits.angle = {limit:g} allows: beyond"
             f" {SMALL_ROTATION:g} rad this is right only where rotation changes neither the contact geometry nor the"
-            f" inertia, since rotations are linear and gyroscopic terms are left out{more}"
+            f" inertia, since rotations are linear and gyroscopic terms are left out{advice}"
             for name, angle in self._widest.items()
             if angle > SMALL_ROTATION
         ]
@@ -127,25 +127,27 @@ class Limits:
         limit = self._system.scene.run.limits.angle
         if not (squares > self._squares * (1 - ROUND_OFF)).any():
             return
-        for (name, body), own, size in zip(self._system.bodies.items(), squares.T, self._sizes, strict=True):
-            deflections = np.sqrt(own / body.morph.mass)
-            if (at := _first(deflections > limit * size)) is not None:
-                sentence = _deformed_too_far(name, deflections[at], times[at], (size, limit))
-                yield times[at], Exit(Result.ROTATION, sentence)
+        for (name, body), squares_body, size in zip(self._system.bodies.items(), squares.T, self._sizes, strict=True):
+            deflections = np.sqrt(squares_body / body.morph.mass)
+            if (frame := _first(deflections > limit * size)) is not None:
+                sentence = _deformed_too_far(name, deflections[frame], times[frame], (size, limit))
+                yield times[frame], Exit(Result.ROTATION, sentence)
 
-    def _moved_aside(self, times: np.ndarray, places: np.ndarray, forces: np.ndarray) -> Iterator[tuple[float, Exit]]:
-        for k in np.flatnonzero(self._far(places)):
-            one = self._contacts[k]
-            rows = np.swapaxes(one.rows, 1, 2)
-            offsets = np.sqrt(((places @ rows[:2]) ** 2).sum(axis=0)).max(axis=1)
-            moved = np.sqrt(((np.abs(places) @ np.abs(rows)) ** 2).sum(axis=0)).max(axis=1)
-            touches = forces[:, one.number].any(axis=1) | (not one.touching)
-            if (at := _first(touches & (offsets > one.limit + ROUND_OFF * moved))) is not None:
-                yield times[at], Exit(Result.OFFSET, one.sentence(offsets[at], times[at]))
+    def _moved_aside(
+        self, times: np.ndarray, positions: np.ndarray, forces: np.ndarray
+    ) -> Iterator[tuple[float, Exit]]:
+        for k in np.flatnonzero(self._far(positions)):
+            aside = self._contacts[k]
+            rows = np.swapaxes(aside.rows, 1, 2)
+            offsets = np.sqrt(((positions @ rows[:2]) ** 2).sum(axis=0)).max(axis=1)
+            moved = np.sqrt(((np.abs(positions) @ np.abs(rows)) ** 2).sum(axis=0)).max(axis=1)
+            touches = forces[:, aside.number].any(axis=1) | (not aside.touching)
+            if (frame := _first(touches & (offsets > aside.limit + ROUND_OFF * moved))) is not None:
+                yield times[frame], Exit(Result.OFFSET, aside.sentence(offsets[frame], times[frame]))
 
-    def _far(self, places: np.ndarray) -> np.ndarray:
+    def _far(self, positions: np.ndarray) -> np.ndarray:
         """Return at which contacts a point may have moved aside beyond its limit, (k,)."""
-        offsets = ((np.abs(places) @ self._reach) ** 2).sum(axis=2)
+        offsets = ((np.abs(positions) @ self._reach) ** 2).sum(axis=2)
         return (offsets > self._offsets[:, None] ** 2).any(axis=1)
 
     def _slipped(self, times: np.ndarray, rates: np.ndarray, forces: np.ndarray) -> Iterator[tuple[float, Exit]]:
@@ -155,18 +157,18 @@ class Limits:
             self._fastest[line.name], across = float(size[-1]), np.abs(speeds @ line.across)
             touches = forces[:, line.number].any(axis=1)
             allowed = np.maximum(ACROSS * size, VELOCITY_ROUND_OFF * line.size(rates, rigid=True))
-            if (at := _first(touches & (across > allowed))) is not None:
-                yield times[at], Exit(Result.SLIP_ACROSS, line.sentence(float(across[at]), float(times[at])))
+            if (frame := _first(touches & (across > allowed))) is not None:
+                yield times[frame], Exit(Result.SLIP_ACROSS, line.sentence(float(across[frame]), float(times[frame])))
 
 
 def _turns(system: System) -> np.ndarray:
     """Return bounds of how far each body turns by each rigid coordinate of the system [rad], (r, b)."""
-    found, first = np.zeros((len(system.rigid), len(system.bodies))), 0
-    for number, body in enumerate(system.bodies.values()):
-        one = np.eye(body.rigid_count)
-        found[first : first + body.rigid_count, number] = np.linalg.norm(body.centre_motion(one)[:, 3:], axis=1)
-        first += body.rigid_count
-    return found
+    bounds, start = np.zeros((len(system.rigid), len(system.bodies))), 0
+    for i, body in enumerate(system.bodies.values()):
+        identity = np.eye(body.rigid_count)
+        bounds[start : start + body.rigid_count, i] = np.linalg.norm(body.centre_motion(identity)[:, 3:], axis=1)
+        start += body.rigid_count
+    return bounds
 
 
 def _turned_too_far(name: str, angle: float, time: float, limit: float) -> str:
@@ -186,57 +188,61 @@ def _deformed_too_far(name: str, deflection: float, time: float, limits: tuple[f
     )
 
 
-def _first(left: np.ndarray) -> int | None:
+def _first(flags: np.ndarray) -> int | None:
     """Return the number of the first True, or None."""
-    found = np.flatnonzero(left)
-    return int(found[0]) if len(found) else None
+    frames = np.flatnonzero(flags)
+    return int(frames[0]) if len(frames) else None
 
 
 def _offsets(system: System) -> Iterator[Aside]:
     """Yield the lateral offset of each contact that has one: against another body, or a surface that curves."""
-    given = system.scene.run.limits.offset
-    for number, contact in enumerate(system.contacts):
-        over, other = contact.master, contact.other
+    prescribed = system.scene.run.limits.offset
+    for i, contact in enumerate(system.contacts):
+        surface, partner = contact.master, contact.other
         directions = _lateral(system, contact)
         if not directions[:2].any():
             continue
         rows = _displacements(system, contact.body, contact.points, directions)
-        if other is not None:
-            rows = rows - _displacements(system, other.body, other.points, directions)
-        elif over is not None:
+        if partner is not None:
+            rows = rows - _displacements(system, partner.body, partner.points, directions)
+        elif surface is not None:
             # The points of the design lie over the same places of the other body's design.
-            here, there = (np.asarray(system.scene.body[name].position) for name in (contact.body, over.body))
-            rows = rows - _displacements(system, over.body, contact.points + here - there, directions)
-        limit, cause = _spacing(system, contact) if given is None else (given, "run.limits.offset")
-        reach = np.abs(rows[:2]).max(axis=1).T
-        yield Aside(contact.name, number, rows, reach, limit, cause=cause, touching=other is not None)
+            body_position, surface_position = (
+                np.asarray(system.scene.body[name].position) for name in (contact.body, surface.body)
+            )
+            rows = rows - _displacements(
+                system, surface.body, contact.points + body_position - surface_position, directions
+            )
+        limit, cause = _spacing(system, contact) if prescribed is None else (prescribed, "run.limits.offset")
+        bounds = np.abs(rows[:2]).max(axis=1).T
+        yield Aside(contact.name, i, rows, bounds, limit, cause=cause, touching=partner is not None)
 
 
 def _lateral(system: System, contact: ContactRows) -> np.ndarray:
     """Return two directions in which motion leaves the range at each point, zero where it does not, and the normal."""
-    found, normals = np.zeros((3, *contact.points.shape)), contact.directions
-    found[2] = normals
+    directions, normals = np.zeros((3, *contact.points.shape)), contact.directions
+    directions[2] = normals
     if contact.other is not None:
         # The axis that is farthest from the normal.
         axis = np.eye(3)[np.abs(normals).argmin(axis=1)]
-        found[0] = np.cross(normals, axis)
-        found[0] /= np.linalg.norm(found[0], axis=1, keepdims=True)
-        found[1] = np.cross(normals, found[0])
+        directions[0] = np.cross(normals, axis)
+        directions[0] /= np.linalg.norm(directions[0], axis=1, keepdims=True)
+        directions[1] = np.cross(normals, directions[0])
     elif contact.master is not None:
-        found[0] = np.cross(normals, contact.master.direction)
+        directions[0] = np.cross(normals, contact.master.direction)
     elif isinstance(obstacle := system.scene.contact[contact.name].against, Plane | Bore):
-        found[0] = obstacle.lateral(normals)
-    return found
+        directions[0] = obstacle.lateral(normals)
+    return directions
 
 
 def _displacements(system: System, name: str, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Return the displacement of points along directions (3, c, 3) per rigid coordinate of the system, (3, c, r)."""
     body, r = system.bodies[name], len(system.rigid)
-    found = np.zeros((len(directions), len(points), r))
+    rows = np.zeros((len(directions), len(points), r))
     columns = np.flatnonzero((system.rigid >= body.rigid.start) & (system.rigid < body.rigid.stop))
-    for number in range(len(directions)):
-        found[number][:, columns] = body.rigid_rows(points, directions[number])
-    return found
+    for k in range(len(directions)):
+        rows[k][:, columns] = body.rigid_rows(points, directions[k])
+    return rows
 
 
 def _spacing(system: System, contact: ContactRows) -> tuple[float, str]:
@@ -245,8 +251,8 @@ def _spacing(system: System, contact: ContactRows) -> tuple[float, str]:
     if len(points) > 1:
         from scipy.spatial import cKDTree
 
-        apart = cKDTree(points).query(points, k=2)[0][:, 1]
-        return float(np.median(apart)), "the distance of neighbouring contact points"
-    sides = [(name, at) for name, _, _, at, _ in contact.sides]
-    reach = max(float(np.linalg.norm(at - system.bodies[name].morph.centre, axis=1).max()) for name, at in sides)
-    return ASIDE * reach, f"{ASIDE:g} of the distance from the contact point to the centre of mass"
+        spacing = cKDTree(points).query(points, k=2)[0][:, 1]
+        return float(np.median(spacing)), "the distance of neighbouring contact points"
+    sides = [(name, x) for name, _, _, x, _ in contact.sides]
+    radius = max(float(np.linalg.norm(x - system.bodies[name].morph.centre, axis=1).max()) for name, x in sides)
+    return ASIDE * radius, f"{ASIDE:g} of the distance from the contact point to the centre of mass"

@@ -22,16 +22,16 @@ def momentum_residual(system: System, end: Outcome, loads: np.ndarray, duration:
         if not body.rigid_count:
             continue
         columns = body.rigid
-        (given, size), radius = _driven(system, name, loads, duration), 0.0
-        for number, contact in enumerate(system.contacts):
-            pushed, arm, length = _pressed(system, end, contact, number, name)
-            given, size, radius = given + pushed, size + arm, max(radius, length)
+        (impulse, size), radius = _driven(system, name, loads, duration), 0.0
+        for i, contact in enumerate(system.contacts):
+            contact_impulse, arm, length = _pressed(system, end, contact, i, name)
+            impulse, size, radius = impulse + contact_impulse, size + arm, max(radius, length)
         pulled = system.springs.rows[:, columns].T @ end.springs if len(end.springs) else 0.0
         if len(end.springs):
             size += float(np.abs(end.springs[np.any(system.springs.rows[:, columns], axis=1)]).sum())
         if size > 0:
             # Momentum of the coordinates against twist times wrench; supported motions have no coordinate.
-            error = np.abs(end.v[columns] - system.velocity[columns] + pulled - body.twists @ given)
+            error = np.abs(end.v[columns] - system.velocity[columns] + pulled - body.twists @ impulse)
             scale = np.linalg.norm(body.twists[:, :3], axis=1) + (radius or 1.0) * np.linalg.norm(
                 body.twists[:, 3:], axis=1
             )
@@ -52,11 +52,9 @@ def _about(centre: np.ndarray, wrench: np.ndarray) -> np.ndarray:
     return np.concatenate([wrench[:3], wrench[3:] - np.cross(centre, wrench[:3])])
 
 
-def _pressed(
-    system: System, end: Outcome, contact: ContactRows, number: int, name: str
-) -> tuple[np.ndarray, float, float]:
+def _pressed(system: System, end: Outcome, contact: ContactRows, i: int, name: str) -> tuple[np.ndarray, float, float]:
     """Return the impulse and moment of a contact on a body about its centre, (6,), their size and largest arm [m]."""
-    given, size, radius, centre = np.zeros(6), 0.0, 0.0, system.bodies[name].morph.centre
+    impulse, size, radius, centre = np.zeros(6), 0.0, 0.0, system.bodies[name].morph.centre
     impulses = end.impulses[contact.rows, None] * contact.directions
     if len(end.drags):
         impulses = impulses + end.drags[contact.rows]
@@ -64,31 +62,31 @@ def _pressed(
         if owner == name:
             arm = points - centre
             radius = max(radius, float(np.sqrt((arm * arm).sum(axis=1).max())))
-            given += sign * np.concatenate([impulses.sum(axis=0), _moment(arm, impulses)])
+            impulse += sign * np.concatenate([impulses.sum(axis=0), _moment(arm, impulses)])
             size += float(np.linalg.norm(impulses.sum(axis=0)))
-    if (over := contact.master) is not None:
-        sign = (contact.body == name) - (over.body == name)
-        given[:3] += sign * end.drag_impulse[number] * over.direction
-        if over.body == name:
-            wrench = -end.master_impulses[contact.functions] @ over.resultant
+    if (surface := contact.master) is not None:
+        sign = (contact.body == name) - (surface.body == name)
+        impulse[:3] += sign * end.drag_impulse[i] * surface.direction
+        if surface.body == name:
+            wrench = -end.master_impulses[contact.functions] @ surface.resultant
             if len(end.master_drags):
-                wrench = wrench + end.master_drags[number]
-            given += _about(centre, wrench)
+                wrench = wrench + end.master_drags[i]
+            impulse += _about(centre, wrench)
             size += float(np.linalg.norm(wrench[:3]))
-    return given, size, radius
+    return impulse, size, radius
 
 
 def _driven(system: System, name: str, loads: np.ndarray, duration: float) -> tuple[np.ndarray, float]:
     """Return the impulse and moment of the loads on a body about its centre, (6,), and their size [N s]."""
     body, driving, wrenches = system.bodies[name], system.driving, []
-    given, size = np.zeros(6), 0.0
-    for number, held in enumerate(driving.joints):
-        if held.joint.body == name:
-            wrenches.append(loads[2 * number : 2 * number + 2] @ held.resultant)
+    impulse, size = np.zeros(6), 0.0
+    for i, point in enumerate(driving.joints):
+        if point.joint.body == name:
+            wrenches.append(loads[2 * i : 2 * i + 2] @ point.resultant)
     pushes = [*driving.given_rows(), *driving.driven_rows()]
-    wrenches += [loads[at] @ push.resultant for push, at in pushes if push.body == name]
+    wrenches += [loads[rows] @ load.resultant for load, rows in pushes if load.body == name]
     for wrench in wrenches:
-        given += _about(body.morph.centre, wrench)
+        impulse += _about(body.morph.centre, wrench)
         size += float(np.linalg.norm(wrench[:3]))
-    given[:3] += duration * body.morph.mass * np.asarray(system.scene.run.gravity)
-    return given, size
+    impulse[:3] += duration * body.morph.mass * np.asarray(system.scene.run.gravity)
+    return impulse, size

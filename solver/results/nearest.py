@@ -18,31 +18,33 @@ def nearest(system: System, end: Outcome, times: np.ndarray, frames: np.ndarray,
         times: Of the frames [s], (f,).
         frames, velocities: Coordinates and their rates, (f, m).
     """
-    found: Json = {}
+    json: Json = {}
     if system.scene.capabilities.turns:  # Its integrator follows the gaps.
-        return found
+        return json
     times = np.concatenate([[0.0], times])
-    places, rates = np.vstack([system.position, frames]), np.vstack([system.velocity, velocities])
+    states, rates = np.vstack([system.position, frames]), np.vstack([system.velocity, velocities])
     for contact in system.contacts:
         if end.impulses[contact.rows].any():
             continue
-        gaps = _gaps(system, contact.rows, times, places)
-        if (over := contact.master) is not None:
-            own, other = (system.bodies[name] for name in (contact.body, over.body))
-            moved = [body.centre_motion(places[:, body.rigid])[:, :3] @ over.direction for body in (own, other)]
-            inward = places @ system.functions[contact.functions].T
-            gaps += np.array([over.at_points(*item) for item in zip(moved[0] - moved[1], inward, strict=True)])
+        gaps = _gaps(system, contact.rows, times, states)
+        if (surface := contact.master) is not None:
+            body_name, partner = (system.bodies[name] for name in (contact.body, surface.body))
+            moved = [
+                body.centre_motion(states[:, body.rigid])[:, :3] @ surface.direction for body in (body_name, partner)
+            ]
+            inward = states @ system.functions[contact.functions].T
+            gaps += np.array([surface.at_points(*item) for item in zip(moved[0] - moved[1], inward, strict=True)])
         if system.edged(contact):
-            gaps += system.beyond(contact, places)
+            gaps += system.beyond(contact, states)
             frame = int(gaps.min(axis=1).argmin())
-            least, time = float(gaps[frame].min()), float(times[frame])
+            minimum, time = float(gaps[frame].min()), float(times[frame])
         else:
-            least, time = least_of_cubics(times, gaps, rates @ system.rows[contact.rows].T)
-        found |= named(contact.name, {"least_gap": (least, "m"), "least_gap_time": (time, "s")})
-    return found
+            minimum, time = least_of_cubics(times, gaps, rates @ system.rows[contact.rows].T)
+        json |= named(contact.name, {"least_gap": (minimum, "m"), "least_gap_time": (time, "s")})
+    return json
 
 
-def _gaps(system: System, rows: slice, times: np.ndarray, places: np.ndarray) -> np.ndarray:
+def _gaps(system: System, rows: slice, times: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Return the gaps of a contact's points without traction space and contact forces [m], (f, c)."""
     driving = system.driving
-    return system.gap[rows] + places @ system.rows[rows].T + driving.loads(times, 0.0) @ driving.to_gap[rows].T
+    return system.gap[rows] + states @ system.rows[rows].T + driving.loads(times, 0.0) @ driving.to_gap[rows].T

@@ -28,32 +28,32 @@ def quantities(system: System, end: Outcome, states: tuple[np.ndarray, np.ndarra
     Args:
         states: Times of frames and peaks [s], (f,), and contact forces then [N], (f, c).
     """
-    found, (times, multipliers) = Json(), states
-    for number, contact in enumerate(system.contacts):
+    json, (times, multipliers) = Json(), states
+    for i, contact in enumerate(system.contacts):
         impulse = (end.impulses[contact.rows, None] * contact.directions).sum(axis=0)
         size = float(np.linalg.norm(impulse))
         values = {"impulse": (size, "N s")}
-        pressed = float(end.impulses[contact.rows].sum())
-        if contact.edge.any() and pressed > 0:
-            values["edge_share"] = (float(end.impulses[contact.rows][contact.edge].sum()) / pressed, "1")
-        values |= impact_quantities(end.impacts[number], system.window)
+        total = float(end.impulses[contact.rows].sum())
+        if contact.edge.any() and total > 0:
+            values["edge_share"] = (float(end.impulses[contact.rows][contact.edge].sum()) / total, "1")
+        values |= impact_quantities(end.impacts[i], system.window)
         points = own_vectors(system.scene.body[contact.body], contact.points)
         if size > 0 and not system.scene.capabilities.turns:
             values |= _rebound(system, end, contact, impulse / size)
         if system.scene.contact[contact.name].friction is not None and len(end.rubbed):
-            values["friction_work"] = (float(end.rubbed[number]), "J")
-        if number < len(end.slips):
-            values |= _of_slips(end.slips[number])
+            values["friction_work"] = (float(end.rubbed[i]), "J")
+        if i < len(end.slips):
+            values |= _of_slips(end.slips[i])
         if contact.areas is not None and multipliers.any():
             values |= _of_pressure((points, contact.areas), times, multipliers[:, contact.rows],
                                    end.impulses[contact.rows])  # fmt: skip
         if len(points) > 1 and np.any(multipliers[:, contact.rows]):
             values |= _of_area(points, contact.areas, multipliers[:, contact.rows])
-        found |= named(contact.name, values)
+        json |= named(contact.name, values)
     for name, jumps in end.jumps.items():
         values = {"basis_changes": (float(len(jumps)), "1"), "energy_jump": (max(jumps, default=0.0), "1")}
-        found |= named(name, values)
-    return found | _leaving(system, end)
+        json |= named(name, values)
+    return json | _leaving(system, end)
 
 
 def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
@@ -63,25 +63,25 @@ def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
         times: Of the frames [s], (f,).
         frames: Coordinates, (f, m).
     """
-    driving, found = system.driving, Json()
+    driving, json = system.driving, Json()
     loads = driving.loads(times, 0.0)
     moved = frames @ driving.rows.T + loads @ driving.residual
-    for load, at in driving.given_rows():
+    for load, rows in driving.given_rows():
         if load.travels:
-            found |= named(load.name, deflection(times, loads[:, at], moved[:, at]))
-    return found
+            json |= named(load.name, deflection(times, loads[:, rows], moved[:, rows]))
+    return json
 
 
 def _leaving(system: System, end: Outcome) -> Json:
     """Return velocity and shift of each body's centre of mass at the end, along its free motions."""
-    found: Json = {}
+    json: Json = {}
     for name, body in system.bodies.items():
         if not body.rigid_count:
             continue
-        own = body.rigid
-        rates = [end.v[own], end.q[own] - system.position[own], system.velocity[own]]
-        found |= named(name, departure(*body.centre_motion(np.array(rates))))
-    return found
+        span = body.rigid
+        rates = [end.v[span], end.q[span] - system.position[span], system.velocity[span]]
+        json |= named(name, departure(*body.centre_motion(np.array(rates))))
+    return json
 
 
 def _of_pressure(
@@ -96,16 +96,16 @@ def _of_pressure(
         impulses: [N s], (c,)
     """
     points, areas = surface
-    over = patches(points, areas)
-    most = pressure_peak(over, multipliers)
+    surface_patches = patches(points, areas)
+    peak = pressure_peak(surface_patches, multipliers)
     values: dict[str, Quantity] = {
-        "pressure_peak": (most.pressure, "Pa"),
-        "pressure_patch": (most.area, "m^2"),
-        "pressure_time": (float(times[most.frame]), "s"),
+        "pressure_peak": (peak.pressure, "Pa"),
+        "pressure_patch": (peak.area, "m^2"),
+        "pressure_time": (float(times[peak.frame]), "s"),
     }
-    values |= {f"pressure_{x}": (float(at), "m") for x, at in zip("xyz", points[most.point], strict=True)}
-    share = float(impulses[over.slivers].sum())
-    return values | ({"sliver_share": (share / float(impulses.sum()), "1")} if share > 0 else {})
+    values |= {f"pressure_{x}": (float(p), "m") for x, p in zip("xyz", points[peak.point], strict=True)}
+    sliver_impulse = float(impulses[surface_patches.slivers].sum())
+    return values | ({"sliver_share": (sliver_impulse / float(impulses.sum()), "1")} if sliver_impulse > 0 else {})
 
 
 def _of_area(points: np.ndarray, areas: np.ndarray | None, multipliers: np.ndarray) -> dict[str, Quantity]:
@@ -116,11 +116,11 @@ def _of_area(points: np.ndarray, areas: np.ndarray | None, multipliers: np.ndarr
         areas: Of them [m²], (c,).
         multipliers: Of them [N], (f, c).
     """
-    most = multipliers[int(multipliers.sum(axis=1).argmax())]
-    centre = most @ points / most.sum()
-    values: dict[str, Quantity] = {f"centre_{x}": (float(at), "m") for x, at in zip("xyz", centre, strict=True)}
+    peak = multipliers[int(multipliers.sum(axis=1).argmax())]
+    centre = peak @ points / peak.sum()
+    values: dict[str, Quantity] = {f"centre_{x}": (float(c), "m") for x, c in zip("xyz", centre, strict=True)}
     if areas is not None:
-        values["contact_area"] = (float(areas[most > 0].sum()), "m^2")
+        values["contact_area"] = (float(areas[peak > 0].sum()), "m^2")
     return values
 
 
@@ -129,7 +129,7 @@ def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, Quantity]:
     values = {}
     for name, kind in (("slip", True), ("stick", False)):
         times = [time for time, begins in changes if begins is kind]
-        values |= {f"{name}{number}": (time, "s") for number, time in enumerate(times[:SLIPS], 1)}
+        values |= {f"{name}{i}": (time, "s") for i, time in enumerate(times[:SLIPS], 1)}
         if name == "slip" and len(times) > 1:
             values["slip_period"] = (times[-1] - times[-2], "s")
     return values

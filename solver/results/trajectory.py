@@ -84,36 +84,36 @@ class Ending(NamedTuple):
     """Largest energy error over the energy exchanged."""
 
 
-def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, ending: Ending) -> Trajectory:
+def trajectory_of(system: System, plan: Plan, end: Outcome, histories: Histories, ending: Ending) -> Trajectory:
     """Return the record of a run."""
-    schedule, interval, samples = plan.schedule, plan.schedule.interval, found.samples
+    schedule, interval, samples = plan.schedule, plan.schedule.interval, histories.samples
     times = interval * np.arange(1, len(samples.forces) + 1)
-    frame_times = interval * schedule.samples_per_frame * np.arange(1, len(found.frames) + 1)
+    frame_times = interval * schedule.samples_per_frame * np.arange(1, len(histories.frames) + 1)
     paths, closed = recorded_paths(system, samples.paths.values), np.flatnonzero(samples.peaks.force > 0)
-    peaks = Peaks(*(part[closed] for part in samples.peaks))
+    peaks = Peaks(*(p[closed] for p in samples.peaks))
     peak_masters = _outward(system, peaks)
     readings, wrenches = parted(recorded_gauges(system, samples.gauges))
     peak_times = interval * peaks.sample
-    states = np.append(frame_times, peak_times), np.concatenate([found.multipliers, peaks.multipliers])
+    states = np.append(frame_times, peak_times), np.concatenate([histories.multipliers, peaks.multipliers])
     contacts = {
         contact.name: ContactHistory(
             body=contact.body,
             interface=contact.interface,
-            force=samples.forces[:, number],
-            multipliers=found.multipliers[:, contact.rows],
+            force=samples.forces[:, i],
+            multipliers=histories.multipliers[:, contact.rows],
             areas=contact.areas,
             points=contact.points,
-            master=_recorded(found.masters, contact),
+            master=_recorded(histories.masters, contact),
             path=paths.get(contact.name),
             peak_multipliers=peaks.multipliers[:, contact.rows],
             peak_master=_recorded(peak_masters, contact),
         )
-        for number, contact in enumerate(system.contacts)
+        for i, contact in enumerate(system.contacts)
     }
-    contacts = _with_friction(contacts, system, found.friction, peaks.friction)
+    contacts = _with_friction(contacts, system, histories.friction, peaks.friction)
     joints = _joints(system, times, samples, wrenches)
     probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads), wrenches)
-    whole = Trajectory(
+    trajectory = Trajectory(
         result=ending.result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},
         coordinate_offsets=recorded_offsets(system),
@@ -121,14 +121,14 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         energies=samples.energies,
         contacts=contacts,
         frame_times=frame_times,
-        frames=recorded(system, found.frames),
-        velocities=recorded(system, found.velocities),
+        frames=recorded(system, histories.frames),
+        velocities=recorded(system, histories.velocities),
         quantities=quantities(system, end, states)
         | gauge_quantities(system, times, readings)
         | probe_quantities(times, probes)
         | held_quantities(times, wrenches)
-        | deflections(system, frame_times, found.frames)
-        | nearest(system, end, frame_times, found.frames, found.velocities),
+        | deflections(system, frame_times, histories.frames)
+        | nearest(system, end, frame_times, histories.frames, histories.velocities),
         energy_drift=ending.drift,
         momentum_residual=momentum_residual(system, end, interval * samples.loads.sum(axis=0), interval * len(times)),
         counts=_counts(system, plan, end) | ({"reason": ending.reason} if ending.reason else {}),
@@ -137,45 +137,51 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
         impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=True)},
         gauges=readings,
-        peaks={system.contacts[number].name: place for place, number in enumerate(closed)},
+        peaks={system.contacts[k].name: row for row, k in enumerate(closed)},
         peak_times=peak_times,
         peak_frames=recorded(system, peaks.q),
         peak_velocities=recorded(system, peaks.v),
     )
-    whole = _with_wear(whole, system, schedule, found) if wears(system) else whole
-    return whole if end.linkage is None else _with_linkage(whole, end.linkage(len(times)), system.scene.probe)
+    trajectory = _with_wear(trajectory, system, schedule, histories) if wears(system) else trajectory
+    return trajectory if end.linkage is None else _with_linkage(trajectory, end.linkage(len(times)), system.scene.probe)
 
 
 def _with_friction(
     contacts: dict[str, ContactHistory], system: System, friction: np.ndarray, at_peaks: np.ndarray
 ) -> dict[str, ContactHistory]:
     """Return contacts with the friction of their points, where the run kept it."""
-    rubbing = {one.name: one.rows for one in system.contacts if one.name in system.rubbing}
-    kept = {name: (friction[:, rows], at_peaks[:, rows]) for name, rows in rubbing.items()}
-    own = {name: replace(contacts[name], friction=one, peak_friction=other) for name, (one, other) in kept.items()}
-    return contacts | own
+    rubbing = {c.name: c.rows for c in system.contacts if c.name in system.rubbing}
+    frictions = {name: (friction[:, rows], at_peaks[:, rows]) for name, rows in rubbing.items()}
+    with_friction = {
+        name: replace(contacts[name], friction=f, peak_friction=peak) for name, (f, peak) in frictions.items()
+    }
+    return contacts | with_friction
 
 
-def _with_wear(whole: Trajectory, system: System, schedule: Schedule, found: Histories) -> Trajectory:
+def _with_wear(trajectory: Trajectory, system: System, schedule: Schedule, histories: Histories) -> Trajectory:
     """Return a run with the wear of its contacts."""
-    sums = rubbed(system, schedule, found.samples, found.impulses)
+    sums = rubbed(system, schedule, histories.samples, histories.impulses)
     return replace(
-        whole, quantities=whole.quantities | worn_quantities(system, sums), counts=whole.counts | {WEAR: sums}
+        trajectory,
+        quantities=trajectory.quantities | worn_quantities(system, sums),
+        counts=trajectory.counts | {WEAR: sums},
     )
 
 
-def _with_linkage(found: Trajectory, own: LinkageHistories, asked: Iterable[str]) -> Trajectory:
+def _with_linkage(trajectory: Trajectory, linkage: LinkageHistories, names: Iterable[str]) -> Trajectory:
     """Return a run with what its mechanism recorded itself, and with the quantities of the probes of its scene."""
-    notes = ({LINKAGE_NOTES: "\n".join(own.notes)} if own.notes else {}) | ({WEAR: own.wear} if own.wear else {})
-    parts = found.quantities | own.quantities
-    parts |= probe_quantities(found.times, {name: own.probes[name] for name in asked})
-    for name, impacts in own.impacts.items():
-        parts |= named(name, impact_quantities(impacts, 0.0))
-    owners = list(dict.fromkeys(name.partition(".")[0] for name in parts))
-    together = dict(sorted(parts.items(), key=lambda item: owners.index(item[0].partition(".")[0])))
+    notes = ({LINKAGE_NOTES: "\n".join(linkage.notes)} if linkage.notes else {}) | (
+        {WEAR: linkage.wear} if linkage.wear else {}
+    )
+    merged = trajectory.quantities | linkage.quantities
+    merged |= probe_quantities(trajectory.times, {name: linkage.probes[name] for name in names})
+    for name, impacts in linkage.impacts.items():
+        merged |= named(name, impact_quantities(impacts, 0.0))
+    owners = list(dict.fromkeys(name.partition(".")[0] for name in merged))
+    together = dict(sorted(merged.items(), key=lambda item: owners.index(item[0].partition(".")[0])))
     return replace(
-        found, joints=own.joints, probes=own.probes, quantities=together, momentum_residual=own.momentum_residual,
-        counts=found.counts | notes,
+        trajectory, joints=linkage.joints, probes=linkage.probes, quantities=together,
+        momentum_residual=linkage.momentum_residual, counts=trajectory.counts | notes,
     )  # fmt: skip
 
 
@@ -202,32 +208,36 @@ def _outward(system: System, peaks: Peaks) -> np.ndarray:
 
 def _recorded(masters: np.ndarray, contact: ContactRows) -> np.ndarray | None:
     """Return the displacements of a contact's traction space in the order of the record [m], (f, F)."""
-    over = contact.master
-    return None if over is None else masters[:, contact.functions][:, np.argsort(over.order)]
+    surface = contact.master
+    return None if surface is None else masters[:, contact.functions][:, np.argsort(surface.order)]
 
 
 def _joints(
     system: System, times: np.ndarray, samples: Samples, wrenches: dict[str, np.ndarray]
 ) -> dict[str, JointHistory]:
     histories = held_histories(system, wrenches)
-    for number, held in enumerate(system.driving.joints):
-        along, lateral = held.joint.axes
-        loads = samples.loads[:, 2 * number : 2 * number + 2]
+    for i, joint_point in enumerate(system.driving.joints):
+        along, lateral = joint_point.joint.axes
+        loads = samples.loads[:, 2 * i : 2 * i + 2]
         force = loads[:, :1] * lateral + loads[:, 1:] * along
-        violation = samples.snapshots[:, 2 * len(system.rigid) + number]
-        histories[held.name] = JointHistory(
-            held.joint.body, held.joint.interface or "", held.joint.angle(times), force, violation.copy()
+        violation = samples.snapshots[:, 2 * len(system.rigid) + i]
+        histories[joint_point.name] = JointHistory(
+            joint_point.joint.body,
+            joint_point.joint.interface or "",
+            joint_point.joint.angle(times),
+            force,
+            violation.copy(),
         )
     return histories
 
 
 def _motion(system: System, snapshots: np.ndarray) -> dict[str, np.ndarray]:
     """Return the motion of each body's centre, (s, 12)."""
-    r, first, motion = len(system.rigid), 0, {}
+    r, start, motion = len(system.rigid), 0, {}
     for name, body in system.bodies.items():
-        columns = slice(first, first + body.rigid_count)
+        columns = slice(start, start + body.rigid_count)
         if body.rigid_count:
-            place, rate = snapshots[:, :r][:, columns], snapshots[:, r : 2 * r][:, columns]
-            motion[name] = np.column_stack([body.centre_motion(place), body.centre_motion(rate)])
-        first += body.rigid_count
+            position, rate = snapshots[:, :r][:, columns], snapshots[:, r : 2 * r][:, columns]
+            motion[name] = np.column_stack([body.centre_motion(position), body.centre_motion(rate)])
+        start += body.rigid_count
     return motion

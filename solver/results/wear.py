@@ -20,7 +20,7 @@ from gudgeon.solver.system.system import System
 
 def wears(system: System) -> bool:
     """Whether a contact of a scene wears."""
-    return any(one.wear is not None for one in system.scene.contact.values())
+    return any(c.wear is not None for c in system.scene.contact.values())
 
 
 def rubbed(system: System, schedule: Schedule, samples: Samples, impulses: np.ndarray) -> Json:
@@ -33,30 +33,30 @@ def rubbed(system: System, schedule: Schedule, samples: Samples, impulses: np.nd
         `load_distance`: force times sliding distance of each point [N m]; `against_load_distance`: the same of each
         function of the traction space, in the order of the record, where the points slide over one.
     """
-    found: Json = {}
-    for number, contact in enumerate(system.contacts):
+    sums: Json = {}
+    for i, contact in enumerate(system.contacts):
         wear = system.scene.contact[contact.name].wear
         if wear is None:
             continue
-        part = slice(0, len(impulses) * schedule.samples_per_frame)
-        forces = np.linalg.norm(samples.forces[part, number], axis=1)
+        span = slice(0, len(impulses) * schedule.samples_per_frame)
+        forces = np.linalg.norm(samples.forces[span, i], axis=1)
         counts = schedule.interval * np.arange(1, len(forces) + 1) > wear.after
-        speeds = _speeds(system, contact, samples.snapshots[part])
+        speeds = _speeds(system, contact, samples.snapshots[span])
         shape = len(impulses), schedule.samples_per_frame
         weights = _weights(forces.reshape(shape), counts.reshape(shape))
-        pressed = np.diff(impulses[:, contact.rows], axis=0, prepend=0.0)
-        slide = np.maximum(pressed, 0.0) * np.einsum("fs,fsc->fc", weights, speeds.reshape(*shape, -1))
-        found[contact.name] = {"load_distance": slide.sum(axis=0).tolist()}
+        normal_impulses = np.diff(impulses[:, contact.rows], axis=0, prepend=0.0)
+        slide = np.maximum(normal_impulses, 0.0) * np.einsum("fs,fsc->fc", weights, speeds.reshape(*shape, -1))
+        sums[contact.name] = {"load_distance": slide.sum(axis=0).tolist()}
         if contact.master is not None:
-            places = _places(system, contact, samples.snapshots[part]).reshape(shape)
-            at = (weights * places).sum(axis=1) / np.maximum(weights.sum(axis=1), np.finfo(float).tiny)
-            found[contact.name]["against_load_distance"] = _over_functions(contact, at, slide).tolist()
-    return found
+            positions = _places(system, contact, samples.snapshots[span]).reshape(shape)
+            mean_positions = (weights * positions).sum(axis=1) / np.maximum(weights.sum(axis=1), np.finfo(float).tiny)
+            sums[contact.name]["against_load_distance"] = _over_functions(contact, mean_positions, slide).tolist()
+    return sums
 
 
 def worn_quantities(system: System, sums: Json) -> Json:
     """Return volumes and the largest depths that the run wears off, `CONTACT.name` → {"value", "unit"}."""
-    found: Json = {}
+    json: Json = {}
     for contact in system.contacts:
         wear = system.scene.contact[contact.name].wear
         if wear is None or contact.areas is None:
@@ -70,8 +70,8 @@ def worn_quantities(system: System, sums: Json) -> Json:
         if contact.master is not None:
             volume = wear.against_coefficient / wear.hardness * float(slide.sum())
             values["against_wear_volume"] = (volume, "m^3")
-        found |= named(contact.name, values)
-    return found
+        json |= named(contact.name, values)
+    return json
 
 
 def _weights(forces: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -121,13 +121,13 @@ def _places(system: System, contact: ContactRows, snapshots: np.ndarray) -> np.n
     return 0.5 * (slid[:-1] + slid[1:])
 
 
-def _over_functions(contact: ContactRows, places: np.ndarray, slide: np.ndarray) -> np.ndarray:
+def _over_functions(contact: ContactRows, positions: np.ndarray, slide: np.ndarray) -> np.ndarray:
     """Return what points at places (f,) rubbed (f, c) over the functions of their traction space [N m], (F,)."""
-    over = contact.master
-    assert over is not None
-    found = np.zeros(len(over.order))
-    for place, amounts in zip(places, slide, strict=True):
+    surface = contact.master
+    assert surface is not None
+    distribution = np.zeros(len(surface.order))
+    for position, amounts in zip(positions, slide, strict=True):
         if amounts.any():
-            numbers, weights, beside = over.weights(float(place))
-            np.add.at(found, numbers, weights * np.where(beside, 0.0, amounts)[:, None, None])
-    return found[np.argsort(over.order)]
+            numbers, weights, beside = surface.weights(float(position))
+            np.add.at(distribution, numbers, weights * np.where(beside, 0.0, amounts)[:, None, None])
+    return distribution[np.argsort(surface.order)]

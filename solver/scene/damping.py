@@ -100,15 +100,15 @@ class Damping(Strict):
                     f"body.{body}.damping.ratios: {len(self.ratios)} given, the body has {len(omega)} elastic"
                     " coordinates; one for each is needed"
                 )
-            found = np.zeros(len(omega))
-            found[np.argsort(omega, kind="stable")] = self.ratios[: len(omega)]
-            return found
+            in_order = np.zeros(len(omega))
+            in_order[np.argsort(omega, kind="stable")] = self.ratios[: len(omega)]
+            return in_order
         frequencies, ratios = np.array(self.values, float).T
-        wanted = omega / (2 * np.pi)
-        if len(wanted) and (wanted.min() < frequencies[0] or wanted.max() > frequencies[-1]):
+        natural = omega / (2 * np.pi)
+        if len(natural) and (natural.min() < frequencies[0] or natural.max() > frequencies[-1]):
             key = "values" if self.table is None else "table"
             raise SceneError(
                 f"body.{body}.damping.{key}: reaches from {frequencies[0]:.6g} to {frequencies[-1]:.6g} Hz, the elastic"
-                f" coordinates of the body from {wanted.min():.6g} to {wanted.max():.6g} Hz; extend the table"
+                f" coordinates of the body from {natural.min():.6g} to {natural.max():.6g} Hz; extend the table"
             )
-        return np.interp(wanted, frequencies, ratios)
+        return np.interp(natural, frequencies, ratios)

@@ -20,35 +20,39 @@ def turning_cause(
     Args:
         deforms: Whether a body may deform.
     """
-    held = {joint.body for joint in joints.values() if isinstance(joint, Marked)}
+    joined = {joint.body for joint in joints.values() if isinstance(joint, Marked)}
     for name, joint in joints.items():
-        what = f"joint '{name}'"
+        element = f"joint '{name}'"
         if isinstance(joint, SliderCrank):
-            if joint.body in held:
-                return f"{what} on body '{joint.body}', which another joint holds"
+            if joint.body in joined:
+                return f"{element} on body '{joint.body}', which another joint holds"
         elif not isinstance(joint, Fixed):
-            return f"{what} of kind '{joint.kind}'"
+            return f"{element} of kind '{joint.kind}'"
         elif joint.against is not None:
-            return f"{what} against body '{joint.against}'"
+            return f"{element} against body '{joint.against}'"
         elif joint.interface is None:
-            return f"{what} at a point"
+            return f"{element} at a point"
         elif joint.against_at is not None:
-            return f"{what} with against_at"
+            return f"{element} with against_at"
         elif not deforms(joint.body):
-            return f"{what} on body '{joint.body}', which does not deform"
-    return _asked({name: bodies[name] for name in sorted(held)}, probes, run)
+            return f"{element} on body '{joint.body}', which does not deform"
+    return _asked({name: bodies[name] for name in sorted(joined)}, probes, run)
 
 
-def _asked(held: Mapping[str, Body], probes: Mapping[str, Probe], run: Run) -> str | None:
+def _asked(joined: Mapping[str, Body], probes: Mapping[str, Probe], run: Run) -> str | None:
     """Return what of bodies that joints hold asks for frames that turn."""
     if run.stepping != "auto":
         return f"run.stepping '{run.stepping}'"
-    for name, body in held.items():
-        if given := {"attachment", "geometric_stiffness"} & body.model_fields_set:
-            return f"body.{name}.{min(given)}"
+    for name, body in joined.items():
+        if options := {"attachment", "geometric_stiffness"} & body.model_fields_set:
+            return f"body.{name}.{min(options)}"
         if any(body.velocity) or any(body.angular_velocity):
             return f"the velocity of body '{name}', which a joint holds"
     for name, probe in probes.items():
-        if isinstance(probe, PointProbe) and (probe.kind, probe.interface) == ("rotation", None) and probe.body in held:
+        if (
+            isinstance(probe, PointProbe)
+            and (probe.kind, probe.interface) == ("rotation", None)
+            and probe.body in joined
+        ):
             return f"probe '{name}' of the rotation of a frame"
     return None

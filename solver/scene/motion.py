@@ -47,29 +47,29 @@ class Drive(History):
 
         knots, values = np.array(self.values, float).T
         if self.interpolation == "cubic":
-            place = CubicSpline(knots, values)
+            curve = CubicSpline(knots, values)
         else:
-            place = PPoly(np.array([np.diff(values) / np.diff(knots), values[:-1]]), knots)
-        inside = np.clip(times, knots[0], knots[-1])
-        return np.column_stack([place(inside), place.derivative()(inside)])
+            curve = PPoly(np.array([np.diff(values) / np.diff(knots), values[:-1]]), knots)
+        clipped = np.clip(times, knots[0], knots[-1])
+        return np.column_stack([curve(clipped), curve.derivative()(clipped)])
 
-    def places(self, times: np.ndarray, where: str) -> np.ndarray:
+    def places(self, times: np.ndarray, path: str) -> np.ndarray:
         """Return motion [m or rad] and its rate at times [s], (t, 2).
 
         Raises:
-            SceneError: one of them is not finite; it names the motion `where`.
+            SceneError: one of them is not finite; it names the motion `path`.
         """
         if self.expression is not None:
-            key = f"{where}.expression"
+            key = f"{path}.expression"
             return np.column_stack([values_of(self.expression, times, key), rates_of(self.expression, times, key)])
         return self._tabled(times)
 
-    def jump(self, times: np.ndarray, where: str) -> float | None:
+    def jump(self, times: np.ndarray, path: str) -> float | None:
         """Return a time [s] between given ones, (t,), at which the motion jumps, as by `step`; None without one."""
-        self.places(times, where)  # Refuses an expression that is not finite at one of them.
+        self.places(times, path)  # Refuses an expression that is not finite at one of them.
         if self.expression is None or "step" not in self.expression:
             return None
-        return jump_of(lambda at: self.places(at, where)[:, 0], times)
+        return jump_of(lambda t: self.places(t, path)[:, 0], times)
 
 
 class Translation(Drive):

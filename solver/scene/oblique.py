@@ -18,20 +18,20 @@ STRAIGHT = 1e-6
 
 def oblique(scene: Scene) -> dict[str, tuple[str, ...]]:
     """Return the interfaces of contact points of each body that may be pressed at a slant; none where bodies turn."""
-    found: dict[str, list[str]] = {body: [] for body in scene.body}
+    slanting: dict[str, list[str]] = {body: [] for body in scene.body}
     for contact in scene.contact.values() if not scene.capabilities.turns else ():
         against, Q = contact.against, _axes(scene, contact.body)
         if isinstance(against, OtherBody | MasterSurface):
             if not _straight(_axes(scene, against.body).T @ Q):
-                found[contact.body].append(contact.interface)
+                slanting[contact.body].append(contact.interface)
                 if isinstance(against, OtherBody):
-                    found[against.body].append(against.interface)
+                    slanting[against.body].append(against.interface)
         elif isinstance(against, Plane | Bore):
             along = np.asarray(against.normal if isinstance(against, Plane) else against.axis, float)
             if not _straight(Q.T @ along[:, None] / np.linalg.norm(along)):
-                found[contact.body].append(contact.interface)
-    pressed = {electrode.interface for electrode in scene.electrodes().values()}
-    return {body: tuple(one for one in dict.fromkeys(names) if one not in pressed) for body, names in found.items()}
+                slanting[contact.body].append(contact.interface)
+    electrodes = {electrode.interface for electrode in scene.electrodes().values()}
+    return {body: tuple(f for f in dict.fromkeys(names) if f not in electrodes) for body, names in slanting.items()}
 
 
 def _axes(scene: Scene, body: str) -> np.ndarray:

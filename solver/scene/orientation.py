@@ -65,8 +65,8 @@ class Orientation(Strict):
             return _of_quaternion(np.array(self.quaternion))
         if self.euler is not None and self.order is not None:
             turns = [_about(np.eye(3)["xyz".index(x)], a) for x, a in zip(self.order, self.euler, strict=True)]
-            first, second, third = turns if self.about == "intrinsic" else turns[::-1]
-            return first @ second @ third
+            Q1, Q2, Q3 = turns if self.about == "intrinsic" else turns[::-1]
+            return Q1 @ Q2 @ Q3
         assert self.axis is not None
         assert self.angle is not None
         return _about(unit(self.axis), self.angle)
@@ -104,8 +104,8 @@ def _of_quaternion(q: np.ndarray) -> np.ndarray:
 def _about(axis: np.ndarray, degrees: float) -> np.ndarray:
     """Return the rotation about a unit axis, (3, 3), without round-off at multiples of 90 degrees (Rodrigues)."""
     quarters = round(degrees / 90)
-    rest = np.radians(degrees - 90 * quarters)
-    cosine, sine = np.cos(rest), np.sin(rest)
+    remainder = np.radians(degrees - 90 * quarters)
+    cosine, sine = np.cos(remainder), np.sin(remainder)
     for _ in range(quarters % 4):
         cosine, sine = -sine, cosine
     x, y, z = axis

@@ -36,41 +36,41 @@ def turning_refusal(lacks: Sequence[tuple[str, Feature, Contact | Force | Motion
     Args:
         lacks: Path of each element, what it needs, and its settings.
     """
-    lines = list(dict.fromkeys(_turning_line(*one) for one in lacks))
-    more = [f"{len(lines) - NAMED} more are not carried"] if len(lines) > NAMED else []
-    return "; ".join(lines[:NAMED] + more)
+    lines = list(dict.fromkeys(_turning_line(*lack) for lack in lacks))
+    remainder = [f"{len(lines) - NAMED} more are not carried"] if len(lines) > NAMED else []
+    return "; ".join(lines[:NAMED] + remainder)
 
 
-def _turning_line(where: str, feature: Feature, settings: Contact | Force | Motion) -> str:
+def _turning_line(path: str, feature: Feature, settings: Contact | Force | Motion) -> str:
     """Return what is wrong with an element where bodies turn by any angle, and what is allowed."""
     if isinstance(settings, Contact):
-        return _contact_line(where, feature, settings)
-    if where.startswith("motion."):
-        return f"{where}: given; a joint of kind 'driven' moves bodies there"
+        return _contact_line(path, feature, settings)
+    if path.startswith("motion."):
+        return f"{path}: given; a joint of kind 'driven' moves bodies there"
     if isinstance(settings, Spring):
         key = "direction" if not settings.tabled else "table" if settings.table is not None else "values"
-        return f"{where}.{key}: given; springs there have a stiffness, along the line between their points"
+        return f"{path}.{key}: given; springs there have a stiffness, along the line between their points"
     resultant = "; a force over time has the resultant" if settings.kind in ("gas", "pressure") else ""
-    return f"{where}.kind: '{settings.kind}' given; forces there are of kind {KINDS}{resultant}"
+    return f"{path}.kind: '{settings.kind}' given; forces there are of kind {KINDS}{resultant}"
 
 
-def _contact_line(where: str, feature: Feature, contact: Contact) -> str:
+def _contact_line(path: str, feature: Feature, contact: Contact) -> str:
     """Return what is wrong with a contact where bodies turn by any angle, and what is allowed."""
     friction = contact.friction
     return {
         Feature.RIGID_CONTACT:
-            f"{where}.method: '{contact.method}' given; contact there has method 'residual', or 'penalty' with a law of"
+            f"{path}.method: '{contact.method}' given; contact there has method 'residual', or 'penalty' with a law of"
             f" kind {', '.join(LAWS)}",
         Feature.LINE_FRICTION:
-            f"{where}.friction.direction: {friction.direction if friction else None} given; friction there acts in the"
+            f"{path}.friction.direction: {friction.direction if friction else None} given; friction there acts in the"
             " plane of contact",
         Feature.TWO_BODIES:
-            f"{where}.against.shape: '{contact.against.shape}' given; bodies meet there by points on an interface of"
+            f"{path}.against.shape: '{contact.against.shape}' given; bodies meet there by points on an interface of"
             " kind 'traction', shape 'surface'",
-        Feature.EDGES: f"{where}.against.edges: given; planes there have none",
-        Feature.WEAR: f"{where}.wear: given; joints of kind 'clearance' wear there, contacts do not",
-        Feature.DASHPOT: f"{where}.dashpot: '{contact.dashpot}' given; 'none' is allowed there",
-    }.get(feature, f"{where}: {feature.value} is not carried there")  # fmt: skip
+        Feature.EDGES: f"{path}.against.edges: given; planes there have none",
+        Feature.WEAR: f"{path}.wear: given; joints of kind 'clearance' wear there, contacts do not",
+        Feature.DASHPOT: f"{path}.dashpot: '{contact.dashpot}' given; 'none' is allowed there",
+    }.get(feature, f"{path}: {feature.value} is not carried there")  # fmt: skip
 
 
 def refuse_turning_probe(name: str, probe: Probe) -> None:
@@ -88,9 +88,9 @@ def refuse_turning_probe(name: str, probe: Probe) -> None:
         )
 
 
-def refuse_both_sides(name: str, contact: Contact, other: MasterSurface | OtherBody) -> None:
+def refuse_both_sides(name: str, contact: Contact, partner: MasterSurface | OtherBody) -> None:
     """Raise a ValueError where a contact has one interface of a body on both sides."""
-    if (other.body, other.interface) == (contact.body, contact.interface):
+    if (partner.body, partner.interface) == (contact.body, contact.interface):
         raise ValueError(
             f"contact.{name}.against.interface: '{contact.interface}' of '{contact.body}' on both sides; a body meets"
             " itself by two interfaces"
@@ -99,5 +99,5 @@ def refuse_both_sides(name: str, contact: Contact, other: MasterSurface | OtherB
 
 def suggestion(name: str, allowed: Iterable[str]) -> str:
     """Return `did you mean 'x'? ` with the allowed name that is most like one that is not; empty where none is."""
-    near = difflib.get_close_matches(name, list(allowed), 1)
-    return f"did you mean '{near[0]}'? " if near else ""
+    matches = difflib.get_close_matches(name, list(allowed), 1)
+    return f"did you mean '{matches[0]}'? " if matches else ""

@@ -64,10 +64,10 @@ class Scene(Strict):
                 have = ", ".join(self.body)
                 raise ValueError(f"{key}: no body '{body}', {suggestion(body, self.body)}the scene has {have}")
         self._check_joints()
-        for name, other in self.others().items():
+        for name, surface in self.others().items():
             contact = self.contact[name]
-            refuse_both_sides(name, contact, other)
-            if other.body == contact.body and isinstance(other, MasterSurface) and self.integrator != "mechanism":
+            refuse_both_sides(name, contact, surface)
+            if surface.body == contact.body and isinstance(surface, MasterSurface) and self.integrator != "mechanism":
                 raise ValueError(
                     f"contact.{name}.against.body: points do not slide over a traction space of their own body where it"
                     " does not turn; it meets itself by interfaces of kind 'points' and shape 'body'"
@@ -80,7 +80,7 @@ class Scene(Strict):
     def _named_bodies(self) -> Iterator[tuple[str, str]]:
         """Yield the keys that name bodies, each with the name."""
         yield from ((f"contact.{name}.body", contact.body) for name, contact in self.contact.items())
-        yield from ((f"contact.{name}.against.body", other.body) for name, other in self.others().items())
+        yield from ((f"contact.{name}.against.body", surface.body) for name, surface in self.others().items())
         joints, forces = self.hinges(), self.springs() | self.fields()
         yield from ((f"joint.{name}.body", joint.body) for name, joint in (self.cranks() | joints).items())
         yield from ((f"joint.{name}.against", joint.against) for name, joint in joints.items() if joint.against)
@@ -106,7 +106,7 @@ class Scene(Strict):
                     have = f"{suggestion(target, hinges)}the scene has {', '.join(hinges) or 'none'}"
                     raise ValueError(f"joint.{name}.{key}: no joint '{target}' of two markers, {have}")
 
-    def _check_force(self, where: str, of: str) -> None:
+    def _check_force(self, path: str, of: str) -> None:
         """Raise a ValueError unless a probe's `of` is a contact, joint, spring, motion or body of the scene."""
         able = [f"contact.{name}" for name in self.contact] + [f"joint.{name}" for name in self.joint]
         able += [f"force.{name}" for name in self.springs() | self.fields()] + [
@@ -115,7 +115,7 @@ class Scene(Strict):
         able += [f"body.{name}" for name in self.body]
         if of not in able:
             have = ", ".join(able) or "none"
-            raise ValueError(f"{where}: nothing to be read at '{of}', {suggestion(of, able)}the scene has {have}")
+            raise ValueError(f"{path}: nothing to be read at '{of}', {suggestion(of, able)}the scene has {have}")
 
     def cranks(self) -> dict[str, SliderCrank]:
         """Return the cranks that move a point of a body by a massless rod, by name."""
@@ -128,16 +128,20 @@ class Scene(Strict):
     def held(self) -> dict[str, Marked]:
         """Return the joints of two markers that hold bodies in small motion by name: all, where nothing turns and an
         integrator of small motion carries the rest of the scene, or none."""
-        hinges, parts = self.hinges(), (self.joint, self.body, self.probe, self.run, self.deforms)
-        if not hinges or self.run.integrator == "mechanism" or turning_cause(*parts) is not None or self._fast:
+        hinges, arguments = self.hinges(), (self.joint, self.body, self.probe, self.run, self.deforms)
+        if not hinges or self.run.integrator == "mechanism" or turning_cause(*arguments) is not None or self._fast:
             return {}
         demands = list(_demands(self.model_copy(update={"joint": self.cranks()})))
-        return hinges if any(not one.turns and not lacking(demands, name) for name, one in INTEGRATORS.items()) else {}
+        return (
+            hinges
+            if any(not integrator.turns and not lacking(demands, name) for name, integrator in INTEGRATORS.items())
+            else {}
+        )
 
     def bearings(self) -> dict[str, str]:
         """Return the components of elastic bearings by the joint that has one."""
         clearances = {n: j.bearing for n, j in self.joint.items() if isinstance(j, Clearance) and j.bearing is not None}
-        return {n: one.component for n, one in clearances.items() if one.component is not None}
+        return {n: c.component for n, c in clearances.items() if c.component is not None}
 
     def point_springs(self) -> dict[str, Spring]:
         """Return the springs between two points, whose line turns with them, by name: as named, or in mechanisms."""
@@ -170,13 +174,13 @@ class Scene(Strict):
 
     def point_loads(self) -> dict[str, GivenForce | GivenTorque]:
         """Return forces over time at points of rigid bodies, and torques on them, by name."""
-        found = {n: f for n, f in self.force.items() if isinstance(f, GivenForce | GivenTorque)}
-        return {n: f for n, f in found.items() if isinstance(f, GivenTorque) or f.at is not None}
+        loads = {n: f for n, f in self.force.items() if isinstance(f, GivenForce | GivenTorque)}
+        return {n: f for n, f in loads.items() if isinstance(f, GivenTorque) or f.at is not None}
 
     def turning_loads(self) -> dict[str, GivenForce | GivenTorque | GivenWrench]:
         """Return forces, torques and wrenches over time of a scene whose bodies turn by any angle, by name."""
-        found = {n: f for n, f in self.force.items() if isinstance(f, GivenForce | GivenTorque | GivenWrench)}
-        return found if self.turns_by_choice else {n: f for n, f in found.items() if n in self.point_loads()}
+        loads = {n: f for n, f in self.force.items() if isinstance(f, GivenForce | GivenTorque | GivenWrench)}
+        return loads if self.turns_by_choice else {n: f for n, f in loads.items() if n in self.point_loads()}
 
     def masters(self) -> dict[str, MasterSurface]:
         """Return the master surface of each contact that has one."""
@@ -188,13 +192,13 @@ class Scene(Strict):
 
     def rubbed(self) -> dict[str, tuple[str, ...]]:
         """Return the interfaces of contact points and traction spaces of each body on which friction acts."""
-        found: dict[str, list[str]] = {body: [] for body in self.body}
+        rubbing: dict[str, list[str]] = {body: [] for body in self.body}
         for contact in self.contact.values():
             if contact.friction is not None:
-                found[contact.body].append(contact.interface)
+                rubbing[contact.body].append(contact.interface)
                 if isinstance(contact.against, OtherBody | MasterSurface):
-                    found[contact.against.body].append(contact.against.interface)
-        return {body: tuple(dict.fromkeys(names)) for body, names in found.items()}
+                    rubbing[contact.against.body].append(contact.against.interface)
+        return {body: tuple(dict.fromkeys(names)) for body, names in rubbing.items()}
 
     def given(self) -> dict[str, GasPressure | MovingForce | ExternalForce | OverTime]:
         """Return the forces prescribed over time by name: all but springs, bushings and fields."""
@@ -281,7 +285,7 @@ class Scene(Strict):
         advice = f"use {' or '.join(map(repr, ('auto', *able)))}" if able else "no integrator supports the whole scene"
         if refusal and named == "mechanism":
             advice += f"; or {refusal}"
-        missing = listed([one.what for one in lacks])
+        missing = listed([d.what for d in lacks])
         return f"run.integrator: '{named}' does not support {missing}; {advice}"
 
     def _turning_refusal(self) -> str | None:
@@ -290,12 +294,12 @@ class Scene(Strict):
         why += [f"the line of force.{name} turns" for name in self.point_springs()]
         lacks = lacking(list(_demands(self)), "mechanism")
         tables = {"contact": self.contact, "force": self.force, "motion": self.motion}
-        parts = [(one, *one.where.split(".", 1)) for one in lacks]
-        found = [(one.where, one.feature, tables[table][name]) for one, table, name in parts if table in tables]
-        if not (why or self.run.integrator == "mechanism") or len(found) < len(lacks):
+        elements = [(d, *d.where.split(".", 1)) for d in lacks]
+        refused = [(d.where, d.feature, tables[table][name]) for d, table, name in elements if table in tables]
+        if not (why or self.run.integrator == "mechanism") or len(refused) < len(lacks):
             return None
         because = f" ({why[0]}, so bodies turn by any angle: integrator 'mechanism')" if why else ""
-        return turning_refusal(found) + because
+        return turning_refusal(refused) + because
 
     def _left_to_choose(self) -> "Scene":
         return self.model_copy(update={"run": self.run.model_copy(update={"integrator": "auto"})})
@@ -335,19 +339,19 @@ class Scene(Strict):
 def _demands(scene: Scene) -> Iterator[Demand]:
     """Yield the features that a scene needs, each with the element that needs it."""
     for name, body in scene.body.items():
-        at = f"body.{name}"
+        path = f"body.{name}"
         if body.damping is not None:
-            yield Demand(f"damping of {at}", Feature.DAMPING, at)
+            yield Demand(f"damping of {path}", Feature.DAMPING, path)
         if body.gauges:
-            yield Demand(f"{at}.gauges", Feature.GAUGES, at)
+            yield Demand(f"{path}.gauges", Feature.GAUGES, path)
     yield from (Demand(f"probe.{name}", Feature.PROBES, f"probe.{name}") for name in scene.probe)
     yield from _joint_demands(scene)
     yield from (Demand(f"motion.{name}", Feature.MOTION, f"motion.{name}") for name in scene.motion)
     for name in scene.given():
-        at, turns = f"force.{name}", name in scene.turning_loads()
-        yield Demand(at, Feature.POINT_LOAD if turns else Feature.LOAD, at)
-    for at in (f"contact.{name}" for name in scene.masters()):
-        yield Demand(f"the sliding pair {at}", Feature.SLIDING_PAIR, at)
+        path, turns = f"force.{name}", name in scene.turning_loads()
+        yield Demand(path, Feature.POINT_LOAD if turns else Feature.LOAD, path)
+    for path in (f"contact.{name}" for name in scene.masters()):
+        yield Demand(f"the sliding pair {path}", Feature.SLIDING_PAIR, path)
     for name, contact in scene.contact.items():
         yield from contact_demands(f"contact.{name}", contact)
     for name, spring in scene.springs().items():
@@ -363,29 +367,29 @@ def _demands(scene: Scene) -> Iterator[Demand]:
 
 def _joint_demands(scene: Scene) -> Iterator[Demand]:
     """Yield the features that joints need."""
-    held = scene.held()
+    holding = scene.held()
     for name, joint in scene.joint.items():
-        at, crank = f"joint.{name}", isinstance(joint, SliderCrank)
-        if crank or name not in held:
-            yield Demand(at, Feature.JOINT if crank else Feature.MECHANISM, at)
-        elif held[name].body in {master.body for master in scene.masters().values()}:
-            yield Demand(f"{at}, which holds what points slide over,", Feature.GAUGES, at)
+        path, crank = f"joint.{name}", isinstance(joint, SliderCrank)
+        if crank or name not in holding:
+            yield Demand(path, Feature.JOINT if crank else Feature.MECHANISM, path)
+        elif holding[name].body in {master.body for master in scene.masters().values()}:
+            yield Demand(f"{path}, which holds what points slide over,", Feature.GAUGES, path)
 
 
 def _spring_demands(scene: Scene, name: str, spring: Spring | Bushing) -> Iterator[Demand]:
     """Yield the features that a spring or a bushing needs."""
-    at = f"force.{name}"
+    path = f"force.{name}"
     if name in scene.point_springs():
-        yield Demand(f"the turning line of {at}", Feature.POINT_SPRING, at)
+        yield Demand(f"the turning line of {path}", Feature.POINT_SPRING, path)
     elif name in scene.turning_bushings():
-        yield Demand(f"the bushing {at}", Feature.MECHANISM, at)
+        yield Demand(f"the bushing {path}", Feature.MECHANISM, path)
     elif scene.turns_by_choice and isinstance(spring, Spring) and not spring.tabled:
-        yield Demand(f"the fixed direction of {at}, which may be left out,", Feature.SPRING, at)
+        yield Demand(f"the fixed direction of {path}, which may be left out,", Feature.SPRING, path)
     else:
-        yield Demand(at, Feature.SPRING, at)
+        yield Demand(path, Feature.SPRING, path)
         if spring.elastic:
-            yield Demand(f"the interface of {at}", Feature.ELASTIC_SPRING, at)
+            yield Demand(f"the interface of {path}", Feature.ELASTIC_SPRING, path)
         if not spring.linear:
-            yield Demand(f"the force of {at}, which is not a stiffness alone,", Feature.SPRING_TABLE, at)
+            yield Demand(f"the force of {path}, which is not a stiffness alone,", Feature.SPRING_TABLE, path)
         if spring.damped:
-            yield Demand(f"damping of {at}", Feature.SPRING_DAMPING, at)
+            yield Demand(f"damping of {path}", Feature.SPRING_DAMPING, path)

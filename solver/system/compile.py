@@ -58,22 +58,22 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     """
     used = {scene.component_of(name) for name in scene.body} | set(scene.bearings().values())
     if missing := used - morphs.keys():
-        given = ", ".join(morphs) or "none"
-        raise SceneError(f"morphs: no key for component '{min(missing)}'; keys are given for: {given}")
+        names = ", ".join(morphs) or "none"
+        raise SceneError(f"morphs: no key for component '{min(missing)}'; keys are given for: {names}")
     keys = {name: morphs[scene.component_of(name)] for name in scene.body}
     possible = scene_terms(scene)  # What is read of a design does not depend on what its modes have.
     designs = {name: store.get(key, "morph", only=fields_read(possible, name, "morph")) for name, key in keys.items()}
     # Without modes, reading them raises the error that says so.
     modes = {name: morph.modes_key for name, morph in designs.items()}
     stocks = {name: Stock.of(store.sizes(key)) if store.has(key) else Stock() for name, key in modes.items()}
-    terms, bodies, size, held = scene_terms(scene, stocks), {}, 0, scene.held()
+    terms, bodies, size, interfaces = scene_terms(scene, stocks), {}, 0, scene.held()
     for name, settings in scene.body.items():
         Q = rotation(settings)
         modal = turned_modes(_checked_modes(store, name, designs[name], fields_read(terms, name, "modes")), Q)
         design = turned_design(designs[name], Q)
         twists = free_twists(design, settings, name)
         body = FlexibleBody(name, keys[name], design, modal, twists, settings.damping, first=size)
-        joints = {joint: one.interface for joint, one in held.items() if one.body == name and one.interface is not None}
+        joints = {joint: j.interface for joint, j in interfaces.items() if j.body == name and j.interface is not None}
         bodies[name] = held_body(body, joints) if joints else body
         size = bodies[name].elastic.stop
     if not size:
@@ -89,8 +89,8 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
 def _checked_modes(store: Store, name: str, design: MorphRecord, only: list[str]) -> ModalRecord:
     """Return the modes of a body's design; raise a RecordMismatch where the design does not fit them."""
     modal: ModalRecord = store.get(design.modes_key, "modes", only=only)
-    for interface, found in modal.interfaces.items():
-        count, points = max(len(found.rows), len(found.normals)), design.points.get(interface)
+    for interface, interface_modes in modal.interfaces.items():
+        count, points = max(len(interface_modes.rows), len(interface_modes.normals)), design.points.get(interface)
         if count and (points is None or len(points) not in (0, count)):
             there = "no" if points is None else len(points)
             raise RecordMismatch(
@@ -118,11 +118,11 @@ def assembled(
     Raises:
         SceneError: as `compile_system`.
     """
-    size, whole = max(body.elastic.stop for body in bodies.values()), scene
+    size, full_scene = max(body.elastic.stop for body in bodies.values()), scene
     if scene.capabilities.turns:
         # Its joints, forces and probes turn with the bodies: the integrator builds them.
         scene = scene.model_copy(update={"joint": {}, "force": {}, "probe": {}})
-    contacts, arrays = _contacts(whole, bodies, size)
+    contacts, arrays = _contacts(full_scene, bodies, size)
     sag = np.zeros(len(arrays["gap"])) if sag is None else sag
     arrays["gap"] = arrays["gap"] + sag
     driving = compile_driving(scene, bodies, contacts, size)
@@ -131,12 +131,12 @@ def assembled(
     begin_velocities(scene, bodies, list(driving.driven_rows()), driving.rows, velocity)
     stiffness = np.concatenate([body.stiffness for body in bodies.values()])
     rigid = np.concatenate([np.arange(size)[body.rigid] for body in bodies.values()])
-    held = held_statics(driving, stiffness, rigid, deforms=scene.run.start == "rest")
-    begin_driven(driving, held, position, loads)
+    statics = held_statics(driving, stiffness, rigid, deforms=scene.run.start == "rest")
+    begin_driven(driving, statics, position, loads)
     _check_travel(contacts, driving)
     springs = compile_springs(scene, bodies, contacts, driving, size)
     system = System(
-        scene=whole, bodies=bodies, contacts=contacts, sag=sag,
+        scene=full_scene, bodies=bodies, contacts=contacts, sag=sag,
         stiffness=stiffness,
         damping=np.concatenate([body.damping_rates for body in bodies.values()]),
         rigid=rigid,
@@ -148,24 +148,24 @@ def assembled(
         terms=terms, probes=compile_probes(scene, bodies, contacts, springs, size), **arrays,
         **compile_gauges(bodies, contacts, size, scene.run.gravity),
     )  # fmt: skip
-    if whole.capabilities.turns:
+    if full_scene.capabilities.turns:
         return system
     refuse_motion_across(system)
-    return settled(system, held)
+    return settled(system, statics)
 
 
 def _check_travel(contacts: list[ContactRows], driving: Driving) -> None:
     """Raise a SceneError where a crank moves points beyond the traction space over which they slide."""
     for contact in contacts:
-        held = next((item for item in driving.joints if item.joint.body == contact.body), None)
-        if held is None or (over := contact.master) is None:
+        joint_point = next((item for item in driving.joints if item.joint.body == contact.body), None)
+        if joint_point is None or (surface := contact.master) is None:
             continue
-        path = (held.turn() - held.anchor[1]) * float(over.direction @ held.joint.axes[0])
-        low, high = over.height.min() + path.min(), over.height.max() + path.max()
-        start, end = over.chart[0], over.chart[0] + over.chart[1] * (over.counts[1] - 3)
+        path = (joint_point.turn() - joint_point.anchor[1]) * float(surface.direction @ joint_point.joint.axes[0])
+        low, high = surface.height.min() + path.min(), surface.height.max() + path.max()
+        start, end = surface.chart[0], surface.chart[0] + surface.chart[1] * (surface.counts[1] - 3)
         if low < start - 1e-9 or high > end + 1e-9:
             raise SceneError(
-                f"contact.{contact.name}: its points travel from {low:.4g} to {high:.4g} m along '{over.interface}',"
+                f"contact.{contact.name}: its points travel from {low:.4g} to {high:.4g} m along '{surface.interface}',"
                 f" which reaches from {start:.4g} to {end:.4g} m; use a longer surface or a shorter stroke"
             )
 
@@ -175,15 +175,15 @@ def _start(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> np.ndarr
     velocity = np.zeros(size)
     for name, body in bodies.items():
         start = scene.body[name]
-        wanted = np.array([*start.velocity, *start.angular_velocity])
+        target = np.array([*start.velocity, *start.angular_velocity])
         if start.velocity_at is not None:
             arm = body.morph.centre - turned_vectors(start, start.velocity_at)
-            wanted[:3] += np.cross(wanted[3:], arm)
-        velocity[body.rigid] = body.rigid_velocity(wanted[:3], wanted[3:])
-        lacking = np.abs(body.centre_motion(velocity[body.rigid]) - wanted).reshape(2, 3).max(axis=1)
-        given = zip(("velocity", "angular_velocity"), lacking, wanted.reshape(2, 3), strict=True)
-        for key, missed, part in given:
-            if missed > 1e-6 * max(np.abs(part).max(), *map(abs, getattr(start, key))):
+            target[:3] += np.cross(target[3:], arm)
+        velocity[body.rigid] = body.rigid_velocity(target[:3], target[3:])
+        lacking = np.abs(body.centre_motion(velocity[body.rigid]) - target).reshape(2, 3).max(axis=1)
+        errors = zip(("velocity", "angular_velocity"), lacking, target.reshape(2, 3), strict=True)
+        for key, missed, target_part in errors:
+            if missed > 1e-6 * max(np.abs(target_part).max(), *map(abs, getattr(start, key))):
                 raise SceneError(
                     f"body.{name}.{key}: {list(getattr(start, key))} given, but its freedom, supports or inertia do not"
                     " allow this motion"
@@ -213,25 +213,27 @@ def _contacts(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> tuple
     ends = np.cumsum([0, *(len(block.rows) for block in blocks)])
     ends_f = np.cumsum([0, *(len(slide.rows) if slide else 0 for slide in slides)])
     rows, tangents, functions, contacts = list[Part](), list[Part](), list[Part](), list[ContactRows]()
-    for number, (block, slide) in enumerate(zip(blocks, slides, strict=True)):
-        here, there = slice(*ends[number : number + 2].tolist()), slice(*ends_f[number : number + 2].tolist())
+    for i, (block, slide) in enumerate(zip(blocks, slides, strict=True)):
+        span, there = slice(*ends[i : i + 2].tolist()), slice(*ends_f[i : i + 2].tolist())
         for side in (block, block.other):
             if side is not None:
-                rows.append((here, bodies[side.body].coordinates, side.rows))
-                tangents.append((here, bodies[side.body].coordinates, side.tangents))
+                rows.append((span, bodies[side.body].coordinates, side.rows))
+                tangents.append((span, bodies[side.body].coordinates, side.tangents))
         if slide is not None:
             functions.append((there, bodies[slide.body].coordinates, slide.rows))
         shared = {entry.name: getattr(block, entry.name) for entry in fields(ContactPoints)}
-        contacts.append(ContactRows(**shared, rows=here, master=slide, functions=there))
+        contacts.append(ContactRows(**shared, rows=span, master=slide, functions=there))
     c, f = int(ends[-1]), int(ends_f[-1])
-    own = [(one.rows, one.rows, block.residual) for one, block in zip(contacts, blocks, strict=True)]
+    own_residuals = [
+        (contact.rows, contact.rows, block.residual) for contact, block in zip(contacts, blocks, strict=True)
+    ]
     return contacts, {
         name: np.concatenate([np.empty((0, *shape)), *(block.per_row[name] for block in blocks)])
         for name, shape in PER_ROW.items()
     } | {
         "rows": summed((c, size), rows), "functions": summed((f, size), functions),
-        "tangents": summed((c, size), (one for one in tangents if one[2].any())),
-        "residual": summed((c, c), [*own, *_between_contacts(scene, bodies, contacts)]),
+        "tangents": summed((c, size), (t for t in tangents if t[2].any())),
+        "residual": summed((c, c), [*own_residuals, *_between_contacts(scene, bodies, contacts)]),
         "function_residual": summed((f, f), _between_functions(scene, bodies, contacts)),
     }  # fmt: skip
 
@@ -243,22 +245,23 @@ Part = tuple[slice, slice, np.ndarray]
 def _between_contacts(scene: Scene, bodies: dict[str, FlexibleBody], contacts: list[ContactRows]) -> Iterator[Part]:
     """Yield R between the points of different contacts on one body."""
     on = dict[str, list[tuple[ContactRows, str, sparse.csr_matrix]]]()
-    for one in contacts:
-        if METHODS[scene.contact[one.name].method].flexible:
-            for body, interface, share, *_ in one.sides:
-                on.setdefault(body, []).append((one, interface, share))
+    for contact in contacts:
+        if METHODS[scene.contact[contact.name].method].flexible:
+            for body, interface, weights, *_ in contact.sides:
+                on.setdefault(body, []).append((contact, interface, weights))
     for body, sides in on.items():
-        for (one, interface, share), (other, at, there) in permutations(sides, 2):
-            if one is not other:
-                yield one.rows, other.rows, shared_twice(share, bodies[body].residual(interface, at), there)
+        for (contact, interface, weights), (partner, partner_interface, there) in permutations(sides, 2):
+            if contact is not partner:
+                R = bodies[body].residual(interface, partner_interface)
+                yield contact.rows, partner.rows, shared_twice(weights, R, there)
 
 
 def _between_functions(scene: Scene, bodies: dict[str, FlexibleBody], contacts: list[ContactRows]) -> Iterator[Part]:
     """Yield R of the traction spaces: of each contact's own, and between those of different ones on one body."""
-    slides = [(one, one.master) for one in contacts if one.master is not None]
-    yield from ((one.functions, one.functions, master.residual) for one, master in slides)
-    flexible = [(one, master) for one, master in slides if METHODS[scene.contact[one.name].method].flexible]
-    for (one, own), (other, master) in permutations(flexible, 2):
-        if own.body == master.body:
-            block = bodies[own.body].residual(own.interface, master.interface)
-            yield one.functions, other.functions, block[np.ix_(own.order, master.order)]
+    slides = [(c, c.master) for c in contacts if c.master is not None]
+    yield from ((c.functions, c.functions, master.residual) for c, master in slides)
+    flexible = [(c, master) for c, master in slides if METHODS[scene.contact[c.name].method].flexible]
+    for (slider, near_master), (partner, master) in permutations(flexible, 2):
+        if near_master.body == master.body:
+            block = bodies[near_master.body].residual(near_master.interface, master.interface)
+            yield slider.functions, partner.functions, block[np.ix_(near_master.order, master.order)]

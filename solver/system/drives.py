@@ -50,15 +50,15 @@ def driven_rows(scene: Scene, name: str, body: FlexibleBody) -> tuple[DrivenRows
     Raises:
         SceneError: its table ends early, its expression is not finite or jumps, or the body does not have its place.
     """
-    motion, where = scene.motion[name], f"motion.{name}"
-    _refuse_motion(motion, where, scene.run.duration)
+    motion, key = scene.motion[name], f"motion.{name}"
+    _refuse_motion(motion, key, scene.run.duration)
     turns, line = isinstance(motion, Rotation), unit(motion.direction)
     if motion.interface is None:
         return _rigid_row(scene, name, body), np.zeros((1, 0))
-    load = named(body.modal.loads, motion.interface, f"{where}.interface: body '{body.name}' has no load surface")
+    load = named(body.modal.loads, motion.interface, f"{key}.interface: body '{body.name}' has no load surface")
     if len(load.rows) not in (3, 6) or (turns and len(load.rows) != 6):
         needed = "'tie'" if turns else "'mean' or 'tie'"
-        raise SceneError(f"{where}.interface: '{motion.interface}' cannot be driven so; kind {needed} is needed")
+        raise SceneError(f"{key}.interface: '{motion.interface}' cannot be driven so; kind {needed} is needed")
     mix = _all_motions(line, turns=turns)[:, : len(load.rows)]
     if motion.held:
         mix = _left(mix, _others(scene, name))
@@ -68,17 +68,17 @@ def driven_rows(scene: Scene, name: str, body: FlexibleBody) -> tuple[DrivenRows
         return bool(np.any(_rigid(body, row @ load.resultant)) or np.any(row @ load.rows) or row @ R @ row)
 
     # The driven row is refused later where it is impossible.
-    held = [k for k, row in enumerate(mix) if k and motion.held and row.any() and moves(row)]
-    mix = mix[[0, *held] if mix[0].any() else held]
+    constrained = [k for k, row in enumerate(mix) if k and motion.held and row.any() and moves(row)]
+    mix = mix[[0, *constrained] if mix[0].any() else constrained]
     return DrivenRows(name, motion, mix, mix @ load.resultant), mix @ load.rows
 
 
-def _refuse_motion(motion: Motion, where: str, duration: float) -> None:
+def _refuse_motion(motion: Motion, key: str, duration: float) -> None:
     """Raise a SceneError where a motion ends within a run [s], is not finite or jumps."""
     if (reason := motion.refusal(duration)) is not None:
-        raise SceneError(f"{where}.{reason}")
-    if (time := motion.jump(np.linspace(0.0, duration, LOOKED_AT), where)) is not None:
-        raise SceneError(f"{where}.expression: it jumps at t = {time:.6g} s; a body moves continuously")
+        raise SceneError(f"{key}.{reason}")
+    if (time := motion.jump(np.linspace(0.0, duration, LOOKED_AT), key)) is not None:
+        raise SceneError(f"{key}.expression: it jumps at t = {time:.6g} s; a body moves continuously")
 
 
 def _rigid_row(scene: Scene, name: str, body: FlexibleBody) -> DrivenRows:
@@ -99,32 +99,32 @@ def _rigid_row(scene: Scene, name: str, body: FlexibleBody) -> DrivenRows:
 
 def _others(scene: Scene, name: str) -> np.ndarray:
     """Return the motions of a motion's interface that others give, as unit vectors, (n, 6)."""
-    own, found = scene.motion[name], [np.empty((0, 6))]
-    for other, motion in scene.motion.items():
-        if other != name and (motion.body, motion.interface) == (own.body, own.interface):
-            found.append(_all_motions(unit(motion.direction), turns=isinstance(motion, Rotation))[:1])
-    return np.concatenate(found)
+    driven_motion, vectors = scene.motion[name], [np.empty((0, 6))]
+    for motion_name, motion in scene.motion.items():
+        if motion_name != name and (motion.body, motion.interface) == (driven_motion.body, driven_motion.interface):
+            vectors.append(_all_motions(unit(motion.direction), turns=isinstance(motion, Rotation))[:1])
+    return np.concatenate(vectors)
 
 
-def _left(mix: np.ndarray, given: np.ndarray) -> np.ndarray:
+def _left(mix: np.ndarray, prescribed: np.ndarray) -> np.ndarray:
     """Return the first of some motions, (k, j), and those of its others that are not given, (n, 6), at right angles."""
-    taken, kept = list(mix[:1]), list(mix[:1])
-    for number, one in enumerate([*given[:, : mix.shape[1]], *mix[1:]]):
-        rest = one - sum((one @ other) * other for other in taken)
-        if np.linalg.norm(rest) > MOVES:
-            taken.append(unit(rest))
-            kept += taken[-1:] if number >= len(given) else []
-    return np.array(kept)
+    taken, remaining = list(mix[:1]), list(mix[:1])
+    for i, vector in enumerate([*prescribed[:, : mix.shape[1]], *mix[1:]]):
+        residual = vector - sum((vector @ v) * v for v in taken)
+        if np.linalg.norm(residual) > MOVES:
+            taken.append(unit(residual))
+            remaining += taken[-1:] if i >= len(prescribed) else []
+    return np.array(remaining)
 
 
 def _all_motions(line: np.ndarray, *, turns: bool) -> np.ndarray:
     """Return a motion along or about a unit vector, then the five others at right angles to it, (6, 6)."""
     across = np.eye(3)[np.abs(line).argmin()]
     across = unit(across - (across @ line) * line)
-    axes, found = np.array([line, across, np.cross(line, across)]), np.zeros((6, 6))
-    found[:3, 3 * turns : 3 * turns + 3] = axes
-    found[3:, 3 - 3 * turns : 6 - 3 * turns] = np.eye(3)
-    return found
+    axes, motions = np.array([line, across, np.cross(line, across)]), np.zeros((6, 6))
+    motions[:3, 3 * turns : 3 * turns + 3] = axes
+    motions[3:, 3 - 3 * turns : 6 - 3 * turns] = np.eye(3)
+    return motions
 
 
 def _rigid(body: FlexibleBody, wrench: np.ndarray) -> np.ndarray:
@@ -146,32 +146,32 @@ def refuse_contradictions(
         arrays: Rows of all loads over its coordinates, (L, r + m), and R among them [m/N], (L, L).
     """
     rows, residual = arrays
-    for item, here in driven:
-        row = here.start
+    for item, span in driven:
+        row = span.start
         moves = _rigid(body, item.resultant[0]).any() or rows[row, body.rigid_count :].any() or residual[row, row] > 0
         if not moves:
             raise SceneError(
                 f"motion.{item.name}.direction: body '{body.name}' does not move so by its freedom or supports; its"
                 f" free rigid motions: {', '.join(_free(body)) or 'none'}"
             )
-    names = list(joints) + [f"motion.{item.name}" for item, here in driven for _ in range(here.start, here.stop)]
-    numbers = [*joints.values(), *(row for _, here in driven for row in range(here.start, here.stop))]
-    own, highest = rows[numbers], float(body.stiffness.max(initial=0.0)) or 1.0
-    left = (own / (body.stiffness + highest)) @ own.T + residual[np.ix_(numbers, numbers)]
-    scale = 1 / np.sqrt(left.diagonal())
-    left *= np.outer(scale, scale)
+    names = list(joints) + [f"motion.{item.name}" for item, span in driven for _ in range(span.start, span.stop)]
+    numbers = [*joints.values(), *(row for _, span in driven for row in range(span.start, span.stop))]
+    W, highest = rows[numbers], float(body.stiffness.max(initial=0.0)) or 1.0
+    complement = (W / (body.stiffness + highest)) @ W.T + residual[np.ix_(numbers, numbers)]
+    scale = 1 / np.sqrt(complement.diagonal())
+    complement *= np.outer(scale, scale)
     for row, name in enumerate(names):
-        if left[row, row] < DEPENDENT:
+        if complement[row, row] < DEPENDENT:
             before = " and ".join(dict.fromkeys(names[:row]))
             raise SceneError(f"{name}: it gives a motion of body '{body.name}' that {before} gives too; remove one")
-        left = left - np.outer(left[:, row], left[row]) / left[row, row]
+        complement = complement - np.outer(complement[:, row], complement[row]) / complement[row, row]
 
 
 def _at_origin(body: FlexibleBody) -> np.ndarray:
     """Return the rigid motions of a body as translation at its component's origin and rotation, (r, 6)."""
-    found = body.twists.copy()
-    found[:, :3] -= np.cross(body.twists[:, 3:], body.morph.centre)
-    return found
+    twists = body.twists.copy()
+    twists[:, :3] -= np.cross(body.twists[:, 3:], body.morph.centre)
+    return twists
 
 
 def _free(body: FlexibleBody) -> list[str]:
@@ -199,26 +199,30 @@ def begin_velocities(
         SceneError: the velocity given for a body contradicts its motion.
     """
     for body in bodies.values():
-        own = [(item, here) for item, here in drives if item.body == body.name]
-        if own:
-            W = np.vstack([rows[here, body.coordinates] for _, here in own])
-            start = np.concatenate([item.places(np.zeros(1))[0, :, 1] for item, _ in own])
-            found, r = velocity[body.coordinates], body.rigid_count
-            _refuse_velocity(scene, body, own, W @ found, start)
-            found[:r] += np.linalg.pinv(W[:, :r]) @ (start - W @ found)
-            found += np.linalg.pinv(W) @ (start - W @ found)
+        body_drives = [(item, span) for item, span in drives if item.body == body.name]
+        if body_drives:
+            W = np.vstack([rows[span, body.coordinates] for _, span in body_drives])
+            start = np.concatenate([item.places(np.zeros(1))[0, :, 1] for item, _ in body_drives])
+            body_velocity, r = velocity[body.coordinates], body.rigid_count
+            _refuse_velocity(scene, body, body_drives, W @ body_velocity, start)
+            body_velocity[:r] += np.linalg.pinv(W[:, :r]) @ (start - W @ body_velocity)
+            body_velocity += np.linalg.pinv(W) @ (start - W @ body_velocity)
 
 
 def _refuse_velocity(
-    scene: Scene, body: FlexibleBody, own: Sequence[tuple[DrivenRows, slice]], given: np.ndarray, start: np.ndarray
+    scene: Scene,
+    body: FlexibleBody,
+    body_drives: Sequence[tuple[DrivenRows, slice]],
+    speeds: np.ndarray,
+    start: np.ndarray,
 ) -> None:
     """Raise a SceneError where a velocity of the scene differs from that with which a motion begins."""
     settings = scene.body[body.name]
     if not any(settings.velocity) and not any(settings.angular_velocity):
         return
-    first = 0
-    for item, here in own:
-        speed, size = float(given[first]), float(start[first])
+    start_row = 0
+    for item, span in body_drives:
+        speed, size = float(speeds[start_row]), float(start[start_row])
         if abs(speed - size) > MOVES * max(abs(size), abs(speed)) and speed != 0:
             turns = isinstance(item.motion, Rotation)
             key, symbol = ("angular_velocity", "rad/s") if turns else ("velocity", "m/s")
@@ -226,4 +230,4 @@ def _refuse_velocity(
                 f"body.{body.name}.{key}: {speed:.6g} {symbol} along motion.{item.name}, which begins with"
                 f" {size:.6g} {symbol}; leave it out, the body begins as its motion does"
             )
-        first += here.stop - here.start
+        start_row += span.stop - span.start

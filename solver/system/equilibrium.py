@@ -36,7 +36,7 @@ PIVOTS = 30
 """Largest number of pivots per row: few are needed."""
 
 
-def settled(system: System, held: Held) -> System:
+def settled(system: System, statics: Held) -> System:
     """Return a system in static equilibrium with its contacts: elastic coordinates and contact forces at the start.
 
     Rigid motions that supports, `freedom` and drives leave stay as the scene gives them. Points of bodies that move
@@ -44,29 +44,29 @@ def settled(system: System, held: Held) -> System:
 
     Args:
         system: Deformed by loads and gravity without contact, unless run.start is 'undeformed'.
-        held: Statics of its drives.
+        statics: Statics of its drives.
 
     Raises:
         SceneError: a contact begins inside its obstacle, undeformed.
         SolverError: contact forces are not unique.
     """
-    return replace(_settled(system.opened(), held), gap=system.gap)
+    return replace(_settled(system.opened(), statics), gap=system.gap)
 
 
-def _settled(loaded: System, held: Held) -> System:
+def _settled(loaded: System, statics: Held) -> System:
     """Return what `settled` does, of a system whose points all meet their faces."""
-    system = _with_springs(loaded, held, np.zeros(len(loaded.gap)))
+    system = _with_springs(loaded, statics, np.zeros(len(loaded.gap)))
     if not len(system.gap):
         return system
     gaps, allowed = _gaps(system), touching_depths(system)
     if system.scene.run.start == "undeformed":
         _refuse_overlap(system, system.gap, np.full(len(gaps), True), allowed)
         return system
-    moves = _moves(system, held, gaps < -allowed)
-    inside = system.gap - system.sag < -allowed
-    _refuse_overlap(system, gaps, inside, allowed)
+    moves = _moves(system, statics, gaps < -allowed)
+    overlapping = system.gap - system.sag < -allowed
+    _refuse_overlap(system, gaps, overlapping, allowed)
     if (gaps < -ROUND_OFF * allowed)[~moves].any():
-        system = _pressed(loaded, held, moves)
+        system = _pressed(loaded, statics, moves)
     return replace(system, overlaps=moves & (_start_gaps(system) < -allowed))
 
 
@@ -80,81 +80,82 @@ def refuse_overlaps(system: System, reasons: list[str]) -> None:
         _refuse_overlap(system, _start_gaps(system), system.overlaps, touching_depths(system), reasons)
 
 
-def _pressed(loaded: System, held: Held, moves: np.ndarray) -> System:
+def _pressed(loaded: System, statics: Held, moves: np.ndarray) -> System:
     """Return a system with the contact forces of its equilibrium.
 
     Args:
         loaded: Without springs and contact forces.
         moves: Which gaps free rigid motions change, (c,).
     """
-    without, layer, forces = _static_compliance(loaded, held), np.diag(loaded.layer), np.zeros(len(loaded.gap))
-    found = _with_springs(loaded, held, forces)
+    without, layer, forces = _static_compliance(loaded, statics), np.diag(loaded.layer), np.zeros(len(loaded.gap))
+    system = _with_springs(loaded, statics, forces)
     for _ in range(MOST_STEPS):
-        compliance = without + _through_springs(loaded, held, found)
-        gaps = _gaps(found) + loaded.residual @ forces - (compliance - layer) @ forces
+        compliance = without + _through_springs(loaded, statics, system)
+        gaps = _gaps(system) + loaded.residual @ forces - (compliance - layer) @ forces
         firm, before = np.flatnonzero(~moves & (compliance.diagonal() > 0)), forces
         forces = np.zeros(len(gaps))
         forces[firm] = _forces(loaded, compliance[np.ix_(firm, firm)], gaps[firm], firm)
-        found = _with_springs(loaded, held, forces)
+        system = _with_springs(loaded, statics, forces)
         if not loaded.springs.knots or np.abs(forces - before).max() <= CONVERGED * np.abs(forces).max():
-            return found
+            return system
     raise SceneError(
         "run.start: the static equilibrium of the springs with the contacts was not found; set it to 'undeformed'"
     )
 
 
-def _with_springs(loaded: System, held: Held, forces: np.ndarray) -> System:
+def _with_springs(loaded: System, statics: Held, forces: np.ndarray) -> System:
     """Return a system in equilibrium with contact forces (c,) [N], its springs and its drives."""
-    free, compliance = _free_springs(loaded, held, forces)
+    free, compliance = _free_springs(loaded, statics, forces)
     pulled = spring_forces(loaded.springs, free, compliance)
     position, elastic, loads = loaded.position.copy(), loaded.stiffness > 0, loaded.loads
     acting = forces @ loaded.rows + loaded.springs.rows.T @ pulled
     if loaded.scene.run.start == "rest":
         position[elastic] += acting[elastic] / loaded.stiffness[elastic]
-    if held.any and acting.any():
-        through = loaded.driving.to_gap[:, held.places].T @ forces + loaded.springs.to_loads[:, held.places].T @ pulled
-        moved, d = held.answer(held.rows @ (held.flexibility * acting) + through, acting[held.rigid])
+    if statics.any and acting.any():
+        drives = statics.places
+        through = loaded.driving.to_gap[:, drives].T @ forces + loaded.springs.to_loads[:, drives].T @ pulled
+        moved, d = statics.answer(statics.rows @ (statics.flexibility * acting) + through, acting[statics.rigid])
         position, loads = position + moved, loads.copy()
-        loads[held.places] += d
+        loads[drives] += d
     return replace(loaded, position=position, start_forces=forces, start_pulls=pulled, loads=loads)
 
 
-def _couplings(loaded: System, held: Held) -> tuple[np.ndarray, np.ndarray]:
+def _couplings(loaded: System, statics: Held) -> tuple[np.ndarray, np.ndarray]:
     """Return what unit forces of contacts, (·, c), and springs, (·, b), do to drives and what they hold."""
-    springs = held.coupling(loaded.springs.rows, loaded.springs.to_loads[:, held.places].T)
-    return held.coupling(loaded.rows, loaded.driving.to_gap[:, held.places].T), springs
+    springs = statics.coupling(loaded.springs.rows, loaded.springs.to_loads[:, statics.places].T)
+    return statics.coupling(loaded.rows, loaded.driving.to_gap[:, statics.places].T), springs
 
 
-def _free_springs(loaded: System, held: Held, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _free_springs(loaded: System, statics: Held, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the elongations under contact forces without those of the springs [m], (b,), and A [m/N], (b, b)."""
     springs, elastic = loaded.springs, loaded.stiffness > 0
     compliance = springs.residual.copy()
     if loaded.scene.run.start == "rest":
         rows = springs.rows[:, elastic]
         compliance += (rows / loaded.stiffness[elastic]) @ rows.T
-    if held.any:
-        own = _couplings(loaded, held)[1]
-        compliance += held.change(own, own)
+    if statics.any:
+        spring_coupling = _couplings(loaded, statics)[1]
+        compliance += statics.change(spring_coupling, spring_coupling)
     free = springs.stretch + springs.rows @ loaded.position + springs.to_loads @ loaded.loads
-    return free + _to_contacts(loaded, held).T @ forces, compliance
+    return free + _to_contacts(loaded, statics).T @ forces, compliance
 
 
-def _to_contacts(loaded: System, held: Held) -> np.ndarray:
+def _to_contacts(loaded: System, statics: Held) -> np.ndarray:
     """Return the gaps' change per force on a spring's row by coordinates and R [m/N], (c, b)."""
-    found = loaded.springs.to_gap + loaded.rows @ (loaded.flexibility * loaded.springs.rows).T
-    return found + held.change(*_couplings(loaded, held)) if held.any else found
+    compliance = loaded.springs.to_gap + loaded.rows @ (loaded.flexibility * loaded.springs.rows).T
+    return compliance + statics.change(*_couplings(loaded, statics)) if statics.any else compliance
 
 
-def _through_springs(loaded: System, held: Held, found: System) -> np.ndarray:
+def _through_springs(loaded: System, statics: Held, system: System) -> np.ndarray:
     """Return what the springs, as they are in a state, change of the contacts' compliance [m/N], (c, c)."""
-    across, (free, compliance) = _to_contacts(loaded, held), _free_springs(loaded, held, found.start_forces)
-    return across @ stiffening(loaded.springs, found.start_pulls, free, compliance) @ across.T
+    across, (free, compliance) = _to_contacts(loaded, statics), _free_springs(loaded, statics, system.start_forces)
+    return across @ stiffening(loaded.springs, system.start_pulls, free, compliance) @ across.T
 
 
 def _gaps(system: System) -> np.ndarray:
     """Return the gaps at the start without contact forces [m], (c,)."""
-    given = system.driving.to_gap @ system.loads + system.springs.to_gap @ system.start_pulls
-    return system.gap + system.moved_gaps(system.position) + given
+    load_gaps = system.driving.to_gap @ system.loads + system.springs.to_gap @ system.start_pulls
+    return system.gap + system.moved_gaps(system.position) + load_gaps
 
 
 def _start_gaps(system: System) -> np.ndarray:
@@ -171,22 +172,22 @@ def touching_depths(system: System) -> np.ndarray:
     return np.array(allowed)[system.contact_of]
 
 
-def _moves(system: System, held: Held, inside: np.ndarray) -> np.ndarray:
+def _moves(system: System, statics: Held, overlapping: np.ndarray) -> np.ndarray:
     """Return which gaps free rigid motions change, so that no equilibrium exists, and those of sliding pairs, (c,).
 
     A body that is squeezed between its obstacles does not move out of them.
 
     Args:
-        inside: Points inside their obstacles, (c,).
+        overlapping: Points inside their obstacles, (c,).
     """
     sizes, free = system.rows.largest(), system.rows.among(np.arange(len(system.gap)), system.rigid)
-    free = free - free @ held.projector if held.any else free
+    free = free - free @ statics.projector if statics.any else free
     moves = np.abs(free).max(axis=1, initial=0.0) > MOVES * sizes
-    pushed = np.flatnonzero(moves & inside)
+    pushed_rows = np.flatnonzero(moves & overlapping)
     # Forces that sum up to one, of these points alone, without resultant on any free motion.
-    each = free[pushed]
+    each = free[pushed_rows]
     each = np.column_stack([each / (np.abs(each).max(axis=0, initial=0.0) + np.finfo(float).tiny), np.ones(len(each))])
-    if len(pushed) and nonnegative_fit(each.T, np.eye(each.shape[1])[-1])[1] < MOVES:
+    if len(pushed_rows) and nonnegative_fit(each.T, np.eye(each.shape[1])[-1])[1] < MOVES:
         moves[:] = False
     for contact in system.contacts:
         moves[contact.rows] |= contact.master is not None
@@ -198,34 +199,34 @@ def _refuse_overlap(
 ) -> None:
     """Raise a SceneError where refused points are inside their obstacle by more than allowed [m], (c,) each."""
     for contact in system.contacts:
-        own, name = gaps[contact.rows], contact.name
-        inside = refused[contact.rows] & (own < -allowed[contact.rows])
-        if not inside.any():
+        contact_gaps, name = gaps[contact.rows], contact.name
+        overlapping = refused[contact.rows] & (contact_gaps < -allowed[contact.rows])
+        if not overlapping.any():
             continue
-        drawn = not ((system.gap - system.sag)[contact.rows][inside] < -allowed[contact.rows][inside]).any()
+        drawn = not ((system.gap - system.sag)[contact.rows][overlapping] < -allowed[contact.rows][overlapping]).any()
         cause, remedy = (", deformed by the loads", ", or set run.start to 'undeformed'") if drawn else ("", "")
         against = system.scene.contact[name].against
         room = against.clearance.format(name=name, body=getattr(against, "body", ""))
-        x, y, z = contact.points[np.flatnonzero(inside)[own[inside].argmin()]] + np.asarray(
+        x, y, z = contact.points[np.flatnonzero(overlapping)[contact_gaps[overlapping].argmin()]] + np.asarray(
             system.scene.body[contact.body].position
         )
         remedy = remedy or f", or set contact.{name}.adjust to true"
-        why = "".join(f" {one};" for one in reasons)
+        why = "".join(f" {r};" for r in reasons)
         raise SceneError(
-            f"contact.{name}: {int(inside.sum())} of {len(own)} points start inside the obstacle, the worst by"
-            f" {-own[inside].min():.3g} m at ({x:.4g}, {y:.4g}, {z:.4g}) m{cause};{why} move"
+            f"contact.{name}: {int(overlapping.sum())} of {len(contact_gaps)} points start inside the obstacle, the"
+            f" worst by {-contact_gaps[overlapping].min():.3g} m at ({x:.4g}, {y:.4g}, {z:.4g}) m{cause};{why} move"
             f" body.{contact.body}.position, or {room}{remedy}"
         )
 
 
-def _static_compliance(system: System, held: Held) -> np.ndarray:
+def _static_compliance(system: System, statics: Held) -> np.ndarray:
     """Return C = W Λ⁻¹ Wᵀ + R + layer over the elastic coordinates, less what drives take [m/N], (c, c)."""
     rows = system.rows.dense()
-    found = (rows * system.flexibility) @ rows.T + system.compliance.dense()
-    if held.any:
-        own = _couplings(system, held)[0]
-        found += held.change(own, own)
-    return found
+    compliance = (rows * system.flexibility) @ rows.T + system.compliance.dense()
+    if statics.any:
+        coupling = _couplings(system, statics)[0]
+        compliance += statics.change(coupling, coupling)
+    return compliance
 
 
 def _forces(system: System, C: np.ndarray, gaps: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -243,8 +244,8 @@ def _forces(system: System, C: np.ndarray, gaps: np.ndarray, rows: np.ndarray) -
     forces = np.zeros(len(gaps))
     forces[smooth] = K * np.maximum(-gaps[smooth], 0.0) ** n
 
-    def energy(at: np.ndarray) -> float:
-        return float((0.5 * C @ at + gaps) @ at + (n / (n + 1) * at[smooth] * (at[smooth] / K) ** (1 / n)).sum())
+    def energy(f: np.ndarray) -> float:
+        return float((0.5 * C @ f + gaps) @ f + (n / (n + 1) * f[smooth] * (f[smooth] / K) ** (1 / n)).sum())
 
     for _ in range(MOST_STEPS):
         force = np.maximum(forces[smooth], SMALLEST * max(float(forces.max()), np.finfo(float).tiny))
@@ -256,24 +257,24 @@ def _forces(system: System, C: np.ndarray, gaps: np.ndarray, rows: np.ndarray) -
         change = _complementary(system, matrix, free) - forces
         if np.abs(change).max() <= CONVERGED * np.abs(forces + change).max():
             return forces + change
-        share, before = 1.0, energy(forces)
+        step_size, before = 1.0, energy(forces)
         for _halving in range(MOST_HALVINGS):
-            if energy(forces + share * change) <= before:
+            if energy(forces + step_size * change) <= before:
                 break
-            share *= 0.5
-        forces = forces + share * change
-    where = ", ".join(dict.fromkeys(system.contacts[number].name for number in system.contact_of[rows]))
+            step_size *= 0.5
+        forces = forces + step_size * change
+    names = ", ".join(dict.fromkeys(system.contacts[i].name for i in system.contact_of[rows]))
     raise SceneError(
-        f"contact.{where}: the static equilibrium at the start was not found; set run.start to 'undeformed', or change"
+        f"contact.{names}: the static equilibrium at the start was not found; set run.start to 'undeformed', or change"
         " the stiffness or the exponent of the law"
     )
 
 
-def nonnegative_fit(matrix: np.ndarray, wanted: np.ndarray, most: int | None = None) -> tuple[np.ndarray, float]:
+def nonnegative_fit(matrix: np.ndarray, rhs: np.ndarray, step_limit: int | None = None) -> tuple[np.ndarray, float]:
     """Return x ≥ 0 of least |A x − b| and this residual, after so many steps at most."""
     from scipy.optimize import nnls  # Late: most runs start without a contact, and it takes a tenth of a second.
 
-    return nnls(matrix, wanted, maxiter=most)
+    return nnls(matrix, rhs, maxiter=step_limit)
 
 
 def _complementary(system: System, C: np.ndarray, gaps: np.ndarray) -> np.ndarray:
@@ -285,9 +286,9 @@ def _complementary(system: System, C: np.ndarray, gaps: np.ndarray) -> np.ndarra
     scale = 1 / np.sqrt(C.diagonal())
     try:
         lower = linalg.cholesky(C * scale[:, None] * scale, lower=True)
-        wanted = linalg.solve_triangular(lower, -scale * gaps, lower=True)
-        found = nonnegative_fit(lower.T, wanted, PIVOTS * len(gaps))[0]
-        closed = np.flatnonzero(found > 0)
+        rhs = linalg.solve_triangular(lower, -scale * gaps, lower=True)
+        scaled_forces = nonnegative_fit(lower.T, rhs, PIVOTS * len(gaps))[0]
+        closed = np.flatnonzero(scaled_forces > 0)
         # The forces of the closed rows once more, without the round-off of the factor.
         forces = np.zeros(len(gaps))
         factor = linalg.cho_factor(C[np.ix_(closed, closed)]) if len(closed) else None

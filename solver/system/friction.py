@@ -59,7 +59,7 @@ class Line:
 
 def lines(system: System) -> Iterator[Line]:
     """Yield the lines of friction of a system."""
-    for number, contact in enumerate(system.contacts):
+    for i, contact in enumerate(system.contacts):
         friction = system.scene.contact[contact.name].friction
         if friction is None or friction.direction is None:
             continue
@@ -70,7 +70,7 @@ def lines(system: System) -> Iterator[Line]:
                 rows[:, body.rigid] += sign * body.rigid_rows(np.tile(points[point], (3, 1)), np.eye(3))
             across = unit(np.cross(contact.directions[point], unit(friction.direction)))
             surface = np.asarray(getattr(system.scene.contact[contact.name].against, "velocity", np.zeros(3)), float)
-            yield Line(contact.name, number, across, rows, surface, system.rigid)
+            yield Line(contact.name, i, across, rows, surface, system.rigid)
 
 
 def refuse_motion_across(system: System) -> None:
@@ -84,18 +84,18 @@ def refuse_motion_across(system: System) -> None:
         if friction is not None and friction.direction is not None:
             _refuse_direction_out_of_plane(contact.name, friction.direction, contact.directions)
     for line in lines(system):
-        speed, pull = line.relative(system.velocity), line.rows @ system.driving.gravity
+        speed, weight = line.relative(system.velocity), line.rows @ system.driving.gravity
         # The difference of two equal velocities is their round-off.
         fastest = line.size(system.velocity)
-        for vector, size, what, measure in (
-            (speed, fastest, "its velocity", "m/s"), (pull, np.linalg.norm(pull), "run.gravity", "m/s²"),
+        for vector, size, quantity, measure in (
+            (speed, fastest, "its velocity", "m/s"), (weight, np.linalg.norm(weight), "run.gravity", "m/s²"),
         ):  # fmt: skip
             across = abs(float(line.across @ vector))
             if across > max(DRIVEN * np.linalg.norm(vector), ROUND_OFF * size):
                 raise SceneError(
-                    f"contact.{line.name}.friction.direction: {what} has {across:.3g} {measure} across it, and friction"
-                    " acts along one line only; remove it, so that friction acts in the plane of contact, or turn it to"
-                    " the motion"
+                    f"contact.{line.name}.friction.direction: {quantity} has {across:.3g} {measure} across it, and"
+                    " friction acts along one line only; remove it, so that friction acts in the plane of contact, or"
+                    " turn it to the motion"
                 )
 
 

@@ -22,20 +22,20 @@ def compile_gauges(
         for key, gauge in body.modal.gauges.items():
             k = len(gauge.rows)
             names += [f"{name}.{key}"] * k
-            over, pressed = np.zeros((k, size)), np.zeros((k, residual[0].shape[1]))
-            over[:, body.elastic] = gauge.rows
+            gauge_rows, per_force = np.zeros((k, size)), np.zeros((k, residual[0].shape[1]))
+            gauge_rows[:, body.elastic] = gauge.rows
             rates.append(np.zeros((k, size)))
             if key.startswith(HELD):  # A joint bears what damps the modes.
                 rates[-1][:, body.elastic] = gauge.rows * (body.damping_rates / body.stiffness)
             weighed.append(np.zeros(k) if gauge.weights is None else gauge.weights @ np.asarray(gravity, float))
             for contact in contacts:
-                for owner, interface, share, *_ in contact.sides:
+                for owner, interface, weights, *_ in contact.sides:
                     if owner == name and gauge.residual.size:  # A mechanism reads none.
-                        begin, end = body.modal.interface_rows[interface]
+                        start, end = body.modal.interface_rows[interface]
                         # A contact force acts against the outward normal, R's rows along it.
-                        pressed[:, contact.rows] -= shared_columns(share, gauge.residual[:, begin:end])
-            rows.append(over)
-            residual.append(pressed)
+                        per_force[:, contact.rows] -= shared_columns(weights, gauge.residual[:, start:end])
+            rows.append(gauge_rows)
+            residual.append(per_force)
     return {
         "gauges": names, "gauge_rows": np.vstack(rows), "gauge_residual": np.vstack(residual),
         "gauge_weights": np.concatenate(weighed), "gauge_rates": np.vstack(rates),
@@ -43,20 +43,20 @@ def compile_gauges(
 
 
 def gauge_loads(
-    bodies: dict[str, FlexibleBody], places: Iterable[tuple[str, str | None, np.ndarray, slice]], count: int
+    bodies: dict[str, FlexibleBody], load_places: Iterable[tuple[str, str | None, np.ndarray, slice]], count: int
 ) -> np.ndarray:
     """Return the quasi-static values of all gauges per load, (G, L).
 
     Args:
-        places: Of loads, see `Driving.places`.
+        load_places: Of loads, see `Driving.places`.
         count: Number of loads, L.
     """
-    members, found = list(places), [np.empty((0, count))]
+    members, blocks = list(load_places), [np.empty((0, count))]
     for name, body in bodies.items():
         for gauge in body.modal.gauges.values():
             values = np.zeros((len(gauge.rows), count))
-            for owner, interface, mix, at in members:
+            for owner, interface, mix, rows in members:
                 if owner == name and interface is not None and gauge.residual.size:
-                    values[:, at] = gauge.residual[:, slice(*body.modal.interface_rows[interface])] @ mix.T
-            found.append(values)
-    return np.vstack(found)
+                    values[:, rows] = gauge.residual[:, slice(*body.modal.interface_rows[interface])] @ mix.T
+            blocks.append(values)
+    return np.vstack(blocks)

@@ -49,21 +49,21 @@ class Held:
         free[:, self.rigid] = self.projector
         return np.vstack([(self.rows * self.flexibility) @ rows.T + through, free @ rows.T])
 
-    def change(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    def change(self, coupling_a: np.ndarray, coupling_b: np.ndarray) -> np.ndarray:
         """Return what drives take from the compliance of forces with these couplings [m/N], (n, k), negative."""
-        return -one.T @ self.inverse @ other
+        return -coupling_a.T @ self.inverse @ coupling_b
 
-    def answer(self, given: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def answer(self, displacement: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the change of all coordinates, (m,), and the forces of the drives, (D,).
 
         Args:
-            given: Displacement of the drives without them, over what they ask for [m], (D,).
+            displacement: Displacement of the drives without them, over what they ask for [m], (D,).
             force: Unbalanced generalised forces of the rigid motions, (r,).
         """
-        found = -self.inverse @ np.concatenate([given, self.projector @ force])
-        d = found[: len(self.rows)]
+        solution = -self.inverse @ np.concatenate([displacement, self.projector @ force])
+        d = solution[: len(self.rows)]
         moved = self.flexibility * (self.rows.T @ d)
-        moved[self.rigid] += self.projector @ found[len(self.rows) :]
+        moved[self.rigid] += self.projector @ solution[len(self.rows) :]
         return moved, d
 
 
@@ -75,36 +75,40 @@ def held_statics(driving: Driving, stiffness: np.ndarray, rigid: np.ndarray, *, 
         rigid: Numbers of the rigid ones.
         deforms: Whether bodies start in equilibrium.
     """
-    places = np.concatenate([np.empty(0, int), *(np.arange(at.start, at.stop) for _, at in driving.driven_rows())])
-    places = places.astype(int)
-    W, residual = driving.rows[places], driving.residual[np.ix_(places, places)]
+    load_rows = np.concatenate(
+        [np.empty(0, int), *(np.arange(rows.start, rows.stop) for _, rows in driving.driven_rows())]
+    )
+    load_rows = load_rows.astype(int)
+    W, residual = driving.rows[load_rows], driving.residual[np.ix_(load_rows, load_rows)]
     flexibility = np.zeros(len(stiffness))
     if deforms:
         flexibility[stiffness > 0] = 1 / stiffness[stiffness > 0]
-    D, held = len(W), W[:, rigid]
+    D, rigid_rows = len(W), W[:, rigid]
     # Rows and rigid motions in units of their own size: translations and rotations differ.
     compliance = (W * flexibility) @ W.T + residual
-    size = np.linalg.norm(held, axis=1)
+    size = np.linalg.norm(rigid_rows, axis=1)
     size = np.where(size > 0, size, 1.0)
     typical = float(np.abs(compliance / np.outer(size, size)).max(initial=0.0)) or 1.0
     scale = np.concatenate([1 / (size * np.sqrt(typical)), np.full(len(rigid), np.sqrt(typical))])
     statics = np.zeros((D + len(rigid),) * 2)
-    statics[:D, :D], statics[:D, D:], statics[D:, :D] = compliance, held, held.T
+    statics[:D, :D], statics[:D, D:], statics[D:, :D] = compliance, rigid_rows, rigid_rows.T
     inverse = np.linalg.pinv(statics * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
-    directions = held / size[:, None]
-    return Held(W, places, flexibility, rigid, np.linalg.pinv(directions) @ directions, inverse)
+    directions = rigid_rows / size[:, None]
+    return Held(W, load_rows, flexibility, rigid, np.linalg.pinv(directions) @ directions, inverse)
 
 
-def begin_driven(driving: Driving, held: Held, position: np.ndarray, loads: np.ndarray) -> None:
+def begin_driven(driving: Driving, statics: Held, position: np.ndarray, loads: np.ndarray) -> None:
     """Place driven bodies where their motions begin, in equilibrium with the forces that hold them there.
 
     Args:
-        held: Statics of the drives.
+        statics: Statics of the drives.
         position: Of all coordinates, in equilibrium with gravity and given loads, changed in place, (m,).
         loads: Of all load rows, those of the drives changed in place, (L,).
     """
-    if held.any:
-        given = held.rows @ position + driving.residual[held.places] @ loads - driving.driven(np.zeros(1))[0, :, 0]
-        moved, d = held.answer(given, (driving.rows.T @ loads + driving.gravity)[held.rigid])
+    if statics.any:
+        prescribed = (
+            statics.rows @ position + driving.residual[statics.places] @ loads - driving.driven(np.zeros(1))[0, :, 0]
+        )
+        moved, d = statics.answer(prescribed, (driving.rows.T @ loads + driving.gravity)[statics.rigid])
         position += moved
-        loads[held.places] = d
+        loads[statics.places] = d

@@ -77,26 +77,26 @@ class Driving:
 
     def loads(self, start: np.ndarray, dt: float) -> np.ndarray:
         """Return the given loads in steps dt [s] from `start` [s], (t,); zero for joints and drives, (t, L)."""
-        found = np.zeros((len(start), len(self.rows)))
-        for load, at in self.given_rows():
-            found[:, at] = load.over_steps(start, dt)
-        return found
+        amounts = np.zeros((len(start), len(self.rows)))
+        for load, rows in self.given_rows():
+            amounts[:, rows] = load.over_steps(start, dt)
+        return amounts
 
     def given_rows(self) -> Iterator[tuple[GivenLoad, slice]]:
         """Yield each given load with its rows."""
-        first = 2 * len(self.joints)
+        start = 2 * len(self.joints)
         for load in self.given:
-            last = first + len(load.resultant)
-            yield load, slice(first, last)
-            first = last
+            stop = start + len(load.resultant)
+            yield load, slice(start, stop)
+            start = stop
 
     def driven_rows(self) -> Iterator[tuple[DrivenRows, slice]]:
         """Yield each drive with its rows."""
-        first = 2 * len(self.joints) + sum(len(load.resultant) for load in self.given)
+        start = 2 * len(self.joints) + sum(len(load.resultant) for load in self.given)
         for drive in self.drives:
-            last = first + len(drive.mix)
-            yield drive, slice(first, last)
-            first = last
+            stop = start + len(drive.mix)
+            yield drive, slice(start, stop)
+            start = stop
 
     def driven(self, times: np.ndarray) -> np.ndarray:
         """Return where the drives' rows are given to be, and with which rate, at times [s], (t, D, 2)."""
@@ -104,16 +104,16 @@ class Driving:
 
     def places(self) -> Iterator[tuple[str, str | None, np.ndarray, slice]]:
         """Yield body and interface of each joint and load, the mix of its rows from the interface's, and its rows."""
-        for number, held in enumerate(self.joints):
-            along, lateral = held.joint.axes
+        for i, joint_point in enumerate(self.joints):
+            along, lateral = joint_point.joint.axes
             mix = np.array([lateral, along])
-            yield held.joint.body, held.joint.interface, mix, slice(2 * number, 2 * number + 2)
-        for load, at in [*self.given_rows(), *self.driven_rows()]:
-            yield load.body, load.interface, load.mix, at
+            yield joint_point.joint.body, joint_point.joint.interface, mix, slice(2 * i, 2 * i + 2)
+        for load, rows in [*self.given_rows(), *self.driven_rows()]:
+            yield load.body, load.interface, load.mix, rows
 
     def crank(self, time: np.ndarray) -> np.ndarray:
         """Return the crank pin of each joint at given times, (t, j, 4)."""
-        pins = [held.joint.crank_pin(time) for held in self.joints]
+        pins = [j.joint.crank_pin(time) for j in self.joints]
         return np.stack(pins, axis=1) if pins else np.zeros((len(time), 0, 4))
 
     def begin(
@@ -131,31 +131,31 @@ class Driving:
             SceneError: a rod does not reach its point at every crank angle.
         """
         loads = self.loads(np.zeros(1), 0.0)[0]
-        for load, at in self.given_rows():
-            loads[at] *= not load.travels
-        for number, held in enumerate(self.joints):
-            body, along = bodies[held.joint.body], held.joint.axes[0]
+        for load, rows in self.given_rows():
+            loads[rows] *= not load.travels
+        for i, joint_point in enumerate(self.joints):
+            body, along = bodies[joint_point.joint.body], joint_point.joint.axes[0]
             try:
-                held.turn()
+                joint_point.turn()
             except ValueError as error:
                 raise SceneError(
-                    f"joint.{held.name}.rod_length: {held.joint.rod_length} m is below crank_radius plus the offset of"
-                    f" the pin from the crank axis, {held.anchor[0]:g} m; {error}"
+                    f"joint.{joint_point.name}.rod_length: {joint_point.joint.rod_length} m is below crank_radius plus"
+                    f" the offset of the pin from the crank axis, {joint_point.anchor[0]:g} m; {error}"
                 ) from None
-            pin = self.rows[2 * number : 2 * number + 2][:, body.rigid] @ velocity[body.rigid]
-            height, speed, rate = held.joint.piston_pin(np.zeros(1), held.anchor[0], pin[0])[0]
-            position[body.rigid] += body.rigid_velocity(along * (height - held.anchor[1]), np.zeros(3))
+            pin = self.rows[2 * i : 2 * i + 2][:, body.rigid] @ velocity[body.rigid]
+            height, speed, rate = joint_point.joint.piston_pin(np.zeros(1), joint_point.anchor[0], pin[0])[0]
+            position[body.rigid] += body.rigid_velocity(along * (height - joint_point.anchor[1]), np.zeros(3))
             velocity[body.rigid] += body.rigid_velocity(along * (speed - pin[1]), np.zeros(3))
-            push = body.twists.T @ (self.rows.T @ loads + self.gravity)[body.rigid]
+            generalised_force = body.twists.T @ (self.rows.T @ loads + self.gravity)[body.rigid]
             # Of the mass-normalised motions, M Σ twist (twist·force) is the force itself.
-            given = body.morph.mass * float(push[:3] @ along)
-            tangent = held.joint.tangent(np.zeros(1), held.anchor[0])[0]
+            load_along = body.morph.mass * float(generalised_force[:3] @ along)
+            tangent = joint_point.joint.tangent(np.zeros(1), joint_point.anchor[0])[0]
             upright = 1 / np.sqrt(1 + tangent**2)
-            rod = (body.morph.mass * rate - given) / upright
-            loads[2 * number], loads[2 * number + 1] = rod * tangent * upright, rod * upright
+            rod = (body.morph.mass * rate - load_along) / upright
+            loads[2 * i], loads[2 * i + 1] = rod * tangent * upright, rod * upright
         force = self.rows.T @ loads + self.gravity
         for name, body in bodies.items():
-            loaded = name in {*(held.joint.body for held in self.joints), *(load.body for load in self.given)}
+            loaded = name in {*(j.joint.body for j in self.joints), *(load.body for load in self.given)}
             if deformed and (loaded or self.gravity[body.elastic].any()):
                 position[body.elastic] = force[body.elastic] / body.modal.angular_frequencies**2
         self._fit_rods(bodies, position, loads)
@@ -163,12 +163,12 @@ class Driving:
 
     def _fit_rods(self, bodies: Mapping[str, FlexibleBody], position: np.ndarray, loads: np.ndarray) -> None:
         """Shift bodies along so that their deformed points are at rod length."""
-        place = self.rows @ position + self.residual @ loads
-        for number, held in enumerate(self.joints):
-            lateral, along = held.anchor + place[2 * number : 2 * number + 2]
-            body = bodies[held.joint.body]
-            height = held.joint.piston_pin(np.zeros(1), lateral)[0, 0]
-            shift = held.joint.axes[0] * (height - along)
+        displacement = self.rows @ position + self.residual @ loads
+        for i, joint_point in enumerate(self.joints):
+            lateral, along = joint_point.anchor + displacement[2 * i : 2 * i + 2]
+            body = bodies[joint_point.joint.body]
+            height = joint_point.joint.piston_pin(np.zeros(1), lateral)[0, 0]
+            shift = joint_point.joint.axes[0] * (height - along)
             position[body.rigid] += body.rigid_velocity(shift, np.zeros(3))
 
 
@@ -181,15 +181,15 @@ def compile_driving(
         SceneError: a body has no such interface.
     """
     joints: list[HeldPoint] = []
-    given: list[GivenLoad] = []
+    loads: list[GivenLoad] = []
     rows: list[np.ndarray] = []
     owners: list[Owner] = []
     for name, joint in scene.cranks().items():
         body = bodies[joint.body]
-        place, resultant, elastic = held_point(scene, name, body)
+        position, resultant, elastic = held_point(scene, name, body)
         along, lateral = joint.axes
         mix = np.array([lateral, along])
-        joints.append(HeldPoint(name, joint, mix @ place, mix @ resultant))
+        joints.append(HeldPoint(name, joint, mix @ position, mix @ resultant))
         rows.append(_over_all(body, body.wrench_rows(mix @ resultant), mix @ elastic, size))
         owners.append((joint.body, joint.interface, mix))
     for name, force in scene.given().items():
@@ -197,11 +197,11 @@ def compile_driving(
         made = _travelling if isinstance(force, MovingForce) else _pressing
         made = _over_time if isinstance(force, OverTime) else made
         load, elastic = (_external if isinstance(force, ExternalForce) else made)(scene, name, body)
-        given.append(load)
+        loads.append(load)
         rows.append(_over_all(body, body.wrench_rows(load.resultant), elastic, size))
         owners.append((force.body, load.interface, load.mix))
     for load, elastic in _fields(scene, bodies):
-        given.append(load)
+        loads.append(load)
         rows.append(_over_all(bodies[load.body], bodies[load.body].wrench_rows(load.resultant), elastic, size))
         owners.append((load.body, load.interface, load.mix))
     drives: list[DrivenRows] = []
@@ -214,16 +214,16 @@ def compile_driving(
     stacked = np.vstack([np.empty((0, size)), *rows])
     residual, to_gap = _shared(scene, bodies, contacts, owners)
     damping = np.array([bodies[body].stiffness_factor for body, _, mix in owners for _ in mix])
-    found = Driving(
-        joints=joints, given=given, drives=drives, rows=stacked, residual=residual, to_gap=to_gap, damping=damping,
+    driving = Driving(
+        joints=joints, given=loads, drives=drives, rows=stacked, residual=residual, to_gap=to_gap, damping=damping,
         gravity=_gravity(scene, bodies, size),
     )  # fmt: skip
     for body in bodies.values():
-        own = [(item, here) for item, here in found.driven_rows() if item.body == body.name]
-        held = {f"joint.{one.name}": 2 * n + 1 for n, one in enumerate(joints) if one.joint.body == body.name}
-        if own:
-            refuse_contradictions(own, held, body, (found.rows[:, body.coordinates], found.residual))
-    return found
+        body_drives = [(item, span) for item, span in driving.driven_rows() if item.body == body.name]
+        joint_rows = {f"joint.{j.name}": 2 * n + 1 for n, j in enumerate(joints) if j.joint.body == body.name}
+        if body_drives:
+            refuse_contradictions(body_drives, joint_rows, body, (driving.rows[:, body.coordinates], driving.residual))
+    return driving
 
 
 def _gravity(scene: Scene, bodies: Mapping[str, FlexibleBody], size: int) -> np.ndarray:
@@ -243,8 +243,8 @@ Made = tuple[GivenLoad, np.ndarray]
 def _fields(scene: Scene, bodies: Mapping[str, FlexibleBody]) -> Iterator[Made]:
     """Yield the loads of electrostatic fields at each of their ends, then those of the points of electrodes."""
     for name, field in scene.fields().items():
-        for number, (body, interface, mix, resultant) in enumerate(field_ends(name, field, scene, bodies)):
-            label, none = f"{name}.against" if number else name, np.zeros((len(mix), 0))
+        for end, (body, interface, mix, resultant) in enumerate(field_ends(name, field, scene, bodies)):
+            label, none = f"{name}.against" if end else name, np.zeros((len(mix), 0))
             elastic = none if interface is None else mix @ body.modal.loads[interface].rows
             amounts = partial(_none, len(mix))
             yield GivenLoad(label, body.name, interface, mix, resultant, amounts, travels=False), elastic
@@ -265,48 +265,50 @@ def _shared(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return R among loads, (L, L), and the change of gaps by them through R, (c, L)."""
     ends = np.cumsum([0, *(len(mix) for _, _, mix in owners)])
-    residual, to_gap = np.zeros((ends[-1], ends[-1])), np.zeros((sum(len(one.points) for one in contacts), ends[-1]))
-    places = [slice(int(first), int(last)) for first, last in pairwise(ends)]
-    for (body, interface, mix), here in zip(owners, places, strict=True):
+    residual, to_gap = np.zeros((ends[-1], ends[-1])), np.zeros((sum(len(c.points) for c in contacts), ends[-1]))
+    spans = [slice(int(start), int(stop)) for start, stop in pairwise(ends)]
+    for (body, interface, mix), span in zip(owners, spans, strict=True):
         if interface is None:
             continue
-        for (other, at, weights), there in zip(owners, places, strict=True):
-            if body == other and at is not None:
-                residual[here, there] = mix @ bodies[body].residual(interface, at) @ weights.T
+        for (partner, partner_interface, weights), there in zip(owners, spans, strict=True):
+            if body == partner and partner_interface is not None:
+                residual[span, there] = mix @ bodies[body].residual(interface, partner_interface) @ weights.T
         for contact in contacts:
-            for owner, touching, share, *_ in contact.sides:
+            for owner, touching, point_weights, *_ in contact.sides:
                 if body == owner and METHODS[scene.contact[contact.name].method].flexible:
-                    to_gap[contact.rows, here] = -shared(share, bodies[body].residual(touching, interface)) @ mix.T
+                    to_gap[contact.rows, span] = (
+                        -shared(point_weights, bodies[body].residual(touching, interface)) @ mix.T
+                    )
     return residual, to_gap
 
 
 def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
     """Return a force, torque, pressure or wrench whose amount is given over time; one row, of a wrench six."""
-    force, where = scene.over_time()[name], f"force.{name}"
-    force.check(scene.run.duration, where)
+    force, scene_key = scene.over_time()[name], f"force.{name}"
+    force.check(scene.run.duration, scene_key)
     interface = getattr(force, "interface", None)
     if interface is None:
         if len(body.modal.angular_frequencies):
             cause = "name an interface of it" if force.surface else f"a {force.kind} acts on rigid bodies"
             key = "at" if force.surface else "body"
-            raise SceneError(f"{where}.{key}: body '{body.name}' is elastic; {cause}")
+            raise SceneError(f"{scene_key}.{key}: body '{body.name}' is elastic; {cause}")
         resultant = np.atleast_2d(force.wrench(partial(turned_vectors, scene.body[body.name])))
         elastic, mix = np.zeros((len(resultant), 0)), np.eye(len(resultant))
     else:
-        load = load_of(body, interface, f"{where}.interface")
+        load = load_of(body, interface, f"{scene_key}.interface")
         kind, count = force.surface, ROWS[force.surface or ""]
         if len(load.rows) != count:
-            raise SceneError(f"{where}.interface: '{interface}' is no interface of kind '{kind}'")
+            raise SceneError(f"{scene_key}.interface: '{interface}' is no interface of kind '{kind}'")
         mix = force.mix()
         resultant, elastic = mix @ load.resultant, mix @ load.rows
 
-    breaks = force.breaks(scene.run.duration, where)
+    breaks = force.breaks(scene.run.duration, scene_key)
 
     def amounts(time: np.ndarray) -> np.ndarray:
-        return force.amounts(time, where)[:, None] * force.share()
+        return force.amounts(time, scene_key)[:, None] * force.share()
 
     def means(start: np.ndarray, dt: float) -> np.ndarray:
-        return force.means(start, dt, where, breaks)[:, None] * force.share()
+        return force.means(start, dt, scene_key, breaks)[:, None] * force.share()
 
     return GivenLoad(name, body.name, interface, mix, resultant, amounts, travels=False, means=means), elastic
 
@@ -328,16 +330,16 @@ def _pressing(scene: Scene, name: str, body: FlexibleBody) -> Made:
 
 def _travelling(scene: Scene, name: str, body: FlexibleBody) -> Made:
     """Return a moving force on the functions of its traction space."""
-    force, where = scene.moving()[name], f"force.{name}"
-    owner = f"{where}.interface: body '{body.name}' has no traction space"
+    force, scene_key = scene.moving()[name], f"force.{name}"
+    owner = f"{scene_key}.interface: body '{body.name}' has no traction space"
     space = named(body.modal.tractions, force.interface, owner)
     ends = force.places(np.array([0.0, scene.run.duration]))
     end = space.start + space.spacing * (space.counts - 3)
     # Round-off of speed × duration must not place the end of a path outside the space.
     if not inside(space, ends + ON_THE_SPACE * (space.start + end - 2 * ends)).all():
         raise SceneError(
-            f"{where}: it moves from {ends[0].tolist()} to {ends[1].tolist()} m across and along by run.duration, its"
-            f" traction space reaches from {space.start.tolist()} to {end.tolist()}; change `at` or run.duration"
+            f"{scene_key}: it moves from {ends[0].tolist()} to {ends[1].tolist()} m across and along by run.duration,"
+            f" its traction space reaches from {space.start.tolist()} to {end.tolist()}; change `at` or run.duration"
         )
 
     def amounts(time: np.ndarray) -> np.ndarray:
@@ -349,19 +351,19 @@ def _travelling(scene: Scene, name: str, body: FlexibleBody) -> Made:
 
 def _external(scene: Scene, name: str, body: FlexibleBody) -> Made:
     """Return a force that the caller sets, along one direction or three axes."""
-    force, where = scene.external()[name], f"force.{name}.interface"
+    force, key = scene.external()[name], f"force.{name}.interface"
     axes = np.eye(3) if force.direction is None else unit(force.direction)[None]
 
     def amounts(time: np.ndarray) -> np.ndarray:
         return np.zeros((len(time), len(axes)))
 
     if force.interface is None:
-        _, resultant = rigid_point(scene, body, force.at, where, "'mean' or 'tie'")
+        _, resultant = rigid_point(scene, body, force.at, key, "'mean' or 'tie'")
         none = np.empty((len(axes), 0))
         return GivenLoad(name, body.name, None, np.eye(len(axes)), axes @ resultant, amounts, travels=False), none
-    load = load_of(body, force.interface, where)
+    load = load_of(body, force.interface, key)
     if len(load.rows) not in (3, 6):
-        raise SceneError(f"{where}: '{force.interface}' is no interface of kind 'mean' or 'tie'")
+        raise SceneError(f"{key}: '{force.interface}' is no interface of kind 'mean' or 'tie'")
     mix = np.column_stack([axes, np.zeros((len(axes), len(load.rows) - 3))])
     return GivenLoad(
         name, body.name, force.interface, mix, mix @ load.resultant, amounts, travels=False

@@ -43,15 +43,15 @@ def held_point(scene: Scene, name: str, body: FlexibleBody) -> tuple[np.ndarray,
 
 
 def rigid_point(
-    scene: Scene, body: FlexibleBody, at: tuple[float, float, float], where: str, kinds: str
+    scene: Scene, body: FlexibleBody, position: tuple[float, float, float], key: str, kinds: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return a point of a rigid body from its origin [m], (3,), and the resultant of forces there, (3, 6)."""
     if len(body.modal.angular_frequencies):
-        raise SceneError(f"{where}: body '{body.name}' is elastic; name an interface of kind {kinds}")
-    arm = turned_vectors(scene.body[body.name], at)
+        raise SceneError(f"{key}: body '{body.name}' is elastic; name an interface of kind {kinds}")
+    arm = turned_vectors(scene.body[body.name], position)
     return arm, np.column_stack([np.eye(3), np.cross(arm, np.eye(3))])
 
 
-def load_of(body: FlexibleBody, interface: str, where: str) -> LoadModes:
-    """Return the rows of a load or joint on a body; a SceneError that begins with `where` if it has none."""
-    return named(body.modal.loads, interface, f"{where}: body '{body.name}' has no load or joint surface")
+def load_of(body: FlexibleBody, interface: str, key: str) -> LoadModes:
+    """Return the rows of a load or joint on a body; a SceneError that begins with `key` if it has none."""
+    return named(body.modal.loads, interface, f"{key}: body '{body.name}' has no load or joint surface")

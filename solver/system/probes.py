@@ -77,9 +77,9 @@ def compile_probes(
     count = sum(len(contact.points) for contact in contacts)
     blocks = [_block(scene, name, bodies, contacts, springs, (size, count)) for name in scene.probe]
     ends = np.cumsum([0, *(len(block.offset) for block in blocks)])
-    places = [slice(int(a), int(b)) for a, b in pairwise(ends)]
+    spans = [slice(int(a), int(b)) for a, b in pairwise(ends)]
     return Probes(
-        names=list(scene.probe), places=places,
+        names=list(scene.probe), places=spans,
         rows=np.vstack([np.empty((0, size)), *(block.rows for block in blocks)]),
         rates=np.vstack([np.empty((0, size)), *(block.rates for block in blocks)]),
         pressed=np.vstack([np.empty((0, count)), *(block.pressed for block in blocks)]),
@@ -103,45 +103,45 @@ def _block(
         return _force_block(scene, name, bodies, (contacts, springs), shape)
     readings = [(1.0, _reading(scene, f"probe.{name}", probe, bodies))]
     if isinstance(probe, DistanceProbe):
-        other = PointProbe(kind="displacement", body=probe.against, interface=probe.against_interface,
+        partner = PointProbe(kind="displacement", body=probe.against, interface=probe.against_interface,
                            at=probe.against_at)  # fmt: skip
-        readings.append((-1.0, _reading(scene, f"probe.{name}", other, bodies, "against_")))
+        readings.append((-1.0, _reading(scene, f"probe.{name}", partner, bodies, "against_")))
     k = len(readings[0][1].mix)
-    rows, pressed = np.zeros((k, shape[0])), np.zeros((k, shape[1]))
-    for sign, one in readings:
-        body = bodies[one.body]
-        if len(one.mix) != k:
+    rows, per_force = np.zeros((k, shape[0])), np.zeros((k, shape[1]))
+    for sign, reading in readings:
+        body = bodies[reading.body]
+        if len(reading.mix) != k:
             raise SceneError(
                 f"probe.{name}: one of its ends is a contact point, which is read along its normal alone; a distance"
                 " needs interfaces of kind 'mean' or 'tie', or rigid bodies"
             )
-        rows[:, body.rigid] += sign * one.rigid
-        rows[:, body.elastic] += sign * one.elastic
-        _add_pressed(pressed, sign, one, body, contacts)
+        rows[:, body.rigid] += sign * reading.rigid
+        rows[:, body.elastic] += sign * reading.elastic
+        _add_pressed(per_force, sign, reading, body, contacts)
     moving = probe.kind in ("velocity", "acceleration")
     offset = readings[0][1].place - readings[1][1].place if len(readings) > 1 else np.zeros(k)
     nothing = np.zeros_like(rows)
-    parts = () if moving else tuple((sign, slice(k), one) for sign, one in readings)
+    terms = () if moving else tuple((sign, slice(k), reading) for sign, reading in readings)
     return Probes(
         [name], [slice(k)], nothing if moving else rows, rows if moving else nothing,
-        pressed=0.0 * pressed if moving else pressed, offset=offset, readings=[parts],
-        columns=[readings[0][1].columns], snapped=[max(one.snapped for _, one in readings)],
+        pressed=0.0 * per_force if moving else per_force, offset=offset, readings=[terms],
+        columns=[readings[0][1].columns], snapped=[max(r.snapped for _, r in readings)],
     )  # fmt: skip
 
 
 def _add_pressed(
-    pressed: np.ndarray, sign: float, reading: Reading, body: FlexibleBody, contacts: list[ContactRows]
+    per_force: np.ndarray, sign: float, reading: Reading, body: FlexibleBody, contacts: list[ContactRows]
 ) -> None:
     """Add the displacements of a reading by contact forces on the body's residual flexibility [m/N], (k, c)."""
     R = body.modal.residual_flexibility
     if R is None or not len(reading.index):
         return
     for contact in contacts:
-        for owner, interface, share, *_ in contact.sides:
+        for owner, interface, point_weights, *_ in contact.sides:
             if owner == reading.body:
-                block = shared_columns(share, R[reading.index, slice(*body.modal.interface_rows[interface])])
+                block = shared_columns(point_weights, R[reading.index, slice(*body.modal.interface_rows[interface])])
                 # A contact force acts against the outward normal, R's rows along it.
-                pressed[:, contact.rows] -= sign * reading.mix @ block
+                per_force[:, contact.rows] -= sign * reading.mix @ block
 
 
 def _force_block(
@@ -157,29 +157,33 @@ def _force_block(
     kind, _, owner = probe.of.partition(".")
     contacts, springs = members
     rows = rates = np.zeros((0, shape[0]))
-    pressed, offset, readings = np.zeros((0, shape[1])), np.zeros(0), ()
+    per_force, offset, readings = np.zeros((0, shape[1])), np.zeros(0), ()
     if kind == "force" and owner in springs.names:
-        here = springs.of(owner)
-        own = springs.rows[here]
-        rows, rates = np.vstack([own, 0 * own]), np.vstack([0 * own, own])
-        pressed, offset = np.zeros((len(rows), shape[1])), np.append(springs.stretch[here], np.zeros(len(own)))
+        span = springs.of(owner)
+        W = springs.rows[span]
+        rows, rates = np.vstack([W, 0 * W]), np.vstack([0 * W, W])
+        per_force, offset = np.zeros((len(rows), shape[1])), np.append(springs.stretch[span], np.zeros(len(W)))
     elif kind == "body":
         rows, rates, offset = reaction_rows(f"probe.{name}.of", bodies[owner], springs, shape[0])
-        pressed = np.zeros((len(rows), shape[1]))
+        per_force = np.zeros((len(rows), shape[1]))
     elif kind == "contact":
-        contact = next(one for one in contacts if one.name == owner)
-        pressed = np.zeros((4, shape[1]))
+        contact = next(c for c in contacts if c.name == owner)
+        per_force = np.zeros((4, shape[1]))
         points = own_vectors(scene.body[contact.body], contact.points)
-        pressed[0, contact.rows], pressed[1:, contact.rows] = 1.0, points.T
+        per_force[0, contact.rows], per_force[1:, contact.rows] = 1.0, points.T
         rows, rates, offset = np.zeros((4, shape[0])), np.zeros((4, shape[0])), np.zeros(4)
     return Probes(
-        [name], [slice(len(offset))], rows, rates, pressed=pressed, offset=offset, readings=[readings], columns=[AXES],
-        snapped=[0.0],
+        [name], [slice(len(offset))], rows, rates, pressed=per_force, offset=offset, readings=[readings],
+        columns=[AXES], snapped=[0.0],
     )  # fmt: skip
 
 
 def _reading(
-    scene: Scene, where: str, probe: PointProbe | DistanceProbe, bodies: Mapping[str, FlexibleBody], prefix: str = ""
+    scene: Scene,
+    scene_key: str,
+    probe: PointProbe | DistanceProbe,
+    bodies: Mapping[str, FlexibleBody],
+    prefix: str = "",
 ) -> Reading:
     body, turns = bodies[probe.body], probe.kind == "rotation"
     direction = getattr(probe, "direction", None)
@@ -190,8 +194,8 @@ def _reading(
         if len(body.modal.angular_frequencies):
             have = ", ".join([*body.modal.loads, *body.modal.interfaces]) or "none that is read"
             raise SceneError(
-                f"{where}.{prefix}interface: body '{probe.body}' is elastic; name an interface of its component, it has"
-                f" {have}"
+                f"{scene_key}.{prefix}interface: body '{probe.body}' is elastic; name an interface of its component, it"
+                f" has {have}"
             )
         point = turned_vectors(scene.body[probe.body], probe.at or (0.0, 0.0, 0.0))
         rigid = axes @ body.twists[:, 3:].T if turns else body.rigid_rows(np.repeat(point[None], len(axes), 0), axes)
@@ -203,52 +207,54 @@ def _reading(
         if len(load.rows) < (6 if turns else 3):
             needed = "'tie'" if turns else "'mean' or 'tie'"
             raise SceneError(
-                f"{where}.{prefix}interface: '{probe.interface}' cannot be read so; kind {needed} is needed"
+                f"{scene_key}.{prefix}interface: '{probe.interface}' cannot be read so; kind {needed} is needed"
             )
-        part = load.rows[3:] if turns else load.rows[:3]
+        load_rows = load.rows[3:] if turns else load.rows[:3]
         wrench = load.resultant[3:] if turns else load.resultant[:3]
-        first = body.modal.interface_rows[probe.interface][0] + (3 if turns else 0)
+        start = body.modal.interface_rows[probe.interface][0] + (3 if turns else 0)
         return Reading(
-            probe.body, body.wrench_rows(axes @ wrench), axes @ part, np.arange(first, first + 3), mix=axes,
+            probe.body, body.wrench_rows(axes @ wrench), axes @ load_rows, np.arange(start, start + 3), mix=axes,
             columns=columns, place=load.point + placed, snapped=0.0,
         )  # fmt: skip
-    at = None if probe.at is None else turned_vectors(scene.body[probe.body], probe.at)
-    return _at_point(where + f".{prefix}", probe, body, (placed, at), direction)
+    offset = None if probe.at is None else turned_vectors(scene.body[probe.body], probe.at)
+    return _at_point(scene_key + f".{prefix}", probe, body, (placed, offset), direction)
 
 
 def _at_point(
-    where: str, probe: PointProbe | DistanceProbe, body: FlexibleBody,
-    places: tuple[np.ndarray, np.ndarray | None], direction: tuple[float, ...] | None,
+    scene_key: str, probe: PointProbe | DistanceProbe, body: FlexibleBody,
+    positions: tuple[np.ndarray, np.ndarray | None], direction: tuple[float, ...] | None,
 ) -> Reading:  # fmt: skip
     """Return the reading of the contact point of an interface that is nearest to the coordinates asked for.
 
     Args:
-        places: Of the body's origin, and the coordinates asked for relative to it, along the scene's axes [m].
+        positions: Of the body's origin, and the coordinates asked for relative to it, along the scene's axes [m].
     """
-    placed, at = places
+    placed, offset = positions
     name, points = probe.interface, body.morph.points.get(probe.interface or "")
     if name is None or points is None or name not in body.modal.interfaces:
         have = ", ".join([*body.modal.loads, *body.modal.interfaces]) or "none"
-        raise SceneError(f"{where}interface: body '{body.name}' has no interface '{name}' to be read, it has {have}")
+        raise SceneError(
+            f"{scene_key}interface: body '{body.name}' has no interface '{name}' to be read, it has {have}"
+        )
     if probe.kind == "rotation":
-        raise SceneError(f"{where}interface: '{name}' has contact points, which do not turn; kind 'tie' is needed")
-    if at is None and len(points) > 1:
-        raise SceneError(f"{where}at: '{name}' has {len(points)} contact points; give coordinates near one of them")
-    apart = np.linalg.norm(points - (points[0] if at is None else at), axis=1)
-    nearest = int(apart.argmin())
+        raise SceneError(f"{scene_key}interface: '{name}' has contact points, which do not turn; kind 'tie' is needed")
+    if offset is None and len(points) > 1:
+        raise SceneError(f"{scene_key}at: '{name}' has {len(points)} contact points; give coordinates near one of them")
+    distance = np.linalg.norm(points - (points[0] if offset is None else offset), axis=1)
+    nearest = int(distance.argmin())
     modes = body.modal.interfaces[name]
     normal = body.outward(name)[nearest]
     sign = 1.0 if direction is None else float(unit(direction) @ normal)
     if abs(abs(sign) - 1) > 1e-3:
         raise SceneError(
-            f"{where}direction: the contact point of '{name}' is read along its normal"
+            f"{scene_key}direction: the contact point of '{name}' is read along its normal"
             f" {np.round(normal, 6).tolist()} alone"
         )
     sign = float(np.sign(sign))
     rigid = body.rigid_rows(points[nearest][None], sign * normal[None])
-    first, _ = body.modal.interface_rows[name]
+    start, _ = body.modal.interface_rows[name]
     return Reading(
-        body.name, rigid, sign * modes.rows[nearest][None], np.array([first + nearest]), mix=np.array([[sign]]),
+        body.name, rigid, sign * modes.rows[nearest][None], np.array([start + nearest]), mix=np.array([[sign]]),
         columns=("normal",) if direction is None else ("along",), place=points[nearest] + placed,
-        snapped=float(apart[nearest]),
+        snapped=float(distance[nearest]),
     )  # fmt: skip

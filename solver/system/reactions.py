@@ -15,7 +15,7 @@ MOMENTUM = 3
 
 
 def reaction_rows(
-    where: str, body: FlexibleBody, springs: Springs, size: int
+    key: str, body: FlexibleBody, springs: Springs, size: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what a reaction is found from per coordinate, (k, m), and per rate, (k, m), and its values at zero, (k,).
 
@@ -24,17 +24,17 @@ def reaction_rows(
     """
     if len(body.twists) >= 6:
         raise SceneError(
-            f"{where}: nothing holds body '{body.name}': it has no supports, and its freedom is not restricted"
+            f"{key}: nothing holds body '{body.name}': it has no supports, and its freedom is not restricted"
         )
-    own = spring_rows(body.name, springs)
-    count = MOMENTUM + 2 * len(own)
+    numbers = spring_rows(body.name, springs)
+    count = MOMENTUM + 2 * len(numbers)
     rows, rates, offset = np.zeros((count, size)), np.zeros((count, size)), np.zeros(count)
     rates[:MOMENTUM, body.rigid] = body.morph.mass * body.twists[:, :3].T
     if body.modal.participation is not None:
         rates[:MOMENTUM, body.elastic] = body.modal.participation
-    rows[MOMENTUM : MOMENTUM + len(own)] = springs.rows[own]
-    rates[MOMENTUM + len(own) :] = springs.rows[own]
-    offset[MOMENTUM : MOMENTUM + len(own)] = springs.stretch[own]
+    rows[MOMENTUM : MOMENTUM + len(numbers)] = springs.rows[numbers]
+    rates[MOMENTUM + len(numbers) :] = springs.rows[numbers]
+    offset[MOMENTUM : MOMENTUM + len(numbers)] = springs.stretch[numbers]
     return rows, rates, offset
 
 
@@ -47,17 +47,17 @@ def spring_rows(body: str, springs: Springs) -> list[int]:
 
 def spring_pulls(body: str, springs: Springs, tension: np.ndarray) -> np.ndarray:
     """Return the sum of the springs' forces on a body [N], (t, 3), of the tensions of its rows [N], (t, k)."""
-    own = spring_rows(body, springs)
+    numbers = spring_rows(body, springs)
     owners = dict(zip(dict.fromkeys(springs.names), springs.ends, strict=True))
-    first = np.array([owners[springs.names[row]][0].body == body for row in own], bool)
-    return (np.where(first, -1.0, 1.0) * tension) @ springs.motions[own, :3]
+    near_end = np.array([owners[springs.names[row]][0].body == body for row in numbers], bool)
+    return (np.where(near_end, -1.0, 1.0) * tension) @ springs.motions[numbers, :3]
 
 
 def spring_tensions(body: str, springs: Springs, values: np.ndarray) -> np.ndarray:
     """Return the tensions of a body's springs [N], (t, k), of their elongations [m] and then rates [m/s], (t, 2 k)."""
-    own, every = spring_rows(body, springs), np.zeros(len(springs.stiffness))
-    found = np.zeros((len(values), len(own)))
-    for time, (lengths, speeds) in enumerate(zip(values[:, : len(own)], values[:, len(own) :], strict=True)):
-        every[own] = lengths
-        found[time] = springs.tension(every)[0][own] + springs.damping[own] * speeds
-    return found
+    numbers, every = spring_rows(body, springs), np.zeros(len(springs.stiffness))
+    tensions = np.zeros((len(values), len(numbers)))
+    for time, (lengths, speeds) in enumerate(zip(values[:, : len(numbers)], values[:, len(numbers) :], strict=True)):
+        every[numbers] = lengths
+        tensions[time] = springs.tension(every)[0][numbers] + springs.damping[numbers] * speeds
+    return tensions

@@ -63,8 +63,8 @@ class Springs:
 
     def of(self, name: str) -> slice:
         """Return the rows of a force."""
-        first = self.names.index(name)
-        return slice(first, first + self.names.count(name))
+        start = self.names.index(name)
+        return slice(start, start + self.names.count(name))
 
     def tension(self, elongation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return tension [N] and stiffness [N/m] of all rows at elongations [m], (b,) each."""
@@ -81,11 +81,15 @@ class Springs:
         total = 0.5 * float(self.stiffness[linear] @ elongation[linear] ** 2)
         for row in self.knots:
             (low, high), knots = sorted((0.0, float(elongation[row]))), self.knots[row][:, 0]
-            at = np.concatenate([[low], knots[(knots > low) & (knots < high)], [high]])
+            elongations = np.concatenate([[low], knots[(knots > low) & (knots < high)], [high]])
             tension = np.array(
-                [self.tension(np.where(np.arange(len(elongation)) == row, one, 0.0))[0][row] for one in at]
+                [self.tension(np.where(np.arange(len(elongation)) == row, x, 0.0))[0][row] for x in elongations]
             )
-            total += 0.5 * float(np.diff(at) @ (tension[1:] + tension[:-1])) * (1.0 if elongation[row] >= 0 else -1.0)
+            total += (
+                0.5
+                * float(np.diff(elongations) @ (tension[1:] + tension[:-1]))
+                * (1.0 if elongation[row] >= 0 else -1.0)
+            )
         return total
 
     def softened(self) -> np.ndarray:
@@ -103,7 +107,7 @@ def compile_springs(
         SceneError: a spring acts on an elastic body without an interface, an interface does not have its directions, or
             no motion changes its length.
     """
-    names, ends, parts, knots, motions = [], [], [np.zeros((3, 0))], {}, [np.zeros((0, 6))]
+    names, ends, row_values, knots, motions = [], [], [np.zeros((3, 0))], {}, [np.zeros((0, 6))]
     for name, force in scene.springs().items():
         both, moved, (stiffness, damping, stretch) = _compiled(scene, name, force, bodies)
         motions.append(moved)
@@ -111,24 +115,24 @@ def compile_springs(
             knots[len(names)] = np.array(force.values, float) + np.array([0.0, force.preload])
         names += [name] * len(stiffness)
         ends.append(both)
-        parts.append(np.stack([stiffness, damping, stretch]))
-    rows, first = np.zeros((len(names), size)), 0
+        row_values.append(np.stack([stiffness, damping, stretch]))
+    rows, start = np.zeros((len(names), size)), 0
     owners: list[tuple[slice, End]] = []
     for both in ends:
-        here = slice(first, first + len(both[0].rigid))
-        first = here.stop
+        span = slice(start, start + len(both[0].rigid))
+        start = span.stop
         for end in both:
             body = bodies[end.body]
-            rows[here, body.rigid] += end.rigid
+            rows[span, body.rigid] += end.rigid
             if end.interface is not None:
-                rows[here, body.elastic] += end.mix @ _elastic(body, end.interface)
-                owners.append((here, end))
-    lost = [name for name in scene.springs() if not np.any(rows[[one == name for one in names]])]
-    if lost:
-        key = ".direction" if scene.springs()[lost[0]].kind == "spring" else ""
-        raise SceneError(f"force.{lost[0]}{key}: the body cannot move along it")
+                rows[span, body.elastic] += end.mix @ _elastic(body, end.interface)
+                owners.append((span, end))
+    immovable = [name for name in scene.springs() if not np.any(rows[[n == name for n in names]])]
+    if immovable:
+        key = ".direction" if scene.springs()[immovable[0]].kind == "spring" else ""
+        raise SceneError(f"force.{immovable[0]}{key}: the body cannot move along it")
     residual, to_gap, to_loads = _shared(scene, bodies, contacts, driving, owners, len(names))
-    stiffness, damping, stretch = np.concatenate(parts, axis=1)
+    stiffness, damping, stretch = np.concatenate(row_values, axis=1)
     return Springs(
         names, np.vstack(motions), ends, rows, stiffness=stiffness, damping=damping, stretch=stretch, knots=knots,
         residual=residual, to_gap=to_gap, to_loads=to_loads,
@@ -147,21 +151,21 @@ def _shared(
     residual = np.zeros((count, count))
     to_gap = np.zeros((sum(len(contact.points) for contact in contacts), count))
     to_loads = np.zeros((count, len(driving.rows)))
-    for here, end in owners:
-        for there, other in owners:
-            if end.body == other.body and end.interface is not None and other.interface is not None:
-                block = bodies[end.body].residual(end.interface, other.interface)
-                residual[here, there] += end.mix @ block @ other.mix.T
+    for span, end in owners:
+        for there, partner in owners:
+            if end.body == partner.body and end.interface is not None and partner.interface is not None:
+                block = bodies[end.body].residual(end.interface, partner.interface)
+                residual[span, there] += end.mix @ block @ partner.mix.T
         for body, interface, mix, there in driving.places():
             if body == end.body and end.interface is not None and interface is not None:
-                to_loads[here, there] += end.mix @ bodies[body].residual(end.interface, interface) @ mix.T
+                to_loads[span, there] += end.mix @ bodies[body].residual(end.interface, interface) @ mix.T
         for contact in contacts:
             if METHODS[scene.contact[contact.name].method].flexible:
-                for body, interface, share, *_ in contact.sides:
+                for body, interface, point_weights, *_ in contact.sides:
                     if body == end.body and end.interface is not None:
-                        block = shared(share, bodies[body].residual(interface, end.interface))
+                        block = shared(point_weights, bodies[body].residual(interface, end.interface))
                         # A contact force acts against the outward normal, R's rows along it.
-                        to_gap[contact.rows, here] -= block @ end.mix.T
+                        to_gap[contact.rows, span] -= block @ end.mix.T
     return residual, to_gap, to_loads
 
 
@@ -169,13 +173,13 @@ def _compiled(
     scene: Scene, name: str, force: Spring | Bushing, bodies: dict[str, FlexibleBody]
 ) -> tuple[tuple[End, ...], np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return a force's ends, the motions that it resists, (b, 6), and stiffness, damping and stretch of its rows."""
-    places = [_place(scene, name, force, bodies, number) for number in range(2 if force.against else 1)]
+    positions = [_place(scene, name, force, bodies, i) for i in range(2 if force.against else 1)]
     if isinstance(force, Bushing):
         motions, stiffness, damping = force.parts()
-        _refuse_apart(name, places, bodies[force.body], None)
+        _refuse_apart(name, positions, bodies[force.body], None)
         values = stiffness, damping, np.zeros(len(stiffness))
     else:
-        line = _line(name, force, bodies, places)
+        line = _line(name, force, bodies, positions)
         motions = np.concatenate([line, np.zeros(3)])[None]
         stiffness = force.stiffness or 0.0
         stretch = force.stretch + (force.preload / stiffness if stiffness else 0.0)
@@ -183,23 +187,21 @@ def _compiled(
             knots = np.array(force.values, float)
             stiffness = float((np.diff(knots[:, 1]) / np.diff(knots[:, 0])).max())
         values = np.array([stiffness]), np.array([force.damping]), np.array([stretch])
-    ends = [_end(scene, name, motions, (bodies[force.body], force.interface), places[0])]
+    ends = [_end(scene, name, motions, (bodies[force.body], force.interface), positions[0])]
     if force.against is not None:
-        other = (bodies[force.against], force.against_interface)
-        ends.append(_end(scene, name, -motions, other, places[-1]))
+        far_end = (bodies[force.against], force.against_interface)
+        ends.append(_end(scene, name, -motions, far_end, positions[-1]))
     return tuple(ends), motions, values
 
 
-def _place(
-    scene: Scene, name: str, force: Spring | Bushing, bodies: dict[str, FlexibleBody], number: int
-) -> np.ndarray:
+def _place(scene: Scene, name: str, force: Spring | Bushing, bodies: dict[str, FlexibleBody], end: int) -> np.ndarray:
     """Return where an end of a force is [m], (3,); without an interface the second end is where the first one is."""
-    body, interface = ((force.body, force.interface), (force.against, force.against_interface))[number]
+    body, interface = ((force.body, force.interface), (force.against, force.against_interface))[end]
     if interface is None or body is None:
-        if number == 1:
+        if end == 1:
             return _place(scene, name, force, bodies, 0)
         return np.asarray(scene.body[force.body].position) + turned_vectors(scene.body[force.body], force.at)
-    modal, key = bodies[body].modal, "against_interface" if number else "interface"
+    modal, key = bodies[body].modal, "against_interface" if end else "interface"
     if interface in modal.loads:
         return modal.loads[interface].point + np.asarray(scene.body[body].position)
     points = bodies[body].morph.points.get(interface)
@@ -216,39 +218,43 @@ def _place(
     return points[0] + np.asarray(scene.body[body].position)
 
 
-def _line(name: str, force: Spring, bodies: dict[str, FlexibleBody], places: list[np.ndarray]) -> np.ndarray:
+def _line(name: str, force: Spring, bodies: dict[str, FlexibleBody], positions: list[np.ndarray]) -> np.ndarray:
     """Return the unit vector along which a spring elongates when its body moves, (3,)."""
     modal = bodies[force.body].modal
     if force.direction is not None:
         line = unit(force.direction)
-        _refuse_apart(name, places, bodies[force.body], line)
+        _refuse_apart(name, positions, bodies[force.body], line)
         return line
-    apart = places[0] - places[-1]
-    if np.linalg.norm(apart) > ASIDE * bodies[force.body].gyration:
-        return unit(apart)
+    offset = positions[0] - positions[-1]
+    if np.linalg.norm(offset) > ASIDE * bodies[force.body].gyration:
+        return unit(offset)
     if force.interface in modal.interfaces:
         return bodies[force.body].outward(force.interface)[0]
     raise SceneError(f"force.{name}.direction: it is needed, since its ends do not give a line")
 
 
-def _refuse_apart(name: str, places: list[np.ndarray], body: FlexibleBody, line: np.ndarray | None) -> None:
+def _refuse_apart(name: str, positions: list[np.ndarray], body: FlexibleBody, line: np.ndarray | None) -> None:
     """Raise a SceneError where the ends of a force are apart, across its line if there is one."""
-    apart = places[0] - places[-1]
-    across = apart if line is None else apart - (apart @ line) * line
+    offset = positions[0] - positions[-1]
+    across = offset if line is None else offset - (offset @ line) * line
     if np.linalg.norm(across) > ASIDE * body.gyration:
-        what = "a bushing acts at one point" if line is None else "leave out direction, which is then the line of them"
+        remedy = (
+            "a bushing acts at one point" if line is None else "leave out direction, which is then the line of them"
+        )
         key = "against_interface" if line is None else "direction"
         beside = "" if line is None else " across the direction"
         raise SceneError(
             f"force.{name}.{key}: its ends are {np.linalg.norm(across):.3g} m apart{beside}, so that its forces would"
-            f" turn the bodies; {what}"
+            f" turn the bodies; {remedy}"
         )
 
 
-def _end(scene: Scene, name: str, motions: np.ndarray, at: tuple[FlexibleBody, str | None], place: np.ndarray) -> End:
+def _end(
+    scene: Scene, name: str, motions: np.ndarray, owner: tuple[FlexibleBody, str | None], position: np.ndarray
+) -> End:
     """Return one end of a force whose elongations are motions of a place, translations then rotations, (b, 6)."""
-    body, interface = at
-    point = place - np.asarray(scene.body[body.name].position)
+    body, interface = owner
+    point = position - np.asarray(scene.body[body.name].position)
     if interface is None:
         if len(body.modal.angular_frequencies):
             raise SceneError(
@@ -278,5 +284,5 @@ def _end(scene: Scene, name: str, motions: np.ndarray, at: tuple[FlexibleBody, s
 
 def _elastic(body: FlexibleBody, interface: str) -> np.ndarray:
     """Return the rows of an interface over the elastic coordinates, (k, m)."""
-    places = body.modal.loads if interface in body.modal.loads else body.modal.interfaces
-    return places[interface].rows
+    interfaces = body.modal.loads if interface in body.modal.loads else body.modal.interfaces
+    return interfaces[interface].rows

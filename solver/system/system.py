@@ -112,17 +112,17 @@ class System:
     def start_contact_energy(self) -> float:
         """Energy in R, surface layers and laws at the start [J]."""
         forces, smooth = self.start_forces, (self.law[:, 0] > 0) & (self.layer == 0)
-        (K, n), pressed = self.law[smooth, :2].T, forces[smooth]
+        (K, n), law_forces = self.law[smooth, :2].T, forces[smooth]
         return 0.5 * float(forces @ (self.compliance @ forces)) + float(
-            (pressed * (pressed / K) ** (1 / n) / (n + 1)).sum()
+            (law_forces * (law_forces / K) ** (1 / n) / (n + 1)).sum()
         )
 
     @property
     def flexibility(self) -> np.ndarray:
         """Λ⁻¹ of the elastic coordinates, zero of the rigid ones [s²/rad²], (m,)."""
-        elastic, found = self.stiffness > 0, np.zeros(len(self.stiffness))
-        found[elastic] = 1 / self.stiffness[elastic]
-        return found
+        elastic, flexibilities = self.stiffness > 0, np.zeros(len(self.stiffness))
+        flexibilities[elastic] = 1 / self.stiffness[elastic]
+        return flexibilities
 
     @property
     def offsets(self) -> dict[str, int]:
@@ -190,9 +190,9 @@ class System:
         A force jumps where a wave front arrives, and a truncated series rings there for some periods of its cut-off; a
         nonlinear law, which begins at no stiffness, limits the bandwidth of its force.
         """
-        if (given := self.scene.run.window) is not None:
-            return given
-        jumps = not all(one.smooth_law for one in self.scene.contact.values())
+        if (window := self.scene.run.window) is not None:
+            return window
+        jumps = not all(c.smooth_law for c in self.scene.contact.values())
         return min((RINGS if jumps else 1.0) * self.resolution, self.scene.run.duration)
 
     def gauged(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
@@ -202,9 +202,9 @@ class System:
     def of_records(self, states: np.ndarray) -> np.ndarray:
         """Return states, (f, m), of those over the coordinates of the bodies' records, (f, n)."""
         bodies = list(self.bodies.values())
-        parts = np.split(states, np.cumsum([body.record_count for body in bodies])[:-1], axis=1)
+        body_states = np.split(states, np.cumsum([body.record_count for body in bodies])[:-1], axis=1)
         bases = [body.basis for body in bodies]
-        return np.hstack([own if one is None else own @ one for one, own in zip(bases, parts, strict=True)])
+        return np.hstack([s if b is None else s @ b for b, s in zip(bases, body_states, strict=True)])
 
     def moved_gaps(self, position: np.ndarray) -> np.ndarray:
         """Return the change of the gaps by coordinates, (m,), with points over traction spaces slid by them [m], (c,).
@@ -213,26 +213,26 @@ class System:
         """
         change, inward = self.rows @ position, self.functions @ position
         for contact in self.contacts:
-            if (over := contact.master) is not None:
-                change[contact.rows] += over.at_points(self.slid(contact, position), inward[contact.functions])
+            if (master := contact.master) is not None:
+                change[contact.rows] += master.at_points(self.slid(contact, position), inward[contact.functions])
         return change
 
     def slid(self, contact: ContactRows, position: np.ndarray) -> float:
         """Return how far a contact's points have slid over their traction space by coordinates, (m,) [m]."""
         assert contact.master is not None
-        own, other = (self.bodies[name] for name in (contact.body, contact.master.body))
-        moved = [body.centre_motion(position[body.rigid])[:3] for body in (own, other)]
+        body_name, master = (self.bodies[name] for name in (contact.body, contact.master.body))
+        moved = [body.centre_motion(position[body.rigid])[:3] for body in (body_name, master)]
         return float(contact.master.direction @ (moved[0] - moved[1]))
 
     @property
     def beside(self) -> np.ndarray:
         """Which points start beside the face with edges that they may meet, (c,)."""
-        found = np.zeros(len(self.gap), np.bool_)
+        on_edge = np.zeros(len(self.gap), np.bool_)
         for contact in self.contacts:
             face = self.scene.contact[contact.name].against
             if isinstance(face, Plane) and face.edges:
-                found[contact.rows] = face.beside(contact.points + np.asarray(self.scene.body[contact.body].position))
-        return found
+                on_edge[contact.rows] = face.beside(contact.points + np.asarray(self.scene.body[contact.body].position))
+        return on_edge
 
     @property
     def distinct(self) -> np.ndarray:
@@ -242,7 +242,7 @@ class System:
         plate and the bottom of a hole in it, or faces with edges beside each other. Two at one place can: how they
         share the force is not determined.
         """
-        found = np.ones(len(self.gap), np.bool_)
+        distinct_rows = np.ones(len(self.gap), np.bool_)
         seen: dict[tuple[str, str, int, tuple[float, ...]], float] = {}
         for contact in self.contacts:
             if contact.other is not None or contact.master is not None:
@@ -252,24 +252,26 @@ class System:
                 key = contact.body, contact.interface, k, tuple(np.round(line, 6).tolist())
                 gap = float(self.gap[row])
                 if key in seen:
-                    apart = abs(gap - seen[key])
-                    found[row] = not self.edged(contact) and apart <= SAME_PLACE * max(abs(gap), abs(seen[key]))
+                    gap_difference = abs(gap - seen[key])
+                    distinct_rows[row] = not self.edged(contact) and gap_difference <= SAME_PLACE * max(
+                        abs(gap), abs(seen[key])
+                    )
                 seen.setdefault(key, gap)
-        return found
+        return distinct_rows
 
     def edged(self, contact: ContactRows) -> bool:
         """Whether the points of a contact meet a face with edges."""
         face = self.scene.contact[contact.name].against
         return isinstance(face, Plane) and bool(face.edges)
 
-    def beyond(self, contact: ContactRows, places: np.ndarray) -> np.ndarray:
+    def beyond(self, contact: ContactRows, positions: np.ndarray) -> np.ndarray:
         """Return by how much gaps to a solid exceed those to one face of it [m], (f, c), at coordinates (f, m)."""
         body, face = self.bodies[contact.body], self.scene.contact[contact.name].against
         assert isinstance(face, Plane)
         placed = contact.points + np.asarray(self.scene.body[contact.body].position)
         rows = [body.rigid_rows(contact.points, np.tile(axis, (len(contact.points), 1))) for axis in np.eye(3)]
-        moved = np.stack([places[:, body.rigid] @ row.T for row in rows], axis=-1)
-        return np.maximum(0.0, -np.array([face.leads(placed + one).min(axis=1) for one in moved]))
+        moved = np.stack([positions[:, body.rigid] @ row.T for row in rows], axis=-1)
+        return np.maximum(0.0, -np.array([face.leads(placed + m).min(axis=1) for m in moved]))
 
     def opened(self) -> "System":
         """Return the system with the points open that start beside the face that they may meet."""
@@ -302,16 +304,16 @@ class System:
         Its energy is the kinetic energy of a row's effective mass at its largest possible speed, and the work of
         gravity until closing.
         """
-        found = np.zeros(len(self.gap))
+        compliances = np.zeros(len(self.gap))
         for row in np.flatnonzero((self.law[:, 0] > 0) & (self.layer == 0)):
-            (stiffness, exponent), own = self.law[row, :2], self.rows[row]
-            square = float(own @ own)
+            (stiffness, exponent), contact_row = self.law[row, :2], self.rows[row]
+            square = float(contact_row @ contact_row)
             speed = float(np.linalg.norm(self.velocity)) * np.sqrt(square)
-            fall = 2 * float(np.abs(own) @ np.abs(self.driving.gravity)) * max(float(self.gap[row]), 0.0)
+            fall = 2 * float(np.abs(contact_row) @ np.abs(self.driving.gravity)) * max(float(self.gap[row]), 0.0)
             energy = 0.5 * (speed**2 + fall) / square
             deepest = ((exponent + 1) * energy / stiffness) ** (1 / (exponent + 1))
-            found[row] = 1 / (exponent * stiffness * deepest ** (exponent - 1)) if deepest > 0 else np.inf
-        return found
+            compliances[row] = 1 / (exponent * stiffness * deepest ** (exponent - 1)) if deepest > 0 else np.inf
+        return compliances
 
     def critical_frequency(self) -> float:
         """Return ω_c [rad/s]: ω_c² = λmax(Λ + rowsᵀ C⁻¹ rows), all contacts closed, other bodies' surfaces rigid.
@@ -367,13 +369,13 @@ def _single(stiffness: np.ndarray, row: np.ndarray, compliance: float) -> float:
     if not len(weight):
         return float(np.sqrt(still))
     # A contact that is soft beside the body adds less than a float can tell from the highest pole.
-    least = float(np.nextafter(poles.max(), np.inf))
-    x = max(float(poles.max() + weight.sum()), least)
+    minimum = float(np.nextafter(poles.max(), np.inf))
+    x = max(float(poles.max() + weight.sum()), minimum)
     for _ in range(100):
-        apart = x - poles
-        total, slope = float((weight / apart).sum()), float((weight / apart**2).sum())
+        pole_distance = x - poles
+        total, slope = float((weight / pole_distance).sum()), float((weight / pole_distance**2).sum())
         step = total * (total - 1) / slope
-        x = max(x + step, least)
+        x = max(x + step, minimum)
         if abs(step) <= 1e-15 * x:
             break
     return float(np.sqrt(max(x, still)))

@@ -148,8 +148,8 @@ class ParallelPlates(FieldForce):
     @model_validator(mode="after")
     def _one_condition(self) -> "ParallelPlates":
         if (self.potential is None) == (self.charge is None):
-            given = "both" if self.charge is not None else "neither"
-            raise ValueError(f"{given} of potential [V] and charge [C] given; one of them is needed")
+            count = "both" if self.charge is not None else "neither"
+            raise ValueError(f"{count} of potential [V] and charge [C] given; one of them is needed")
         if self.touching >= self.gap:
             raise ValueError(f"least_gap: {self.least_gap:g} m given; allowed: below gap, {self.gap:g} m")
         return self

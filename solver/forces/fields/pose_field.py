@@ -57,10 +57,10 @@ class PoseField:
         from scipy.interpolate import make_interp_spline  # Late, as in `co_energy`.
 
         knots, coefficients = [], self.values
-        for number, nodes in enumerate(self.axes.values()):
-            spline = make_interp_spline(nodes, coefficients, k=min(DEGREE, len(nodes) - 1), axis=number)
+        for i, nodes in enumerate(self.axes.values()):
+            spline = make_interp_spline(nodes, coefficients, k=min(DEGREE, len(nodes) - 1), axis=i)
             knots.append(np.asarray(spline.t))
-            coefficients = np.moveaxis(np.asarray(spline.c), 0, number)
+            coefficients = np.moveaxis(np.asarray(spline.c), 0, i)
         return knots, coefficients
 
     def capacitance(self, pose: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -71,15 +71,15 @@ class PoseField:
         """
         knots, coefficients = self.splines
         rows = [_basis(t, x) for t, x in zip(knots, self._place(pose), strict=True)]
-        local = coefficients[tuple(slice(first, first + len(values)) for first, values, _ in rows)]
+        local = coefficients[tuple(slice(start, start + len(values)) for start, values, _ in rows)]
         value = local
         for _, values, _ in rows:
             value = np.tensordot(values, value, axes=(0, 0))
         slopes = []
         for chosen in range(len(rows)):
             slope = local
-            for number, (_, values, derivatives) in enumerate(rows):
-                slope = np.tensordot(derivatives if number == chosen else values, slope, axes=(0, 0))
+            for i, (_, values, derivatives) in enumerate(rows):
+                slope = np.tensordot(derivatives if i == chosen else values, slope, axes=(0, 0))
             slopes.append(slope)
         return value, np.array(slopes)
 
@@ -95,9 +95,9 @@ class PoseField:
         C, slopes = self.capacitance(pose)
         V = potentials_of(C, potentials, np.zeros(len(C)) if charges is None else charges)
         gradient = 0.5 * np.einsum("i,aij,j->a", V, slopes, V)
-        whole = dict(zip(self.axes, gradient, strict=True))
+        by_axis = dict(zip(self.axes, gradient, strict=True))
         force, turning = (
-            np.array([whole.get(name, 0.0) for name in names]) for names in (POSE_AXES[:3], POSE_AXES[3:])
+            np.array([by_axis.get(name, 0.0) for name in names]) for names in (POSE_AXES[:3], POSE_AXES[3:])
         )
         rotation = np.array([pose.get(name, 0.0) for name in POSE_AXES[3:]])
         torque = np.linalg.solve(left_jacobian(rotation).T, turning) if turning.any() else turning
@@ -107,7 +107,7 @@ class PoseField:
         for name, value in pose.items():
             if name not in self.axes and value != 0:
                 raise SolverError(f"pose: {name} = {value:g} given; the grid has the axes {', '.join(self.axes)} only")
-        found = []
+        coordinates = []
         for name, nodes in self.axes.items():
             value = float(pose.get(name, 0.0))
             if not nodes[0] <= value <= nodes[-1]:
@@ -115,8 +115,8 @@ class PoseField:
                 raise SolverError(
                     f"pose: {name} = {value:.6g} {unit} is outside of the grid, {nodes[0]:.6g} to {nodes[-1]:.6g}"
                 )
-            found.append(value)
-        return found
+            coordinates.append(value)
+        return coordinates
 
 
 def potentials_of(C: np.ndarray, potentials: np.ndarray, charges: np.ndarray) -> np.ndarray:
@@ -141,21 +141,21 @@ def left_jacobian(rotation: np.ndarray) -> np.ndarray:
 def _basis(knots: np.ndarray, x: float) -> tuple[int, np.ndarray, np.ndarray]:
     """Return the first spline that is not zero at x, and values and derivatives of all that are not (de Boor 1972)."""
     degree = int(np.searchsorted(knots, knots[0], side="right")) - 1
-    last = len(knots) - degree - 2
-    span = min(max(int(np.searchsorted(knots, x, side="right")) - 1, degree), last)
+    last_span = len(knots) - degree - 2
+    span = min(max(int(np.searchsorted(knots, x, side="right")) - 1, degree), last_span)
     values, slopes = np.ones(1), np.zeros(1)
     for order in range(1, degree + 1):
         lower = values
-        left = knots[span - order + 1 : span + 1]
-        right = knots[span + 1 : span + order + 1]
-        share = lower / (right - left)
+        knots_below = knots[span - order + 1 : span + 1]
+        knots_above = knots[span + 1 : span + order + 1]
+        ratio = lower / (knots_above - knots_below)
         values = np.zeros(order + 1)
-        values[:-1] += share * (right - x)
-        values[1:] += share * (x - left)
+        values[:-1] += ratio * (knots_above - x)
+        values[1:] += ratio * (x - knots_below)
         if order == degree:
             slopes = np.zeros(order + 1)
-            slopes[:-1] -= degree * share
-            slopes[1:] += degree * share
+            slopes[:-1] -= degree * ratio
+            slopes[1:] += degree * ratio
     return span - degree, values, slopes
 
 
@@ -170,14 +170,12 @@ def cell_errors(axes: Sequence[np.ndarray], values: np.ndarray) -> np.ndarray:
 
     total = np.zeros([len(nodes) - 1 for nodes in axes])
     scale = np.abs(values).max()
-    for number, nodes in enumerate(axes):
-        kept = np.unique([*range(0, len(nodes), 2), len(nodes) - 1])
-        spline = make_interp_spline(
-            nodes[kept], np.take(values, kept, axis=number), k=min(3, len(kept) - 1), axis=number
-        )
+    for i, nodes in enumerate(axes):
+        coarse = np.unique([*range(0, len(nodes), 2), len(nodes) - 1])
+        spline = make_interp_spline(nodes[coarse], np.take(values, coarse, axis=i), k=min(3, len(coarse) - 1), axis=i)
         missed = np.abs(np.asarray(spline(nodes)) - values).max(axis=(-2, -1)) / 15 / scale
-        for other in range(len(axes)):
-            low, high = (np.take(missed, np.arange(a, missed.shape[other] + a - 1), axis=other) for a in (0, 1))
+        for j in range(len(axes)):
+            low, high = (np.take(missed, np.arange(a, missed.shape[j] + a - 1), axis=j) for a in (0, 1))
             missed = np.maximum(low, high)
         total += missed
     return total

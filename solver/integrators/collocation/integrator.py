@@ -39,22 +39,22 @@ class Collocation(capabilities.Collocation):
         run, c, n = system.scene.run, *system.rows.shape
         self._system, self._dt = system, dt
         self._equations, self._open = Equations(system), all_open(system)
-        place = uncoupled(system)
-        self._basis, self._modes, self._omega = place.solved, place.modes, place.omega
+        eigen = uncoupled(system)
+        self._basis, self._modes, self._omega = eigen.solved, eigen.modes, eigen.omega
         self._record, self._last = Record(system), run.duration
         self._tolerance = run.accuracy or ACCURACY
         self._fixed = fixed_step is not None
         self._tables = _empty(fixed_step or run.duration / 16, c, n)
         balance = np.zeros(LOST + 1)
-        balance[START_ENERGY] = place.energy
+        balance[START_ENERGY] = eigen.energy
         self._motion = arrays.Motion(
-            y=place.start.copy(), v=place.speed.copy(), force=np.zeros(c), before=np.zeros((c, 4)),
+            y=eigen.start.copy(), v=eigen.speed.copy(), force=np.zeros(c), before=np.zeros((c, 4)),
             approach=np.zeros(c), clock=np.zeros(4), level=np.zeros(1, np.int64), balance=balance,
             counts=np.zeros(3, np.int64),
         )  # fmt: skip
         self._constants = arrays.Constants(
-            rows=place.rows, gap=system.gap, series=np.ascontiguousarray(system.residual.diagonal()), law=system.law,
-            stiffness=place.omega**2, constant=place.constant, start=place.start, tolerance=self._tolerance,
+            rows=eigen.rows, gap=system.gap, series=np.ascontiguousarray(system.residual.diagonal()), law=system.law,
+            stiffness=eigen.omega**2, constant=eigen.constant, start=eigen.start, tolerance=self._tolerance,
             fixed=0 if self._fixed else -1, floor=SLOWEST,
         )  # fmt: skip
         self._track = _track(CHUNK, c, n)
@@ -68,25 +68,25 @@ class Collocation(capabilities.Collocation):
         if self._flight is None:
             self._begin_pressed()
 
-    def advance(self, first: int, stride: int, out: Samples) -> bool:
+    def advance(self, start_step: int, stride: int, out: Samples) -> bool:
         """Fill all but the loads of samples of `stride` intervals; False where a contact force was not found."""
-        ends = (first + stride * np.arange(1, len(out.forces) + 1)) * self._dt
-        last = float(ends[-1])
+        ends = (start_step + stride * np.arange(1, len(out.forces) + 1)) * self._dt
+        end = float(ends[-1])
         self._record.open_samples(ends, stride * self._dt, out)
         if self._pending is not None:
-            self._keep(self._pending, last)
-        while (self._motion.clock[TIME] if self._flight is None else self._flight.start) < last:
+            self._keep(self._pending, end)
+        while (self._motion.clock[TIME] if self._flight is None else self._flight.start) < end:
             if self._flight is None:
-                if not self._press(last):
+                if not self._press(end):
                     return False
                 continue
-            self._record.add_segment(self._flight, min(self._flight.end, last))
-            if self._flight.end >= last or self._flight.event is None:
+            self._record.add_segment(self._flight, min(self._flight.end, end))
+            if self._flight.end >= end or self._flight.event is None:
                 break
             self._touch(self._flight)
-        if self._flight is not None and self._flight.start <= last:
-            self._record.add_segment(self._flight, min(self._flight.end, last))
-            self._p, self._v = self._flight.motion.state(last - self._flight.start)
+        if self._flight is not None and self._flight.start <= end:
+            self._record.add_segment(self._flight, min(self._flight.end, end))
+            self._p, self._v = self._flight.motion.state(end - self._flight.start)
         self._record.keep_peaks()
         return bool(np.isfinite(out.energies).all())
 
@@ -94,11 +94,11 @@ class Collocation(capabilities.Collocation):
         return self._record.impacts()
 
     def outcome(self) -> Outcome:
-        pressed = self._pressed if self._flight is None else np.zeros(len(self._system.gap))
+        forces = self._pressed if self._flight is None else np.zeros(len(self._system.gap))
         steps, rejected, iterations = map(int, self._motion.counts)
-        found = self._record.outcome(self._p, self._v, pressed, np.array([0, steps, iterations, -1]))
+        outcome_ = self._record.outcome(self._p, self._v, forces, np.array([0, steps, iterations, -1]))
         work = {"steps": steps, "steps_rejected": rejected, "newton_iterations": iterations, "impacts": self._impacts}
-        return replace(found, work=work)
+        return replace(outcome_, work=work)
 
     # Flight
 
@@ -123,8 +123,8 @@ class Collocation(capabilities.Collocation):
         stiffness, exponent, _, damping = system.law[row]
         mass = 1.0 / float(system.rows[row] @ system.rows[row])
         # A body that is pressed on at rest moves by its static indentation, which sets the least approach speed.
-        pull = abs(float(self._constants.rows[row] @ (self._constants.constant - self._omega**2 * motion.y)))
-        settling = float(np.sqrt(pull * (mass * pull / stiffness) ** (1 / exponent)))
+        load = abs(float(self._constants.rows[row] @ (self._constants.constant - self._omega**2 * motion.y)))
+        settling = float(np.sqrt(load * (mass * load / stiffness) ** (1 / exponent)))
         motion.clock[FASTEST] = max(motion.clock[FASTEST], speed, settling)
         motion.approach[:] = 0.0
         motion.approach[row] = max(speed, SLOWEST * motion.clock[FASTEST], np.finfo(float).tiny)
@@ -133,12 +133,14 @@ class Collocation(capabilities.Collocation):
         motion.force[row] = damping * speed
         deepest = (0.5 * (exponent + 1) * mass * motion.approach[row] ** 2 / stiffness) ** (1 / (exponent + 1))
         motion.clock[REFERENCE] = max(
-            motion.clock[REFERENCE], stiffness * deepest**exponent, damping * speed, mass * pull
+            motion.clock[REFERENCE], stiffness * deepest**exponent, damping * speed, mass * load
         )
         shallow = (START * self._tolerance * motion.clock[REFERENCE] / stiffness) ** (1 / exponent)
-        begin = min(shallow / motion.approach[row], float(np.sqrt(2 * shallow / pull)) if pull > 0 else np.inf)
+        start_length = min(shallow / motion.approach[row], float(np.sqrt(2 * shallow / load)) if load > 0 else np.inf)
         longest = self._tables.length[0]
-        motion.level[0] = 0 if self._fixed else int(np.clip(np.ceil(np.log2(longest / begin)), 0, kernel.LEVELS - 1))
+        motion.level[0] = (
+            0 if self._fixed else int(np.clip(np.ceil(np.log2(longest / start_length)), 0, kernel.LEVELS - 1))
+        )
         motion.balance[LOST] = self._record.lost
         self._impacts += 1
         self._record.touches(row, flight.end, speed)
@@ -152,13 +154,13 @@ class Collocation(capabilities.Collocation):
     def _begin_pressed(self) -> None:
         """Begin the run in the static equilibrium with contact."""
         system, motion, record = self._system, self._motion, self._record
-        pressed = np.flatnonzero(system.start_forces)
+        rows = np.flatnonzero(system.start_forces)
         motion.force[:] = system.start_forces
         # A contact that begins at rest has no loss: as of an impact of any speed.
-        motion.approach[pressed] = np.inf
+        motion.approach[rows] = np.inf
         motion.clock[REFERENCE] = motion.force.max()
         self._gaps = np.array([system.gap + system.rows @ self._p, system.rows @ self._v])
-        self._closed, self._impacts = set(pressed.tolist()), len(pressed)
+        self._closed, self._impacts = set(rows.tolist()), len(rows)
         for row in self._closed:
             record.touches(row, 0.0, 0.0)
 
@@ -166,7 +168,7 @@ class Collocation(capabilities.Collocation):
         """Advance a contact until it is over or `end` [s] is passed; False where a force was not found."""
         code, count = kernel.march(self._tables, self._constants, self._motion, self._track, end)
         if count:
-            done = _Steps(*(part[:count] for part in self._track))
+            done = _Steps(*(column[:count] for column in self._track))
             self._follow(done)
             self._keep(done, end)
         if code == kernel.MISSING:
@@ -184,30 +186,30 @@ class Collocation(capabilities.Collocation):
         times = h * kernel.POINTS[1:]
         moved = free(self._omega, times)
         tables.free[level] = moved[:, -1]
-        for part, response in enumerate(responses(self._omega, 3, times)):
+        for order, response in enumerate(responses(self._omega, 3, times)):
             cubics = np.einsum("jm,m,mtn->tjn", kernel.MONOMIALS, h ** -np.arange(4.0), response)
-            tables.drift[level, part], tables.push[level, part] = constant * response[0, -1], cubics[-1]
-            tables.gap[level, part, :, :, :n] = moved[2 * part][:, None] * rows
-            tables.gap[level, part, :, :, n:] = moved[2 * part + 1][:, None] * rows
-            tables.gap_drift[level, part] = (constant * response[0]) @ rows.T
-            tables.reach[level, part] = np.einsum("an,bn,tjn->abtj", rows, rows, cubics, optimize=True)
+            tables.drift[level, order], tables.push[level, order] = constant * response[0, -1], cubics[-1]
+            tables.gap[level, order, :, :, :n] = moved[2 * order][:, None] * rows
+            tables.gap[level, order, :, :, n:] = moved[2 * order + 1][:, None] * rows
+            tables.gap_drift[level, order] = (constant * response[0]) @ rows.T
+            tables.reach[level, order] = np.einsum("an,bn,tjn->abtj", rows, rows, cubics, optimize=True)
         tables.known[level] = 1
 
     def _keep(self, done: "_Steps", end: float) -> None:
         """Add accepted steps to the histories up to `end` [s]; a step that passes it is kept for the next frame."""
-        record, begin = self._record, max(self._kept_until, float(done.start[0]))
+        record, start = self._record, max(self._kept_until, float(done.start[0]))
         until = min(done.end, end)
         waiting = record.waiting()
-        inside = waiting[waiting <= until]
+        sample_times = waiting[waiting <= until]
         edges = np.unique(
-            np.concatenate([[begin], done.start[(done.start > begin) & (done.start < until)], inside, [until]])
+            np.concatenate([[start], done.start[(done.start > start) & (done.start < until)], sample_times, [until]])
         )
-        if until > begin:
+        if until > start:
             nothing = np.zeros((len(edges) - 1, done.values.shape[1]))
             record.add_impulses(edges, np.diff(done.impulses(edges), axis=0), nothing)
             self._pull(done, edges)
-        if len(inside):
-            self._fill(done, inside)
+        if len(sample_times):
+            self._fill(done, sample_times)
         record.reached(until, self._motion.balance)
         self._kept_until = until
         self._pending = done.last() if done.end > end else None
@@ -222,37 +224,40 @@ class Collocation(capabilities.Collocation):
         times = edges[:-1, None] + widths[:, None] * 0.5 * (1 + NODES)
         y = self._states(done, times.ravel())[0]
         stretch = springs.stretch + (y @ self._modes.T) @ springs.rows.T
-        share = (0.5 * widths[:, None] * WEIGHTS).ravel()
-        self._record.add_spring_impulses(springs.stiffness * (share @ stretch))
+        weights = (0.5 * widths[:, None] * WEIGHTS).ravel()
+        self._record.add_spring_impulses(springs.stiffness * (weights @ stretch))
 
     def _states(self, done: "_Steps", times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return y, ẏ, (t, n) each, and contact forces, (t, c), at times within the steps."""
-        number, tau = done.place(times)
+        step, tau = done.place(times)
         moved = free(self._omega, tau)
-        scaled = done.cubics[number] / done.length[number][:, None, None] ** np.arange(4)
+        scaled = done.cubics[step] / done.length[step][:, None, None] ** np.arange(4)
         load = np.einsum("tcm,cn->mtn", scaled, self._constants.rows)
-        place, speed = (
-            own * done.y[number] + fast * done.v[number] + self._constants.constant * to[0] + (load * to).sum(axis=0)
-            for own, fast, to in zip(moved[::2], moved[1::2], responses(self._omega, 3, tau), strict=True)
+        position, speed = (
+            from_position * done.y[step]
+            + fast * done.v[step]
+            + self._constants.constant * to[0]
+            + (load * to).sum(axis=0)
+            for from_position, fast, to in zip(moved[::2], moved[1::2], responses(self._omega, 3, tau), strict=True)
         )
-        return place, speed, np.einsum("tcm,tm->tc", scaled, tau[:, None] ** np.arange(4))
+        return position, speed, np.einsum("tcm,tm->tc", scaled, tau[:, None] ** np.arange(4))
 
-    def _fill(self, done: "_Steps", inside: np.ndarray) -> None:
+    def _fill(self, done: "_Steps", times: np.ndarray) -> None:
         """Fill the samples that end within the steps."""
-        place, speed, pressed = self._states(done, inside)
+        position, speed, forces = self._states(done, times)
         series, law = self._constants.series, self._system.law
-        depth = np.maximum(-(self._system.gap + place @ self._constants.rows.T) - series * pressed, 0.0)
-        stored = (law[:, 0] * depth ** (law[:, 1] + 1) / (law[:, 1] + 1)).sum(axis=1) + 0.5 * (pressed**2) @ series
-        lost = done.lost_at(inside)
-        self._record.states(place @ self._modes.T, speed @ self._modes.T, stored, lost, pressed, balanced=True)
+        depth = np.maximum(-(self._system.gap + position @ self._constants.rows.T) - series * forces, 0.0)
+        stored = (law[:, 0] * depth ** (law[:, 1] + 1) / (law[:, 1] + 1)).sum(axis=1) + 0.5 * (forces**2) @ series
+        dissipated = done.lost_at(times)
+        self._record.states(position @ self._modes.T, speed @ self._modes.T, stored, dissipated, forces, balanced=True)
 
     def _follow(self, done: "_Steps") -> None:
         """Record which impacts begin and end within the steps, their impulses and largest forces."""
-        record, pressed = self._record, done.values.max(axis=2) > 0
-        for k in np.flatnonzero(pressed.any(axis=1)):
+        record, in_contact = self._record, done.values.max(axis=2) > 0
+        for k in np.flatnonzero(in_contact.any(axis=1)):
             start, h = float(done.start[k]), float(done.length[k])
             gaps = self._gaps if k == 0 else done.opening[k - 1], done.opening[k]
-            rows = [int(row) for row in np.flatnonzero(pressed[k])]
+            rows = [int(row) for row in np.flatnonzero(in_contact[k])]
             for row in rows:
                 if row not in self._closed:
                     self._closed.add(row)
@@ -274,10 +279,13 @@ class Collocation(capabilities.Collocation):
         system, start, h = self._system, float(done.start[k]), float(done.length[k])
         x = IMPACT_POINTS * min(1.0, (self._last - start) / h)
         for item in system.contacts:
-            own = [row for row in rows if item.rows.start <= row < item.rows.stop]
-            if not own:
+            contact_rows = [row for row in rows if item.rows.start <= row < item.rows.stop]
+            if not contact_rows:
                 continue
-            contact, cubics = self._record.contact(own[0]), system.directions[own].T @ done.cubics[k, own]
+            contact, cubics = (
+                self._record.contact(contact_rows[0]),
+                system.directions[contact_rows].T @ done.cubics[k, contact_rows],
+            )
             forces = (x[:, None] ** np.arange(4)) @ cubics.T
             impulses = h * (x[:, None] ** np.arange(1, 5) / np.arange(1, 5)) @ cubics.T
             contact.presses(start + h * x, impulses, forces)
@@ -302,41 +310,43 @@ class _Steps(arrays.Track):
 
     def place(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the number of the step that each time is in, and the time since its start [s], (t,) each."""
-        number = np.clip(np.searchsorted(self.start, times, side="left") - 1, 0, len(self.start) - 1)
-        return number, times - self.start[number]
+        step = np.clip(np.searchsorted(self.start, times, side="left") - 1, 0, len(self.start) - 1)
+        return step, times - self.start[step]
 
     def impulses(self, times: np.ndarray) -> np.ndarray:
         """Return the impulses [N s] from the first step's start to times, (t, c)."""
         powers = np.arange(1, 5)
         per_step = self.length[:, None] * (self.cubics @ (1 / powers))
-        whole = np.concatenate([np.zeros((1, per_step.shape[1])), np.cumsum(per_step, axis=0)])
-        number, tau = self.place(times)
-        local = tau / self.length[number]
-        part = np.einsum("tcm,tm->tc", self.cubics[number], local[:, None] ** powers / powers)
-        return whole[number] + self.length[number, None] * part
+        totals = np.concatenate([np.zeros((1, per_step.shape[1])), np.cumsum(per_step, axis=0)])
+        step, tau = self.place(times)
+        local = tau / self.length[step]
+        partial_impulse = np.einsum("tcm,tm->tc", self.cubics[step], local[:, None] ** powers / powers)
+        return totals[step] + self.length[step, None] * partial_impulse
 
     def lost_at(self, times: np.ndarray) -> np.ndarray:
         """Return the energy lost by times [J], (t,), linear within a step."""
-        number, tau = self.place(times)
-        share = tau / self.length[number]
-        return (1 - share) * self.lost[number, 0] + share * self.lost[number, 1]
+        step, tau = self.place(times)
+        fraction = tau / self.length[step]
+        return (1 - fraction) * self.lost[step, 0] + fraction * self.lost[step, 1]
 
     def last(self) -> "_Steps":
         """Return the last step alone."""
-        return _Steps(*(part[-1:].copy() for part in self))
+        return _Steps(*(a[-1:].copy() for a in self))
 
 
 def _highest(cubic: np.ndarray) -> tuple[float, float]:
     """Return the largest value of a cubic on [0, 1], and its place."""
     c0, c1, c2, c3 = map(float, cubic)
-    found = [(c0, 0.0), (c0 + c1 + c2 + c3, 1.0)]
+    candidates = [(c0, 0.0), (c0 + c1 + c2 + c3, 1.0)]
     under = c2 * c2 - 3 * c3 * c1
     if under >= 0:
         # The roots of 3 c₃ x² + 2 c₂ x + c₁, without subtraction of nearly equal numbers.
         larger = -(c2 + math.copysign(math.sqrt(under), c2))
-        roots = [over / below for over, below in ((larger, 3 * c3), (c1, larger)) if below != 0]
-        found += [(((c3 * x + c2) * x + c1) * x + c0, x) for x in roots if 0 < x < 1]
-    return max(found)
+        roots = [
+            numerator / denominator for numerator, denominator in ((larger, 3 * c3), (c1, larger)) if denominator != 0
+        ]
+        candidates += [(((c3 * x + c2) * x + c1) * x + c0, x) for x in roots if 0 < x < 1]
+    return max(candidates)
 
 
 def _crossing(before: np.ndarray, after: np.ndarray, h: float, *, opens: bool) -> tuple[float, float]:
@@ -350,9 +360,9 @@ def _crossing(before: np.ndarray, after: np.ndarray, h: float, *, opens: bool) -
         return (h, later_rate) if opens else (0.0, rate)
     m0, m1 = rate * h, later_rate * h
     cubic = np.array([2 * (gap - later) + m0 + m1, 3 * (later - gap) - 2 * m0 - m1, m0, gap])
-    inside = [root.real for root in np.roots(cubic) if abs(root.imag) < 1e-9 and 0 <= root.real <= 1]
-    place = max(inside, default=1.0) if opens else min(inside, default=0.0)
-    return place * h, float(np.polyval(np.polyder(cubic), place)) / h
+    roots = [root.real for root in np.roots(cubic) if abs(root.imag) < 1e-9 and 0 <= root.real <= 1]
+    x = max(roots, default=1.0) if opens else min(roots, default=0.0)
+    return x * h, float(np.polyval(np.polyder(cubic), x)) / h
 
 
 def _empty(longest: float, c: int, n: int) -> arrays.Tables:

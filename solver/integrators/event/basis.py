@@ -107,25 +107,25 @@ def solve(regime: Linear) -> Basis:
     root = np.sqrt(regime.stiffness[stiff])
     through = _root(regime.springs)
     bend = np.vstack([root[:, None] * np.eye(n)[stiff], through.T @ regime.rows])
-    left, omega, right = _singular(bend @ plain)
+    U, omega, V = _singular(bend @ plain)
     if len(omega) and omega.min() <= 0:
         raise linalg.LinAlgError("a direction with stiffness has frequency zero")
-    moving = plain @ right
-    static, over = (moving / omega**2).T, (left / omega).T
+    moving = plain @ V
+    static, U_scaled = (moving / omega**2).T, (U / omega).T
     yielding = static.copy("K")
-    yielding[:, stiff] = over[:, : len(stiff)] / root
-    slack = -over[:, len(stiff) :] @ through.T
-    held, way, lag = np.empty((0, n)), np.zeros((len(omega), n)), np.zeros((len(omega), n))
+    yielding[:, stiff] = U_scaled[:, : len(stiff)] / root
+    slack = -U_scaled[:, len(stiff) :] @ through.T
+    projector, driven, lag = np.empty((0, n)), np.zeros((len(omega), n)), np.zeros((len(omega), n))
     dashed = regime.dampers[:, None] * regime.rows
     if len(regime.rigid):
-        held = regime.rigid.T @ np.linalg.solve(regime.rigid @ regime.rigid.T, regime.rigid)
-        way = -over @ (bend @ held)
-        lag = -(static @ (regime.rows.T @ (dashed @ (held + moving @ way))))
+        projector = regime.rigid.T @ np.linalg.solve(regime.rigid @ regime.rigid.T, regime.rigid)
+        driven = -U_scaled @ (bend @ projector)
+        lag = -(static @ (regime.rows.T @ (dashed @ (projector + moving @ driven))))
     shapes, exponents, amplitudes = _oscillators(omega, regime.rows @ moving, regime.dampers)
     return Basis(
         drift=drift, to_drift=drift.T, push=drift.T, shapes=moving @ shapes, exponents=exponents,
-        to_amplitudes=amplitudes, to_moving=moving.T, moving=moving, yielding=yielding, slack=slack, held=held,
-        way=way, lag=lag,
+        to_amplitudes=amplitudes, to_moving=moving.T, moving=moving, yielding=yielding, slack=slack, held=projector,
+        way=driven, lag=lag,
     )  # fmt: skip
 
 
@@ -159,9 +159,9 @@ def _singular(L: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     order = np.argsort(-np.abs(L).max(axis=1), kind="stable")
     Q, R, columns = linalg.qr(L[order], mode="economic", pivoting=True)
     inner, sigma, right = linalg.svd(R)
-    left, V = np.empty((len(L), m)), np.empty((m, m))
-    left[order], V[columns] = Q @ inner, right.T
-    return left, sigma, V
+    U, V = np.empty((len(L), m)), np.empty((m, m))
+    U[order], V[columns] = Q @ inner, right.T
+    return U, sigma, V
 
 
 def _oscillators(omega: np.ndarray, rows: np.ndarray, dampers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -184,9 +184,9 @@ def _oscillators(omega: np.ndarray, rows: np.ndarray, dampers: np.ndarray) -> tu
         # One of each conjugate pair: Re((α − iβ) w) = α Re w + β Im w.
         turning = values.imag > 0
         keep = values.imag >= 0
-        parts = np.hstack([vectors[:, keep].real, vectors[:, turning].imag])
+        real_vectors = np.hstack([vectors[:, keep].real, vectors[:, turning].imag])
         try:
-            back = np.linalg.inv(parts)
+            back = np.linalg.inv(real_vectors)
         except np.linalg.LinAlgError:
             continue
         if np.linalg.norm(back, axis=1).max() < DEFECTIVE:
@@ -232,15 +232,15 @@ def _sliding(regime: Linear) -> Basis:
 
 def _untouched(rows: np.ndarray, loose: np.ndarray) -> np.ndarray:
     """Return an orthonormal basis of the directions without stiffness to which all rows are orthogonal, (n, k)."""
-    place = np.flatnonzero(loose)
-    part, free = rows[:, place], np.eye(len(place))
-    part = part[np.linalg.norm(part, axis=1) > RANK * np.linalg.norm(rows, axis=1)]
-    if part.size:
-        _, values, right = np.linalg.svd(part / np.linalg.norm(part, axis=1)[:, None])
+    loose_columns = np.flatnonzero(loose)
+    loose_rows, free = rows[:, loose_columns], np.eye(len(loose_columns))
+    loose_rows = loose_rows[np.linalg.norm(loose_rows, axis=1) > RANK * np.linalg.norm(rows, axis=1)]
+    if loose_rows.size:
+        _, values, right = np.linalg.svd(loose_rows / np.linalg.norm(loose_rows, axis=1)[:, None])
         free = right[int((values > RANK).sum()) :].T
-    found = np.zeros((len(loose), free.shape[1]))
-    found[place] = free
-    return found
+    basis = np.zeros((len(loose), free.shape[1]))
+    basis[loose_columns] = free
+    return basis
 
 
 def _through(rows: np.ndarray, middle: np.ndarray) -> np.ndarray:

@@ -102,11 +102,11 @@ class ContactImpacts:
         if self._entry is not None and force > self._entry[PEAK]:
             self._entry[PEAK], self._entry[PEAK_TIME] = force, time
 
-    def impacts(self, now: float) -> np.ndarray:
+    def impacts(self, time: float) -> np.ndarray:
         """Return all impacts as in `Trajectory.impacts`, (b, 9), and end the present one at a time [s]."""
         if self._entry is not None:
             if self._touching - self._slack:
-                self._entry[ENDS], self._entry[OPENING] = max(self._entry[ENDS], now), np.nan
+                self._entry[ENDS], self._entry[OPENING] = max(self._entry[ENDS], time), np.nan
             self._finish()
         return np.array(self._found).reshape(-1, IMPACT_COLUMNS)
 
@@ -141,22 +141,20 @@ class ContactImpacts:
         self._note(middles, Course(times, I, J, F))
         self._evaluated = max(self._evaluated, until)
         drop = max(int(np.searchsorted(times, until - self._window, side="right")) - 1, 0)
-        self._times, self._impulses, self._forces = (
-            part[drop:] for part in (self._times, self._impulses, self._forces)
-        )
+        self._times, self._impulses, self._forces = (a[drop:] for a in (self._times, self._impulses, self._forces))
 
     def _note(self, middles: np.ndarray, course: "Course") -> None:
         """Update the largest windowed force [N] and its time from some times in order [s]."""
         if not len(middles):
             return
         sizes = course.windowed(middles, self._window)
-        at = int(sizes.argmax())
-        if 0 < at < len(middles) - 1 and middles[at - 1] < middles[at] < middles[at + 1]:
-            between = _vertex(middles[at - 1 : at + 2], sizes[at - 1 : at + 2])
-            if (size := float(course.windowed(np.array([between]), self._window)[0])) > sizes[at]:
-                middles[at], sizes[at] = between, size
-        if sizes[at] > self._largest * (1 + PLATEAU):
-            self._largest = float(sizes[at])
+        peak = int(sizes.argmax())
+        if 0 < peak < len(middles) - 1 and middles[peak - 1] < middles[peak] < middles[peak + 1]:
+            between = _vertex(middles[peak - 1 : peak + 2], sizes[peak - 1 : peak + 2])
+            if (size := float(course.windowed(np.array([between]), self._window)[0])) > sizes[peak]:
+                middles[peak], sizes[peak] = between, size
+        if sizes[peak] > self._largest * (1 + PLATEAU):
+            self._largest = float(sizes[peak])
             self._since = self._until = float(middles[np.argmax(sizes >= self._largest * (1 - PLATEAU))])
         equal = middles[(sizes >= self._largest * (1 - PLATEAU)) & (middles <= self._since + self._window)]
         self._until = max(self._until, float(equal.max(initial=self._until)))

@@ -41,9 +41,9 @@ class Event(capabilities.Event):
     def __init__(self, system: System, dt: float) -> None:
         _refuse_shared_friction(system)
         if np.any(system.dashpot) and system.coupled:
-            where = next(item.name for item in system.contacts if np.any(system.dashpot[item.rows]))
+            name = next(item.name for item in system.contacts if np.any(system.dashpot[item.rows]))
             raise SceneError(
-                f"contact.{where}: dashpots, of its law or 'wave-guide', need contact points that are not coupled"
+                f"contact.{name}: dashpots, of its law or 'wave-guide', need contact points that are not coupled"
                 " through R; use contacts of one point, or method 'penalty'"
             )
         self._system, self._equations, self._dt = system, Equations(system), dt
@@ -65,9 +65,9 @@ class Event(capabilities.Event):
         except np.linalg.LinAlgError as error:
             raise SolverError(f"contact {', '.join(system.scene.contact)}: {_reason(error).value}") from None
 
-    def advance(self, first: int, stride: int, out: Samples) -> bool:
+    def advance(self, start_step: int, stride: int, out: Samples) -> bool:
         """Fill all but the loads of samples of `stride` intervals; False where the motion has no solution."""
-        ends = (first + stride * np.arange(1, len(out.forces) + 1)) * self._dt
+        ends = (start_step + stride * np.arange(1, len(out.forces) + 1)) * self._dt
         self._record.open_samples(ends, stride * self._dt, out)
         while True:
             segment = self._segment
@@ -116,63 +116,63 @@ class Event(capabilities.Event):
 
     def _react(self, kind: Watch, row: int, time: float) -> None:
         """Change the conditions, and the velocities where a rigid contact closes."""
-        now, system, record = self._now, self._system, self._record
+        state, system, record = self._now, self._system, self._record
         if kind is Watch.CLOSES and system.rigid_contact[row]:
             self._collide(row, time)
         elif kind is Watch.CLOSES:
-            self._reclosed = bool(now.status[row] == Status.SLACK)
+            self._reclosed = bool(state.status[row] == Status.SLACK)
             if self._reclosed:
                 record.returned(row, self._p)
             else:
                 record.touches(row, time, -float(self._equations.rows[row] @ self._v))
-            now.status[row] = Status.CLOSED
+            state.status[row] = Status.CLOSED
         elif kind is Watch.LEAVES:
-            now.status[row] = Status.OPEN
+            state.status[row] = Status.OPEN
             record.contact(row).parts(row)
         elif kind is Watch.OPENS and (kind, row) in self._patient:
             # The mean force is zero; from now on the force itself is watched.
             self._patient.discard((kind, row))
         elif kind is Watch.OPENS:
             slack = system.dashpot[row] > 0 and not system.rigid_contact[row]
-            now.status[row] = Status.SLACK if slack else Status.OPEN
-            now.slip[row] = 0
+            state.status[row] = Status.SLACK if slack else Status.OPEN
+            state.slip[row] = 0
             if slack:
                 record.let_go(row, time, self._p, self._v)
             else:
                 record.parts(row, time, self._v)
-            settle(self._equations, now, self._p, self._v)
+            settle(self._equations, state, self._p, self._v)
         else:
-            now.slip[row] = {Watch.STICKS: 0, Watch.SLIPS_BACK: -1, Watch.SLIPS_AHEAD: 1}[kind]
+            state.slip[row] = {Watch.STICKS: 0, Watch.SLIPS_BACK: -1, Watch.SLIPS_AHEAD: 1}[kind]
             if kind is Watch.STICKS:
-                settle_slip(self._equations, now, self._p, self._v, row)
-            record.slides(row, time, bool(now.slip[row]))
+                settle_slip(self._equations, state, self._p, self._v, row)
+            record.slides(row, time, bool(state.slip[row]))
 
     def _collide(self, row: int, time: float) -> None:
         """Change the conditions and velocities where a rigid contact closes."""
-        now, record = self._now, self._record
-        rows = struck(self._equations, now, row, self._p, self._v)
+        state, record = self._now, self._record
+        rows = struck(self._equations, state, row, self._p, self._v)
         for closing in rows:
             record.touches(int(closing), time, -float(self._equations.rows[closing] @ self._v))
         self._reclosed = False
         kinetic = 0.5 * float(self._v @ self._v)
-        impact = collide(self._equations, now, rows, self._v, self._fastest, self._hopped)
+        impact = collide(self._equations, state, rows, self._v, self._fastest, self._hopped)
         self._hopped.update(map(int, rows))
-        settle(self._equations, now, self._p, self._v)
-        record.impact(impact, time, self._v, now)
+        settle(self._equations, state, self._p, self._v)
+        record.impact(impact, time, self._v, state)
         tolerance = GAIN * (abs(impact.lost) + impact.compressed) + ROUND_OFF * kinetic
         self._gained = self._gained or impact.lost < -tolerance
         self._struck = set(map(int, rows))
-        if self._system.shortest_period > 0 and now.status[row] == Status.CLOSED:
+        if self._system.shortest_period > 0 and state.status[row] == Status.CLOSED:
             self._patient.add((Watch.OPENS, row))
 
     def _begin(self, start: float, after: tuple[Watch, int] | None = None) -> Segment:
         """Return the segment that starts at a time [s] under the present conditions."""
         if after is None:
             self._touch_at_start()
-        now = self._now
+        state = self._now
         gaps, functions = self._zero(after)
-        regime = self._equations.regime(now, self._p, gaps)
-        key = now.key()
+        regime = self._equations.regime(state, self._p, gaps)
+        key = state.key()
         if key not in self._bases:
             if len(self._bases) >= CACHED:
                 self._bases.pop(next(iter(self._bases)))
@@ -180,10 +180,10 @@ class Event(capabilities.Event):
             self._regimes += 1
         motion = Motion.begin(self._bases[key], regime.linear, self._p, self._v)
         course = motion.course(regime.watched)
-        for number, event in enumerate(regime.events):
+        for k, event in enumerate(regime.events):
             if event in functions:
-                course.a[number] = 0.0
-        guarded = [number for number, event in enumerate(regime.events) if event in self._patient]
+                course.a[k] = 0.0
+        guarded = [i for i, event in enumerate(regime.events) if event in self._patient]
         course = course.averaged(guarded, self._system.shortest_period)
         return segment(start, motion, regime, course, self._last, floor=self._floor(regime))
 
@@ -222,24 +222,24 @@ class Event(capabilities.Event):
 
     def _touch_at_start(self) -> None:
         """Close the rigid rows that touch at the start and approach or press."""
-        system, now, rows = self._system, self._now, self._equations.rows
+        system, state, rows = self._system, self._now, self._equations.rows
         gaps, size = gaps_of(self._equations, self._p)
-        pressed = system.start_forces > 0
-        touching = np.flatnonzero(system.rigid_contact & (pressed | (np.abs(gaps) <= 1e-14 * size)))
+        loaded = system.start_forces > 0
+        touching = np.flatnonzero(system.rigid_contact & (loaded | (np.abs(gaps) <= 1e-14 * size)))
         speeds = rows @ self._v
         for row in touching:
-            if speeds[row] < 0 and now.status[row] == Status.OPEN:
+            if speeds[row] < 0 and state.status[row] == Status.OPEN:
                 self._react(Watch.CLOSES, int(row), 0.0)
         resting = [
             int(row) for row in touching
-            if now.status[row] == Status.OPEN
+            if state.status[row] == Status.OPEN
             and abs(float(rows[row] @ self._v)) <= 1e-12 * float(np.abs(rows[row]) @ np.abs(self._v))
         ]  # fmt: skip
         for row in resting:
-            now.status[row] = Status.CLOSED
-        settle(self._equations, now, self._p, self._v)
-        for row in sorted({*resting, *np.flatnonzero(pressed).tolist()}):
-            if now.status[row] == Status.CLOSED:
+            state.status[row] = Status.CLOSED
+        settle(self._equations, state, self._p, self._v)
+        for row in sorted({*resting, *np.flatnonzero(loaded).tolist()}):
+            if state.status[row] == Status.CLOSED:
                 self._record.touches(row, 0.0, -float(speeds[row]))
         self._record.at_zero = {int(row) for row in touching}
 
@@ -258,10 +258,10 @@ def _refuse_shared_friction(system: System) -> None:
     names = [item.name for item in system.contacts for _ in item.points]
     moved = system.rows.dense() != 0
     for row in np.flatnonzero(system.friction[:, 0] > 0):
-        others = [other for other in range(len(names)) if other != row and np.any(moved[row] & moved[other])]
+        others = [k for k in range(len(names)) if k != row and np.any(moved[row] & moved[k])]
         if others:
-            what = f"contact '{names[others[0]]}'" if names[others[0]] != names[row] else "another point"
+            partner = f"contact '{names[others[0]]}'" if names[others[0]] != names[row] else "another point"
             raise SceneError(
-                f"contact.{names[row]}.friction: the body has {what} too, but friction needs a body with one contact"
+                f"contact.{names[row]}.friction: the body has {partner} too, but friction needs a body with one contact"
                 " point; remove friction, or use one point"
             )

@@ -121,10 +121,10 @@ class Motion:
         amplitudes = np.zeros(0, complex)
         if len(basis.exponents):
             # The static position, which moves with the constant velocity of the directions that rigid rows hold.
-            way = basis.way @ v
-            rest = basis.yielding @ regime.force + basis.slack @ regime.offsets + basis.lag @ v
-            amplitudes = basis.to_amplitudes @ np.concatenate([-rest, basis.to_moving @ v - way])
-            b = b + basis.moving @ way
+            drift_velocity = basis.way @ v
+            static_position = basis.yielding @ regime.force + basis.slack @ regime.offsets + basis.lag @ v
+            amplitudes = basis.to_amplitudes @ np.concatenate([-static_position, basis.to_moving @ v - drift_velocity])
+            b = b + basis.moving @ drift_velocity
         return cls(p, v, b, c, basis.shapes * amplitudes, basis.exponents)
 
     def course(self, probe: Probe) -> Course:

@@ -44,7 +44,7 @@ class Record:
         self._driven = 0.0  # Work of moving obstacles by friction so far [J].
         self._rubbed = np.zeros(c)  # Energy that friction of each row took [J].
         self._start = (system.position.copy(), system.velocity.copy())
-        energy = float(self._energies(*(part[None] for part in self._start))[0, :3].sum()) + system.start_contact_energy
+        energy = float(self._energies(*(a[None] for a in self._start))[0, :3].sum()) + system.start_contact_energy
         self._extreme = np.array([energy, 0.0, 0.0, 0.0])
         self._contact_of, self._directions, self._lines = system.contact_of, system.directions, system.friction_lines
         self._contacts = [ContactImpacts(system.window) for _ in range(k)]
@@ -60,70 +60,70 @@ class Record:
         """Set the arrays for the samples of a frame, which end at `ends` [s]."""
         self._ends, self._interval, self._out = ends, interval, out
         out.forces[:] = 0.0
-        for share in self._pending:
-            np.add.at(out.forces[0], self._contact_of, share / interval)
+        for impulse in self._pending:
+            np.add.at(out.forces[0], self._contact_of, impulse / interval)
         self._pending = []
         self._states: list[tuple[np.ndarray, ...]] = []
         self._done, self._from = 0, float(ends[0]) - interval
 
     def add_segment(self, segment: Segment, until: float) -> None:
         """Add the motion from the last recorded time to `until` [s] to the histories."""
-        begin = max(self._from, segment.start)
-        if until < begin:
+        start = max(self._from, segment.start)
+        if until < start:
             return
         ends = self.waiting()
-        inside = ends[ends <= until]
-        edges = np.unique(np.concatenate([[begin], inside, [until]])) - segment.start
+        sample_times = ends[ends <= until]
+        edges = np.unique(np.concatenate([[start], sample_times, [until]])) - segment.start
         course, driven = segment.motion.course(segment.regime.forces), np.zeros(len(edges))
         if any(map(np.any, (course.a, course.A, course.b, course.c))):
             drag = np.diff(segment.motion.course(segment.regime.tangential).integral(edges), axis=0)
             driven[1:] = np.cumsum(drag @ self._system.belt)
             self.add_impulses(edges + segment.start, np.diff(course.integral(edges), axis=0), drag)
-            for number, item in enumerate(self._system.contacts):
-                if self._contacts[number].touching:
-                    self._locate(number, course[item.rows], edges, segment.start)
+            for i, item in enumerate(self._system.contacts):
+                if self._contacts[i].touching:
+                    self._locate(i, course[item.rows], edges, segment.start)
         if len(self._pulls) and edges[-1] > edges[0]:
             tension = Probe(self._tension.matrix.copy())
             tension.constant[:] = self._tension(segment.motion.start, np.zeros_like(segment.motion.v))
             tension = segment.motion.course(tension)
             self.add_spring_impulses(np.diff(tension.integral(edges[[0, -1]]), axis=0)[0])
-        lost = np.concatenate([[0.0], np.cumsum(self._dissipate(segment, edges))])
-        at = np.searchsorted(edges, inside - segment.start)
-        if len(inside):
-            u, v = segment.motion.displacements(inside - segment.start)
-            pressed = segment.regime.forces(u, v)
+        dissipated = np.concatenate([[0.0], np.cumsum(self._dissipate(segment, edges))])
+        sample_edges = np.searchsorted(edges, sample_times - segment.start)
+        if len(sample_times):
+            u, v = segment.motion.displacements(sample_times - segment.start)
+            forces = segment.regime.forces(u, v)
             stored = _pressed_energy(u, segment.regime, len(self._pulls))
-            belts = self._driven + driven[at]
-            self.states(segment.motion.start + u, v, stored, self.lost + lost[at], pressed, belts)
-        self.lost += float(lost[-1])
+            belts = self._driven + driven[sample_edges]
+            self.states(segment.motion.start + u, v, stored, self.lost + dissipated[sample_edges], forces, belts)
+        self.lost += float(dissipated[-1])
         self._driven += float(driven[-1])
         self._from = until
 
-    def add_impulses(self, edges: np.ndarray, given: np.ndarray, drag: np.ndarray) -> None:
+    def add_impulses(self, edges: np.ndarray, normal: np.ndarray, drag: np.ndarray) -> None:
         """Add impulses of each row to the histories.
 
         Args:
             edges: Times [s], among them the ends of all samples between the first and the last, (t + 1,).
-            given, drag: Normal and tangential impulse between them [N s], (t, c).
+            normal, drag: Normal and tangential impulse between them [N s], (t, c).
         """
         forces = self._out.forces
-        self._impulses += given.sum(axis=0)
+        self._impulses += normal.sum(axis=0)
         self._drags += drag.sum(axis=0)
-        number = np.searchsorted(self._ends, edges[1:] - 1e-12 * self._interval)
-        number = np.minimum(number, len(forces) - 1)
-        for row in np.flatnonzero(np.abs(given).sum(axis=0) > 0):
-            share = given[:, row, None] * self._directions[row] + drag[:, row, None] * self._lines[row]
-            np.add.at(forces[:, self._contact_of[row]], number, share / self._interval)
+        sample = np.searchsorted(self._ends, edges[1:] - 1e-12 * self._interval)
+        sample = np.minimum(sample, len(forces) - 1)
+        for row in np.flatnonzero(np.abs(normal).sum(axis=0) > 0):
+            impulse = normal[:, row, None] * self._directions[row] + drag[:, row, None] * self._lines[row]
+            np.add.at(forces[:, self._contact_of[row]], sample, impulse / self._interval)
 
-    def _locate(self, number: int, course: Course, edges: np.ndarray, start: float) -> None:
+    def _locate(self, contact_id: int, course: Course, edges: np.ndarray, start: float) -> None:
         """Add the course of a contact's force to its present impact, and look for the largest force [N]."""
-        first, last = float(edges[0]), float(edges[-1])
-        if last <= first:
+        t0, t1 = float(edges[0]), float(edges[-1])
+        if t1 <= t0:
             return
-        contact, directions = self._contacts[number], self._directions[self._system.contacts[number].rows]
+        contact, directions = self._contacts[contact_id], self._directions[self._system.contacts[contact_id].rows]
         fastest = float(np.abs(course.exponents).max()) if len(course.exponents) else 0.0
-        count = min(int(np.ceil(PER_RADIAN * fastest * (last - first))) + 2, 200_000)
-        time = np.linspace(first, last, count)
+        count = min(int(np.ceil(PER_RADIAN * fastest * (t1 - t0))) + 2, 200_000)
+        time = np.linspace(t0, t1, count)
         force = course.values(time) @ directions
         if self._system.window > 0:
             impulse = course.integral(time) @ directions
@@ -132,14 +132,14 @@ class Record:
             impulse = course.integral(edges[[0, -1]]) @ directions
             contact.presses(edges[[0, -1]] + start, impulse - impulse[0], force[[0, -1]])
         size = np.sqrt((force**2).sum(axis=1))
-        at = int(size.argmax())
-        best, when = float(size[at]), float(time[at])
+        peak = int(size.argmax())
+        best, when = float(size[peak]), float(time[peak])
 
         def growth(moment: float) -> float:
-            now = np.array([moment])
-            return float((course.values(now) @ directions)[0] @ (course.rate.values(now) @ directions)[0])
+            t = np.array([moment])
+            return float((course.values(t) @ directions)[0] @ (course.rate.values(t) @ directions)[0])
 
-        around = time[max(at - 1, 0)], time[min(at + 1, count - 1)]
+        around = time[max(peak - 1, 0)], time[min(peak + 1, count - 1)]
         if best > 0.9 * contact.peak and growth(around[0]) > 0 > growth(around[1]):
             when = optimize.brentq(growth, *around, xtol=1e-300, rtol=1e-14)
             best = float(np.linalg.norm(course.values(np.array([when])) @ directions))
@@ -151,10 +151,10 @@ class Record:
         Integrated over panels of about one radian of the fastest oscillator.
         """
         system, regime = self._system, segment.regime
-        lost = np.zeros(len(edges) - 1)
+        dissipated = np.zeros(len(edges) - 1)
         sliding = np.any(regime.tangential.matrix)
         if not np.any(regime.linear.dampers) and not sliding:
-            return lost
+            return dissipated
         fastest = float(np.abs(segment.motion.exponents).max()) if len(segment.motion.exponents) else 0.0
         spans = np.diff(edges)
         panels = np.maximum(1, np.ceil(fastest * spans)).astype(int)
@@ -162,24 +162,24 @@ class Record:
         width = (spans / panels)[owner]
         start = edges[owner] + width * (np.arange(len(owner)) - np.repeat(np.cumsum(panels) - panels, panels))
         for block in range(0, len(owner), PANELS):
-            here = slice(block, block + PANELS)
-            time = (start[here, None] + width[here, None] * 0.5 * (1 + NODES)).ravel()
+            span = slice(block, block + PANELS)
+            time = (start[span, None] + width[span, None] * 0.5 * (1 + NODES)).ravel()
             u, v = segment.motion.displacements(time)
             power = ((v @ regime.linear.rows.T) ** 2) @ regime.linear.dampers
             if sliding:
                 rubbed = -regime.tangential(u, v) * (v @ system.tangents.T - system.belt)
                 power = power + rubbed.sum(axis=1)
-                self._rubbed += (0.5 * width[here, None] * WEIGHTS).ravel() @ rubbed
-            np.add.at(lost, owner[here], 0.5 * width[here] * (power.reshape(-1, len(NODES)) @ WEIGHTS))
-        return lost
+                self._rubbed += (0.5 * width[span, None] * WEIGHTS).ravel() @ rubbed
+            np.add.at(dissipated, owner[span], 0.5 * width[span] * (power.reshape(-1, len(NODES)) @ WEIGHTS))
+        return dissipated
 
     def states(
         self,
         p: np.ndarray,
         v: np.ndarray,
         contact: np.ndarray,
-        lost: np.ndarray,
-        pressed: np.ndarray,
+        dissipated: np.ndarray,
+        forces: np.ndarray,
         driven: np.ndarray | float = 0.0,
         *,
         balanced: bool = False,
@@ -189,25 +189,25 @@ class Record:
         Args:
             p, v: States at their ends, (t, n).
             contact, lost: Energy stored in contacts, and lost so far [J], (t,).
-            pressed: Contact forces [N], (t, c).
+            forces: Contact forces [N], (t, c).
             driven: Work of moving obstacles by friction so far [J], (t,).
             balanced: Whether the energy balance is computed elsewhere, at every step.
         """
-        here = slice(self._done, self._done + len(p))
-        parts = self._energies(p, v)
-        parts[:, 2], parts[:, 3] = contact, lost
-        parts[:, 4] += driven
-        self._out.energies[here] = parts
+        span = slice(self._done, self._done + len(p))
+        energies = self._energies(p, v)
+        energies[:, 2], energies[:, 3] = contact, dissipated
+        energies[:, 4] += driven
+        self._out.energies[span] = energies
         if not balanced:
-            self._balance(p, v, parts)
-        self._out.set_states(here, self._system, p, v, pressed)
-        self._states.append((p, v, pressed))
+            self._balance(p, v, energies)
+        self._out.set_states(span, self._system, p, v, forces)
+        self._states.append((p, v, forces))
         self._done += len(p)
 
     def keep_peaks(self) -> None:
         """Keep the largest forces of the samples that are now filled."""
         if self._states:
-            states = (np.concatenate(parts)[: self._done] for parts in zip(*self._states, strict=True))
+            states = (np.concatenate(columns)[: self._done] for columns in zip(*self._states, strict=True))
             before = round(float(self._ends[0]) / self._interval) - 1
             self._out.peaks.keep_highest(before, self._out.forces[: self._done], *states)
 
@@ -218,8 +218,8 @@ class Record:
     def reached(self, time: float, balance: np.ndarray) -> None:
         """Set the time [s] up to which steps were recorded instead of segments, and their balance [J]."""
         self._from, self.lost = time, float(balance[LOST])
-        part = slice(ENERGY_ERROR, EXCHANGED + 1)
-        self._extreme[part] = np.maximum(self._extreme[part], balance[part])
+        span = slice(ENERGY_ERROR, EXCHANGED + 1)
+        self._extreme[span] = np.maximum(self._extreme[span], balance[span])
 
     # Balances
 
@@ -236,19 +236,19 @@ class Record:
         kinetic = 0.5 * (v**2).sum(axis=1)
         return np.column_stack([kinetic, strain, np.zeros(len(p)), np.full(len(p), self.lost), work])
 
-    def _balance(self, p: np.ndarray, v: np.ndarray, parts: np.ndarray) -> None:
+    def _balance(self, p: np.ndarray, v: np.ndarray, energies: np.ndarray) -> None:
         """Update the largest error of the energy balance, and the largest exchange [J]."""
         system, extreme = self._system, self._extreme
-        error = np.abs(parts[:, :4].sum(axis=1) - parts[:, 4] - extreme[START_ENERGY])
+        error = np.abs(energies[:, :4].sum(axis=1) - energies[:, 4] - extreme[START_ENERGY])
         extreme[ENERGY_ERROR] = max(extreme[ENERGY_ERROR], float(error.max()))
         gravity, start = system.driving.gravity, self._start
         gained = 0.5 * (v**2 - start[1] ** 2) - (p - start[0]) * gravity
         rigid = gained[:, system.rigid]
-        elastic = gained.sum(axis=1) - rigid.sum(axis=1) + parts[:, 1]
-        swing = 0.5 * (np.abs(rigid).sum(axis=1) + np.abs(elastic) + parts[:, 2])
+        elastic = gained.sum(axis=1) - rigid.sum(axis=1) + energies[:, 1]
+        swing = 0.5 * (np.abs(rigid).sum(axis=1) + np.abs(elastic) + energies[:, 2])
         # Without any exchange, round-off of the energies would be compared with itself.
-        least = NOTHING * np.abs(parts).sum(axis=1)
-        extreme[EXCHANGED] = max(extreme[EXCHANGED], float(swing.max()), float(least.max()))
+        round_off = NOTHING * np.abs(energies).sum(axis=1)
+        extreme[EXCHANGED] = max(extreme[EXCHANGED], float(swing.max()), float(round_off.max()))
 
     # Impacts
 
@@ -271,7 +271,7 @@ class Record:
         self.contact(row).leaves(row, time, float(self._rows[row] @ v))
         self.contact(row).parts(row)
 
-    def impact(self, impact: Impact, time: float, v: np.ndarray, now: Conditions) -> None:
+    def impact(self, impact: Impact, time: float, v: np.ndarray, state: Conditions) -> None:
         """Add velocity jumps; rows that do not remain closed have completed their impacts."""
         self._impulses += impact.impulses
         self._drags += impact.tangential
@@ -279,17 +279,17 @@ class Record:
         self._driven += impact.driven
         self._rubbed += impact.rubbed
         self._extreme[EXCHANGED] = max(self._extreme[EXCHANGED], impact.compressed)
-        share = impact.impulses[:, None] * self._directions + impact.tangential[:, None] * self._lines
+        impulse = impact.impulses[:, None] * self._directions + impact.tangential[:, None] * self._lines
         if time > 0:
-            number = min(int(np.searchsorted(self._ends, time * (1 - 1e-15))), len(self._ends) - 1)
-            np.add.at(self._out.forces[number], self._contact_of, share / self._interval)
+            sample = min(int(np.searchsorted(self._ends, time * (1 - 1e-15))), len(self._ends) - 1)
+            np.add.at(self._out.forces[sample], self._contact_of, impulse / self._interval)
         else:
-            self._pending.append(share)
-        given = impact.impulses[:, None] * self._directions
+            self._pending.append(impulse)
+        normal = impact.impulses[:, None] * self._directions
         for item, contact in zip(self._system.contacts, self._contacts, strict=True):
             if impact.impulses[item.rows].any():
-                contact.jumps(time, given[item.rows].sum(axis=0))
-            for row in [row for row in contact.touching if now.status[row] == Status.OPEN]:
+                contact.jumps(time, normal[item.rows].sum(axis=0))
+            for row in [row for row in contact.touching if state.status[row] == Status.OPEN]:
                 self.parts(row, time, v)
 
     def slides(self, row: int, time: float, begins: bool) -> None:

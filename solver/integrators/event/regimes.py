@@ -95,29 +95,29 @@ class Equations:
         """Rows whose gap does not change by other rows' forces through R, (c,) bool."""
         return ~self.system.residual.beside_diagonal()
 
-    def regime(self, now: Conditions, p: np.ndarray, zero: Set[int] = frozenset()) -> Regime:
+    def regime(self, state: Conditions, p: np.ndarray, zero: Set[int] = frozenset()) -> Regime:
         """Return the equations for displacements from a state p, (n,), at which the gaps of rows `zero` are zero."""
         gaps = self.system.gap + self.rows @ p
         gaps[[row for row in zero if self.alone[row]]] = 0.0
-        linear, soft, hard, stuck = self._linear(now, p, gaps)
-        forces, tangential = self._forces(now, linear, soft, hard, stuck)
-        watched, events = self._watched(now, gaps, forces, tangential)
+        linear, soft, hard, stuck = self._linear(state, p, gaps)
+        forces, tangential = self._forces(state, linear, soft, hard, stuck)
+        watched, events = self._watched(state, gaps, forces, tangential)
         return Regime(linear, forces, tangential, watched, events)
 
     def _linear(
-        self, now: Conditions, p: np.ndarray, gaps: np.ndarray
+        self, state: Conditions, p: np.ndarray, gaps: np.ndarray
     ) -> tuple[Linear, np.ndarray, np.ndarray, np.ndarray]:
         system, springs = self.system, self.system.springs
-        closed = now.status == Status.CLOSED
+        closed = state.status == Status.CLOSED
         soft = np.flatnonzero(closed & ~system.rigid_contact)
         hard = np.flatnonzero(closed & system.rigid_contact)
-        stuck = hard[self.frictional[hard] & (now.slip[hard] == 0)]
+        stuck = hard[self.frictional[hard] & (state.slip[hard] == 0)]
         compliance = self.compliance[np.ix_(soft, soft)]
         inverse = np.linalg.inv(compliance) if len(soft) else np.zeros((0, 0))
         both = np.zeros((len(soft) + len(springs.stiffness),) * 2)
         both[: len(soft), : len(soft)] = 0.5 * (inverse + inverse.T)
         both[len(soft) :, len(soft) :] = np.diag(springs.stiffness)
-        drag = (now.slip[hard] * system.friction[hard, 1])[:, None] * self.tangents[hard]
+        drag = (state.slip[hard] * system.friction[hard, 1])[:, None] * self.tangents[hard]
         linear = Linear(
             stiffness=system.stiffness, force=system.driving.gravity - system.stiffness * p,
             rows=np.vstack([self.rows[soft], springs.rows]),
@@ -129,7 +129,7 @@ class Equations:
         return linear, soft, hard, stuck
 
     def _forces(
-        self, now: Conditions, linear: Linear, soft: np.ndarray, hard: np.ndarray, stuck: np.ndarray
+        self, state: Conditions, linear: Linear, soft: np.ndarray, hard: np.ndarray, stuck: np.ndarray
     ) -> tuple[Probe, Probe]:
         c, n = self.rows.shape
         normal, tangential = np.zeros((2, c, 1 + 2 * n))
@@ -140,41 +140,41 @@ class Equations:
         if len(linear.rigid):
             free = acceleration(linear)
             solve = -np.linalg.solve(linear.rigid @ linear.pushed.T, linear.rigid)
-            held = Probe.of(solve @ free.constant, solve @ free.position, solve @ free.velocity).matrix
-            normal[hard], tangential[stuck] = held[: len(hard)], held[len(hard) :]
-            for row in hard[now.slip[hard] != 0]:
-                tangential[row] = -now.slip[row] * self.system.friction[row, 1] * normal[row]
+            rigid_forces = Probe.of(solve @ free.constant, solve @ free.position, solve @ free.velocity).matrix
+            normal[hard], tangential[stuck] = rigid_forces[: len(hard)], rigid_forces[len(hard) :]
+            for row in hard[state.slip[hard] != 0]:
+                tangential[row] = -state.slip[row] * self.system.friction[row, 1] * normal[row]
         return Probe(normal), Probe(tangential)
 
     def _watched(
-        self, now: Conditions, gaps: np.ndarray, forces: Probe, tangential: Probe
+        self, state: Conditions, gaps: np.ndarray, forces: Probe, tangential: Probe
     ) -> tuple[Probe, list[tuple[Watch, int]]]:
         system, n = self.system, self.rows.shape[1]
         gap_rows = Probe.of(gaps, self.rows, np.zeros_like(self.rows)).matrix
-        found: list[tuple[Watch, int, np.ndarray]] = []
-        for row, status in enumerate(now.status):
+        functions: list[tuple[Watch, int, np.ndarray]] = []
+        for row, status in enumerate(state.status):
             gap, couple = gap_rows[row], self.compliance[row]
             if status == Status.OPEN:
                 # Its gap with the forces of closed points through R.
-                found.append((Watch.CLOSES, row, gap + couple @ forces.matrix))
+                functions.append((Watch.CLOSES, row, gap + couple @ forces.matrix))
             elif status == Status.SLACK:
                 force = 1 / couple[row] * gap
                 force[1 + n :] = system.dashpot[row] * self.rows[row]
-                found += [(Watch.CLOSES, row, force), (Watch.LEAVES, row, -gap)]
+                functions += [(Watch.CLOSES, row, force), (Watch.LEAVES, row, -gap)]
             elif status == Status.CLOSED:
                 normal, drag = forces.matrix[row], tangential.matrix[row]
-                found.append((Watch.OPENS, row, normal))
-                sign, limit = now.slip[row], system.friction[row, 0]
+                functions.append((Watch.OPENS, row, normal))
+                sign, limit = state.slip[row], system.friction[row, 0]
                 if self.frictional[row] and sign:
                     slide = np.concatenate([[-system.belt[row]], np.zeros(n), self.tangents[row]])
-                    found.append((Watch.STICKS, row, sign * slide))
+                    functions.append((Watch.STICKS, row, sign * slide))
                 elif self.frictional[row]:
-                    found += [
+                    functions += [
                         (Watch.SLIPS_BACK, row, limit * normal - drag),
                         (Watch.SLIPS_AHEAD, row, limit * normal + drag),
                     ]
-        watched = np.array([function for _, _, function in found]).reshape(-1, 1 + 2 * n)
-        return Probe(watched), [(kind, row) for kind, row, _ in found]
+        watched = np.array([function for _, _, function in functions]).reshape(-1, 1 + 2 * n)
+        return Probe(watched), [(kind, row) for kind, row, _ in functions]
 
 
 def acceleration(linear: Linear) -> Probe:

@@ -54,9 +54,9 @@ def first_crossing(course: Course, end: float, floor: np.ndarray | None = None) 
             return None
         count = min(BLOCK, int(np.ceil((end - start) / step)))
         block = _sample(course, np.minimum(start + step * np.arange(count + 1), end), floor)
-        found = _in_block(course, block)
-        if found is not None:
-            return found
+        crossing = _in_block(course, block)
+        if crossing is not None:
+            return crossing
         start = float(block.time[-1])
     return None
 
@@ -83,16 +83,16 @@ def _safe(course: Course, start: float, end: float) -> float:
 def _in_block(course: Course, block: _Block) -> tuple[float, int] | None:
     values, width = block.values, np.diff(block.time)[:, None]
     below = values[1:] < -block.noise[1:]
-    left, right = block.slopes[:-1] * width, block.slopes[1:] * width
-    dips = ~below & (left < 0) & (right > 0)
+    slope_start, slope_end = block.slopes[:-1] * width, block.slopes[1:] * width
+    dips = ~below & (slope_start < 0) & (slope_end > 0)
     if dips.any():
         # The error of the cubic is at most h⁴/384 times the fourth derivative; a dip has its minimum below zero.
         missed = width**4 / 384 * block.bend
-        dips &= _lowest(values[:-1], values[1:], left, right) - missed < -block.noise[1:]
+        dips &= _lowest(values[:-1], values[1:], slope_start, slope_end) - missed < -block.noise[1:]
     suspects = below | dips
     for row in map(int, np.flatnonzero(suspects.any(axis=1))):
-        found = [(_root(course[k : k + 1], block, row, k), k) for k in map(int, np.flatnonzero(suspects[row]))]
-        real = [(time, k) for time, k in found if time is not None]
+        roots = [(_root(course[k : k + 1], block, row, k), k) for k in map(int, np.flatnonzero(suspects[row]))]
+        real = [(time, k) for time, k in roots if time is not None]
         if real:
             return min(real)
     return None
@@ -103,23 +103,23 @@ def _lowest(y0: np.ndarray, y1: np.ndarray, m0: np.ndarray, m1: np.ndarray) -> n
     a, b, c = 2 * (y0 - y1) + m0 + m1, 3 * (y1 - y0) - 2 * m0 - m1, m0
     with np.errstate(invalid="ignore", divide="ignore"):
         root = np.sqrt(np.maximum(b * b - 3 * a * c, 0.0))
-        at = np.where(b >= 0, -c / (b + root), (root - b) / (3 * a))
-    at = np.clip(np.nan_to_num(at), 0.0, 1.0)
-    return np.minimum(np.minimum(y0, y1), y0 + at * (c + at * (b + at * a)))
+        x = np.where(b >= 0, -c / (b + root), (root - b) / (3 * a))
+    x = np.clip(np.nan_to_num(x), 0.0, 1.0)
+    return np.minimum(np.minimum(y0, y1), y0 + x * (c + x * (b + x * a)))
 
 
-def _root(one: Course, block: _Block, row: int, k: int) -> float | None:
+def _root(function: Course, block: _Block, row: int, k: int) -> float | None:
     """Return the first zero after sample `row` of a function that falls below zero, None where by round-off only."""
     low, high = float(block.time[row]), float(block.time[row + 1])
     noise = float(block.noise[row + 1, k])
 
     def height(time: float) -> float:
-        return float(one.values(np.array([time]))[0, 0])
+        return float(function.values(np.array([time]))[0, 0])
 
     if block.values[row, k] <= block.noise[row, k]:
         # It is zero at the sample: it falls at once, or rises first.
         early = low + (high - low) * 0.5 ** np.arange(48.0, -1.0, -1.0)
-        sample = _sample(one, early, block.floor[k : k + 1])
+        sample = _sample(function, early, block.floor[k : k + 1])
         rising = np.flatnonzero(sample.values[:, 0] > sample.noise[:, 0])
         falling = np.flatnonzero(sample.values[:, 0] < -sample.noise[:, 0])
         if not len(falling):
@@ -130,7 +130,9 @@ def _root(one: Course, block: _Block, row: int, k: int) -> float | None:
         if height(low) <= 0:
             return low
     elif block.values[row + 1, k] >= 0:
-        high = brentq(lambda time: float(one.rate.values(np.array([time]))[0, 0]), low, high, xtol=1e-300, rtol=1e-14)
+        high = brentq(
+            lambda time: float(function.rate.values(np.array([time]))[0, 0]), low, high, xtol=1e-300, rtol=1e-14
+        )
         if height(high) >= -noise:
             return None
     return float(brentq(height, low, high, xtol=1e-300, rtol=8.9e-16, maxiter=200))

@@ -24,15 +24,15 @@ class Segment:
 
 
 def segment(
-    start: float, motion: Motion, regime: Regime, watched: Course, last: float, *, floor: np.ndarray | None = None
+    start: float, motion: Motion, regime: Regime, watched: Course, run_end: float, *, floor: np.ndarray | None = None
 ) -> Segment:
-    """Return the motion from `start` to the first event, at the run's end `last` [s] at the latest.
+    """Return the motion from `start` to the first event, at the run's end `run_end` [s] at the latest.
 
     Args:
         watched: The functions of the regime's events.
         floor: As in `first_crossing`.
     """
-    found = first_crossing(watched, last - start, floor)
-    if found is None:
-        return Segment(start, motion, regime, last, None)
-    return Segment(start, motion, regime, start + found[0], regime.events[found[1]])
+    crossing = first_crossing(watched, run_end - start, floor)
+    if crossing is None:
+        return Segment(start, motion, regime, run_end, None)
+    return Segment(start, motion, regime, start + crossing[0], regime.events[crossing[1]])

@@ -28,7 +28,7 @@ class Explicit(capabilities.Explicit):
         self._state = _state(system, dt)
         self._located = Located(self._state.log)
 
-    def advance(self, first: int, stride: int, out: Samples) -> bool:
+    def advance(self, start_step: int, stride: int, out: Samples) -> bool:
         """Fill forces, energies and gauges of samples of `stride` steps; False where the run cannot continue.
 
         Energies and gauges are those of a sample's last impulse, half a step before its end.
@@ -36,13 +36,13 @@ class Explicit(capabilities.Explicit):
         march = march_one if len(self._system.gap) == 1 else kernel.march
         # The compiled loop computes no gauges: with gauges it is called for one sample at a time.
         pieces, sound = len(out.forces) if out.gauges.shape[1] else 1, True
-        for here in np.array_split(np.arange(len(out.forces)), pieces):
-            own, start = slice(here[0], here[-1] + 1), first + int(here[0]) * stride
-            sound = march(self._constants, self._state, start, stride, out.part(own))
+        for indices in np.array_split(np.arange(len(out.forces)), pieces):
+            span, start = slice(indices[0], indices[-1] + 1), start_step + int(indices[0]) * stride
+            sound = march(self._constants, self._state, start, stride, out.part(span))
             if not sound:
                 break
             if out.gauges.shape[1]:
-                out.gauges[here[0]] = self._gauges()
+                out.gauges[indices[0]] = self._gauges()
         if sound and not self._located.take():
             self.failure = Result.IMPACTS
             return False
@@ -68,16 +68,16 @@ class Explicit(capabilities.Explicit):
 
 def _constants(system: System, dt: float) -> kernel.Constants:
     rows, compliance = system.rows.dense(), system.compliance.dense()
-    reach = np.abs(rows).max(axis=0, initial=0.0)
+    row_bounds = np.abs(rows).max(axis=0, initial=0.0)
     depends = rows != 0.0
-    last = depends.shape[1] - depends[:, ::-1].argmax(axis=1)
-    span = np.where(depends.any(axis=1)[:, None], np.column_stack([depends.argmax(axis=1), last]), 0)
+    stop = depends.shape[1] - depends[:, ::-1].argmax(axis=1)
+    span = np.where(depends.any(axis=1)[:, None], np.column_stack([depends.argmax(axis=1), stop]), 0)
     narrow = bool(NARROW * (span[:, 1] - span[:, 0]).sum() <= depends.size)
     return kernel.Constants(
         dt=dt, flight=free(np.sqrt(system.stiffness), dt), half=free(np.sqrt(system.stiffness), dt / 2),
         stiffness=system.stiffness,
         rows=rows, span=span, narrow=narrow,
-        columns=np.ascontiguousarray(rows.T), reach=reach,
+        columns=np.ascontiguousarray(rows.T), reach=row_bounds,
         gap=system.gap, compliance=compliance, matrix=fixed(compliance), coupled=system.coupled,
         dashpot=system.dashpot, normals=system.directions, contact=system.contact_of, rigid=system.rigid,
     )  # fmt: skip

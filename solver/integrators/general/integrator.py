@@ -63,12 +63,12 @@ class General:
         normals = [contact_ports(self.ports, contact) for contact in system.contacts]
         self._normals = np.concatenate([np.empty(0, np.int64), *normals]).astype(np.int64)
         functions = {
-            number: function_ports(self.ports, contact)
-            for number, contact in enumerate(system.contacts)
+            i: function_ports(self.ports, contact)
+            for i, contact in enumerate(system.contacts)
             if contact.master is not None
         }
-        self._functions = np.concatenate([np.empty(0, np.int64), *(own[0] for own in functions.values())])
-        self._rubbed = {number: own[1:] for number, own in functions.items() if len(own) > 1}
+        self._functions = np.concatenate([np.empty(0, np.int64), *(f[0] for f in functions.values())])
+        self._rubbed = {contact_id: f[1:] for contact_id, f in functions.items() if len(f) > 1}
         log = impact_log([int(rows[0]) for rows in normals], dt, system.window)
         self.arrays = Arrays(constants, state, problem_of(constants), log)
         self._loop = loop_of(self.arrays, system, self.ports)
@@ -92,29 +92,34 @@ class General:
         self._gauges = gauge_ports(system, self.ports)
         self._probes = probe_ports(system, self.ports)
 
-    def advance(self, first: int, stride: int, out: Samples) -> bool:
+    def advance(self, start_step: int, stride: int, out: Samples) -> bool:
         """Fill samples of `stride` steps; False where the run cannot continue."""
         system, state, count = self._system, self.arrays.state, len(out.forces)
-        found = Found(
+        arrays = Found(
             forces=out.forces, energies=out.energies, loads=out.loads, q=np.zeros((count, len(state.q))),
             v=np.zeros((count, len(state.q))), ports=np.zeros((count, len(state.unknown))),
             lengths=np.zeros((count, len(state.pin))),
         )  # fmt: skip
-        sound = march(self._loop, self._drive(first, count * stride), first, stride, found)
+        sound = march(self._loop, self._drive(start_step, count * stride), start_step, stride, arrays)
         if not sound:
             self._note_left()
         self._take_slips()
-        pressed = found.ports[:, self._normals]
-        out.set_states(slice(None), system, found.q, found.v, pressed)
+        normal_forces = arrays.ports[:, self._normals]
+        out.set_states(slice(None), system, arrays.q, arrays.v, normal_forces)
         if len(system.probes.names):
-            contacts = pressed @ system.probes.pressed.T
-            out.probes[:] = system.probes.values(found.q, found.v) + np.where(
-                self._probes.any(axis=1), found.ports @ self._probes.T, contacts
+            contacts = normal_forces @ system.probes.pressed.T
+            out.probes[:] = system.probes.values(arrays.q, arrays.v) + np.where(
+                self._probes.any(axis=1), arrays.ports @ self._probes.T, contacts
             )
-        out.gauges[:] = system.gauged(found.q, found.v) + found.ports @ self._gauges.T
-        out.snapshots[:, 2 * len(system.rigid) :] = found.lengths
-        pushed, dragged = found.ports[:, self._functions], self._friction(found.ports) if system.rubbing else None
-        out.peaks.keep_highest(first // stride, out.forces, found.q, found.v, pressed, pushed, friction=dragged)
+        out.gauges[:] = system.gauged(arrays.q, arrays.v) + arrays.ports @ self._gauges.T
+        out.snapshots[:, 2 * len(system.rigid) :] = arrays.lengths
+        function_forces, dragged = (
+            arrays.ports[:, self._functions],
+            self._friction(arrays.ports) if system.rubbing else None,
+        )
+        out.peaks.keep_highest(
+            start_step // stride, out.forces, arrays.q, arrays.v, normal_forces, function_forces, friction=dragged
+        )
         if sound and not self._located.take():
             self.failure = Result.IMPACTS
             return False
@@ -128,32 +133,32 @@ class General:
                 self.failure, fields = Result.FIELD_LEFT, self._system.fields.energies
                 self.reason = left_text(name, fields, i, state.field_pose[i], state.field_energy[1] * self._dt)
 
-    def advance_bare(self, first: int, count: int, applied: np.ndarray) -> bool:
+    def advance_bare(self, start_step: int, count: int, applied: np.ndarray) -> bool:
         """Take steps without histories; False where the run cannot continue.
 
         Args:
             applied: Given loads [N], NaN: as the scene gives them, (g,).
         """
-        given = self._one_step
+        drive = self._one_step
         if self._driven or (len(applied) and np.isnan(applied).any()):
             if count > 1:
-                given = self._drive(first, count)
+                drive = self._drive(start_step, count)
             else:
-                steps, ahead = self._block(first)
-                at = first - steps.start
-                given.loads[:, 0], given.crank[0] = ahead.loads[:, at], ahead.crank[at]
-                given.driven[0] = ahead.driven[at]
+                steps, ahead = self._block(start_step)
+                row = start_step - steps.start
+                drive.loads[:, 0], drive.crank[0] = ahead.loads[:, row], ahead.crank[row]
+                drive.driven[0] = ahead.driven[row]
             set_ = ~np.isnan(applied)
-            given.loads[:, :, set_] = applied[set_]
+            drive.loads[:, :, set_] = applied[set_]
         elif count > 1:
             if count != len(self._steps.crank):
                 self._steps = Given(np.empty((2, count, len(applied))), np.zeros((count, 0, 4)), np.zeros((count, 0)))
-            given = self._steps
-            given.loads[:] = applied
+            drive = self._steps
+            drive.loads[:] = applied
         else:
-            given.loads[:] = applied
+            drive.loads[:] = applied
         # What it sums up of forces and loads is not read.
-        sound = self._march(self._loop, given, first, count, self._bare)
+        sound = self._march(self._loop, drive, start_step, count, self._bare)
         self._take_slips()
         if not self._located.take():
             self.failure = Result.IMPACTS
@@ -162,22 +167,22 @@ class General:
 
     def _take_slips(self) -> None:
         """Take the changes between slip and stick of the last steps."""
-        kept = self.arrays.state.slips
-        if not kept[0, 0]:
+        slips = self.arrays.state.slips
+        if not slips[0, 0]:
             return
-        for contact, time, begins in kept[1 : int(kept[0, 0]) + 1]:
+        for contact, time, begins in slips[1 : int(slips[0, 0]) + 1]:
             self._slips[int(contact)].append((float(time), bool(begins)))
-        kept[0, 0] = 0.0
+        slips[0, 0] = 0.0
 
-    def _drive(self, first: int, count: int) -> Given:
+    def _drive(self, start_step: int, count: int) -> Given:
         """Return what the scene gives in some steps."""
-        parts, step = list[Given](), first
-        while step < first + count:
+        blocks, step = list[Given](), start_step
+        while step < start_step + count:
             steps, ahead = self._block(step)
-            here = slice(step - steps.start, min(first + count, steps.stop) - steps.start)
-            parts.append(Given(ahead.loads[:, here], ahead.crank[here], ahead.driven[here]))
+            span = slice(step - steps.start, min(start_step + count, steps.stop) - steps.start)
+            blocks.append(Given(ahead.loads[:, span], ahead.crank[span], ahead.driven[span]))
             step = steps.stop
-        loads, crank, driven = zip(*parts, strict=True)
+        loads, crank, driven = zip(*blocks, strict=True)
         return Given(np.concatenate(loads, axis=1), np.concatenate(crank), np.concatenate(driven))
 
     def _block(self, step: int) -> tuple[range, Given]:
@@ -187,25 +192,28 @@ class General:
         reaches beyond the run, where a table or an expression need not have a value.
         """
         if step not in self._ahead[0]:
-            begin = step - step % AHEAD
-            end = min(begin + AHEAD, self._whole)
-            steps = range(begin, end) if step < end else range(step, step + 1)
+            start = step - step % AHEAD
+            end = min(start + AHEAD, self._whole)
+            steps = range(start, end) if step < end else range(step, step + 1)
             self._ahead = steps, self._given(steps.start, len(steps))
         return self._ahead
 
-    def _given(self, first: int, count: int) -> Given:
+    def _given(self, start_step: int, count: int) -> Given:
         """Return what the scene gives in some steps, from its tables and expressions."""
         driving, dt, constants = self._system.driving, self._dt, self.arrays.constants
-        start, j = dt * np.arange(first, first + count), 2 * len(self._system.driving.joints)
-        loads, wanted = np.stack([driving.loads(start, dt), driving.loads(start + dt, 0.0)]), driving.driven(start + dt)
+        start, j = dt * np.arange(start_step, start_step + count), 2 * len(self._system.driving.joints)
+        loads, targets = (
+            np.stack([driving.loads(start, dt), driving.loads(start + dt, 0.0)]),
+            driving.driven(start + dt),
+        )
         ahead = np.where(constants.level[constants.drives] == STABILISED, 0.5 * dt, 0.0)
-        given = np.ascontiguousarray(loads[:, :, j : j + len(constants.given)])
-        return Given(given, driving.crank(start + dt), wanted[:, :, 0] + ahead * wanted[:, :, 1])
+        prescribed = np.ascontiguousarray(loads[:, :, j : j + len(constants.given)])
+        return Given(prescribed, driving.crank(start + dt), targets[:, :, 0] + ahead * targets[:, :, 1])
 
     def _edge_notes(self) -> dict[str, int | str]:
         """Return a note where a point came past an edge inside of the solid."""
         depth = float(self.arrays.state.inside[0])
-        if depth <= touching_depth(np.concatenate([one.points for one in self._system.contacts] or [np.zeros((1, 3))])):
+        if depth <= touching_depth(np.concatenate([c.points for c in self._system.contacts] or [np.zeros((1, 3))])):
             return {}
         return {
             EDGE_NOTES: "an edge of an obstacle met a body between its contact points: a point came past it"
@@ -218,28 +226,28 @@ class General:
     def _friction(self, values: np.ndarray) -> np.ndarray:
         """Return the vectors across the normals, (s, c, 3), of values of all ports, (s, p)."""
         each = self.arrays.constants.size[self._normals]
-        found = np.zeros((len(values), len(each), 3))
+        vectors = np.zeros((len(values), len(each), 3))
         for b in (1, 2):
             (rubbed,) = np.nonzero(each > b)
-            at = self._normals[rubbed] + b
-            found[:, rubbed] += values[:, at, None] * self.arrays.constants.direction[at]
-        return found
+            tangents = self._normals[rubbed] + b
+            vectors[:, rubbed] += values[:, tangents, None] * self.arrays.constants.direction[tangents]
+        return vectors
 
     def outcome(self) -> Outcome:
         state, ports, system = self.arrays.state, self.ports, self._system
         drags = self._friction(state.impulses[None])[0]
         functions, slid = self._functions, [contact.master is not None for contact in system.contacts]
         inward = (ports.rows @ state.q)[functions]
-        for one, force in zip(self.arrays.constants.residual.values, state.held, strict=True):
-            inward += (ports.pairs.matrix(one) @ force)[functions]
+        for table, force in zip(self.arrays.constants.residual.values, state.held, strict=True):
+            inward += (ports.pairs.matrix(table) @ force)[functions]
         drag_impulse = np.zeros(len(slid))
         drag_impulse[slid] = state.slides.drag_impulse
         wrenches = np.zeros((len(slid), 6))
-        for number, across in self._rubbed.items():
-            over = system.contacts[number].master
-            assert over is not None
-            assert over.tangential is not None
-            wrenches[number] = -np.einsum("tf,ftw->w", state.impulses[across], over.tangential)
+        for i, across in self._rubbed.items():
+            surface = system.contacts[i].master
+            assert surface is not None
+            assert surface.tangential is not None
+            wrenches[i] = -np.einsum("tf,ftw->w", state.impulses[across], surface.tangential)
         springs = [-state.impulses[ports.of(f"force.{name}")] for name in system.scene.springs()]
         return Outcome(
             q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],

@@ -26,8 +26,8 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
     sides, R = len(constants.residual.values), constants.residual.values
     unknown, weights = start_unknowns(system, ports), surface_weights(system, ports, system.position)
     unknown = unknown if weights is None else weights.T @ unknown
-    held = np.tile(unknown, (sides, 1)) if sides else np.zeros((0, p))
-    response = sum((ports.pairs.matrix(one) @ force for one, force in zip(R, held, strict=True)), np.zeros(p))
+    f = np.tile(unknown, (sides, 1)) if sides else np.zeros((0, p))
+    response = sum((ports.pairs.matrix(table) @ force for table, force in zip(R, f, strict=True)), np.zeros(p))
     displacement = ports.offset + ports.rows @ system.position + response
     displacement = displacement if weights is None else weights @ displacement
     anchor = displacement.copy()
@@ -35,19 +35,19 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         if system.scene.contact[item.name].friction is not None:
             for b in (1, 2):
                 anchor[contact_ports(ports, item) + b] -= system.start_stretch[item.rows, b - 1]
-    parts = np.zeros(5)
+    energies = np.zeros(5)
     stored = 0.5 * float(unknown @ response)
     field, poses = _fields(system, constants, displacement)
     pulled = [displacement[ports.of(f"force.{name}")] for name in system.scene.springs()]
-    parts[:3] = (
+    energies[:3] = (
         0.5 * float(system.velocity @ system.velocity),
         0.5 * float(system.stiffness @ system.position**2) + stored
         + system.springs.energy(np.concatenate([np.empty(0), *pulled])) - float(field[:, 0].sum()),
         system.start_contact_energy - 0.5 * float(system.start_forces @ (system.residual @ system.start_forces)),
     )  # fmt: skip
     pin = system.driving.crank(np.zeros(1))[0]
-    listed, found = np.zeros(p + 1, np.int64), np.flatnonzero(unknown) if sides else np.empty(0, np.int64)
-    listed[0], listed[1 : len(found) + 1] = len(found), found
+    listed, forced_ports = np.zeros(p + 1, np.int64), np.flatnonzero(unknown) if sides else np.empty(0, np.int64)
+    listed[0], listed[1 : len(forced_ports) + 1] = len(forced_ports), forced_ports
     pushes = np.where((constants.share < 1.0) & (ports.kind != Kind.GIVEN), 0.5 * unknown, 0.0)
     presses = (constants.contact >= 0) | (ports.kind == Kind.SURFACE)
     half = np.stack([np.where(presses, pushes, 0.0), np.where(presses, 0.0, pushes)]) @ ports.rows
@@ -58,7 +58,7 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         q=system.position.copy(), v=system.velocity.copy(), before=np.zeros((2, m)), force=np.zeros(m),
         field=field, field_pose=poses, field_basis=np.zeros(basis_shape(system.fields.energies)),
         field_energy=np.array([-float(field[:, 0].sum()), 0.0]),
-        pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), half=half, rest=np.zeros((2, m)),
+        pressed=np.zeros(m), unknown=unknown, held=f, known=np.zeros((sides, p)), half=half, rest=np.zeros((2, m)),
         listed=listed, forced=np.zeros(p + 1, np.int64),
         listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
         response=np.stack([response, response]), anchor=anchor, sliding=np.zeros(p, np.bool_),
@@ -70,26 +70,26 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         ahead=np.zeros(paths), lead=np.zeros((2, paths)),
         acting=np.zeros(contacts), struck=np.zeros(contacts, np.bool_), peak=np.zeros((contacts, 2)),
         slips=np.zeros((SLIPS + 1 if contacts else 1, 3)), closing=np.full(p, -1.0),
-        stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=parts,
+        stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=energies,
         rubbed=np.zeros(contacts),
-        extreme=np.array([parts.sum(), 0.0, 0.0, 0.0]), counts=np.zeros(6, np.int64), **zeros,
+        extreme=np.array([energies.sum(), 0.0, 0.0, 0.0]), counts=np.zeros(6, np.int64), **zeros,
     )  # fmt: skip
 
 
 def _beside(constants: Constants, system: System) -> np.ndarray:
     """Return which ports are the first of a point beside its face at the start, (p,)."""
-    edges, found = constants.edges, np.zeros(len(constants.offset), np.bool_)
-    found[edges.ports[edges.offset + edges.rows @ system.position < 0]] = True
-    return found
+    edges, flags = constants.edges, np.zeros(len(constants.offset), np.bool_)
+    flags[edges.ports[edges.offset + edges.rows @ system.position < 0]] = True
+    return flags
 
 
 def _fields(system: System, constants: Constants, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return what fields do at the start, (f, OUT), and the poses there, (f, 6)."""
     poses = constants.field_start.copy()
     for i, k in np.argwhere(constants.field_loads[:, 0] >= 0):
-        own, other = constants.field_loads[i, :, k]
-        poses[i, k] += displacement[constants.given[own]]
-        poses[i, k] -= displacement[constants.given[other]] if other >= 0 else 0.0
+        near_row, far_row = constants.field_loads[i, :, k]
+        poses[i, k] += displacement[constants.given[near_row]]
+        poses[i, k] -= displacement[constants.given[far_row]] if far_row >= 0 else 0.0
     return evaluated(system.fields.names, system.fields.energies, poses), poses
 
 
@@ -128,7 +128,7 @@ def _slides(system: System, ports: Ports) -> Slides:
     """Return what slides over traction spaces, at the start."""
     p, moving = len(ports.offset), [item for item in system.contacts if item.master is not None]
     g, m = len(moving), len(system.velocity)
-    found = Slides(
+    slides = Slides(
         ports=np.zeros((g, 2), np.int64), surface=np.zeros((g, 3), np.int64), window=np.zeros((g, 2), np.int64),
         functions=np.flatnonzero(ports.kind == Kind.SURFACE),
         row=np.zeros((g, m)), chart=np.zeros((g, 2)), sigma=np.zeros((2, g)), drag=np.zeros(g),
@@ -136,26 +136,26 @@ def _slides(system: System, ports: Ports) -> Slides:
         start=np.full(p, -1), across=np.zeros((p, 4)), corner=np.full((2, p), -1), along=np.zeros((2, 4, p)),
         free=np.zeros(p), inward=np.zeros((2, p)), left=np.zeros(1, np.int64),
     )  # fmt: skip
-    for number, item in enumerate(moving):
-        here, normals, functions, over = (
+    for i, item in enumerate(moving):
+        span, normals, functions, surface = (
             ports.of(f"contact.{item.name}"), contact_ports(ports, item), function_ports(ports, item), item.master
         )  # fmt: skip
-        assert over is not None
-        width = len(functions) * over.counts[0]
-        found.ports[number] = here.start, here.stop
-        found.surface[number] = functions[0, 0], width, over.counts[1]
-        found.chart[number], found.width[here], found.over[here] = over.chart, width, True
-        for axis, own in enumerate(functions):
-            found.height[normals + axis], found.across[normals + axis] = over.height, over.across
-            found.start[normals + axis] = np.where(over.place >= 0, own[0] + over.place, -1)
-        for name, sign in ((item.body, 1.0), (over.body, -1.0)):
-            body, first = system.bodies[name], system.offsets[name]
+        assert surface is not None
+        width = len(functions) * surface.counts[0]
+        slides.ports[i] = span.start, span.stop
+        slides.surface[i] = functions[0, 0], width, surface.counts[1]
+        slides.chart[i], slides.width[span], slides.over[span] = surface.chart, width, True
+        for axis, function_row in enumerate(functions):
+            slides.height[normals + axis], slides.across[normals + axis] = surface.height, surface.across
+            slides.start[normals + axis] = np.where(surface.place >= 0, function_row[0] + surface.place, -1)
+        for name, sign in ((item.body, 1.0), (surface.body, -1.0)):
+            body, start = system.bodies[name], system.offsets[name]
             centre = body.morph.centre[None]
-            along = sign * body.rigid_rows(centre, over.direction[None])[0]
-            found.row[number, first : first + body.rigid_count] += along
-        found.sigma[:, number] = found.row[number] @ system.position
-        places = (found.height[here], float(found.sigma[0, number]), found.start[here])
-        chart = (float(over.chart[0]), float(over.chart[1]), over.counts[1] - 4.0)
-        weigh(places, chart, width, found.corner[0, here], found.along[0, :, here])
-    found.corner[1], found.along[1] = found.corner[0], found.along[0]
-    return found
+            along = sign * body.rigid_rows(centre, surface.direction[None])[0]
+            slides.row[i, start : start + body.rigid_count] += along
+        slides.sigma[:, i] = slides.row[i] @ system.position
+        positions = (slides.height[span], float(slides.sigma[0, i]), slides.start[span])
+        chart = (float(surface.chart[0]), float(surface.chart[1]), surface.counts[1] - 4.0)
+        weigh(positions, chart, width, slides.corner[0, span], slides.along[0, :, span])
+    slides.corner[1], slides.along[1] = slides.corner[0], slides.along[0]
+    return slides

@@ -48,17 +48,17 @@ class Implicit(capabilities.Implicit):
         self._march = Prepared(march)
         self._pushed = gauge_loads(system.bodies, system.driving.places(), len(system.driving.rows))
 
-    def advance(self, first: int, stride: int, out: Samples) -> bool:
+    def advance(self, start_step: int, stride: int, out: Samples) -> bool:
         """Fill samples of `stride` steps; False where the run cannot continue."""
         # The compiled loop computes no gauges: with gauges it is called for one sample at a time.
         pieces = len(out.forces) if out.gauges.shape[1] else 1
-        for number in range(pieces):
-            own = out.part(slice(number, number + 1)) if out.gauges.shape[1] else out
-            begin, steps = first + number * stride, len(own.forces) * stride
-            if not self._march(self._arrays, self._drive(begin, steps), own, begin, stride):
+        for i in range(pieces):
+            samples = out.part(slice(i, i + 1)) if out.gauges.shape[1] else out
+            step, steps = start_step + i * stride, len(samples.forces) * stride
+            if not self._march(self._arrays, self._drive(step, steps), samples, step, stride):
                 return False
             if out.gauges.shape[1]:
-                own.gauges[0] = self._gauged((begin + steps) * self._dt)
+                samples.gauges[0] = self._gauged((step + steps) * self._dt)
         if not self._located.take():
             self.failure = Result.IMPACTS
             return False
@@ -73,28 +73,28 @@ class Implicit(capabilities.Implicit):
     def impacts(self) -> list[np.ndarray]:
         return self._located.impacts()
 
-    def _drive(self, first: int, count: int) -> Drive:
+    def _drive(self, start_step: int, count: int) -> Drive:
         """Return the given loads and the crank pins of some steps; computed for many at once."""
-        begin, drive = self._ahead
-        if not begin <= first <= first + count <= begin + len(drive.loads):
-            begin = first
-            left = math.ceil(self._system.scene.run.duration / self._dt * (1 - 1e-12)) - first
-            start = self._dt * np.arange(first, first + max(count, min(left, AHEAD)))
+        block_start, drive = self._ahead
+        if not block_start <= start_step <= start_step + count <= block_start + len(drive.loads):
+            block_start = start_step
+            remaining = math.ceil(self._system.scene.run.duration / self._dt * (1 - 1e-12)) - start_step
+            start = self._dt * np.arange(start_step, start_step + max(count, min(remaining, AHEAD)))
             driving = self._system.driving
             # In rows one after the other, so that all parts have the same type.
             loads, crank = driving.loads(start, self._dt), driving.crank(start + self._dt)
             drive = Drive(np.ascontiguousarray(loads), np.ascontiguousarray(crank))
-            self._ahead = begin, drive
-        here = slice(first - begin, first - begin + count)
-        return Drive(drive.loads[here], drive.crank[here])
+            self._ahead = block_start, drive
+        span = slice(start_step - block_start, start_step - block_start + count)
+        return Drive(drive.loads[span], drive.crank[span])
 
     def outcome(self) -> Outcome:
         points, masters, energy = self.points, self.masters, self.energy
-        held, own = masters.residual_force.nonzero()[0], slice(*masters.span)
-        inward = self.modes.q[own] @ masters.columns[own]
-        if len(held):
-            pressed = slice(held[0], held[-1] + 1)
-            inward += masters.residual_force[pressed] @ masters.residual[pressed]
+        functions, span = masters.residual_force.nonzero()[0], slice(*masters.span)
+        inward = self.modes.q[span] @ masters.columns[span]
+        if len(functions):
+            loaded = slice(functions[0], functions[-1] + 1)
+            inward += masters.residual_force[loaded] @ masters.residual[loaded]
         return Outcome(
             q=self.modes.q, v=self.modes.v, multipliers=points.multipliers, impulses=points.impulses,
             extreme=energy.extreme, counts=energy.counts, masters=-inward, master_impulses=masters.impulses,
@@ -106,9 +106,9 @@ def _memory(beta: np.ndarray, dt: float) -> np.ndarray:
     """Return what r + β ṙ = f keeps of r, of f at the start and of f at the end of a step, f linear in it, (3, n)."""
     ratio = beta / dt
     with np.errstate(divide="ignore"):
-        kept = np.exp(-1 / ratio)
-    gone = ratio * (1 - kept)
-    return np.array([kept, gone - kept, 1 - gone])
+        decay = np.exp(-1 / ratio)
+    gone = ratio * (1 - decay)
+    return np.array([decay, gone - decay, 1 - gone])
 
 
 def _damped_memory(beta: np.ndarray, dt: float) -> np.ndarray:
@@ -141,14 +141,14 @@ def _points(system: System, dt: float) -> Points:
     zeros["total_displacement"] = zeros["response"] + system.driving.to_gap @ system.loads
     zeros["multipliers"], zeros["residual_force"] = forces.copy(), forces.copy()
     closed = np.flatnonzero(forces)
-    pressed, amounts = np.zeros((2, c), np.int64), np.zeros((2, c))
-    pressed[1, : len(closed)], amounts[1, : len(closed)] = closed, forces[closed]
+    rows_closed, amounts = np.zeros((2, c), np.int64), np.zeros((2, c))
+    rows_closed[1, : len(closed)], amounts[1, : len(closed)] = closed, forces[closed]
     return Points(
         rows=rows, columns=np.ascontiguousarray(rows.T), span=_span(rows), coordinates=np.arange(*_span(rows)),
         gap=system.gap, layer=system.layer,
         residual=system.residual.dense(), memory=_memory(beta, dt), contact=system.contact_of, active=empty_set(c),
         directions=system.directions, followed=np.ones(len(system.contacts), np.bool_),
-        pressed=pressed, amounts=amounts, counts=np.array([0, len(closed)], np.int64),
+        pressed=rows_closed, amounts=amounts, counts=np.array([0, len(closed)], np.int64),
         **zeros,
     )  # fmt: skip
 
@@ -164,16 +164,18 @@ def _masters(system: System, dt: float, modes: Modes) -> Masters:
     c, m = len(system.gap), len(modes.q)
     chart, slide, height = np.ones((k, 2)), np.zeros((k, m)), np.zeros(c)
     beta, start = np.zeros(count), np.full(c, -1)
-    for number, item in enumerate(system.contacts):
-        if (over := item.master) is None:
+    for i, item in enumerate(system.contacts):
+        if (surface := item.master) is None:
             continue
-        chart[number], height[item.rows] = over.chart, over.height
-        start[item.rows] = np.where(over.place >= 0, item.functions.start + over.place, -1)
-        beta[item.functions] = system.bodies[over.body].stiffness_factor
-        for name, sign in ((item.body, 1.0), (over.body, -1.0)):
-            body, first = system.bodies[name], system.offsets[name]
+        chart[i], height[item.rows] = surface.chart, surface.height
+        start[item.rows] = np.where(surface.place >= 0, item.functions.start + surface.place, -1)
+        beta[item.functions] = system.bodies[surface.body].stiffness_factor
+        for name, sign in ((item.body, 1.0), (surface.body, -1.0)):
+            body, start_column = system.bodies[name], system.offsets[name]
             centre = body.morph.centre[None]
-            slide[number, first : first + body.rigid_count] += sign * body.rigid_rows(centre, over.direction[None])[0]
+            slide[i, start_column : start_column + body.rigid_count] += (
+                sign * body.rigid_rows(centre, surface.direction[None])[0]
+            )
     sigma = np.stack([slide @ modes.q, slide @ modes.q, np.full(k, np.inf)])
     zeros = {name: np.zeros(count) for name in _PER_FUNCTION}
     return Masters(
@@ -199,9 +201,9 @@ def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
     count, memory = len(driving.rows), _damped_memory(driving.damping, dt)
     ahead = modes.push[0] + 0.5 * dt * modes.push[1]
     per_row = 0.5 * ((driving.rows * ahead) @ points.rows.T) + driving.to_gap.T * points.memory[2]
-    own = (driving.rows * ahead) @ driving.rows.T + driving.residual * memory[1]
+    A = (driving.rows * ahead) @ driving.rows.T + driving.residual * memory[1]
     gap_per_load = (driving.rows * modes.push[0]) @ points.rows.T + driving.to_gap.T * memory[1][:, None]
-    held = driving.residual @ system.loads + driving.to_gap.T @ system.start_forces
+    residual_displacement = driving.residual @ system.loads + driving.to_gap.T @ system.start_forces
     start = driving.crank(np.zeros(1))[0]
     rod = np.zeros(joints)
     for j, item in enumerate(driving.joints):
@@ -211,12 +213,12 @@ def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
     return Loads(
         rows=driving.rows, memory=memory, residual=driving.residual, to_gap=np.ascontiguousarray(driving.to_gap.T),
         gap_per_load=gap_per_load, numbers=np.arange(count),
-        joint_response=np.array([own[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] for j in range(joints)]).reshape(-1, 2, 2),
+        joint_response=np.array([A[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] for j in range(joints)]).reshape(-1, 2, 2),
         joint_per_row=per_row[: 2 * joints],
         anchor=np.array([item.anchor for item in driving.joints]).reshape(joints, 2),
         lengths=np.array([item.joint.rod_length for item in driving.joints]), residual_force=system.loads.copy(),
-        last_residual_force=system.loads.copy(), residual_displacement=held,
-        displacement=driving.rows @ modes.q + held, amount=np.zeros(count), rod=rod,
+        last_residual_force=system.loads.copy(), residual_displacement=residual_displacement,
+        displacement=driving.rows @ modes.q + residual_displacement, amount=np.zeros(count), rod=rod,
         pin=start, direction=np.zeros((joints, 2)), correction=np.zeros(joints),
         correction_before=np.zeros(joints),
         slopes=np.zeros((joints, c)), arm=np.zeros((2, 2)),
@@ -229,18 +231,18 @@ def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> C
     end = points.memory[2][:, None]
     base = np.diag(system.layer) + 0.5 * ((points.rows * modes.push[0]) @ points.rows.T) + end * points.residual
     functions, end = masters.functions, masters.memory[2][:, None]
-    own = slice(*masters.span)
-    master = 0.5 * ((functions[:, own] * modes.push[0, own]) @ functions[:, own].T) + end * masters.residual
+    span = slice(*masters.span)
+    master = 0.5 * ((functions[:, span] * modes.push[0, span]) @ functions[:, span].T) + end * masters.residual
     space, across = np.zeros((k, 3), np.int64), np.zeros((c, 4))
-    for number, item in enumerate(system.contacts):
-        if (over := item.master) is not None:
-            space[number] = item.functions.start, *over.counts
-            across[item.rows] = over.across
+    for i, item in enumerate(system.contacts):
+        if (surface := item.master) is not None:
+            space[i] = item.functions.start, *surface.counts
+            across[item.rows] = surface.across
     return Compliance(
         pattern=whole(c), values=np.zeros(c * c) if count else base.ravel(), base=base,
         stamp=np.full(c, -1 if count else 0),
         era=np.zeros(1, np.int64), master=master,
-        block=np.array([[one.rows.start, one.rows.stop] for one in system.contacts], np.int64).reshape(k, 2),
+        block=np.array([[x.rows.start, x.rows.stop] for x in system.contacts], np.int64).reshape(k, 2),
         candidate=np.ones(k, np.bool_), space=space, corner=np.full(c, -1), across=across, along=np.zeros((4, c)),
         known=np.zeros(k, np.bool_), window=np.zeros((k, 2), np.int64), scratch=np.zeros(count),
         touched=np.zeros(16, np.int64), weights=np.zeros(16),
@@ -249,8 +251,12 @@ def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> C
 
 def _energy(system: System, points: Points, loads: Loads) -> Energy:
     q, v = system.position, system.velocity
-    held = points.residual_force @ points.total_displacement + loads.residual_force @ loads.residual_displacement
-    strain = 0.5 * (system.stiffness @ q**2 + held)
-    parts = np.array([0.5 * float(v @ v), float(strain), 0.5 * float(system.layer @ points.multipliers**2), 0.0, 0.0])
-    extreme = np.array([parts.sum(), 0.0, 0.0, 0.0])
-    return Energy(system.rigid, np.zeros(len(system.rigid) + 1), parts, np.zeros(6, np.int64), extreme)
+    residual_work = (
+        points.residual_force @ points.total_displacement + loads.residual_force @ loads.residual_displacement
+    )
+    strain = 0.5 * (system.stiffness @ q**2 + residual_work)
+    energies = np.array(
+        [0.5 * float(v @ v), float(strain), 0.5 * float(system.layer @ points.multipliers**2), 0.0, 0.0]
+    )
+    extreme = np.array([energies.sum(), 0.0, 0.0, 0.0])
+    return Energy(system.rigid, np.zeros(len(system.rigid) + 1), energies, np.zeros(6, np.int64), extreme)

@@ -299,5 +299,5 @@ class Reading(NamedTuple):
 
 def pushes_of(state: np.ndarray, sections: int) -> np.ndarray:
     """Return a view of the integrals of the sections in states (..., numbers), (..., c, `PUSHES`)."""
-    here = state[..., state.shape[-1] - SUMS - PUSHES * sections : state.shape[-1] - SUMS]
-    return here.reshape(*state.shape[:-1], sections, PUSHES)
+    section_state = state[..., state.shape[-1] - SUMS - PUSHES * sections : state.shape[-1] - SUMS]
+    return section_state.reshape(*state.shape[:-1], sections, PUSHES)

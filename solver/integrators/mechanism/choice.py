@@ -37,14 +37,14 @@ class Choice:
         """
         self._methods, self.steps = methods, methods[0]
         mass = np.einsum("bkk->bk", model.modal_root) ** 2
-        own = model.modal_stiffness > 0
-        self._highest = float(np.sqrt((model.modal_stiffness[own] / mass[own]).max(initial=0.0)))
+        elastic = model.modal_stiffness > 0
+        self._highest = float(np.sqrt((model.modal_stiffness[elastic] / mass[elastic]).max(initial=0.0)))
         self._sizes: deque[float] = deque(maxlen=LOOKS)
         self._explicit, self._patience, self._since, self._rejected = 0.0, LOOKS, 0, 0
         self.taken = Counter[str]()
         """Steps by their kind."""
 
-    def note(self, one: Tried, rejected: int, *, singular: bool) -> bool:
+    def note(self, tried: Tried, rejected: int, *, singular: bool) -> bool:
         """Note an accepted step; return whether the next one is of the other kind.
 
         Args:
@@ -52,7 +52,7 @@ class Choice:
             singular: Whether it is near a position in which joints depend on each other, where steps are explicit.
         """
         self.taken[self.steps.kind] += 1
-        self._sizes.extend([*[0.0] * (rejected - self._rejected), one.h])
+        self._sizes.extend([*[0.0] * (rejected - self._rejected), tried.h])
         self._since, self._rejected = self._since + 1, rejected
         if len(self._methods) < 2 or not self._turns(singular):
             return False

@@ -29,18 +29,18 @@ def bodies_of(model: Model, states: np.ndarray) -> np.ndarray:
 
 def modal_parts(model: Model, state: np.ndarray, b: int) -> tuple[np.ndarray, np.ndarray]:
     """Return views of a body's elastic coordinates and their momenta in states (..., numbers), (..., m) each."""
-    m, at, momentum = (int(one) for one in model.elastic[b])
-    return state[..., at : at + m], state[..., momentum : momentum + m]
+    m, start, momentum = (int(x) for x in model.elastic[b])
+    return state[..., start : start + m], state[..., momentum : momentum + m]
 
 
 def inertia_factor(model: Model, work: Work, b: int) -> np.ndarray:
     """Return the lower factor of a body's inertia over elastic coordinates and rotation along its own axes, of the
     pose that `work` has, (m + 3, m + 3)."""
     m = int(model.elastic[b, 0])
-    found = np.zeros((m + 3, m + 3))
-    found[:m, :m] = model.modal_root[b, :m, :m]
-    found[m:, :m], found[m:, m:] = work.coupling[b, :, :m], np.tril(work.root[b])
-    return found
+    factor = np.zeros((m + 3, m + 3))
+    factor[:m, :m] = model.modal_root[b, :m, :m]
+    factor[m:, :m], factor[m:, m:] = work.coupling[b, :, :m], np.tril(work.root[b])
+    return factor
 
 
 class Motion(NamedTuple):
@@ -71,9 +71,9 @@ def motion_of(model: Model, work: Work, state: np.ndarray, observed: Callable[..
         observed: What looks at it, `step.observe` or its machine code.
     """
     observed(model, work, state)
-    first, count = 2 * len(model.owner), len(model.spring)
-    here, ends, bushings = slice(first, first + 2 * count), np.empty((count, 2, 2, 3)), np.empty((len(work.bush), 12))
-    ends[:, :, 0], ends[:, :, 1] = work.place[here].reshape(count, 2, 3), work.speed[here].reshape(count, 2, 3)
+    start, count = 2 * len(model.owner), len(model.spring)
+    span, ends, bushings = slice(start, start + 2 * count), np.empty((count, 2, 2, 3)), np.empty((len(work.bush), 12))
+    ends[:, :, 0], ends[:, :, 1] = work.place[span].reshape(count, 2, 3), work.speed[span].reshape(count, 2, 3)
     bushings[:, :6], bushings[:, 6:] = work.bush[:, :6], work.bush_push
     return Motion(work.omega.copy(), work.modal[:, 3:].copy(), ends, bushings,
                   work.field[:, 0].copy(), work.touch[:, DEPTH].copy(), stored=stored(model, work),
@@ -84,30 +84,30 @@ def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndar
     """Return kinetic and strain energy, that of contact, dissipated energy, and work with that of gravity since the
     bodies stood at the origin [J], (s, 5), of states (s, numbers)."""
     bodies, sums = bodies_of(model, states), states[:, -SUMS:]
-    omega, modal = (np.array(part) for part in list(zip(*motions, strict=True))[:2])
-    found = np.zeros((len(states), 5))
+    omega, modal = (np.array(column) for column in list(zip(*motions, strict=True))[:2])
+    result = np.zeros((len(states), 5))
     square = (bodies[..., SPEED : SPEED + 3] ** 2).sum(axis=-1)
-    found[:, 0] = 0.5 * (square @ model.mass + (omega * bodies[..., SPIN : SPIN + 3]).sum(axis=(1, 2)))
+    result[:, 0] = 0.5 * (square @ model.mass + (omega * bodies[..., SPIN : SPIN + 3]).sum(axis=(1, 2)))
     for b in map(int, np.flatnonzero(model.elastic[:, 0])):
         q, momentum = modal_parts(model, states, b)
         m = q.shape[1]
-        found[:, 0] += 0.5 * (modal[:, b, :m] * momentum).sum(axis=1)
-        found[:, 1] += 0.5 * q**2 @ model.modal_stiffness[b, :m]
+        result[:, 0] += 0.5 * (modal[:, b, :m] * momentum).sum(axis=1)
+        result[:, 1] += 0.5 * q**2 @ model.modal_stiffness[b, :m]
     for k, (stiffness, _, length) in enumerate(model.spring):
-        apart = np.array([one.springs[k, 1, 0] - one.springs[k, 0, 0] for one in motions])
-        found[:, 1] += 0.5 * stiffness * (np.linalg.norm(apart, axis=1) - length) ** 2
+        offset = np.array([motion.springs[k, 1, 0] - motion.springs[k, 0, 0] for motion in motions])
+        result[:, 1] += 0.5 * stiffness * (np.linalg.norm(offset, axis=1) - length) ** 2
     for k, matrix in enumerate(model.bush_stiffness):
-        x = np.array([one.bushings[k, :6] for one in motions])
-        found[:, 1] += 0.5 * np.einsum("si,ij,sj->s", x, matrix, x)
-    found[:, 1] -= np.array([one.fields for one in motions]).sum(axis=1)
+        x = np.array([motion.bushings[k, :6] for motion in motions])
+        result[:, 1] += 0.5 * np.einsum("si,ij,sj->s", x, matrix, x)
+    result[:, 1] -= np.array([motion.fields for motion in motions]).sum(axis=1)
     for i, (stiffness, exponent, _, _) in enumerate(model.touch_law):
-        depth = np.maximum([one.depths[i] for one in motions], 0.0)
-        found[:, 2] += stiffness * depth ** (exponent + 1) / (exponent + 1)
-    held = np.array([one.stored for one in motions]).sum(axis=1)
-    found[:, 2] += held + np.array([one.pressed for one in motions])
-    found[:, 3] = sums[:, LOST] - held
-    found[:, 4] = sums[:, WORK] + np.einsum("sbi,b,i->s", bodies[..., :3], model.mass, model.gravity)
-    return found
+        depth = np.maximum([motion.depths[i] for motion in motions], 0.0)
+        result[:, 2] += stiffness * depth ** (exponent + 1) / (exponent + 1)
+    internal = np.array([motion.stored for motion in motions]).sum(axis=1)
+    result[:, 2] += internal + np.array([motion.pressed for motion in motions])
+    result[:, 3] = sums[:, LOST] - internal
+    result[:, 4] = sums[:, WORK] + np.einsum("sbi,b,i->s", bodies[..., :3], model.mass, model.gravity)
+    return result
 
 
 def momentum_error(model: Model, states: np.ndarray, motions: list[Motion], duration: float) -> float:
@@ -121,15 +121,18 @@ def momentum_error(model: Model, states: np.ndarray, motions: list[Motion], dura
     speeds, spins = bodies[..., SPEED : SPEED + 3], bodies[..., SPIN : SPIN + 3]
     linear = speeds * model.mass[:, None]
     orbital = np.cross(bodies[..., :3], linear)
-    turning = (np.array([one.omega for one in motions]) * spins).sum(axis=-1)
-    parts = np.sqrt((linear**2).sum(axis=-1) + model.mass * np.maximum(turning, 0.0))
+    turning = (np.array([m.omega for m in motions]) * spins).sum(axis=-1)
+    momenta = np.sqrt((linear**2).sum(axis=-1) + model.mass * np.maximum(turning, 0.0))
     weights = float(model.mass.sum() * np.linalg.norm(model.gravity)) * duration
     moments = np.linalg.norm(orbital, axis=-1) + np.linalg.norm(spins, axis=-1)
     far = float(np.linalg.norm(bodies[..., :3], axis=-1).max())
-    worst, least = 0.0, weights
-    for total, own, at in ((linear.sum(axis=1), parts, IMPULSE), ((orbital + spins).sum(axis=1), moments, IMPULSE + 3)):
-        lost = np.linalg.norm(total - total[0] - sums[:, at : at + 3], axis=1)
-        impulses = np.linalg.norm(sums[:, at : at + 3], axis=1)
-        largest = max(float(own.sum(axis=1).max()), float(impulses.max()), least)
-        worst, least = max(worst, float(lost.max()) / largest if largest > 0 else 0.0), far * largest
+    worst, scale = 0.0, weights
+    for total, sizes, column in (
+        (linear.sum(axis=1), momenta, IMPULSE),
+        ((orbital + spins).sum(axis=1), moments, IMPULSE + 3),
+    ):
+        missing = np.linalg.norm(total - total[0] - sums[:, column : column + 3], axis=1)
+        impulses = np.linalg.norm(sums[:, column : column + 3], axis=1)
+        largest = max(float(sizes.sum(axis=1).max()), float(impulses.max()), scale)
+        worst, scale = max(worst, float(missing.max()) / largest if largest > 0 else 0.0), far * largest
     return worst

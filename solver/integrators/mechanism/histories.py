@@ -66,51 +66,51 @@ class Recorder:
         self._hardest = 0.0
         self._harder: list[tuple[float, np.ndarray]] = []
 
-    def take(self, state: np.ndarray, vectors: np.ndarray, given: np.ndarray, amounts: np.ndarray) -> None:
+    def take(self, state: np.ndarray, vectors: np.ndarray, drives: np.ndarray, amounts: np.ndarray) -> None:
         """Record a state with drives (d, 3) and loads (l,) at its time."""
-        self.samples.append(self._sampled(state, vectors, given, amounts))
+        self.samples.append(self._sampled(state, vectors, drives, amounts))
 
-    def heed(self, state: np.ndarray, time: float, given: Given) -> None:
+    def heed(self, state: np.ndarray, time: float, drives_of: Given) -> None:
         """Keep the forces of joints at a state in which what touches presses harder than ever before.
 
         Between samples, an impact may be over.
         """
-        pressed = float(np.abs(self._work.touch[:, FORCE] * self._work.touching).sum()) if self._touching else 0.0
-        if pressed > self._hardest and self._linkage.pairs:
-            self._hardest = pressed
-            drives, amounts = given(np.array([time]))
-            one = self._sampled(state, self.samples[-1].vectors, drives[0], amounts[0])
-            self._harder.append((time, one.reading.wrenches.copy()))
+        load = float(np.abs(self._work.touch[:, FORCE] * self._work.touching).sum()) if self._touching else 0.0
+        if load > self._hardest and self._linkage.pairs:
+            self._hardest = load
+            drives, amounts = drives_of(np.array([time]))
+            sample = self._sampled(state, self.samples[-1].vectors, drives[0], amounts[0])
+            self._harder.append((time, sample.reading.wrenches.copy()))
 
-    def _sampled(self, state: np.ndarray, vectors: np.ndarray, given: np.ndarray, amounts: np.ndarray) -> Sample:
+    def _sampled(self, state: np.ndarray, vectors: np.ndarray, drives: np.ndarray, amounts: np.ndarray) -> Sample:
         """Return what is recorded of a state."""
         pairs = len(self._model.owner)
-        zeros = [np.zeros(one) for one in (len(self._model.row_terms), (pairs, 6), (pairs, 6), pairs, pairs)]
-        found = Reading(*zeros)
+        zeros = [np.zeros(shape) for shape in (len(self._model.row_terms), (pairs, 6), (pairs, 6), pairs, pairs)]
+        reading = Reading(*zeros)
         if not self._touching:
-            self._read(self._model, self._work, state, given, amounts, found)
+            self._read(self._model, self._work, state, drives, amounts, reading)
             motion = motion_of(self._model, self._work, state, self._observe)
-            return Sample(state, vectors, found, motion, np.zeros(0), np.zeros((0, 2)))
+            return Sample(state, vectors, reading, motion, np.zeros(0), np.zeros((0, 2)))
         pressing, slipping = self._work.touching.copy(), self._work.slipping.copy()
         # What was indented then may have parted since; of points before other bodies, those that pressed in the step.
         between = self._model.touch_shape == SURFACE
         self._work.touching[:] = np.where(between, self._touching.pressed, True)
         self._work.slipping[:] = self._touching.slipped
-        self._read(self._model, self._work, state, given, amounts, found)
+        self._read(self._model, self._work, state, drives, amounts, reading)
         forces = self._work.touch[:, FORCE].copy()
         self._work.touching[:] = np.where(between, self._touching.pressed, pressing)
-        apart = [offsets(self._model, self._work, i)[BEARING] for i in self._touching.rubbed]
+        bearing_offsets = [offsets(self._model, self._work, i)[BEARING] for i in self._touching.rubbed]
         motion = motion_of(self._model, self._work, state, self._observe)
         self._work.slipping[:], self._work.touching[:] = slipping, pressing
-        return Sample(state, vectors, found, motion, forces, np.array(apart).reshape(-1, 2))
+        return Sample(state, vectors, reading, motion, forces, np.array(bearing_offsets).reshape(-1, 2))
 
     def static_gauges(self, amounts: np.ndarray) -> np.ndarray:
         """Return what the modes lack of the gauges at the last samples, (s, G), with loads (s, l)."""
-        last = self.samples[len(self.samples) - len(amounts) :]
-        every, forces = _readings(last), np.array([one.pressed for one in last])
+        samples = self.samples[len(self.samples) - len(amounts) :]
+        every, forces = _readings(samples), np.array([s.pressed for s in samples])
         contacts = zip(self._linkage.system.contacts, self._touching.tracks, strict=True)
-        pressed = {one.name: forces[:, track.sections] for one, track in contacts}
-        return self._statics.values(_states_of(last, every, 0.0), every.holds, amounts, pressed)
+        contact_forces = {c.name: forces[:, track.sections] for c, track in contacts}
+        return self._statics.values(_states_of(samples, every, 0.0), every.holds, amounts, contact_forces)
 
     def found(self, interval: float, notes: list[str], end: tuple[np.ndarray, float], count: int) -> LinkageHistories:
         """Return the histories of the first samples.
@@ -118,40 +118,44 @@ class Recorder:
         Args:
             end: State and time of the last step [s].
         """
-        kept = self.samples[: count + 1]
+        samples = self.samples[: count + 1]
         scene, linkage = self._linkage.system.scene, self._linkage
-        every = _readings(kept)
+        every = _readings(samples)
         wrenches, angles = every.wrenches, every.angles
         lengths = every.violations * self._model.size
-        held = {**scene.hinges(), **scene.cranks()}
+        joint_settings = {**scene.hinges(), **scene.cranks()}
         joints = {
-            name: JointHistory(held[name].body, "", angles[1:, pair], wrenches[1:, pair, :3].copy(), lengths[1:, pair])
+            name: JointHistory(
+                joint_settings[name].body, "", angles[1:, pair], wrenches[1:, pair, :3].copy(), lengths[1:, pair]
+            )
             for name, pair in linkage.pairs.items()
         }
-        read_all = _states_of(kept, every, interval)
+        read_all = _states_of(samples, every, interval)
         by_joints, said = joint_truncations(linkage, self._model, read_all, every.holds)
-        by_rotation, more = inertia_truncations(linkage, self._model, read_all)
-        lacks, notes = by_joints | by_rotation, [*notes, *said, *more]
-        probes = {one.name: one.history(self._model, read_all) for one in self.readers} | self._orbits(kept)
-        times = interval * np.arange(1, len(kept))
+        by_rotation, rotation_notes = inertia_truncations(linkage, self._model, read_all)
+        lacks, notes = by_joints | by_rotation, [*notes, *said, *rotation_notes]
+        probes = {r.name: r.history(self._model, read_all) for r in self.readers} | self._orbits(samples)
+        times = interval * np.arange(1, len(samples))
         peaks = _quantities(linkage, times, wrenches[1:], angles[1:], self._harder)
         return LinkageHistories(
             joints, probes, peaks | self._pushes(end[0]) | lacks,
-            momentum_error(self._model, read_all.samples, read_all.motions, interval * (len(kept) - 1)), notes,
+            momentum_error(self._model, read_all.samples, read_all.motions, interval * (len(samples) - 1)), notes,
             impacts={name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
             wear={name: worn_cells(self._rubbed(name)) for name in self._wearing()},
         )  # fmt: skip
 
-    def _orbits(self, kept: list[Sample]) -> dict[str, ProbeHistory]:
+    def _orbits(self, samples: list[Sample]) -> dict[str, ProbeHistory]:
         """Return the offsets of journals that wear in their bearings, `JOINT.orbit`."""
-        found, every = {}, np.array([one.offsets for one in kept])
+        histories, every = {}, np.array([s.offsets for s in samples])
         numbers = list(self._touching.rubbed)
         for name in self._wearing():
-            own = [numbers.index(int(i)) for i in self._sections(name)]
-            columns = [f"{axis}{'' if len(own) == 1 else end}" for end in range(len(own)) for axis in "xy"]
-            values = every[1:, own].reshape(len(kept) - 1, 2 * len(own))
-            found[f"{name}.orbit"] = ProbeHistory("displacement", values, "m", ", ".join(columns), 0.0)
-        return found
+            columns_of = [numbers.index(int(i)) for i in self._sections(name)]
+            columns = [
+                f"{axis}{'' if len(columns_of) == 1 else end}" for end in range(len(columns_of)) for axis in "xy"
+            ]
+            values = every[1:, columns_of].reshape(len(samples) - 1, 2 * len(columns_of))
+            histories[f"{name}.orbit"] = ProbeHistory("displacement", values, "m", ", ".join(columns), 0.0)
+        return histories
 
     def _wearing(self) -> list[str]:
         """Return the joints that wear."""
@@ -163,31 +167,31 @@ class Recorder:
 
     def _pushes(self, state: np.ndarray) -> Json:
         """Return the impulses of joints with clearance, with force times sliding distance, and of contacts."""
-        found: Json = {}
+        json: Json = {}
         sums = pushes_of(state, len(self._linkage.sections))
         for name in self._clearances():
             impulse, slide = sums[self._sections(name), :2].sum(axis=0)
-            found[f"{name}.impulse"] = {"value": float(impulse), "unit": "N s"}
-            found[f"{name}.load_distance"] = {"value": float(slide), "unit": "N m"}
+            json[f"{name}.impulse"] = {"value": float(impulse), "unit": "N s"}
+            json[f"{name}.load_distance"] = {"value": float(slide), "unit": "N m"}
             if rubbed := self._rubbed(name):
-                found |= worn_quantities(name, rubbed)
+                json |= worn_quantities(name, rubbed)
         for contact, track in zip(self._linkage.system.contacts, self._touching.tracks, strict=True):
             size = float(np.linalg.norm(sums[track.sections, NORMAL_PUSH:DRAG_PUSH].sum(axis=0)))
-            found[f"{contact.name}.impulse"] = {"value": size, "unit": "N s"}
+            json[f"{contact.name}.impulse"] = {"value": size, "unit": "N s"}
             if (friction := self._linkage.system.scene.contact[contact.name].friction) is not None:
                 work = friction.static * float(sums[track.sections, 1].sum())
-                found[f"{contact.name}.friction_work"] = {"value": work, "unit": "J"}
+                json[f"{contact.name}.friction_work"] = {"value": work, "unit": "J"}
             if not track.touched and track.least[0] < self._farthest(track):  # Not of a run without a step.
                 for key, value, unit in zip(("least_gap", "least_gap_time"), track.least, ("m", "s"), strict=True):
-                    found[f"{contact.name}.{key}"] = {"value": value, "unit": unit}
-        return found
+                    json[f"{contact.name}.{key}"] = {"value": value, "unit": unit}
+        return json
 
     def _farthest(self, track: Track) -> float:
         """Return the gap from which on the points of a contact are not looked at [m]."""
         surfaces = self._model.surfaces
-        first = len(self._model.touch_pair) - len(surfaces.arm)
-        own = (surfaces.points[:, 0] + first == track.sections[0]) if len(track.sections) else np.zeros(0, bool)
-        return float(surfaces.deep[own][0]) if own.any() else np.inf
+        start = len(self._model.touch_pair) - len(surfaces.arm)
+        of_track = (surfaces.points[:, 0] + start == track.sections[0]) if len(track.sections) else np.zeros(0, bool)
+        return float(surfaces.deep[of_track][0]) if of_track.any() else np.inf
 
     def _clearances(self) -> list[str]:
         """Return the joints with clearance."""
@@ -200,13 +204,13 @@ class Recorder:
 
 def _readings(samples: list[Sample]) -> Reading:
     """Return what was read of samples, one after the other."""
-    return Reading(*(np.array(one) for one in zip(*(one.reading for one in samples), strict=True)))
+    return Reading(*(np.array(s) for s in zip(*(s.reading for s in samples), strict=True)))
 
 
 def _states_of(samples: list[Sample], every: Reading, interval: float) -> States:
     """Return samples with their readings as states, `interval` apart [s]."""
-    states, vectors = (np.array([getattr(one, part) for one in samples]) for part in ("state", "vectors"))
-    return States(states, [one.motion for one in samples], vectors, every.wrenches, every.multipliers, interval)
+    states, vectors = (np.array([getattr(s, key) for s in samples]) for key in ("state", "vectors"))
+    return States(states, [s.motion for s in samples], vectors, every.wrenches, every.multipliers, interval)
 
 
 def _quantities(
@@ -221,12 +225,12 @@ def _quantities(
     Args:
         harder: Times between samples and wrenches (pairs, 6) there.
     """
-    found: Json = {}
-    if len(times) and (between := [one for one in harder if one[0] <= times[-1]]):
+    json: Json = {}
+    if len(times) and (between := [h for h in harder if h[0] <= times[-1]]):
         times = np.append(times, [time for time, _ in between])
-        wrenches = np.concatenate([wrenches, [one for _, one in between]])
+        wrenches = np.concatenate([wrenches, [h for _, h in between]])
     for name, pair in linkage.pairs.items() if len(times) else ():
-        found |= wrench_peaks(name, times, wrenches[:, pair])
+        json |= wrench_peaks(name, times, wrenches[:, pair])
         if getattr(linkage.system.scene.joint[name], "turns", False):
-            found[f"{name}.angle_end"] = {"value": float(angles[-1, pair]), "unit": "rad"}
-    return found
+            json[f"{name}.angle_end"] = {"value": float(angles[-1, pair]), "unit": "rad"}
+    return json

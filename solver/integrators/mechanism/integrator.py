@@ -78,7 +78,7 @@ class Mechanism(Capabilities):
         self.linkage = linkage_of(system)
         self.model = model_of(self.linkage)
         self.work = work_of(self.model, len(self.linkage.drives))
-        self._loads = [(f"force.{name}", one) for name, one in system.scene.turning_loads().items()]
+        self._loads = [(f"force.{name}", load) for name, load in system.scene.turning_loads().items()]
         self.start = start_of(self.linkage, self.model, self.work, self._given(np.zeros(1))[0][0])
         self._duration = system.scene.run.duration
         self._size, n = reach_of(self.linkage), len(self.model.mass)
@@ -90,26 +90,26 @@ class Mechanism(Capabilities):
         self._methods = self._methods_of(fixed=fixed_step is not None)
         self._choice = Choice(self.model, self._methods)
         self._steps = self._choice.steps
-        breaks = breaks_in(self._given, [one.values for _, one in self._loads if one.values], self._duration)
+        breaks = breaks_in(self._given, [load.values for _, load in self._loads if load.values], self._duration)
         self._stepping = Stepping(self._steps, self.work, self._duration, breaks, fixed=fixed_step)
         self._parts, self._target = self._shares(), 0.0
         self._vectors = np.zeros((n, 3))
         self._vectors, self._turned_at = self._turned(self._state), 0.0
         self._dependence, self._singular = Dependence(self.model, self.work, self.start.rank), 0
         self._fastest, self._widest = np.zeros(2), 0.0
-        owners = np.array([one.owner for one in self.linkage.sections])
+        owners = np.array([s.owner for s in self.linkage.sections])
         tracks = [Track(np.flatnonzero(owners == contact.name)) for contact in system.contacts]
-        worn = {number: one.worn for number, one in enumerate(self.linkage.sections) if one.worn is not None}
+        worn = {i: s.worn for i, s in enumerate(self.linkage.sections) if s.worn is not None}
         self._at_once = 0
         self._bearable = {
-            number: one.yielding.load for number, one in enumerate(self.linkage.sections) if one.yielding is not None
+            i: section.yielding.load for i, section in enumerate(self.linkage.sections) if section.yielding is not None
         }
         self.touching = Touching(self.model, self.work, tracks, self._size, worn=worn)
         refuse_overlap(system, self.touching.depths(self._state), tracks, self._size)
         self.touching.begin(self._state)
         self._recorder = Recorder(self.linkage, self.model, self.work, self.touching)
-        given, amounts = self._given(np.zeros(1))
-        self._recorder.take(self._state, self._vectors, given[0], amounts[0])
+        drives, amounts = self._given(np.zeros(1))
+        self._recorder.take(self._state, self._vectors, drives[0], amounts[0])
         self._refuse_outside()
         self._energy = energies(self.model, self._state[None], [self._recorder.samples[0].motion])[0]
         self._extreme = np.array([float(self._energy @ (1, 1, 1, 1, -1)), 0.0, 0.0, 0.0])
@@ -123,25 +123,25 @@ class Mechanism(Capabilities):
         Raises:
             SceneError: implicit steps are asked for that the scene cannot have.
         """
-        asked, accuracy = self._system.scene.run.stepping, self._system.scene.run.accuracy or self.accuracy
+        stepping, accuracy = self._system.scene.run.stepping, self._system.scene.run.accuracy or self.accuracy
         lack = lack_of(self.model)
-        if asked == "implicit" and lack:
+        if stepping == "implicit" and lack:
             raise SceneError(f"run.stepping: 'implicit' given, and {lack}; use 'auto' or 'explicit'")
-        given = self._given, self._weights
-        explicit = ExplicitSteps(self.model, self.work, max(FINEST_EXPLICIT, SHARE * accuracy), *given)
-        if asked == "explicit" or lack or (asked == "auto" and fixed):
+        arguments = self._given, self._weights
+        explicit = ExplicitSteps(self.model, self.work, max(FINEST_EXPLICIT, SHARE * accuracy), *arguments)
+        if stepping == "explicit" or lack or (stepping == "auto" and fixed):
             return [explicit]
-        least = 0.5 * float(self.model.mass.sum()) * (self._size / self._duration) ** 2
-        kind, share = (ExponentialSteps, FREE_SHARE) if propagates(self.model) else (ImplicitSteps, SHARE)
-        longer: Steps = kind(self.model, self.work, max(FINEST, share * accuracy), *given, least=least)
-        return [longer] if asked == "implicit" else [explicit, longer]
+        energy = 0.5 * float(self.model.mass.sum()) * (self._size / self._duration) ** 2
+        kind, fraction = (ExponentialSteps, FREE_SHARE) if propagates(self.model) else (ImplicitSteps, SHARE)
+        longer: Steps = kind(self.model, self.work, max(FINEST, fraction * accuracy), *arguments, least=energy)
+        return [longer] if stepping == "implicit" else [explicit, longer]
 
     def _refuse_outside(self) -> None:
         """Raise a SceneError where a body is outside of a field as the run starts."""
-        for number, name in enumerate(self._system.scene.fields()):
-            if code := int(self.work.field[number, LEFT]):
-                (at,) = np.flatnonzero(self.model.bush_field == number)
-                refuse_outside(name, self.model.fields, number, code, self.work.bush[at, :6])
+        for i, name in enumerate(self._system.scene.fields()):
+            if code := int(self.work.field[i, LEFT]):
+                (bushing,) = np.flatnonzero(self.model.bush_field == i)
+                refuse_outside(name, self.model.fields, i, code, self.work.bush[bushing, :6])
 
     def _turned(self, state: np.ndarray) -> np.ndarray:
         """Return the rotation vectors of a state that continue those of the last step [rad], (n, 3)."""
@@ -150,21 +150,21 @@ class Mechanism(Capabilities):
     def _given(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return drives (t, d, 3) and loads (t, l) at times [s], (t,)."""
         drives = self.linkage.drives
-        given, amounts = np.zeros((len(times), len(drives), 3)), np.zeros((len(times), len(self._loads)))
-        for number, drive in enumerate(drives):
-            given[:, number] = drive(times)
-        for number, (name, load) in enumerate(self._loads):
-            amounts[:, number] = load.amounts(times, name)
-        return given, amounts
+        driven, amounts = np.zeros((len(times), len(drives), 3)), np.zeros((len(times), len(self._loads)))
+        for i, drive in enumerate(drives):
+            driven[:, i] = drive(times)
+        for i, (name, load) in enumerate(self._loads):
+            amounts[:, i] = load.amounts(times, name)
+        return driven, amounts
 
-    def advance(self, first: int, stride: int, out: Samples) -> bool:
+    def advance(self, start_step: int, stride: int, out: Samples) -> bool:
         """Fill samples of `stride` intervals; False where the run cannot continue."""
         count, r = len(out.forces), len(self._system.rigid)
         states = np.zeros((count, len(self._state)))
         vectors = np.zeros((count, len(self.model.mass), 3))
-        times = np.minimum(self._interval * (first + stride * np.arange(1, count + 1)), self._duration)
-        given, amounts = self._given(times)
-        for number, time in enumerate(map(float, times)):
+        times = np.minimum(self._interval * (start_step + stride * np.arange(1, count + 1)), self._duration)
+        drives, amounts = self._given(times)
+        for i, time in enumerate(map(float, times)):
             self._target = time
             while self._time < time * (1 - 1e-14):
                 if not self._advance():
@@ -176,11 +176,11 @@ class Mechanism(Capabilities):
                     self.failure = Result.OVERLOADED
                     self.reason = self._overload(section)
                     return False
-            states[number] = self._interpolated(time)
-            vectors[number] = self._turned(states[number])
-            self._recorder.take(states[number], vectors[number], given[number], amounts[number])
+            states[i] = self._interpolated(time)
+            vectors[i] = self._turned(states[i])
+            self._recorder.take(states[i], vectors[i], drives[i], amounts[i])
         taken = self._recorder.samples[len(self._recorder.samples) - count :]
-        out.energies[:] = energies(self.model, states, [one.motion for one in taken])
+        out.energies[:] = energies(self.model, states, [s.motion for s in taken])
         self._note_energies(out.energies)
         out.energies[:, 4] -= self._energy[4]
         self._set_forces(out.forces, stride * self._interval)
@@ -195,16 +195,16 @@ class Mechanism(Capabilities):
 
     def _set_forces(self, forces: np.ndarray, interval: float) -> None:
         """Set the mean resultant of each contact over the last samples, (s, k, 3)."""
-        last = self._recorder.samples[len(self._recorder.samples) - len(forces) - 1 :]
-        sums = pushes_of(np.array([one.state for one in last]), len(self.linkage.sections))
-        pushed = sums[:, :, NORMAL_PUSH:DRAG_PUSH] + sums[:, :, DRAG_PUSH:DEFLECTION]
-        for number, track in enumerate(self.touching.tracks):
-            forces[:, number] = np.diff(pushed[:, track.sections].sum(axis=1), axis=0) / interval
+        samples = self._recorder.samples[len(self._recorder.samples) - len(forces) - 1 :]
+        sums = pushes_of(np.array([s.state for s in samples]), len(self.linkage.sections))
+        impulses = sums[:, :, NORMAL_PUSH:DRAG_PUSH] + sums[:, :, DRAG_PUSH:DEFLECTION]
+        for i, track in enumerate(self.touching.tracks):
+            forces[:, i] = np.diff(impulses[:, track.sections].sum(axis=1), axis=0) / interval
 
-    def _note_energies(self, found: np.ndarray) -> None:
-        total = found @ (1, 1, 1, 1, -1)
+    def _note_energies(self, energies_: np.ndarray) -> None:
+        total = energies_ @ (1, 1, 1, 1, -1)
         self._extreme[1] = max(self._extreme[1], float(np.abs(total - self._extreme[0]).max()))
-        exchanged = max(float(found[:, 0].max()), float(np.abs(found[:, 4] - self._energy[4]).max()))
+        exchanged = max(float(energies_[:, 0].max()), float(np.abs(energies_[:, 4] - self._energy[4]).max()))
         weight = float(self.model.mass.sum() * np.linalg.norm(self.model.gravity)) * self._size
         self._extreme[2] = max(self._extreme[2], exchanged, float(self._energy[0]), RESOLVED * weight)
 
@@ -212,8 +212,8 @@ class Mechanism(Capabilities):
         """Take one step, or the part of it up to the first time at which a journal touches or parts; False where none
         is short enough."""
         self.touching.slipped, self.touching.pressed = self.work.slipping.copy(), self.work.touching.copy()
-        one = self._stepping.take(self._state, self._time)
-        if one is None or not self._span(one):
+        tried = self._stepping.take(self._state, self._time)
+        if tried is None or not self._span(tried):
             self._note_left()
             return False
         event = self.touching.first(self._interpolated, self._before, self._until) if self.touching else None
@@ -221,11 +221,11 @@ class Mechanism(Capabilities):
             return False
         h = 0.0 if event is None else event.time - self._time
         if h > TOGETHER * self._duration:
-            one = self._steps.computed(self._state, self._time, h)
-            if not one.sound or not self._span(one):
+            tried = self._steps.computed(self._state, self._time, h)
+            if not tried.sound or not self._span(tried):
                 return False
         if event is None or h > TOGETHER * self._duration:
-            self._accept(one)
+            self._accept(tried)
         if self._widest > WIDEST:
             self.failure = Result.HALF_TURN
             return False
@@ -240,23 +240,23 @@ class Mechanism(Capabilities):
 
     def _endless(self, section: int) -> str:
         """Return why a run ends in which a section touches and parts without end."""
-        where = f"at {self._time:.6g} s the contact of '{self.linkage.sections[section].owner}' begins and ends"
+        event = f"at {self._time:.6g} s the contact of '{self.linkage.sections[section].owner}' begins and ends"
         step = self._system.scene.run.step
         if step is None:
-            return f"{where} without end in steps of any size; reduce run.accuracy, or shorten run.duration"
-        return f"{where} without end: run.step, {step:g} s, is too long for it; reduce it, or leave it out"
+            return f"{event} without end in steps of any size; reduce run.accuracy, or shorten run.duration"
+        return f"{event} without end: run.step, {step:g} s, is too long for it; reduce it, or leave it out"
 
     def _ran_off(self) -> bool:
         """Say so where a point left a surface with a force, or came onto it from the side."""
-        if (left := self.touching.left) is None:
+        if (exit_ := self.touching.left) is None:
             return False
-        name = self.linkage.sections[left.section].owner
+        name = self.linkage.sections[exit_.section].owner
         against = self._system.scene.contact[name].against
         assert isinstance(against, MasterSurface)
-        self.failure, (x, y, z) = Result.SURFACE_LEFT, left.place
+        self.failure, (x, y, z) = Result.SURFACE_LEFT, exit_.place
         self.reason = (
-            f"contact.{name}: a point {'left' if left.pressed else 'came from the side below'} the surface"
-            f" '{against.interface}' of body '{against.body}' at {left.time:.6g} s, at ({x:.4g}, {y:.4g}, {z:.4g}) m;"
+            f"contact.{name}: a point {'left' if exit_.pressed else 'came from the side below'} the surface"
+            f" '{against.interface}' of body '{against.body}' at {exit_.time:.6g} s, at ({x:.4g}, {y:.4g}, {z:.4g}) m;"
             " widen the surface or its extent, shorten run.duration, or round off the edge"
         )
         return True
@@ -271,41 +271,41 @@ class Mechanism(Capabilities):
 
     def _note_left(self) -> None:
         """Say why the run cannot continue, such as since a body left a field."""
-        left = np.flatnonzero(self.work.field[:, LEFT])
+        fields_left = np.flatnonzero(self.work.field[:, LEFT])
         self.reason = self._stepping.reason(self._time)
-        if len(left):
-            i = int(left[0])
+        if len(fields_left):
+            i = int(fields_left[0])
             motion = motion_of(self.model, self.work, self._state, self._observe)
             pose = motion.bushings[self.model.bush_field == i][0, :6]
             self.failure = Result.FIELD_LEFT
             self.reason = left_text(self._system.fields.names[i], self.model.fields, i, pose, self._time)
 
-    def _span(self, one: Tried) -> bool:
+    def _span(self, tried: Tried) -> bool:
         """Set the interpolation of a step from the present state, if a sample or an event may be within it; False where
         it overflows, of a given step that is too long."""
-        self._before, self._end = self._time, one.state
-        self._until, self._jumps = self._stepping.end(self._time + one.h)
+        self._before, self._end = self._time, tried.state
+        self._until, self._jumps = self._stepping.end(self._time + tried.h)
         if not self.touching and self._target > self._until:
             return True
-        self._within = self._steps.within(one, self._state)
+        self._within = self._steps.within(tried, self._state)
         return bool(np.isfinite(self._within(0.5)).all())
 
-    def _accept(self, one: Tried) -> None:
+    def _accept(self, tried: Tried) -> None:
         """Go on to the end of a step."""
         if self.touching.rubbed:
             self.touching.rub(self._interpolated, self._before, self._until)
-        self._state, self._time = one.state, self._until
-        turned = self._keep_angles(self.model, self.work, one.state)
-        near = self._stepping.near_singular(one)
-        self._singular += self._dependence.passes(one.least, near=near)
+        self._state, self._time = tried.state, self._until
+        turned = self._keep_angles(self.model, self.work, tried.state)
+        singular = self._stepping.near_singular(tried)
+        self._singular += self._dependence.passes(tried.least, near=singular)
         self._note_speeds(turned)
         self._recorder.heed(self._state, self._time, self._given)
         if self._fastest[1] * (self._time - self._turned_at) > FOLLOWED:
-            self._vectors, self._turned_at = self._turned(one.state), self._time
+            self._vectors, self._turned_at = self._turned(tried.state), self._time
         if self._fastest[1] > 0:
             self._stepping.longest = LONGEST / self._fastest[1]
-        self._steps.accept(one)
-        if self._choice.note(one, self._stepping.rejected, singular=near) or self._jumps:
+        self._steps.accept(tried)
+        if self._choice.note(tried, self._stepping.rejected, singular=singular) or self._jumps:
             self._steps = self._stepping.steps = self._choice.steps
             self._steps.restart(self._state, self._time)
 
@@ -320,10 +320,10 @@ class Mechanism(Capabilities):
     def _shares(self) -> np.ndarray:
         """Return what makes up `_weights`: shares that are constant, and over the largest speed, its square and the
         largest angular velocity, (4, 13 n + SUMS)."""
-        found = np.zeros((4, len(self._state)))
-        constant, speed, square, spin = found
-        at = bodies_of(self.model, constant)
-        at[:, PLACE : PLACE + 3], at[:, TURN : TURN + 4] = 1 / self._size, 1.0
+        weights = np.zeros((4, len(self._state)))
+        constant, speed, square, spin = weights
+        constant_bodies = bodies_of(self.model, constant)
+        constant_bodies[:, PLACE : PLACE + 3], constant_bodies[:, TURN : TURN + 4] = 1 / self._size, 1.0
         bodies_of(self.model, speed)[:, SPEED : SPEED + 3] = 1.0
         bodies_of(self.model, spin)[:, SPIN : SPIN + 3] = 1.0
         for b, mass in enumerate(self.model.mass):
@@ -336,7 +336,7 @@ class Mechanism(Capabilities):
         pushes[:, 1], pushes[:, DEFLECTION:] = 0.0, 0.0
         pushes_of(square, sections)[:, 1] = 1 / mass
         pushes_of(constant, sections)[:, DEFLECTION:] = 1 / self._size
-        return found
+        return weights
 
     def _weights(self) -> np.ndarray:
         """Return what the error of each number is multiplied by, (13 n + SUMS,)."""
@@ -349,20 +349,20 @@ class Mechanism(Capabilities):
         if time >= self._until:
             return self._end.copy()
         x = (time - self._before) / (self._until - self._before)
-        found = self._within(x)
-        turns = bodies_of(self.model, found)[:, TURN : TURN + 4]
+        state = self._within(x)
+        turns = bodies_of(self.model, state)[:, TURN : TURN + 4]
         turns /= np.linalg.norm(turns, axis=1, keepdims=True)
-        return found
+        return state
 
     def _coordinates(self, samples: list[Sample]) -> tuple[np.ndarray, np.ndarray]:
         """Return coordinates and velocities of samples, as records have them, (s, coordinates)."""
-        states, vectors = (np.array([getattr(one, part) for one in samples]) for part in ("state", "vectors"))
-        omega, modal = (np.array([getattr(one.motion, part) for one in samples]) for part in ("omega", "modal"))
+        states, vectors = (np.array([getattr(s, key) for s in samples]) for key in ("state", "vectors"))
+        omega, modal = (np.array([getattr(s.motion, key) for s in samples]) for key in ("omega", "modal"))
         bodies, q, v = bodies_of(self.model, states), [], []
         for b, rows in enumerate(self._rows):
-            own = modal_parts(self.model, states, b)[0]
-            rates = modal[:, b, : own.shape[1]]
-            q += [np.hstack([bodies[:, b, :3] - self.linkage.centres[b], vectors[:, b]]) @ rows, own]
+            elastic = modal_parts(self.model, states, b)[0]
+            rates = modal[:, b, : elastic.shape[1]]
+            q += [np.hstack([bodies[:, b, :3] - self.linkage.centres[b], vectors[:, b]]) @ rows, elastic]
             v += [np.hstack([bodies[:, b, SPEED : SPEED + 3], omega[:, b]]) @ rows, rates]
         return np.hstack(q), np.hstack(v)
 
@@ -372,9 +372,9 @@ class Mechanism(Capabilities):
         return [self.touching.of_contact(track, self._state, self._time, window) for track in self.touching.tracks]
 
     def outcome(self) -> Outcome:
-        (q, v), last = self._at, self._recorder.samples[-1]
-        own = np.concatenate([np.empty(0, int), *(track.sections for track in self.touching.tracks)]).astype(int)
-        pushed = pushes_of(last.state, len(self.linkage.sections))[own]
+        (q, v), sample = self._at, self._recorder.samples[-1]
+        rows = np.concatenate([np.empty(0, int), *(track.sections for track in self.touching.tracks)]).astype(int)
+        impulses = pushes_of(sample.state, len(self.linkage.sections))[rows]
         self._extreme[3] = self.touching.deepest
         counts: dict[str, int | str] = {
             "steps_taken": self._stepping.taken,
@@ -387,8 +387,8 @@ class Mechanism(Capabilities):
         notes = self.start.notes + ([UNBOUNDED] if self._singular else [])
         notes = notes + self._choice.notes()
         return Outcome(
-            q=q, v=v, multipliers=last.pressed[own], impulses=pushed[:, 0], extreme=self._extreme, counts=np.zeros(3),
-            work=counts | {"rank": self.start.rank},
+            q=q, v=v, multipliers=sample.pressed[rows], impulses=impulses[:, 0], extreme=self._extreme,
+            counts=np.zeros(3), work=counts | {"rank": self.start.rank},
             linkage=partial(self._recorder.found, self._interval, notes, (self._state, self._time)),
         )  # fmt: skip
 

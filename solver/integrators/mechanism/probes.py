@@ -48,8 +48,8 @@ class Reader:
         if isinstance(probe, ForceProbe):
             values, columns, name = self._force(model, states, probe.of)
         elif isinstance(probe, DistanceProbe):
-            one, other = (point_motions(model, states, point)[0] for point in self.points)
-            values, columns, name = np.linalg.norm(one - other, axis=1)[:, None], ("distance",), "m"
+            near_end, far_end = (point_motions(model, states, point)[0] for point in self.points)
+            values, columns, name = np.linalg.norm(near_end - far_end, axis=1)[:, None], ("distance",), "m"
         else:
             values, columns, name = self._motion(model, states), AXES, UNITS[probe.kind]
             if probe.direction is not None:
@@ -63,17 +63,17 @@ class Reader:
         (point,) = self.points
         if self.probe.kind == "rotation":
             return states.vectors[:, point.owner]
-        places, speeds = point_motions(model, states, point)
-        return places - self.linkage.place(point) if self.probe.kind == "displacement" else speeds
+        positions, speeds = point_motions(model, states, point)
+        return positions - self.linkage.place(point) if self.probe.kind == "displacement" else speeds
 
     def _force(self, model: Model, states: States, of: str) -> tuple[np.ndarray, tuple[str, ...], str]:
         kind, _, owner = of.partition(".")
         if kind == "force":
             if owner in (bushings := list(self.linkage.system.scene.six_motions())):
-                number = bushings.index(owner)
-                return np.array([one.bushings[number, 6:] for one in states.motions]), WRENCH, "N, N m"
-            number = list(self.linkage.system.scene.point_springs()).index(owner)
-            return spring_pulls(model, states, number)[:, None], ("tension",), "N"
+                element_index = bushings.index(owner)
+                return np.array([m.bushings[element_index, 6:] for m in states.motions]), WRENCH, "N, N m"
+            element_index = list(self.linkage.system.scene.point_springs()).index(owner)
+            return spring_pulls(model, states, element_index)[:, None], ("tension",), "N"
         if owner in self.linkage.pairs:
             return states.wrenches[:, self.linkage.pairs[owner]], WRENCH, "N, N m"
         rows = [i for i, row in enumerate(self.linkage.rows) if row.joint == owner]
@@ -81,13 +81,13 @@ class Reader:
         return states.multipliers[:, rows], ("along",), name
 
 
-def spring_pulls(model: Model, states: States, number: int) -> np.ndarray:
+def spring_pulls(model: Model, states: States, spring: int) -> np.ndarray:
     """Return the tension of a spring [N], (1 + s,)."""
-    stiffness, damping, length = model.spring[number]
-    ends = np.array([one.springs[number] for one in states.motions])
-    apart, speed = ends[:, 1, 0] - ends[:, 0, 0], ends[:, 1, 1] - ends[:, 0, 1]
-    size = np.linalg.norm(apart, axis=1)
-    along = (speed * apart).sum(axis=1)
+    stiffness, damping, length = model.spring[spring]
+    ends = np.array([m.springs[spring] for m in states.motions])
+    offset, speed = ends[:, 1, 0] - ends[:, 0, 0], ends[:, 1, 1] - ends[:, 0, 1]
+    size = np.linalg.norm(offset, axis=1)
+    along = (speed * offset).sum(axis=1)
     rate = np.divide(along, size, out=np.zeros_like(size), where=size > 0)  # Where its ends meet, it has no line.
     return stiffness * (size - length) + damping * rate
 
@@ -98,14 +98,14 @@ def point_motions(model: Model, states: States, point: Point) -> tuple[np.ndarra
     bodies = bodies_of(model, states.samples)[:, b]
     turn, m = matrices(bodies[:, TURN : TURN + 4]), point.rows.shape[1]
     q = modal_parts(model, states.samples, b)[0] if m else np.zeros((len(bodies), 0))
-    rates = np.array([one.modal[b, :m] for one in states.motions])
+    rates = np.array([motion.modal[b, :m] for motion in states.motions])
     curved = np.einsum("ikl,sl->sik", point.bend[:3], q)
     local = point.arm + q @ point.rows[:3].T - 0.5 * np.einsum("sik,sk->si", curved, q)
     moved = rates @ point.rows[:3].T - np.einsum("sik,sk->si", curved, rates)
-    reach = np.einsum("sij,sj->si", turn, local)
-    omega = np.array([one.omega[b] for one in states.motions])
-    speeds = bodies[:, SPEED : SPEED + 3] + np.cross(omega, reach) + np.einsum("sij,sj->si", turn, moved)
-    return bodies[:, :3] + reach, speeds
+    arm = np.einsum("sij,sj->si", turn, local)
+    omega = np.array([motion.omega[b] for motion in states.motions])
+    speeds = bodies[:, SPEED : SPEED + 3] + np.cross(omega, arm) + np.einsum("sij,sj->si", turn, moved)
+    return bodies[:, :3] + arm, speeds
 
 
 def readers(linkage: Linkage) -> list[Reader]:
@@ -114,7 +114,7 @@ def readers(linkage: Linkage) -> list[Reader]:
     Raises:
         SceneError: a probe names no point of its body.
     """
-    scene, found = linkage.system.scene, []
+    scene, probe_readers = linkage.system.scene, []
     for name, probe in scene.probe.items():
         points: tuple[Point, ...] = ()
         if not isinstance(probe, ForceProbe):
@@ -125,5 +125,5 @@ def readers(linkage: Linkage) -> list[Reader]:
             if isinstance(probe, DistanceProbe):
                 against = probe.against, probe.against_at, probe.against_interface
                 points += (linkage.point(*against, f"probe.{name}.against_at"),)
-        found.append(Reader(name, probe, linkage, points))
-    return found
+        probe_readers.append(Reader(name, probe, linkage, points))
+    return probe_readers

@@ -42,16 +42,16 @@ Given = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Drives (t, d, 3) and loads (t, l) at times [s], (t,)."""
 
 
-def breaks_in(given: Given, tables: Iterable[tuple[tuple[float, float], ...]], duration: float) -> np.ndarray:
+def breaks_in(drives: Given, tables: Iterable[tuple[tuple[float, float], ...]], duration: float) -> np.ndarray:
     """Return the times of a run at which steps end and the next begin, (b, 2) [s]: for its drives and loads, and at the
     kinks of the tables of loads."""
 
     def read(times: np.ndarray) -> np.ndarray:
-        return np.hstack([one.reshape(len(times), -1) for one in given(times)])
+        return np.hstack([a.reshape(len(times), -1) for a in drives(times)])
 
     if not read(np.zeros(1)).size:
         return np.empty((0, 2))
-    return within([breaks_of(read, duration, trains=False), *(kinks_of(one, duration) for one in tables)], duration)
+    return within([breaks_of(read, duration, trains=False), *(kinks_of(t, duration) for t in tables)], duration)
 
 
 class Stepping:
@@ -79,15 +79,15 @@ class Stepping:
 
     def take(self, state: np.ndarray, time: float) -> Tried | None:
         """Return the next step from a state at a time [s]; None where none is short enough."""
-        rest = self._rest(time)
+        remaining = self._rest(time)
         if self._fixed is not None:
-            step = self._tried(state, time, self._fitted(self._next, rest))
+            step = self._tried(state, time, self._fitted(self._next, remaining))
             self.taken += 1
             return step if step.sound else None
         if self.longest < self._shortest:
             return None
         target = self._next = min(self._next, self.longest)
-        step, tries = self._accepted(state, time, rest)
+        step, tries = self._accepted(state, time, remaining)
         if step is None:
             return None
         self._next = step.h * min(1.0 if tries else MOST, self._growth(step.error))
@@ -101,15 +101,15 @@ class Stepping:
         self._usual = max(self._usual, step.least)
         return step
 
-    def _accepted(self, state: np.ndarray, time: float, rest: float) -> tuple[Tried | None, int]:
+    def _accepted(self, state: np.ndarray, time: float, remaining: float) -> tuple[Tried | None, int]:
         """Return the first step whose error is small enough, None where it would be too short, and how many failed."""
         leapt, tries = False, 0
         while True:
-            step = self._tried(state, time, self._fitted(self._next, rest))
+            step = self._tried(state, time, self._fitted(self._next, remaining))
             stuck = tries >= (PATIENCE if self._work.touching.any() else 0)
             if not step.good and self.near_singular(step) and stuck and not leapt:
                 leapt = True
-                step = self._leapt(state, time, rest) or step
+                step = self._leapt(state, time, remaining) or step
             if step.good or (leapt and step.sound and step.error <= ROOM):
                 return step, tries
             self.rejected, tries = self.rejected + 1, tries + 1
@@ -130,54 +130,54 @@ class Stepping:
             )
         return ""
 
-    def near_singular(self, one: Tried) -> bool:
+    def near_singular(self, tried: Tried) -> bool:
         """Return whether a step is near a position in which joints depend on each other more than elsewhere, in the
         metric of the inertia, in which they are solved."""
-        return one.least < SINGULAR * self._usual
+        return tried.least < SINGULAR * self._usual
 
     def _growth(self, error: float) -> float:
         """Return the ratio of the next step to one that is taken, by its error and that of the last one before."""
         if error == 0:
             return MOST
         smooth = SMOOTH / self.steps.power
-        found = SAFETY * error ** (-(1 / self.steps.power - 0.2 * smooth)) * self._former**smooth
+        ratio = SAFETY * error ** (-(1 / self.steps.power - 0.2 * smooth)) * self._former**smooth
         self._former = max(error, LEAST_ERROR)
-        return 1.0 if 1.0 <= found < self.steps.holds else min(MOST, found)
+        return 1.0 if 1.0 <= ratio < self.steps.holds else min(MOST, ratio)
 
     def _rest(self, time: float) -> float:
         """Return how long a step may be at most from a time on [s]: to the next break, or the end of the run."""
         ends = self._ends[:, 0]
-        at = int(np.searchsorted(ends, time + SHORTEST * self._duration))
-        return float(ends[min(at, len(ends) - 1)]) - time
+        i = int(np.searchsorted(ends, time + SHORTEST * self._duration))
+        return float(ends[min(i, len(ends) - 1)]) - time
 
     def end(self, time: float) -> tuple[float, bool]:
         """Return when the next step begins after one that ends at a time [s], and whether something jumps between."""
-        near = SHORTEST * SHORTEST * self._duration + 4 * np.spacing(time)
-        at = int(np.searchsorted(self._ends[:, 0], time - near))
-        if at == len(self._ends) or self._ends[at, 0] > time + near:
+        tolerance = SHORTEST * SHORTEST * self._duration + 4 * np.spacing(time)
+        i = int(np.searchsorted(self._ends[:, 0], time - tolerance))
+        if i == len(self._ends) or self._ends[i, 0] > time + tolerance:
             return time, False
-        return float(self._ends[at, 1]), bool(self._ends[at, 1] > self._ends[at, 0])
+        return float(self._ends[i, 1]), bool(self._ends[i, 1] > self._ends[i, 0])
 
     @property
     def _shortest(self) -> float:
         """Least step [s]."""
         return (PARTING if self._work.touching.any() else SHORTEST) * self._duration
 
-    def _leapt(self, state: np.ndarray, time: float, rest: float) -> Tried | None:
+    def _leapt(self, state: np.ndarray, time: float, remaining: float) -> Tried | None:
         """Return the first good step over a singular position, or else the one of least error; None without one."""
         best = None
         for ratio in LEAPS:
-            one = self._tried(state, time, self._fitted(ratio * self._regular, rest))
-            if one.sound and (best is None or one.error < best.error):
-                best = one
-            if one.good:
-                return one
+            tried = self._tried(state, time, self._fitted(ratio * self._regular, remaining))
+            if tried.sound and (best is None or tried.error < best.error):
+                best = tried
+            if tried.good:
+                return tried
         return best if best is not None and best.error <= ROOM else None
 
     @staticmethod
-    def _fitted(h: float, rest: float) -> float:
+    def _fitted(h: float, remaining: float) -> float:
         """Return a step that ends where steps have to, where it would end just before or beyond [s]."""
-        return rest if rest < 1.001 * h else h
+        return remaining if remaining < 1.001 * h else h
 
     def _tried(self, state: np.ndarray, time: float, h: float) -> Tried:
         """Compute a step.
@@ -191,7 +191,7 @@ class Stepping:
             return plain
         if not self.near_singular(plain):
             plain = plain._replace(error=plain.error / MARGIN)
-        other = self.steps.computed(state, time, h, project=True)
-        if other.good or not plain.sound:
-            return other
-        return plain if plain.good or not other.sound or plain.error < other.error else other
+        projected = self.steps.computed(state, time, h, project=True)
+        if projected.good or not plain.sound:
+            return projected
+        return plain if plain.good or not projected.sound or plain.error < projected.error else projected

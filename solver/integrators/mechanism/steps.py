@@ -64,10 +64,10 @@ class Steps(Protocol):
     def restart(self, state: np.ndarray, time: float) -> None:
         """Let steps begin from a state: the first one, or one that an event changed."""
 
-    def accept(self, one: Tried) -> None:
+    def accept(self, tried: Tried) -> None:
         """Let steps begin from the end of one."""
 
-    def within(self, one: Tried, state: np.ndarray) -> Within:
+    def within(self, tried: Tried, state: np.ndarray) -> Within:
         """Return the interpolation of the step that was computed last, from a state; its end is that of the step."""
         ...
 
@@ -79,7 +79,7 @@ class ExplicitSteps:
     power, cost, bound, holds = ORDER, 1.0, 0.0, 1.0
 
     def __init__(
-        self, model: Model, work: Work, tolerance: float, given: Given, weights: Callable[[], np.ndarray]
+        self, model: Model, work: Work, tolerance: float, drives: Given, weights: Callable[[], np.ndarray]
     ) -> None:
         """
         Args:
@@ -87,34 +87,34 @@ class ExplicitSteps:
             weights: What the error of each number is multiplied by, now, (13 n + SUMS,).
         """
         self._model, self._work, self._tolerance = model, work, tolerance
-        self._given, self._weights = given, weights
+        self._given, self._weights = drives, weights
         self._table, self._times = tableau()
         self._step, self._interpolation = Prepared(step), Prepared(interpolation)
 
     def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
-        given, amounts = self._given(time + h * self._times)
-        course = Course(self._table, given, amounts, self._weights(), np.full(1, project))
+        drives, amounts = self._given(time + h * self._times)
+        course = Course(self._table, drives, amounts, self._weights(), np.full(1, project))
         out = np.empty_like(state)
         self._work.least[0] = 1.0
         self._work.field[:, LEFT_GRID] = 0.0
-        error, left = self._step(self._model, self._work, course, state, h, out)
-        sound = bool(np.isfinite(out).all() and np.isfinite(error) and left <= LEFT)
-        least = float(self._work.least[0])
+        error, residual = self._step(self._model, self._work, course, state, h, out)
+        sound = bool(np.isfinite(out).all() and np.isfinite(error) and residual <= LEFT)
+        pivot = float(self._work.least[0])
         slopes = self._work.slopes.copy()
-        return Tried(h, course, out, slopes, error=error / self._tolerance, sound=sound, least=least)
+        return Tried(h, course, out, slopes, error=error / self._tolerance, sound=sound, least=pivot)
 
     def restart(self, state: np.ndarray, time: float) -> None:
-        given, amounts = self._given(np.array([time]))
-        begin(self._model, self._work, state, given[0], amounts[0])
+        drives, amounts = self._given(np.array([time]))
+        begin(self._model, self._work, state, drives[0], amounts[0])
 
-    def accept(self, one: Tried) -> None:
-        self._work.slopes[0] = one.slopes[MAIN]
+    def accept(self, tried: Tried) -> None:
+        self._work.slopes[0] = tried.slopes[MAIN]
 
-    def within(self, one: Tried, state: np.ndarray) -> Within:
-        h, K = one.h, self._work.slopes
-        K[:] = one.slopes
-        self._interpolation(self._model, self._work, one.course, state, h)
-        change = one.state - state
+    def within(self, tried: Tried, state: np.ndarray) -> Within:
+        h, K = tried.h, self._work.slopes
+        K[:] = tried.slopes
+        self._interpolation(self._model, self._work, tried.course, state, h)
+        change = tried.state - state
         dense = np.empty((7, len(state)))
         dense[0] = change
         dense[1] = h * K[0] - change
@@ -122,9 +122,9 @@ class ExplicitSteps:
         dense[3:] = h * (self._table.dense @ K)
 
         def at(x: float) -> np.ndarray:
-            found = np.zeros_like(state)
-            for number in range(7):
-                found = (found + dense[6 - number]) * (x if number % 2 == 0 else 1 - x)
-            return found + state
+            value = np.zeros_like(state)
+            for k in range(7):
+                value = (value + dense[6 - k]) * (x if k % 2 == 0 else 1 - x)
+            return value + state
 
         return at

@@ -36,7 +36,7 @@ RIGID = 6
 """Rigid motions of a body that turns."""
 
 
-def nested(system: System, share: float) -> System | None:
+def nested(system: System, fraction: float) -> System | None:
     """Return a system with the lower part of each body's modes, by frequency; one at least.
 
     Static shapes and Ritz vectors that are no modes are left out too, unless a body has nothing else: a basis that
@@ -46,61 +46,61 @@ def nested(system: System, share: float) -> System | None:
     Returns:
         None where no body has a coordinate to leave out.
     """
-    bodies, first, turns = {}, 0, system.scene.capabilities.turns
+    bodies, size, turns = {}, 0, system.scene.capabilities.turns
     for name, body in system.bodies.items():
-        modal = truncated(body.modal, share, held=turns and bool(body.modal.loads))
-        bodies[name] = replace(body, modal=modal, first=first, basis=None)
-        first = bodies[name].elastic.stop
-    if first == len(system.velocity):
+        modal = truncated(body.modal, fraction, with_shapes=turns and bool(body.modal.loads))
+        bodies[name] = replace(body, modal=modal, first=size, basis=None)
+        size = bodies[name].elastic.stop
+    if size == len(system.velocity):
         return None
-    sag = None if turns else _sag(system, share)
+    sag = None if turns else _sag(system, fraction)
     return assembled(system.scene, bodies, system.terms, sag=sag, fields=system.fields, bores=system.bores)
 
 
-def _sag(system: System, share: float) -> np.ndarray:
+def _sag(system: System, fraction: float) -> np.ndarray:
     """Return the change of the gaps at the start by gravity on the coordinates that are left out [m], (c,)."""
     without, position = system.position.copy(), system.position
     if system.scene.run.start == "rest":
         for body in system.bodies.values():
-            dropped = body.elastic.start + _parted(body.modal, share)[1]
+            dropped = body.elastic.start + _parted(body.modal, fraction)[1]
             without[dropped] -= system.driving.gravity[dropped] / system.stiffness[dropped]
-    gaps = [system.moved_gaps(one) for one in (position, without)]
+    gaps = [system.moved_gaps(p) for p in (position, without)]
     return np.subtract(*gaps, out=np.zeros_like(gaps[0]), where=np.isfinite(gaps[0]))
 
 
-def _parted(modal: ModalRecord, share: float, *, held: bool = False) -> tuple[np.ndarray, np.ndarray]:
+def _parted(modal: ModalRecord, fraction: float, *, with_shapes: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Return the numbers of the modes of lower frequency, in order, and those of the other coordinates.
 
     Args:
-        held: Whether coordinates that are no modes are kept, and enough for the rows of loads.
+        with_shapes: Whether coordinates that are no modes are kept, and enough for the rows of loads.
     """
     modes = modal.are_modes
-    if not modes.any() and not held:
+    if not modes.any() and not with_shapes:
         modes = ~modes
     order, count = np.lexsort((modal.angular_frequencies, ~modes)), int(modes.sum())
-    first, last = int(np.ceil(share * count)), count if held else len(modes)
-    if held:
+    dropped_start, dropped_stop = int(np.ceil(fraction * count)), count if with_shapes else len(modes)
+    if with_shapes:
         needed = sum(len(load.rows) for load in modal.loads.values()) - RIGID
         spare = min(count, max(0, len(modes) - needed))
-        first = count - int((1 - share) * spare)
-    return np.sort(np.concatenate([order[:first], order[last:]])), order[first:last]
+        dropped_start = count - int((1 - fraction) * spare)
+    return np.sort(np.concatenate([order[:dropped_start], order[dropped_stop:]])), order[dropped_start:dropped_stop]
 
 
-def truncated(modal: ModalRecord, share: float, *, held: bool = False) -> ModalRecord:
+def truncated(modal: ModalRecord, fraction: float, *, with_shapes: bool = False) -> ModalRecord:
     """Return a modal record with the lower part of its modes; R answers for the other coordinates.
 
     Args:
         modal: With the fields that a scene reads.
-        share: Of the number of modes; the number is rounded up.
-        held: Whether coordinates that are no modes are kept.
+        fraction: Of the number of modes; the number is rounded up.
+        with_shapes: Whether coordinates that are no modes are kept.
     """
     omega = modal.angular_frequencies
     if not len(omega):
         return modal
-    kept, dropped = _parted(modal, share, held=held)
-    places = {**modal.interfaces, **modal.tractions, **modal.loads}
-    flexible = responses(places, modal, dropped)
-    residual, gauges = modal.residual_flexibility, _fewer(modal.gauges, kept)
+    retained, dropped = _parted(modal, fraction, with_shapes=with_shapes)
+    interfaces = {**modal.interfaces, **modal.tractions, **modal.loads}
+    flexible = responses(interfaces, modal, dropped)
+    residual, gauges = modal.residual_flexibility, _fewer(modal.gauges, retained)
     if residual is not None:
         residual = residual + flexible @ flexible.T
     for name, gauge in modal.gauges.items():
@@ -110,72 +110,73 @@ def truncated(modal: ModalRecord, share: float, *, held: bool = False) -> ModalR
         if gauge.weights is not None and modal.participation is not None:
             sag = gauge.rows[:, dropped] / omega[dropped] ** 2 @ modal.participation[:, dropped].T
             gauges[name] = replace(gauges[name], weights=gauge.weights + sag)
-    return replace(restricted(modal, kept), gauges=gauges, residual_flexibility=residual)
+    return replace(restricted(modal, retained), gauges=gauges, residual_flexibility=residual)
 
 
-def restricted(modal: ModalRecord, kept: np.ndarray) -> ModalRecord:
+def restricted(modal: ModalRecord, retained: np.ndarray) -> ModalRecord:
     """Return a modal record with some of its coordinates alone, by their numbers; its R stays as it is."""
+    couplings = modal.inertia_couplings
     return replace(
         modal,
-        normal_count=len(kept),
+        normal_count=len(retained),
         quality={name: value for name, value in modal.quality.items() if name != SHAPE_ERRORS},
-        angular_frequencies=modal.angular_frequencies[kept],
-        interfaces=_fewer(modal.interfaces, kept),
-        tractions=_fewer(modal.tractions, kept),
-        loads={name: _fewer_shapes(load, kept) for name, load in _fewer(modal.loads, kept).items()},
-        gauges=_fewer(modal.gauges, kept),
-        participation=None if modal.participation is None else modal.participation[:, kept],
-        inertia_couplings=None if modal.inertia_couplings is None else _fewer_couplings(modal.inertia_couplings, kept),
+        angular_frequencies=modal.angular_frequencies[retained],
+        interfaces=_fewer(modal.interfaces, retained),
+        tractions=_fewer(modal.tractions, retained),
+        loads={name: _fewer_shapes(load, retained) for name, load in _fewer(modal.loads, retained).items()},
+        gauges=_fewer(modal.gauges, retained),
+        participation=None if modal.participation is None else modal.participation[:, retained],
+        inertia_couplings=None if couplings is None else _fewer_couplings(couplings, retained),
         shapes=None, residuals=None, algebraic_errors=None, discretisation_errors=None,
         swap=None,
     )  # fmt: skip
 
 
-def _fewer(places: Mapping[str, Rows], kept: np.ndarray) -> dict[str, Rows]:
+def _fewer(interfaces: Mapping[str, Rows], retained: np.ndarray) -> dict[str, Rows]:
     """Return places of a record with some of the columns of their rows."""
-    found = {}
-    for name, place in places.items():
-        fewer = replace(place, rows=place.rows[:, kept])
+    restricted_rows = {}
+    for name, interface in interfaces.items():
+        fewer = replace(interface, rows=interface.rows[:, retained])
         if isinstance(fewer, InterfaceModes | TractionModes) and fewer.tangential_rows is not None:
-            fewer = replace(fewer, tangential_rows=fewer.tangential_rows[:, :, kept])
-        found[name] = fewer
-    return found
+            fewer = replace(fewer, tangential_rows=fewer.tangential_rows[:, :, retained])
+        restricted_rows[name] = fewer
+    return restricted_rows
 
 
-def _fewer_shapes(load: LoadModes, kept: np.ndarray) -> LoadModes:
+def _fewer_shapes(load: LoadModes, retained: np.ndarray) -> LoadModes:
     """Return a load whose stress stiffens some of the shapes, and the rotations after them."""
-    if (found := load.stress_stiffness) is None:
+    if (stress_stiffness := load.stress_stiffness) is None:
         return load
-    return replace(load, stress_stiffness=_with_rotations(found, kept))
+    return replace(load, stress_stiffness=_with_rotations(stress_stiffness, retained))
 
 
-def _with_rotations(stiffness: np.ndarray, kept: np.ndarray) -> np.ndarray:
+def _with_rotations(stiffness: np.ndarray, retained: np.ndarray) -> np.ndarray:
     """Return the last two axes of a stiffness (..., m + 3, m + 3) of some of the shapes and of all rotations."""
     m = stiffness.shape[-1] - 3
-    those = np.concatenate([kept, np.arange(m, m + 3)])
+    those = np.concatenate([retained, np.arange(m, m + 3)])
     return stiffness[..., those[:, None], those]
 
 
-def _fewer_couplings(couplings: InertiaCouplings, kept: np.ndarray) -> InertiaCouplings:
+def _fewer_couplings(couplings: InertiaCouplings, retained: np.ndarray) -> InertiaCouplings:
     """Return the tensors of a floating frame of some of the shapes."""
-    one, both = couplings.position_moments, couplings.shape_moments
+    position_moments, both = couplings.position_moments, couplings.shape_moments
     stiffness = couplings.centrifugal_stiffness
     return replace(
         couplings,
-        translation=couplings.translation[:, kept], rotation=couplings.rotation[:, kept],
-        rotation_gradient=couplings.rotation_gradient[:, kept[:, None], kept],
-        position_moments=None if one is None else one[:, :, kept],
-        shape_moments=None if both is None else both[:, :, kept[:, None], kept],
-        centrifugal_stiffness=None if stiffness is None else _with_rotations(stiffness, kept),
+        translation=couplings.translation[:, retained], rotation=couplings.rotation[:, retained],
+        rotation_gradient=couplings.rotation_gradient[:, retained[:, None], retained],
+        position_moments=None if position_moments is None else position_moments[:, :, retained],
+        shape_moments=None if both is None else both[:, :, retained[:, None], retained],
+        centrifugal_stiffness=None if stiffness is None else _with_rotations(stiffness, retained),
     )  # fmt: skip
 
 
-def responses(places: Mapping[str, Rows], modal: ModalRecord, columns: np.ndarray) -> np.ndarray:
+def responses(interfaces: Mapping[str, Rows], modal: ModalRecord, columns: np.ndarray) -> np.ndarray:
     """Return B φ/ω of some coordinates over all rows of R, (C, k); zero at places that the scene does not read."""
     rows = np.zeros((modal.row_count, len(columns)))
-    for name, place in places.items():
-        rows[slice(*modal.interface_rows[name])] = place.rows[:, columns]
-        if isinstance(place, InterfaceModes | TractionModes) and place.tangential_rows is not None:
-            across = place.tangential_rows[:, :, columns]
+    for name, interface in interfaces.items():
+        rows[slice(*modal.interface_rows[name])] = interface.rows[:, columns]
+        if isinstance(interface, InterfaceModes | TractionModes) and interface.tangential_rows is not None:
+            across = interface.tangential_rows[:, :, columns]
             rows[slice(*modal.tangential_spans[name])] = across.reshape(-1, len(columns))
     return rows / modal.angular_frequencies[columns]

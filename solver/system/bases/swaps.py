@@ -51,26 +51,26 @@ class Swaps:
         borders = self.modes.borders - ROUND_OFF * space.spacing[1]
         return 1 + np.searchsorted(borders, self.force.places(times)[:, 1], side="right")
 
-    def basis(self, number: int) -> Basis:
+    def basis(self, basis_number: int) -> Basis:
         """Return a basis by its number."""
-        columns, bodies, first = list[np.ndarray](), {}, 0
+        columns, bodies, size = list[np.ndarray](), {}, 0
         for name, body in self.whole.bodies.items():
-            kept, modal = np.arange(len(body.modal.angular_frequencies)), body.modal
+            retained, modal = np.arange(len(body.modal.angular_frequencies)), body.modal
             if name == self.body:
-                kept = np.flatnonzero((self.modes.number == 0) | (self.modes.number == number))
-                modal = restricted(modal, kept)
-            bodies[name] = replace(body, modal=modal, first=first)
-            first = bodies[name].elastic.stop
-            columns += [np.arange(body.rigid.start, body.rigid.stop), body.elastic.start + kept]
+                retained = np.flatnonzero((self.modes.number == 0) | (self.modes.number == basis_number))
+                modal = restricted(modal, retained)
+            bodies[name] = replace(body, modal=modal, first=size)
+            size = bodies[name].elastic.stop
+            columns += [np.arange(body.rigid.start, body.rigid.stop), body.elastic.start + retained]
         return Basis(assembled(self.whole.scene, bodies, self.whole.terms), np.concatenate(columns))
 
     def carried(self, old: Basis, new: Basis, states: np.ndarray) -> np.ndarray:
         """Return states of one basis, (k, m), in another, (k, n)."""
-        whole = np.zeros((len(states), len(self.whole.velocity)))
-        whole[:, old.columns] = states
+        full_states = np.zeros((len(states), len(self.whole.velocity)))
+        full_states[:, old.columns] = states
         elastic = self.whole.bodies[self.body].elastic
-        whole[:, elastic] = whole[:, elastic] @ self.modes.overlap
-        return whole[:, new.columns]
+        full_states[:, elastic] = full_states[:, elastic] @ self.modes.overlap
+        return full_states[:, new.columns]
 
 
 def swaps_of(system: System) -> Swaps | None:
@@ -102,11 +102,11 @@ def begun(system: System) -> System:
     """Return a system whose start is that of its first basis; itself where its basis does not change."""
     if (swaps := swaps_of(system)) is None:
         return system
-    first = swaps.basis(int(swaps.numbers(np.zeros(1))[0]))
+    basis = swaps.basis(int(swaps.numbers(np.zeros(1))[0]))
     position, velocity = np.zeros((2, len(system.velocity)))
-    position[first.columns], velocity[first.columns] = first.system.position, first.system.velocity
+    position[basis.columns], velocity[basis.columns] = basis.system.position, basis.system.velocity
     return replace(
-        system, position=position, velocity=velocity, loads=first.system.loads, start_pulls=first.system.start_pulls
+        system, position=position, velocity=velocity, loads=basis.system.loads, start_pulls=basis.system.start_pulls
     )
 
 

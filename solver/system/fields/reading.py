@@ -61,62 +61,65 @@ def read_fields(store: Store, scene: Scene, bodies: Mapping[str, FlexibleBody]) 
     Raises:
         SceneError: a record is missing, a conductor is named that it has not, or a surface does not face its plane.
     """
-    names, found = list(scene.fields()), []
-    for name, one in scene.fields().items():
-        if isinstance(one, Adhesion):
-            normal = unit(one.normal)
-            gap = float((_place(name, one, scene, bodies) - np.array(one.point)) @ normal) - one.radius
-            pull = 2 * np.pi * one.work * one.radius
-            found.append(adhesion_field(gap, one.axes().T @ normal, pull, one.range))
-        elif isinstance(one, ParallelPlates):
-            if one.charge is None:
-                strength = 0.5 * one.permittivity * one.area * (one.potential or 0.0) ** 2
+    names, tables = list(scene.fields()), []
+    for name, field in scene.fields().items():
+        if isinstance(field, Adhesion):
+            normal = unit(field.normal)
+            gap = float((_place(name, field, scene, bodies) - np.array(field.point)) @ normal) - field.radius
+            adhesion_force = 2 * np.pi * field.work * field.radius
+            tables.append(adhesion_field(gap, field.axes().T @ normal, adhesion_force, field.range))
+        elif isinstance(field, ParallelPlates):
+            if field.charge is None:
+                strength = 0.5 * field.permittivity * field.area * (field.potential or 0.0) ** 2
             else:
-                strength = -0.5 * one.charge**2 / (one.permittivity * one.area)
-            normal = one.axes().T @ unit(one.direction)
-            found.append(plates_field((one.gap, one.touching), normal, strength, charged=one.charge is not None))
+                strength = -0.5 * field.charge**2 / (field.permittivity * field.area)
+            normal = field.axes().T @ unit(field.direction)
+            tables.append(plates_field((field.gap, field.touching), normal, strength, charged=field.charge is not None))
         else:
-            found.append(_on_grid(store, name, one))
+            tables.append(_on_grid(store, name, field))
     for name, electrode in scene.electrodes().items():
         points = _electrode(name, electrode, scene, bodies)
         names += [name] * len(points)
-        found += points
-    return Fields(names, joined(found))
+        tables += points
+    return Fields(names, joined(tables))
 
 
-def _place(name: str, one: FieldForce, scene: Scene, bodies: Mapping[str, FlexibleBody]) -> np.ndarray:
+def _place(name: str, field: FieldForce, scene: Scene, bodies: Mapping[str, FlexibleBody]) -> np.ndarray:
     """Return where a field acts on its body as the run starts [m], (3,)."""
-    settings = scene.body[one.body]
-    if one.interface is None:
-        return np.asarray(settings.position) + turned_vectors(settings, one.at)
-    where = f"force.{name}.interface: body '{one.body}' has no load or joint surface"
-    return named(bodies[one.body].modal.loads, one.interface, where).point + np.asarray(settings.position)
+    settings = scene.body[field.body]
+    if field.interface is None:
+        return np.asarray(settings.position) + turned_vectors(settings, field.at)
+    key = f"force.{name}.interface: body '{field.body}' has no load or joint surface"
+    return named(bodies[field.body].modal.loads, field.interface, key).point + np.asarray(settings.position)
 
 
 def _electrode(
-    name: str, one: ElectrostaticPressure, scene: Scene, bodies: Mapping[str, FlexibleBody]
+    name: str, electrode: ElectrostaticPressure, scene: Scene, bodies: Mapping[str, FlexibleBody]
 ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return the field of each point of an electrode, whose only motion is that along its outward normal."""
-    body, where = bodies[one.body], f"force.{name}"
-    surface = named(body.modal.interfaces, one.interface, f"{where}.interface: body '{one.body}' has no contact points")
-    normal = unit(one.normal)
+    body, key = bodies[electrode.body], f"force.{name}"
+    surface = named(
+        body.modal.interfaces, electrode.interface, f"{key}.interface: body '{electrode.body}' has no contact points"
+    )
+    normal = unit(electrode.normal)
     turned = float((surface.normals @ normal).max())
     if turned > FACING:
         raise SceneError(
-            f"{where}.normal: a point of '{one.interface}' has a normal {np.degrees(np.arccos(min(1.0, -turned))):.3g}"
-            " degrees from the plane's; a surface that faces the plane is needed, within 8 degrees"
+            f"{key}.normal: a point of '{electrode.interface}' has a normal"
+            f" {np.degrees(np.arccos(min(1.0, -turned))):.3g} degrees from the plane's; a surface that faces the plane"
+            " is needed, within 8 degrees"
         )
-    points = body.morph.points[one.interface] + np.asarray(scene.body[one.body].position)
-    gaps = (points - np.array(one.point)) @ normal
-    least = TOUCHING * float(gaps.max()) if one.least_gap is None else one.least_gap
-    if gaps.min() <= least:
+    points = body.morph.points[electrode.interface] + np.asarray(scene.body[electrode.body].position)
+    gaps = (points - np.array(electrode.point)) @ normal
+    gap_limit = TOUCHING * float(gaps.max()) if electrode.least_gap is None else electrode.least_gap
+    if gaps.min() <= gap_limit:
         raise SceneError(
-            f"{where}.point: a point of '{one.interface}' is {gaps.min():.4g} m above the plane as the run starts;"
-            f" needed: more than the gap at which it touches, {least:.4g} m"
+            f"{key}.point: a point of '{electrode.interface}' is {gaps.min():.4g} m above the plane as the run starts;"
+            f" needed: more than the gap at which it touches, {gap_limit:.4g} m"
         )
-    strengths = 0.5 * one.permittivity * np.asarray(surface.areas) * one.potential**2
+    strengths = 0.5 * electrode.permittivity * np.asarray(surface.areas) * electrode.potential**2
     return [
-        plates_field((float(gap), least), np.array([-1.0, 0.0, 0.0]), float(strength), charged=False)
+        plates_field((float(gap), gap_limit), np.array([-1.0, 0.0, 0.0]), float(strength), charged=False)
         for gap, strength in zip(gaps, strengths, strict=True)
     ]
 
@@ -142,7 +145,7 @@ def field_loads(names: list[str], loads: list[str]) -> np.ndarray:
     for side, more in enumerate(("", ".against")):
         for name in dict.fromkeys(names):
             fields = [i for i, one in enumerate(names) if one == name]
-            rows = [n for n, one in enumerate(loads) if one == name + more]
+            rows = [n for n, load in enumerate(loads) if load == name + more]
             if len(fields) > 1 or len(rows) == 1:
                 found[fields[: len(rows)], side, 0] = rows
             else:
@@ -150,19 +153,21 @@ def field_loads(names: list[str], loads: list[str]) -> np.ndarray:
     return found
 
 
-def _on_grid(store: Store, name: str, one: Electrostatic) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    if one.record is None:
-        raise SceneError(f"force.{name}.field: '{one.field}' is not computed yet; `gudgeon run` does that first")
-    if not store.has(one.record):
-        where = "record" if one.field is None else "field"
+def _on_grid(store: Store, name: str, field_force: Electrostatic) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    if field_force.record is None:
         raise SceneError(
-            f"force.{name}.{where}: no grid of poses '{one.record[:12]}' in the database; compute its scene of"
+            f"force.{name}.field: '{field_force.field}' is not computed yet; `gudgeon run` does that first"
+        )
+    if not store.has(field_force.record):
+        key = "record" if field_force.field is None else "field"
+        raise SceneError(
+            f"force.{name}.{key}: no grid of poses '{field_force.record[:12]}' in the database; compute its scene of"
             " conductors"
         )
-    grid: PoseGridRecord = store.get(one.record, "posegrid")
+    grid: PoseGridRecord = store.get(field_force.record, "posegrid")
     field: FieldRecord = store.get(grid.field_key, "field", only=["conductors"])
     names, potentials = list(field.conductors["names"]), np.array(grid.potentials, float)
-    for conductor, value in one.potentials.items():
+    for conductor, value in field_force.potentials.items():
         if conductor not in names:
             raise SceneError(f"force.{name}.potentials: no conductor '{conductor}'; the field has {', '.join(names)}")
         potentials[names.index(conductor)] = value
@@ -171,53 +176,57 @@ def _on_grid(store: Store, name: str, one: Electrostatic) -> tuple[np.ndarray, n
     G = co_energy_values(np.asarray(grid.capacitance), potentials, np.asarray(grid.charges)).reshape(shape)
     extents = [float(np.ptp(nodes)) for axis, nodes in axes.items() if axis in POSE_AXES[:3]]
     wide = float(np.abs(grid.capacitance).max()) / (4 * np.pi * VACUUM)
-    length = OFF_AXIS * min(extents, default=wide) if one.off_axis_length is None else one.off_axis_length
-    return grid_field(axes, G, (length, one.off_axis_angle))
+    length = (
+        OFF_AXIS * min(extents, default=wide) if field_force.off_axis_length is None else field_force.off_axis_length
+    )
+    return grid_field(axes, G, (length, field_force.off_axis_angle))
 
 
-def field_ends(name: str, one: FieldForce, scene: Scene, bodies: Mapping[str, FlexibleBody]) -> list[End]:
+def field_ends(name: str, field: FieldForce, scene: Scene, bodies: Mapping[str, FlexibleBody]) -> list[End]:
     """Return the ends of a field: of its body, and of the other one where there is one.
 
     Raises:
         SceneError: a body is elastic and no interface of it is named, or both ends are at different places.
     """
-    axes, where = one.axes(), f"force.{name}"
-    ends, places = [], []
-    for number, (body_name, interface) in enumerate(((one.body, one.interface), (one.against, one.against_interface))):
+    axes, scene_key = field.axes(), f"force.{name}"
+    ends, positions = [], []
+    for i, (body_name, interface) in enumerate(
+        ((field.body, field.interface), (field.against, field.against_interface))
+    ):
         if body_name is None:
             continue
-        body, key = bodies[body_name], "against_interface" if number else "interface"
+        body, key = bodies[body_name], "against_interface" if i else "interface"
         origin = np.asarray(scene.body[body_name].position)
         if interface is None:
             if len(body.modal.angular_frequencies):
                 raise SceneError(
-                    f"{where}.{key}: body '{body_name}' is elastic; name an interface of kind 'mean' or 'tie'"
+                    f"{scene_key}.{key}: body '{body_name}' is elastic; name an interface of kind 'mean' or 'tie'"
                 )
-            if number == 0:
-                places.append(origin + turned_vectors(scene.body[body_name], one.at))
-            arm = places[0] - origin
+            if i == 0:
+                positions.append(origin + turned_vectors(scene.body[body_name], field.at))
+            arm = positions[0] - origin
             rows = [np.column_stack([axes.T, np.cross(arm, axes.T)]), np.column_stack([np.zeros((3, 3)), axes.T])]
             ends.append((body, None, np.eye(6), np.vstack(rows)))
             continue
-        load = named(body.modal.loads, interface, f"{where}.{key}: body '{body_name}' has no load or joint surface")
+        load = named(body.modal.loads, interface, f"{scene_key}.{key}: body '{body_name}' has no load or joint surface")
         if len(load.rows) not in (3, 6):
-            raise SceneError(f"{where}.{key}: '{interface}' is no interface of kind 'mean' or 'tie'")
-        places.append(load.point + origin)
+            raise SceneError(f"{scene_key}.{key}: '{interface}' is no interface of kind 'mean' or 'tie'")
+        positions.append(load.point + origin)
         mix = axes.T if len(load.rows) == 3 else np.kron(np.eye(2), axes.T)
         ends.append((body, interface, mix, mix @ load.resultant))
-    apart, body = places[0] - places[-1], bodies[one.body]
+    offset, body = positions[0] - positions[-1], bodies[field.body]
     gyration = np.sqrt(np.linalg.eigvalsh(body.morph.inertia)[-1] / body.morph.mass)
-    if np.linalg.norm(apart) > ASIDE * gyration:
+    if np.linalg.norm(offset) > ASIDE * gyration:
         raise SceneError(
-            f"{where}.against_interface: its ends are {np.linalg.norm(apart):.3g} m apart, so that its forces would"
-            " turn the bodies; a field acts at one point"
+            f"{scene_key}.against_interface: its ends are {np.linalg.norm(offset):.3g} m apart, so that its forces"
+            " would turn the bodies; a field acts at one point"
         )
     return ends
 
 
-def start_pose(one: object) -> np.ndarray:
+def start_pose(field: object) -> np.ndarray:
     """Return the pose of a field as the run starts, (6,)."""
-    return np.array([*one.start, 0.0, 0.0, 0.0]) if isinstance(one, Electrostatic) else np.zeros(6)
+    return np.array([*field.start, 0.0, 0.0, 0.0]) if isinstance(field, Electrostatic) else np.zeros(6)
 
 
 def evaluated(names: list[str], fields: CoEnergies, poses: np.ndarray) -> np.ndarray:
@@ -226,11 +235,11 @@ def evaluated(names: list[str], fields: CoEnergies, poses: np.ndarray) -> np.nda
     Raises:
         SceneError: a pose is outside of its field.
     """
-    found = np.array([values(fields, i, poses[i : i + 1])[0] for i in range(len(names))]).reshape(-1, OUT)
+    results = np.array([values(fields, i, poses[i : i + 1])[0] for i in range(len(names))]).reshape(-1, OUT)
     for i, name in enumerate(names):
-        if code := int(found[i, LEFT]):
+        if code := int(results[i, LEFT]):
             refuse_outside(name, fields, i, code, poses[i])
-    return found
+    return results
 
 
 def stiffness(fields: CoEnergies, i: int, pose: np.ndarray) -> np.ndarray:
@@ -247,11 +256,11 @@ def stiffness(fields: CoEnergies, i: int, pose: np.ndarray) -> np.ndarray:
             free[axis] = True
             low[axis], high[axis] = fields.data[start], fields.data[start + count]
             step[axis] = SHIFT * (high[axis] - low[axis])
-    found = np.zeros((6, 6))
+    hessian = np.zeros((6, 6))
     for axis in np.flatnonzero(free):
         ends = np.tile(pose, (2, 1))
         ends[:, axis] += [-step[axis], step[axis]]
         ends[:, axis] = np.clip(ends[:, axis], low[axis], high[axis])
         gradient = values(fields, i, ends)[:, 1:7]
-        found[axis] = (gradient[1] - gradient[0]) / (ends[1, axis] - ends[0, axis])
-    return 0.5 * (found + found.T)
+        hessian[axis] = (gradient[1] - gradient[0]) / (ends[1, axis] - ends[0, axis])
+    return 0.5 * (hessian + hessian.T)

@@ -84,16 +84,16 @@ def _hinge_fields(joint: Marked, body: str) -> tuple[str, ...]:
 
 def _point_fields(interface: str) -> tuple[str, ...]:
     """Return the fields that an electrode reads of an interface."""
-    at = f"modes:interfaces/{interface}"
-    return (f"{at}/rows", f"{at}/normals", f"{at}/areas", f"morph:points/{interface}")
+    path = f"modes:interfaces/{interface}"
+    return (f"{path}/rows", f"{path}/normals", f"{path}/areas", f"morph:points/{interface}")
 
 
 def _spring_fields(interface: str | None) -> tuple[str, ...]:
     """Return the fields that a spring or probe on an interface reads, which is a load or a contact point."""
     if interface is None:
         return ()
-    at = f"modes:interfaces/{interface}"
-    return (f"modes:loads/{interface}", f"{at}/rows", f"{at}/normals", f"morph:points/{interface}")
+    path = f"modes:interfaces/{interface}"
+    return (f"modes:loads/{interface}", f"{path}/rows", f"{path}/normals", f"morph:points/{interface}")
 
 
 def interfaces_read(scene: Scene, body: str) -> Iterator[tuple[str, str]]:

@@ -24,13 +24,13 @@ def scene_terms(scene: Scene, stocks: Mapping[str, Stock] | None = None) -> list
     terms = []
     for body in scene.body:
         stock = (stocks or {}).get(body, Stock())
-        own = [
+        body_terms = [
             *_motion(scene, body, stock),
             *contact_terms(scene, body, stock),
             *element_terms(scene, body),
             *_medium(scene, body, stock),
         ]
-        terms += [*own, *_unused(own, body, stock), *_floating(scene, body, stock), *_never(body)]
+        terms += [*body_terms, *_unused(body_terms, body, stock), *_floating(scene, body, stock), *_never(body)]
     return terms
 
 
@@ -54,9 +54,9 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     """Yield gauges, damping, gravity and residual flexibility of a body."""
     touching = _touching(scene, body)
     yield from _gauges(scene, body, stock, touching)
-    given = scene.body[body].damping is not None
-    reason = RIGID if given and not stock.elastic else f"body.{body}.damping {'is' if given else 'is not'} given"
-    yield Term("damping", body, given and stock.elastic, reason)
+    damped = scene.body[body].damping is not None
+    reason = RIGID if damped and not stock.elastic else f"body.{body}.damping {'is' if damped else 'is not'} given"
+    yield Term("damping", body, damped and stock.elastic, reason)
     yield _estimates(scene, body, stock, touching)
     participation = ("modes:participation",) if stock.elastic and stock.held else ()
     pulled = any(scene.run.gravity)
@@ -78,10 +78,10 @@ def _gauges(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Itera
         yield Term("gauges' quasi-static part", body, stock.elastic, reason, fields)
     elif gauges:
         masters = scene.masters()
-        pressed = any(name not in masters or scene.contact[name].body == body for name in touching)
-        acts = pressed or _pulled(scene, body)
+        in_contact = any(name not in masters or scene.contact[name].body == body for name in touching)
+        acts = in_contact or _pulled(scene, body)
         reason = f"{'forces act' if acts else 'nothing acts'} on an interface of it"
-        reason = "contacts load it" if pressed else reason
+        reason = "contacts load it" if in_contact else reason
         yield Term("gauges' quasi-static part", body, acts, reason, _gauge_fields(gauges, "residual"))
         deformed = any(scene.run.gravity) and stock.elastic and stock.held
         reason = f"gravity {'deforms' if deformed else 'does not deform'} the body"
@@ -142,16 +142,16 @@ def _touching(scene: Scene, body: str) -> list[str]:
     ]
 
 
-def _unused(own: list[Term], body: str, stock: Stock) -> Iterator[Term]:
+def _unused(terms: list[Term], body: str, stock: Stock) -> Iterator[Term]:
     """Yield the interfaces, traction spaces, loads and gauges of a component that the scene does not use."""
-    used = [f"{field.partition(':')[2]}/" for term in own if term.present for field in term.fields]
-    for place in stock.places:
-        group, _, name = place.partition("/")
-        if not any(field.startswith(f"{place}/") for field in used):
+    used = [f"{field.partition(':')[2]}/" for term in terms if term.present for field in term.fields]
+    for path in stock.places:
+        group, _, name = path.partition("/")
+        if not any(field.startswith(f"{path}/") for field in used):
             kind = {"interfaces": "interface", "tractions": "traction space", "loads": "load surface"}.get(group)
             reason = "nothing acts on it" if kind else f"body.{body}.gauges does not name it"
             points = (f"morph:points/{name}",) if group == "interfaces" else ()
-            yield Term(f"{kind or 'gauge'} {name}", body, False, reason, (f"modes:{place}", *points))
+            yield Term(f"{kind or 'gauge'} {name}", body, False, reason, (f"modes:{path}", *points))
 
 
 def _floating(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:

@@ -46,12 +46,12 @@ class Stock:
     @classmethod
     def of(cls, sizes: Mapping[str, int]) -> "Stock":
         """Return the contents of a modal record from the sizes of its datasets [bytes]."""
-        places = dict.fromkeys(
+        paths = dict.fromkeys(
             path.rpartition("/")[0] for path in sizes if path.startswith(tuple(f"{group}/" for group in PLACES))
         )
         elastic = sizes.get("angular_frequencies", 0) > 0 or "residual_flexibility" in sizes
         return cls(
-            elastic, "participation" in sizes, "swap/number" in sizes, "discretisation_errors" in sizes, tuple(places)
+            elastic, "participation" in sizes, "swap/number" in sizes, "discretisation_errors" in sizes, tuple(paths)
         )
 
 
@@ -77,26 +77,30 @@ def contact_terms(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
             if (scene.capabilities.turns or slanting) and stock.elastic:
                 reason = "is pressed at a slant" if slanting else "the body turns before its obstacle"
                 yield Term(f"motion across {name}", body, True, reason, _across_fields(contact.interface))
-    for name, over in masters.items():
-        if over.body == body:
+    for name, surface in masters.items():
+        if surface.body == body:
             reason = f"contact {name} slides over it"
-            yield Term(f"traction space {over.interface}", body, True, reason, (f"modes:tractions/{over.interface}",))
-    for name, other in others.items():
-        if other.body == body and name not in masters:
-            yield from _far_side(scene, name, other, elastic=stock.elastic)
+            yield Term(
+                f"traction space {surface.interface}", body, True, reason, (f"modes:tractions/{surface.interface}",)
+            )
+    for name, partner in others.items():
+        if partner.body == body and name not in masters:
+            yield from _far_side(scene, name, partner, elastic=stock.elastic)
 
 
-def _far_side(scene: Scene, name: str, other: MasterSurface | OtherBody, *, elastic: bool) -> Iterator[Term]:
+def _far_side(scene: Scene, name: str, partner: MasterSurface | OtherBody, *, elastic: bool) -> Iterator[Term]:
     """Yield the terms of a contact on the body that the contact's own one meets."""
-    path, contact = f"modes:interfaces/{other.interface}", scene.contact[name]
-    fields = (f"{path}/rows", f"{path}/normals", f"{path}/facets", f"morph:points/{other.interface}")
-    friction = _friction(name, contact, (other.body, other.interface), elastic=elastic)
-    if contact.body == other.body:
+    path, contact = f"modes:interfaces/{partner.interface}", scene.contact[name]
+    fields = (f"{path}/rows", f"{path}/normals", f"{path}/facets", f"morph:points/{partner.interface}")
+    friction = _friction(name, contact, (partner.body, partner.interface), elastic=elastic)
+    if contact.body == partner.body:
         across = friction.fields if contact.friction is not None else ()
-        yield Term(f"other side of {name}", other.body, True, "the body meets itself", fields + across)
+        yield Term(f"other side of {name}", partner.body, True, "the body meets itself", fields + across)
         return
-    slants = other.interface in oblique(scene)[other.body]
-    yield Term(f"contact {name}", other.body, True, "faces another body", fields + (friction.fields if slants else ()))
+    slants = partner.interface in oblique(scene)[partner.body]
+    yield Term(
+        f"contact {name}", partner.body, True, "faces another body", fields + (friction.fields if slants else ())
+    )
     if contact.friction is not None:
         yield friction
 

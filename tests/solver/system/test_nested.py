@@ -177,7 +177,7 @@ def test_bodies_that_joints_hold_keep_what_moves_their_interfaces_apart(rows: in
     load = LoadModes(np.ones((rows, 8)), np.zeros((rows, 6)), np.zeros(3), "N")
     tied = replace(modal, loads={"tie": load}, interface_rows=modal.interface_rows | {"tie": (4, 4 + rows)})
     tied = replace(tied, residual_flexibility=None)
-    assert len(truncated(tied, 0.5, held=True).angular_frequencies) == left
+    assert len(truncated(tied, 0.5, with_shapes=True).angular_frequencies) == left
 
 
 def test_a_gauge_whose_static_answer_the_scene_does_not_read_has_its_modes_alone() -> None:

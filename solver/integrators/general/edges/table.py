@@ -29,14 +29,14 @@ def edges_of(system: System, ports: Ports) -> Edges:
     motion of its body.
     """
     numbers, rows, offset = [np.empty(0, np.int64)], [np.empty((0, len(system.velocity)))], [np.empty(0)]
-    for number, contact in enumerate(system.contacts):
+    for i, contact in enumerate(system.contacts):
         face = system.scene.contact[contact.name].against
         if not isinstance(face, Plane) or not face.edges:
             continue
         normals, body = contact_ports(ports, contact), system.bodies[contact.body]
         each = (ports.of(f"contact.{contact.name}").stop - normals[0]) // len(normals)
         placed = contact.points + np.asarray(system.scene.body[contact.body].position)
-        leads, first = face.leads(placed), ports.of(f"contact.{contact.name}").start
+        leads, start = face.leads(placed), ports.of(f"contact.{contact.name}").start
         for e, edge in enumerate(face.edges):
             ways = contact.directions - unit(edge.normal)
             if each == 1:
@@ -44,11 +44,11 @@ def edges_of(system: System, ports: Ports) -> Edges:
                 row = along[:, None] * ports.rows[normals]
                 row[:, body.rigid] += body.rigid_rows(contact.points, ways - along[:, None] * contact.directions)
             else:
-                axes = ports.blocks[number].directions
+                axes = ports.blocks[i].directions
                 assert axes is not None
                 row = np.zeros((len(normals), len(system.velocity)))
                 for b in range(each):
-                    row += np.einsum("ci,ci->c", ways, axes[normals - first + b])[:, None] * ports.rows[normals + b]
+                    row += np.einsum("ci,ci->c", ways, axes[normals - start + b])[:, None] * ports.rows[normals + b]
             numbers.append(normals)
             rows.append(row)
             offset.append(leads[:, e])

@@ -15,5 +15,5 @@ def fields_of(system: System) -> dict[str, Any]:
     loads = field_loads(system.fields.names, names)
     return {
         "fields": system.fields.energies, "field_loads": loads, "stored": np.isin(np.arange(len(names)), loads),
-        "field_start": np.array([start_pose(forces[one]) for one in system.fields.names]).reshape(-1, 6),
+        "field_start": np.array([start_pose(forces[n]) for n in system.fields.names]).reshape(-1, 6),
     }  # fmt: skip

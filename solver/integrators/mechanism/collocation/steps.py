@@ -16,9 +16,9 @@ STAGES = 5
 class Balance:
     """By what the error of the energy balance is measured: the largest kinetic energy so far."""
 
-    def __init__(self, least: float) -> None:
+    def __init__(self, kinetic_energy: float) -> None:
         """Begin with a kinetic energy [J]."""
-        self._kinetic = least
+        self._kinetic = kinetic_energy
 
     @property
     def weight(self) -> float:
@@ -40,7 +40,7 @@ class CollocationSteps:
         model: Model,
         work: Work,
         tolerance: float,
-        given: Given,
+        drives: Given,
         weights: Callable[[], np.ndarray],
         *,
         least: float,
@@ -52,7 +52,7 @@ class CollocationSteps:
             weights: What the error of each number is multiplied by, now, (13 n + SUMS,).
         """
         self._model, self._work, self._tolerance = model, work, tolerance
-        self._given, self._weights = given, weights
+        self._given, self._weights = drives, weights
         self._table = table_of(STAGES)
         self._balance = Balance(least)
         self._before: Tried | None = None

@@ -39,22 +39,22 @@ def table_of(stages: int) -> Table:
     nodes = np.concatenate([[0.0], 0.5 * (1.0 + inner), [1.0]])
     powers = np.arange(stages + 1)
     every = (nodes[:, None] ** (powers + 1) / (powers + 1)) @ np.linalg.inv(nodes[:, None] ** powers)
-    weights, first = every[1:, 1:], float(every[-1, 0])
+    weights, w0 = every[1:, 1:], float(every[-1, 0])
     start = np.linalg.solve(weights, every[1:, 0])
     values, vectors = np.linalg.eig(np.linalg.inv(weights))
     rows = np.linalg.inv(vectors)
-    kept = [int(np.abs(np.imag(values)).argmin()), *np.flatnonzero(np.imag(values) > 1e-6)]
-    real = float(np.real(values[kept[0]]))
-    twice = np.where(np.arange(len(kept)) > 0, 2.0, 1.0)
+    chosen = [int(np.abs(np.imag(values)).argmin()), *np.flatnonzero(np.imag(values) > 1e-6)]
+    real = float(np.real(values[chosen[0]]))
+    twice = np.where(np.arange(len(chosen)) > 0, 2.0, 1.0)
     # The embedded method leaves out the slope at the start: what weights differ by integrates no power below s.
-    apart = -first * np.linalg.solve((nodes[1:, None] ** powers[:-1]).T, np.eye(stages)[0])
+    dw = -w0 * np.linalg.solve((nodes[1:, None] ** powers[:-1]).T, np.eye(stages)[0])
     return Table(
-        nodes[1:], start, values[kept].astype(complex), np.ascontiguousarray(rows[kept], complex),
-        np.ascontiguousarray(vectors[:, kept] * twice, complex), error_start=real * (first - float(apart @ start)),
-        error=real * np.linalg.solve(weights.T, apart), polynomials=np.linalg.inv(nodes[:, None] ** powers).T,
+        nodes[1:], start, values[chosen].astype(complex), np.ascontiguousarray(rows[chosen], complex),
+        np.ascontiguousarray(vectors[:, chosen] * twice, complex), error_start=real * (w0 - float(dw @ start)),
+        error=real * np.linalg.solve(weights.T, dw), polynomials=np.linalg.inv(nodes[:, None] ** powers).T,
     )  # fmt: skip
 
 
-def shares(polynomials: np.ndarray, places: np.ndarray) -> np.ndarray:
+def shares(polynomials: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """Return at places (p,) the values of `Table.polynomials`, (p, s + 1)."""
-    return (places[:, None] ** np.arange(len(polynomials))) @ polynomials.T
+    return (positions[:, None] ** np.arange(len(polynomials))) @ polynomials.T

@@ -25,19 +25,19 @@ ENOUGH, HALVINGS = 1e-4, 40
 
 
 def closed_by_least_squares(
-    model: Model, work: Work, state: np.ndarray, given: np.ndarray, set_rows: Callable[..., None]
+    model: Model, work: Work, state: np.ndarray, drives: np.ndarray, set_rows: Callable[..., None]
 ) -> np.ndarray:
     """Move bodies to where the joints are open least; return what each row lacks there, over its reach, (m,).
 
     Args:
         state: Moved in place.
-        given: Places, rates and second rates of the drives, (d, 3).
+        drives: Places, rates and second rates of the drives, (d, 3).
         set_rows: `keep_angles` of the time loop.
     """
 
-    def read(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        set_rows(model, work, at)
-        lacks = lacks_of(model, work, given)
+    def read(trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        set_rows(model, work, trial)
+        lacks = lacks_of(model, work, drives)
         return lacks, _rows(model, work).T @ lacks
 
     lacks, gradient = read(state)
@@ -51,14 +51,14 @@ def closed_by_least_squares(
         step *= min(1.0, WIDEST / float(np.abs(step).max()))
         for _halving in range(HALVINGS):
             tried = moved(model, state, step)
-            found, slope = read(tried)
-            if found @ found <= lacks @ lacks + 2 * ENOUGH * float(gradient @ step):
+            trial_lacks, slope = read(tried)
+            if trial_lacks @ trial_lacks <= lacks @ lacks + 2 * ENOUGH * float(gradient @ step):
                 break
             step = 0.5 * step
         else:
             break
         inverse = _updated(inverse, step, slope - gradient)
-        state[:], lacks, gradient = tried, found, slope
+        state[:], lacks, gradient = tried, trial_lacks, slope
     set_rows(model, work, state)
     return lacks
 
@@ -74,26 +74,26 @@ def _updated(inverse: np.ndarray, step: np.ndarray, change: np.ndarray) -> np.nd
 
 def moved(model: Model, state: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """Return a state after a motion in the metric of `dependence`, (6 n + E's,)."""
-    found = state.copy()
+    result = state.copy()
     for b, (root, span) in enumerate(zip(roots(model), spans(model), strict=True)):
-        move, at = root * motion[span], WIDTH * b
-        found[at + PLACE : at + PLACE + 3] += move[:3]
-        turn(found[at + TURN : at + TURN + 4], move[3:6])
-        modal_parts(model, found, b)[0][:] += move[6:]
-    return found
+        move, start = root * motion[span], WIDTH * b
+        result[start + PLACE : start + PLACE + 3] += move[:3]
+        turn(result[start + TURN : start + TURN + 4], move[3:6])
+        modal_parts(model, result, b)[0][:] += move[6:]
+    return result
 
 
-def motion_between(model: Model, state: np.ndarray, other: np.ndarray) -> np.ndarray:
+def motion_between(model: Model, state: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Return the motion by which `moved` leads from a state to another one nearby, (6 n + E's,)."""
-    found = np.zeros(spans(model)[-1].stop)
+    motion = np.zeros(spans(model)[-1].stop)
     for b, (root, span) in enumerate(zip(roots(model), spans(model), strict=True)):
-        one, two = (y[WIDTH * b : WIDTH * (b + 1)] for y in (state, other))
-        (w, *_), (v, *_) = one[TURN:], two[TURN:]
-        u, x = one[TURN + 1 : TURN + 4], two[TURN + 1 : TURN + 4]
-        turned = 2 * np.sign(one[TURN : TURN + 4] @ two[TURN : TURN + 4]) * (w * x - v * u - np.cross(x, u))
-        bent = modal_parts(model, other, b)[0] - modal_parts(model, state, b)[0]
-        found[span] = np.concatenate([two[PLACE : PLACE + 3] - one[PLACE : PLACE + 3], turned, bent]) / root
-    return found
+        a, b_ = (y[WIDTH * b : WIDTH * (b + 1)] for y in (state, target))
+        (w, *_), (v, *_) = a[TURN:], b_[TURN:]
+        u, x = a[TURN + 1 : TURN + 4], b_[TURN + 1 : TURN + 4]
+        turned = 2 * np.sign(a[TURN : TURN + 4] @ b_[TURN : TURN + 4]) * (w * x - v * u - np.cross(x, u))
+        bent = modal_parts(model, target, b)[0] - modal_parts(model, state, b)[0]
+        motion[span] = np.concatenate([b_[PLACE : PLACE + 3] - a[PLACE : PLACE + 3], turned, bent]) / root
+    return motion
 
 
 def turn(e: np.ndarray, vector: np.ndarray) -> None:
@@ -105,12 +105,12 @@ def turn(e: np.ndarray, vector: np.ndarray) -> None:
     e /= np.linalg.norm(e)
 
 
-def lacks_of(model: Model, work: Work, given: np.ndarray) -> np.ndarray:
+def lacks_of(model: Model, work: Work, drives: np.ndarray) -> np.ndarray:
     """Return what each row lacks over its reach, of the values that `work` has, (m,)."""
     terms, driven = model.row_terms, model.drive_of != NONE
-    found = (model.factors * np.where(terms == NONE, 0.0, work.value[terms])).sum(axis=1) - model.constant
-    found[driven] -= given[model.drive_of[driven], 0]
-    return found / model.reach
+    lacks = (model.factors * np.where(terms == NONE, 0.0, work.value[terms])).sum(axis=1) - model.constant
+    lacks[driven] -= drives[model.drive_of[driven], 0]
+    return lacks / model.reach
 
 
 def _rows(model: Model, work: Work) -> np.ndarray:

@@ -41,7 +41,7 @@ def rigid_columns(model: Model) -> np.ndarray:
 
 def kinematic_rows(model: Model, work: Work) -> np.ndarray:
     """Return the change of all rows with these motions, of the poses that `work` has, (m, 6 n + E's)."""
-    return _rows(model, work, [np.diag(one) for one in roots(model)])
+    return _rows(model, work, [np.diag(r) for r in roots(model)])
 
 
 def jacobian(model: Model, work: Work) -> np.ndarray:
@@ -60,27 +60,27 @@ class Dependence:
         self._model, self._work, self._rank = model, work, rank
         self._usual, self._seen = 0.0, 0.0
 
-    def passes(self, least: float, *, near: bool) -> bool:
+    def passes(self, smallest: float, *, near: bool) -> bool:
         """Return whether a step that is taken, whose end `work` has, passes such a position.
 
         Args:
-            least: Least pivot of its stages in the metric of the inertia. Its ratio to that of its end is that of the
-                pivots of motions alone.
+            smallest: Least pivot of its stages in the metric of the inertia. Its ratio to that of its end is that of
+                the pivots of motions alone.
             near: Whether it may: this pivot is small beside those of other steps.
         """
         if not self._rank:
             return False
-        if least >= LARGER * self._seen:
-            self._usual, self._seen = max(self._usual, self._pivot(jacobian(self._model, self._work))), least
+        if smallest >= LARGER * self._seen:
+            self._usual, self._seen = max(self._usual, self._pivot(jacobian(self._model, self._work))), smallest
         if not near:
             return False
-        own, inertial = self._pivot(jacobian(self._model, self._work)), self._pivot(self._inertial())
-        return own * min(1.0, least / inertial) < NEAR * self._usual
+        pivot, inertial = self._pivot(jacobian(self._model, self._work)), self._pivot(self._inertial())
+        return pivot * min(1.0, smallest / inertial) < NEAR * self._usual
 
     def _pivot(self, rows: np.ndarray) -> float:
         """Return the square of the sine of the least angle of an independent row to those before it."""
-        found = np.abs(linalg.qr(rows.T, mode="r", pivoting=True)[0].diagonal())
-        return float(found[self._rank - 1] ** 2)
+        diagonal = np.abs(linalg.qr(rows.T, mode="r", pivoting=True)[0].diagonal())
+        return float(diagonal[self._rank - 1] ** 2)
 
     def _inertial(self) -> np.ndarray:
         """Return the rows, of length 1 in the metric of the inertia."""
@@ -90,12 +90,12 @@ class Dependence:
 
 def _rows(model: Model, work: Work, scales: list[np.ndarray]) -> np.ndarray:
     """Return the rows in a metric whose inverse has these roots of each body."""
-    m, places = len(model.row_terms), spans(model)
-    rows = np.zeros((m, places[-1].stop))
+    m, columns = len(model.row_terms), spans(model)
+    rows = np.zeros((m, columns[-1].stop))
     for i in range(m):
         for p, b in enumerate(work.block_owner[i]):
             if b != NONE:
-                rows[i, places[b]] += work.block[i, p, : len(scales[b])] @ scales[b]
+                rows[i, columns[b]] += work.block[i, p, : len(scales[b])] @ scales[b]
     return rows
 
 

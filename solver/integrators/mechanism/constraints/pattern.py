@@ -20,15 +20,15 @@ def coupled(row_terms: np.ndarray, kinds: np.ndarray, owner: np.ndarray) -> np.n
         kinds: Its terms, (t, 4).
         owner: Bodies of each pair of markers, (J, 2).
     """
-    found, by_body = [], {}
+    pairs, by_body = [], {}
     for i, two in enumerate(row_terms):
-        for part, t in enumerate(two):
+        for k, t in enumerate(two):
             for side in range(2):
                 if t != NONE and (b := int(owner[kinds[t, 1], side])) != NONE:
-                    by_body.setdefault(b, []).append((i, 2 * part + side))
+                    by_body.setdefault(b, []).append((i, 2 * k + side))
     for blocks in by_body.values():
-        found += [(i, j, p, q) for i, p in blocks for j, q in blocks if i >= j]
-    return np.array(found, np.int64).reshape(-1, 4)
+        pairs += [(i, j, p, q) for i, p in blocks for j, q in blocks if i >= j]
+    return np.array(pairs, np.int64).reshape(-1, 4)
 
 
 def envelope(pairs: np.ndarray, rows: int) -> np.ndarray:
@@ -47,21 +47,21 @@ def envelope(pairs: np.ndarray, rows: int) -> np.ndarray:
     i, j = pairs[:, 0], pairs[:, 1]
     graph = coo_array((np.ones(len(i)), (i, j)), (rows, rows)).tocsr()
     order = np.asarray(reverse_cuthill_mckee((graph + graph.T).tocsr(), symmetric_mode=True), np.int64)
-    place = np.empty(rows, np.int64)
-    place[order] = np.arange(rows)
-    first = np.arange(rows)
-    ends = np.sort(np.column_stack([place[i], place[j]]), axis=1)
-    np.minimum.at(first, ends[:, 1], ends[:, 0])
+    position = np.empty(rows, np.int64)
+    position[order] = np.arange(rows)
+    starts = np.arange(rows)
+    ends = np.sort(np.column_stack([position[i], position[j]]), axis=1)
+    np.minimum.at(starts, ends[:, 1], ends[:, 0])
     end = np.arange(1, rows + 1)
-    for row, column in enumerate(first):
+    for row, column in enumerate(starts):
         end[column:row] = row + 1
-    return np.column_stack([order, first, end])
+    return np.column_stack([order, starts, end])
 
 
-def is_thin(found: np.ndarray) -> bool:
+def is_thin(envelope_: np.ndarray) -> bool:
     """Tell whether a factor within an envelope takes `GAIN` times fewer products than a full one."""
-    m = len(found)
-    width = np.arange(m) - found[:, 1]
+    m = len(envelope_)
+    width = np.arange(m) - envelope_[:, 1]
     return bool(m**3 / 6 > GAIN * (width.astype(float) ** 2).sum() / 2)
 
 
@@ -71,7 +71,7 @@ def groups(keys: list[tuple[str, bool]]) -> np.ndarray:
     Args:
         keys: Joint of each row, and whether it is of a length.
     """
-    first, count = {}, Counter(keys)
+    start, count = {}, Counter(keys)
     for i, key in enumerate(keys):
-        first.setdefault(key, i)
-    return np.array([(first[key], count[key]) for key in keys], np.int64).reshape(-1, 2)
+        start.setdefault(key, i)
+    return np.array([(start[key], count[key]) for key in keys], np.int64).reshape(-1, 2)

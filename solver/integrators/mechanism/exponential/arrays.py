@@ -33,11 +33,11 @@ def nodes_of(table: Table) -> Nodes:
     """Return the coefficients for the points of a table."""
     powers = np.arange(len(table.polynomials))
     missed = np.polynomial.polynomial.polyfromroots(table.points)
-    lost = float(np.sum(missed / (powers + 1)))
+    missed_integral = float(np.sum(missed / (powers + 1)))
     factorials = np.cumprod(np.append(1.0, powers[1:]))
     weights = (table.points[:, None] ** (powers + 1) / (powers + 1)) @ table.polynomials.T
     leading = np.ascontiguousarray(table.polynomials[:, -1])
-    return Nodes(table.points, weights, table.polynomials * factorials, leading, missed * factorials, lost)
+    return Nodes(table.points, weights, table.polynomials * factorials, leading, missed * factorials, missed_integral)
 
 
 class Course(NamedTuple):

@@ -26,10 +26,10 @@ def propagates(model: Model) -> bool:
     roots, count = roots_of(model), model.elastic[:, 0]
     if len(model.row_terms) or not count.any():
         return False
-    own = np.arange(roots.shape[1]) < count[:, None]
-    swing = np.imag(roots[own]) > SWINGS * np.abs(roots[own])
-    apart = np.abs(model.lever[:, CURL:]).max() <= COUPLED * np.sqrt(model.second.max())
-    return bool(apart and swing.all())
+    used = np.arange(roots.shape[1]) < count[:, None]
+    swing = np.imag(roots[used]) > SWINGS * np.abs(roots[used])
+    uncoupled = np.abs(model.lever[:, CURL:]).max() <= COUPLED * np.sqrt(model.second.max())
+    return bool(uncoupled and swing.all())
 
 
 class ExponentialSteps(CollocationSteps):
@@ -47,27 +47,27 @@ class ExponentialSteps(CollocationSteps):
 
     def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
         waves, out = self._waves, np.empty_like(state)
-        given, amounts = self._given_at(time, h)
+        drives, amounts = self._given_at(time, h)
         course = Course(
-            self._nodes, h, given, amounts, self._weights(), self._balance.weight, fresh=self._before is None,
+            self._nodes, h, drives, amounts, self._weights(), self._balance.weight, fresh=self._before is None,
             renew=h != self._h, tolerance=SUBSTITUTION * self._tolerance, limits=RATIOS,
         )  # fmt: skip
         if self._before is not None:
-            places = 1 + self._nodes.points * (h / self._before.h)
-            waves.slopes[1:] = shares(self._table.polynomials, places) @ self._before.slopes
+            positions = 1 + self._nodes.points * (h / self._before.h)
+            waves.slopes[1:] = shares(self._table.polynomials, positions) @ self._before.slopes
         error, converged = self._step(self._model, self._work, waves, course, state, out)
         self._h = h
         sound = bool(converged and np.isfinite(out).all() and np.isfinite(error))
         return Tried(h, course, out, waves.slopes.copy(), error=error / self._tolerance, sound=sound, least=1.0)
 
-    def accept(self, one: Tried) -> None:
-        self._before = one
+    def accept(self, tried: Tried) -> None:
+        self._before = tried
         self._balance.note(float(self._waves.energy[0]))
 
-    def within(self, one: Tried, state: np.ndarray) -> Within:
+    def within(self, tried: Tried, state: np.ndarray) -> Within:
         def at(x: float) -> np.ndarray:
             out = np.empty_like(state)
-            self._state_within(self._model, self._waves, Inside(self._nodes, one.h, x), state, out)
+            self._state_within(self._model, self._waves, Inside(self._nodes, tried.h, x), state, out)
             return out
 
         return at

@@ -39,11 +39,11 @@ def forces_of_joints(
     Args:
         holds: As `Reading.holds`, (s, J, 6).
     """
-    found = []
+    pushed = []
     for name, pair in linkage.pairs.items():
         joint, ends = linkage.system.scene.joint[name], linkage.markers[pair]
-        found += _pushes(linkage, model, states, (_sides(joint), ends), holds[:, pair], body)
-    return [(one.interface, _own(linkage, model, states, body, one)) for one in found]
+        pushed += _pushes(linkage, model, states, (_sides(joint), ends), holds[:, pair], body)
+    return [(p.interface, _own(linkage, model, states, body, p)) for p in pushed]
 
 
 def forces_of_elements(
@@ -54,28 +54,28 @@ def forces_of_elements(
     Args:
         amounts: Of the loads, (s, l).
     """
-    scene, found = linkage.system.scene, list[Pushed]()
-    for number, load in enumerate(scene.turning_loads().values()):
+    scene, pushed = linkage.system.scene, list[Pushed]()
+    for i, load in enumerate(scene.turning_loads().values()):
         interface = getattr(load, "interface", None)
         if load.body == body and interface is not None:
-            found.append(Pushed(interface, amounts[:, number, None] * model.load[number]))
-    for number, (name, spring) in enumerate(scene.point_springs().items()):
-        apart = np.array([one.springs[number, 1, 0] - one.springs[number, 0, 0] for one in states.motions])
-        size = np.linalg.norm(apart, axis=1, keepdims=True)
-        line = np.divide(apart, size, out=np.zeros_like(apart), where=size > 0)
-        wrenches = np.hstack([-spring_pulls(model, states, number)[:, None] * line, np.zeros_like(line)])
+            pushed.append(Pushed(interface, amounts[:, i, None] * model.load[i]))
+    for i, (name, spring) in enumerate(scene.point_springs().items()):
+        offset = np.array([m.springs[i, 1, 0] - m.springs[i, 0, 0] for m in states.motions])
+        size = np.linalg.norm(offset, axis=1, keepdims=True)
+        line = np.divide(offset, size, out=np.zeros_like(offset), where=size > 0)
+        wrenches = np.hstack([-spring_pulls(model, states, i)[:, None] * line, np.zeros_like(line)])
         ends = linkage.ends(spring, f"force.{name}")
-        found += _pushes(linkage, model, states, (_sides(spring), ends), wrenches, body)
-    for number, (name, bushing) in enumerate(scene.six_motions().items()):
-        wrenches = np.array([one.bushings[number, 6:] for one in states.motions])
+        pushed += _pushes(linkage, model, states, (_sides(spring), ends), wrenches, body)
+    for i, (name, bushing) in enumerate(scene.six_motions().items()):
+        wrenches = np.array([m.bushings[i, 6:] for m in states.motions])
         ends = linkage.ends(bushing, f"force.{name}")
-        found += _pushes(linkage, model, states, (_sides(bushing), ends), wrenches, body)
-    return [(one.interface, _own(linkage, model, states, body, one)) for one in found]
+        pushed += _pushes(linkage, model, states, (_sides(bushing), ends), wrenches, body)
+    return [(p.interface, _own(linkage, model, states, body, p)) for p in pushed]
 
 
-def _sides(one: object) -> Sides:
+def _sides(element: object) -> Sides:
     """Return the sides of a joint, spring or bushing."""
-    read = [getattr(one, key, None) for key in ("body", "interface", "against", "against_interface")]
+    read = [getattr(element, key, None) for key in ("body", "interface", "against", "against_interface")]
     return Sides((read[0], read[1]), (read[2], read[3]))
 
 
@@ -93,24 +93,24 @@ def _pushes(
         element: Its sides, and its points on the other side and on the own one.
         wrenches: On the own side about its point, (s, 6).
     """
-    sides, (other, own) = element
-    known = linkage.system.bodies[body].modal.loads
+    sides, (far_end, near_end) = element
+    loads = linkage.system.bodies[body].modal.loads
     owner, interface = sides.own
-    if owner == body and interface is not None and interface in known:
+    if owner == body and interface is not None and interface in loads:
         yield Pushed(interface, wrenches)
     owner, interface = sides.other
-    if owner == body and interface is not None and interface in known:
+    if owner == body and interface is not None and interface in loads:
         force, moment = -wrenches[:, :3], -wrenches[:, 3:]
-        between = _places(model, states, own) - _places(model, states, other)
+        between = _places(model, states, near_end) - _places(model, states, far_end)
         yield Pushed(interface, np.hstack([force, moment + np.cross(between, force)]))
 
 
-def _own(linkage: Linkage, model: Model, states: States, body: str, one: Pushed) -> np.ndarray:
+def _own(linkage: Linkage, model: Model, states: States, body: str, pushed: Pushed) -> np.ndarray:
     """Return force and moment in the axes of a body, as many as the interface has rows, (s, 3 or 6)."""
     b = linkage.names.index(body)
     turn = matrices(bodies_of(model, states.samples)[:, b, TURN : TURN + 4])
-    both = [np.einsum("sij,si->sj", turn, part) for part in (one.wrenches[:, :3], one.wrenches[:, 3:])]
-    return np.hstack(both)[:, : len(linkage.system.bodies[body].modal.loads[one.interface].rows)]
+    both = [np.einsum("sij,si->sj", turn, w) for w in (pushed.wrenches[:, :3], pushed.wrenches[:, 3:])]
+    return np.hstack(both)[:, : len(linkage.system.bodies[body].modal.loads[pushed.interface].rows)]
 
 
 def _places(model: Model, states: States, point: Point) -> np.ndarray:

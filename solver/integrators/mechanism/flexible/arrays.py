@@ -11,13 +11,13 @@ from gudgeon.solver.integrators.mechanism.parts import Point
 
 def flexible_arrays(frames: Sequence[Frame], points: Sequence[Point]) -> dict[str, np.ndarray]:
     """Return the arrays of the bodies' elastic coordinates, filled with zeros up to the most that a body has."""
-    counts = [len(one.stiffness) for one in frames]
-    n, most, total = len(counts), max(counts), sum(counts)
-    first = WIDTH * n + np.cumsum([0, *counts[:-1]])
+    counts = [len(f.stiffness) for f in frames]
+    n, largest, total = len(counts), max(counts), sum(counts)
+    start = WIDTH * n + np.cumsum([0, *counts[:-1]])
     shapes = {
-        "second": (n, CURL), "lever": (n, CURL + 3, most), "pair": (n, most, CURL + 3, most),
-        "modal_root": (n, most, most), "modal_stiffness": (n, most), "modal_damping": (n, most),
-        "point_rows": (len(points), 6, most), "point_bend": (len(points), 6, most, most),
+        "second": (n, CURL), "lever": (n, CURL + 3, largest), "pair": (n, largest, CURL + 3, largest),
+        "modal_root": (n, largest, largest), "modal_stiffness": (n, largest), "modal_damping": (n, largest),
+        "point_rows": (len(points), 6, largest), "point_bend": (len(points), 6, largest, largest),
     }  # fmt: skip
     arrays = {name: np.zeros(shape) for name, shape in shapes.items()}
     for b, (frame, m) in enumerate(zip(frames, counts, strict=True)):
@@ -31,7 +31,7 @@ def flexible_arrays(frames: Sequence[Frame], points: Sequence[Point]) -> dict[st
         arrays["point_rows"][p, :, :m], arrays["point_bend"][p, :, :m, :m] = point.rows, point.bend
     below = np.tril(arrays["modal_root"], -1)
     return arrays | {
-        "elastic": np.column_stack([counts, first, first + total]).astype(np.int64),
+        "elastic": np.column_stack([counts, start, start + total]).astype(np.int64),
         "orthogonal": (~below.any(axis=(1, 2))).astype(np.int64),
         "bends": arrays["point_bend"].any(axis=(1, 2, 3)).astype(np.int64),
     }

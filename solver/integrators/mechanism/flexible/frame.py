@@ -69,14 +69,14 @@ def frame_of(body: FlexibleBody, settings: Body) -> Frame:
             J, np.empty((0, 3, 3)), np.empty((0, 0, 3, 3)), np.empty((0, 0)), stiffness=none, damping=none, turn=turn,
             shift=turn, stressed=False,
         )  # fmt: skip
-    found = modal.inertia_couplings
-    if found is None or found.position_moments is None or found.shape_moments is None:
+    couplings = modal.inertia_couplings
+    if couplings is None or couplings.position_moments is None or couplings.shape_moments is None:
         raise SceneError(
             f"body.{body.name}: the record of its modes, {design.modes_key[:12]}, has no tensors of a floating frame:"
             " solids and beams of motion 'space' without supports have them; give another geometry, or"
             " modes.reduction = 'rigid'"
         )
-    S, G = found.position_moments, found.shape_moments
+    S, G = couplings.position_moments, couplings.shape_moments
     theta = np.zeros((3, m))
     if settings.attachment == "fixed":
         theta = _rotation_rows(body, str(settings.attached_to))
@@ -85,11 +85,11 @@ def frame_of(body: FlexibleBody, settings: Body) -> Frame:
     lever = S - np.einsum("jbk,ib->ijk", crossed, J)
     mixed = np.einsum("jbl,bik->ijkl", crossed, S)
     G = G - mixed - np.einsum("ibk,bjl->ijkl", crossed, S) + np.einsum("iak,jbl,ab->ijkl", crossed, crossed, J)
-    shift = found.translation / design.mass
-    G = G - np.einsum("ik,jl->ijkl", shift, found.translation)
-    coupled = found.rotation.T @ theta
-    mass = np.eye(m) - coupled - coupled.T + theta.T @ design.inertia @ theta - shift.T @ found.translation
-    K = found.centrifugal_stiffness
+    shift = couplings.translation / design.mass
+    G = G - np.einsum("ik,jl->ijkl", shift, couplings.translation)
+    coupled = couplings.rotation.T @ theta
+    mass = np.eye(m) - coupled - coupled.T + theta.T @ design.inertia @ theta - shift.T @ couplings.translation
+    K = couplings.centrifugal_stiffness
     stressed = settings.geometric_stiffness and K is not None
     if stressed and K is not None:
         G = G - 0.5 * _relative(K, theta)

@@ -32,25 +32,25 @@ def joint_truncations(linkage: Linkage, model: Model, states: States, holds: np.
     Args:
         holds: As `Reading.holds`, (1 + s, J, 6).
     """
-    found: Json = {}
+    json: Json = {}
     notes = []
     for name, body in linkage.system.bodies.items():
-        held = forces_of_joints(linkage, model, states, holds, name)
-        if not held or body.modal.residual_flexibility is None or not len(body.modal.angular_frequencies):
+        joint_forces = forces_of_joints(linkage, model, states, holds, name)
+        if not joint_forces or body.modal.residual_flexibility is None or not len(body.modal.angular_frequencies):
             continue
-        forces = np.hstack([one for _, one in held])[1:]
-        lack, carried = _compliances(body, [interface for interface, _ in held])
-        lost, kept = (0.5 * np.einsum("si,ij,sj->s", forces, matrix, forces) for matrix in (lack, carried))
-        share = _share(lost, kept)
-        found[f"{name}.joint_truncation"] = {"value": share, "unit": "1"}
-        if share > SAID:
+        forces = np.hstack([f for _, f in joint_forces])[1:]
+        lack, carried = _compliances(body, [interface for interface, _ in joint_forces])
+        truncated, represented = (0.5 * np.einsum("si,ij,sj->s", forces, matrix, forces) for matrix in (lack, carried))
+        fraction = _share(truncated, represented)
+        json[f"{name}.joint_truncation"] = {"value": fraction, "unit": "1"}
+        if fraction > SAID:
             component = linkage.system.scene.component_of(name)
             notes.append(
-                f"body.{name}: its modes do not represent {share:.2g} of the strain energy that the forces of"
+                f"body.{name}: its modes do not represent {fraction:.2g} of the strain energy that the forces of"
                 f" its joints would cause as static ones; increase component.{component}.modes.fixed_count, or set"
                 " reduction 'rubin-macneal', whose shapes represent all of it"
             )
-    return found, notes
+    return json, notes
 
 
 def inertia_truncations(linkage: Linkage, model: Model, states: States) -> tuple[Json, list[str]]:
@@ -58,38 +58,38 @@ def inertia_truncations(linkage: Linkage, model: Model, states: States) -> tuple
 
     There is no note where the strain energy that the modes do not represent is small against theirs in the run.
     """
-    found: Json = {}
+    json: Json = {}
     notes = []
     for b, (name, body) in enumerate(linkage.system.bodies.items()):
         couplings, omega = body.modal.inertia_couplings, body.modal.angular_frequencies
         if couplings is None or couplings.centrifugal_compliance is None or couplings.position_moments is None:
             continue
         C = squares_of(model, states.samples, b)[1:]
-        whole = 0.5 * np.einsum("sij,ijkl,skl->s", C, couplings.centrifugal_compliance, C, optimize=True)
-        kept = 0.5 * ((np.einsum("sij,ijk->sk", C, couplings.position_moments) / omega) ** 2).sum(axis=1)
-        lost = np.maximum(whole - kept, 0.0)
-        share = _share(lost, kept)
-        found[f"{name}.inertia_truncation"] = {"value": share, "unit": "1"}
+        total = 0.5 * np.einsum("sij,ijkl,skl->s", C, couplings.centrifugal_compliance, C, optimize=True)
+        represented = 0.5 * ((np.einsum("sij,ijk->sk", C, couplings.position_moments) / omega) ** 2).sum(axis=1)
+        truncated = np.maximum(total - represented, 0.0)
+        fraction = _share(truncated, represented)
+        json[f"{name}.inertia_truncation"] = {"value": fraction, "unit": "1"}
         strain = 0.5 * modal_parts(model, states.samples, b)[0] ** 2 @ omega**2
-        if share > SAID and float(lost.max()) > SAID * float(strain.max()):
+        if fraction > SAID and float(truncated.max()) > SAID * float(strain.max()):
             component = linkage.system.scene.component_of(name)
             key = "fixed_count" if body.modal.reduction in BY_HELD_MODES else "normal_count"
             notes.append(
-                f"body.{name}: its modes do not represent {share:.2g} of the strain energy that its rotation would"
+                f"body.{name}: its modes do not represent {fraction:.2g} of the strain energy that its rotation would"
                 " cause as a static load; its gauges include it, its displacements do not: increase"
                 f" component.{component}.modes.{key}"
             )
-    return found, notes
+    return json, notes
 
 
-def _share(lost: np.ndarray, kept: np.ndarray) -> float:
+def _share(truncated: np.ndarray, represented: np.ndarray) -> float:
     """Return the largest of what is lost over the largest whole energy."""
-    whole = float((lost + kept).max(initial=0.0))
-    return max(0.0, float(lost.max())) / whole if whole > 0 else 0.0
+    total = float((truncated + represented).max(initial=0.0))
+    return max(0.0, float(truncated.max())) / total if total > 0 else 0.0
 
 
 def _compliances(body: FlexibleBody, interfaces: list[str]) -> tuple[np.ndarray, np.ndarray]:
     """Return R and the static compliance W Λ⁻¹ Wᵀ of the modes over the rows of interfaces, (k, k) each."""
     rows = np.vstack([body.modal.loads[name].rows for name in interfaces])
-    lack = np.block([[body.residual(one, other) for other in interfaces] for one in interfaces])
+    lack = np.block([[body.residual(i, j) for j in interfaces] for i in interfaces])
     return lack, (rows / body.modal.angular_frequencies**2) @ rows.T

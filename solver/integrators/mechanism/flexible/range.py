@@ -16,19 +16,19 @@ def deformed_text(system: System, times: np.ndarray, q: np.ndarray) -> str:
         times: [s], (s,).
         q: Coordinates, (s, m).
     """
-    limit, first = system.scene.run.limits.deflection, len(times)
-    found = ""
+    limit, sample = system.scene.run.limits.deflection, len(times)
+    text = ""
     for name, body in system.bodies.items():
         if not len(body.modal.angular_frequencies):
             continue
         deflections = np.sqrt((q[:, body.elastic] ** 2).sum(axis=1) / body.morph.mass)
         beyond = np.flatnonzero(deflections > limit * body.gyration)
-        if len(beyond) and beyond[0] < first:
-            first = int(beyond[0])
-            found = (
-                f"body '{name}' deformed by {deflections[first]:.3g} m (root mean square) at {times[first]:.6g} s,"
-                f" {deflections[first] / body.gyration:.3g} of its radius of gyration {body.gyration:.3g} m, beyond"
+        if len(beyond) and beyond[0] < sample:
+            sample = int(beyond[0])
+            text = (
+                f"body '{name}' deformed by {deflections[sample]:.3g} m (root mean square) at {times[sample]:.6g} s,"
+                f" {deflections[sample] / body.gyration:.3g} of its radius of gyration {body.gyration:.3g} m, beyond"
                 f" run.limits.deflection = {limit:g}: the deformation of bodies that turn is of second order; check the"
                 " material and the loads, shorten run.duration, or raise run.limits.deflection"
             )
-    return found
+    return text

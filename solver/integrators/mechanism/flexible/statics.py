@@ -23,8 +23,8 @@ from gudgeon.solver.obstacles.bore import Bore
 
 def squares_of(model: Model, states: np.ndarray, b: int) -> np.ndarray:
     """Return C of a body at states, ω of its undeformed inertia, in its own axes [rad²/s²], (s, 3, 3)."""
-    own = bodies_of(model, states)[:, b]
-    spin = np.einsum("sij,si->sj", matrices(own[:, TURN : TURN + 4]), own[:, SPIN : SPIN + 3])
+    body_states = bodies_of(model, states)[:, b]
+    spin = np.einsum("sij,si->sj", matrices(body_states[:, TURN : TURN + 4]), body_states[:, SPIN : SPIN + 3])
     omega = spin @ model.inverse[b].T
     return (omega**2).sum(axis=1)[:, None, None] * np.eye(3) - omega[:, :, None] * omega[:, None, :]
 
@@ -51,33 +51,33 @@ class Statics:
             self._bodies.append((name, b))
 
     def values(
-        self, states: States, holds: np.ndarray, amounts: np.ndarray, pressed: Mapping[str, np.ndarray]
+        self, states: States, holds: np.ndarray, amounts: np.ndarray, contact_forces: Mapping[str, np.ndarray]
     ) -> np.ndarray:
         """Return what all gauges of the system lack at states, (s, G).
 
         Args:
             holds: As `Reading.holds`, (s, J, 6).
             amounts: Of the loads, (s, l).
-            pressed: Forces on the points of each contact [N], (s, c).
+            contact_forces: Forces on the points of each contact [N], (s, c).
         """
         system = self._linkage.system
-        found, owners = (
+        readings, owners = (
             np.zeros((len(states.samples), len(system.gauges))),
-            [one.partition(".")[0] for one in system.gauges],
+            [gauge.partition(".")[0] for gauge in system.gauges],
         )
         for name, b in self._bodies:
             body = system.bodies[name]
             columns = np.flatnonzero([owner == name for owner in owners])
             tensors = np.concatenate([g.centrifugal for g in body.modal.gauges.values() if g.centrifugal is not None])
-            found[:, columns] = np.einsum("sij,kij->sk", squares_of(self._model, states.samples, b), tensors)
-            given = self._linkage, self._model, states
-            acting = forces_of_joints(*given, holds, name) + forces_of_elements(*given, amounts, name)
+            readings[:, columns] = np.einsum("sij,kij->sk", squares_of(self._model, states.samples, b), tensors)
+            context = self._linkage, self._model, states
+            acting = forces_of_joints(*context, holds, name) + forces_of_elements(*context, amounts, name)
             for interface, forces in acting:
-                found[:, columns] += forces @ _residual(body, interface).T
+                readings[:, columns] += forces @ _residual(body, interface).T
             for contact in system.contacts:
                 if contact.body == name:
-                    found[:, columns] += self._touched(states, b, contact, pressed[contact.name])
-        return found
+                    readings[:, columns] += self._touched(states, b, contact, contact_forces[contact.name])
+        return readings
 
     def _touched(self, states: States, b: int, contact: ContactRows, forces: np.ndarray) -> np.ndarray:
         """Return what the gauges of a body lack of the forces of a plane or a bore on its points, (s, G)."""
@@ -85,25 +85,25 @@ class Statics:
         body, obstacle = system.bodies[contact.body], system.scene.contact[contact.name].against
         if not isinstance(obstacle, Plane | Bore) or not forces.any():
             return np.zeros((len(forces), sum(len(gauge.rows) for gauge in body.modal.gauges.values())))
-        at = bodies_of(self._model, states.samples)[:, b]
-        turn, arms = matrices(at[:, TURN : TURN + 4]), contact.points - body.morph.centre
-        places = at[:, None, PLACE : PLACE + 3] + np.einsum("sij,cj->sci", turn, arms)
-        directions = obstacle.direction(places.reshape(-1, 3)).reshape(places.shape)
-        pushed = forces[:, :, None] * np.einsum("sij,sci->scj", turn, directions)
-        along = np.einsum("scj,caj->sca", pushed, body.contact_frame(contact.interface))
+        body_states = bodies_of(self._model, states.samples)[:, b]
+        turn, arms = matrices(body_states[:, TURN : TURN + 4]), contact.points - body.morph.centre
+        positions = body_states[:, None, PLACE : PLACE + 3] + np.einsum("sij,cj->sci", turn, arms)
+        directions = obstacle.direction(positions.reshape(-1, 3)).reshape(positions.shape)
+        local_forces = forces[:, :, None] * np.einsum("sij,sci->scj", turn, directions)
+        along = np.einsum("scj,caj->sca", local_forces, body.contact_frame(contact.interface))
         return along.reshape(len(forces), -1) @ _columns(body, body.contact_places(contact.interface)).T
 
 
 def _residual(body: FlexibleBody, interface: str) -> np.ndarray:
     """Return what the gauges of a body lack per force at an interface, (G, k); zero where the record has no R."""
-    first, _ = body.modal.interface_rows[interface]
-    return _columns(body, first + np.arange(len(body.modal.loads[interface].rows)))
+    start, _ = body.modal.interface_rows[interface]
+    return _columns(body, start + np.arange(len(body.modal.loads[interface].rows)))
 
 
 def _columns(body: FlexibleBody, rows: np.ndarray) -> np.ndarray:
     """Return what the gauges of a body lack per force of rows of R, (G, k); zero of those that have no part of R."""
-    parts = [
+    blocks = [
         gauge.residual[:, rows] if gauge.residual.shape[1] else np.zeros((len(gauge.rows), len(rows)))
         for gauge in body.modal.gauges.values()
     ]
-    return np.concatenate(parts)
+    return np.concatenate(blocks)

@@ -128,7 +128,7 @@ def newton_of(model: Model, size: int, stages: int) -> Newton:
         "moved": (n, 6 + e), "lack": (m,), "multiplier": (m,), "spare": (m,), "rate": (1,), "energy": (1,),
         "counts": (1,), "part": (4 * m, 3), "parts": (1,),
     }  # fmt: skip
-    whole = ("rows", "first", "end", "place", "rank", "part", "parts", "owner", "counts")
+    integer_names = ("rows", "first", "end", "place", "rank", "part", "parts", "owner", "counts")
     paired = ("back", "core", "light", "lower", "right", "change", "push", "moved", "lack", "multiplier", "spare")
-    kinds: dict[str, type] = {**dict.fromkeys(whole, np.int64), **dict.fromkeys(paired, np.complex128)}
+    kinds: dict[str, type] = {**dict.fromkeys(integer_names, np.int64), **dict.fromkeys(paired, np.complex128)}
     return Newton(**{name: np.zeros(shape, kinds.get(name, np.float64)) for name, shape in shapes.items()})

@@ -46,39 +46,39 @@ class ImplicitSteps(CollocationSteps):
 
     def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
         table, newton, out = self._table, self._newton, np.empty_like(state)
-        given, amounts = self._given_at(time, h)
+        drives, amounts = self._given_at(time, h)
         times = table.eigenvalues / h
         course = Course(
             times, first=h * table.points, start=table.start, there=table.there, back=table.back,
-            error_start=table.error_start, error=table.error / h, given=given, amounts=amounts, weight=self._weights(),
+            error_start=table.error_start, error=table.error / h, given=drives, amounts=amounts, weight=self._weights(),
             energy=self._balance.weight, fresh=self._before is None, tolerance=min(NEWTON * self._tolerance, CONVERGED),
             asked=self._tolerance, limits=RATIOS,
         )  # fmt: skip
         self._guess(h)
-        error, left, converged = self._step(self._models, self._work, newton, course, state, out)
-        sound = bool(converged and np.isfinite(out).all() and np.isfinite(error) and left <= LEFT)
-        least = float(self._work.least[0])
+        error, residual, converged = self._step(self._models, self._work, newton, course, state, out)
+        sound = bool(converged and np.isfinite(out).all() and np.isfinite(error) and residual <= LEFT)
+        pivot = float(self._work.least[0])
         stages = Stages(newton.stages.copy(), newton.multipliers.copy(), float(newton.energy[0]))
         stages.increments[-1] = out - state
-        return Tried(h, course, out, stages, error=error / self._tolerance, sound=sound, least=least)
+        return Tried(h, course, out, stages, error=error / self._tolerance, sound=sound, least=pivot)
 
     def _guess(self, h: float) -> None:
         """Set increments and multipliers of stages by the polynomials of the last step, continued."""
         if self._before is None:
             return
         points, before = self._table.points, self._before
-        places = 1 + points * (h / before.h)
-        found = shares(self._table.polynomials, places)[:, 1:]
-        found[:, -1] -= 1.0
-        self._newton.stages[:] = found @ before.slopes.increments
-        self._newton.multipliers[:] = shares(self._outer, places) @ before.slopes.multipliers
+        positions = 1 + points * (h / before.h)
+        values = shares(self._table.polynomials, positions)[:, 1:]
+        values[:, -1] -= 1.0
+        self._newton.stages[:] = values @ before.slopes.increments
+        self._newton.multipliers[:] = shares(self._outer, positions) @ before.slopes.multipliers
 
-    def accept(self, one: Tried) -> None:
-        self._before = one
-        self._balance.note(one.slopes.kinetic)
+    def accept(self, tried: Tried) -> None:
+        self._before = tried
+        self._balance.note(tried.slopes.kinetic)
 
-    def within(self, one: Tried, state: np.ndarray) -> Within:
-        polynomials, increments = self._table.polynomials, one.slopes.increments
+    def within(self, tried: Tried, state: np.ndarray) -> Within:
+        polynomials, increments = self._table.polynomials, tried.slopes.increments
 
         def at(x: float) -> np.ndarray:
             return state + shares(polynomials, np.array([x]))[0, 1:] @ increments

@@ -21,21 +21,21 @@ from gudgeon.solver.integrators.mechanism.touching.kernel import ALONG, DEFLECTI
 def differentiation(count: int) -> np.ndarray:
     """Return the matrix of the derivative at evenly spaced values over [0, 1], (count, count), by their polynomial."""
     x = np.linspace(0.0, 1.0, count)
-    apart = x[:, None] - x + np.eye(count)
-    weights = 1.0 / apart.prod(axis=1)
-    D = weights / weights[:, None] / apart
+    differences = x[:, None] - x + np.eye(count)
+    weights = 1.0 / differences.prod(axis=1)
+    D = weights / weights[:, None] / differences
     np.fill_diagonal(D, 0.0)
     np.fill_diagonal(D, -D.sum(axis=1))
     return D
 
 
-def polynomial(values: np.ndarray, at: float) -> float:
+def polynomial(values: np.ndarray, position: float) -> float:
     """Return the value at a place of [0, 1] of the polynomial through evenly spaced ones."""
     x = np.linspace(0.0, 1.0, len(values))
-    apart = at - x
-    if (here := np.flatnonzero(apart == 0)).size:
-        return float(values[here[0]])
-    weights = 1.0 / ((x[:, None] - x + np.eye(len(x))).prod(axis=1) * apart)
+    differences = position - x
+    if (coincident := np.flatnonzero(differences == 0)).size:
+        return float(values[coincident[0]])
+    weights = 1.0 / ((x[:, None] - x + np.eye(len(x))).prod(axis=1) * differences)
     return float(weights @ values / weights.sum())
 
 
@@ -51,21 +51,21 @@ class Cones:
         self._rates = differentiation(looks)
         self.sections = np.flatnonzero(model.touch_friction[:, 2] > 0)
 
-    def margins(self, found: np.ndarray, span: float) -> dict[int, np.ndarray]:
+    def margins(self, looks: np.ndarray, span: float) -> dict[int, np.ndarray]:
         """Return of each cone that presses what is above zero while it goes on to stick or to slip, (looks,) each.
 
         Args:
-            found: What sections do at the looks, (looks, c, columns).
+            looks: What sections do at the looks, (looks, c, columns).
             span: From the first look to the last [s].
         """
-        kept = {}
-        for i in (int(one) for one in self.sections if self._work.touching[one]):
+        margins = {}
+        for i in (int(s) for s in self.sections if self._work.touching[s]):
             if not self._work.slipping[i]:
-                kept[i] = found[:, i, GRIP]
+                margins[i] = looks[:, i, GRIP]
                 continue
             mu, _, stiffness, _ = self._model.touch_friction[i]
-            kept[i] = found[:, i, ALONG] - mu / stiffness * (self._rates @ found[:, i, FORCE]) / span
-        return kept
+            margins[i] = looks[:, i, ALONG] - mu / stiffness * (self._rates @ looks[:, i, FORCE]) / span
+        return margins
 
     def begin(self, i: int, looked: np.ndarray, state: np.ndarray) -> None:
         """Let a contact that begins slip along its velocity."""
@@ -103,6 +103,6 @@ class Cones:
 def stored(model: Model, work: Work) -> np.ndarray:
     """Return what the tangential springs store in a state that was observed [J], (c,)."""
     mu, stiffness = model.touch_friction[:, 0], model.touch_friction[:, 2]
-    held = stiffness * np.linalg.norm(work.deflection, axis=1)
-    force = np.where(work.slipping > 0, mu * work.touch[:, FORCE], held)
+    spring_force = stiffness * np.linalg.norm(work.deflection, axis=1)
+    force = np.where(work.slipping > 0, mu * work.touch[:, FORCE], spring_force)
     return np.divide(0.5 * force**2, stiffness, out=np.zeros_like(force), where=stiffness > 0)

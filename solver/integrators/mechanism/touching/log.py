@@ -101,7 +101,7 @@ class Touching:
         self.pressed = work.touching.copy()
         """Which pressed in it."""
         self.left: Left | None = None
-        self.rubbed = {section: Rubbed(one) for section, one in worn.items()}
+        self.rubbed = {section: Rubbed(worn_one) for section, worn_one in worn.items()}
         """What rubs off sections that wear."""
         self._impulse = np.zeros(c)
         self._cones = Cones(model, work, LOOKS + 1)
@@ -125,48 +125,48 @@ class Touching:
         self._observe(self._model, self._work, state)
         return self._work.touch.copy()
 
-    def first(self, at: At, before: float, after: float) -> Event | None:
+    def first(self, state_at: At, before: float, after: float) -> Event | None:
         """Return what happens first between the times before and after a step [s]; None if nothing does.
 
         Peaks of forces within the step, up to then, are kept.
         """
         times = np.linspace(before, after, LOOKS + 1)
-        states = np.array([at(time) for time in times])
-        found = np.array([self._looked(state) for state in states])
-        depths, pressing = found[:, :, DEPTH], self._work.touching.astype(bool)
+        states = np.array([state_at(time) for time in times])
+        looks = np.array([self._looked(state) for state in states])
+        depths, pressing = looks[:, :, DEPTH], self._work.touching.astype(bool)
         # A section that presses began this step indented, and one that does not began it free, up to round-off.
-        inside = depths > 0
-        inside[0] = pressing
-        changes = inside[1:] != inside[:-1]
+        indented = depths > 0
+        indented[0] = pressing
+        changes = indented[1:] != indented[:-1]
         events = [
-            Event(self._located(at, int(i), times[k : k + 2]), int(i))
+            Event(self._located(state_at, int(i), times[k : k + 2]), int(i))
             for i in np.flatnonzero(changes.any(axis=0))
             for k in [int(changes[:, i].argmax())]
         ]
-        events += self._grazed(at, times, found)
-        events += self._turns(times, found)
-        first = min(events, default=None)
-        until = after if first is None else first.time
-        self._watch_borders(at, times[times <= until], found, first)
-        self._note_peaks(times, found, until)
-        self._note_tracks(times, found, states, until)
-        return first
+        events += self._grazed(state_at, times, looks)
+        events += self._turns(times, looks)
+        earliest = min(events, default=None)
+        until = after if earliest is None else earliest.time
+        self._watch_borders(state_at, times[times <= until], looks, earliest)
+        self._note_peaks(times, looks, until)
+        self._note_tracks(times, looks, states, until)
+        return earliest
 
-    def _watch_borders(self, at: At, times: np.ndarray, found: np.ndarray, first: Event | None) -> None:
+    def _watch_borders(self, state_at: At, times: np.ndarray, looks: np.ndarray, event: Event | None) -> None:
         """Find a point that presses and is beside its surface, or that touches it from beside."""
         between = self._model.touch_shape == SURFACE
         if not between.any():
             return
         pressing = self._work.touching != 0
-        lost = np.argwhere((found[: len(times), :, OVER] == 0) & between & pressing)
-        if len(lost):
-            k, i = map(int, lost[0])
-            self.left = Left(i, float(times[k]), self._place(at(float(times[k])), i), pressed=True)
-        elif first is not None and not first.turns and between[first.section]:
-            state, i = at(first.time), first.section
+        off_surface = np.argwhere((looks[: len(times), :, OVER] == 0) & between & pressing)
+        if len(off_surface):
+            k, i = map(int, off_surface[0])
+            self.left = Left(i, float(times[k]), self._place(state_at(float(times[k])), i), pressed=True)
+        elif event is not None and not event.turns and between[event.section]:
+            state, i = state_at(event.time), event.section
             # Where it touches or parts its indentation is zero, unless it crosses a border.
             if abs(self._looked(state)[i, DEPTH]) > AT_ONCE * self._model.surfaces.deep.min():
-                self.left = Left(i, first.time, self._place(state, i), pressed=bool(pressing[i]))
+                self.left = Left(i, event.time, self._place(state, i), pressed=bool(pressing[i]))
 
     def _place(self, state: np.ndarray, section: int) -> np.ndarray:
         """Return where a point before another body is [m], (3,)."""
@@ -174,40 +174,42 @@ class Touching:
         f = self._model.surfaces
         p = section - (len(self._model.touch_pair) - len(f.arm))
         s = int(np.flatnonzero((f.points[:, 0] <= p) & (p < f.points[:, 1]))[0])
-        at = WIDTH * int(f.owner[s, 0]) + PLACE
-        return np.asarray(state[at : at + 3] + self._work.pressing.arm[p, 0])
+        start = WIDTH * int(f.owner[s, 0]) + PLACE
+        return np.asarray(state[start : start + 3] + self._work.pressing.arm[p, 0])
 
-    def _turns(self, times: np.ndarray, found: np.ndarray) -> list[Event]:
+    def _turns(self, times: np.ndarray, looks: np.ndarray) -> list[Event]:
         """Return when sections that press begin to slip or to stick: where their margin first falls below zero."""
         events = []
-        for i, margins in self._cones.margins(found, float(times[-1] - times[0])).items():
+        for i, margins in self._cones.margins(looks, float(times[-1] - times[0])).items():
             # It began this step above zero, up to round-off.
             if not len(below := np.flatnonzero(margins[1:] < 0)):
                 continue
             k, time = int(below[0]), float(times[0])
             if margins[k] > 0:
                 ends = k / LOOKS, (k + 1) / LOOKS
-                share = brentq(lambda x, own=margins: polynomial(own, x), *ends, xtol=1e-15, rtol=8.9e-16)
-                time += float(share) * float(times[-1] - times[0])
+                fraction = brentq(lambda x, own=margins: polynomial(own, x), *ends, xtol=1e-15, rtol=8.9e-16)
+                time += float(fraction) * float(times[-1] - times[0])
             elif k > 0 or time <= self._turned.get(i, -np.inf):  # Not twice at one time.
                 time = float(times[k + 1])
             events.append(Event(time, i, turns=True))
         return events
 
-    def rub(self, at: At, before: float, after: float) -> None:
+    def rub(self, state_at: At, before: float, after: float) -> None:
         """Add what rubs off between the times before and after an accepted step [s]."""
-        pressing = [(i, one) for i, one in self.rubbed.items() if self._work.touching[i] and one.worn.after < after]
-        for after_begin in sorted({max(before, one.worn.after) for _, one in pressing}):
+        pressing = [
+            (i, rubbed) for i, rubbed in self.rubbed.items() if self._work.touching[i] and rubbed.worn.after < after
+        ]
+        for after_begin in sorted({max(before, rubbed.worn.after) for _, rubbed in pressing}):
             times = np.linspace(after_begin, after, LOOKS + 1)
-            own = [(i, one) for i, one in pressing if max(before, one.worn.after) == after_begin]
-            found = [self._rubbing(at(float(time)), own) for time in times]
-            for k, (_, one) in enumerate(own):
-                for apart, depth, _, forces in found:
-                    one.note(float(forces[k]), apart[k, BEARING], float(depth[k]))
-                for (x, depth, sums, _), (y, deeper, more, _) in pairwise(found):
-                    impulse, work = more[k] - sums[k]
+            active = [(i, rubbed) for i, rubbed in pressing if max(before, rubbed.worn.after) == after_begin]
+            rubbings = [self._rubbing(state_at(float(time)), active) for time in times]
+            for k, (_, rubbed) in enumerate(active):
+                for bearing_offsets, depth, _, forces in rubbings:
+                    rubbed.note(float(forces[k]), bearing_offsets[k, BEARING], float(depth[k]))
+                for (x, depth, sums, _), (y, deeper, later_sums, _) in pairwise(rubbings):
+                    impulse, work = later_sums[k] - sums[k]
                     ends, depths = np.array([x[k], y[k]]), np.array([depth[k], deeper[k]])
-                    one.add(ends, depths, float(impulse), float(work))
+                    rubbed.add(ends, depths, float(impulse), float(work))
 
     @property
     def worn_through(self) -> bool:
@@ -219,84 +221,86 @@ class Touching:
         pressing = (i for i in loads if self._work.touching[i])
         return next((i for i in pressing if self.impacts[i][-1][PEAK] > loads[i]), None)
 
-    def _rubbing(self, state: np.ndarray, own: list[tuple[int, Rubbed]]) -> tuple[np.ndarray, ...]:
+    def _rubbing(self, state: np.ndarray, sections_rubbed: list[tuple[int, Rubbed]]) -> tuple[np.ndarray, ...]:
         """Return offsets (k, 2, 2), indentations (k,), integrals of force and of its work of sliding (k, 2), forces."""
         self._observe(self._model, self._work, state)
-        sections = [i for i, _ in own]
-        apart = np.array([offsets(self._model, self._work, i) for i in sections])
+        sections = [i for i, _ in sections_rubbed]
+        bearing_offsets = np.array([offsets(self._model, self._work, i) for i in sections])
         sums = pushes_of(state, len(self.impacts))[sections, :2]
-        return apart, self._work.touch[sections, DEPTH].copy(), sums, self._work.touch[sections, FORCE].copy()
+        return bearing_offsets, self._work.touch[sections, DEPTH].copy(), sums, self._work.touch[sections, FORCE].copy()
 
-    def _grazed(self, at: At, times: np.ndarray, found: np.ndarray) -> list[Event]:
+    def _grazed(self, state_at: At, times: np.ndarray, looks: np.ndarray) -> list[Event]:
         """Return when free sections touch which are free again at the next look: where they are deepest in between."""
-        approaching, free = found[:, :, RATE] > 0, found[:, :, DEPTH] <= 0
+        approaching, free = looks[:, :, RATE] > 0, looks[:, :, DEPTH] <= 0
         turns = approaching[:-1] & ~approaching[1:] & free[:-1] & free[1:]
         events = []
         for k, i in np.argwhere(turns & (self._work.touching == 0)):
-            deepest = self._deepest(at, int(i), times[k : k + 2])
-            if self._looked(at(deepest))[i, DEPTH] > 0:
-                events.append(Event(self._located(at, int(i), np.array([times[k], deepest])), int(i)))
+            deepest = self._deepest(state_at, int(i), times[k : k + 2])
+            if self._looked(state_at(deepest))[i, DEPTH] > 0:
+                events.append(Event(self._located(state_at, int(i), np.array([times[k], deepest])), int(i)))
         return events
 
-    def _deepest(self, at: At, section: int, span: np.ndarray) -> float:
+    def _deepest(self, state_at: At, section: int, span: np.ndarray) -> float:
         """Return when a section is deepest, between two times at which it approaches and leaves [s]."""
 
         def rate(time: float) -> float:
-            return float(self._looked(at(time))[section, RATE])
+            return float(self._looked(state_at(time))[section, RATE])
 
         return float(brentq(rate, *span, xtol=1e-15 * max(abs(float(span[1])), 1e-300), rtol=8.9e-16))
 
-    def _note_tracks(self, times: np.ndarray, found: np.ndarray, states: np.ndarray, until: float) -> None:
+    def _note_tracks(self, times: np.ndarray, looks: np.ndarray, states: np.ndarray, until: float) -> None:
         """Keep forces and impulses of contacts that press, up to a time, and the deepest indentation of all."""
-        here = times <= until * (1 + 1e-15)
-        pushed = pushes_of(states, len(self.impacts))[:, :, NORMAL_PUSH:DRAG_PUSH]
+        until_event = times <= until * (1 + 1e-15)
+        impulses = pushes_of(states, len(self.impacts))[:, :, NORMAL_PUSH:DRAG_PUSH]
         for track in self.tracks:
-            own = track.sections
-            track.watch(times[here], -found[here][:, own, DEPTH], -found[here][:, own, RATE])
-            if not self._work.touching[own].any():
+            sections = track.sections
+            track.watch(
+                times[until_event], -looks[until_event][:, sections, DEPTH], -looks[until_event][:, sections, RATE]
+            )
+            if not self._work.touching[sections].any():
                 continue
-            forces = -(found[:, own, FORCE, None] * found[:, own, NORMAL : NORMAL + 3]).sum(axis=1)
-            track.add(times[here], forces[here], pushed[here][:, own].sum(axis=1))
-            self.deepest = max(self.deepest, float(found[here][:, own, DEPTH].max()))
+            forces = -(looks[:, sections, FORCE, None] * looks[:, sections, NORMAL : NORMAL + 3]).sum(axis=1)
+            track.add(times[until_event], forces[until_event], impulses[until_event][:, sections].sum(axis=1))
+            self.deepest = max(self.deepest, float(looks[until_event][:, sections, DEPTH].max()))
 
     def _mark(self, section: int, state: np.ndarray, time: float) -> None:
         """Keep force and impulse of the contact of a section as it begins or ends."""
         for track in self.tracks:
             if section in track.sections:
-                found = self._looked(state)[track.sections]
-                force = -(found[:, FORCE, None] * found[:, NORMAL : NORMAL + 3]).sum(axis=0)
-                pushed = pushes_of(state, len(self.impacts))[track.sections, NORMAL_PUSH:DRAG_PUSH].sum(axis=0)
-                track.add(np.array([time]), force[None], pushed[None])
+                look = self._looked(state)[track.sections]
+                force = -(look[:, FORCE, None] * look[:, NORMAL : NORMAL + 3]).sum(axis=0)
+                impulse = pushes_of(state, len(self.impacts))[track.sections, NORMAL_PUSH:DRAG_PUSH].sum(axis=0)
+                track.add(np.array([time]), force[None], impulse[None])
 
-    def _located(self, at: At, section: int, span: np.ndarray) -> float:
+    def _located(self, state_at: At, section: int, span: np.ndarray) -> float:
         """Return the time between two looks at which a section touches or parts [s]."""
 
         def depth(time: float) -> float:
-            return float(self._looked(at(time))[section, DEPTH])
+            return float(self._looked(state_at(time))[section, DEPTH])
 
         ends = [depth(float(time)) for time in span]
         if ends[0] * ends[1] >= 0:  # Within round-off of its touching at the beginning of the step.
-            rates = [float(self._looked(at(float(time)))[section, RATE]) for time in span]
+            rates = [float(self._looked(state_at(float(time)))[section, RATE]) for time in span]
             dips = self._work.touching[section] and rates[0] > 0 > rates[1]
-            deepest = self._deepest(at, section, span) if dips else float(span[0])
+            deepest = self._deepest(state_at, section, span) if dips else float(span[0])
             if not (dips and depth(deepest) > 0):
                 return float(span[0])
             span = np.array([deepest, span[1]])  # In and out again before the first look.
         return float(brentq(depth, *span, xtol=1e-15 * max(abs(float(span[1])), 1e-300), rtol=8.9e-16))
 
-    def _note_peaks(self, times: np.ndarray, found: np.ndarray, until: float) -> None:
+    def _note_peaks(self, times: np.ndarray, looks: np.ndarray, until: float) -> None:
         """Keep the largest forces up to a time, by parabolas through the looks beside the largest."""
-        here = times <= until * (1 + 1e-15)
+        until_event = times <= until * (1 + 1e-15)
         for i in np.flatnonzero(self._work.touching):
-            forces = found[here, i, FORCE]
-            most = int(forces.argmax())
-            value, when = float(forces[most]), float(times[most])
-            if 0 < most < len(forces) - 1:
-                left, right = value - float(forces[most - 1]), value - float(forces[most + 1])
-                if left + right > 0:
-                    shift = 0.5 * (left - right) / (left + right)
+            forces = looks[until_event, i, FORCE]
+            peak = int(forces.argmax())
+            value, when = float(forces[peak]), float(times[peak])
+            if 0 < peak < len(forces) - 1:
+                rise, fall = value - float(forces[peak - 1]), value - float(forces[peak + 1])
+                if rise + fall > 0:
+                    shift = 0.5 * (rise - fall) / (rise + fall)
                     when += shift * float(times[1] - times[0])
-                    value += 0.25 * (left - right) * shift
+                    value += 0.25 * (rise - fall) * shift
             impact = self.impacts[i][-1]
             if value > impact[PEAK]:
                 impact[PEAK], impact[PEAK_TIME] = value, when
@@ -304,18 +308,18 @@ class Touching:
     def switch(self, event: Event, state: np.ndarray) -> None:
         """Let a section press from an event on, or no longer; or slip or stick. The deflection in the state follows."""
         i = event.section
-        found = self._looked(state)[i]
+        look = self._looked(state)[i]
         if event.turns:
-            self._cones.turn(i, found, state)
+            self._cones.turn(i, look, state)
             self._turned[i] = event.time
             return
         if not self._work.touching[i]:
-            self._close(i, event.time, state, float(found[RATE]))
-            self._work.shift[i] = max(0.0, -float(found[DEPTH])) + SHIFT * self._scale[i]
+            self._close(i, event.time, state, float(look[RATE]))
+            self._work.shift[i] = max(0.0, -float(look[DEPTH])) + SHIFT * self._scale[i]
             self._cones.begin(i, self._looked(state)[i], state)
             return
         impact = self.impacts[i][-1]
-        impact[ENDS], impact[OPENING] = event.time, -found[RATE]
+        impact[ENDS], impact[OPENING] = event.time, -look[RATE]
         impact[IMPULSE] = self._pushed(i, state) - self._impulse[i]
         self._mark(i, state, event.time)
         self._work.touching[i] = False
@@ -342,11 +346,11 @@ class Touching:
         every = []
         for i in sections:
             for impact in self.impacts[int(i)]:
-                whole = impact.copy()
-                if np.isnan(whole[ENDS]):  # It still presses.
-                    whole[ENDS], whole[IMPULSE] = time, self._pushed(int(i), state) - self._impulse[i]
-                every.append(whole)
-        return np.array(sorted(every, key=lambda one: float(one[BEGINS]))).reshape(-1, IMPACT_COLUMNS)
+                complete = impact.copy()
+                if np.isnan(complete[ENDS]):  # It still presses.
+                    complete[ENDS], complete[IMPULSE] = time, self._pushed(int(i), state) - self._impulse[i]
+                every.append(complete)
+        return np.array(sorted(every, key=lambda i_: float(i_[BEGINS]))).reshape(-1, IMPACT_COLUMNS)
 
     def of_contact(self, track: Track, state: np.ndarray, time: float, window: float) -> np.ndarray:
         """Return the impacts of a contact up to a time, (b, 9); those separated by less than the window [s] are one."""

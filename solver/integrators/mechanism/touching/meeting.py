@@ -64,22 +64,22 @@ def meetings(system: System, frames: list[Frame]) -> list[Meeting]:
     Raises:
         SceneError: a surface is round, or a law is not what points press by.
     """
-    found, names = [], list(system.bodies)
+    result, names = [], list(system.bodies)
     for contact in system.contacts:
         settings = system.scene.contact[contact.name]
-        against, here = settings.against, names.index(contact.body)
-        flexible, own = METHODS[settings.method].flexible, system.bodies[contact.body]
+        against, b = settings.against, names.index(contact.body)
+        flexible, body = METHODS[settings.method].flexible, system.bodies[contact.body]
         if isinstance(against, Plane | Bore):
-            if not by_flexibility(settings, frames[here]):
+            if not by_flexibility(settings, frames[b]):
                 continue
             _check_law(contact.name, settings)
-            found.append(Meeting(contact, against, (own,), numbers=(here, NONE), frames=(frames[here],), space=None,
+            result.append(Meeting(contact, against, (body,), numbers=(b, NONE), frames=(frames[b],), space=None,
                                  flexible=flexible, by_law=False))  # fmt: skip
             continue
         assert isinstance(against, MasterSurface)  # Others are refused with the scene.
-        there = names.index(against.body)
-        other = system.bodies[against.body]
-        space = other.modal.tractions[against.interface]
+        a = names.index(against.body)
+        master = system.bodies[against.body]
+        space = master.modal.tractions[against.interface]
         if space.chart["kind"] == "cylinder":
             raise SceneError(
                 f"contact.{contact.name}.against.interface: '{against.interface}' is a traction space on a cylinder,"
@@ -89,13 +89,13 @@ def meetings(system: System, frames: list[Frame]) -> list[Meeting]:
             )
         if flexible:
             _check_law(contact.name, settings)
-        found.append(
+        result.append(
             Meeting(
-                contact, against, (own, other), numbers=(here, there), frames=(frames[here], frames[there]),
+                contact, against, (body, master), numbers=(b, a), frames=(frames[b], frames[a]),
                 space=space, flexible=flexible, by_law=not flexible and settings.law is not None,
             )
         )  # fmt: skip
-    return found
+    return result
 
 
 def _check_law(name: str, settings: Contact) -> None:
@@ -110,116 +110,117 @@ def _check_law(name: str, settings: Contact) -> None:
     )
 
 
-def sections_of(found: list[Meeting], system: System) -> list[Section]:
+def sections_of(found_pairs: list[Meeting], system: System) -> list[Section]:
     """Return the sections of all points, one after the other.
 
     Raises:
         SceneError: friction is not what bodies that turn have.
     """
     sections = []
-    for one in found:
-        settings = system.scene.contact[one.contact.name]
-        if one.by_law and settings.law is not None:
-            laws = pressed = [settings.law.coefficients()] * len(one.contact.points)
+    for pair in found_pairs:
+        settings = system.scene.contact[pair.contact.name]
+        if pair.by_law and settings.law is not None:
+            laws = coefficients = [settings.law.coefficients()] * len(pair.contact.points)
         else:
-            laws = [NO_LAW] * len(one.contact.points)
-            soft = one.compliance + system.layer[one.contact.rows]
-            pressed = [Coefficients(1 / each, 1.0, 0.0, 0.0) for each in map(float, soft)]
+            laws = [NO_LAW] * len(pair.contact.points)
+            soft = pair.compliance + system.layer[pair.contact.rows]
+            coefficients = [Coefficients(1 / each, 1.0, 0.0, 0.0) for each in map(float, soft)]
         sections += [
-            Section(one.contact.name, (0.0, 0.0, 0.0), law, rubbing_of(one.contact.name, settings, own, one.bodies[0]),
-                    belt_of(settings), SURFACE)
-            for law, own in zip(laws, pressed, strict=True)
+            Section(pair.contact.name, (0.0, 0.0, 0.0), law,
+                    rubbing_of(pair.contact.name, settings, point_law, pair.bodies[0]), belt_of(settings), SURFACE)
+            for law, point_law in zip(laws, coefficients, strict=True)
         ]  # fmt: skip
     return sections
 
 
-def surfaces_of(found: list[Meeting], system: System, elastic: int) -> Surfaces:
+def surfaces_of(pairs: list[Meeting], system: System, elastic: int) -> Surfaces:
     """Return the arrays of all contacts between two bodies.
 
     Args:
         elastic: Largest number of elastic coordinates of a body.
     """
-    if not found:
+    if not pairs:
         return no_surfaces(elastic)
-    parts = [_pair(one, system, elastic) for one in found]
-    joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    tables = [_pair(m, system, elastic) for m in pairs]
+    joined = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
     for name, each in (("points", "arm"), ("functions", "outward")):
-        ends = np.cumsum([0, *(len(part[each]) for part in parts)])
+        ends = np.cumsum([0, *(len(t[each]) for t in tables)])
         joined[name] = np.column_stack([ends[:-1], ends[1:]])
     for column, each in ((2, "heights"), (3, "cover")):
-        joined["cells"][:, column] = np.cumsum([0, *(len(part[each]) for part in parts)])[:-1]
-    joined |= _flexibilities(found, joined)
+        joined["cells"][:, column] = np.cumsum([0, *(len(t[each]) for t in tables)])[:-1]
+    joined |= _flexibilities(pairs, joined)
     return Surfaces(**{
         name: np.ascontiguousarray(joined[name], np.int64 if name in WHOLE else float) for name in Surfaces._fields
     })  # fmt: skip
 
 
-def _flexibilities(found: list[Meeting], joined: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _flexibilities(pairs: list[Meeting], joined: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Return R among all points, among all functions, and between both."""
     p, f = len(joined["arm"]), len(joined["outward"])
     residual, compliance, mixed = np.zeros((p, p, 3, 3)), np.zeros((f, f)), np.zeros((p, 3, f))
-    for a, one in enumerate(found):
-        for b, other in enumerate(found):
-            if not (one.flexible and other.flexible):
+    for a, meeting in enumerate(pairs):
+        for b, partner in enumerate(pairs):
+            if not (meeting.flexible and partner.flexible):
                 continue
-            here, points = slice(*joined["points"][a]), slice(*joined["points"][b])
+            span, points = slice(*joined["points"][a]), slice(*joined["points"][b])
             functions = slice(*joined["functions"][b])
-            if one.numbers[0] == other.numbers[0]:
-                residual[here, points] = _between(one, other)
-            if one.numbers[1] == other.numbers[1] != NONE:
-                block = one.bodies[1].residual(_surface(one), _surface(other))
+            if meeting.numbers[0] == partner.numbers[0]:
+                residual[span, points] = _between(meeting, partner)
+            if meeting.numbers[1] == partner.numbers[1] != NONE:
+                block = meeting.bodies[1].residual(_surface(meeting), _surface(partner))
                 compliance[slice(*joined["functions"][a]), functions] = block
-            if one.numbers[0] == other.numbers[1]:
-                mixed[here, :, functions] = _towards(one, _surface(other))
+            if meeting.numbers[0] == partner.numbers[1]:
+                mixed[span, :, functions] = _towards(meeting, _surface(partner))
     return {"residual": residual, "compliance": compliance, "mixed": mixed if mixed.any() else mixed[:0]}
 
 
-def _surface(one: Meeting) -> str:
+def _surface(meeting: Meeting) -> str:
     """Return the interface of a body that is the surface."""
-    assert isinstance(one.against, MasterSurface)
-    return one.against.interface
+    assert isinstance(meeting.against, MasterSurface)
+    return meeting.against.interface
 
 
-def _between(one: Meeting, other: Meeting) -> np.ndarray:
+def _between(meeting: Meeting, partner: Meeting) -> np.ndarray:
     """Return R between the points of two contacts of one body along its axes [m/N], (c, k, 3, 3)."""
-    body, (a, b) = one.bodies[0], (one.contact.interface, other.contact.interface)
+    body, (a, b) = meeting.bodies[0], (meeting.contact.interface, partner.contact.interface)
     if body.modal.residual_flexibility is None:
-        return np.zeros((len(one.contact.points), len(other.contact.points), 3, 3))
-    here, there = body.contact_frame(a), body.contact_frame(b)
-    block = body.contact_residual(a, b).reshape(len(here), 3, len(there), 3)
-    return np.einsum("pri,prqs,qsj->pqij", here, block, there)
+        return np.zeros((len(meeting.contact.points), len(partner.contact.points), 3, 3))
+    frame_a, frame_b = body.contact_frame(a), body.contact_frame(b)
+    block = body.contact_residual(a, b).reshape(len(frame_a), 3, len(frame_b), 3)
+    return np.einsum("pri,prqs,qsj->pqij", frame_a, block, frame_b)
 
 
-def _towards(one: Meeting, surface: str) -> np.ndarray:
+def _towards(meeting: Meeting, surface: str) -> np.ndarray:
     """Return how outward forces on functions of their body move points along its axes [m/N], (c, 3, f)."""
-    body, interface = one.bodies[0], one.contact.interface
+    body, interface = meeting.bodies[0], meeting.contact.interface
     R, functions = body.modal.residual_flexibility, slice(*body.modal.interface_rows[surface])
-    here = body.contact_frame(interface)
+    frame = body.contact_frame(interface)
     if R is None:
-        return np.zeros((len(here), 3, functions.stop - functions.start))
-    block = R[body.contact_places(interface), functions].reshape(len(here), 3, -1)
-    return np.einsum("pri,prf->pif", here, block)
+        return np.zeros((len(frame), 3, functions.stop - functions.start))
+    block = R[body.contact_places(interface), functions].reshape(len(frame), 3, -1)
+    return np.einsum("pri,prf->pif", frame, block)
 
 
-def _pair(one: Meeting, system: System, elastic: int) -> dict[str, np.ndarray]:
+def _pair(pair: Meeting, system: System, elastic: int) -> dict[str, np.ndarray]:
     """Return the arrays of one contact but those over all points or functions."""
-    own = one.bodies[0]
-    c = len(one.contact.points)
-    arm, rows = one.contact.points - own.morph.centre, np.zeros((c, 3, elastic))
-    rows[:, :, : len(one.frames[0].stiffness)] = rows_of(own, one.frames[0], one.contact)[:, :3]
-    layer = system.layer[one.contact.rows] if not one.by_law else np.zeros(c)
+    body = pair.bodies[0]
+    c = len(pair.contact.points)
+    arm, rows = pair.contact.points - body.morph.centre, np.zeros((c, 3, elastic))
+    rows[:, :, : len(pair.frames[0].stiffness)] = rows_of(body, pair.frames[0], pair.contact)[:, :3]
+    layer = system.layer[pair.contact.rows] if not pair.by_law else np.zeros(c)
     of_points = {
-        "owner": np.array([one.numbers]), "arm": arm, "rows": rows,
-        "normal": own.modal.interfaces[one.contact.interface].normals, "layer": layer, "by_law": np.array([one.by_law]),
+        "owner": np.array([pair.numbers]), "arm": arm, "rows": rows,
+        "normal": body.modal.interfaces[pair.contact.interface].normals, "layer": layer,
+        "by_law": np.array([pair.by_law]),
     }  # fmt: skip
-    if one.space is None:
-        return of_points | _ground(one, elastic)
-    return of_points | _face(one, one.space, _ball(arm), elastic)
+    if pair.space is None:
+        return of_points | _ground(pair, elastic)
+    return of_points | _face(pair, pair.space, _ball(arm), elastic)
 
 
-def _ground(one: Meeting, elastic: int) -> dict[str, np.ndarray]:
+def _ground(meeting: Meeting, elastic: int) -> dict[str, np.ndarray]:
     """Return the arrays of a plane or bore of the ground, which has no functions."""
-    against = one.against
+    against = meeting.against
     assert isinstance(against, Plane | Bore)
     if isinstance(against, Plane):
         axis, origin, radius = unit(against.normal), np.asarray(against.point, float), 0.0
@@ -233,32 +234,32 @@ def _ground(one: Meeting, elastic: int) -> dict[str, np.ndarray]:
     }  # fmt: skip
 
 
-def _face(one: Meeting, space: TractionModes, ball: np.ndarray, elastic: int) -> dict[str, np.ndarray]:
+def _face(meeting: Meeting, space: TractionModes, ball: np.ndarray, elastic: int) -> dict[str, np.ndarray]:
     """Return the arrays of the surface of a body.
 
     Args:
         ball: Around the points, (4,).
     """
-    other, chart = one.bodies[1], space.chart
+    master, chart = meeting.bodies[1], space.chart
     outward = np.zeros((space.size, elastic))
-    outward[:, : len(one.frames[1].stiffness)] = _outward(one, space)
+    outward[:, : len(meeting.frames[1].stiffness)] = _outward(meeting, space)
     low, step, cells, height, cover = _height(space)
-    centre = np.asarray(chart["origin"], float) - other.morph.centre
+    centre = np.asarray(chart["origin"], float) - master.morph.centre
     axes = np.array([chart["across"], chart["along"], chart["normal"]], float)
     corners = low + step * np.stack(np.meshgrid(*(np.arange(n + 1) for n in cells), indexing="ij"), -1).reshape(-1, 2)
     lifted = heights(chart, corners) if chart["kind"] == "patch" else np.zeros(len(corners))
-    places = centre + np.column_stack([corners, lifted]) @ axes
+    positions = centre + np.column_stack([corners, lifted]) @ axes
     return {
         "origin": centre[None], "axes": axes[None], "radius": np.zeros(1), "low": low[None], "step": step[None],
         "cells": np.array([[*cells, 0, 0]]), "heights": height, "cover": cover, "start": space.start[None],
         "spacing": space.spacing[None], "counts": np.asarray(space.counts)[None], "outward": outward,
-        "balls": np.array([[ball, _ball(places)]]), "deep": np.array([DEEP * float((step * cells).min())]),
+        "balls": np.array([[ball, _ball(positions)]]), "deep": np.array([DEEP * float((step * cells).min())]),
     }  # fmt: skip
 
 
-def _outward(one: Meeting, space: TractionModes) -> np.ndarray:
+def _outward(meeting: Meeting, space: TractionModes) -> np.ndarray:
     """Return the outward displacement of functions per elastic coordinate, relative to the body's frame, (f, m)."""
-    frame, centre = one.frames[1], one.bodies[1].morph.centre
+    frame, centre = meeting.frames[1], meeting.bodies[1].morph.centre
     if not len(frame.stiffness):
         return np.zeros((space.size, 0))
     force, moment = space.resultant[:, :3], space.resultant[:, 3:]

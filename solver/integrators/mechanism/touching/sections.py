@@ -72,15 +72,13 @@ def of_journal(name: str, joint: Clearance, pair: int, bore: ElasticBore | None)
         size = (joint.clearance, joint.radius, 0.0)
         return [Section(name, size, law, joint.rubbing(law), pair=pair, worn=worn, yielding=yielding)]
     assert joint.law is not None
-    law, share = joint.law.coefficients(), 1 / len(joint.sections)
+    law, fraction = joint.law.coefficients(), 1 / len(joint.sections)
     mu, speed, stiffness, turning = joint.rubbing(law)
-    law = law._replace(stiffness=share * law.stiffness, damping=share * law.damping)
-    friction = (mu, speed, share * stiffness, turning)
+    law = law._replace(stiffness=fraction * law.stiffness, damping=fraction * law.damping)
+    friction = (mu, speed, fraction * stiffness, turning)
     return [
-        Section(
-            name, (joint.clearance, joint.radius, place), law, friction, pair=pair, worn=worn_section(joint, number)
-        )
-        for number, place in enumerate(joint.sections)
+        Section(name, (joint.clearance, joint.radius, section), law, friction, pair=pair, worn=worn_section(joint, i))
+        for i, section in enumerate(joint.sections)
     ]
 
 
@@ -96,9 +94,9 @@ def of_contact(
     Raises:
         SceneError: friction is not what bodies that turn have, or a record has not what a turning body needs.
     """
-    number, settings = names.index(contact.body), system.scene.contact[contact.name]
+    body_id, settings = names.index(contact.body), system.scene.contact[contact.name]
     body, against, law = system.bodies[contact.body], settings.against, settings.law
-    if not isinstance(against, Bore | Plane) or by_flexibility(settings, frames[number]):
+    if not isinstance(against, Bore | Plane) or by_flexibility(settings, frames[body_id]):
         return []
     assert law is not None
     if isinstance(against, Plane):
@@ -106,17 +104,20 @@ def of_contact(
     else:
         axis, origin = unit(against.axis), np.asarray(against.origin, float)
         size, shape = (against.radius, 0.0, 0.0), JOURNAL
-    rows = rows_of(body, frames[number], contact)
+    rows = rows_of(body, frames[body_id], contact)
     friction, belt = rubbing_of(contact.name, settings, law.coefficients(), body), belt_of(settings)
     placed = contact.points + np.asarray(system.scene.body[contact.body].position)
-    found = []
-    for place, own in zip(placed, rows, strict=True):
-        along = (place - origin) @ axis
-        ground = place - along * axis if shape == PLANE else origin + along * axis
-        ends = Point(NONE, ground), Point(number, place - centres[number], own, np.zeros((6, *2 * own.shape[1:])))
+    result = []
+    for point, point_rows in zip(placed, rows, strict=True):
+        along = (point - origin) @ axis
+        ground = point - along * axis if shape == PLANE else origin + along * axis
+        ends = (
+            Point(NONE, ground),
+            Point(body_id, point - centres[body_id], point_rows, np.zeros((6, *2 * point_rows.shape[1:]))),
+        )
         axes = np.array([frame_along(axis), np.eye(3)])
-        found.append((ends, axes, Section(contact.name, size, law.coefficients(), friction, belt, shape)))
-    return found
+        result.append((ends, axes, Section(contact.name, size, law.coefficients(), friction, belt, shape)))
+    return result
 
 
 def by_flexibility(settings: Contact, frame: Frame) -> bool:
@@ -143,8 +144,8 @@ def rubbing_of(name: str, settings: Contact, law: Coefficients, body: FlexibleBo
         )
     if friction.speed is not None:
         return friction.static, friction.speed, 0.0, 0.0
-    own = STICKING * law.exponent * law.stiffness * (USUAL * body.gyration) ** (law.exponent - 1)
-    return friction.static, 1.0, friction.stiffness or own, WAY * body.gyration
+    stiffness = STICKING * law.exponent * law.stiffness * (USUAL * body.gyration) ** (law.exponent - 1)
+    return friction.static, 1.0, friction.stiffness or stiffness, WAY * body.gyration
 
 
 def belt_of(settings: Contact) -> tuple[float, float, float]:
@@ -157,18 +158,18 @@ def belt_of(settings: Contact) -> tuple[float, float, float]:
     return x, y, z
 
 
-def section_arrays(kept: list[Section]) -> dict[str, np.ndarray]:
+def section_arrays(sections: list[Section]) -> dict[str, np.ndarray]:
     """Return the arrays of sections, by their names in `Model`."""
-    own = {
-        "touch_pair": np.array([one.pair for one in kept], np.int64),
-        "touch_shape": np.array([one.shape for one in kept], np.int64),
-        "touch_size": np.array([one.size for one in kept], float).reshape(-1, 3),
-        "touch_law": np.array([one.law for one in kept], float).reshape(-1, 4),
-        "touch_friction": np.array([one.friction for one in kept], float).reshape(-1, 4),
-        "touch_belt": np.array([one.belt for one in kept], float).reshape(-1, 3),
+    arrays = {
+        "touch_pair": np.array([s.pair for s in sections], np.int64),
+        "touch_shape": np.array([s.shape for s in sections], np.int64),
+        "touch_size": np.array([s.size for s in sections], float).reshape(-1, 3),
+        "touch_law": np.array([s.law for s in sections], float).reshape(-1, 4),
+        "touch_friction": np.array([s.friction for s in sections], float).reshape(-1, 4),
+        "touch_belt": np.array([s.belt for s in sections], float).reshape(-1, 3),
     }
-    tables = [one.yielding.table if one.yielding else None for one in kept]
-    return own | worn_arrays([one.worn for one in kept]) | yielding_arrays(tables)
+    tables = [s.yielding.table if s.yielding else None for s in sections]
+    return arrays | worn_arrays([s.worn for s in sections]) | yielding_arrays(tables)
 
 
 def refuse_overlap(system: System, depths: np.ndarray, tracks: list[Track], size: float) -> None:
@@ -179,13 +180,13 @@ def refuse_overlap(system: System, depths: np.ndarray, tracks: list[Track], size
         size: Of the mechanism [m].
     """
     for contact, track in zip(system.contacts, tracks, strict=True):
-        own, against = depths[track.sections], system.scene.contact[contact.name].against
-        if (inside := own > TOUCHING * size).any():
-            other = getattr(against, "body", contact.body)
-            room = against.clearance.format(name=contact.name, body=other)
+        gaps, against = depths[track.sections], system.scene.contact[contact.name].against
+        if (overlapping := gaps > TOUCHING * size).any():
+            partner = getattr(against, "body", contact.body)
+            room = against.clearance.format(name=contact.name, body=partner)
             raise SceneError(
-                f"contact.{contact.name}: {int(inside.sum())} of {len(own)} points start inside the obstacle, the worst"
-                f" by {own.max():.3g} m; move body.{contact.body}.position, or {room}"
+                f"contact.{contact.name}: {int(overlapping.sum())} of {len(gaps)} points start inside the obstacle, the"
+                f" worst by {gaps.max():.3g} m; move body.{contact.body}.position, or {room}"
             )
 
 
@@ -195,14 +196,14 @@ def rows_of(body: FlexibleBody, frame: Frame, contact: ContactRows) -> np.ndarra
     rows = np.zeros((c, 6, m))
     if not m:
         return rows
-    own = body.modal.interfaces[contact.interface]
-    if own.tangents is None or own.tangential_rows is None:
+    modes = body.modal.interfaces[contact.interface]
+    if modes.tangents is None or modes.tangential_rows is None:
         raise SceneError(
             f"contact.{contact.name}: the record of the modes of body '{body.name}' has no tangential rows of"
             f" '{contact.interface}', which a body that turns needs; run the stage modes of this scene again"
         )
-    rows[:, :3] = own.normals[:, :, None] * own.rows[:, None]
-    rows[:, :3] += np.einsum("cti,ctm->cim", own.tangents, own.tangential_rows)
+    rows[:, :3] = modes.normals[:, :, None] * modes.rows[:, None]
+    rows[:, :3] += np.einsum("cti,ctm->cim", modes.tangents, modes.tangential_rows)
     for point, moved in zip(contact.points, rows, strict=True):
         moved[:3] -= frame.shift + np.cross(frame.turn, point - body.morph.centre, axisa=0, axisc=0)
     return rows

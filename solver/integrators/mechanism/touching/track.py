@@ -48,25 +48,25 @@ class Track:
         """Whether it has pressed."""
         return bool(self._times)
 
-    def impacts(self, parts: np.ndarray, window: float) -> np.ndarray:
+    def impacts(self, section_impacts: np.ndarray, window: float) -> np.ndarray:
         """Return the impacts of the contact, (b, 9) as `Trajectory.impacts`.
 
         Args:
-            parts: Those of its sections, sorted by their begins.
+            section_impacts: Those of its sections, sorted by their begins.
             window: Time below which impacts are one, and over which forces are averaged [s].
         """
-        if not len(parts):
+        if not len(section_impacts):
             return np.zeros((0, IMPACT_COLUMNS))
         groups: list[list[np.ndarray]] = []
         end = -np.inf
-        for part in parts:
-            if groups and part[BEGINS] - end <= window:
-                groups[-1].append(part)
+        for impact in section_impacts:
+            if groups and impact[BEGINS] - end <= window:
+                groups[-1].append(impact)
             else:
-                groups.append([part])
-            end = max(end, float(part[ENDS]))
-        times, first = np.unique(np.concatenate(self._times), return_index=True)
-        forces, pushes = (np.concatenate(kept)[first] for kept in (self._forces, self._pushes))
+                groups.append([impact])
+            end = max(end, float(impact[ENDS]))
+        times, unique = np.unique(np.concatenate(self._times), return_index=True)
+        forces, pushes = (np.concatenate(a)[unique] for a in (self._forces, self._pushes))
         return np.array([_joined(group, times, forces, pushes, window) for group in groups])
 
 
@@ -74,30 +74,30 @@ def _joined(
     group: list[np.ndarray], times: np.ndarray, forces: np.ndarray, pushes: np.ndarray, window: float
 ) -> np.ndarray:
     """Return one impact from those of sections that overlap, (9,)."""
-    last = max(group, key=lambda part: float(part[ENDS]))
-    begin, end = float(group[0][BEGINS]), float(last[ENDS])
-    here = (times >= begin) & (times <= end)
-    edges, sizes, impulse = times[here], np.linalg.norm(forces[here], axis=1), pushes[here] - pushes[here][0]
-    found = np.full(IMPACT_COLUMNS, np.nan)
-    found[[BEGINS, ENDS, CLOSING, OPENING]] = begin, end, group[0][CLOSING], last[OPENING]
-    found[IMPULSE] = float(np.linalg.norm(impulse[-1]))
-    found[[PEAK, PEAK_TIME]] = group[0][[PEAK, PEAK_TIME]] if len(group) == 1 else _highest(edges, sizes)
-    found[[WINDOWED, WINDOWED_TIME]] = found[[PEAK, PEAK_TIME]]
+    final = max(group, key=lambda impact: float(impact[ENDS]))
+    start, end = float(group[0][BEGINS]), float(final[ENDS])
+    within = (times >= start) & (times <= end)
+    edges, sizes, impulse = times[within], np.linalg.norm(forces[within], axis=1), pushes[within] - pushes[within][0]
+    joined = np.full(IMPACT_COLUMNS, np.nan)
+    joined[[BEGINS, ENDS, CLOSING, OPENING]] = start, end, group[0][CLOSING], final[OPENING]
+    joined[IMPULSE] = float(np.linalg.norm(impulse[-1]))
+    joined[[PEAK, PEAK_TIME]] = group[0][[PEAK, PEAK_TIME]] if len(group) == 1 else _highest(edges, sizes)
+    joined[[WINDOWED, WINDOWED_TIME]] = joined[[PEAK, PEAK_TIME]]
     if window > 0 and len(edges) > 1:
-        found[[WINDOWED, WINDOWED_TIME]] = windowed(edges, impulse, window)
-    return found
+        joined[[WINDOWED, WINDOWED_TIME]] = windowed(edges, impulse, window)
+    return joined
 
 
 def _highest(times: np.ndarray, sizes: np.ndarray) -> tuple[float, float]:
     """Return the largest of some forces and its time, by a parabola through those beside it."""
-    most = int(sizes.argmax())
-    if not 0 < most < len(sizes) - 1:
-        return float(sizes[most]), float(times[most])
-    x, y = times[most - 1 : most + 2] - times[most], sizes[most - 1 : most + 2] - sizes[most]
-    left, right = y[0] / x[0], y[2] / x[2]
-    square = (right - left) / (x[2] - x[0])
-    slope = left - square * x[0]
+    peak = int(sizes.argmax())
+    if not 0 < peak < len(sizes) - 1:
+        return float(sizes[peak]), float(times[peak])
+    x, y = times[peak - 1 : peak + 2] - times[peak], sizes[peak - 1 : peak + 2] - sizes[peak]
+    slope_before, slope_after = y[0] / x[0], y[2] / x[2]
+    square = (slope_after - slope_before) / (x[2] - x[0])
+    slope = slope_before - square * x[0]
     if not square < 0:
-        return float(sizes[most]), float(times[most])
+        return float(sizes[peak]), float(times[peak])
     shift = -slope / (2 * square)
-    return float(sizes[most] + 0.5 * slope * shift), float(times[most] + shift)
+    return float(sizes[peak] + 0.5 * slope * shift), float(times[peak] + shift)

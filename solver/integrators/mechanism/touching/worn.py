@@ -49,31 +49,31 @@ class WornSection(NamedTuple):
     """An elastic bearing."""
 
 
-def worn_section(joint: Clearance, number: int, pressed: Pressed | None = None) -> WornSection | None:
+def worn_section(joint: Clearance, section: int, bearing_pressure: Pressed | None = None) -> WornSection | None:
     """Return the wear of a section of a joint by its number, None without wear.
 
     Args:
-        pressed: Its elastic bearing, whose pressure is kept without wear too.
+        bearing_pressure: Its elastic bearing, whose pressure is kept without wear too.
     """
     wear = joint.wear
-    if pressed is not None:
-        return _pressed_section(joint, pressed)
+    if bearing_pressure is not None:
+        return _pressed_section(joint, bearing_pressure)
     if wear is None:
         return None
-    rows = [one[number] if one and any(one[number]) else None for one in (wear.bearing_depth, wear.journal_depth)]
-    bearing, journal = (None if one is None else wear.on_cells(one) for one in rows)
-    soft, least = wear.softness(joint.clearance), wear.least_softness(joint.clearance)
+    rows = [r[section] if r and any(r[section]) else None for r in (wear.bearing_depth, wear.journal_depth)]
+    bearing, journal = (None if r is None else wear.on_cells(r) for r in rows)
+    soft, least_softness = wear.softness(joint.clearance), wear.least_softness(joint.clearance)
     rates = wear.coefficient / wear.hardness, wear.journal_coefficient / wear.hardness
     thickness = np.inf if wear.thickness is None else wear.thickness
     areas = joint.worn_areas()
     return WornSection(
-        wear.cells, (bearing, journal), soft, least, wear.after, rates=rates, areas=areas, thickness=thickness
+        wear.cells, (bearing, journal), soft, least_softness, wear.after, rates=rates, areas=areas, thickness=thickness
     )
 
 
-def _pressed_section(joint: Clearance, pressed: Pressed) -> WornSection:
+def _pressed_section(joint: Clearance, bearing_pressure: Pressed) -> WornSection:
     """Return the wear of a joint with an elastic bearing; its worn shape is in the gaps of the bearing."""
-    wear, bore = joint.wear, pressed.bore
+    wear, bore = joint.wear, bearing_pressure.bore
     thickness = np.inf if wear is None or wear.thickness is None else wear.thickness
     cells = max(1, _places(bore) // PLACES_PER_CELL) if wear is None else wear.cells
     shape = wear.on_cells(wear.bearing_depth[0]) if wear is not None and wear.bearing_depth else None
@@ -81,7 +81,7 @@ def _pressed_section(joint: Clearance, pressed: Pressed) -> WornSection:
     rate, after = (0.0, 0.0) if wear is None else (wear.coefficient / wear.hardness, wear.after)
     return WornSection(
         cells, (shape, None), 0.0, 0.0, after, rates=(rate, 0.0), areas=(area, area), thickness=thickness,
-        pressed=pressed,
+        pressed=bearing_pressure,
     )  # fmt: skip
 
 
@@ -92,33 +92,36 @@ def _places(bore: ElasticBore) -> int:
 
 def check_cells(name: str, worn: WornSection, bore: ElasticBore) -> None:
     """Raise a SceneError where a cell has so few places of a bore that its pressure would depend on them."""
-    if worn.cells > (most := max(1, _places(bore) // PLACES_PER_CELL)):
+    if worn.cells > (limit := max(1, _places(bore) // PLACES_PER_CELL)):
         raise SceneError(
             f"joint.{name}.wear.cells: {worn.cells} given; the bore has {_places(bore)} positions about its axis, and"
-            f" corners and middles of elements differ: allowed: up to {most}"
+            f" corners and middles of elements differ: allowed: up to {limit}"
         )
 
 
 def worn_arrays(worn: list[WornSection | None]) -> dict[str, np.ndarray]:
     """Return the arrays of the worn shapes of all sections; a section without has no cells."""
-    c, most = len(worn), max((one.cells for one in worn if one is not None and any_shape(one)), default=0)
+    c, largest = (
+        len(worn),
+        max((section.cells for section in worn if section is not None and any_shape(section)), default=0),
+    )
     arrays = {
-        "worn_cells": np.zeros((c, 2), np.int64), "worn_soft": np.ones(c), "worn_depth": np.zeros((c, 2, most)),
-        "worn_turn": np.zeros((c, most, 2)),
+        "worn_cells": np.zeros((c, 2), np.int64), "worn_soft": np.ones(c), "worn_depth": np.zeros((c, 2, largest)),
+        "worn_turn": np.zeros((c, largest, 2)),
     }  # fmt: skip
-    for i, one in enumerate(worn):
-        if one is None or not any_shape(one):
+    for i, section in enumerate(worn):
+        if section is None or not any_shape(section):
             continue  # Those of an elastic bearing are in its table.
-        arrays["worn_soft"][i], arrays["worn_turn"][i, : one.cells] = one.softness, turns(one.cells)
-        for side, shape in enumerate(one.shapes):
+        arrays["worn_soft"][i], arrays["worn_turn"][i, : section.cells] = section.softness, turns(section.cells)
+        for side, shape in enumerate(section.shapes):
             if shape is not None:
-                arrays["worn_cells"][i, side], arrays["worn_depth"][i, side, : one.cells] = one.cells, shape
+                arrays["worn_cells"][i, side], arrays["worn_depth"][i, side, : section.cells] = section.cells, shape
     return arrays
 
 
-def any_shape(one: WornSection) -> bool:
+def any_shape(section: WornSection) -> bool:
     """Whether a section's bearing or journal is not round, beside that of an elastic bearing."""
-    return one.pressed is None and any(shape is not None for shape in one.shapes)
+    return section.pressed is None and any(shape is not None for shape in section.shapes)
 
 
 def turns(cells: int) -> np.ndarray:
@@ -202,16 +205,16 @@ class Rubbed:
 
     def _shares(self, ends: np.ndarray, depths: np.ndarray, side: int) -> np.ndarray:
         """Return the share of each cell, (cells,), whose sum is one, of pressure that moves from one end to another."""
-        first, last = (np.arctan2(y, x) for x, y in ends)
-        swept = abs((last - first + np.pi) % (2 * np.pi) - np.pi)
+        start_angle, end_angle = (np.arctan2(y, x) for x, y in ends)
+        swept = abs((end_angle - start_angle + np.pi) % (2 * np.pi) - np.pi)
         if self._onto is not None:
             return self._pressures(ends, swept)
         softness = max(self.worn.least, SPREAD * max(0.0, float(depths.mean())))
         size = float(np.linalg.norm(ends, axis=1).max())
         width = np.sqrt(softness / size) if size > 0 else np.pi
         count = 1 + int(np.ceil(swept / width))
-        at = (np.arange(count) + 0.5) / count
-        offsets = ends[0] + at[:, None] * (ends[1] - ends[0])
+        fractions = (np.arange(count) + 0.5) / count
+        offsets = ends[0] + fractions[:, None] * (ends[1] - ends[0])
         levels = offsets @ self._turns.T
         if (shape := self.worn.shapes[side]) is not None:
             levels = levels - shape
@@ -220,54 +223,54 @@ class Rubbed:
 
     def _pressures(self, ends: np.ndarray, swept: float) -> np.ndarray:
         """Return the shares of an elastic bearing; both sides have those of the bearing."""
-        pressed = self.worn.pressed
-        assert pressed is not None
+        bearing = self.worn.pressed
+        assert bearing is not None
         assert self._onto is not None
         count = 1 + int(swept / (SWEEP * 2 * np.pi / self.worn.cells))
         total = np.zeros(self.worn.cells)
-        for at in (np.arange(count) + 0.5) / count:
-            offset = ends[0] + at * (ends[1] - ends[0])
-            forces = pressed.forces(offset)
+        for fraction in (np.arange(count) + 0.5) / count:
+            offset = ends[0] + fraction * (ends[1] - ends[0])
+            forces = bearing.forces(offset)
             if not forces.any():
-                forces[pressed.first_touch(float(np.arctan2(offset[1], offset[0])))[1]] = 1.0
+                forces[bearing.first_touch(float(np.arctan2(offset[1], offset[0])))[1]] = 1.0
             total += self._onto @ forces / forces.sum()
         return total / count
 
 
 def _deposit(angles: np.ndarray, cells: int) -> np.ndarray:
     """Return the shares by which forces at angles act on the two cells beside them, (cells, p)."""
-    at = angles / (2 * np.pi) * cells
-    low = np.floor(at).astype(int)
-    found, places = np.zeros((cells, len(angles))), np.arange(len(angles))
-    np.add.at(found, (low % cells, places), 1 - (at - low))
-    np.add.at(found, ((low + 1) % cells, places), at - low)
-    return found
+    position = angles / (2 * np.pi) * cells
+    low = np.floor(position).astype(int)
+    shares, columns = np.zeros((cells, len(angles))), np.arange(len(angles))
+    np.add.at(shares, (low % cells, columns), 1 - (position - low))
+    np.add.at(shares, ((low + 1) % cells, columns), position - low)
+    return shares
 
 
 def worn_quantities(joint: str, sections: list[Rubbed]) -> Json:
     """Return what wore off a joint in a run, `JOINT.name` → {"value", "unit"}."""
-    found: Json = {}
+    json: Json = {}
     for side, name in enumerate(("wear", "journal_wear")):
         if not sections[0].worn.rates[side]:
             continue
-        depths = np.array([one.depths(side) for one in sections])
+        depths = np.array([s.depths(side) for s in sections])
         _, cell = np.unravel_index(int(depths.argmax()), depths.shape)
         values = (
             ("volume", float(depths.sum()) * sections[0].worn.areas[side], "m^3"),
             ("depth", float(depths.max()), "m"),
             ("angle", 2 * np.pi * float(cell) / depths.shape[1], "rad"),
         )
-        found |= {f"{joint}.{name}_{key}": {"value": value, "unit": unit} for key, value, unit in values}
-    work = sum(float(one.sums[1].sum()) for one in sections)
-    hardest = max(sections, key=lambda one: one.most)
+        json |= {f"{joint}.{name}_{key}": {"value": value, "unit": unit} for key, value, unit in values}
+    work = sum(float(s.sums[1].sum()) for s in sections)
+    hardest = max(sections, key=lambda s: s.most)
     if hardest.most > 0:
-        found[f"{joint}.pressure_peak"] = {"value": float(hardest.pressure().max()), "unit": "Pa"}
+        json[f"{joint}.pressure_peak"] = {"value": float(hardest.pressure().max()), "unit": "Pa"}
         if hardest.worn.pressed is not None:
-            found[f"{joint}.pressed_angle"] = {"value": hardest.pressed_angle(), "unit": "rad"}
+            json[f"{joint}.pressed_angle"] = {"value": hardest.pressed_angle(), "unit": "rad"}
     if work > 0 and hardest.worn.pressed is None:
-        mean = sum(one.indented for one in sections) / work
-        found[f"{joint}.wear_indentation"] = {"value": mean, "unit": "m"}
-    return found
+        mean = sum(s.indented for s in sections) / work
+        json[f"{joint}.wear_indentation"] = {"value": mean, "unit": "m"}
+    return json
 
 
 def worn_cells(sections: list[Rubbed]) -> Json:
