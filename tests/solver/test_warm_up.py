@@ -160,7 +160,7 @@ def test_what_a_file_depends_on_names_its_folder(tree: Path, name: str, old: str
 
 def test_kept_digests_see_what_compiled_files_import_from_other_packages(tree: Path, tmp_path: Path) -> None:
     """Constants are compiled into machine code, also those of files in which nothing is compiled."""
-    (tree / "modaldb").mkdir()
+    (tree / "modaldb/records").mkdir(parents=True)
     (tree / "modaldb/records/tangents.py").write_text("SIDES = 2\n")
     loop = "from gudgeon.solver.compiled import compiled\nfrom gudgeon.modaldb.records.tangents import SIDES\n"
     (tree / "solver/loop.py").write_text(loop)

@@ -48,7 +48,7 @@ def test_every_stage_has_sources(texts: Mapping[str, bytes], modules: Modules) -
 @pytest.mark.parametrize(
     ("module", "stages"),
     [
-        ("pipeline.geometry.occ", ROOTS.keys() - {"solve", "report", "poses", "posegrid"}),
+        ("pipeline.geometry.occ", ROOTS.keys() - {"solve", "plot", "report", "poses", "posegrid"}),
         ("pipeline.modes.lanczos", {"modes", "cyclic", "wheel", "measurement"}),
         ("pipeline.design_change.estimate", {"morph", "sensitivity", "measurement"}),
         ("solver.integrators.implicit.kernel", {"solve", "measurement", "report"}),

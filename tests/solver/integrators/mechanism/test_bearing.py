@@ -227,7 +227,7 @@ def test_what_does_not_fit_is_refused(change: dict[str, Any], said: str) -> None
     ("change", "said"),
     [
         ({"bearing": {"load": 1e12}}, "more than 0.1 of its radius"),
-        ({"wear": WEARS | {"cells": 360}}, "360 given; the bore has 360 places.* allowed: up to 180"),
+        ({"wear": WEARS | {"cells": 360}}, "360 given; the bore has 360 positions.* allowed: up to 180"),
     ],
 )
 def test_what_the_bearing_does_not_carry_is_refused(change: dict[str, Any], said: str, tmp_path: Path) -> None:
