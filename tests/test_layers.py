@@ -32,6 +32,10 @@ FUNCTION_CAP = 60
 """Lines from `def` to the last statement."""
 WIDEST = 6
 """Positional arguments of a function."""
+BRANCH_CAP = 15
+"""McCabe's number of a function: 1 and its branches, boolean operators and comprehensions with their conditions."""
+BRANCHED = 42
+"""How many functions of the product are above it. The number only falls: who simplifies one lowers it."""
 LIBRARY_CALLS = {"pardiso", "rotate", "revolve"}
 """Functions of libraries that bear the name of one of ours."""
 FOLDER_CAP = 15
@@ -349,6 +353,30 @@ def long_functions(sources: Sources) -> list[str]:
     ]
 
 
+def branches(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Return McCabe's number of a function, those within it included."""
+    single = (ast.If, ast.IfExp, ast.For, ast.AsyncFor, ast.While, ast.ExceptHandler, ast.match_case)
+    count = 1
+    for node in ast.walk(function):
+        if isinstance(node, single):
+            count += 1
+        elif isinstance(node, ast.BoolOp):
+            count += len(node.values) - 1
+        elif isinstance(node, ast.comprehension):
+            count += 1 + len(node.ifs)
+    return count
+
+
+def branched_functions(sources: Sources) -> list[str]:
+    """List the functions with too many branches."""
+    return [
+        f"{path}:{node.lineno}: {node.name} has {branches(node)} branches"
+        for path, text in sources.items()
+        for node in ast.walk(parsed(text))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and branches(node) > BRANCH_CAP
+    ]
+
+
 def wide_calls(sources: Sources) -> list[str]:
     """List functions with more than six positional parameters, and calls of the project's own with more arguments."""
     trees = {path: parsed(text) for path, text in sources.items()}
@@ -481,6 +509,17 @@ def test_folders_that_are_let_through_need_it(monkeypatch: pytest.MonkeyPatch) -
     listed = BOTH_WAYS
     monkeypatch.setattr(sys.modules[__name__], "BOTH_WAYS", ())
     assert {offender.partition(":")[0] for offender in both_ways(sources())} == set(listed)
+
+
+def test_functions_with_many_branches_only_become_fewer() -> None:
+    assert len(branched_functions(sources())) == BRANCHED
+
+
+def test_branches_are_counted() -> None:
+    text = "def f(a):\n    if a and a or a:\n        return [x for x in a if x]\n    for x in a:\n        pass\n"
+    (function,) = ast.parse(text).body
+    assert isinstance(function, ast.FunctionDef)
+    assert branches(function) == 7
 
 
 def test_floors_and_homes_are_in_use() -> None:
