@@ -92,7 +92,7 @@ def test_the_plan_lists_the_field(db: Path, field: PoseField) -> None:
     [
         ({"field": "none.toml"}, "none.toml"),
         ({"field": "scene.toml"}, "is no scene of conductors"),
-        ({"field": "../electrostatics/squares.toml"}, r"has no table \[poses\]"),
+        ({"field": str(scene_path("electrostatics/squares.toml"))}, r"has no table \[poses\]"),
         ({"field": "unset"}, "give field, the scene file of conductors"),
         ({"potentials": {"uper": 3.0}}, "no conductor 'uper'; the field has lower, upper"),
         ({"start": [0.0, 0.0, 5e-6]}, "outside of the grid of poses"),
