@@ -18,9 +18,9 @@ def status(job: SceneJob) -> list[tuple[str, str, str, list[str]]]:
     noted, rows = _last_inputs(job), []
     for stage in job.stages[:-1]:
         products = job.products([stage])
-        faults = {key_: job.store.fault(product.key) for key_, product in products.items()}
-        missing = {key_: fault for key_, fault in faults.items() if fault is not None}
-        reasons = (_reasons(noted.get(key_), products[key_], fault) for key_, fault in missing.items())
+        faults = {name: job.store.fault(product.key) for name, product in products.items()}
+        missing = {name: fault for name, fault in faults.items() if fault is not None}
+        reasons = (_reasons(noted.get(name), products[name], fault) for name, fault in missing.items())
         why = list(dict.fromkeys(text for texts in reasons for text in texts))
         keys = list(dict.fromkeys(product.key for product in products.values()))
         rows.append((stage, "stale" if missing else "fresh", combined(keys), why))

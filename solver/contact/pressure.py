@@ -50,15 +50,15 @@ def patches(points: np.ndarray, areas: np.ndarray) -> Patches:
 
     count, median = len(points), float(np.median(areas))
     target = min(max(PATCH_SHARE * float(areas.sum()), PATCH_POINTS * median), float(areas.sum()))
-    tree, count_near = KDTree(points), min(count, 8)
+    tree, neighbours = KDTree(points), min(count, 8)
     while True:
-        order = tree.query(points, k=[*range(1, count_near + 1)])[1]
+        order = tree.query(points, k=[*range(1, neighbours + 1)])[1]
         reached = np.cumsum(areas[order], axis=1)
-        if count_near == count or (reached[:, -1] >= target).all():
+        if neighbours == count or (reached[:, -1] >= target).all():
             break
-        count_near = min(count, 2 * count_near)
-    taken = np.minimum((reached < target * (1 - 1e-12)).sum(axis=1) + 1, count_near)
-    within = np.arange(count_near) < taken[:, None]
+        neighbours = min(count, 2 * neighbours)
+    taken = np.minimum((reached < target * (1 - 1e-12)).sum(axis=1) + 1, neighbours)
+    within = np.arange(neighbours) < taken[:, None]
     rows = np.repeat(np.arange(count), taken)
     members = sparse.csr_matrix((np.ones(len(rows)), (rows, order[within])), (count, count))
     return Patches(target, members, members @ areas, areas < SLIVER * median)

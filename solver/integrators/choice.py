@@ -30,7 +30,7 @@ def field_frequency(system: System) -> float:
     driving, (names, energies) = system.driving, system.fields
     fields = system.scene.fields() | system.scene.electrodes()
     load_rows = [
-        (load.name, rows_.start + k) for load, rows_ in driving.given_rows() for k in range(rows_.stop - rows_.start)
+        (load.name, span.start + k) for load, span in driving.given_rows() for k in range(span.stop - span.start)
     ]
     loads, numbers = field_loads(names, [name for name, _ in load_rows]), np.array([row for _, row in load_rows], int)
     poses = np.array([start_pose(fields[name]) for name in names])

@@ -207,7 +207,7 @@ def _parted(linkage: Linkage, model: Model, work: Work, state: np.ndarray, drive
     lacks, keys = lacks_of(model, work, drives), [(row.joint, row.length) for row in linkage.rows]
     scales = dict(zip(keys, model.reach, strict=True))
     open_by = {key: float(np.linalg.norm(lacks[[k == key for k in keys]])) for key in scales}
-    name, length = key = max(open_by, key=lambda key_: open_by[key_])
+    name, length = key = max(open_by, key=lambda joint: open_by[joint])
     if length and Counter(keys)[key] == 3:
         return name, f"the points of joint '{name}' are {open_by[key] * scales[key]:.3g} m apart"
     return name, f"joint '{name}' is open by {open_by[key] * scales[key]:.3g} {'m' if length else 'rad'}"

@@ -87,12 +87,12 @@ def motion_between(model: Model, state: np.ndarray, target: np.ndarray) -> np.nd
     """Return the motion by which `moved` leads from a state to another one nearby, (6 n + E's,)."""
     motion = np.zeros(spans(model)[-1].stop)
     for b, (root, span) in enumerate(zip(roots(model), spans(model), strict=True)):
-        a, b_ = (y[WIDTH * b : WIDTH * (b + 1)] for y in (state, target))
-        (w, *_), (v, *_) = a[TURN:], b_[TURN:]
-        u, x = a[TURN + 1 : TURN + 4], b_[TURN + 1 : TURN + 4]
-        turned = 2 * np.sign(a[TURN : TURN + 4] @ b_[TURN : TURN + 4]) * (w * x - v * u - np.cross(x, u))
+        a, goal = (y[WIDTH * b : WIDTH * (b + 1)] for y in (state, target))
+        (w, *_), (v, *_) = a[TURN:], goal[TURN:]
+        u, x = a[TURN + 1 : TURN + 4], goal[TURN + 1 : TURN + 4]
+        turned = 2 * np.sign(a[TURN : TURN + 4] @ goal[TURN : TURN + 4]) * (w * x - v * u - np.cross(x, u))
         bent = modal_parts(model, target, b)[0] - modal_parts(model, state, b)[0]
-        motion[span] = np.concatenate([b_[PLACE : PLACE + 3] - a[PLACE : PLACE + 3], turned, bent]) / root
+        motion[span] = np.concatenate([goal[PLACE : PLACE + 3] - a[PLACE : PLACE + 3], turned, bent]) / root
     return motion
 
 

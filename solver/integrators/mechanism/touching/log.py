@@ -101,7 +101,7 @@ class Touching:
         self.pressed = work.touching.copy()
         """Which pressed in it."""
         self.left: Left | None = None
-        self.rubbed = {section: Rubbed(worn_one) for section, worn_one in worn.items()}
+        self.rubbed = {section: Rubbed(wear) for section, wear in worn.items()}
         """What rubs off sections that wear."""
         self._impulse = np.zeros(c)
         self._cones = Cones(model, work, LOOKS + 1)
@@ -350,7 +350,7 @@ class Touching:
                 if np.isnan(complete[ENDS]):  # It still presses.
                     complete[ENDS], complete[IMPULSE] = time, self._pushed(int(i), state) - self._impulse[i]
                 every.append(complete)
-        return np.array(sorted(every, key=lambda i_: float(i_[BEGINS]))).reshape(-1, IMPACT_COLUMNS)
+        return np.array(sorted(every, key=lambda impact: float(impact[BEGINS]))).reshape(-1, IMPACT_COLUMNS)
 
     def of_contact(self, track: Track, state: np.ndarray, time: float, window: float) -> np.ndarray:
         """Return the impacts of a contact up to a time, (b, 9); those separated by less than the window [s] are one."""
