@@ -1,0 +1,41 @@
+"""The native core: time loops and their contact response, compiled for two levels of instructions.
+
+`GUDGEON_CORE=baseline` or `checked` picks another module than the processor's best: `checked` ends a process with file
+and line where an index is wrong.
+"""
+
+import importlib
+import os
+import platform
+from pathlib import Path
+from typing import Any
+
+from gudgeon.solver.errors import SolverError
+
+LEVELS = ("v3", "baseline", "checked")
+NEEDED = frozenset({"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"})
+"""Flags of a processor that has x86-64-v3."""
+
+
+def best_level(processors: Path = Path("/proc/cpuinfo")) -> str:
+    """Return the highest level of instructions that this processor has."""
+    if platform.machine() not in ("x86_64", "AMD64") or not processors.exists():
+        return "baseline"
+    with processors.open() as lines:
+        flags = next((line for line in lines if line.startswith("flags")), "")
+    return "v3" if set(flags.split()) >= NEEDED else "baseline"
+
+
+def _module() -> tuple[str, Any]:
+    level = os.environ.get("GUDGEON_CORE") or best_level()
+    if level not in LEVELS:
+        raise SolverError(f"GUDGEON_CORE: {level!r} is not one of {', '.join(LEVELS)}")
+    return level, importlib.import_module(f"{__name__}._{level}")
+
+
+level, module = _module()
+
+
+def __getattr__(name: str) -> Any:
+    """Return what the module has: `core.Small` and the like."""
+    return getattr(module, name)

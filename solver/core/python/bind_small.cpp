@@ -1,0 +1,5 @@
+#include "read.hpp"
+
+using namespace gudgeon;
+
+void bind_small(nb::module_&) {}
