@@ -47,7 +47,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("modaldb", "solver.source_state"),
     ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.capabilities",
      "solver.kernel_cache", "solver.machine"),
-    ("pipeline.files", "pipeline.process", "pipeline.linalg", "solver.compiled", "solver.vectors"),
+    ("pipeline.files", "pipeline.process", "pipeline.linalg", "solver.compiled", "solver.core", "solver.vectors"),
     ("pipeline.geometry", "solver.forces", "solver.laws", "solver.methods", "solver.obstacles", "solver.registry"),
     ("solver.joints",),
     ("solver.scene",),
