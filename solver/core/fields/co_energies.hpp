@@ -1,0 +1,19 @@
+/* Fields of charged conductors over the pose of a body: the arrays; `co_energy.hpp` evaluates them.
+ *
+ * The words of the Python tuple `gudgeon.solver.forces.fields.co_energy.CoEnergies`.
+ */
+#pragma once
+#include "../layout.hpp"
+#include "../view.hpp"
+
+namespace gudgeon {
+
+/* Fields of a scene, f of them. */
+struct CoEnergies {
+    CIntMat head; /* kind, number of axes, first coefficient; of each axis: place in the pose, first knot, count (f, 21) */
+    CMat size;    /* motions allowed off the axes [m, rad]; of plates and of what adheres: gap [m], normal, two more (f, 8) */
+    CVec data;    /* knots and coefficients of all fields */
+    GUDGEON_FIELDS(head, size, data)
+};
+
+}  // namespace gudgeon
