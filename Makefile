@@ -1,6 +1,6 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup docs browser solver-env hsds demo test fuzz lint bench bench-peers reports defaults lock clean help
+.PHONY: setup core check-core docs browser solver-env hsds demo test fuzz lint bench bench-peers reports defaults lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
@@ -19,25 +19,25 @@ SONAMES := libGLU.so.1 libGL.so.1 libXrender.so.1 libXcursor.so.1 libXft.so.2 li
 # Read by the tests, which open a report's page in it.
 BROWSERS := chromium chromium-browser google-chrome google-chrome-stable
 # What a command imports before it can say that nothing is to be done, and what takes longest to load.
-COMPILED := numpy scipy h5py pydantic pydantic_core annotated_types typing_extensions.py typing_inspection numba \
-    llvmlite skfem meshio matplotlib pyvista
+COMPILED := numpy scipy h5py pydantic pydantic_core annotated_types typing_extensions.py typing_inspection \
+    skfem meshio matplotlib pyvista
 APT_INSTALL := apt-get install -y --no-install-recommends
 
 # A stamp is written last and named after what it vouches for: the lock file, the project file, and the folder,
 # since an environment that was moved or copied still points at the old one.
 key = $(shell { pwd; cat $(1); } | sha256sum | cut -c 1-16)
 LOCKED := .venv/locked-$(call key,requirements.lock)
-READY := .venv/ready-$(call key,requirements.lock pyproject.toml)
-SOLVER_READY := .venv-solver/ready-$(call key,requirements-solver.lock pyproject.toml)
+# What the native core is built of: an edit of it is built by whatever target needs it.
+CORE := $(shell find solver/core pipeline \( -name '*.[ch]pp' -o -name CMakeLists.txt \) | sort)
+READY := .venv/ready-$(call key,requirements.lock pyproject.toml $(CORE))
+SOLVER_READY := .venv-solver/ready-$(call key,requirements-solver.lock pyproject.toml $(CORE))
+CORE_READY := .build-core/ready-$(call key,$(CORE))
 
 setup: $(READY) ## make .venv with the pinned packages and the system libraries (the targets that need it do it first)
 
 $(READY): $(LOCKED)
-	@echo "set-up: installing gudgeon itself"
 	@$(call install_project,.venv)
 	@$(call link_package,.venv/links/gudgeon)
-	@echo "set-up: compiling the time loops of the solver"
-	@$(BIN)/python -m gudgeon.solver.warm_up
 	@$(BIN)/python -m compileall -q -j 0 $(addprefix .venv/lib/python3*/site-packages/,$(COMPILED)) modaldb pipeline solver
 	@rm -f .venv/ready-*; touch $@
 	@echo "set-up: done; $(BIN)/gudgeon --help shows the commands"
@@ -47,7 +47,7 @@ $(LOCKED):
 	@$(check_python)
 	@missing="$$($(missing_libraries))"; test -z "$$missing" || { $(install_packages); }; \
 	missing="$$($(missing_libraries))"; test -z "$$missing" || { \
-	    echo "set-up: gmsh and the pictures need system libraries; install them, then run make again:" \
+	    echo "set-up: gmsh, the pictures and the native core need system packages; install them, then run make again:" \
 	        "sudo $(APT_INSTALL) $$missing" >&2; exit 1; }
 	@$(call make_environment,.venv,requirements.lock)
 	@.venv/bin/python -m docs.tools.prune .venv
@@ -57,10 +57,14 @@ solver-env: $(SOLVER_READY) ## make .venv-solver: the solver and the database al
 
 $(SOLVER_READY):
 	@$(check_python)
-	@$(call make_environment,.venv-solver,requirements-solver.lock)
+	@$(has_compiler) || { echo "set-up: the native core needs a compiler of C++20: sudo $(APT_INSTALL) g++" >&2; exit 1; }
+	@test -x .venv-solver/bin/pip || { $(call make_environment,.venv-solver,requirements-solver.lock); }
 	@echo '*' > .venv-solver/.gitignore
 	@$(call install_project,.venv-solver)
 	@touch $@
+
+core: $(LOCKED) ## build the native core after an edit, a few seconds
+	@$(call build_core,.venv)
 
 hsds: setup ## start HSDS on this machine, in an environment of its own, and print the variables of its clients
 	@test -x .venv-hsds/bin/hsds || { $(PYTHON) -m venv .venv-hsds && .venv-hsds/bin/pip install -q 'hsds>=1.0.2'; }
@@ -128,7 +132,7 @@ lock: setup ## pin again what pyproject.toml asks for; `make lock UPGRADE=--upgr
 	@mv requirements-solver.tmp requirements-solver.lock
 
 clean: ## remove the environments and caches; results and the database stay
-	rm -rf .venv .venv-solver .venv-hsds gudgeon.egg-info .pytest_cache .ruff_cache .benchmarks
+	rm -rf .venv .venv-solver .venv-hsds .build-core* solver/core/*.so gudgeon.egg-info .pytest_cache .ruff_cache .benchmarks
 	find modaldb pipeline solver tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 help: ## show this list
@@ -151,9 +155,19 @@ define make_environment
 	$(1)/bin/python -m pip install -q --no-compile --require-hashes -r $(2)
 endef
 
-# setuptools warns of what every editable installation does.
-install_project = PYTHONWARNINGS=ignore $(1)/bin/python -m pip install -q --no-deps --no-build-isolation -e . && \
-    rm -rf gudgeon.egg-info build
+# $(call build_core,FOLDER): by the pinned tools of an environment, unless it stands for these sources.
+define build_core
+	test -e $(CORE_READY) || { \
+	    echo "set-up: compiling the native core"; \
+	    $(1)/bin/cmake -S solver/core -B .build-core -G Ninja --log-level=WARNING -DCMAKE_BUILD_TYPE=Release \
+	        -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(1)/bin/ninja -DPython_EXECUTABLE=$(CURDIR)/$(1)/bin/python > /dev/null && \
+	    $(1)/bin/ninja --quiet -C .build-core && rm -f .build-core/ready-* && touch $(CORE_READY); }
+endef
+
+# $(call install_project,FOLDER). setuptools warns of what every editable installation does.
+install_project = $(call build_core,$(1)) && echo "set-up: installing gudgeon itself" && \
+    PYTHONWARNINGS=ignore $(1)/bin/python -m pip install -q --no-deps --no-build-isolation \
+        -C cmake.define.GUDGEON_PREBUILT=ON -e . && rm -rf gudgeon.egg-info build
 
 # $(call link_package,FOLDER): the package as folders of the same names, for type checkers, which follow no import hook.
 link_package = rm -rf $(1); mkdir -p $(1); \
@@ -163,7 +177,9 @@ link_package = rm -rf $(1); mkdir -p $(1); \
 # Prints the packages of those libraries that cannot be loaded, whatever the system that should have them.
 missing_libraries = for pair in $(join $(addsuffix =,$(SONAMES)),$(SYSTEM_LIBRARIES)); do \
     $(PYTHON) -c 'import ctypes, sys; ctypes.CDLL(sys.argv[1])' $${pair%%=*} 2> /dev/null || echo $${pair\#*=}; \
-    done | xargs
+    done | { cat; $(has_compiler) || echo g++; } | xargs
+# The core is C++20; CXX names another compiler than the system's.
+has_compiler = command -v $${CXX:-c++} > /dev/null
 
 # Tries to install $$missing, by root, or by sudo where it asks for no password; the caller sees whether it did.
 define install_packages

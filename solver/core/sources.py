@@ -33,13 +33,13 @@ def digest(source: Path) -> str:
     return total.hexdigest()[:16]
 
 
-def write_header(header: Path, sources: list[Path]) -> None:
-    """Write the digests as a string literal, unless the header has them already."""
-    digests = json.dumps({source.stem: digest(source) for source in sources}, sort_keys=True)
+def write_header(header: Path, root: Path, sources: list[Path]) -> None:
+    """Write the digests by paths in the checkout as a string literal, unless the header has them already."""
+    digests = json.dumps({path.relative_to(root).as_posix(): digest(path) for path in sources}, sort_keys=True)
     text = f"#define GUDGEON_SOURCES {json.dumps(digests)}\n"
     if not header.exists() or header.read_text() != text:
         header.write_text(text)
 
 
 if __name__ == "__main__":
-    write_header(Path(sys.argv[1]), [Path(name) for name in sys.argv[2:]])
+    write_header(Path(sys.argv[1]), Path(sys.argv[2]), [Path(name) for name in sys.argv[3:]])

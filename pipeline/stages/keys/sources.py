@@ -1,12 +1,14 @@
 """Digests of the sources that shape the products of each stage, so that no key outlives the code that made its record.
 
-A digest covers the modules that a stage's own import, directly or not, without comments and docstrings; it is the same
-on every machine and Python version. To find it takes a second, so digests are kept in the user's cache folder
+A digest covers the modules that a stage's own import, directly or not, without comments and docstrings, and the sources
+of the compiled code that these call, as the extension says of itself; it is the same on every machine, level of
+instructions and Python version. To find it takes a second, so digests are kept in the user's cache folder
 (`solver.source_state`).
 """
 
 import ast
 import hashlib
+import json
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -14,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from gudgeon.solver import core
 from gudgeon.solver.source_state import PACKAGES, ROOT, kept_digests
 
 BODIES, FIELD, WHEEL = "pipeline.stages.bodies", "pipeline.applications.electrostatics", "pipeline.applications.wheel"
@@ -47,15 +50,26 @@ INSIDE = ("modaldb.records",)
 NAME = re.compile(r"gudgeon((?:\.\w+)+)(?::\w+)?")
 
 
+CORE = "solver.core"
+"""The extension; a module that imports it calls the compiled sources of its own folder, or else those of the core."""
+
+
 @cache
-def code_digests(root: Path = ROOT) -> Mapping[str, str]:
-    """Return the digest of each stage's sources, 16 digits, for the packages in a folder."""
+def code_digests(root: Path = ROOT, compiled: str | None = None) -> Mapping[str, str]:
+    """Return the digest of each stage's sources, 16 digits, for the packages in a folder.
+
+    Args:
+        root: The folder.
+        compiled: Digests of the compiled sources by their paths, as JSON; None: those of the extension in use.
+    """
+    compiled = core.module.sources if compiled is None else compiled
 
     def found() -> Mapping[str, str]:
-        modules = Modules(source_texts(root))
+        modules = Modules(source_texts(root), json.loads(compiled))
         return {stage: modules.digest(stage) for stage in ROOTS}
 
-    return kept_digests(_cache_folder(), "sources", ROOTS, found, root)
+    name = f"sources-{hashlib.sha256(compiled.encode()).hexdigest()[:8]}"
+    return kept_digests(_cache_folder(), name, ROOTS, found, root)
 
 
 def source_texts(root: Path) -> dict[str, bytes]:
@@ -70,10 +84,11 @@ class Modules:
 
     Args:
         texts: As `source_texts` returns them.
+        compiled: Digests of compiled sources by their paths.
     """
 
-    def __init__(self, texts: Mapping[str, bytes]) -> None:
-        self._texts = texts
+    def __init__(self, texts: Mapping[str, bytes], compiled: Mapping[str, str]) -> None:
+        self._texts, self._compiled = texts, compiled
         self._trees: dict[str, ast.Module] = {}
         self._digests: dict[str, str] = {}
         self._imports: dict[str, list[str]] = {}
@@ -85,7 +100,19 @@ class Modules:
             if name not in self._digests:
                 self._digests[name] = hashlib.sha256(canonical(self._part(name)).encode()).hexdigest()
             total.update(f"{name} {self._digests[name]}\n".encode())
+        for path in self.compiled(stage):
+            total.update(f"{path} {self._compiled[path]}\n".encode())
         return total.hexdigest()[:16]
+
+    def compiled(self, stage: str) -> list[str]:
+        """Return the paths of the compiled sources that a stage's digest covers, sorted."""
+        paths = set[str]()
+        for name in self.covered(stage):
+            if CORE in self._imports.get(name, ()):
+                folder = name.rpartition(".")[0].replace(".", "/")
+                beside = [path for path in self._compiled if path.rpartition("/")[0] == folder]
+                paths.update(beside or (path for path in self._compiled if path.startswith(CORE.replace(".", "/"))))
+        return sorted(paths)
 
     def covered(self, stage: str) -> list[str]:
         """Return the modules and functions that a stage's digest covers, sorted."""

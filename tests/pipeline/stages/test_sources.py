@@ -1,7 +1,9 @@
 """Keys follow the sources: what shapes a product changes its key, a comment does not."""
 
 import ast
+import json
 import os
+import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +15,8 @@ from gudgeon.pipeline.stages.keys import products, sources
 from gudgeon.pipeline.stages.keys.products import LIBRARIES
 from gudgeon.pipeline.stages.keys.sources import ROOTS, Modules, canonical, code_digests, source_texts
 from gudgeon.pipeline.stages.status import remember, status
+from gudgeon.solver import core
+from gudgeon.solver.core.sources import digest
 from gudgeon.solver.source_state import PACKAGES, ROOT
 from tests.pipeline.small import write_scene
 
@@ -27,6 +31,9 @@ def f(x: float, *, y: int = 1) -> float:
 PLAIN = "def f(x: float, *, y: int = 1) -> float:\n    return x + y\n"
 
 
+COMPILED: dict[str, str] = json.loads(core.module.sources)
+
+
 @pytest.fixture(scope="module")
 def texts() -> Mapping[str, bytes]:
     return source_texts(ROOT)
@@ -35,7 +42,7 @@ def texts() -> Mapping[str, bytes]:
 @pytest.fixture(scope="module")
 def modules(texts: Mapping[str, bytes]) -> Modules:
     """The sources as they stand; each file is parsed once for all tests."""
-    return Modules(texts)
+    return Modules(texts, COMPILED)
 
 
 def test_every_stage_has_sources(texts: Mapping[str, bytes], modules: Modules) -> None:
@@ -64,9 +71,27 @@ def test_a_module_counts_where_it_shapes_numbers(modules: Modules, module: str, 
 
 def test_a_digest_follows_code_and_no_comment(texts: Mapping[str, bytes], modules: Modules) -> None:
     name = "pipeline.design_change.morph"
-    comment = Modules({**texts, name: texts[name] + b"\n# A comment.\n"})
-    code = Modules({**texts, name: texts[name] + b"\nANOTHER = 1\n"})
+    comment = Modules({**texts, name: texts[name] + b"\n# A comment.\n"}, COMPILED)
+    code = Modules({**texts, name: texts[name] + b"\nANOTHER = 1\n"}, COMPILED)
     assert comment.digest("mesh") == modules.digest("mesh") != code.digest("mesh")
+
+
+def test_a_constant_in_a_header_changes_the_keys_of_what_it_computes(
+    tmp_path: Path, texts: Mapping[str, bytes], modules: Modules
+) -> None:
+    """What a source of the core includes counts for the stages that run it; a comment does not."""
+    for path in (ROOT / "solver" / "core").rglob("*.[ch]pp"):
+        (tmp_path / path.relative_to(ROOT)).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, tmp_path / path.relative_to(ROOT))
+    name = "solver/core/python/bind_implicit.cpp"
+    header = tmp_path / "solver" / "core" / "view.hpp"
+    assert digest(tmp_path / name) == COMPILED[name]
+    header.write_text(header.read_text() + "/* A comment. */\n")
+    assert digest(tmp_path / name) == COMPILED[name]
+    header.write_text(header.read_text() + "constexpr int ANOTHER = 1;\n")
+    changed = Modules(texts, {**COMPILED, name: digest(tmp_path / name)})
+    assert {stage for stage in ROOTS if changed.digest(stage) != modules.digest(stage)} >= {"solve", "measurement"}
+    assert changed.digest("modes") == modules.digest("modes")
 
 
 def test_kernels_that_are_imported_by_name_count(modules: Modules) -> None:
