@@ -25,12 +25,7 @@ from pathlib import Path
 
 from gudgeon.solver.source_state import ROOT, kept_digests
 
-SOURCES = (
-    "solver/**/*.py",
-    "pipeline/nodal/points/*.py",
-    "pipeline/applications/electrostatics/kernel.py",
-    "pipeline/applications/feel/kernel.py",
-)
+SOURCES = ("solver/**/*.py",)
 COMPILED = ("explicit", "implicit", "general", "collocation", "mechanism")
 """Compiled time loops: those of integrators, and the implicit one over ports."""
 BLOCK = 1 << 16

@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from gudgeon.pipeline.applications.electrostatics.kernel import fill_symmetric, workspace
 from gudgeon.pipeline.applications.electrostatics.panels import Panels
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.stages.run_report import Progress
+from gudgeon.solver import core
 
 VACUUM = 8.8541878128e-12
 """ε₀ [F/m], CODATA 2018."""
@@ -86,7 +86,7 @@ class Factor:
 
 def integrals(panels: Panels, half_space: HalfSpace | None, tell: Progress) -> np.ndarray:
     """Return the symmetric matrix of ∬ 1/R dS dS of all pairs of panels, images included [m³], (panels, panels)."""
-    group, work = panels.group(), workspace()
+    group = panels.group()
     matrix = np.zeros((len(panels), len(panels)))
     sources = [(group, 1.0)]
     if half_space is not None:
@@ -94,7 +94,7 @@ def integrals(panels: Panels, half_space: HalfSpace | None, tell: Progress) -> n
     for start in range(0, len(panels), BLOCK):
         end = min(start + BLOCK, len(panels))
         for source, factor in sources:
-            fill_symmetric(group, source, factor, np.array([start, end]), matrix, work)
+            core.panels.fill_symmetric(group, source, factor, start, end, matrix)
         tell("solve", 0.9 * (end / len(panels)) ** 2)
     return matrix
 

@@ -10,12 +10,12 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.applications.electrostatics.capacitance import HalfSpace
 from gudgeon.pipeline.applications.electrostatics.enclosure import enclosed
-from gudgeon.pipeline.applications.electrostatics.kernel import crossing
 from gudgeon.pipeline.applications.electrostatics.panels import Grading, Onto, Panels, Skin, panels_of
 from gudgeon.pipeline.applications.electrostatics.scene import Conductor
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import cell_of, outer_faces
 from gudgeon.pipeline.geometry.surfaces import find_surface, true_surface
+from gudgeon.solver import core
 
 KNOWN = ("plane", "sphere", "cylinder", "cone")
 """Kinds of true surface onto which points can be moved."""
@@ -100,9 +100,8 @@ def refuse_overlap(panels: Mapping[str, Panels], half_space: HalfSpace | None, f
     names, groups = list(panels), [p.group() for p in panels.values()]
     for i, group in enumerate(groups):
         for j in range(i):
-            crossed = np.array([-1, -1])
-            crossing(groups[j], group, crossed)
-            if crossed[0] >= 0:
+            crossed = core.panels.crossing(groups[j], group)
+            if crossed is not None:
                 position = ", ".join(f"{x:.4g}" for x in groups[j].centres[crossed[0]])
                 raise InputError(
                     f"conductor.{names[i]}: it touches or overlaps '{names[j]}' near ({position}) m; conductors need a"

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.pipeline.applications.electrostatics.edges import Features, features
-from gudgeon.pipeline.applications.electrostatics.kernel import Group
 from gudgeon.pipeline.geometry.cells import quadratic_basis
 
 FLAT = 1e-9
@@ -43,6 +42,23 @@ class Grading(NamedTuple):
     """Divisions of triangles towards corners."""
     curved_divisions: int = 1
     """Divisions of a panel of a curved surface into facets."""
+
+
+class Group(NamedTuple):
+    """Panels as `panels.cpp` takes them."""
+
+    facets: np.ndarray
+    """Corners of the flat facets [m], (facets, 9)."""
+    first: np.ndarray
+    """First facet of each panel and the end, (panels + 1,)."""
+    areas: np.ndarray
+    """[m²], (panels,)"""
+    centres: np.ndarray
+    """[m], (panels, 3)"""
+    moments: np.ndarray
+    """Mean squares about the centre, xx, yy, zz, xy, xz, yz [m²], (panels, 6)."""
+    radii: np.ndarray
+    """Largest distance of a corner from the centre [m], (panels,)."""
 
 
 @dataclass(frozen=True)

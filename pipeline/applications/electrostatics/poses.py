@@ -24,9 +24,9 @@ from gudgeon.pipeline.applications.electrostatics.capacitance import (
     integrals,
 )
 from gudgeon.pipeline.applications.electrostatics.grid import Moved
-from gudgeon.pipeline.applications.electrostatics.kernel import Group, crossing, fill, fill_symmetric, workspace
-from gudgeon.pipeline.applications.electrostatics.panels import Panels
+from gudgeon.pipeline.applications.electrostatics.panels import Group, Panels
 from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.solver import core
 from gudgeon.solver.vectors import rotation_of
 
 CONVERGED = 1e-8
@@ -112,15 +112,15 @@ class PoseProblem:
         Q = rotation_of(pose[3:])
         pivot = self._moved.pivot
         panels = replace(moving.panels, facets=(moving.panels.facets - pivot) @ Q.T + pivot + pose[:3])
-        group, work = panels.group(), workspace()
+        group = panels.group()
         self._refuse_overlap(panels, group, pose)
         between, among = np.zeros((len(fixed.panels), len(panels))), moving.matrix
-        fill(fixed.group, group, 1.0, between, work)
+        core.panels.fill(fixed.group, group, 1.0, between)
         if (half := self._half_space) is not None:
             image = half.mirrored(panels).group()
-            fill(fixed.group, image, half.factor, between, work)
+            core.panels.fill(fixed.group, image, half.factor, between)
             among = among.copy()
-            fill_symmetric(group, image, half.factor, np.array([0, len(panels)]), among, work)
+            core.panels.fill_symmetric(group, image, half.factor, 0, len(panels), among)
         split, right = len(fixed.panels), np.concatenate([fixed.right, moving.right])
 
         def product(x: np.ndarray) -> np.ndarray:
@@ -146,10 +146,8 @@ class PoseProblem:
         return self._scale * (right.T @ Factor.of(matrix, "poses").solve(right))
 
     def _refuse_overlap(self, panels: Panels, group: Group, pose: np.ndarray) -> None:
-        crossed = np.array([-1, -1])
-        crossing(self._fixed.group, group, crossed)
         position = ", ".join(f"{name} = {value:.6g}" for name, value in zip(POSE_AXES, pose, strict=True) if value)
-        if crossed[0] >= 0:
+        if core.panels.crossing(self._fixed.group, group) is not None:
             raise InputError(
                 f"poses.moved: conductors touch or overlap at the pose {position or 'of the scene'}; narrow the grid"
             )

@@ -15,7 +15,6 @@ import numpy as np
 
 from gudgeon.pipeline.applications.feel.device import Device, Reading
 from gudgeon.pipeline.applications.feel.guard import ROOM, WEIGHTS, Model
-from gudgeon.pipeline.applications.feel.kernel import settled
 from gudgeon.pipeline.applications.feel.tool import Tool
 
 STEADY = 0.25
@@ -113,9 +112,6 @@ class Coupling:
         self._past: deque[Reading] = deque()
         self._reach = SHORTEST
         self._begin: float | None = None
-        # Compiled before the first tick.
-        settled(self.tool.compiled, self.at.copy(), self.at.copy(), self.energies)
-        self.tool.wrench(self.at)
 
     def tick(self, time: float, reading: Reading | None) -> Felt:
         """Send the device a model for the newest pose, and return what it says there."""
@@ -126,7 +122,7 @@ class Coupling:
                 self.device.write(time, self._model._replace(share=0.0))
             return Felt(np.zeros(6), truth, self.at.copy(), 0.0, "fault" if state == "fault" else "silent")
         pose = self._last.pose
-        energy, wrench = settled(self.tool.compiled, pose / self.way, self.at, self.energies)
+        energy, wrench = self.tool.settled(pose / self.way, self.at, self.energies)
         energy *= self._energy
         if self._begin is None:
             self._begin = energy
@@ -209,7 +205,7 @@ class Coupling:
     def _probe(self, pose: np.ndarray, step: np.ndarray, mark: float, tool: np.ndarray | None = None) -> Point:
         """Return what S is on the line, for a tool that comes from where it stands now, or from elsewhere."""
         tool_motion = np.array(self.at if tool is None else tool)
-        energy, wrench = settled(self.tool.compiled, (pose + mark * step) / self.way, tool_motion, self.energies)
+        energy, wrench = self.tool.settled((pose + mark * step) / self.way, tool_motion, self.energies)
         return Point(mark, energy * self._energy, wrench * self._push, tool_motion)
 
     def _without_jumps(

@@ -1,39 +1,17 @@
 """The tool of a scene: the body that a handle moves, with the fields and bushings that act on it."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from gudgeon.pipeline.applications.feel.kernel import energy_at
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.solver.forces.fields.co_energy import GRID, OUT, CoEnergies, basis_shape
+from gudgeon.solver import core
+from gudgeon.solver.forces.fields.co_energy import GRID, CoEnergies
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.vectors import unit
-
-
-class Work(NamedTuple):
-    """Arrays that compiled functions write, and which motions count."""
-
-    Q: np.ndarray
-    J: np.ndarray
-    pose: np.ndarray
-    out: np.ndarray
-    arm: np.ndarray
-    force: np.ndarray
-    pull: np.ndarray
-    push: np.ndarray
-    trial: np.ndarray
-    other: np.ndarray
-    basis: np.ndarray
-    active: np.ndarray
-    """Motions of each field that its force depends on, 1 or 0, (f, 6)."""
-
-
-Compiled = tuple[CoEnergies, np.ndarray, np.ndarray, Work]
-"""Fields; of each arm, start and axes, (f, 15); stiffness of bushings to the ground, (6, 6); work arrays."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +19,8 @@ class Tool:
     """A body of a scene whose pose a handle gives."""
 
     body: str
-    compiled: Compiled
+    acting: core.Tool
+    """What acts on it, in the core."""
     extent: float
     """Largest way that it can go from its start within its fields [m]; infinite where nothing limits it."""
 
@@ -51,7 +30,19 @@ class Tool:
         Args:
             x: Translation of the point of its first field [m], and rotation vector [rad], (6,).
         """
-        return energy_at(self.compiled, np.asarray(x, float))
+        force = np.zeros(6)
+        return self.acting.energy(np.asarray(x, float), force), force
+
+    def settled(self, x: np.ndarray, y: np.ndarray, coupling: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the least energy of the tool and its coupling, and the wrench on the handle, (6,).
+
+        Args:
+            x: Motion of the handle in the tool's units, (6,).
+            y: Where the tool stood before, and where it stands then, (6,).
+            coupling: Stiffness and largest force of translations, and of rotations, (4,).
+        """
+        wrench = np.zeros(6)
+        return self.acting.settle(x, y, coupling, wrench), wrench
 
 
 def tool_of(job: Job, body: str | None = None) -> Tool:
@@ -78,9 +69,7 @@ def tool_of(job: Job, body: str | None = None) -> Tool:
         raise InputError(f"{job.path}: feel: body.{chosen}.orientation: fields at different points are felt without it")
     links = [_link(f, point - points[0]) for f, point in zip(acting.values(), points, strict=True)]
     active = np.array([_active(head) for head in energies.head])
-    shapes = ((3, 3), (3, 3), 6, OUT, 3, 6, 6, 6, 6, 6, basis_shape(energies))
-    work = Work._make([*(np.zeros(shape) for shape in shapes), active])
-    return Tool(chosen, (energies, np.array(links), stiffness, work), _extent(energies))
+    return Tool(chosen, core.Tool(energies, np.array(links), stiffness, active), _extent(energies))
 
 
 def _acting(job: Job, body: str | None) -> tuple[str, dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""Time loop of the full FE with contact at fixed points: compiled for narrow bodies, or with sparse factors.
+"""Time loop of the full FE with contact at fixed points: in the core for narrow bodies, or with sparse factors.
 
 The energy drift is the largest error of T + U + V + D − W over the largest energy that contact converted from kinetic
 energy, U − U₀ + V + D: T kinetic, U strain, V stored by laws, D dissipated by closings, laws and damping, W work of
@@ -14,7 +14,7 @@ from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.types import Json
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.nodal.body import MovingBody
-from gudgeon.pipeline.nodal.points.banded import is_narrow, march, new_band
+from gudgeon.pipeline.nodal.points.banded import Samples, is_narrow, march, new_band
 from gudgeon.pipeline.nodal.points.contact import Press, new_press, press
 from gudgeon.pipeline.nodal.problem import PointProblem
 from gudgeon.pipeline.nodal.quantities import (
@@ -45,9 +45,8 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
     stacked = [_stacked(problem, body_id) for body_id in range(len(problem.bodies))]
     gap_at_rest = np.concatenate([contact.gap for contact in problem.contacts.values()])
     narrow = all(body.suppressed is None and is_narrow(body) for body in problem.bodies)
-    _compile(problem, stacked, gap_at_rest, narrow)
     clock = Clock()
-    loop = (_Compiled if narrow else _Factored)(problem, stacked, step)
+    loop = (_Banded if narrow else _Factored)(problem, stacked, step)
     gap = gap_at_rest + loop.places()
     contact_press = new_press(list(problem.contacts.values()), loop.compliance(), gap, step)
     points = len(gap)
@@ -88,23 +87,12 @@ def _stacked(problem: PointProblem, body_id: int) -> sparse.csr_matrix:
     return sparse.csr_matrix(sparse.vstack([sparse.csr_matrix((c, size)) if G is None else G for G, c in rows]))
 
 
-def _compile(problem: PointProblem, stacked: list[sparse.csr_matrix], gap_at_rest: np.ndarray, narrow: bool) -> None:
-    """Compile the loop, whose compilation is no part of a run's time."""
-    c = len(gap_at_rest)
-    contact_press = new_press(list(problem.contacts.values()), np.eye(c), gap_at_rest + 1.0, problem.duration)
-    if narrow:
-        out = np.zeros((1, c)), np.zeros((1, c)), np.zeros((1, 5))
-        _Compiled(problem, stacked, problem.duration).advance(contact_press, gap_at_rest, gap_at_rest + 1.0, out)
-    else:
-        press(contact_press, gap_at_rest + 1.0, np.zeros(c), gap_at_rest + 1.0)
-
-
-class _Compiled:
-    """Narrow bodies in the compiled loop."""
+class _Banded:
+    """Narrow bodies in the core's loop."""
 
     def __init__(self, problem: PointProblem, stacked: list[sparse.csr_matrix], step: float) -> None:
         self._bands = tuple(new_band(body, rows, step) for body, rows in zip(problem.bodies, stacked, strict=True))
-        self._works, self._step = tuple(np.zeros(len(band.u)) for band in self._bands), step
+        self._step = step
         self._parts = list(zip(stacked, self._bands, strict=True))
 
     def compliance(self) -> np.ndarray:
@@ -131,18 +119,16 @@ class _Compiled:
         """Return displacements and velocities of each body now, (2, dofs)."""
         return [np.array([band.u, band.v]) for band in self._bands]
 
-    def advance(
-        self, contact_press: Press, gap_at_rest: np.ndarray, gap: np.ndarray, out: tuple[np.ndarray, ...]
-    ) -> int:
+    def advance(self, contact_press: Press, gap_at_rest: np.ndarray, gap: np.ndarray, out: Samples) -> int:
         """Make steps, see `march`."""
-        return march(self._bands, self._works, contact_press, gap_at_rest, gap, out)
+        return march(self._bands, contact_press, gap_at_rest, gap, out)
 
     def free(self) -> None:
         """Release memory that the interpreter does not."""
 
 
 class _Factored:
-    """Bodies of any shape, each with a sparse factor; the functions are those of `_Compiled`."""
+    """Bodies of any shape, each with a sparse factor; the functions are those of `_Banded`."""
 
     def __init__(self, problem: PointProblem, stacked: list[sparse.csr_matrix], step: float) -> None:
         self._bodies = [MovingBody(body, rows, step) for body, rows in zip(problem.bodies, stacked, strict=True)]
@@ -165,9 +151,7 @@ class _Factored:
     def motions(self) -> list[np.ndarray]:
         return [body.motion() for body in self._bodies]
 
-    def advance(
-        self, contact_press: Press, gap_at_rest: np.ndarray, gap: np.ndarray, out: tuple[np.ndarray, ...]
-    ) -> int:
+    def advance(self, contact_press: Press, gap_at_rest: np.ndarray, gap: np.ndarray, out: Samples) -> int:
         forces, gaps, energies = out
         for n in range(len(forces)):
             rate = self.rates() if contact_press.rigid else gap

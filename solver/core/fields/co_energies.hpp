@@ -10,8 +10,8 @@ namespace gudgeon {
 
 /* Fields of a scene, f of them. */
 struct CoEnergies {
-    CIntMat head; /* kind, number of axes, first coefficient; of each axis: place in the pose, first knot, count (f, 21) */
-    CMat size;    /* motions allowed off the axes [m, rad]; of plates and of what adheres: gap [m], normal, two more (f, 8) */
+    CIntMat head; /* kind, axes, first coefficient; of each axis: place in the pose, first knot, count (f, 21) */
+    CMat size;    /* motions allowed off the axes [m, rad]; of plates and of adhesion: gap [m], normal, two more (f, 8) */
     CVec data;    /* knots and coefficients of all fields */
     GUDGEON_FIELDS(head, size, data)
 };

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.modaldb.records.field import POSE_AXES
-from gudgeon.solver.compiled import allocating, inner
+from gudgeon.solver import core
+from gudgeon.solver.compiled import inner
 from gudgeon.solver.errors import SceneError
 
 GRID, VOLTAGE, CHARGE, ADHESION = range(4)
@@ -271,17 +272,11 @@ def basis_shape(fields: CoEnergies) -> tuple[int, int]:
     return 9, max(32, fields.most)
 
 
-@allocating
-def values(fields, i, poses):  # type: ignore[no-untyped-def]
-    """Return what `evaluate` finds at poses (n, 6), (n, OUT)."""
-    found = np.zeros((len(poses), OUT))
-    most = 32
-    for a in range(fields.head[i, 1] - 2):
-        most = max(most, 4 ** (a + 3))
-    basis = np.zeros((9, most))
-    for n in range(len(poses)):
-        evaluate(fields, i, poses[n], basis, found[n])
-    return found
+def values(fields: CoEnergies, i: int, poses: np.ndarray) -> np.ndarray:
+    """Return what `evaluate` finds of a field at poses (n, 6), (n, OUT)."""
+    out = np.zeros((len(poses), OUT))
+    core.set_field_values(fields, i, np.ascontiguousarray(poses, float), np.empty(basis_shape(fields)), out)
+    return out
 
 
 def refuse_outside(name: str, fields: CoEnergies, i: int, code: int, pose: np.ndarray) -> None:

@@ -7,6 +7,7 @@ from scipy.optimize import nnls
 
 from gudgeon.pipeline.nodal.points import contact
 from gudgeon.pipeline.nodal.problem import PointContact
+from gudgeon.solver import core
 from gudgeon.solver.laws.force import law_energy, law_force
 
 H = 1e-6
@@ -27,7 +28,7 @@ def test_complementarity_agrees_with_nonnegative_least_squares(points: int, coup
     for _ in range(50):
         root = rng.standard_normal((points, points)) * (1 - coupling) + coupling * rng.standard_normal((points, 1))
         W, b = root @ root.T + 1e-3 * np.eye(points), rng.standard_normal(points)
-        sweeps = contact.complementary(W, b, np.ones(points, bool), force, 1e-11)
+        sweeps = core.points.complementary(W, b, np.ones(points, bool), force, 1e-11)
         L = np.linalg.cholesky(W)
         expected = nnls(L.T, -np.linalg.solve(L, b), maxiter=1000)[0]
         most = max(most, sweeps)
@@ -41,13 +42,13 @@ def test_complementarity_agrees_with_nonnegative_least_squares(points: int, coup
 
 def test_points_that_depend_on_each_other_share_the_force() -> None:
     W, force = np.ones((3, 3)), np.zeros(3)
-    assert contact.complementary(W, np.full(3, -2.0), np.ones(3, bool), force, 1e-13) > 0
+    assert core.points.complementary(W, np.full(3, -2.0), np.ones(3, bool), force, 1e-13) > 0
     assert force.sum() == pytest.approx(2.0, rel=1e-13)
 
 
 def test_points_that_take_no_part_have_no_force() -> None:
     force = np.zeros(2)
-    contact.complementary(np.eye(2), np.array([-1.0, -1.0]), np.array([True, False]), force, 1e-13)
+    core.points.complementary(np.eye(2), np.array([-1.0, -1.0]), np.array([True, False]), force, 1e-13)
     np.testing.assert_array_equal(force, [1.0, 0.0])
 
 
@@ -57,12 +58,12 @@ def test_points_that_take_no_part_have_no_force() -> None:
 )
 def test_mean_force_is_that_over_the_depths_of_the_step(exponent: float, before: float, after: float) -> None:
     law = np.array([1e10, exponent, 0.0, 0.0])
-    mean, slope = contact._elastic(law, before, after)
+    mean, slope = core.points.elastic_mean(law, before, after)
     share = quad(lambda s: law_force(law, before + s * (after - before), 0.0, 1.0)[0], 0, 1, epsrel=1e-12, points=[
         min(max(before / (before - after), 0), 1) if before != after else 0.5])[0]  # fmt: skip
     assert mean == pytest.approx(share, rel=1e-9)
     nudge = 1e-4 * (abs(after) + abs(before))
-    ahead, behind = (contact._elastic(law, before, after + way * nudge)[0] for way in (1, -1))
+    ahead, behind = (core.points.elastic_mean(law, before, after + way * nudge)[0] for way in (1, -1))
     assert slope == pytest.approx((ahead - behind) / (2 * nudge), rel=1e-3)
 
 

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.pipeline.applications.feel.device import Script, Scripted
-from gudgeon.pipeline.applications.feel.kernel import settled
 from tests.pipeline.applications.feel.tools import felt, gain, tool
 
 KINDS = ("plates", "attracted", "repelled", "adhesion")
@@ -135,7 +134,7 @@ def measured(one: Motion) -> Measured:
     device = Scripted(lambda t: one.script(min(t, ENDS)), rate=one.rate, delay=one.delay, grip=one.grip)
     coupling, found = felt(one.kind, device, one.scale, SECONDS)
     x = device.pose / coupling.way
-    _, wrench = settled(tool(one.kind).compiled, x, coupling.at.copy(), coupling.energies)
+    _, wrench = tool(one.kind).settled(x, coupling.at.copy(), coupling.energies)
     force = wrench[2] * coupling.scales.force * coupling.scales.length / coupling.way[2]
     held = float(device.wrench[2] / force) if force else 1.0
     # In a grip of stiffness K the handle yields by F / K, by which the force takes F² / (2 K).

@@ -5,7 +5,6 @@ import pytest
 
 from gudgeon.pipeline.applications.feel.coupling import FADING, SILENT
 from gudgeon.pipeline.applications.feel.device import Scripted
-from gudgeon.pipeline.applications.feel.kernel import settled
 from gudgeon.pipeline.applications.feel.loop import run_loop
 from tests.pipeline.applications.feel.motions import HELD as SHARE_HELD
 from tests.pipeline.applications.feel.motions import led, measured, motion, swing, wander
@@ -44,7 +43,7 @@ def test_after_a_motion_the_whole_force_is_felt(
     """Forces that wait for the reserve to rise do so while the hand moves, also where S stands above its start."""
     device = Scripted(lambda time: wander(min(time, 1.0)), rate=rate, delay=delay, grip=grip)
     coupling, _ = felt(kind, device, 1e6, 1.5)
-    _, wrench = settled(tool(kind).compiled, device.pose / coupling.way, coupling.at.copy(), coupling.energies)
+    _, wrench = tool(kind).settled(device.pose / coupling.way, coupling.at.copy(), coupling.energies)
     force = wrench[2] * coupling.scales.force * coupling.scales.length / coupling.way[2]
     assert abs(force) > 0
     assert device.wrench[2] == pytest.approx(force, rel=1e-2)
@@ -162,7 +161,7 @@ def test_the_force_is_the_gradient_of_the_energy_that_the_reserve_counts(kind: s
         y, ends = np.zeros(6), []
         for at in (z, z - step, z + step):
             x = np.array([0.0, 0.0, at, 0.0, 0.0, 0.0]) / coupling.way
-            ends.append(settled(own.compiled, x, y, coupling.energies))
+            ends.append(own.settled(x, y, coupling.energies))
         (_, wrench), (low, _), (high, _) = ends
         slope = (high - low) / (2 * step / coupling.way[2])
         assert -slope == pytest.approx(wrench[2], rel=1e-4)

@@ -4,10 +4,10 @@ import numpy as np
 
 from gudgeon.pipeline.applications.feel.coupling import Coupling, Felt, Scales
 from gudgeon.pipeline.applications.feel.device import Scripted
-from gudgeon.pipeline.applications.feel.kernel import settled
 from gudgeon.pipeline.applications.feel.loop import run_script
-from gudgeon.pipeline.applications.feel.tool import Tool, Work
-from gudgeon.solver.forces.fields.co_energy import OUT, adhesion_field, basis_shape, grid_field, joined, plates_field
+from gudgeon.pipeline.applications.feel.tool import Tool
+from gudgeon.solver import core
+from gudgeon.solver.forces.fields.co_energy import adhesion_field, grid_field, joined, plates_field
 
 STRENGTH = 0.5 * 8.854e-12 * 1e-8 * 36
 """½ ε A V² of plates [N m²]."""
@@ -28,9 +28,7 @@ def tool(kind: str) -> Tool:
     links = np.concatenate([np.zeros(6), np.eye(3).ravel()])[None]
     active = np.zeros((1, 6))
     active[0, 2 if kind in ("attracted", "repelled") else slice(3)] = 1.0
-    shapes = ((3, 3), (3, 3), 6, OUT, 3, 6, 6, 6, 6, 6, basis_shape(fields))
-    work = Work(*(np.zeros(shape) for shape in shapes), active)
-    return Tool("part", (fields, links, np.zeros((6, 6)), work), 3e-6)
+    return Tool("part", core.Tool(fields, links, np.zeros((6, 6)), active), 3e-6)
 
 
 def coupling_of(kind: str, device: Scripted, scale: float) -> Coupling:
@@ -52,7 +50,7 @@ def gain(kind: str, coupling: Coupling, device: Scripted) -> tuple[float, float]
     own, y, net, span = tool(kind), np.zeros(6), list[float](), 0.0
     scale, first = coupling.scales.force * coupling.scales.length, None
     for _time, pose, _, work in device.history:
-        energy, _wrench = settled(own.compiled, pose / coupling.way, y, coupling.energies)
+        energy, _wrench = own.settled(pose / coupling.way, y, coupling.energies)
         first = energy if first is None else first
         fell = scale * (first - energy)
         net.append(work - max(0.0, fell))

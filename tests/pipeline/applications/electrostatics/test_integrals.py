@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gudgeon.pipeline.applications.electrostatics.kernel import Group, crossing, fill, fill_symmetric, workspace
-from gudgeon.pipeline.applications.electrostatics.panels import Panels
+from gudgeon.pipeline.applications.electrostatics.panels import Group, Panels
+from gudgeon.solver import core
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 0.7, 0.0]])
 
@@ -17,7 +17,7 @@ def group(*triangles: np.ndarray) -> Group:
 
 def pair(first: np.ndarray, second: np.ndarray) -> float:
     matrix = np.zeros((1, 1))
-    fill(group(first), group(second), 1.0, matrix, workspace())
+    core.panels.fill(group(first), group(second), 1.0, matrix)
     return float(matrix[0, 0])
 
 
@@ -66,7 +66,7 @@ def test_the_matrix_is_symmetric_whichever_panel_is_smaller() -> None:
     small = 0.2 * TRIANGLE + np.array([1.1, 0.1, 0.05])
     assert pair(TRIANGLE, small) == pair(small, TRIANGLE)
     both, matrix = group(TRIANGLE, small), np.zeros((2, 2))
-    fill_symmetric(both, both, 1.0, np.array([0, 2]), matrix, workspace())
+    core.panels.fill_symmetric(both, both, 1.0, 0, 2, matrix)
     assert matrix[0, 1] == matrix[1, 0] == pair(TRIANGLE, small)
 
 
@@ -80,8 +80,8 @@ def test_many_facets_make_one_panel() -> None:
     assert panel.moments == pytest.approx(whole.moments, abs=1e-15)
     for shift in (0.5, 1.0, 10.0):
         other, cut, uncut = group(TRIANGLE + shift), np.zeros((1, 1)), np.zeros((1, 1))
-        fill(panel, other, 1.0, cut, workspace())
-        fill(whole, other, 1.0, uncut, workspace())
+        core.panels.fill(panel, other, 1.0, cut)
+        core.panels.fill(whole, other, 1.0, uncut)
         assert cut == pytest.approx(uncut, rel=2e-5)
 
 
@@ -92,6 +92,4 @@ def test_many_facets_make_one_panel() -> None:
 )  # fmt: skip
 def test_crossing_triangles_are_found(shift: tuple[float, ...], turned: bool, cross: bool) -> None:
     other = (TRIANGLE[:, [0, 2, 1]] if turned else TRIANGLE) + np.array(shift)
-    found = np.array([-1, -1])
-    crossing(group(TRIANGLE), group(other), found)
-    assert (found[0] >= 0) == cross
+    assert core.panels.crossing(group(TRIANGLE), group(other)) == ((0, 0) if cross else None)
