@@ -145,8 +145,10 @@ inline void load_functions(const Model& model, const Work& work, Index count) no
     for_active(model, work, count, [&](Index s, Index p, Index) {
         if (f.owner(s, 1) == NONE) return;
         for (Index k = 0; k < 4; ++k)
-            for (Index l = 0; l < 4; ++l)
-                found.loaded[found.first[p] + k * f.counts(s, 1) + l] += found.force[p] * found.weights(p, 0, 4 * k + l);
+            for (Index l = 0; l < 4; ++l) {
+                const Index function = found.first[p] + k * f.counts(s, 1) + l;
+                found.loaded[function] += found.force[p] * found.weights(p, 0, 4 * k + l);
+            }
     });
 }
 

@@ -1,12 +1,12 @@
 /* The linear systems of Newton's method in an implicit step.
  *
- * The stiff part of the equations is linear: modal stiffness K and damping D, diagonal, and the rows G of the joints. For
- * each eigenvalue lambda of A^-1 with g = h/lambda changes of velocities w and of multipliers mu/g follow from
+ * The stiff part of the equations is linear: modal stiffness K and damping D, diagonal, and the rows G of the joints.
+ * For each eigenvalue lambda of A^-1 with g = h/lambda changes of velocities w and of multipliers mu/g follow from
  *
  *   (M + g D + g^2 K) w - G^T mu = g r_p - g^2 K r_u,  G w = r_c,
  *
- * r_u, r_p and r_c the residuals of places, momenta and rows; places change by g (r_u + w). Pose, M and G are those at the
- * start of the step. A body takes a diagonal and a 3 x 3 matrix for its rotation, the joints a factor of
+ * r_u, r_p and r_c the residuals of places, momenta and rows; places change by g (r_u + w). Pose, M and G are those at
+ * the start of the step. A body takes a diagonal and a 3 x 3 matrix for its rotation, the joints a factor of
  * G (M + g D + g^2 K)^-1 G^T in the order, within the envelope, and by the rank that S has.
  */
 #pragma once
@@ -87,7 +87,8 @@ inline void set_core(const Model& model, const Newton& newton, Index b, Index k,
 
 /* Set velocities (6 + m,) of force, moment and modal forces on a body, by M + g D + g^2 K. `push`: real or complex. */
 template <class Push>
-inline void solve_body(const Model& model, const Newton& newton, Index b, Index k, Push push, Complexes<1> out) noexcept {
+inline void solve_body(const Model& model, const Newton& newton, Index b, Index k, Push push,
+                       Complexes<1> out) noexcept {
     const Mat Q = newton.turn[b], H = newton.coupling[b];
     const Complexes<1> a = newton.back[k][b];
     const Complexes<2> C = newton.core[k][b];
