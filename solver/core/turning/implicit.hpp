@@ -14,7 +14,7 @@ namespace gudgeon::turning {
 constexpr Index ITERATIONS = 10;
 
 /* Of a step: estimated error, last motion of Newton's method at the projection, whether the stages converged. */
-struct Stepped {
+struct ImplicitResult {
     double error, left;
     bool converged;
 };
@@ -161,7 +161,7 @@ inline void begin_stages(const Newton& newton, CVec first) noexcept {
 /* Set the state `out` after a step from y; `stages` and `multipliers` have what is guessed of them.
  *
  * stiff: the model with the modal inertia `root`, for projections of places. */
-inline Stepped implicit_step(const Model& model, const Model& stiff, Cube root, const Work& work, const Newton& newton,
+inline ImplicitResult implicit_step(const Model& model, const Model& stiff, Cube root, const Work& work, const Newton& newton,
                              const ImplicitCourse& course, CVec y, Vec out) noexcept {
     rates(model, work, y, course.given[0], course.amounts[0], newton.begin);
     copy(work.multiplier, newton.held);
