@@ -1,8 +1,8 @@
 /* Points with axes on bodies and the ground: where they are, how they move, what acts there.
  *
  * A point of a body that deforms is at A (c + Psi q - 1/2 q^T K q) from the centre. Its axes turn, relative to the
- * frame, by theta = Psi' q - 1/2 q^T K' q, in Cayley's formula 1 + 2 (g~ + g~^2)/(1 + g^2) with g = theta/2, whose angular
- * velocity is (theta' + g x theta')/(1 + g^2).
+ * frame, by theta = Psi' q - 1/2 q^T K' q, in Cayley's formula 1 + 2 (g~ + g~^2)/(1 + g^2) with g = theta/2, whose
+ * angular velocity is (theta' + g x theta')/(1 + g^2).
  */
 #pragma once
 #include "arrays.hpp"

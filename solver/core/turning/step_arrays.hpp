@@ -137,7 +137,8 @@ struct Inside {
     GUDGEON_FIELDS(nodes, h, at)
 };
 
-/* Arrays that exponential steps write, but for the first. Each mode: z' = lambda z + ... with z = v - conj(lambda) q. */
+/* Arrays that exponential steps write, but for the first. Each mode: z' = lambda z + ... with z = v - conj(lambda) q.
+ */
 struct Waves {
     CComplexes<2> root; /* lambda [1/s], (n, E). */
     Complexes<3> kept;  /* exp(lambda t) at the stages, (n, E, s). */
