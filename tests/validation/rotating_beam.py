@@ -7,11 +7,11 @@ import numpy as np
 
 from gudgeon import modaldb
 from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.solver import core
 from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, WIDTH
 from gudgeon.solver.integrators.mechanism.energy import inertia_factor
 from gudgeon.solver.integrators.mechanism.flexible.frame import point_of
 from gudgeon.solver.integrators.mechanism.integrator import Mechanism
-from gudgeon.solver.integrators.mechanism.step import begin, observe
 from gudgeon.solver.system.compile import compile_system
 from tests.scenes import scene_path
 
@@ -65,7 +65,8 @@ def _accelerations(found: Mechanism, omega: np.ndarray, q: np.ndarray, rates: np
     at, momentum = int(model.elastic[1, 1]), int(model.elastic[1, 2])
     state[at : at + m] = q
     state[SPEED : SPEED + 3], state[SPIN : SPIN + 3] = 0.0, model.inertia[0] @ omega
-    observe(model, work, state)
+    turning = core.Turning(model, work)
+    turning.observe(state)
     clamp = next(p for p, owner in enumerate(model.point_owner) if owner == 1)
     rows, arm = work.point_rows[clamp, :3, :m].copy(), work.arm[clamp].copy()
     L = inertia_factor(model, work, 1)
@@ -74,7 +75,7 @@ def _accelerations(found: Mechanism, omega: np.ndarray, q: np.ndarray, rates: np
     state[beam + SPEED : beam + SPEED + 3] = -np.cross(omega, arm) - rows @ rates
     state[beam + SPIN : beam + SPIN + 3], state[momentum : momentum + m] = momenta[:3], momenta[3:]
     given, amounts = np.array([[0.0, float(np.linalg.norm(omega)), 0.0]]), np.zeros(0)
-    begin(model, work, state, given, amounts)
+    turning.begin(state, given, amounts)
     found_rates = work.rate[1, 6 : 6 + m].copy()
     for i, multiplier in enumerate(work.multiplier):
         for p in range(4):

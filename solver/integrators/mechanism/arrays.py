@@ -1,4 +1,4 @@
-"""The arrays of a mechanism's time loop, for compiled functions.
+"""The arrays of a mechanism's time loop, which `core/turning` reads.
 
 Shapes: n bodies, J pairs of markers, t terms, m rows, b springs, u bushings and fields, l loads, d drives, P points, c
 sections, E elastic coordinates at most of a body. A body's state is its centre of mass x, the unit quaternion e of its
@@ -157,7 +157,7 @@ class Model(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Arrays that compiled functions write."""
+    """Arrays that the core writes."""
 
     turn: np.ndarray
     """Rotation matrix of each body, (n, 3, 3)."""
@@ -200,7 +200,7 @@ class Work(NamedTuple):
     second: np.ndarray
     """J by its symmetric parts, (n, CURL)."""
     coupling: np.ndarray
-    """W of `flexible.inertia`, (n, 3, E)."""
+    """W of `core/turning/inertia.hpp`, (n, 3, E)."""
     root: np.ndarray
     """R, lower, (n, 3, 3)."""
     modal: np.ndarray
@@ -278,7 +278,7 @@ class Work(NamedTuple):
     """Added to its indentation, which by round-off was not above zero as the contact began: a dashpot's force jumps
     there [m], (c,)."""
     touch: np.ndarray
-    """What it does, columns of `touching.kernel`, (c, 26)."""
+    """What it does, columns of `touching.columns`, (c, 26)."""
     pressing: Pressing
 
 

@@ -1,10 +1,10 @@
 """Energy and momentum of states of a mechanism."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from gudgeon.solver import core
 from gudgeon.solver.integrators.mechanism.arrays import (
     IMPULSE,
     LOST,
@@ -16,9 +16,8 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Model,
     Work,
 )
-from gudgeon.solver.integrators.mechanism.step import observe
+from gudgeon.solver.integrators.mechanism.touching.columns import DEPTH
 from gudgeon.solver.integrators.mechanism.touching.cone import stored
-from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH
 
 
 def bodies_of(model: Model, states: np.ndarray) -> np.ndarray:
@@ -64,13 +63,13 @@ class Motion(NamedTuple):
     """What flexibilities between bodies that press on each other hold [J]."""
 
 
-def motion_of(model: Model, work: Work, state: np.ndarray, observed: Callable[..., None] = observe) -> Motion:
+def motion_of(model: Model, work: Work, state: np.ndarray, turning: Any = None) -> Motion:
     """Return the motion of a state.
 
     Args:
-        observed: What looks at it, `step.observe` or its machine code.
+        turning: `core.Turning` of model and work, if there is one already.
     """
-    observed(model, work, state)
+    (turning or core.Turning(model, work)).observe(state)
     start, count = 2 * len(model.owner), len(model.spring)
     span, ends, bushings = slice(start, start + 2 * count), np.empty((count, 2, 2, 3)), np.empty((len(work.bush), 12))
     ends[:, :, 0], ends[:, :, 1] = work.place[span].reshape(count, 2, 3), work.speed[span].reshape(count, 2, 3)

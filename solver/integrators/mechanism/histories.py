@@ -7,6 +7,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import JointHistory, ProbeHistory
 from gudgeon.modaldb.records.types import Json
+from gudgeon.solver import core
 from gudgeon.solver.integrators.mechanism.arrays import (
     DRAG_PUSH,
     NORMAL_PUSH,
@@ -21,8 +22,7 @@ from gudgeon.solver.integrators.mechanism.energy import Motion, momentum_error, 
 from gudgeon.solver.integrators.mechanism.flexible.lacking import inertia_truncations, joint_truncations
 from gudgeon.solver.integrators.mechanism.flexible.statics import Statics
 from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
-from gudgeon.solver.integrators.mechanism.step import observe, read
-from gudgeon.solver.integrators.mechanism.touching.kernel import FORCE
+from gudgeon.solver.integrators.mechanism.touching.columns import FORCE
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
 from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.mechanism.touching.worn import (
@@ -33,7 +33,6 @@ from gudgeon.solver.integrators.mechanism.touching.worn import (
     worn_quantities,
 )
 from gudgeon.solver.integrators.outcome import LinkageHistories
-from gudgeon.solver.integrators.prepared import Prepared
 from gudgeon.solver.joints.reactions import wrench_peaks
 
 Given = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -60,7 +59,7 @@ class Recorder:
     def __init__(self, linkage: Linkage, model: Model, work: Work, touching: Touching) -> None:
         self._linkage, self._model, self._work, self._touching = linkage, model, work, touching
         self.samples: list[Sample] = []
-        self._read, self._observe = Prepared(read), Prepared(observe)
+        self._turning = core.Turning(model, work)
         self.readers: list[Reader] = readers(linkage)
         self._statics = Statics(linkage, model)
         self._hardest = 0.0
@@ -88,19 +87,19 @@ class Recorder:
         zeros = [np.zeros(shape) for shape in (len(self._model.row_terms), (pairs, 6), (pairs, 6), pairs, pairs)]
         reading = Reading(*zeros)
         if not self._touching:
-            self._read(self._model, self._work, state, drives, amounts, reading)
-            motion = motion_of(self._model, self._work, state, self._observe)
+            self._turning.read(state, drives, amounts, reading)
+            motion = motion_of(self._model, self._work, state, self._turning)
             return Sample(state, vectors, reading, motion, np.zeros(0), np.zeros((0, 2)))
         pressing, slipping = self._work.touching.copy(), self._work.slipping.copy()
         # What was indented then may have parted since; of points before other bodies, those that pressed in the step.
         between = self._model.touch_shape == SURFACE
         self._work.touching[:] = np.where(between, self._touching.pressed, True)
         self._work.slipping[:] = self._touching.slipped
-        self._read(self._model, self._work, state, drives, amounts, reading)
+        self._turning.read(state, drives, amounts, reading)
         forces = self._work.touch[:, FORCE].copy()
         self._work.touching[:] = np.where(between, self._touching.pressed, pressing)
         bearing_offsets = [offsets(self._model, self._work, i)[BEARING] for i in self._touching.rubbed]
-        motion = motion_of(self._model, self._work, state, self._observe)
+        motion = motion_of(self._model, self._work, state, self._turning)
         self._work.slipping[:], self._work.touching[:] = slipping, pressing
         return Sample(state, vectors, reading, motion, forces, np.array(bearing_offsets).reshape(-1, 2))
 

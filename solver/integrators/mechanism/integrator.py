@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 
+from gudgeon.solver import core
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.capabilities import Mechanism as Capabilities
 from gudgeon.solver.errors import SceneError
@@ -24,19 +25,16 @@ from gudgeon.solver.integrators.mechanism.constraints.dependence import Dependen
 from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.exponential.steps import ExponentialSteps, propagates
 from gudgeon.solver.integrators.mechanism.flexible.range import deformed_text
-from gudgeon.solver.integrators.mechanism.forces.bushings import WIDEST
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
 from gudgeon.solver.integrators.mechanism.implicit.steps import ImplicitSteps
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
 from gudgeon.solver.integrators.mechanism.start import start_of
-from gudgeon.solver.integrators.mechanism.step import keep_angles, observe
 from gudgeon.solver.integrators.mechanism.stepping import Stepping, breaks_in
 from gudgeon.solver.integrators.mechanism.steps import ExplicitSteps, Steps, Tried, Within
 from gudgeon.solver.integrators.mechanism.touching.log import Touching
 from gudgeon.solver.integrators.mechanism.touching.sections import refuse_overlap
 from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.outcome import Outcome, Samples
-from gudgeon.solver.integrators.prepared import Prepared
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.contact import MasterSurface
 from gudgeon.solver.system.system import System
@@ -63,6 +61,8 @@ FOLLOWED = 1.0
 """Rotation after which those of bodies are continued: by less than half a turn they are [rad]."""
 LONGEST = 1.4
 """Rotation of a step at most: with `FOLLOWED`, and of two bodies against each other, less than half a turn [rad]."""
+WIDEST = 3.0
+"""Rotation of a bushing above which it is not defined: near a half turn [rad]."""
 RESOLVED = 1e-9
 """Share of the work of gravity over the size of the scene below which an exchange of energy is round-off."""
 
@@ -85,7 +85,7 @@ class Mechanism(Capabilities):
         self._before, self._time, self._state = 0.0, 0.0, self.start.state.copy()
         self._end, self._until, self._jumps = self._state, 0.0, False
         self._rows = [_to_coordinates(body) for body in system.bodies.values()]
-        self._keep_angles, self._observe = Prepared(keep_angles), Prepared(observe)
+        self._turning = core.Turning(self.model, self.work)
         self._within: Within = lambda x: self._state
         self._methods = self._methods_of(fixed=fixed_step is not None)
         self._choice = Choice(self.model, self._methods)
@@ -275,7 +275,7 @@ class Mechanism(Capabilities):
         self.reason = self._stepping.reason(self._time)
         if len(fields_left):
             i = int(fields_left[0])
-            motion = motion_of(self.model, self.work, self._state, self._observe)
+            motion = motion_of(self.model, self.work, self._state, self._turning)
             pose = motion.bushings[self.model.bush_field == i][0, :6]
             self.failure = Result.FIELD_LEFT
             self.reason = left_text(self._system.fields.names[i], self.model.fields, i, pose, self._time)
@@ -295,7 +295,7 @@ class Mechanism(Capabilities):
         if self.touching.rubbed:
             self.touching.rub(self._interpolated, self._before, self._until)
         self._state, self._time = tried.state, self._until
-        turned = self._keep_angles(self.model, self.work, tried.state)
+        turned = self._turning.keep_angles(tried.state)
         singular = self._stepping.near_singular(tried)
         self._singular += self._dependence.passes(tried.least, near=singular)
         self._note_speeds(turned)
@@ -313,7 +313,7 @@ class Mechanism(Capabilities):
         """Keep the largest speed and angular velocity of the run, by which errors are measured, of their squares now;
         poses are set. What touches is left in `work` as it is now."""
         if self.touching or len(self.model.bush_rest):
-            bushings = motion_of(self.model, self.work, self._state, self._observe).bushings
+            bushings = motion_of(self.model, self.work, self._state, self._turning).bushings
             self._widest = float(np.linalg.norm(bushings[:, 3:6], axis=1).max(initial=0.0))
         self._fastest = np.maximum(self._fastest, np.sqrt(squares))
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gudgeon.solver import core
 from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.arrays import NONE, PLACE, SPEED, SPIN, TURN, WIDTH, Model, Work
@@ -25,7 +26,6 @@ from gudgeon.solver.integrators.mechanism.constraints.dependence import (
 from gudgeon.solver.integrators.mechanism.constraints.nearness import check_nearness
 from gudgeon.solver.integrators.mechanism.energy import inertia_factor, modal_parts, motion_of
 from gudgeon.solver.integrators.mechanism.rotation import rotation_vectors
-from gudgeon.solver.integrators.mechanism.step import close, keep_angles, match, observe
 from gudgeon.solver.joints.coupled import Driven
 
 ASSEMBLED = 1e-12
@@ -83,7 +83,7 @@ def start_of(linkage: Linkage, model: Model, work: Work, drives: np.ndarray) -> 
         *_moved(linkage, placed, state, size),
         *_deformed(linkage, model, state, size),
     ]
-    keep_angles(model, work, state)
+    core.Turning(model, work).keep_angles(state)
     rank = _check_rows(linkage, model, work, state, drives)
     work.within[0] &= rank == len(model.row_terms)
     prescribed = state.copy()
@@ -97,13 +97,13 @@ def start_of(linkage: Linkage, model: Model, work: Work, drives: np.ndarray) -> 
                 state[start : start + 3] = prescribed[start : start + 3]
             _without_rates(model, work, state)
             _scale_momenta(model, state, heavy[:, 1])
-            match(heavier, work, state, drives)
+            core.Turning(heavier, work).match(state, drives)
             _scale_momenta(model, state, 1 / heavy[:, 1])
     if model.elastic[:, 0].any():
         _without_rates(model, work, state)
-        match(_stiff(model), work, state, drives)
+        core.Turning(_stiff(model), work).match(state, drives)
         _without_rates(model, work, state)
-    match(model, work, state, drives)
+    core.Turning(model, work).match(state, drives)
     notes += [*_changed(linkage, model, work, prescribed, state), *_bending(linkage, model, work)]
     m = len(model.row_terms)
     if rank == 6 * len(linkage.names) and not linkage.drives and not model.elastic[:, 0].any():
@@ -162,7 +162,7 @@ def _scale_momenta(model: Model, state: np.ndarray, factors: np.ndarray) -> None
 def _without_rates(model: Model, work: Work, state: np.ndarray) -> None:
     """Set the modal momenta such that no elastic coordinate changes, and the spins that the angular velocities have."""
     for b in map(int, np.flatnonzero(model.elastic[:, 0])):
-        observe(model, work, state)
+        core.Turning(model, work).observe(state)
         m, spin = int(model.elastic[b, 0]), slice(WIDTH * b + SPIN, WIDTH * b + SPIN + 3)
         turn, L = work.turn[b], inertia_factor(model, work, b)
         omega = np.linalg.solve((L @ L.T)[m:, m:], turn.T @ state[spin])
@@ -184,7 +184,7 @@ def _assemble(linkage: Linkage, model: Model, work: Work, state: np.ndarray, dri
     if _closes(model, work, state, drives):
         return
     state[:] = placed
-    lacks = closed_by_least_squares(model, work, state, drives, keep_angles)
+    lacks = closed_by_least_squares(model, work, state, drives)
     closest = state.copy()
     if _closes(model, work, state, drives):
         return
@@ -202,7 +202,7 @@ def _assemble(linkage: Linkage, model: Model, work: Work, state: np.ndarray, dri
 
 def _parted(linkage: Linkage, model: Model, work: Work, state: np.ndarray, drives: np.ndarray) -> tuple[str, str]:
     """Return the joint whose own condition is open most as the scene places the bodies, and by how much."""
-    keep_angles(model, work, state)
+    core.Turning(model, work).keep_angles(state)
     work.turned[:] = 0.0
     lacks, keys = lacks_of(model, work, drives), [(row.joint, row.length) for row in linkage.rows]
     scales = dict(zip(keys, model.reach, strict=True))
@@ -215,8 +215,9 @@ def _parted(linkage: Linkage, model: Model, work: Work, state: np.ndarray, drive
 
 def _closes(model: Model, work: Work, state: np.ndarray, drives: np.ndarray) -> bool:
     """Move the bodies by Newton's method, again from where it ends; return whether the joints are closed."""
+    turning = core.Turning(model, work)
     for _ in range(1 + MORE):
-        residual = close(model, work, state, drives)
+        residual = turning.close(state, drives)
         if not np.isfinite(state).all():
             return False
         if residual <= ASSEMBLED:
@@ -337,7 +338,7 @@ def _check_rows(linkage: Linkage, model: Model, work: Work, state: np.ndarray, d
         ):
             raise SceneError(_singular(linkage, rows, rank, there))
     work.turned[:] = 0.0
-    keep_angles(model, work, state)
+    core.Turning(model, work).keep_angles(state)
     return rank
 
 
@@ -349,7 +350,7 @@ def _rank_beside(
     beside = moved(model, state, motion)
     if not _closes(model, work, beside, drives):
         return 0, False
-    keep_angles(model, work, beside)
+    core.Turning(model, work).keep_angles(beside)
     lost_motion, tolerance = motion_between(model, state, beside) - motion, NOTED * float(np.abs(motion).max())
     sizes = [(np.linalg.norm(motion[s]), np.linalg.norm(lost_motion[s])) for s in spans(model)]
     return _rank(jacobian(model, work)), any(size > tolerance and lost_size > LOST * size for size, lost_size in sizes)

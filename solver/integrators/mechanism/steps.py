@@ -5,10 +5,10 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
+from gudgeon.solver import core
 from gudgeon.solver.forces.fields.co_energy import LEFT as LEFT_GRID
 from gudgeon.solver.integrators.mechanism.arrays import Model, Work
-from gudgeon.solver.integrators.mechanism.step import MAIN, ORDER, Course, begin, interpolation, step, tableau
-from gudgeon.solver.integrators.prepared import Prepared
+from gudgeon.solver.integrators.mechanism.step import MAIN, ORDER, Course, tableau
 
 LEFT = 1e-8
 """Last motion of Newton's method over the size of the scene; a step with more is repeated shorter."""
@@ -86,18 +86,18 @@ class ExplicitSteps:
             tolerance: Error of a step.
             weights: What the error of each number is multiplied by, now, (13 n + SUMS,).
         """
-        self._model, self._work, self._tolerance = model, work, tolerance
+        self._work, self._tolerance = work, tolerance
         self._given, self._weights = drives, weights
         self._table, self._times = tableau()
-        self._step, self._interpolation = Prepared(step), Prepared(interpolation)
+        self._turning = core.Turning(model, work)
 
     def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
         drives, amounts = self._given(time + h * self._times)
-        course = Course(self._table, drives, amounts, self._weights(), np.full(1, project))
+        course = Course(self._table, drives, amounts, self._weights(), project)
         out = np.empty_like(state)
         self._work.least[0] = 1.0
         self._work.field[:, LEFT_GRID] = 0.0
-        error, residual = self._step(self._model, self._work, course, state, h, out)
+        error, residual = self._turning.step(course, state, h, out)
         sound = bool(np.isfinite(out).all() and np.isfinite(error) and residual <= LEFT)
         pivot = float(self._work.least[0])
         slopes = self._work.slopes.copy()
@@ -105,7 +105,7 @@ class ExplicitSteps:
 
     def restart(self, state: np.ndarray, time: float) -> None:
         drives, amounts = self._given(np.array([time]))
-        begin(self._model, self._work, state, drives[0], amounts[0])
+        self._turning.begin(state, drives[0], amounts[0])
 
     def accept(self, tried: Tried) -> None:
         self._work.slopes[0] = tried.slopes[MAIN]
@@ -113,7 +113,7 @@ class ExplicitSteps:
     def within(self, tried: Tried, state: np.ndarray) -> Within:
         h, K = tried.h, self._work.slopes
         K[:] = tried.slopes
-        self._interpolation(self._model, self._work, tried.course, state, h)
+        self._turning.interpolation(tried.course, state, h)
         change = tried.state - state
         dense = np.empty((7, len(state)))
         dense[0] = change

@@ -5,10 +5,9 @@ in motions of `dependence`, from the curvature of Gauss and Newton: forces of jo
 which the latter leaves out. Where they can be closed from there it ends at zero, else where they are open least.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
+from gudgeon.solver import core
 from gudgeon.solver.integrators.mechanism.arrays import NONE, PLACE, TURN, WIDTH, Model, Work
 from gudgeon.solver.integrators.mechanism.constraints.dependence import kinematic_rows, roots, spans
 from gudgeon.solver.integrators.mechanism.energy import modal_parts
@@ -24,19 +23,17 @@ ENOUGH, HALVINGS = 1e-4, 40
 """Share of the decrease along the gradient that a step has at least, and how often it is halved for it."""
 
 
-def closed_by_least_squares(
-    model: Model, work: Work, state: np.ndarray, drives: np.ndarray, set_rows: Callable[..., None]
-) -> np.ndarray:
+def closed_by_least_squares(model: Model, work: Work, state: np.ndarray, drives: np.ndarray) -> np.ndarray:
     """Move bodies to where the joints are open least; return what each row lacks there, over its reach, (m,).
 
     Args:
         state: Moved in place.
         drives: Places, rates and second rates of the drives, (d, 3).
-        set_rows: `keep_angles` of the time loop.
     """
+    turning = core.Turning(model, work)
 
     def read(trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        set_rows(model, work, trial)
+        turning.keep_angles(trial)
         lacks = lacks_of(model, work, drives)
         return lacks, _rows(model, work).T @ lacks
 
@@ -59,7 +56,7 @@ def closed_by_least_squares(
             break
         inverse = _updated(inverse, step, slope - gradient)
         state[:], lacks, gradient = tried, trial_lacks, slope
-    set_rows(model, work, state)
+    turning.keep_angles(state)
     return lacks
 
 

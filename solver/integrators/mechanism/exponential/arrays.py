@@ -1,4 +1,4 @@
-"""The arrays of exponential steps, for compiled functions.
+"""The arrays of exponential steps, which `core/turning` reads.
 
 Shapes as of `mechanism.arrays`, s stages behind the start, N numbers of a state.
 """
@@ -75,7 +75,7 @@ class Inside(NamedTuple):
 
 
 class Waves(NamedTuple):
-    """Arrays that compiled functions write, but for the first. Of each mode z' = λ z + … with z = v − conj(λ) q."""
+    """Arrays that the core writes, but for the first. Of each mode z' = λ z + … with z = v − conj(λ) q."""
 
     root: np.ndarray
     """λ [1/s], complex, (n, E)."""

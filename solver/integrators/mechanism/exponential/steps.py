@@ -2,13 +2,12 @@
 
 import numpy as np
 
+from gudgeon.solver import core
 from gudgeon.solver.integrators.mechanism.arrays import CURL, Model
 from gudgeon.solver.integrators.mechanism.collocation.steps import STAGES, CollocationSteps
 from gudgeon.solver.integrators.mechanism.collocation.table import shares
 from gudgeon.solver.integrators.mechanism.exponential.arrays import Course, Inside, nodes_of, roots_of, waves_of
-from gudgeon.solver.integrators.mechanism.exponential.step import exponential_step, state_within
 from gudgeon.solver.integrators.mechanism.steps import Kind, Tried, Within
-from gudgeon.solver.integrators.prepared import Prepared
 
 SUBSTITUTION = 3e-3
 """Tolerance of the stages over that of a step."""
@@ -43,7 +42,7 @@ class ExponentialSteps(CollocationSteps):
         self._waves = waves_of(self._model, size, STAGES)
         self._waves.rate[0] = 0.1
         self._h = 0.0
-        self._step, self._state_within = Prepared(exponential_step), Prepared(state_within)
+        self._turning = core.ExponentialTurning(self._model, self._work, self._waves)
 
     def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
         waves, out = self._waves, np.empty_like(state)
@@ -55,7 +54,7 @@ class ExponentialSteps(CollocationSteps):
         if self._before is not None:
             positions = 1 + self._nodes.points * (h / self._before.h)
             waves.slopes[1:] = shares(self._table.polynomials, positions) @ self._before.slopes
-        error, converged = self._step(self._model, self._work, waves, course, state, out)
+        error, converged = self._turning.step(course, state, out)
         self._h = h
         sound = bool(converged and np.isfinite(out).all() and np.isfinite(error))
         return Tried(h, course, out, waves.slopes.copy(), error=error / self._tolerance, sound=sound, least=1.0)
@@ -67,7 +66,7 @@ class ExponentialSteps(CollocationSteps):
     def within(self, tried: Tried, state: np.ndarray) -> Within:
         def at(x: float) -> np.ndarray:
             out = np.empty_like(state)
-            self._state_within(self._model, self._waves, Inside(self._nodes, tried.h, x), state, out)
+            self._turning.state_within(Inside(self._nodes, tried.h, x), state, out)
             return out
 
         return at

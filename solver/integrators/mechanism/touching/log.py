@@ -23,6 +23,7 @@ from gudgeon.modaldb.records.trajectory import (
     PEAK_TIME,
     WINDOWED,
 )
+from gudgeon.solver import core
 from gudgeon.solver.integrators.mechanism.arrays import (
     DRAG_PUSH,
     NORMAL_PUSH,
@@ -33,12 +34,10 @@ from gudgeon.solver.integrators.mechanism.arrays import (
     Work,
     pushes_of,
 )
-from gudgeon.solver.integrators.mechanism.step import observe
+from gudgeon.solver.integrators.mechanism.touching.columns import DEPTH, FORCE, NORMAL, OVER, RATE
 from gudgeon.solver.integrators.mechanism.touching.cone import Cones, polynomial
-from gudgeon.solver.integrators.mechanism.touching.kernel import DEPTH, FORCE, NORMAL, OVER, RATE
 from gudgeon.solver.integrators.mechanism.touching.track import Track
 from gudgeon.solver.integrators.mechanism.touching.worn import BEARING, Rubbed, WornSection, offsets
-from gudgeon.solver.integrators.prepared import Prepared
 
 LOOKS = 8
 """Times of a step at which sections are looked at, evenly spaced: so many times less may a contact last unnoticed."""
@@ -92,7 +91,7 @@ class Touching:
             worn: Sections that wear.
         """
         self._model, self._work, c = model, work, len(model.touch_pair)
-        self._observe = Prepared(observe)
+        self._turning = core.Turning(model, work)
         self.impacts: list[list[np.ndarray]] = [[] for _ in range(c)]
         self.deepest = 0.0
         self.tracks = tracks
@@ -122,7 +121,7 @@ class Touching:
 
     def _looked(self, state: np.ndarray) -> np.ndarray:
         """Return what all sections do in a state, (c, 16)."""
-        self._observe(self._model, self._work, state)
+        self._turning.observe(state)
         return self._work.touch.copy()
 
     def first(self, state_at: At, before: float, after: float) -> Event | None:
@@ -223,7 +222,7 @@ class Touching:
 
     def _rubbing(self, state: np.ndarray, sections_rubbed: list[tuple[int, Rubbed]]) -> tuple[np.ndarray, ...]:
         """Return offsets (k, 2, 2), indentations (k,), integrals of force and of its work of sliding (k, 2), forces."""
-        self._observe(self._model, self._work, state)
+        self._turning.observe(state)
         sections = [i for i, _ in sections_rubbed]
         bearing_offsets = np.array([offsets(self._model, self._work, i) for i in sections])
         sums = pushes_of(state, len(self.impacts))[sections, :2]

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon.solver import core
 from gudgeon.solver.integrators.mechanism.integrator import Mechanism
-from gudgeon.solver.integrators.mechanism.step import begin
 from tests.solver.integrators.mechanism.scenes import DOWN, hinge, system_of
 
 
@@ -29,7 +29,7 @@ def rates(found: Mechanism) -> tuple[np.ndarray, np.ndarray, float]:
     for b in range(len(found.model.mass)):
         state[13 * b + 10 : 13 * b + 13] = rng.standard_normal(3)
     found.work.least[0] = 1.0
-    begin(found.model, found.work, state, np.zeros((0, 3)), np.zeros(0))
+    core.Turning(found.model, found.work).begin(state, np.zeros((0, 3)), np.zeros(0))
     return found.work.slopes[0].copy(), found.work.multiplier.copy(), float(found.work.least[0])
 
 

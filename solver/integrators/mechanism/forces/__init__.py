@@ -1,1 +1,0 @@
-"""Forces of elements between bodies that turn."""
