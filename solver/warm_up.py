@@ -8,7 +8,6 @@ it in a child process beside mesh and modes.
 import sys
 import time
 from collections.abc import Collection, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -37,18 +36,15 @@ CASES: dict[str, tuple[dict[str, Any], ...]] = {
     "implicit": ({"interface": "face", "against": "plate"},),
     "general": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
     "collocation": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
-    "mechanism": ({"stepping": "explicit"}, {"stepping": "implicit"}),
 }
-"""Contacts that make every kind of argument, by time loop; `event` compiles nothing, and a mechanism has none, but two
-kinds of steps."""
-PENDULUM = {"pin": {"kind": "revolute", "body": "part", "against_at": [0.02, 0, 0], "axis": [0, 1, 0]}}
+"""Contacts that make every kind of argument, by time loop; `event` and `mechanism` compile nothing."""
 
 
 class _Records:
     """A store in memory that holds modes and design of one body, for every key."""
 
-    def __init__(self, *, rigid: bool) -> None:
-        self._modes = replace(_modes(), reduction="rigid", angular_frequencies=OMEGA[:0]) if rigid else _modes()
+    def __init__(self) -> None:
+        self._modes = _modes()
 
     def has(self, key: str) -> bool:
         return True
@@ -64,16 +60,12 @@ def warm_up(name: str) -> float:
     """Compile the time loop of an integrator and return the CPU seconds that it took."""
     start = time.process_time()
     for case in CASES.get(name, ()):
-        records = _Records(rigid=name == "mechanism")
-        simulate(compile_system(records, _scene(name, case), {"part": "part", "plate": "plate"}))  # type: ignore[arg-type]
+        simulate(compile_system(_Records(), _scene(name, case), {"part": "part", "plate": "plate"}))  # type: ignore[arg-type]
     note_compiled(name)
     return time.process_time() - start
 
 
 def _scene(name: str, case: dict[str, Any]) -> Scene:
-    if name == "mechanism":
-        run = {"duration": 2e-6, "samples": 10, "frames": 2, "gravity": [0, 0, -9.81]} | case
-        return Scene.model_validate({"body": {"part": {}}, "joint": PENDULUM, "run": run})
     contact = {"body": "part", "against": AGAINST[case.get("against", "wall")]}
     contact |= {key: value for key, value in case.items() if key != "against"}
     if name == "implicit":

@@ -25,7 +25,6 @@ from tests.solver.systems import (
     driven_pair_records,
     driven_pair_scene,
     plate_records,
-    rigid_records,
     rod_records,
     rod_scene,
     with_tangential_rows,
@@ -34,27 +33,11 @@ from tests.solver.systems import (
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = (
     "explicit.kernel", "explicit.one_point", "implicit.kernel", "general.kernel", "general.solution.solve",
-    "collocation.kernel", "mechanism.step", "mechanism.motion", "mechanism.constraints.rows",
-    "mechanism.constraints.solve", "mechanism.rotation",
+    "collocation.kernel",
 )  # fmt: skip
 LAW = {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e8}}
 LAYER = {"surface_stiffness": 1e13}
 TOOL = {"kind": "moving", "body": "part", "interface": "top", "force": 10.0, "at": [0.01, 0.0], "speed": 1.0}
-
-CHAIN: dict[str, Any] = {
-    "body": {"part": {}, "mate": {"angular_velocity": [0, 0, 1.0]}},
-    "joint": {
-        "pin": {"kind": "revolute", "body": "part", "at": [0.1, 0, 0], "axis": [0, 0, 1]},
-        "nut": {"kind": "screw", "body": "mate", "against": "part", "axis": [0, 0, 1], "pitch": 0.1},
-        "motor": {"kind": "driven", "joint": "pin", "expression": "t"},
-    },
-    "force": {
-        "band": {"kind": "spring", "body": "mate", "at": [1, 0, 0], "against_at": [2, 0, 0], "stiffness": 1.0},
-        "push": {"kind": "torque", "body": "mate", "direction": [0, 0, 1], "expression": "t"},
-    },
-    "run": {"duration": 1e-3},
-}
-"""Two bodies with a drive, a spring and a torque."""
 
 
 def rubbing(points: int) -> tuple[ModalRecord, MorphRecord]:
@@ -77,9 +60,6 @@ SCENES: dict[str, tuple[tuple[dict[str, Any], dict[str, Any]], ...]] = {
         ({"part": rubbing(7)}, block_scene(1e-5, friction={"static": 0.3})),
     ),
     "collocation": (({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),),
-    "mechanism": (
-        ({"part": rigid_records(1.0, {}, (1.0, 2.0, 3.0)), "mate": rigid_records(2.0, {}, (1.0, 1.0, 1.0))}, CHAIN),
-    ),
 }
 """Other numbers of points, modes and bodies than those that were compiled, by time loop."""
 
@@ -109,7 +89,7 @@ def test_a_run_compiles_nothing_more(name: str, tmp_path: Path) -> None:
 
 
 def test_every_integrator_but_the_uncompiled_one_is_covered() -> None:
-    assert set(COMPILED) == CASES.keys() == SCENES.keys() == (INTEGRATORS.keys() | {"general"}) - {"event"}
+    assert set(COMPILED) == CASES.keys() == SCENES.keys() == (INTEGRATORS.keys() | {"general"}) - {"event", "mechanism"}
     assert is_compiled("event")
 
 
