@@ -80,5 +80,5 @@ class JournalWear(Archard):
         return clearance * (FINEST * self.step) ** 2
 
     def softness(self, clearance: float) -> float:
-        """Return the depth over which the pressure on a worn shape falls by e [m]; see `touching.soft`."""
+        """Return the depth over which the pressure on a worn shape falls by e [m]; see `core/ports/worn.hpp`."""
         return max(self.least_softness(clearance), SPREAD * (self.indentation or PRESSED * clearance))

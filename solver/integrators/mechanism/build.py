@@ -33,7 +33,7 @@ from gudgeon.solver.integrators.mechanism.constraints.pattern import coupled, en
 from gudgeon.solver.integrators.mechanism.flexible.arrays import flexible_arrays
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, point_of
 from gudgeon.solver.integrators.mechanism.parts import Point, Row
-from gudgeon.solver.integrators.mechanism.touching.kernel import COLUMNS
+from gudgeon.solver.integrators.mechanism.touching.columns import COLUMNS
 from gudgeon.solver.integrators.mechanism.touching.meeting import Meeting, meetings, sections_of, surfaces_of
 from gudgeon.solver.integrators.mechanism.touching.sections import Section, of_contact, of_journal, section_arrays
 from gudgeon.solver.integrators.mechanism.touching.surfaces import pressing_of

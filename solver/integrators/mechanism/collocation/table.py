@@ -48,10 +48,11 @@ def table_of(stages: int) -> Table:
     twice = np.where(np.arange(len(chosen)) > 0, 2.0, 1.0)
     # The embedded method leaves out the slope at the start: what weights differ by integrates no power below s.
     dw = -w0 * np.linalg.solve((nodes[1:, None] ** powers[:-1]).T, np.eye(stages)[0])
+    polynomials = np.ascontiguousarray(np.linalg.inv(nodes[:, None] ** powers).T)
     return Table(
         nodes[1:], start, values[chosen].astype(complex), np.ascontiguousarray(rows[chosen], complex),
         np.ascontiguousarray(vectors[:, chosen] * twice, complex), error_start=real * (w0 - float(dw @ start)),
-        error=real * np.linalg.solve(weights.T, dw), polynomials=np.linalg.inv(nodes[:, None] ** powers).T,
+        error=real * np.linalg.solve(weights.T, dw), polynomials=polynomials,
     )  # fmt: skip
 
 

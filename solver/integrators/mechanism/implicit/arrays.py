@@ -1,4 +1,4 @@
-"""The arrays of implicit steps, for compiled functions.
+"""The arrays of implicit steps, which `core/turning/implicit.hpp` takes.
 
 Shapes as of `mechanism.arrays`, s stages, k eigenvalues, N numbers of a state.
 """
@@ -42,7 +42,7 @@ class Course(NamedTuple):
 
 
 class Newton(NamedTuple):
-    """Arrays that compiled functions write."""
+    """Arrays that the core writes."""
 
     begin: np.ndarray
     """Slope at the start, (N,)."""

@@ -4,12 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gudgeon.solver import core
 from gudgeon.solver.integrators.mechanism.collocation.steps import STAGES, CollocationSteps
 from gudgeon.solver.integrators.mechanism.collocation.table import shares
 from gudgeon.solver.integrators.mechanism.implicit.arrays import Course, newton_of
-from gudgeon.solver.integrators.mechanism.implicit.step import implicit_step
 from gudgeon.solver.integrators.mechanism.steps import LEFT, Kind, Tried, Within
-from gudgeon.solver.integrators.prepared import Prepared
 
 NEWTON = 0.03
 """Tolerance of Newton's method over that of a step."""
@@ -38,10 +37,10 @@ class ImplicitSteps(CollocationSteps):
 
     def _prepare(self, size: int) -> None:
         model = self._model
-        self._models = model, model._replace(modal_root=model.modal_root.copy())
         self._newton = newton_of(model, size, STAGES)
         self._outer = np.linalg.inv(self._table.points[:, None] ** np.arange(STAGES)).T
-        self._step = Prepared(implicit_step)
+        stiff = model._replace(modal_root=model.modal_root.copy())
+        self._turning = core.ImplicitTurning(model, stiff, self._work, self._newton)
         self._newton.rate[0] = 0.5
 
     def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
@@ -55,7 +54,7 @@ class ImplicitSteps(CollocationSteps):
             asked=self._tolerance, limits=RATIOS,
         )  # fmt: skip
         self._guess(h)
-        error, residual, converged = self._step(self._models, self._work, newton, course, state, out)
+        error, residual, converged = self._turning.step(course, state, out)
         sound = bool(converged and np.isfinite(out).all() and np.isfinite(error) and residual <= LEFT)
         pivot = float(self._work.least[0])
         stages = Stages(newton.stages.copy(), newton.multipliers.copy(), float(newton.energy[0]))

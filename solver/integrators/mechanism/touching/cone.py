@@ -15,7 +15,7 @@ alone steps would be those of a much stiffer system.
 import numpy as np
 
 from gudgeon.solver.integrators.mechanism.arrays import DEFLECTION, Model, Work, pushes_of
-from gudgeon.solver.integrators.mechanism.touching.kernel import ALONG, DEFLECTING, FORCE, GRIP
+from gudgeon.solver.integrators.mechanism.touching.columns import ALONG, DEFLECTING, FORCE, GRIP
 
 
 def differentiation(count: int) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 Worn volume is k/H times the work that the normal force would do over the sliding distance, ∫ F |v| dt. It is added up
 from the differences of the integral that the integrator has of every section, so that its sum over the cells is
-`load_distance` to round-off, and lies under the pressure of an elastic foundation, see `touching.soft`.
+`load_distance` to round-off, and lies under the pressure of an elastic foundation, see `core/ports/worn.hpp`.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.contact.bores import ElasticBore
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.arrays import Model, Work
-from gudgeon.solver.integrators.mechanism.touching.kernel import APART
+from gudgeon.solver.integrators.mechanism.touching.columns import APART
 from gudgeon.solver.integrators.mechanism.touching.yielding import Pressed
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.wear import SPREAD
@@ -34,7 +34,7 @@ class WornSection(NamedTuple):
     shapes: tuple[np.ndarray | None, np.ndarray | None]
     """Worn depth of bearing and journal at the start [m], (cells,); None where it is round."""
     softness: float
-    """[m], see `touching.soft`."""
+    """[m], see `core/ports/worn.hpp`."""
     least: float
     """Finest softness that cells resolve [m]."""
     after: float

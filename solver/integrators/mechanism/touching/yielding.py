@@ -9,7 +9,7 @@ the bearing keeps energy. It is tabulated as the indentation δ of a linear law 
 
 with e₀ the offset at which the bore is first touched. δ and e₀ are tensor quintic splines, whose force has three
 continuous derivatives, so that steps of high order pass from cell to cell. The law's loss acts on the way along the
-normal.
+normal. What the table says at an offset: `core/ports/worn.hpp`.
 """
 
 from math import factorial
@@ -20,7 +20,6 @@ from scipy import linalg
 from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.optimize import nnls
 
-from gudgeon.solver.compiled import inner
 from gudgeon.solver.contact.bores import ElasticBore
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.joints.clearance import Clearance
@@ -195,48 +194,3 @@ def yielding_arrays(every: list[Table | None]) -> dict[str, np.ndarray]:
             -1, BELOW + ABOVE - 1, AROUND, DEGREE + 1, DEGREE + 1
         ),
     }
-
-
-@inner
-def yielding_depth(model, i, x, y):  # type: ignore[no-untyped-def]
-    """Return H of a section's elastic bearing at an offset (x, y) along the bearing's frame, and ∇H."""
-    k, clearance, around = model.yielding[i], model.touch_size[i, 0], model.yielding_touch.shape[1]
-    size = np.sqrt(x * x + y * y)
-    over = 1.0 / size if size > 0.0 else 0.0
-    c, s = x * over, y * over
-    step = 2.0 * np.pi / around
-    angle = np.arctan2(y, x)
-    if angle < 0.0:
-        angle += 2.0 * np.pi
-    b = min(int(angle / step), around - 1)
-    q = angle - b * step
-    first, first_turn = 0.0, 0.0
-    for n in range(DEGREE + 1):
-        first_turn = first_turn * q + first
-        first = first * q + model.yielding_touch[k, b, n]
-    along = size - first
-    r, last = model.yielding_reach, model.yielding_reach.shape[1] - 1
-    inside = min(max(along, r[k, 0]), r[k, last])
-    low, high = 0, last
-    while high - low > 1:
-        middle = (low + high) // 2
-        if inside < r[k, middle]:
-            high = middle
-        else:
-            low = middle
-    way = inside - r[k, low]
-    depth, by_reach, by_turn, mixed = 0.0, 0.0, 0.0, 0.0
-    for m in range(DEGREE + 1):
-        value, slope = 0.0, 0.0
-        for n in range(DEGREE + 1):
-            slope = slope * q + value
-            value = value * q + model.yielding_depth[k, low, b, m, n]
-        by_reach = by_reach * way + depth
-        depth = depth * way + value
-        mixed = mixed * way + by_turn
-        by_turn = by_turn * way + slope
-    # Beyond the table δ goes on along its slope.
-    depth += by_reach * (along - inside)
-    by_turn += mixed * (along - inside) - by_reach * first_turn
-    radial, across = 1.0 - by_reach, -by_turn * over
-    return size - clearance - depth, radial * c - across * s, radial * s + across * c

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from scipy.integrate import quad
 
 from gudgeon.modaldb.records.trajectory import WEAR, Trajectory
+from gudgeon.solver import core
 from gudgeon.solver.contact.bores import ElasticBore, foundation
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.mechanism.touching.yielding import (
@@ -19,7 +20,6 @@ from gudgeon.solver.integrators.mechanism.touching.yielding import (
     Table,
     table_of,
     yielding_arrays,
-    yielding_depth,
 )
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.simulate import simulate
@@ -59,7 +59,7 @@ def at(offset: float, angle: float) -> np.ndarray:
 def read(table: Table, offset: np.ndarray) -> tuple[float, np.ndarray]:
     """Return δ [m] of a table, and its force [N], (2,)."""
     model = SimpleNamespace(**yielding_arrays([table]), touch_size=np.array([[GAP, RADIUS, 0.0]]))
-    H, *slope = yielding_depth.py_func(model, 0, *offset)
+    H, *slope = core.yielding_depth(model, 0, *offset)
     size = float(np.linalg.norm(offset))
     depth = size - GAP - H
     return depth, table.stiffness * max(depth, 0.0) * (offset / size - slope)
