@@ -14,8 +14,7 @@ from gudgeon.solver.checks.layer import with_layer_estimates
 from gudgeon.solver.checks.mesh import with_mesh_estimates
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.choice import choose
-from gudgeon.solver.integrators.implicit.energy import WORK
-from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, Marching, Outcome
+from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, WORK, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, driven_step, own_step, plan_run, refuse_unread
 from gudgeon.solver.integrators.swapped import Swapped
 from gudgeon.solver.ports.rest import at_rest

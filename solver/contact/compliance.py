@@ -100,17 +100,6 @@ def combine(matrix, listed, share, first, last, out):  # type: ignore[no-untyped
 
 
 @inner
-def pack(vector, first, last, numbers, amounts):  # type: ignore[no-untyped-def]
-    """Write the entries of a part of a vector that are not zero into a list; returns their number."""
-    count = 0
-    for i in range(first, last):
-        if vector[i] != 0.0:
-            numbers[count], amounts[count] = i, vector[i]
-            count += 1
-    return count
-
-
-@inner
 def window(matrix, k):  # type: ignore[no-untyped-def]
     """Return the first and last + 1 function in the window of a contact."""
     first, across = matrix.space[k, 0], matrix.space[k, 1]
@@ -125,18 +114,6 @@ def prepare(matrix, i):  # type: ignore[no-untyped-def]
         for k in range(len(matrix.space)):
             if matrix.known[k]:
                 _prepare_part(matrix, i, k)
-
-
-@inner
-def know(matrix, k, rows, count):  # type: ignore[no-untyped-def]
-    """Compute the columns of contact k too, of the rows listed and of those to come in this era."""
-    if matrix.known[k] or len(matrix.master) == 0:
-        return
-    matrix.known[k] = True
-    matrix.era[0] += 1
-    for n in range(count):
-        matrix.stamp[rows[n]] = matrix.era[0]
-        _prepare_part(matrix, rows[n], k)
 
 
 @inner
@@ -176,21 +153,3 @@ def gather(matrix, k, corner, along, field, out):  # type: ignore[no-untyped-def
             y = p[i] * field[e + TWO] + q[i] * field[f + TWO] + r[i] * field[g + TWO] + s[i] * field[h + TWO]
             z = p[i] * field[e + THREE] + q[i] * field[f + THREE] + r[i] * field[g + THREE] + s[i] * field[h + THREE]
             target[i] += across[i, 0] * w + across[i, 1] * x + across[i, 2] * y + across[i, 3] * z
-
-
-@inner
-def scatter(matrix, corner, along, listed, share, out):  # type: ignore[no-untyped-def]
-    """Add share · Nᵀ λ to `out`, (F,), with λ `Listed`; returns the first and last + 1 function changed."""
-    low, high = len(out), 0
-    for n in range(listed.size):
-        i = listed.numbers[n]
-        if corner[i] >= 0:
-            k = 0
-            while matrix.block[k, 1] <= i:
-                k += 1
-            for b in range(4):
-                f, part = corner[i] + b * matrix.space[k, 1], share * listed.amounts[n] * along[b, i]
-                for a in range(4):
-                    out[f + a] += part * matrix.across[i, a]
-            low, high = min(low, corner[i]), max(high, corner[i] + 3 * matrix.space[k, 1] + 4)
-    return low, high

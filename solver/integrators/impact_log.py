@@ -1,4 +1,4 @@
-"""Impacts of contacts, located step by step in the compiled time loops, and the same from a history of forces.
+"""Impacts of contacts, located step by step in the time loops, and the same from a history of forces.
 
 A force is constant over a step, so the impulse J of a contact since the start of its impact is linear in it, and its
 integral I quadratic. The windowed force at t, the mean over W of the mean over W, is
@@ -26,7 +26,8 @@ from gudgeon.modaldb.records.trajectory import (
     WINDOWED,
     WINDOWED_TIME,
 )
-from gudgeon.solver.compiled import entry, inner
+from gudgeon.solver import core
+from gudgeon.solver.compiled import inner
 from gudgeon.solver.errors import SolverError
 from gudgeon.solver.integrators.outcome import PLATEAU
 
@@ -277,7 +278,7 @@ def _end(log, k):  # type: ignore[no-untyped-def]
             log.ended[number, 1 + column] = log.running[k, column]
 
 
-@entry
+@inner
 def finish(running, impulses, plateau, window):  # type: ignore[no-untyped-def]
     """Set impulse and windowed force of an impact from its J, its impulse without duration, and its plateau."""
     square = 0.0
@@ -291,7 +292,7 @@ def finish(running, impulses, plateau, window):  # type: ignore[no-untyped-def]
         running[WINDOWED], running[WINDOWED_TIME] = running[PEAK], running[PEAK_TIME]
 
 
-@entry
+@inner
 def complete(log, k):  # type: ignore[no-untyped-def]
     """Evaluate the windowed force of the present impact of contact k up to its end, with no force after it."""
     number = log.steps[k, PRESENT]
@@ -329,8 +330,7 @@ class Located:
             present = []
             if log.steps[k, FIRST] >= 0:
                 running = log.running[k]
-                complete(log, k)
-                finish(running, (log.before[k], log.sudden[k]), log.plateau[k], log.window)
+                core.finish_impact(log, k)
                 if log.steps[k, TOUCHING]:
                     running[ENDS], running[OPENING] = (log.steps[k, LAST] + 1) * log.dt, np.nan
                 present = [running]

@@ -17,6 +17,8 @@ START_ENERGY, ENERGY_ERROR, EXCHANGED, DEEPEST = range(4)
 """Entries of `Outcome.extreme`."""
 ACTIVE, CONTACT_STEPS, PIVOTS = range(3)
 """First entries of `Outcome.counts`."""
+WORK = 4
+"""Entry of `Samples.energies`: work of loads and joints [J]."""
 PLATEAU = 1e-9
 """Relative difference of windowed forces that count as equal: their time is the middle of the first and the last."""
 

@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner
-
 
 class Paths(NamedTuple):
     """Shapes: P points, b bodies, m coordinates, c contact rows, s samples."""
@@ -35,20 +33,3 @@ class Paths(NamedTuple):
 
 NOTHING = np.zeros((0, 0))
 NO_PATHS = Paths(NOTHING, NOTHING, NOTHING, np.zeros((0, 2), np.int64), NOTHING)
-
-
-@inner
-def keep_paths(paths, sample, q, multipliers):  # type: ignore[no-untyped-def]
-    """Fill one sample from the coordinates and contact forces [N] at its end."""
-    for p in range(len(paths.rows)):
-        total = 0.0
-        for k in range(len(q)):
-            total += paths.rows[p, k] * q[k]
-        for i in range(len(multipliers)):
-            total += paths.residual[p, i] * multipliers[i]
-        paths.values[sample, p] = total
-    for body in range(len(paths.elastic)):
-        square = 0.0
-        for k in range(paths.elastic[body, 0], paths.elastic[body, 1]):
-            square += q[k] * q[k]
-        paths.squares[sample, body] = square

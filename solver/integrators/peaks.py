@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, inner
-
 
 class Peaks(NamedTuple):
     """State at the end of the sample of each contact's largest mean force so far.
@@ -75,24 +73,3 @@ class Peaks(NamedTuple):
                     self.functions[number] = functions[at]
                 if friction is not None:
                     self.friction[number] = friction[at]
-
-
-@inner
-def keep_peaks(peaks, forces, sample, state, functions):  # type: ignore[no-untyped-def]
-    """Keep the state at the end of a sample for each contact whose mean force exceeds what is kept.
-
-    Args:
-        forces: Mean resultants over the sample [N], (k, 3).
-        sample: Number of samples to its end.
-        state: q, v, (m,) each, and the multipliers [N], (c,).
-        functions: Forces on the residual flexibility of functions [N], (F,).
-    """
-    for number in range(len(peaks.force)):
-        x, y, z = forces[number, 0], forces[number, 1], forces[number, 2]
-        size = np.sqrt(x * x + y * y + z * z)
-        if size > peaks.force[number]:
-            peaks.force[number], peaks.sample[number] = size, sample
-            copy(state[0], peaks.q[number])
-            copy(state[1], peaks.v[number])
-            copy(state[2], peaks.multipliers[number])
-            copy(functions, peaks.functions[number])

@@ -1,9 +1,5 @@
-"""Runs of small systems: balances, steps, failures, and the compiled kernel against its own source."""
+"""Runs of small systems: balances, steps, failures."""
 
-import json
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -27,45 +23,6 @@ LINEAR = {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e9}}
 ROUND_OFF = 1e-11
 SPLITTING = 0.2**2 / 8
 """Energy error of the split step on an oscillator at ω_c with dt = 0.2/ω_c, the worst that a system can show."""
-ORACLE = """
-import json, sys
-from pathlib import Path
-from tests.solver.systems import block_records, block_scene, build, rod_records, rod_scene
-from gudgeon.solver.simulate import simulate
-from gudgeon.solver.integrators.explicit import kernel
-assert not hasattr(kernel.march, 'py_func')  # really undecorated
-folder = Path(sys.argv[1])
-found = {}
-for name, records, scene in (
-    ('block', block_records(5), block_scene(4e-5)),
-    ('rod', rod_records(12), rod_scene(2e-4, dashpot='wave-guide')),
-    ('springs', block_records(5), block_scene(4e-5, method='penalty', surface_stiffness=1e13)),
-):
-    t = simulate(build(folder / name, records, scene))
-    found[name] = [t.frames[-1].tolist(), t.velocities[-1].tolist(), t.energy_drift, t.quantities]
-print(json.dumps(found))
-"""
-
-
-def test_kernel_equals_its_undecorated_source(tmp_path: Path) -> None:
-    child = subprocess.run(
-        [sys.executable, "-c", ORACLE, str(tmp_path / "oracle")],
-        env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    expected = json.loads(child.stdout)
-    cases = {
-        "block": (block_records(5), block_scene(4e-5)),
-        "rod": (rod_records(12), rod_scene(2e-4, dashpot="wave-guide")),
-        "springs": (block_records(5), block_scene(4e-5, method="penalty", surface_stiffness=1e13)),
-    }
-    for name, (records, scene) in cases.items():
-        run = simulate(build(tmp_path / name, records, scene))
-        frames, velocities, drift, quantities = expected[name]
-        scale = np.abs(velocities).max()
-        np.testing.assert_allclose(run.velocities[-1], velocities, atol=1e-9 * scale)
-        np.testing.assert_allclose(run.frames[-1], frames, atol=1e-9 * np.abs(frames).max())
-        assert run.energy_drift == pytest.approx(drift, rel=1e-5, abs=1e-12)
-        assert run.quantities["wall.impulse"]["value"] == pytest.approx(quantities["wall.impulse"]["value"], rel=1e-9)
 
 
 def test_a_body_that_touches_nothing_flies_on(tmp_path: Path) -> None:

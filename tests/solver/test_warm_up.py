@@ -22,19 +22,13 @@ from tests.solver.systems import (
     block_records,
     block_scene,
     build_all,
-    driven_pair_records,
-    driven_pair_scene,
-    plate_records,
     rod_records,
     rod_scene,
     with_tangential_rows,
 )
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = (
-    "explicit.kernel", "explicit.one_point", "implicit.kernel", "general.kernel", "general.solution.solve",
-    "collocation.kernel",
-)  # fmt: skip
+MODULES = ("general.kernel", "general.solution.solve", "collocation.kernel")
 LAW = {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e8}}
 LAYER = {"surface_stiffness": 1e13}
 TOOL = {"kind": "moving", "body": "part", "interface": "top", "force": 10.0, "at": [0.01, 0.0], "speed": 1.0}
@@ -47,14 +41,6 @@ def rubbing(points: int) -> tuple[ModalRecord, MorphRecord]:
 
 
 SCENES: dict[str, tuple[tuple[dict[str, Any], dict[str, Any]], ...]] = {
-    "explicit": (
-        ({"part": rod_records(12)}, rod_scene(1e-5)),
-        ({"part": block_records(20)}, block_scene(1e-5, **LAYER)),
-    ),
-    "implicit": (
-        (driven_pair_records(6), driven_pair_scene(duration=1e-5)),
-        ({"part": plate_records()}, {"body": {"part": {}}, "force": {"tool": TOOL}, "run": {"duration": 1e-5}}),
-    ),
     "general": (
         ({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),
         ({"part": rubbing(7)}, block_scene(1e-5, friction={"static": 0.3})),
@@ -88,8 +74,9 @@ def test_a_run_compiles_nothing_more(name: str, tmp_path: Path) -> None:
     assert any(before.values())
 
 
-def test_every_integrator_but_the_uncompiled_one_is_covered() -> None:
-    assert set(COMPILED) == CASES.keys() == SCENES.keys() == (INTEGRATORS.keys() | {"general"}) - {"event", "mechanism"}
+def test_every_integrator_of_numba_is_covered() -> None:
+    core = {"event", "explicit", "implicit", "mechanism"}
+    assert set(COMPILED) == CASES.keys() == SCENES.keys() == (INTEGRATORS.keys() | {"general"}) - core
     assert is_compiled("event")
 
 
@@ -162,7 +149,7 @@ def test_copies_of_one_version_share_their_machine_code(tree: Path, tmp_path_fac
 
 
 def test_functions_stand_in_the_folder_of_their_file() -> None:
-    module = import_module("gudgeon.solver.integrators.implicit.kernel")
+    module = import_module("gudgeon.solver.integrators.general.kernel")
     assert module.__file__ is not None
     folder = cache_folder()
     assert folder is not None
@@ -231,13 +218,13 @@ def test_a_run_without_any_folder_says_so_in_one_line(tmp_path: Path) -> None:
 
 
 def test_the_command_tells_what_it_does(capsys: pytest.CaptureFixture[str]) -> None:
-    warm_up("explicit")
-    main(["explicit"])
-    assert capsys.readouterr().out == "time loop 'explicit': compiled already\n"
+    warm_up("collocation")
+    main(["collocation"])
+    assert capsys.readouterr().out == "time loop 'collocation': compiled already\n"
 
 
 def test_an_unknown_time_loop_is_refused() -> None:
-    with pytest.raises(SystemExit, match="no compiled time loop 'nonsense'; there are explicit, implicit, "):
+    with pytest.raises(SystemExit, match="no compiled time loop 'nonsense'; there are general, collocation, "):
         main(["nonsense"])
 
 
@@ -246,7 +233,7 @@ def test_the_child_takes_no_module_of_the_users_folder(tmp_path: Path, monkeypat
         (tmp_path / f"{name}.py").write_text(f"open('{name}-ran', 'w').close(); raise SystemExit(3)")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("gudgeon.solver.kernel_cache.is_compiled", lambda name: False)
-    child = compile_beside("explicit")
+    child = compile_beside("collocation")
     assert child is not None
     assert child.wait(120) == 0
     assert not list(tmp_path.glob("*-ran"))

@@ -73,14 +73,20 @@ inline void fly(CMat flight, Vec q, Vec v) noexcept {
     }
 }
 
-/* Set the gaps g = g0 + rows q [m], row by row where they are few or short, else column by column. */
+/* Set the gaps g = g0 + rows q [m], row by row where they are few or short, else four columns at once. */
 inline void free_gaps(const Constants& constants, CVec q, Vec gap) noexcept {
     if (gap.size() < WIDE || constants.narrow) {
         for (Index i = 0; i < gap.size(); ++i) gap[i] = constants.gap[i] + along(constants, i, q);
         return;
     }
     copy(constants.gap, gap);
-    for (Index k = 0; k < q.size(); ++k) add(q[k], constants.columns[k], gap);
+    const CMat columns = constants.columns;
+    Index k = 0;
+    for (; k + 4 <= q.size(); k += 4) {
+        const double amounts[] = {q[k], q[k + 1], q[k + 2], q[k + 3]};
+        add_four(gap, amounts, columns[k], columns[k + 1], columns[k + 2], columns[k + 3]);
+    }
+    for (; k < q.size(); ++k) add(q[k], columns[k], gap);
 }
 
 /* The number of steps in which no gap can close: speeds stay below (v^2 + w^2 q^2)^1/2, the least gap is given. */

@@ -62,7 +62,6 @@ struct Masters {
     CMat slide;               /* dsigma/dq of each contact, (k, m). */
     Vec residual_force, residual_displacement;  /* r [N] and w [m], (F,). */
     Vec last_displacement;    /* w at the end of the last step [m], (F,). */
-    Vec end_residual_force;   /* r at the end of the step [N], (F,). */
     Vec response;             /* R times half the forces of the end of the step [m], (F,). */
     Vec inward;               /* e of the functions in the windows of candidate contacts [m], (F,). */
     IntMat filled;            /* Range along in which w of each contact's space is kept, (k, 2). */
@@ -83,7 +82,7 @@ struct Masters {
     Vec impulses;             /* [N s], (F,). */
     CVec refresh;             /* Share of the spacing that weights may move before a new matrix, (1,). */
     GUDGEON_FIELDS(functions, columns, span, coordinates, residual, memory, chart, height, start, slide, residual_force,
-                   residual_displacement, last_displacement, end_residual_force, response, inward, filled, left, corner,
+                   residual_displacement, last_displacement, response, inward, filled, left, corner,
                    along, near, weights_at, sigma, slid, drag, drag_impulse, function_forces, force, numbers, amounts,
                    size, work, impulses, refresh)
 };
@@ -108,10 +107,9 @@ struct Loads {
     Mat direction;            /* Of each rod in the middle of the step, (j, 2). */
     Vec correction, correction_before;  /* Of each rod's force, and the same before contact changed [N], (j,). */
     Mat slopes;               /* Minus the correction's derivative by forces of the step's end, (j, c). */
-    Mat arm;                  /* From the crank pin to P of one rod [m], and its rate, (2, 2). */
     GUDGEON_FIELDS(rows, memory, residual, to_gap, gap_per_load, numbers, joint_response, joint_per_row, anchor, lengths,
                    residual_force, last_residual_force, residual_displacement, displacement, amount, rod, pin, direction,
-                   correction, correction_before, slopes, arm)
+                   correction, correction_before, slopes)
 };
 
 /* What proves that a contact stays open in a step. */

@@ -174,7 +174,7 @@ inline void prepare_part(const Compliance& matrix, Index i, Index k) noexcept {
         }
     const auto [low, high] = window_of(matrix, k);
     fill(matrix.scratch.slice(low, high), 0.0);
-    combine(matrix.master, {matrix.touched, matrix.weights, 16}, 1.0, low, high, matrix.scratch);
+    combine(matrix.master, {matrix.touched, matrix.weights, matrix.touched.size()}, 1.0, low, high, matrix.scratch);
     gather(matrix, k, corner, matrix.along, matrix.scratch, matrix.values.slice(at, at + corner.size()));
 }
 

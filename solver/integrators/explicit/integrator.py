@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from gudgeon.solver import capabilities
+from gudgeon.solver import capabilities, core
 from gudgeon.solver.contact.compliance import fixed
 from gudgeon.solver.contact.lcp import empty_set
-from gudgeon.solver.integrators.explicit import kernel
-from gudgeon.solver.integrators.explicit.one_point import march_one
+from gudgeon.solver.integrators.explicit.arrays import Constants, State
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.integrators.polynomial_response import free
@@ -26,6 +25,7 @@ class Explicit(capabilities.Explicit):
         self._system = system
         self._constants = _constants(system, dt)
         self._state = _state(system, dt)
+        self._loop = core.Explicit(self._constants, self._state)
         self._located = Located(self._state.log)
 
     def advance(self, start_step: int, stride: int, out: Samples) -> bool:
@@ -33,12 +33,11 @@ class Explicit(capabilities.Explicit):
 
         Energies and gauges are those of a sample's last impulse, half a step before its end.
         """
-        march = march_one if len(self._system.gap) == 1 else kernel.march
-        # The compiled loop computes no gauges: with gauges it is called for one sample at a time.
+        # The core's loop computes no gauges: with gauges it is called for one sample at a time.
         pieces, sound = len(out.forces) if out.gauges.shape[1] else 1, True
         for indices in np.array_split(np.arange(len(out.forces)), pieces):
             span, start = slice(indices[0], indices[-1] + 1), start_step + int(indices[0]) * stride
-            sound = march(self._constants, self._state, start, stride, out.part(span))
+            sound = self._loop.march(out.part(span), start, stride)
             if not sound:
                 break
             if out.gauges.shape[1]:
@@ -66,14 +65,14 @@ class Explicit(capabilities.Explicit):
         )
 
 
-def _constants(system: System, dt: float) -> kernel.Constants:
+def _constants(system: System, dt: float) -> Constants:
     rows, compliance = system.rows.dense(), system.compliance.dense()
     row_bounds = np.abs(rows).max(axis=0, initial=0.0)
     depends = rows != 0.0
     stop = depends.shape[1] - depends[:, ::-1].argmax(axis=1)
     span = np.where(depends.any(axis=1)[:, None], np.column_stack([depends.argmax(axis=1), stop]), 0)
     narrow = bool(NARROW * (span[:, 1] - span[:, 0]).sum() <= depends.size)
-    return kernel.Constants(
+    return Constants(
         dt=dt, flight=free(np.sqrt(system.stiffness), dt), half=free(np.sqrt(system.stiffness), dt / 2),
         stiffness=system.stiffness,
         rows=rows, span=span, narrow=narrow,
@@ -83,12 +82,12 @@ def _constants(system: System, dt: float) -> kernel.Constants:
     )  # fmt: skip
 
 
-def _state(system: System, dt: float) -> kernel.State:
+def _state(system: System, dt: float) -> State:
     """Return the state at the first impulse, half a step after the start."""
     half = free(np.sqrt(system.stiffness), dt / 2)
     v0 = system.velocity
     c, energy = len(system.gap), 0.5 * float(v0 @ v0)
-    return kernel.State(
+    return State(
         q=half[1] * v0, v=half[3] * v0, active=empty_set(c), multipliers=np.zeros(c), gaps=np.zeros(c),
         free=np.empty(c), jump=np.zeros(len(v0)), ends=np.zeros((2, len(v0))),
         impulses=np.zeros(c), work=np.zeros(len(system.rigid) + 1), energy=np.array([energy, 0.0, 0.0, 0.0]),

@@ -1,8 +1,6 @@
-"""The arrays of the implicit time loop, constants and state together.
+"""The arrays of the implicit time loop, constants and state together, as `core/implicit/arrays.hpp` has them.
 
-A compiled function takes only the tuples that it needs: each array of an argument is seven values or more for the
-compiler, half of its work. Shapes: m coordinates, c contact rows, k contacts, F functions of
-traction spaces, L load rows, j joints.
+Shapes: m coordinates, c contact rows, k contacts, F functions of traction spaces, L load rows, j joints.
 """
 
 from typing import NamedTuple
@@ -114,8 +112,6 @@ class Masters(NamedTuple):
     """r [N] and w [m], (F,)."""
     last_displacement: np.ndarray
     """w at the end of the last step [m], (F,)."""
-    end_residual_force: np.ndarray
-    """r at the end of the step [N], (F,)."""
     response: np.ndarray
     """R times half the forces of the end of the step [m], (F,)."""
     inward: np.ndarray
@@ -197,8 +193,6 @@ class Loads(NamedTuple):
     """Correction of each rod's force, and the same before contact changed [N], (j,)."""
     slopes: np.ndarray
     """−∂correction/∂λ⁺, (j, c)."""
-    arm: np.ndarray
-    """From the crank pin to P of one rod [m], and its rate, (2, 2)."""
 
 
 class Energy(NamedTuple):

@@ -1,20 +1,18 @@
-"""The implicit integrator: builds the arrays of `solver.integrators.implicit.kernel` from a system."""
+"""The implicit integrator: builds the arrays of the core's implicit loop from a system."""
 
 import math
 
 import numpy as np
 
-from gudgeon.solver import capabilities
+from gudgeon.solver import capabilities, core
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.contact.pattern import whole
 from gudgeon.solver.integrators.flight import flight
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.implicit.arrays import Arrays, Drive, Energy, Loads, Masters, Modes, Points
-from gudgeon.solver.integrators.implicit.kernel import march
 from gudgeon.solver.integrators.implicit.open_contacts import bounds
 from gudgeon.solver.integrators.outcome import Outcome, Samples
-from gudgeon.solver.integrators.prepared import Prepared
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.gauges import gauge_loads
 from gudgeon.solver.system.system import System
@@ -45,17 +43,17 @@ class Implicit(capabilities.Implicit):
         )  # fmt: skip
         self._located = Located(self._arrays.log)
         self._ahead = 0, Drive(np.empty((0, 0)), np.empty((0, 0, 0)))
-        self._march = Prepared(march)
+        self._loop = core.Implicit(self._arrays)
         self._pushed = gauge_loads(system.bodies, system.driving.places(), len(system.driving.rows))
 
     def advance(self, start_step: int, stride: int, out: Samples) -> bool:
         """Fill samples of `stride` steps; False where the run cannot continue."""
-        # The compiled loop computes no gauges: with gauges it is called for one sample at a time.
+        # The core's loop computes no gauges: with gauges it is called for one sample at a time.
         pieces = len(out.forces) if out.gauges.shape[1] else 1
         for i in range(pieces):
             samples = out.part(slice(i, i + 1)) if out.gauges.shape[1] else out
             step, steps = start_step + i * stride, len(samples.forces) * stride
-            if not self._march(self._arrays, self._drive(step, steps), samples, step, stride):
+            if not self._loop.march(self._drive(step, steps), samples, step, stride):
                 return False
             if out.gauges.shape[1]:
                 samples.gauges[0] = self._gauged((step + steps) * self._dt)
@@ -191,7 +189,7 @@ def _masters(system: System, dt: float, modes: Modes) -> Masters:
 
 
 _PER_FUNCTION = (
-    "residual_force", "residual_displacement", "last_displacement", "end_residual_force", "response", "inward",
+    "residual_force", "residual_displacement", "last_displacement", "response", "inward",
     "amounts", "work", "impulses",
 )  # fmt: skip
 
@@ -221,7 +219,7 @@ def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
         displacement=driving.rows @ modes.q + residual_displacement, amount=np.zeros(count), rod=rod,
         pin=start, direction=np.zeros((joints, 2)), correction=np.zeros(joints),
         correction_before=np.zeros(joints),
-        slopes=np.zeros((joints, c)), arm=np.zeros((2, 2)),
+        slopes=np.zeros((joints, c)),
     )  # fmt: skip
 
 

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, inner, ordered
 from gudgeon.solver.system.system import System
 
 
@@ -70,66 +69,3 @@ def _largest(residual: np.ndarray, blocks: list[slice]) -> np.ndarray:
     return np.array([[np.abs(residual[a, b]).max(initial=0.0) for b in blocks] for a in blocks]).reshape(
         len(blocks), len(blocks)
     )
-
-
-@inner
-def may_touch(modes, points, matrix, loads, bounds, k):  # type: ignore[no-untyped-def]
-    """Whether a point of contact k may touch at the end of the step, with the forces that are known by now."""
-    first, last = matrix.block[k, 0], matrix.block[k, 1]
-    q, push, end_force, gaps = modes.q, modes.push[0], modes.end_force, points.gaps[first:last]
-    copy(points.gap[first:last], gaps)
-    for a in range(len(bounds.rigid)):
-        n = bounds.rigid[a]
-        column, amount = points.columns[n, first:last], q[n] + push[n] * end_force[n]
-        for i in range(len(gaps)):
-            gaps[i] += column[i] * amount
-    closed, elastic = 0.0, bounds.elastic[k]
-    for i in range(len(q)):
-        closed += elastic[i] * abs(q[i] + push[i] * end_force[i])
-    for other in range(len(matrix.block)):
-        for part in range(2):
-            compliance = bounds.residual[k, other] if part == 0 else bounds.master[k, other]
-            closed += compliance * _end_sum(bounds, part, other)
-    for i in range(len(loads.residual_force)):
-        closed += bounds.loads[k, i] * abs(loads.residual_force[i])
-    for j in range(len(loads.correction)):
-        for axis in range(2):
-            i = 2 * j + axis
-            closed += bounds.loads[k, i] * abs(loads.memory[1, i] * loads.direction[j, axis] * loads.correction[j])
-    return not least(gaps) > closed
-
-
-@ordered
-def least(values):  # type: ignore[no-untyped-def]
-    """Return the least of some values."""
-    least = np.inf
-    for i in range(len(values)):
-        least = min(least, values[i])
-    return least
-
-
-@inner
-def _end_sum(bounds, part, k):  # type: ignore[no-untyped-def]
-    """Return the sum of r [N] at the end of the step, of a contact's points (part 0) or functions (1)."""
-    memory, pressed = bounds.memory[part], bounds.pressed
-    return memory[0, k] * bounds.held[part, k] + memory[1, k] * pressed[0, k] + memory[2, k] * pressed[1, k]
-
-
-@inner
-def sum_multipliers(bounds, points, matrix):  # type: ignore[no-untyped-def]
-    """Set the sum of each contact's multipliers [N] at the end of the step."""
-    pressed = bounds.pressed[1]
-    pressed[:] = 0.0
-    for n in range(points.counts[1]):
-        k = 0
-        while matrix.block[k, 1] <= points.pressed[1, n]:
-            k += 1
-        pressed[k] += abs(points.amounts[1, n])
-
-
-@inner
-def next_step(bounds):  # type: ignore[no-untyped-def]
-    """Set the sums of forces [N] at the start of the next step to those at the end of this one."""
-    for k in range(bounds.pressed.shape[1]):
-        bounds.held[0, k], bounds.held[1, k] = _end_sum(bounds, 0, k), _end_sum(bounds, 1, k)
-        bounds.pressed[0, k] = bounds.pressed[1, k]

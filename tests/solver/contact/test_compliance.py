@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.traction import cubic_weights
+from gudgeon.solver import core
 from gudgeon.solver.contact.compliance import Compliance, fixed
-from gudgeon.solver.contact.lcp import empty_set, solve_lcp
+from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.contact.pattern import whole
 
 ROUND_OFF = 1e-12
@@ -66,7 +67,7 @@ def solve(matrix: Compliance, g: np.ndarray) -> tuple[np.ndarray, np.ndarray, in
     """Solve from nothing; return multipliers, gaps, pivots."""
     c = len(g)
     multipliers, gaps = np.zeros(c), np.zeros(c)
-    pivots = solve_lcp(matrix, g, empty_set(c), multipliers, gaps, 1e-13)
+    pivots = core.solve_lcp(matrix, g, empty_set(c), multipliers, gaps, 1e-13)
     return multipliers, gaps, pivots
 
 

@@ -5,8 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 
+from gudgeon.solver import core
 from gudgeon.solver.contact.compliance import coupled, fixed
-from gudgeon.solver.contact.lcp import ActiveSet, empty_set, solve_lcp
+from gudgeon.solver.contact.lcp import ActiveSet, empty_set
 from gudgeon.solver.ports.pairs import Pairs, coupled_ports
 
 CONDITION = 1e-10
@@ -27,7 +28,7 @@ class Solver:
         self.C, self.active, self.multipliers, self.gaps = fixed(C), empty_set(size), np.zeros(size), np.zeros(size)
 
     def __call__(self, g: np.ndarray) -> int:
-        return solve_lcp(self.C, g, self.active, self.multipliers, self.gaps, 1e-12 * np.abs(g).max())
+        return core.solve_lcp(self.C, g, self.active, self.multipliers, self.gaps, 1e-12 * np.abs(g).max())
 
 
 @pytest.mark.parametrize("size", [1, 2, 7, 60, 300])

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.solver.compiled import entry
+from gudgeon.solver import core
 from gudgeon.solver.errors import SolverError
 from gudgeon.solver.integrators import impact_log as module
 from gudgeon.solver.integrators.event.impacts import ContactImpacts
-from gudgeon.solver.integrators.impact_log import Located, impact_log, log_step
+from gudgeon.solver.integrators.impact_log import ImpactLog, Located, impact_log
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.contact_events import impacts_in
 from gudgeon.solver.simulate import simulate
@@ -21,13 +21,10 @@ STEP = 0.01
 ROUND_OFF = 1e-12
 
 
-@entry
-def fed(log, forces, first):  # type: ignore[no-untyped-def]
-    for number in range(len(forces)):
-        for k in range(forces.shape[1]):
-            for axis in range(3):
-                log.force[k, axis] = forces[number, k, axis]
-        log_step(log, first + number)
+def feed(log: ImpactLog, forces: np.ndarray, first: int) -> None:
+    for number, resultants in enumerate(forces):
+        log.force[:] = resultants
+        core.log_step(log, first + number)
 
 
 def histories(seed: int, contacts: int = 3, steps: int = 4000) -> np.ndarray:
@@ -48,7 +45,7 @@ def logged(forces: np.ndarray, window: float, pieces: int = 7) -> list[np.ndarra
     log = impact_log([0] * forces.shape[1], STEP, window)
     located, first = Located(log), 0
     for part in np.array_split(forces, pieces):
-        fed(log, part, first)
+        feed(log, part, first)
         assert located.take()
         first += len(part)
     return located.impacts()

@@ -1,9 +1,5 @@
-"""The implicit integrator against the explicit one, against exact decay, and against its own source."""
+"""The implicit integrator against the explicit one and against exact decay."""
 
-import json
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -33,38 +29,6 @@ CASES = {
 }
 """Records, scene, and largest step."""
 SHOCK = {"ratio": 0.05, "frequency": 5000.0}
-ORACLE = """
-import json, sys
-from pathlib import Path
-from tests.solver.systems import *
-from tests.solver.integrators.test_implicit import SMALL
-from gudgeon.solver.integrators.implicit import kernel
-assert not hasattr(kernel.march, 'py_func')  # really undecorated
-found = {}
-for name, (records, scene, steps) in SMALL.items():
-    done = march(build_all(Path(sys.argv[1]) / name, records, scene), 2e-6, steps)
-    found[name] = [done.run.modes.q.tolist(), done.run.modes.v.tolist(), done.energies[-1].tolist()]
-print(json.dumps(found))
-"""
-
-
-def small_cases() -> dict[str, tuple[dict[str, Any], dict[str, Any], int]]:
-    """Return records, scene and steps of short runs that take every branch."""
-    from tests.solver.systems import pair_scene, piston_records, piston_scene, plate_records
-
-    block = block_scene() | {"body": {"part": {"velocity": [1.0, 0, 0], "damping": SHOCK}}}
-    pair = {"part": block_records(4), "plate": plate_records(3, length=0.21)}
-    # Deformed, it would start inside its guides.
-    driven = piston_scene(clearance=1e-5)
-    driven["run"]["start"] = "undeformed"
-    return {
-        "block": ({"part": block_records(5)}, block, 15),
-        "pair": (pair, pair_scene(150.0), 18),
-        "piston": ({"part": piston_records(3)}, driven, 20),
-    }
-
-
-SMALL = small_cases()
 
 
 def run_with(system: System, integrator: str, step: float) -> Trajectory:
@@ -193,19 +157,3 @@ def test_residual_flexibility_is_a_kelvin_voigt_element(tmp_path: Path) -> None:
     # What is left in the element after the force ends is lost in its own time.
     assert run.energies[-1, 3] == pytest.approx(0.5 * mass * (1 - restitution**2), rel=1e-2)
     assert run.energy_drift < 5e-3
-
-
-def test_compiled_equals_its_undecorated_source(tmp_path: Path) -> None:
-    """Also tells a stale cache: numba looks at the file of a function, not at those of functions that it calls."""
-    from tests.solver.systems import build_all
-
-    child = subprocess.run(
-        [sys.executable, "-c", ORACLE, str(tmp_path / "oracle")],
-        env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    expected = json.loads(child.stdout)
-    for name, (records, scene, steps) in SMALL.items():
-        done = march(build_all(tmp_path / name, records, scene), 2e-6, steps)
-        assert done.run.energy.counts[1] > 0
-        for found, wanted in zip((done.run.modes.q, done.run.modes.v, done.energies[-1]), expected[name], strict=True):
-            np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9 * np.abs(wanted).max())

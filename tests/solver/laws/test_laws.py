@@ -15,8 +15,8 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 from scipy.integrate import solve_ivp
 
+from gudgeon.solver import core
 from gudgeon.solver.laws import LAWS, Coefficients, Law
-from gudgeon.solver.laws.force import law_energy, law_force
 from gudgeon.solver.laws.restitution import SMALLEST, TOLERANCE, delivered_restitution, loss_of_restitution
 
 ROOT = Path(__file__).parents[3]
@@ -61,7 +61,7 @@ def impact(coefficients: Coefficients, mass: float, speed: float) -> Impact:
     unit = mass * speed**2 / depth
 
     def force(y: np.ndarray) -> np.ndarray:
-        value, by_depth, by_rate = law_force(row, depth * y[0], speed * y[1], speed)
+        value, by_depth, by_rate = core.law_force(row, depth * y[0], speed * y[1], speed)
         return np.array([value, by_depth * depth, by_rate * speed]) / unit
 
     def motion(_: float, y: np.ndarray) -> list[float]:
@@ -170,7 +170,7 @@ def test_spheres_of_steel(name: str) -> None:
     assert found.force == pytest.approx(expected["max_force"], rel=1e-9)
     assert found.duration == pytest.approx(expected["contact_duration"], rel=1e-9)
     assert found.restitution == pytest.approx(1, rel=1e-9)
-    assert law_energy(np.array(law.coefficients()), found.indentation) == pytest.approx(
+    assert core.law_energy(np.array(law.coefficients()), found.indentation) == pytest.approx(
         given["m_eff"] * given["v0"] ** 2 / 2, rel=1e-9
     )
 
@@ -210,7 +210,7 @@ def test_spring_with_a_dashpot_leaves_when_its_force_vanishes() -> None:
     mass, speed = 2.0, 0.5
     law = LAW.validate_python({"kind": "linear", "stiffness": 1e8, "damping": 4000.0})
     row = np.array(law.coefficients())
-    assert law_force(row, 1e-18, speed, speed)[0] == pytest.approx(2000.0, rel=1e-9)
+    assert core.law_force(row, 1e-18, speed, speed)[0] == pytest.approx(2000.0, rel=1e-9)
     found = impact(law.coefficients(), mass, speed)
     assert found.restitution == pytest.approx(0.6648080444805237, rel=1e-9)
     assert found.pressed == pytest.approx(0.0004082569349116379, rel=1e-9)
@@ -221,18 +221,18 @@ def test_spring_with_a_dashpot_leaves_when_its_force_vanishes() -> None:
 @pytest.mark.parametrize("stiffness", [1e-3, 1e15])
 def test_force_and_energy_at_extremes(stiffness: float, depth: float) -> None:
     row, approach = np.array([stiffness, 1.5, 0.5, 0.0]), 1e-9
-    force, by_depth, by_rate = law_force(row, depth, approach / 2, approach)
+    force, by_depth, by_rate = core.law_force(row, depth, approach / 2, approach)
     # Powers in Decimal: each of the few operations rounds once.
     power = float(Decimal(depth).sqrt() ** 3)
     assert force == pytest.approx(stiffness * power * 1.25, rel=1e-14, abs=0)
     assert by_depth == pytest.approx(1.5 * force / depth, rel=1e-14, abs=0)
     assert by_rate == pytest.approx(stiffness * power * 0.5 / approach, rel=1e-14, abs=0)
-    assert law_energy(row, depth) == pytest.approx(0.4 * stiffness * power * depth, rel=1e-14, abs=0)
+    assert core.law_energy(row, depth) == pytest.approx(0.4 * stiffness * power * depth, rel=1e-14, abs=0)
 
 
 def test_contact_that_begins_at_rest_has_no_loss() -> None:
     row = np.array([1e9, 1.5, 0.5, 3.0])
-    assert law_force(row, 1e-4, 2.0, 0.0) == pytest.approx((1e3 + 6, 1.5e7, 3.0), rel=1e-14)
+    assert core.law_force(row, 1e-4, 2.0, 0.0) == pytest.approx((1e3 + 6, 1.5e7, 3.0), rel=1e-14)
 
 
 def test_warning_names_what_is_delivered_and_where_the_law_holds() -> None:

@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gudgeon.solver.contact.compliance import Listed
-from gudgeon.solver.contact.pattern import between, combine_rows
+from gudgeon.solver import core
 from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.ports import table as ports_table
 from gudgeon.solver.ports.pairs import Pairs, coupled_ports
@@ -40,7 +39,7 @@ def test_a_table_holds_what_shares_a_body_and_nothing_else(pairs: Pairs) -> None
     np.testing.assert_array_equal(pairs.matrix(pairs.turned(table[1])).dense(), full[1].T)
     assert pairs.mutual(pairs.held(full[0] + full[0].T), np.ones(p, np.bool_))
     assert not pairs.mutual(table[0], np.ones(p, np.bool_))
-    found = [[between.py_func(pairs.pattern, table[0], j, i) for i in range(p)] for j in range(p)]
+    found = [[core.between(pairs.pattern, table[0], j, i) for i in range(p)] for j in range(p)]
     np.testing.assert_array_equal(found, full[0])
 
 
@@ -49,7 +48,7 @@ def test_rows_are_added_up_in_a_range(first: int, last: int, pairs: Pairs) -> No
     full, rng = matrix()[0], np.random.default_rng(2)
     numbers = np.array([0, 1, 2, 13, 14, 4, 7, 8, 9, 10, 11, 12])
     amounts, out = rng.standard_normal(len(numbers)), np.zeros(len(SIDES))
-    combine_rows.py_func(pairs.pattern, pairs.held(full), Listed(numbers, amounts, len(numbers)), first, last, out)
+    core.combine_rows(pairs.pattern, pairs.held(full), numbers, amounts, first, last, out)
     wanted = amounts @ full[numbers]
     wanted[:first], wanted[last:] = 0.0, 0.0
     np.testing.assert_allclose(out, wanted, rtol=1e-13)
