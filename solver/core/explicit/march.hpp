@@ -225,7 +225,8 @@ inline void note_changes(const Constants& constants, const State& state, CVec ga
 /* Keep what is recorded at the end of a sample, half a step before the next impulse, where the state is.
  *
  * done: Number of samples to its end. */
-inline void keep_ends(const Constants& constants, const State& state, const Samples& out, Index sample, Index done) noexcept {
+inline void keep_ends(const Constants& constants, const State& state, const Samples& out, Index sample,
+                      Index done) noexcept {
     const CVec q = state.q, v = state.v;
     const CVec qq = constants.half[0], qv = constants.half[1], vq = constants.half[2], vv = constants.half[3];
     const Vec place = state.ends[0], rate = state.ends[1];
@@ -241,7 +242,8 @@ inline void keep_ends(const Constants& constants, const State& state, const Samp
  *
  * first: Number of the first impulse since the start of the run.  out: forces, peaks, and energies but for the work are
  * filled, those of a sample's last impulse. */
-inline bool march(const Constants& constants, const State& state, Index first, Index stride, const Samples& out) noexcept {
+inline bool march(const Constants& constants, const State& state, Index first, Index stride,
+                  const Samples& out) noexcept {
     const double dt = constants.dt;
     const Vec gap = state.free;
     Index number = first, clear = 0;

@@ -47,7 +47,8 @@ struct Points {
     Vec impulses;             /* [N s], (c,). */
     GUDGEON_FIELDS(rows, columns, span, coordinates, gap, layer, residual, memory, contact, multipliers, last, guess,
                    pressed, amounts, counts, response, residual_force, residual_displacement, total_displacement,
-                   end_residual_force, end_total_displacement, followed, free, shifted, gaps, active, directions, impulses)
+                   end_residual_force, end_total_displacement, followed, free, shifted, gaps, active, directions,
+                   impulses)
 };
 
 /* All traction spaces. */
@@ -58,7 +59,7 @@ struct Masters {
     CMat memory;              /* As in `Points`, (3, F). */
     CMat chart;               /* Start and spacing along of each contact's space [m], (k, 2). */
     CVec height;              /* Coordinate along of each row at sigma = 0 [m], (c,). */
-    CInts start;              /* First function across of each row in the first line; negative beside the space, (c,). */
+    CInts start;              /* First function across of each row in the first line; negative beside it, (c,). */
     CMat slide;               /* dsigma/dq of each contact, (k, m). */
     Vec residual_force, residual_displacement;  /* r [N] and w [m], (F,). */
     Vec last_displacement;    /* w at the end of the last step [m], (F,). */
@@ -107,9 +108,9 @@ struct Loads {
     Mat direction;            /* Of each rod in the middle of the step, (j, 2). */
     Vec correction, correction_before;  /* Of each rod's force, and the same before contact changed [N], (j,). */
     Mat slopes;               /* Minus the correction's derivative by forces of the step's end, (j, c). */
-    GUDGEON_FIELDS(rows, memory, residual, to_gap, gap_per_load, numbers, joint_response, joint_per_row, anchor, lengths,
-                   residual_force, last_residual_force, residual_displacement, displacement, amount, rod, pin, direction,
-                   correction, correction_before, slopes)
+    GUDGEON_FIELDS(rows, memory, residual, to_gap, gap_per_load, numbers, joint_response, joint_per_row, anchor,
+                   lengths, residual_force, last_residual_force, residual_displacement, displacement, amount, rod, pin,
+                   direction, correction, correction_before, slopes)
 };
 
 /* What proves that a contact stays open in a step. */

@@ -9,12 +9,12 @@ enum Part { KINETIC, STRAIN, CONTACT, DISSIPATED, WORK };
 
 /* Relax the rows of one contact; returns the energy that their damping took [J]. */
 inline double relax_rows(const Points& points, const Loads& loads, Index first, Index last) noexcept {
-    const auto part = [&](auto view) { return view.slice(first, last); };
-    const CVec now = part(points.multipliers), then = part(points.last);
-    const CVec kept = part(points.memory[0]), start = part(points.memory[1]), end = part(points.memory[2]);
-    const Vec by_contact = part(points.residual_displacement), response = part(points.response);
-    const Vec force = part(points.residual_force), before = part(points.total_displacement);
-    const Vec total = part(points.end_total_displacement);
+    const auto rows_of = [&](auto view) { return view.slice(first, last); };
+    const CVec now = rows_of(points.multipliers), then = rows_of(points.last);
+    const CVec decay = rows_of(points.memory[0]), start = rows_of(points.memory[1]), end = rows_of(points.memory[2]);
+    const Vec by_contact = rows_of(points.residual_displacement), response = rows_of(points.response);
+    const Vec force = rows_of(points.residual_force), before = rows_of(points.total_displacement);
+    const Vec total = rows_of(points.end_total_displacement);
     fill(response, 0.0);
     combine(points.residual, listed(points, 1), 1.0, first, last, points.response);
     for (Index i = 0; i < by_contact.size(); ++i) {
@@ -25,7 +25,7 @@ inline double relax_rows(const Points& points, const Loads& loads, Index first, 
     double lost = 0.0;
     SIMD_SUM(lost)
     for (Index i = 0; i < force.size(); ++i) {
-        const double end_force = kept[i] * force[i] + start[i] * then[i] + end[i] * now[i];
+        const double end_force = decay[i] * force[i] + start[i] * then[i] + end[i] * now[i];
         lost += 0.5 * (then[i] + now[i] - force[i] - end_force) * (total[i] - before[i]);
         force[i] = end_force;
         before[i] = total[i];
@@ -75,13 +75,14 @@ inline void follow_residual(const Points& points, const Loads& loads, Index firs
 
 /* Do as `relax` does for the functions of the traction spaces. */
 inline void relax_masters(const Masters& masters, const Energy& energy, double dt) noexcept {
-    const CVec first = masters.function_forces[0], second = masters.function_forces[1], now = masters.residual_displacement;
-    const CVec kept = masters.memory[0], start = masters.memory[1], end = masters.memory[2];
+    const CVec first = masters.function_forces[0], second = masters.function_forces[1];
+    const CVec now = masters.residual_displacement;
+    const CVec decay = masters.memory[0], start = masters.memory[1], end = masters.memory[2];
     const Vec force = masters.residual_force, before = masters.last_displacement;
     double lost = 0.0;
     SIMD_SUM(lost)
     for (Index f = 0; f < force.size(); ++f) {
-        const double end_force = kept[f] * force[f] + 2 * (start[f] * first[f] + end[f] * second[f]);
+        const double end_force = decay[f] * force[f] + 2 * (start[f] * first[f] + end[f] * second[f]);
         lost += (first[f] + second[f] - 0.5 * (force[f] + end_force)) * (now[f] - before[f]);
         masters.impulses[f] += dt * (first[f] + second[f]);
         force[f] = end_force;
@@ -95,7 +96,8 @@ inline double load_work(const Modes& modes, const Points& points, const Loads& l
     double held = 0.0;
     for (Index i = 0; i < loads.amount.size(); ++i) {
         const double moved = dot(loads.rows[i], modes.q);
-        const double residual = dot(loads.residual[i], loads.residual_force) + dot(loads.to_gap[i], points.residual_force);
+        const double residual =
+            dot(loads.residual[i], loads.residual_force) + dot(loads.to_gap[i], points.residual_force);
         held += loads.residual_force[i] * residual;
         energy.parts[WORK] += loads.amount[i] * (moved + residual - loads.displacement[i]);
         const double middle = 0.5 * (loads.residual_force[i] + loads.last_residual_force[i]);
@@ -114,7 +116,8 @@ inline void balance(const Arrays& arrays, double held) noexcept {
     const auto& [dt, modes, points, masters, matrix, loads, bounds, energy, log] = arrays;
     const CVec q = modes.q, v = modes.v, q0 = modes.before[0], v0 = modes.before[1], force = modes.force;
     const CVec stiffness = modes.stiffness, gravity = modes.gravity;
-    const CVec a = modes.loss[0], b = modes.loss[1], c = modes.loss[2], d = modes.loss[3], e = modes.loss[4], f = modes.loss[5];
+    const CVec a = modes.loss[0], b = modes.loss[1], c = modes.loss[2];
+    const CVec d = modes.loss[3], e = modes.loss[4], f = modes.loss[5];
     const Vec moved = modes.moved, parts = energy.parts, extreme = energy.extreme;
     double kinetic = 0.0, strain = 0.0, work = 0.0, lost = 0.0, layer = 0.0;
     SIMD_SUM(kinetic, strain, work, lost)

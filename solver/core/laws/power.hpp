@@ -37,9 +37,12 @@ inline double law_energy(CVec law, double d) noexcept {
 /* Relative difference of depths below which the quotient is a Gauss integral, whose error is below 1e-20. */
 constexpr double CLOSE_DEPTHS = 1e-3;
 constexpr double GAUSS_POINTS[4] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263};
-constexpr double GAUSS_WEIGHTS[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693};
+constexpr double GAUSS_WEIGHTS[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
+                                     0.17392742256872693};
 
-/* Mean elastic force [N] between two depths [m], (V(d1) - V(d0)) / (d1 - d0): under it a step's energies balance exactly. */
+/* Mean elastic force [N] between two depths [m], (V(d1) - V(d0)) / (d1 - d0).
+ *
+ * Under it the energy balance of a step is exact to round-off. */
 inline double quotient(CVec law, double before, double after) noexcept {
     const double width = after - before;
     if (before <= 0.0 && after <= 0.0) return 0.0;

@@ -44,8 +44,8 @@ inline void keep_paths(const Paths& paths, Index sample, CVec q, CVec multiplier
     for (Index p = 0; p < paths.rows.size(); ++p)
         paths.values(sample, p) = dot(paths.rows[p], q) + dot(paths.residual[p], multipliers);
     for (Index body = 0; body < paths.elastic.size(); ++body) {
-        const CVec own = q.slice(paths.elastic(body, 0), paths.elastic(body, 1));
-        paths.squares(sample, body) = dot(own, own);
+        const CVec deflection = q.slice(paths.elastic(body, 0), paths.elastic(body, 1));
+        paths.squares(sample, body) = dot(deflection, deflection);
     }
 }
 

@@ -67,10 +67,10 @@ inline void note_change(const ImpactLog& log, Index k, bool acts, double time, d
     }
 }
 
-inline void begin_impact(const ImpactLog& log, Index k, Index number) noexcept {
+inline void begin_impact(const ImpactLog& log, Index k, Index step) noexcept {
     log.counts[GOING] += 1;
-    log.steps(k, FIRST) = number;
-    log.steps(k, PRESENT) = number - 1;
+    log.steps(k, FIRST) = step;
+    log.steps(k, PRESENT) = step - 1;
     log.running(k, PEAK) = 0.0;
     log.plateau(k, LARGEST) = 0.0;
     for (Index axis = 0; axis < 3; ++axis) {
@@ -80,12 +80,12 @@ inline void begin_impact(const ImpactLog& log, Index k, Index number) noexcept {
 }
 
 /* I along an axis at a number of steps since the start of the impact, `since` at most [N s^2]. */
-inline double doubly(Mat ring, double at, Index since, Index axis, double dt) noexcept {
-    if (at <= 0.0) return 0.0;
-    const Index low = lesser(Index(at), since - 1), size = ring.size();
-    const double part = at - double(low);
+inline double doubly(Mat ring, double steps, Index since, Index axis, double dt) noexcept {
+    if (steps <= 0.0) return 0.0;
+    const Index low = lesser(Index(steps), since - 1), size = ring.size();
+    const double fraction = steps - double(low);
     const Vec under = ring[low % size], over = ring[(low + 1) % size];
-    return under[3 + axis] + part * dt * (under[axis] + 0.5 * part * (over[axis] - under[axis]));
+    return under[3 + axis] + fraction * dt * (under[axis] + 0.5 * fraction * (over[axis] - under[axis]));
 }
 
 /* Take a linear function of time off I, that of the present step, and its slope off J, so that both stay small. */
@@ -112,28 +112,28 @@ inline void note_force(Vec plateau, double window, double force, double time) no
 }
 
 /* Add the impulse of a step, and look for the largest forces. */
-inline void add_impulse(const ImpactLog& log, Index k, Index number, bool acts) noexcept {
+inline void add_impulse(const ImpactLog& log, Index k, Index step, bool acts) noexcept {
     const double dt = log.dt;
     const Vec force = log.force[k], before = log.before[k], running = log.running[k];
     const Mat ring = log.ring[k];
-    const Index size = ring.size(), since = number + 1 - log.steps(k, FIRST);
-    log.steps(k, PRESENT) = number;
+    const Index size = ring.size(), since = step + 1 - log.steps(k, FIRST);
+    log.steps(k, PRESENT) = step;
     if (acts) {
-        log.steps(k, LAST) = number;
+        log.steps(k, LAST) = step;
         double square = 0.0;
         for (Index axis = 0; axis < 3; ++axis) square += force[axis] * force[axis];
         if (square > running[PEAK] * running[PEAK]) {
             running[PEAK] = std::sqrt(square);
-            running[PEAK_TIME] = (double(number) + 0.5) * dt;
+            running[PEAK_TIME] = (double(step) + 0.5) * dt;
         }
     }
     const Vec last = ring[(since - 1) % size], now = ring[since % size];
     for (Index axis = 0; axis < 3; ++axis) {
         before[axis] += dt * force[axis];
-        const double step = dt * force[axis] + log.jump(k, axis), J = last[axis];
+        const double impulse = dt * force[axis] + log.jump(k, axis), J = last[axis];
         log.jump(k, axis) = 0.0;
-        now[3 + axis] = last[3 + axis] + dt * (J + 0.5 * step);
-        now[axis] = J + step;
+        now[3 + axis] = last[3 + axis] + dt * (J + 0.5 * impulse);
+        now[axis] = J + impulse;
         force[axis] = 0.0;
     }
     if (log.window <= 0.0) return;
@@ -145,7 +145,8 @@ inline void add_impulse(const ImpactLog& log, Index k, Index number, bool acts) 
         const double middle = 0.5 * double(half);
         double square = 0.0;
         for (Index axis = 0; axis < 3; ++axis) {
-            const double change = doubly(ring, middle + lag, since, axis, dt) + doubly(ring, middle - lag, since, axis, dt) -
+            const double change = doubly(ring, middle + lag, since, axis, dt) +
+                                  doubly(ring, middle - lag, since, axis, dt) -
                                   2.0 * doubly(ring, middle, since, axis, dt);
             square += change * change;
         }
@@ -167,28 +168,28 @@ inline void finish_impact(Vec running, CVec before, CVec sudden, CVec plateau, d
 /* Store the present impact of a contact. */
 inline void end_impact(const ImpactLog& log, Index k) noexcept {
     log.counts[GOING] -= 1;
-    const Index number = log.counts[ENDED]++;
+    const Index place = log.counts[ENDED]++;
     log.steps(k, FIRST) = -1;
-    if (number < log.ended.size()) {
-        log.ended(number, 0) = double(k);
+    if (place < log.ended.size()) {
+        log.ended(place, 0) = double(k);
         finish_impact(log.running[k], log.before[k], log.sudden[k], log.plateau[k], log.window);
-        copy(log.running[k], log.ended[number].slice(1, 1 + log.running.shape[1]));
+        copy(log.running[k], log.ended[place].slice(1, 1 + log.running.shape[1]));
     }
 }
 
 /* Add the impulses of a step to the present impacts, end those whose force has been zero for a window.
  *
  * The resultants are zero afterwards. */
-inline void log_step(const ImpactLog& log, Index number) noexcept {
+inline void log_step(const ImpactLog& log, Index step) noexcept {
     for (Index k = 0; k < log.force.size(); ++k) {
         const bool acts = pressed(log, k);
         if (log.steps(k, FIRST) < 0) {
             if (!acts) continue;
-            begin_impact(log, k, number);
+            begin_impact(log, k, step);
         }
-        if (log.steps(k, PRESENT) < number) add_impulse(log, k, number, acts);
+        if (log.steps(k, PRESENT) < step) add_impulse(log, k, step, acts);
         const bool parted = !acts && log.steps(k, TOUCHING) == 0;
-        if (parted && double(number - log.steps(k, LAST)) * log.dt >= log.window) end_impact(log, k);
+        if (parted && double(step - log.steps(k, LAST)) * log.dt >= log.window) end_impact(log, k);
     }
 }
 

@@ -26,7 +26,8 @@ double mean(nb::handle law, double before, double after) { return quotient(coeff
 void bind_laws(nb::module_& m) {
     m.def("law_force", &force, nb::arg("law"), nb::arg("depth"), nb::arg("rate"), nb::arg("approach"),
           "Force [N] of K, n, chi, c at an indentation [m], and its derivatives by it [N/m] and by its rate [N s/m].");
-    m.def("law_energy", &energy, nb::arg("law"), nb::arg("depth"), "What the elastic part stores [J] at an indentation [m].");
+    m.def("law_energy", &energy, nb::arg("law"), nb::arg("depth"),
+          "What the elastic part stores [J] at an indentation [m].");
     m.def("quotient", &mean, nb::arg("law"), nb::arg("before"), nb::arg("after"),
           "Mean elastic force [N] between two depths [m], under which the energies of a step balance exactly.");
 }

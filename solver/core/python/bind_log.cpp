@@ -11,7 +11,8 @@ void add_step(nb::handle log, Index number) { log_step(read<ImpactLog>(log), num
 void finish(nb::handle log, Index contact) {
     const auto views = read<ImpactLog>(log);
     complete_impact(views, contact);
-    finish_impact(views.running[contact], views.before[contact], views.sudden[contact], views.plateau[contact], views.window);
+    finish_impact(views.running[contact], views.before[contact], views.sudden[contact], views.plateau[contact],
+                  views.window);
 }
 
 }  // namespace

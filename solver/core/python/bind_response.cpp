@@ -6,7 +6,8 @@ using namespace gudgeon;
 
 namespace {
 
-Index solve(nb::handle matrix, nb::handle g, nb::handle active, nb::handle multipliers, nb::handle gaps, double tolerance) {
+Index solve(nb::handle matrix, nb::handle g, nb::handle active, nb::handle multipliers, nb::handle gaps,
+            double tolerance) {
     return solve_lcp(read<Compliance>(matrix), read<Vec>(g, "g"), read<ActiveSet>(active),
                      read<Vec>(multipliers, "multipliers"), read<Vec>(gaps, "gaps"), tolerance);
 }
@@ -25,9 +26,9 @@ void combined(nb::handle pattern, nb::handle values, nb::handle numbers, nb::han
 }  // namespace
 
 void bind_response(nb::module_& m) {
-    m.def("solve_lcp", &solve, nb::arg("matrix"), nb::arg("g"), nb::arg("active"), nb::arg("multipliers"), nb::arg("gaps"),
-          nb::arg("tolerance"),
-          "Compute the forces [N] that keep the gaps g [m] from closing; rows opened and closed, -1 where they depend.");
+    m.def("solve_lcp", &solve, nb::arg("matrix"), nb::arg("g"), nb::arg("active"), nb::arg("multipliers"),
+          nb::arg("gaps"), nb::arg("tolerance"),
+          "Compute the forces [N] that keep gaps g [m] from closing; rows opened and closed, -1 where they depend.");
     m.def("between", &entry, nb::arg("pattern"), nb::arg("values"), nb::arg("j"), nb::arg("i"),
           "What port j does to port i in a table over a `Pattern`, zero where they share no body.");
     m.def("combine_rows", &combined, nb::arg("pattern"), nb::arg("values"), nb::arg("numbers"), nb::arg("amounts"),

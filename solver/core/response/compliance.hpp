@@ -1,7 +1,7 @@
 /* The compliance matrix of a contact problem, computed row by row on demand, and the products of a step.
  *
- * Where bodies slide over a traction space the matrix is base + N M N^T with weights N that move; a row is computed when
- * its point first becomes active in an era, and an era ends when the weights have moved too far.
+ * Where bodies slide over a traction space the matrix is base + N M N^T with weights N that move; a row is computed
+ * when its point first becomes active in an era, and an era ends when the weights have moved too far.
  */
 #pragma once
 #include <utility>
@@ -51,8 +51,8 @@ struct Listed {
 
 /* What port j does to port i, zero where they share no body. */
 inline double between(const Pattern& pattern, CVec values, Index j, Index i) noexcept {
-    const Index own = pattern.group[j];
-    for (Index n = pattern.span(own, 0); n < pattern.span(own, 1); ++n)
+    const Index group = pattern.group[j];
+    for (Index n = pattern.span(group, 0); n < pattern.span(group, 1); ++n)
         if (pattern.runs(n, 0) <= i && i < pattern.runs(n, 1)) return values[pattern.at[j] + pattern.runs(n, 2) + i];
     return 0.0;
 }
@@ -64,14 +64,15 @@ inline void add_four(Vec t, const double (&p)[4], CVec a, CVec b, CVec c, CVec d
 }
 
 /* Add sum_n amounts[n] row numbers[n] to `out` at ports first to last - 1, four of a group at once. */
-inline void combine_rows(const Pattern& pattern, CVec values, Listed listed, Index first, Index last, Vec out) noexcept {
+inline void combine_rows(const Pattern& pattern, CVec values, Listed listed, Index first, Index last,
+                         Vec out) noexcept {
     const auto [numbers, amounts, count] = listed;
-    const CInts group = pattern.group;
+    const CInts groups = pattern.group;
     for (Index n = 0; n < count;) {
-        const Index own = group[numbers[n]];
-        const bool four = n + 4 <= count && group[numbers[n + 1]] == own && group[numbers[n + 2]] == own &&
-                          group[numbers[n + 3]] == own;
-        for (Index r = pattern.span(own, 0); r < pattern.span(own, 1); ++r) {
+        const Index group = groups[numbers[n]];
+        const bool four = n + 4 <= count && groups[numbers[n + 1]] == group && groups[numbers[n + 2]] == group &&
+                          groups[numbers[n + 3]] == group;
+        for (Index r = pattern.span(group, 0); r < pattern.span(group, 1); ++r) {
             const Index low = larger(first, pattern.runs(r, 0)), high = lesser(last, pattern.runs(r, 1));
             if (low >= high) continue;
             const auto row = [&](Index m) {
@@ -136,7 +137,8 @@ inline void gather(const Compliance& matrix, Index k, CInts corner, CMat along, 
         const CVec e = field.slice(corner[i], corner[i] + 3 * width + 4), weights = matrix.across[i];
         double total = 0.0;
         for (Index a = 0; a < 4; ++a)
-            total += weights[a] * (p[i] * e[a] + q[i] * e[a + width] + r[i] * e[a + 2 * width] + s[i] * e[a + 3 * width]);
+            total +=
+                weights[a] * (p[i] * e[a] + q[i] * e[a + width] + r[i] * e[a + 2 * width] + s[i] * e[a + 3 * width]);
         out[i] += total;
     }
 }
@@ -151,8 +153,8 @@ inline std::pair<Index, Index> scatter(const Compliance& matrix, CInts corner, C
         const Index width = matrix.space(contact_of(matrix, i), 1);
         for (Index b = 0; b < 4; ++b) {
             const Index f = corner[i] + b * width;
-            const double part = share * listed.amounts[n] * along(b, i);
-            for (Index a = 0; a < 4; ++a) out[f + a] += part * matrix.across(i, a);
+            const double amount = share * listed.amounts[n] * along(b, i);
+            for (Index a = 0; a < 4; ++a) out[f + a] += amount * matrix.across(i, a);
         }
         low = lesser(low, corner[i]);
         high = larger(high, corner[i] + 3 * width + 4);
@@ -162,8 +164,8 @@ inline std::pair<Index, Index> scatter(const Compliance& matrix, CInts corner, C
 
 /* Compute row i of the matrix in the columns of contact k. */
 inline void prepare_part(const Compliance& matrix, Index i, Index k) noexcept {
-    const Index first = matrix.block(k, 0), last = matrix.block(k, 1), at = matrix.pattern.at[i];
-    copy(matrix.base[i].slice(first, last), matrix.values.slice(at + first, at + last));
+    const Index first = matrix.block(k, 0), last = matrix.block(k, 1), begin = matrix.pattern.at[i];
+    copy(matrix.base[i].slice(first, last), matrix.values.slice(begin + first, begin + last));
     const CInts corner = matrix.corner;
     if (corner[i] < 0) return;
     const Index width = matrix.space(contact_of(matrix, i), 1);
@@ -175,7 +177,7 @@ inline void prepare_part(const Compliance& matrix, Index i, Index k) noexcept {
     const auto [low, high] = window_of(matrix, k);
     fill(matrix.scratch.slice(low, high), 0.0);
     combine(matrix.master, {matrix.touched, matrix.weights, matrix.touched.size()}, 1.0, low, high, matrix.scratch);
-    gather(matrix, k, corner, matrix.along, matrix.scratch, matrix.values.slice(at, at + corner.size()));
+    gather(matrix, k, corner, matrix.along, matrix.scratch, matrix.values.slice(begin, begin + corner.size()));
 }
 
 /* Compute row i of the matrix, in the columns of contacts that are known, if it is not valid in this era. */
