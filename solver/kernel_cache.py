@@ -26,7 +26,7 @@ from pathlib import Path
 from gudgeon.solver.source_state import ROOT, kept_digests
 
 SOURCES = ("solver/**/*.py",)
-COMPILED = ("general", "collocation")
+COMPILED = ("general",)
 """Compiled time loops: those of integrators, and the implicit one over ports."""
 BLOCK = 1 << 16
 """Bytes that are written to see whether a disk is full."""

@@ -33,7 +33,6 @@ AGAINST: dict[str, dict[str, Any]] = {
 HERTZ = {"kind": "hunt-crossley", "stiffness": 1e9, "exponent": 1.5, "restitution": 0.8}
 CASES: dict[str, tuple[dict[str, Any], ...]] = {
     "general": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
-    "collocation": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
 }
 """Contacts that make every kind of argument, by time loop; the core's loops compile nothing."""
 

@@ -28,7 +28,7 @@ from tests.solver.systems import (
 )
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = ("general.kernel", "general.solution.solve", "collocation.kernel")
+MODULES = ("general.kernel", "general.solution.solve")
 LAW = {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e8}}
 LAYER = {"surface_stiffness": 1e13}
 TOOL = {"kind": "moving", "body": "part", "interface": "top", "force": 10.0, "at": [0.01, 0.0], "speed": 1.0}
@@ -45,7 +45,6 @@ SCENES: dict[str, tuple[tuple[dict[str, Any], dict[str, Any]], ...]] = {
         ({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),
         ({"part": rubbing(7)}, block_scene(1e-5, friction={"static": 0.3})),
     ),
-    "collocation": (({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),),
 }
 """Other numbers of points, modes and bodies than those that were compiled, by time loop."""
 
@@ -75,7 +74,7 @@ def test_a_run_compiles_nothing_more(name: str, tmp_path: Path) -> None:
 
 
 def test_every_integrator_of_numba_is_covered() -> None:
-    core = {"event", "explicit", "implicit", "mechanism"}
+    core = {"collocation", "event", "explicit", "implicit", "mechanism"}
     assert set(COMPILED) == CASES.keys() == SCENES.keys() == (INTEGRATORS.keys() | {"general"}) - core
     assert is_compiled("event")
 
@@ -218,13 +217,13 @@ def test_a_run_without_any_folder_says_so_in_one_line(tmp_path: Path) -> None:
 
 
 def test_the_command_tells_what_it_does(capsys: pytest.CaptureFixture[str]) -> None:
-    warm_up("collocation")
-    main(["collocation"])
-    assert capsys.readouterr().out == "time loop 'collocation': compiled already\n"
+    warm_up("general")
+    main(["general"])
+    assert capsys.readouterr().out == "time loop 'general': compiled already\n"
 
 
 def test_an_unknown_time_loop_is_refused() -> None:
-    with pytest.raises(SystemExit, match="no compiled time loop 'nonsense'; there are general, collocation, "):
+    with pytest.raises(SystemExit, match="no compiled time loop 'nonsense'; there are general$"):
         main(["nonsense"])
 
 
@@ -233,7 +232,7 @@ def test_the_child_takes_no_module_of_the_users_folder(tmp_path: Path, monkeypat
         (tmp_path / f"{name}.py").write_text(f"open('{name}-ran', 'w').close(); raise SystemExit(3)")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("gudgeon.solver.kernel_cache.is_compiled", lambda name: False)
-    child = compile_beside("collocation")
+    child = compile_beside("general")
     assert child is not None
     assert child.wait(120) == 0
     assert not list(tmp_path.glob("*-ran"))

@@ -4,10 +4,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gudgeon.solver import core
+
+POINTS = np.array(core.collocation_points)
+"""Lobatto points of a step of length 1, (4,)."""
+MONOMIALS = np.array(core.collocation_monomials)
+"""Coefficient of (τ/h)^m in the cubic that is 1 at one point and 0 at the others, (4 points, 4 m)."""
+LEVELS = 64
+"""Levels of the step."""
+GOING, FULL, OVER, MISSING, FAILED = range(5)
+"""Why a call ended: the end is passed, the track is full, all contacts are open, a level has no table, no force."""
 TIME, LAST, REFERENCE, FASTEST = range(4)
 """Entries of `Motion.clock`."""
-STEPS, REJECTED, ITERATIONS = range(3)
-"""Entries of `Motion.counts`."""
 
 
 class Tables(NamedTuple):
@@ -29,18 +37,6 @@ class Tables(NamedTuple):
     """Part of g and ġ by constant forces, (L, 2, 3, c)."""
     reach: np.ndarray
     """Change of g and of its rate at the last three points per force value, (L, 2, c, c, 3, 4)."""
-
-
-class Table(NamedTuple):
-    """The tables of one level."""
-
-    length: float
-    free: np.ndarray
-    drift: np.ndarray
-    push: np.ndarray
-    gap: np.ndarray
-    gap_drift: np.ndarray
-    reach: np.ndarray
 
 
 class Constants(NamedTuple):
@@ -83,6 +79,8 @@ class Trial(NamedTuple):
     matrix: np.ndarray
     wrong: np.ndarray
     """Newton's matrix and right-hand side, (3 c, 3 c) and (3 c,)."""
+    approach: np.ndarray
+    """v⁻ of each contact before the step [m/s], (c,)."""
 
 
 class Motion(NamedTuple):

@@ -6,10 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from gudgeon.solver import capabilities
+from gudgeon.solver import capabilities, core
 from gudgeon.solver.integrators.balance import LOST
-from gudgeon.solver.integrators.collocation import arrays, kernel
-from gudgeon.solver.integrators.collocation.arrays import FASTEST, LAST, REFERENCE, TIME
+from gudgeon.solver.integrators.collocation import arrays
+from gudgeon.solver.integrators.collocation.arrays import FASTEST, LAST, LEVELS, MONOMIALS, POINTS, REFERENCE, TIME
 from gudgeon.solver.integrators.event.motion import Motion
 from gudgeon.solver.integrators.event.record import NODES, WEIGHTS, Record
 from gudgeon.solver.integrators.event.regimes import Equations, all_open
@@ -23,7 +23,7 @@ from gudgeon.solver.system.system import System
 ACCURACY = 1e-8
 """Relative error of the forces, where the scene states none."""
 CHUNK = 512
-"""Steps of a call of the compiled loop."""
+"""Steps of a call of the core."""
 IMPACT_POINTS = np.linspace(0.0, 1.0, 5)
 """Points of a step between which the impulse of an impact is interpolated."""
 START = 100.0
@@ -58,6 +58,7 @@ class Collocation(capabilities.Collocation):
             fixed=0 if self._fixed else -1, floor=SLOWEST,
         )  # fmt: skip
         self._track = _track(CHUNK, c, n)
+        self._run = core.Collocation(self._tables, self._constants, self._motion, self._track, _trial(c))
         self._impacts = 0
         self._closed: set[int] = set()
         self._gaps, self._pressed = np.zeros((2, c)), np.zeros(c)
@@ -138,9 +139,7 @@ class Collocation(capabilities.Collocation):
         shallow = (START * self._tolerance * motion.clock[REFERENCE] / stiffness) ** (1 / exponent)
         start_length = min(shallow / motion.approach[row], float(np.sqrt(2 * shallow / load)) if load > 0 else np.inf)
         longest = self._tables.length[0]
-        motion.level[0] = (
-            0 if self._fixed else int(np.clip(np.ceil(np.log2(longest / start_length)), 0, kernel.LEVELS - 1))
-        )
+        motion.level[0] = 0 if self._fixed else int(np.clip(np.ceil(np.log2(longest / start_length)), 0, LEVELS - 1))
         motion.balance[LOST] = self._record.lost
         self._impacts += 1
         self._record.touches(row, flight.end, speed)
@@ -166,28 +165,28 @@ class Collocation(capabilities.Collocation):
 
     def _press(self, end: float) -> bool:
         """Advance a contact until it is over or `end` [s] is passed; False where a force was not found."""
-        code, count = kernel.march(self._tables, self._constants, self._motion, self._track, end)
+        code, count = self._run.march(end)
         if count:
             done = _Steps(*(column[:count] for column in self._track))
             self._follow(done)
             self._keep(done, end)
-        if code == kernel.MISSING:
+        if code == arrays.MISSING:
             self._tabulate(int(self._motion.level[0]))
-        elif code == kernel.OVER:
+        elif code == arrays.OVER:
             self._flight = self._fly(float(self._motion.clock[TIME]))
             for row in list(self._closed):
                 self._record.contact(row).parts(row)
-        return code != kernel.FAILED
+        return code != arrays.FAILED
 
     def _tabulate(self, level: int) -> None:
         """Fill the tables of a level."""
         tables, rows, constant = self._tables, self._constants.rows, self._constants.constant
         h, n = float(tables.length[level]), len(self._omega)
-        times = h * kernel.POINTS[1:]
+        times = h * POINTS[1:]
         moved = free(self._omega, times)
         tables.free[level] = moved[:, -1]
         for order, response in enumerate(responses(self._omega, 3, times)):
-            cubics = np.einsum("jm,m,mtn->tjn", kernel.MONOMIALS, h ** -np.arange(4.0), response)
+            cubics = np.einsum("jm,m,mtn->tjn", MONOMIALS, h ** -np.arange(4.0), response)
             tables.drift[level, order], tables.push[level, order] = constant * response[0, -1], cubics[-1]
             tables.gap[level, order, :, :, :n] = moved[2 * order][:, None] * rows
             tables.gap[level, order, :, :, n:] = moved[2 * order + 1][:, None] * rows
@@ -306,7 +305,7 @@ class _Steps(arrays.Track):
     @cached_property
     def cubics(self) -> np.ndarray:
         """Force coefficients of (τ/h)^m [N], (b, c, 4)."""
-        return np.einsum("jm,tcj->tcm", kernel.MONOMIALS, self.values)
+        return np.einsum("jm,tcj->tcm", MONOMIALS, self.values)
 
     def place(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the number of the step that each time is in, and the time since its start [s], (t,) each."""
@@ -366,7 +365,7 @@ def _crossing(before: np.ndarray, after: np.ndarray, h: float, *, opens: bool) -
 
 
 def _empty(longest: float, c: int, n: int) -> arrays.Tables:
-    levels = kernel.LEVELS
+    levels = LEVELS
     return arrays.Tables(
         known=np.zeros(levels, np.int64), length=longest * 0.5 ** np.arange(levels), free=np.zeros((levels, 4, n)),
         drift=np.zeros((levels, 2, n)), push=np.zeros((levels, 2, 4, n)), gap=np.zeros((levels, 2, 3, c, 2 * n)),
@@ -378,4 +377,12 @@ def _track(count: int, c: int, n: int) -> arrays.Track:
     return arrays.Track(
         start=np.zeros(count), length=np.zeros(count), values=np.zeros((count, c, 4)), y=np.zeros((count, n)),
         v=np.zeros((count, n)), lost=np.zeros((count, 2)), opening=np.zeros((count, 2, c)),
+    )  # fmt: skip
+
+
+def _trial(c: int) -> arrays.Trial:
+    return arrays.Trial(
+        guess=np.zeros((c, 4)), values=np.zeros((c, 4)), depth=np.zeros((c, 4)), rate=np.zeros((c, 4)),
+        loose=np.zeros((c, 3)), loose_rate=np.zeros((c, 3)), matrix=np.zeros((3 * c, 3 * c)), wrong=np.zeros(3 * c),
+        approach=np.zeros(c),
     )  # fmt: skip
