@@ -1,10 +1,7 @@
-"""Balances of energy that several integrators keep, compiled."""
+"""Largest exchange of energy that loops keep, compiled."""
 
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.outcome import EXCHANGED
-
-LOST = 3
-"""Entry of a balance, after those of `Outcome.extreme`: energy that contacts have lost so far [J]."""
 
 
 @inner

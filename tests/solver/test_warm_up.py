@@ -223,7 +223,7 @@ def test_the_command_tells_what_it_does(capsys: pytest.CaptureFixture[str]) -> N
 
 
 def test_an_unknown_time_loop_is_refused() -> None:
-    with pytest.raises(SystemExit, match="no compiled time loop 'nonsense'; there are general$"):
+    with pytest.raises(SystemExit, match=r"no compiled time loop 'nonsense'; there are general$"):
         main(["nonsense"])
 
 

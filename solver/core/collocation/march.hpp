@@ -61,12 +61,11 @@ inline void move(const Table& table, const Constants& constants, const Motion& m
     const CMat push = table.push[0], push_rate = table.push[1];
     for (Index i = 0; i < values.size(); ++i) {
         const CVec row = constants.rows[i], force = values[i];
-        const double first = force[0], second = force[1], third = force[2], last = force[3];
+        const double f0 = force[0], f1 = force[1], f2 = force[2], f3 = force[3];
         SIMD
         for (Index k = 0; k < n; ++k) {
-            y[k] += row[k] * (push(0, k) * first + push(1, k) * second + push(2, k) * third + push(3, k) * last);
-            v[k] += row[k] * (push_rate(0, k) * first + push_rate(1, k) * second + push_rate(2, k) * third +
-                              push_rate(3, k) * last);
+            y[k] += row[k] * (push(0, k) * f0 + push(1, k) * f1 + push(2, k) * f2 + push(3, k) * f3);
+            v[k] += row[k] * (push_rate(0, k) * f0 + push_rate(1, k) * f1 + push_rate(2, k) * f2 + push_rate(3, k) * f3);
         }
     }
 }

@@ -7,14 +7,13 @@ from functools import cached_property
 import numpy as np
 
 from gudgeon.solver import capabilities, core
-from gudgeon.solver.integrators.balance import LOST
 from gudgeon.solver.integrators.collocation import arrays
 from gudgeon.solver.integrators.collocation.arrays import FASTEST, LAST, LEVELS, MONOMIALS, POINTS, REFERENCE, TIME
 from gudgeon.solver.integrators.event.motion import Motion
 from gudgeon.solver.integrators.event.record import NODES, WEIGHTS, Record
 from gudgeon.solver.integrators.event.regimes import Equations, all_open
 from gudgeon.solver.integrators.event.segment import Segment, segment
-from gudgeon.solver.integrators.outcome import START_ENERGY, Outcome, Samples
+from gudgeon.solver.integrators.outcome import LOST, START_ENERGY, Outcome, Samples
 from gudgeon.solver.integrators.polynomial_response import free, responses
 from gudgeon.solver.integrators.uncoupled import SLOWEST, uncoupled
 from gudgeon.solver.result import Result

@@ -3,7 +3,6 @@
 import numpy as np
 from scipy import optimize
 
-from gudgeon.solver.integrators.balance import LOST
 from gudgeon.solver.integrators.event.impacts import ContactImpacts
 from gudgeon.solver.integrators.event.jumps import Impact
 from gudgeon.solver.integrators.event.motion import Course, Probe
@@ -13,6 +12,7 @@ from gudgeon.solver.integrators.event.segment import Segment
 from gudgeon.solver.integrators.outcome import (
     ENERGY_ERROR,
     EXCHANGED,
+    LOST,
     START_ENERGY,
     Outcome,
     Samples,
