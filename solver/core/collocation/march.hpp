@@ -58,14 +58,14 @@ inline void move(const Table& table, const Constants& constants, const Motion& m
         const double speed = free_2[k] * y[k] + free_3[k] * v[k] + drift_rate[k];
         y[k] = place, v[k] = speed;
     }
-    const CMat push = table.push[0], push_rate = table.push[1];
+    const CMat push = table.push[0], rate = table.push[1];
     for (Index i = 0; i < values.size(); ++i) {
         const CVec row = constants.rows[i], force = values[i];
         const double f0 = force[0], f1 = force[1], f2 = force[2], f3 = force[3];
         SIMD
         for (Index k = 0; k < n; ++k) {
             y[k] += row[k] * (push(0, k) * f0 + push(1, k) * f1 + push(2, k) * f2 + push(3, k) * f3);
-            v[k] += row[k] * (push_rate(0, k) * f0 + push_rate(1, k) * f1 + push_rate(2, k) * f2 + push_rate(3, k) * f3);
+            v[k] += row[k] * (rate(0, k) * f0 + rate(1, k) * f1 + rate(2, k) * f2 + rate(3, k) * f3);
         }
     }
 }
