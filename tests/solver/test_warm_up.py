@@ -30,8 +30,6 @@ from tests.solver.systems import (
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = ("general.kernel", "general.solution.solve")
 LAW = {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e8}}
-LAYER = {"surface_stiffness": 1e13}
-TOOL = {"kind": "moving", "body": "part", "interface": "top", "force": 10.0, "at": [0.01, 0.0], "speed": 1.0}
 
 
 def rubbing(points: int) -> tuple[ModalRecord, MorphRecord]:
