@@ -1,0 +1,38 @@
+/* Points that slide over traction spaces, whose functions have ports. */
+#pragma once
+#include "../layout.hpp"
+#include "../view.hpp"
+
+namespace gudgeon::small {
+
+enum Moment { NOW, BEFORE };  /* Weights of the end of a step and of its start. */
+
+/* Shapes: g sliding contacts, p ports, m coordinates, F functions of all surfaces.
+ *
+ * The measure of such a point is its own and a weighted sum of those of 4 x 4 functions of cubic splines; its force
+ * acts on them with the same weights, which change from step to step. */
+struct Slides {
+    CIntMat ports;      /* First and last + 1 port of the points of each contact, (g, 2). */
+    CIntMat surface;    /* First port of its functions, their number across, and lines of them along, (g, 3). */
+    CInts functions;    /* Ports of the functions of all surfaces, (F,). */
+    IntMat window;      /* First and last + 1 port of the functions below its points, (g, 2). */
+    CMat row;           /* dsigma/dq of the distance slid, (g, m). */
+    CMat chart;         /* Start and spacing along of each traction space [m], (g, 2). */
+    Mat sigma;          /* Distance slid at the end of the step and a step ago [m], (2, g). */
+    Vec drag;           /* Force along the line of sliding on the slope of the deformed surface [N], (g,). */
+    Vec drag_impulse;   /* [N s], (g,) */
+    CFlags over;        /* Whether a port is one of a point that slides, (p,). */
+    CInts width;        /* Functions across of its surface, (p,). */
+    CVec height;        /* Coordinate along of each point at sigma = 0 [m], (p,). */
+    CInts start;        /* Port of the first function across that it touches in the first line; -1 beside, (p,). */
+    CMat across;        /* Its weights across, (p, 4). */
+    IntMat corner;      /* Port of the first function that it touches, by `Moment`; -1 beside the surface, (2, p). */
+    Cube along;         /* Its weights along at these times, (2, 4, p). */
+    Vec free;           /* Gap of a point without the forces of the step's end [m], (p,). */
+    Mat inward;         /* Displacement of functions without these forces, and by them [m], (2, p). */
+    Ints left;          /* How many points have left their surface with a force, (1,). */
+    GUDGEON_FIELDS(ports, surface, functions, window, row, chart, sigma, drag, drag_impulse, over, width, height, start,
+                   across, corner, along, free, inward, left)
+};
+
+}  // namespace gudgeon::small
