@@ -1,5 +1,58 @@
+/* The loop over ports. */
+#include "../small/march.hpp"
 #include "read.hpp"
 
 using namespace gudgeon;
 
-void bind_small(nb::module_&) {}
+namespace {
+
+/* Views of the tuple that was given last: a caller that steps again and again gives the same. */
+template <class S>
+class Latest {
+public:
+    const S& of(nb::handle tuple) {
+        if (!object_.is(tuple)) {
+            views_ = read<S>(tuple);
+            object_ = nb::borrow(tuple);
+        }
+        return views_;
+    }
+
+private:
+    nb::object object_;
+    S views_{};
+};
+
+class Small {
+public:
+    Small(nb::object whole, nb::object part, nb::object impact)
+        : tuples_(nb::make_tuple(whole, part, impact)), loop_{read<small::Arrays>(whole), {}, {}} {
+        loop_.part = part.is(whole) ? loop_.whole : read<small::Arrays>(part);
+        loop_.impact = impact.is(whole) ? loop_.whole : read<small::Arrays>(impact);
+    }
+
+    bool march(nb::handle given, Index first, Index stride, nb::handle out) {
+        const auto& signals = given_.of(given);
+        const auto& found = found_.of(out);
+        nb::gil_scoped_release released;
+        return small::march(loop_, signals, first, stride, found);
+    }
+
+    bool solve() const { return small::solve(loop_.whole); }
+
+private:
+    nb::object tuples_;
+    small::Loop loop_;
+    Latest<small::Given> given_;
+    Latest<small::Found> found_;
+};
+
+}  // namespace
+
+void bind_small(nb::module_& m) {
+    nb::class_<Small>(m, "Small", "A run of the loop over ports, over three `Arrays` tuples that share all but constants.")
+        .def(nb::init<nb::object, nb::object, nb::object>(), nb::arg("whole"), nb::arg("part"), nb::arg("impact"))
+        .def("march", &Small::march, nb::arg("given"), nb::arg("first"), nb::arg("stride"), nb::arg("out"),
+             "Advance the samples of `out` by `stride` steps each from step number `first`; False where this failed.")
+        .def("solve", &Small::solve, "Find the forces of the candidates that the arrays list; False where none are found.");
+}
