@@ -1,7 +1,7 @@
 /* Steps that are divided where rigid contact closes. */
 #pragma once
 #include "impacts.hpp"
-#include "resultants.hpp"
+#include "../log/resultants.hpp"
 #include "step.hpp"
 
 namespace gudgeon::small {

@@ -7,7 +7,7 @@
  * (J. J. Moreau, 1988). Points that the path of the coordinates cannot have closed are left out.
  */
 #pragma once
-#include "../fields/small_fields.hpp"
+#include "fields.hpp"
 #include "divided.hpp"
 
 namespace gudgeon::small {

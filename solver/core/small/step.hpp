@@ -1,7 +1,7 @@
 /* One step, or a part of one: its forces, and what they make of the state. */
 #pragma once
 #include "../response/sweeps.hpp"
-#include "candidates.hpp"
+#include "../response/candidates.hpp"
 #include "closing.hpp"
 #include "ending.hpp"
 #include "energy.hpp"
