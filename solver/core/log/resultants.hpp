@@ -35,7 +35,7 @@ inline void note_gap(const Constants& constants, const State& state, const Impac
 
 /* Add the normal forces of a step to the log of impacts, and note what begins to touch and what parts.
  *
- * The force over a step in which rigid contact strikes is an impulse over it, and no force that could be the largest. */
+ * The force over a step in which rigid contact strikes is an impulse over it, no force that could be the largest. */
 inline void log_forces(const Constants& constants, const State& state, const ImpactLog& log, Index number) noexcept {
     const Index contacts = log.force.size();
     const double dt = constants.dt[0], time = double(number + 1) * dt;

@@ -69,7 +69,7 @@ inline void push(const Rows& rows, Index i, double amount, Vec force) noexcept {
     }
 }
 
-/* Add amount times row j of a table to some ports, ascending, and perhaps to those between them, which nothing reads. */
+/* Add amount times row j of a table to some ports, ascending, perhaps to those between them, which nothing reads. */
 inline void add_row(const Pattern& pattern, CVec values, Index j, double amount, CInts ports, Vec out) noexcept {
     const Index group = pattern.group[j];
     for (Index r = pattern.span(group, 0); r < pattern.span(group, 1); ++r) {

@@ -1,9 +1,9 @@
 /* Points that slide over traction spaces: rows of the state, as weighted sums of the ports of functions.
  *
  * With weights N(sigma) a point's displacement is u + N e of its own rows and those of the functions; a force on it is
- * one on its own rows and N^T of it on the functions. Weights of the end of a step are known from the motion without the
- * forces of its end: these move points across the line of sliding. N changes the displacement by dN e in a step, whose
- * work a force along the line of sliding gives back in the next one.
+ * one on its own rows and N^T of it on the functions. Weights of the end of a step are known from the motion without
+ * the forces of its end: these move points across the line of sliding. N changes the displacement by dN e in a step,
+ * whose work a force along the line of sliding gives back in the next one.
  */
 #pragma once
 #include "../small/arrays.hpp"

@@ -8,8 +8,8 @@
 
 namespace gudgeon::small {
 
-constexpr double VANISHING = 1e-14;  /* Share of the speeds of a point in rigid contact that is round-off, which no force
-                                      * follows. */
+constexpr double VANISHING = 1e-14;  /* Share of the speeds of a point in rigid contact that is round-off, which no
+                                      * force follows. */
 
 /* Whether a block needs its place at the start of a step only once it closes. */
 inline bool placed_late(const Constants& constants, Index i) noexcept {
