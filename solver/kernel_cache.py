@@ -26,8 +26,8 @@ from pathlib import Path
 from gudgeon.solver.source_state import ROOT, kept_digests
 
 SOURCES = ("solver/**/*.py",)
-COMPILED = ("general",)
-"""Compiled time loops: those of integrators, and the implicit one over ports."""
+COMPILED = ("collocation",)
+"""Compiled time loops of integrators."""
 BLOCK = 1 << 16
 """Bytes that are written to see whether a disk is full."""
 IMPORTS = re.compile(r"^from gudgeon\.([\w.]+) import (\([^)]*\)|[^\n]*)", re.MULTILINE)

@@ -32,7 +32,7 @@ AGAINST: dict[str, dict[str, Any]] = {
 }
 HERTZ = {"kind": "hunt-crossley", "stiffness": 1e9, "exponent": 1.5, "restitution": 0.8}
 CASES: dict[str, tuple[dict[str, Any], ...]] = {
-    "general": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
+    "collocation": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
 }
 """Contacts that make every kind of argument, by time loop; the core's loops compile nothing."""
 
@@ -65,8 +65,6 @@ def warm_up(name: str) -> float:
 def _scene(name: str, case: dict[str, Any]) -> Scene:
     contact = {"body": "part", "against": AGAINST[case.get("against", "wall")]}
     contact |= {key: value for key, value in case.items() if key != "against"}
-    if name == "general":
-        name = "implicit"
     bodies = {"part": {"velocity": [1.0, 0.1, 0.0]}} | ({"plate": {}} if "against" in case else {})
     run = {"duration": 2e-6, "samples": 10, "frames": 2, "integrator": name}
     return Scene.model_validate({"body": bodies, "contact": {"touch": contact}, "run": run})

@@ -12,37 +12,19 @@ from typing import Any
 import pytest
 from numba.core.registry import CPUDispatcher
 
-from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.kernel_cache import COMPILED, Sources, cache_folder, compile_beside, file_digest, is_compiled
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.source_state import kept_digests
 from gudgeon.solver.warm_up import CASES, main, warm_up
-from tests.solver.systems import (
-    block_records,
-    block_scene,
-    build_all,
-    rod_records,
-    rod_scene,
-    with_tangential_rows,
-)
+from tests.solver.systems import build_all, rod_records, rod_scene
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = ("general.kernel", "general.solution.solve")
+MODULES = ("collocation.kernel",)
 LAW = {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e8}}
 
-
-def rubbing(points: int) -> tuple[ModalRecord, MorphRecord]:
-    """A block whose face has tangential rows."""
-    modal, morph = block_records(points)
-    return with_tangential_rows(modal, "face"), morph
-
-
 SCENES: dict[str, tuple[tuple[dict[str, Any], dict[str, Any]], ...]] = {
-    "general": (
-        ({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),
-        ({"part": rubbing(7)}, block_scene(1e-5, friction={"static": 0.3})),
-    ),
+    "collocation": (({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),),
 }
 """Other numbers of points, modes and bodies than those that were compiled, by time loop."""
 
@@ -63,8 +45,7 @@ def test_a_run_compiles_nothing_more(name: str, tmp_path: Path) -> None:
     warm_up(name)
     before = signatures()
     for number, (records, scene) in enumerate(SCENES[name]):
-        own = "implicit" if name == "general" else name
-        run = scene["run"] | {"integrator": own, "samples": 10, "frames": 2}
+        run = scene["run"] | {"integrator": name, "samples": 10, "frames": 2}
         found = simulate(build_all(tmp_path / str(number), records, scene | {"run": run}))
         assert found.counts["steps"] > 0
     assert signatures() == before
@@ -72,8 +53,8 @@ def test_a_run_compiles_nothing_more(name: str, tmp_path: Path) -> None:
 
 
 def test_every_integrator_of_numba_is_covered() -> None:
-    core = {"collocation", "event", "explicit", "implicit", "mechanism"}
-    assert set(COMPILED) == CASES.keys() == SCENES.keys() == (INTEGRATORS.keys() | {"general"}) - core
+    core = {"event", "explicit", "implicit", "mechanism"}
+    assert set(COMPILED) == CASES.keys() == SCENES.keys() == INTEGRATORS.keys() - core
     assert is_compiled("event")
 
 
@@ -146,7 +127,7 @@ def test_copies_of_one_version_share_their_machine_code(tree: Path, tmp_path_fac
 
 
 def test_functions_stand_in_the_folder_of_their_file() -> None:
-    module = import_module("gudgeon.solver.integrators.general.kernel")
+    module = import_module("gudgeon.solver.integrators.collocation.kernel")
     assert module.__file__ is not None
     folder = cache_folder()
     assert folder is not None
@@ -215,13 +196,13 @@ def test_a_run_without_any_folder_says_so_in_one_line(tmp_path: Path) -> None:
 
 
 def test_the_command_tells_what_it_does(capsys: pytest.CaptureFixture[str]) -> None:
-    warm_up("general")
-    main(["general"])
-    assert capsys.readouterr().out == "time loop 'general': compiled already\n"
+    warm_up("collocation")
+    main(["collocation"])
+    assert capsys.readouterr().out == "time loop 'collocation': compiled already\n"
 
 
 def test_an_unknown_time_loop_is_refused() -> None:
-    with pytest.raises(SystemExit, match=r"no compiled time loop 'nonsense'; there are general$"):
+    with pytest.raises(SystemExit, match="no compiled time loop 'nonsense'; there are collocation"):
         main(["nonsense"])
 
 
@@ -230,7 +211,7 @@ def test_the_child_takes_no_module_of_the_users_folder(tmp_path: Path, monkeypat
         (tmp_path / f"{name}.py").write_text(f"open('{name}-ran', 'w').close(); raise SystemExit(3)")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("gudgeon.solver.kernel_cache.is_compiled", lambda name: False)
-    child = compile_beside("general")
+    child = compile_beside("collocation")
     assert child is not None
     assert child.wait(120) == 0
     assert not list(tmp_path.glob("*-ran"))

@@ -40,6 +40,8 @@ public:
 
     bool solve() const { return small::solve(loop_.whole); }
 
+    void touch(Index port) const { small::touch(loop_.whole.constants, loop_.whole.state, port); }
+
 private:
     nb::object tuples_;
     small::Loop loop_;
@@ -50,9 +52,19 @@ private:
 }  // namespace
 
 void bind_small(nb::module_& m) {
-    nb::class_<Small>(m, "Small", "A run of the loop over ports, over three `Arrays` tuples that share all but constants.")
-        .def(nb::init<nb::object, nb::object, nb::object>(), nb::arg("whole"), nb::arg("part"), nb::arg("impact"))
+    nb::class_<Small> loop(m, "Small", "A run of the loop over ports, over three `Arrays` tuples that share all but constants.");
+    loop.def(nb::init<nb::object, nb::object, nb::object>(), nb::arg("whole"), nb::arg("part"), nb::arg("impact"))
         .def("march", &Small::march, nb::arg("given"), nb::arg("first"), nb::arg("stride"), nb::arg("out"),
              "Advance the samples of `out` by `stride` steps each from step number `first`; False where this failed.")
-        .def("solve", &Small::solve, "Find the forces of the candidates that the arrays list; False where none are found.");
+        .def("solve", &Small::solve, "Find the forces of the candidates that the arrays list; False where none are found.")
+        .def("touch", &Small::touch, nb::arg("port"), "Measure the tangents of the cone at a port from their anchors [m].");
+    loop.attr("WINDOW") = small::WINDOW;
+    loop.attr("BETWEEN") = small::BETWEEN;
+    loop.attr("TOLERANCE") = small::TOLERANCE;
+    loop.attr("LAST_TOLERANCE") = small::LAST_TOLERANCE;
+    loop.attr("MOST_SWEEPS") = small::MOST_SWEEPS;
+    nb::list kinds;
+    for (const char* name : {"UNILATERAL", "CONE", "LAW", "RUBBING_LAW", "SPRING", "BILATERAL", "GIVEN", "DRIVEN", "SURFACE"})
+        kinds.append(name);
+    loop.attr("KINDS") = nb::tuple(kinds); /* As `small::Kind` has them. */
 }

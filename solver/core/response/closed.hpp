@@ -44,7 +44,7 @@ inline Compliance over_runs(const Problem& problem) noexcept {
 }
 
 /* Set the gaps without unknowns of all runs [m]; returns the deepest. */
-inline double set_free(const Constants& constants, const State& state, const Problem& problem) noexcept {
+inline double open_gaps(const Constants& constants, const State& state, const Problem& problem) noexcept {
     const Ints ports = problem.ports.slice(0, problem.size[0]);
     const Vec free = problem.free;
     bool averaged = false;
@@ -73,7 +73,7 @@ inline bool close(const Constants& constants, const State& state, const Problem&
     const ActiveSet& active = problem.active;
     const Vec free = problem.free;
     if (problem.size[1] != problem.size[0]) list_runs(state.gap, problem);
-    const double deepest = set_free(constants, state, problem);
+    const double deepest = open_gaps(constants, state, problem);
     const Index pivots =
         solve_lcp(over_runs(problem), free, active, problem.x, problem.y, -GAP_TOLERANCE * deepest);
     state.counts[PIVOTS] += larger(Index(0), pivots);

@@ -9,19 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.solver.compiled import Unpacked
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import ActiveSet
 from gudgeon.solver.contact.pattern import Pattern
 from gudgeon.solver.forces.fields.co_energy import CoEnergies
-from gudgeon.solver.integrators.general.edges.table import Edges
+from gudgeon.solver.integrators.general.edges import Edges
 from gudgeon.solver.integrators.general.slides import Slides
 from gudgeon.solver.integrators.impact_log import ImpactLog
 
 SLIPS = 65_536
 """Changes between slip and stick that are kept, of a frame."""
-UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN, DRIVEN, SURFACE = range(9)
-"""Values of `ports.table.Kind`, which a compiled function reads as numbers."""
 POSITION, VELOCITY, STABILISED = range(3)
 """Levels: what a port's measure is."""
 
@@ -362,18 +359,18 @@ class Arrays(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """The arrays of a run as its functions take them; they have all but the constants in common."""
+    """The arrays of a run as the core takes them; they have all but the constants in common."""
 
-    whole: Unpacked
+    whole: Arrays
     """For whole steps."""
-    part: Unpacked
+    part: Arrays
     """For parts of steps."""
-    impact: Unpacked
+    impact: Arrays
     """For impacts: `columns` are velocities per impulse [1/kg]."""
 
 
 class Given(NamedTuple):
-    """What the scene gives over time, one row per step."""
+    """What the scene gives over time, one row per step; loads of fields are the loop's."""
 
     loads: np.ndarray
     """Given loads [N]: means of each step, and at its end, (2, steps, g)."""

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
-from gudgeon.solver.compiled import Unpacked
 from gudgeon.solver.integrators.flight import flight
 from gudgeon.solver.integrators.general.arrays import (
     POSITION,
@@ -17,8 +16,8 @@ from gudgeon.solver.integrators.general.arrays import (
     Residual,
     Rows,
 )
-from gudgeon.solver.integrators.general.edges.table import edges_of
-from gudgeon.solver.integrators.general.fields.table import fields_of
+from gudgeon.solver.integrators.general.edges import edges_of
+from gudgeon.solver.integrators.general.fields import fields_of
 from gudgeon.solver.integrators.uncoupled import SLOWEST
 from gudgeon.solver.ports.members import contact_ports
 from gudgeon.solver.ports.pairs import Pairs
@@ -93,11 +92,11 @@ def _divides(system: System, rigid: np.ndarray, damped: bool) -> bool:
 
 
 def loop_of(arrays: Arrays, system: System, ports: Ports) -> Loop:
-    """Return arrays as the loop takes them; those for parts of steps, which `impacts.retime` sets, and for impacts, to
-    which nothing that yields responds, are those of whole steps where steps are not divided, and are not read."""
-    whole, constants = Unpacked(arrays), arrays.constants
+    """Return arrays as the loop takes them; those for parts of steps, which the core sets, and for impacts, to which
+    nothing that yields responds, are those of whole steps where steps are not divided, and are not read."""
+    constants = arrays.constants
     if not constants.divides:
-        return Loop(whole, whole, whole)
+        return Loop(arrays, arrays, arrays)
     names = ("dt", "motion", "push", "inertia", "columns")
     part = constants._replace(**{name: getattr(constants, name).copy() for name in names})
     rigid, moves = constants.level == VELOCITY, np.ones(ports.rows.shape[1])
@@ -105,7 +104,7 @@ def loop_of(arrays: Arrays, system: System, ports: Ports) -> Loop:
     for own, to, values in ports.pairs.blocks(columns):
         values *= rigid[own.start : own.stop, None] & rigid[to]
     impact = constants._replace(dt=np.ones(1), columns=columns)
-    return Loop(whole, *(Unpacked(arrays._replace(constants=one)) for one in (part, impact)))
+    return Loop(arrays, arrays._replace(constants=part), arrays._replace(constants=impact))
 
 
 def _by_bodies(system: System, ports: Ports, factors: tuple[np.ndarray, np.ndarray], level: np.ndarray) -> np.ndarray:

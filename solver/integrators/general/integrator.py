@@ -3,6 +3,7 @@
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import EDGE_NOTES
+from gudgeon.solver import core
 from gudgeon.solver.contact.rows import touching_depth
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.fields.co_energy import LEFT, left_text
@@ -13,11 +14,9 @@ from gudgeon.solver.integrators.general.arrays import (
     Given,
 )
 from gudgeon.solver.integrators.general.constants import constants_of, loop_of
-from gudgeon.solver.integrators.general.kernel import march
 from gudgeon.solver.integrators.general.start import candidates, problem_of, state_of
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.outcome import Outcome, Samples
-from gudgeon.solver.integrators.prepared import Prepared
 from gudgeon.solver.machine.memory import total_memory
 from gudgeon.solver.ports.members import contact_ports, function_ports, gauge_ports, ports_of, probe_ports
 from gudgeon.solver.result import Result
@@ -71,7 +70,7 @@ class General:
         self._rubbed = {contact_id: f[1:] for contact_id, f in functions.items() if len(f) > 1}
         log = impact_log([int(rows[0]) for rows in normals], dt, system.window)
         self.arrays = Arrays(constants, state, problem_of(constants), log)
-        self._loop = loop_of(self.arrays, system, self.ports)
+        self._loop = core.Small(*loop_of(self.arrays, system, self.ports))
         self._located = Located(log)
         loaded, contacts = len(constants.loaded), max(1, len(system.contacts))
         self._bare = Found(
@@ -79,7 +78,6 @@ class General:
             q=np.zeros((1, len(state.q))), v=np.zeros((1, len(state.q))), ports=np.zeros((1, len(state.unknown))),
             lengths=np.zeros((1, len(state.pin))),
         )  # fmt: skip
-        self._march = Prepared(march)
         self._one_step = Given(
             np.zeros((2, 1, len(constants.given))), np.zeros((1, len(system.driving.joints), 4)),
             np.zeros((1, len(constants.drives))),
@@ -100,7 +98,7 @@ class General:
             v=np.zeros((count, len(state.q))), ports=np.zeros((count, len(state.unknown))),
             lengths=np.zeros((count, len(state.pin))),
         )  # fmt: skip
-        sound = march(self._loop, self._drive(start_step, count * stride), start_step, stride, arrays)
+        sound = self._loop.march(self._drive(start_step, count * stride), start_step, stride, arrays)
         if not sound:
             self._note_left()
         self._take_slips()
@@ -123,7 +121,7 @@ class General:
         if sound and not self._located.take():
             self.failure = Result.IMPACTS
             return False
-        return bool(sound)
+        return sound
 
     def _note_left(self) -> None:
         """Say so where the run cannot continue since a body left a field."""
@@ -158,12 +156,12 @@ class General:
         else:
             drive.loads[:] = applied
         # What it sums up of forces and loads is not read.
-        sound = self._march(self._loop, drive, start_step, count, self._bare)
+        sound = self._loop.march(drive, start_step, count, self._bare)
         self._take_slips()
         if not self._located.take():
             self.failure = Result.IMPACTS
             return False
-        return bool(sound)
+        return sound
 
     def _take_slips(self) -> None:
         """Take the changes between slip and stick of the last steps."""

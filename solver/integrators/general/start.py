@@ -2,18 +2,13 @@
 
 import numpy as np
 
+from gudgeon.solver import core
 from gudgeon.solver.contact.compliance import coupled
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.contact.weights import weigh
 from gudgeon.solver.forces.fields.co_energy import basis_shape
-from gudgeon.solver.integrators.general.arrays import (
-    SLIPS,
-    Constants,
-    Problem,
-    State,
-)
+from gudgeon.solver.integrators.general.arrays import SLIPS, Constants, Problem, State
 from gudgeon.solver.integrators.general.slides import Slides
-from gudgeon.solver.integrators.general.solution.mixing import WINDOW
 from gudgeon.solver.ports.members import contact_ports, function_ports, start_unknowns, surface_weights
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.system.fields.reading import evaluated
@@ -101,6 +96,7 @@ _ZERO_AT_START = (
 
 def problem_of(constants: Constants) -> Problem:
     p = len(constants.offset)
+    window = core.Small.WINDOW
     many = 0 if constants.plain else candidates(constants)  # Without cones, laws or joints, `active` holds the factor.
     return Problem(
         awake=np.full((2, p), constants.divides), ports=np.zeros(p, np.int64),
@@ -113,8 +109,8 @@ def problem_of(constants: Constants) -> Problem:
         weight=np.zeros(p), stiff=np.zeros(p), pushed=np.zeros(p),
         pushing=np.zeros(p), span=np.zeros(2, np.int64), slipped=np.zeros(p, np.bool_),
         derivative=np.zeros((many, many)), correction=np.zeros(p),
-        past=np.zeros((3, p)), changes=np.zeros((3, WINDOW, p)), products=np.zeros((WINDOW, WINDOW)),
-        gram=np.zeros((WINDOW, WINDOW + 1)),
+        past=np.zeros((3, p)), changes=np.zeros((3, window, p)), products=np.zeros((window, window)),
+        gram=np.zeros((window, window + 1)),
     )  # fmt: skip
 
 

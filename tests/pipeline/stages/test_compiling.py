@@ -27,11 +27,11 @@ class Child:
 
 def test_waiting_for_the_compiler_is_said() -> None:
     told = list[tuple[str, float]]()
-    job: Any = SimpleNamespace(scene=SimpleNamespace(loop="general"), compilation=Child(None))
+    job: Any = SimpleNamespace(scene=SimpleNamespace(loop="implicit"), compilation=Child(None))
     product: Any = None
     with pytest.raises(Waited):
         bodies.make_run(job, product, lambda *one: told.append(one))
-    assert told == [("compile 'general', some minutes, once per version", 0.0)]
+    assert told == [("compile 'implicit', some minutes, once per version", 0.0)]
 
 
 def test_a_time_loop_that_is_compiled_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gudgeon.solver.compiled import Unpacked
+from gudgeon.solver import core
 from gudgeon.solver.integrators.general.arrays import Arrays
 from gudgeon.solver.integrators.general.integrator import General
-from gudgeon.solver.integrators.general.solution.solve import solve
 from tests.solver.port_systems import pair
 
 
@@ -69,6 +68,6 @@ def arrays(folder: Path, problem: Problem, start: np.ndarray | None = None) -> A
 def solved(folder: Path, problem: Problem, start: np.ndarray | None = None) -> Solved:
     """Let the loop solve a problem from given forces, none by default."""
     made = arrays(folder, problem, start)
-    sound = solve(Unpacked(made))
+    sound = core.Small(made, made, made).solve()
     counts = made.state.counts
-    return Solved(bool(sound), made.state.unknown.copy(), int(counts[3]), int(counts[5]))
+    return Solved(sound, made.state.unknown.copy(), int(counts[3]), int(counts[5]))

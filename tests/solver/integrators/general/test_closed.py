@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from scipy import linalg, optimize
 
-from gudgeon.solver.compiled import Unpacked
+from gudgeon.solver import core
 from gudgeon.solver.integrators.general.integrator import General
-from gudgeon.solver.integrators.general.solution.closed import BETWEEN
-from gudgeon.solver.integrators.general.solution.solve import solve
 from tests.solver.systems import block_records, block_scene, build
 
 POINTS = 200
@@ -29,11 +27,11 @@ def test_ports_between_candidates_stay_open_and_have_no_effect(share: float, tmp
     gap[awake] = free = 1e-6 * rng.uniform(-1.0, 1.0, len(candidates))
     problem.awake[0] = awake
     problem.ports[: len(candidates)], problem.size[0] = candidates, len(candidates)
-    assert solve(Unpacked(arrays))
+    assert core.Small(arrays, arrays, arrays).solve()
     runs = problem.runs[: problem.size[3]]
     inside = np.concatenate([np.arange(*run) for run in runs])
     assert set(candidates) <= set(inside)
-    assert (np.diff(candidates)[np.isin(candidates[1:], runs[:, 0])] > BETWEEN + 1).all()
+    assert (np.diff(candidates)[np.isin(candidates[1:], runs[:, 0])] > core.Small.BETWEEN + 1).all()
     C = run.ports.pairs.matrix(arrays.constants.columns).among(candidates, candidates)
     scale = 1 / np.sqrt(C.diagonal())
     lower = linalg.cholesky(C * np.outer(scale, scale), lower=True)

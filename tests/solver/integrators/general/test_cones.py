@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gudgeon.solver.integrators.general.solution.solve import LAST_TOLERANCE, MOST_SWEEPS, TOLERANCE
+from gudgeon.solver.core import Small
 from tests.solver.integrators.general.cones import Problem, solved
 from tests.solver.port_systems import grid, half_space
 
 COUNT = 30
+TOLERANCE, LAST_TOLERANCE, MOST_SWEEPS = Small.TOLERANCE, Small.LAST_TOLERANCE, Small.MOST_SWEEPS
 
 
 def pressed(matrix: np.ndarray, mu: float, seed: int = 0) -> Problem:

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.solver.integrators.general.candidates import _touch
+from gudgeon.solver import core
+from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.simulation import Steps
 from gudgeon.solver.system.system import System
 from tests.solver.systems import block_records, build, with_tangential_rows
@@ -57,13 +58,15 @@ def test_a_pressed_part_that_chatters_keeps_the_balance_of_energy(tmp_path: Path
     assert max(errors) < 1e-3 * start
 
 
-def test_a_point_that_closes_at_the_end_of_a_step_sticks_where_it_is_then() -> None:
+def test_a_point_that_closes_at_the_end_of_a_step_sticks_where_it_is_then(tmp_path: Path) -> None:
     """A gap of exactly zero there is closed: its tangents have moved through the whole step."""
-    before, gap = np.array([1e-3, 0.0, 0.0]), np.array([0.0, 3e-4, -4e-4])
-    anchor = before.copy()
-    _touch.py_func((np.zeros(3), 1e-6), (before, gap, anchor), True, 0)
-    assert anchor[1:].tolist() == [3e-4, -4e-4]
-    assert gap[1:].tolist() == [0.0, 0.0]
+    arrays = General(part(tmp_path, 1, {}, {"duration": 1e-3}), 1e-6).arrays
+    state = arrays.state
+    state.displacement[1], state.gap[:], state.last[:] = [1e-3, 0.0, 0.0], [0.0, 3e-4, -4e-4], 0.0
+    state.anchor[:] = state.displacement[1]
+    core.Small(arrays, arrays, arrays).touch(0)
+    assert state.anchor[1:].tolist() == [3e-4, -4e-4]
+    assert state.gap[1:].tolist() == [0.0, 0.0]
 
 
 @pytest.mark.parametrize("share", [0.5, 0.9])

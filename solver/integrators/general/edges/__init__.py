@@ -1,1 +1,0 @@
-"""Faces of convex solids that end at edges: which points are beside the face that they may meet."""

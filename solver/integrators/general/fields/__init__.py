@@ -1,1 +1,0 @@
-"""Fields in the loop over ports."""

@@ -1,1 +1,0 @@
-"""The forces of all ports of a step together."""
