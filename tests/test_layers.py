@@ -34,7 +34,7 @@ WIDEST = 6
 """Positional arguments of a function."""
 BRANCH_CAP = 15
 """McCabe's number of a function: 1 and its branches, boolean operators and comprehensions with their conditions."""
-BRANCHED = 35
+BRANCHED = 21
 """How many functions of the product are above it. The number only falls: who simplifies one lowers it."""
 LIBRARY_CALLS = {"pardiso", "rotate", "revolve"}
 """Functions of libraries that bear the name of one of ours."""
