@@ -15,7 +15,7 @@ from gudgeon.pipeline.cli import main
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-HEAVY = ("gmsh", "skfem", "pyvista", "matplotlib", "numba", "scipy", "h5py", "pydantic", "numpy")
+HEAVY = ("gmsh", "skfem", "pyvista", "matplotlib", "scipy", "h5py", "pydantic", "numpy")
 COARSE = {"component.rod.mesh.size": 0.02, "component.rod.modes.normal_count": 10}
 
 

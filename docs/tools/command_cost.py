@@ -23,7 +23,7 @@ BEGIN = "## Whole commands\n"
 SCENE = "data/piston/stroke.toml"
 REUSE = "component.piston.change.update=reuse"
 SCALE = "component.piston.change.profile.scale"
-LIBRARIES = "numpy, h5py, pydantic, scipy.linalg, scipy.interpolate, numba"
+LIBRARIES = "numpy, h5py, pydantic, scipy.linalg, scipy.interpolate"
 MODULES = (
     "gudgeon.pipeline.stages.run, gudgeon.pipeline.stages.mesh, gudgeon.pipeline.fem.assemble, scipy.interpolate,"
     " gudgeon.solver.simulate, gudgeon.solver.integrators.implicit.integrator"

@@ -31,7 +31,7 @@ APT_COMMAND = f"apt-get install --no-install-recommends {' '.join(SYSTEM_LIBRARI
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 """Commands that start a browser for the tests of a report's page, as in the Makefile."""
 SLEPC_COMMAND = "apt-get install --no-install-recommends python3-petsc4py python3-slepc4py openmpi-bin"
-THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 PROBE_TIMEOUT = 60.0
 """Limit for a child process [s]; drawing a sphere takes about 2 s."""
 GMSH_PROBE = "import gmsh"

@@ -3,8 +3,7 @@
 scipy copies all names of numpy when it is first imported, which loads numpy's interface to Fortran, its tools for tests
 and masked arrays; and it renders the documentation of hundreds of its functions anew. No command reads either. Its
 splines import one function of its optimisation, which they call to smooth data alone: it is loaded when it is called.
-numba loads a parser for a file of settings, which is left out where there is no such file. pydantic looks through all
-installed packages for plugins of its own.
+pydantic looks through all installed packages for plugins of its own.
 """
 
 import os
@@ -18,8 +17,6 @@ from typing import Any
 
 UNREAD = ("ctypeslib", "f2py", "ma", "matlib", "polynomial", "testing")
 """Modules of numpy that scipy does not use, loaded when they are first named."""
-SETTINGS = ".numba_config.yaml"
-"""File of the current folder from which numba takes settings."""
 TESTED = ("1.17.",)
 """Versions of scipy whose own modules are known; others are loaded as they are."""
 
@@ -38,16 +35,6 @@ class _Scipy(MetaPathFinder):
         """Do what a module needs once, and leave the search to others."""
         if (prepare := self.ways.pop(name, None)) is not None and version("scipy").startswith(TESTED):
             prepare()
-
-
-class _Numba(MetaPathFinder):
-    """Finds nothing itself: numba's own module does without a parser for settings where there are none."""
-
-    def find_spec(self, name: str, _path: Any = None, _target: Any = None) -> None:
-        """Say that there is no such parser while numba asks for it, and leave the search to others."""
-        asking = getattr(getattr(sys.modules.get("numba.core.config"), "__spec__", None), "_initializing", False)
-        if name == "yaml" and asking and not os.path.exists(SETTINGS):
-            raise ModuleNotFoundError(f"no {SETTINGS}", name=name)
 
 
 class _NoDocumentation(dict[str, list[Any]]):
@@ -75,7 +62,7 @@ def load_lean() -> None:
     """Make this process load libraries without what no command reads; once scipy is loaded all are left as they are."""
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     if "scipy" not in sys.modules and not any(isinstance(finder, _Scipy) for finder in sys.meta_path):
-        sys.meta_path[:0] = [_Scipy(), _Numba()]
+        sys.meta_path.insert(0, _Scipy())
 
 
 def _hide() -> None:

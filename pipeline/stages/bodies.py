@@ -29,7 +29,6 @@ from gudgeon.pipeline.stages.parts import part_sizes, refuse_probes_off
 from gudgeon.pipeline.stages.run import SOLVE, Stopped, make_stages, run_job
 from gudgeon.pipeline.stages.run_report import TRAJECTORY, Progress, RunReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, reference_values, write_summary
-from gudgeon.solver.kernel_cache import compile_beside, is_compiled
 from gudgeon.solver.result import Result
 
 if TYPE_CHECKING:
@@ -41,12 +40,11 @@ COMPONENT_STAGES = STAGES[:3]
 """Stages of single components, independent of the scene's dynamics."""
 PROBES = "probes.csv"
 """Table of what probes read."""
-COMPILING = "compile '{}', some minutes, once per version"
 
 
 @contextlib.contextmanager
 def during(job: Job, until: str, tell: Progress) -> Iterator[Job]:
-    """Give a job whose linked scenes have their records, while a child process compiles its time loop if need be."""
+    """Give a job whose linked scenes have their records."""
     if until == PLOT:
         job.compared()  # A mistake there must be reported before the solver runs.
     if until not in ("mesh", "modes"):
@@ -54,18 +52,7 @@ def during(job: Job, until: str, tell: Progress) -> Iterator[Job]:
             stage = scene.kind.stages[-1].name
             if not all(scene.store.has(product.key) for product in scene.products([stage]).values()):
                 run_job(scene, stage, tell)
-    name = job.scene.loop
-    if until in COMPONENT_STAGES or job.store.has(job.trajectory().key) or is_compiled(name):
-        yield job
-        return
-    tell(COMPILING.format(name), 0.0)
-    child = compile_beside(name)
-    try:
-        yield replace(job, compilation=child)
-    finally:
-        if child is not None:
-            child.terminate()
-            child.wait()
+    yield job
 
 
 def make_mesh(job: Job, product: Product, tell: Progress) -> "MeshRecord":
@@ -127,10 +114,7 @@ def check_run(job: Job) -> None:
 
 
 def make_run(job: Job, product: Product, tell: Progress) -> Trajectory:
-    """Run the solver once its time loop is compiled; what is still to be waited for is said again, after the modes."""
-    if job.compilation is not None and job.compilation.poll() is None:
-        tell(COMPILING.format(job.scene.loop), 0.0)
-        job.compilation.wait()
+    """Run the solver."""
     from gudgeon.solver.simulate import simulate
 
     with stoppable(numbered(tell)) as progress:

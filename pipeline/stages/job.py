@@ -18,8 +18,6 @@ from gudgeon.solver.forces.fields.electrostatic import Electrostatic
 from gudgeon.solver.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from subprocess import Popen
-
     import numpy as np
 
     from gudgeon.modaldb.records.modes import MorphRecord
@@ -39,8 +37,6 @@ class Job(SceneJob):
     """A line for each contact whose interfaces were found by proximity."""
     linked: tuple[SceneJob, ...] = ()
     """Scenes that it names: its own designs and runs read the records of their last stage."""
-    compilation: "Popen[bytes] | None" = None
-    """Child process that compiles its time loop."""
 
     @property
     def folder(self) -> Path:

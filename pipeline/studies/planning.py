@@ -40,19 +40,13 @@ class _Group:
 
 
 def planned(
-    source: Source,
-    stages: tuple[str, ...],
-    paths: Sequence[str],
-    designs: Sequence[Sequence[Any]],
-    *,
-    compiles: bool = False,
+    source: Source, stages: tuple[str, ...], paths: Sequence[str], designs: Sequence[Sequence[Any]]
 ) -> list[Step]:
     """Return the steps of a study in an order in which they can be done.
 
     Args:
         stages: Of the kind of scene, without pictures.
         designs: Values of each design in the order of `paths`; designs are numbered from 1.
-        compiles: Whether the time loop is not compiled yet: the first design does so, and the others wait.
     """
     changes = [tuple(zip(paths, values, strict=True)) for values in designs]
     equal: dict[str, list[int]] = {}
@@ -66,11 +60,9 @@ def planned(
         group.designs.append(design)
         group_of[design] = group
     steps = _shared_steps(source, stages, list(groups.values()))
-    compiling = frozenset({len(steps)} if compiles else ())
     for text, numbers in equal.items():
         task = Task(source, numbers[0], text, stages)
-        after = frozenset(group_of[numbers[0]].after) | (compiling - {len(steps)})
-        steps.append(Step(task, after, tuple(numbers)))
+        steps.append(Step(task, frozenset(group_of[numbers[0]].after), tuple(numbers)))
     return steps
 
 

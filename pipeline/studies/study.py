@@ -29,7 +29,6 @@ from gudgeon.pipeline.studies.planning import Step, planned
 from gudgeon.pipeline.studies.record import keep_study
 from gudgeon.pipeline.studies.table import Table, cell_text, table_of, write_table
 from gudgeon.pipeline.studies.task import LOST, Row, Source, solve_design, version_key
-from gudgeon.solver.kernel_cache import is_compiled
 from gudgeon.solver.result import Result
 
 STUDY, PICTURE = "study.json", "study.png"
@@ -175,8 +174,7 @@ def run_study(job: Any, request: Asked, tell: Progress, work: Work = solve_desig
     paths = [p.path for p in parameters]
     stages = job.stages[: job.stages.index(SOLVE) + 1]
     tell("study", 0.0)
-    loop = getattr(job.scene, "loop", None)
-    steps = planned(source, stages, paths, designs, compiles=loop is not None and not is_compiled(loop))
+    steps = planned(source, stages, paths, designs)
     rows: dict[int, Row] = {}
     try:
         _collect(steps, workers, work, rows, tell)

@@ -45,7 +45,7 @@ STIFFNESSES = (2e8, 3.5e8, 6e8, 1e9)
 """Contact stiffnesses that Exudyn is given [N/m]; the best of each basis stands between the outer ones."""
 STEPS = (2e-6, 5e-6, 1e-5)
 """Longer steps [s], which are told beside: Exudyn's errors hardly grow with them, its cost falls."""
-ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
+ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 REPEATS = 50
 """Of our time loop, which takes about a millisecond."""
 

@@ -10,7 +10,6 @@ their middle nodes move as one, and the force between them is what that takes; t
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 COURANT = 0.95
 """Of the bar speed: Q's own frequency √(κGA/ρI) takes a share of the stable step."""
@@ -68,8 +67,9 @@ def _impacts(force: np.ndarray, step: float) -> np.ndarray:
     return np.array([[a * step, b * step, force[a:b].sum() * step] for a, b in zip(firsts, lasts, strict=True)])
 
 
-@njit
-def _march(counts, numbers, speed, steps, dt, h, stiffness):  # type: ignore[no-untyped-def]
+def _march(
+    counts: np.ndarray, numbers: np.ndarray, speed: float, steps: int, dt: float, h: float, stiffness: float
+) -> np.ndarray:
     """Return the force in each step [N], (steps,)."""
     n = counts.max() + 1
     v, w = np.zeros((2, n)), np.zeros((2, n))
@@ -81,16 +81,23 @@ def _march(counts, numbers, speed, steps, dt, h, stiffness):  # type: ignore[no-
     if together:
         history[0] = 2 * half[0] * half[1] / (half[0] + half[1]) * speed / dt
         v[:, 0] = -speed * half[0] / (half[0] + half[1])
+    beams = []
+    for b, (mass, inertia, shear, bending) in enumerate(numbers):
+        cells, nodes = slice(0, counts[b]), slice(1, counts[b] + 1)
+        share = np.ones(counts[b])
+        share[-1] = 0.5  # The last node has half a cell.
+        # Cells, nodes at their ends, and cells before and behind the nodes; what is beyond the end is 0.
+        beams.append(
+            (v[b], w[b], Q[b, cells], M[b, cells], v[b, nodes], w[b, nodes], Q[b, nodes], M[b, nodes],
+             dt / (share * h * mass), dt / (share * inertia), dt * shear, dt * bending / h)
+        )  # fmt: skip
     for step in range(steps):
-        for b in range(2):
-            mass, inertia, shear, bending = numbers[b]
-            for i in range(counts[b]):
-                Q[b, i] += dt * shear * ((v[b, i + 1] - v[b, i]) / h - 0.5 * (w[b, i] + w[b, i + 1]))
-                M[b, i] += dt * bending * (w[b, i + 1] - w[b, i]) / h
-            for i in range(1, counts[b] + 1):
-                share = 0.5 if i == counts[b] else 1.0
-                v[b, i] += dt * (Q[b, i] - Q[b, i - 1]) / (share * h * mass)
-                w[b, i] += dt * ((M[b, i] - M[b, i - 1]) / h + 0.5 * (Q[b, i] + Q[b, i - 1])) / (share * inertia)
+        for speeds, turns, shear_force, moment, v_end, w_end, Q_behind, M_behind, by_v, by_w, by_Q, by_M in beams:
+            n = len(shear_force)
+            shear_force += by_Q * ((v_end - speeds[:n]) / h - 0.5 * (turns[:n] + w_end))
+            moment += by_M * (w_end - turns[:n])
+            v_end += by_v * (Q_behind - shear_force)
+            w_end += by_w * ((M_behind - moment) / h + 0.5 * (Q_behind + shear_force))
         free0 = v[0, 0] + dt * Q[0, 0] / half[0]
         free1 = v[1, 0] + dt * Q[1, 0] / half[1]
         push = 0.0  # Of one half.

@@ -5,9 +5,9 @@ follow it exactly (Duhamel); its value at the step's end is the one that obeys t
 """
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
-from numba import njit
 
 
 @dataclass(frozen=True)
@@ -56,36 +56,40 @@ def strike(
     return Response(times, stress, force, ball)
 
 
-@njit
-def _follow(omega, phi, sigma, mass, speed, K, loss, steps, dt):  # type: ignore[no-untyped-def]
+def _follow(
+    omega: np.ndarray, phi: np.ndarray, sigma: np.ndarray, mass: float, speed: float, K: float, loss: float,
+    steps: int, dt: float,
+) -> tuple[np.ndarray, np.ndarray, float]:  # fmt: skip
+    """Return the forces [N] and stresses [Pa] at the ends of the steps, and the ball's speed at the end [m/s]."""
     cosine, sine = np.cos(omega * dt), np.sin(omega * dt)
+    swing = sine / omega
     early, late = phi * (1 - cosine) / omega**2, phi * (1 - sine / (omega * dt)) / omega**2
     early_rate, late_rate = phi * sine / omega, phi * (1 - cosine) / (omega**2 * dt)
-    soft, soft_rate = dt**2 / (6 * mass) + (phi * late).sum(), dt / (2 * mass) + (phi * late_rate).sum()
+    soft, soft_rate = dt**2 / (6 * mass) + float(phi @ late), dt / (2 * mass) + float(phi @ late_rate)
     q, v = np.zeros(len(omega)), np.zeros(len(omega))
     x, u, F, approach, depth = 0.0, speed, 0.0, 0.0, 0.0
     forces, stress = np.zeros(steps), np.zeros(steps)
     for step in range(steps):
-        q_free = cosine * q + sine / omega * v + (early - late) * F
+        q_free = cosine * q + swing * v + (early - late) * F
         v_free = -omega * sine * q + cosine * v + (early_rate - late_rate) * F
         x_free, u_free = x + u * dt - dt**2 / mass * F / 3, u - dt / mass * F / 2
-        free, free_rate = x_free - (phi * q_free).sum(), u_free - (phi * v_free).sum()
+        free, free_rate = x_free - float(phi @ q_free), u_free - float(phi @ v_free)
         new = 0.0
         if free > 0.0:
             if depth <= 0.0:
-                approach = max(u - (phi * v).sum(), 1e-12)
+                approach = max(u - float(phi @ v), 1e-12)
             low, high = 0.0, free / soft
-            for _ in range(80):
+            for _ in range(60):
                 new = 0.5 * (low + high)
                 d, rate = free - soft * new, free_rate - soft_rate * new
-                if K * d * np.sqrt(d) * (1 + loss * rate / approach) > new:
+                if K * d * sqrt(max(d, 0.0)) * (1 + loss * rate / approach) > new:
                     low = new
                 else:
                     high = new
         q, v = q_free + late * new, v_free + late_rate * new
         x, u, F = x_free - dt**2 / (6 * mass) * new, u_free - dt / (2 * mass) * new, new
-        depth = x - (phi * q).sum()
-        forces[step], stress[step] = F, (sigma * q).sum()
+        depth = x - float(phi @ q)
+        forces[step], stress[step] = F, sigma @ q
     return forces, stress, u
 
 

@@ -15,13 +15,12 @@ from gudgeon.pipeline.cli.unchanged.reads import Reads, digest
 from gudgeon.pipeline.errors import PipelineError
 from gudgeon.pipeline.files import read_sealed, results_folder, scene_path, write_sealed
 from gudgeon.pipeline.stages.run_report import RunReport, StageReport
-from gudgeon.solver.kernel_cache import uncached_note
 from gudgeon.solver.source_state import sources_state
 
 NOTE = "unchanged.json"
 ASKED = ("until", "scene", "set", "db", "out")
 """Options on which the report depends; those of one setting by tolerance are not answered from a note."""
-VARIABLES = ("GUDGEON_DB", "HOME", "NUMBA_CACHE_DIR", "TMPDIR", "XDG_CACHE_HOME")
+VARIABLES = ("GUDGEON_DB", "HOME", "TMPDIR", "XDG_CACHE_HOME")
 """Variables of the environment that name places."""
 
 
@@ -47,7 +46,7 @@ def keep_note(options: argparse.Namespace, out: Path, report: RunReport, reads: 
         out: Folder of the results.
     """
     fresh = all(stage.state == "fresh" for stage in report.stages.values())
-    if not (fresh and reads.complete) or options.tolerance is not None or uncached_note() in report.notes:
+    if not (fresh and reads.complete) or options.tolerance is not None:
         return
     document = report.as_json()
     stages = {

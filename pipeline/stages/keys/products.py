@@ -25,11 +25,11 @@ FEM = ("numpy", "scipy", "scikit-fem")
 LIBRARIES = {
     **dict.fromkeys(("modes", "morph", "sensitivity", "nodal", "cyclic", "wheel"), FEM),
     "mesh": ("gmsh", "meshio", "numpy"),
-    "solve": ("numpy", "scipy", "numba"),
+    "solve": ("numpy", "scipy"),
     "plot": ("pyvista", "matplotlib"),
-    "measurement": ("numpy", "scipy", "numba", "gmsh"),
+    "measurement": ("numpy", "scipy", "gmsh"),
     "report": (),
-    **dict.fromkeys(("field", "poses", "posegrid"), ("numpy", "scipy", "numba")),
+    **dict.fromkeys(("field", "poses", "posegrid"), ("numpy", "scipy")),
 }
 SHAPING = ("mesh", "material", "interface", "supports", "point_mass")
 """Inputs of modes on which full FE depends too."""

@@ -43,7 +43,7 @@ ROOTS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Where the code of each stage begins; `module:name` is one function, of a module that serves several stages."""
 OUTSIDE = ("modaldb", "pipeline.errors", "pipeline.files", "pipeline.process", "pipeline.plots", "pipeline.stages",
-           "solver.errors", "solver.kernel_cache", "solver.source_state", "solver.warm_up")  # fmt: skip
+           "solver.errors", "solver.source_state")  # fmt: skip
 """Rooms that shape no number: they keep, order, draw, time or report. They count where they are roots."""
 INSIDE = ("modaldb.records",)
 """Rooms within those that do."""

@@ -34,7 +34,6 @@ NOTES: Mapping[str, Note] = {
     "step error": Note(estimates.step, "solve"),
     "basis error": Note(estimates.basis, "solve"),
     "mesh error": Note(estimates.mesh, "solve"),
-    "machine code": Note(run.machine_code, "solve"),
     "reused modes": Note(scene.reused_modes, "morph"),
     "coarse meshes": Note(frequencies.coarse, "mesh"),
     "parted modes": Note(frequencies.parted, "mesh"),

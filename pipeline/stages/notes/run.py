@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from gudgeon.modaldb.records.trajectory import NOTES
 from gudgeon.pipeline.stages.notes.facts import Facts
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED
-from gudgeon.solver.kernel_cache import uncached_note
 
 DRIFT = 1e-3
 """Energy drift above which a run gives a note."""
@@ -86,9 +85,3 @@ def solver(facts: Facts) -> Iterator[str]:
     """Yield the notes that the solver itself gives."""
     for name in NOTES:
         yield from str(facts.summary["counts"].get(name, "")).splitlines()
-
-
-def machine_code(facts: Facts) -> Iterator[str]:
-    """Yield a note where no folder keeps the compiled time loops."""
-    if (note := uncached_note()) is not None:
-        yield note

@@ -3,12 +3,9 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
-
-from gudgeon.pipeline.cli.lean import SETTINGS
 
 LOAD = "from gudgeon.pipeline.cli.lean import load_lean; load_lean(); load_lean()\n"
 SHOW = """
@@ -79,32 +76,6 @@ def test_splines_leave_optimisation_until_it_is_used(use: str) -> None:
     assert not lean[0]
     assert lean[1:] == whole[1:]
     assert lean[2]
-
-
-NUMBA = """
-import json, sys
-import numba
-before = "yaml" in sys.modules
-import yaml
-print(json.dumps([before, numba.config.COLOR_SCHEME, yaml.safe_load("1")]))
-"""
-
-
-@pytest.mark.parametrize(
-    ("lean", "settings", "expected"),
-    [
-        (True, "", [False, "no_color", 1]),
-        (False, "", [True, "no_color", 1]),
-        (True, "color_scheme: dark_bg", [True, "dark_bg", 1]),
-    ],
-)
-def test_numba_reads_settings_where_there_are_any(
-    lean: bool, settings: str, expected: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    if settings:
-        (tmp_path / SETTINGS).write_text(settings)
-    assert shown((LOAD if lean else "") + NUMBA) == expected
 
 
 def test_pydantic_looks_for_no_plugins() -> None:

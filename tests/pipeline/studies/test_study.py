@@ -145,14 +145,6 @@ def test_shared_meshes_and_modes_are_steps_before_their_designs(tmp_path: Path) 
     assert [step.task.stages[-1] for step in steps if not step.designs] == ["mesh", "modes", "morph", "morph"]
 
 
-def test_one_design_compiles_the_time_loop(tmp_path: Path) -> None:
-    job = open_job(write_rod(tmp_path), db=tmp_path / "db", out=tmp_path / "out")
-    source = Source(job.name, str(job.path), json.dumps(job.tables), str(tmp_path / "db"), version_key())
-    stages = ("mesh", "modes", "morph", "solve")
-    alone = planned(source, stages, [VELOCITY], [(1.0,), (2.0,), (3.0,)], compiles=True)
-    assert [sorted(step.after) for step in alone] == [[], [0], [0, 1], [0, 1, 2], [0, 1, 2, 3], [0, 1, 2, 3]]
-
-
 def test_components_that_groups_share_have_one_maker(tmp_path: Path) -> None:
     scene = cases.write_rod(tmp_path)
     scene.write_text(

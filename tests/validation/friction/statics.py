@@ -6,7 +6,6 @@ Caps are halves, whose forces and compliance are turned into those of whole ones
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from scipy import linalg, optimize
 
 from gudgeon.solver.simulation import Steps
@@ -19,8 +18,8 @@ LARGEST = GIVEN["oscillation_amplitude_over_muP"] * MU * LOAD
 """Of the shear in a cycle [N]."""
 STEPS = 12
 """Of a quarter of a cycle."""
-CLOSE, SWEEPS = 1e-7, 20_000
-"""Change of a sweep over the largest limit at which sweeps end, and how many there are at most."""
+CLOSE, STEPS_OF_NEWTON = 1e-9, 200
+"""Residual over the largest limit at which Newton's method ends, and how many steps it has at most."""
 
 
 def compliance(steps: Steps) -> np.ndarray:
@@ -53,24 +52,42 @@ def normal_forces(normal: np.ndarray, gap: np.ndarray) -> np.ndarray:
     return forces(float(optimize.brentq(lambda one: forces(one).sum() - LOAD, 0.5 * size, 2 * size, rtol=1e-9)))
 
 
-@njit(cache=False)
-def hold(flexibility, measure, force, limit, reach):  # type: ignore[no-untyped-def]
-    """Find friction (c, 2) [N] that holds points within limits (c,) [N], by sweeps; `measure` is their slip [m]."""
-    for _sweep in range(SWEEPS):
-        worst = 0.0
-        for i in range(len(limit)):
-            old = force[i].copy()
-            force[i] -= measure[i] / reach[i]
-            size = np.sqrt(force[i, 0] ** 2 + force[i, 1] ** 2)
-            if size > limit[i]:
-                force[i] *= limit[i] / size
-            for a in range(2):
-                step = force[i, a] - old[a]
-                if step != 0.0:
-                    worst = max(worst, abs(step))
-                    measure += step * flexibility[i, a]
-        if worst < CLOSE * limit.max():
+def hold(flexibility: np.ndarray, measure: np.ndarray, force: np.ndarray, limit: np.ndarray, reach: np.ndarray) -> bool:
+    """Find friction (c, 2) [N] that holds points within limits (c,) [N]; `measure` is their slip [m]; both change.
+
+    F = P(F − s / reach), P the projection on a point's disc, by semismooth steps of Newton's method (Alart & Curnier
+    1991); a step that does not reduce the residual is halved.
+    """
+    c, matrix = len(limit), flexibility.reshape(2 * len(limit), -1)
+
+    def residual(forces: np.ndarray, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        trial = forces - slip / reach[:, None]
+        size = np.maximum(np.linalg.norm(trial, axis=1), 1e-300)
+        scale = np.minimum(1.0, limit / size)
+        return forces - scale[:, None] * trial, trial / size[:, None], scale
+
+    error, direction, scale = residual(force, measure)
+    for _ in range(STEPS_OF_NEWTON):
+        worst = float(np.linalg.norm(error))
+        if np.abs(error).max() < CLOSE * limit.max():
             return True
+        # ∂P is the unit matrix within a disc, and scale (1 − d dᵀ) beyond it.
+        projection = np.eye(2) - np.where(scale < 1.0, 1.0, 0.0)[:, None, None] * np.einsum(
+            "ia,ib->iab", direction, direction
+        )
+        projection *= scale[:, None, None]
+        tangent = np.zeros((c, 2, c, 2))
+        tangent[np.arange(c), :, np.arange(c), :] = np.eye(2) - projection
+        tangent += np.einsum("iab,ibjd->iajd", projection / reach[:, None, None], matrix.reshape(c, 2, c, 2))
+        step = -np.linalg.solve(tangent.reshape(2 * c, 2 * c), error.reshape(-1))
+        moved, share = matrix @ step, 1.0
+        for _halving in range(12):
+            forces, slip = force + share * step.reshape(c, 2), measure + share * moved.reshape(c, 2)
+            error, direction, scale = residual(forces, slip)
+            if np.linalg.norm(error) < worst:
+                break
+            share *= 0.5
+        force[:], measure[:] = forces, slip
     return False
 
 
