@@ -34,7 +34,7 @@ WIDEST = 6
 """Positional arguments of a function."""
 BRANCH_CAP = 15
 """McCabe's number of a function: 1 and its branches, boolean operators and comprehensions with their conditions."""
-BRANCHED = 21
+BRANCHED = 19
 """How many functions of the product are above it. The number only falls: who simplifies one lowers it."""
 LIBRARY_CALLS = {"pardiso", "rotate", "revolve"}
 """Functions of libraries that bear the name of one of ours."""
@@ -46,8 +46,8 @@ APPLICATIONS = tuple(f"pipeline.applications.{name}" for name in ("electrostatic
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("modaldb", "solver.source_state"),
     ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.capabilities",
-     "solver.kernel_cache", "solver.machine"),
-    ("pipeline.files", "pipeline.process", "pipeline.linalg", "solver.compiled", "solver.core", "solver.vectors"),
+     "solver.machine"),
+    ("pipeline.files", "pipeline.process", "pipeline.linalg", "solver.core", "solver.vectors"),
     ("pipeline.geometry", "solver.forces", "solver.laws", "solver.methods", "solver.obstacles", "solver.registry"),
     ("solver.joints",),
     ("solver.scene",),
@@ -59,7 +59,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("solver.results",),
     ("solver.accuracy", "solver.checks"),
     ("solver.simulate",),
-    ("solver.warm_up", "solver.simulation"),
+    ("solver.simulation",),
     ("solver",),
     ("pipeline.plots",),
     ("pipeline.stages",),
@@ -83,7 +83,6 @@ IMPORTED_FROM: dict[str, tuple[str, ...]] = {
     "solver.contact": ("pipeline.plots", "pipeline.stages", "pipeline.nodal"),
     "solver.system": ("pipeline.stages.bodies", "pipeline.stages.plan", "pipeline.report.timing",
                       "pipeline.robustness.trial", "pipeline.robustness.reading", "pipeline.robustness.overlap"),
-    "solver.warm_up": ("pipeline.stages.bodies",),
     "solver.simulation": ("pipeline.kinds",),
     "solver.simulate": ("pipeline.stages.bodies", "pipeline.report.timing", "pipeline.robustness.trial"),
     "solver.ports": ("pipeline.stages.plan",),

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from gudgeon.pipeline.cli import main
-from gudgeon.solver.kernel_cache import cache_folder
 from tests.fuzz.out_folders import SCENE
 
 NOBODY = "65534"
@@ -48,17 +47,6 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         path.chmod(0o755 if path.is_dir() else 0o644)
 
 
-@pytest.fixture(scope="module")
-def kernels(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The machine code of the solver where anybody may write: that user has none and would compile it for minutes."""
-    source, folder = cache_folder(), tmp_path_factory.mktemp("machine") / "kernels"
-    assert source is not None
-    shutil.copytree(source, folder)
-    for path in (folder, *folder.rglob("*")):
-        path.chmod(0o777 if path.is_dir() else 0o666)
-    return folder
-
-
 @pytest.mark.parametrize(
     ("command", "code", "expected"),
     [
@@ -71,14 +59,13 @@ def kernels(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
-def test_what_a_reader_may_do(command: list[str], code: int, expected: str, place: Path, kernels: Path) -> None:
+def test_what_a_reader_may_do(command: list[str], code: int, expected: str, place: Path) -> None:
     name, *rest = command
     before = {path: path.stat().st_mtime_ns for path in place.rglob("*")}
     child = subprocess.run(
         [*as_nobody(), sys.executable, "-m", "gudgeon.pipeline", name, "ball", *rest, "--db", "db", "--out", "out"],
         cwd=place, capture_output=True, text=True,
-        env={**os.environ, "HOME": "/nonexistent", "PYTHONDONTWRITEBYTECODE": "1",
-             "NUMBA_CACHE_DIR": str(kernels)},
+        env={**os.environ, "HOME": "/nonexistent", "PYTHONDONTWRITEBYTECODE": "1"},
     )  # fmt: skip
     lines = [line for line in child.stderr.splitlines() if not line.endswith(" …")]
     assert child.returncode == code, child.stderr

@@ -5,7 +5,6 @@ import numpy as np
 from gudgeon.solver import core
 from gudgeon.solver.contact.compliance import coupled
 from gudgeon.solver.contact.lcp import empty_set
-from gudgeon.solver.contact.weights import weigh
 from gudgeon.solver.forces.fields.co_energy import basis_shape
 from gudgeon.solver.integrators.general.arrays import SLIPS, Constants, Problem, State
 from gudgeon.solver.integrators.general.slides import Slides
@@ -150,8 +149,10 @@ def _slides(system: System, ports: Ports) -> Slides:
             along = sign * body.rigid_rows(centre, surface.direction[None])[0]
             slides.row[i, start : start + body.rigid_count] += along
         slides.sigma[:, i] = slides.row[i] @ system.position
-        positions = (slides.height[span], float(slides.sigma[0, i]), slides.start[span])
-        chart = (float(surface.chart[0]), float(surface.chart[1]), surface.counts[1] - 4.0)
-        weigh(positions, chart, width, slides.corner[0, span], slides.along[0, :, span])
+        core.weigh(
+            slides.height[span], float(slides.sigma[0, i]), slides.start[span],
+            np.array([*surface.chart, surface.counts[1] - 4.0]), width, slides.corner[0, span],
+            [slides.along[0, b, span] for b in range(4)],
+        )  # fmt: skip
     slides.corner[1], slides.along[1] = slides.corner[0], slides.along[0]
     return slides

@@ -8,7 +8,6 @@ from scipy.optimize import nnls
 from gudgeon.pipeline.nodal.points import contact
 from gudgeon.pipeline.nodal.problem import PointContact
 from gudgeon.solver import core
-from gudgeon.solver.laws.force import law_energy, law_force
 
 H = 1e-6
 """Step [s]."""
@@ -59,7 +58,7 @@ def test_points_that_take_no_part_have_no_force() -> None:
 def test_mean_force_is_that_over_the_depths_of_the_step(exponent: float, before: float, after: float) -> None:
     law = np.array([1e10, exponent, 0.0, 0.0])
     mean, slope = core.points.elastic_mean(law, before, after)
-    share = quad(lambda s: law_force(law, before + s * (after - before), 0.0, 1.0)[0], 0, 1, epsrel=1e-12, points=[
+    share = quad(lambda s: core.law_force(law, before + s * (after - before), 0.0, 1.0)[0], 0, 1, epsrel=1e-12, points=[
         min(max(before / (before - after), 0), 1) if before != after else 0.5])[0]  # fmt: skip
     assert mean == pytest.approx(share, rel=1e-9)
     nudge = 1e-4 * (abs(after) + abs(before))
@@ -78,7 +77,7 @@ def test_an_elastic_law_takes_from_motion_what_it_stores() -> None:
         np.testing.assert_allclose(now.depth, -(free + now.W @ now.force), atol=1e-18)
         assert now.force @ (now.depth - old) == pytest.approx(now.balance[1] - stored, rel=1e-10, abs=1e-20)
         assert now.balance[1] == pytest.approx(
-            sum(law_energy(law, d) for law, d in zip(now.law, now.depth, strict=True))
+            sum(core.law_energy(law, d) for law, d in zip(now.law, now.depth, strict=True))
         )
     assert now.balance[0] < 1e-12 * now.balance[1] + 1e-18
 
