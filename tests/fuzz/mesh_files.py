@@ -17,6 +17,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import PipelineError
 from gudgeon.pipeline.geometry.mesh_file import MeshFile
+from tests.fuzz.forking import forked_calls
 from tests.fuzz.mutation import garbled
 from tests.fuzz.scenes import Bad, Slow, limited
 
@@ -88,7 +89,7 @@ def bounded() -> Iterator[None]:
 def main(count: int, seed: int) -> Counter[str]:
     """Try mutated mesh files and return how often each outcome came, bad ones among them."""
     ends, bad = Counter[str](), 0
-    with tempfile.TemporaryDirectory() as scratch, bounded():
+    with tempfile.TemporaryDirectory() as scratch, bounded(), forked_calls():
         files = sound_files(Path(scratch))
         for case in range(count):
             rng = random.Random(f"{seed} {case}")

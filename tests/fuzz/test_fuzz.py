@@ -20,7 +20,10 @@ from tests.fuzz.scenes import Bad
 SEED = 20_261_122
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if name != "run_kills"])
+FORKING = ("mesh_files", "run_kills")
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in FORKING])
 def test_briefly(name: str) -> None:
     fuzzer = import_module(f"tests.fuzz.{name}")
     outcomes = fuzzer.main(fuzzer.BRIEF, SEED)
@@ -32,10 +35,12 @@ def test_runs() -> None:
     assert scenes.main(2, SEED, share=1.0)["bad"] == 0
 
 
-def test_run_kills() -> None:
-    """In a process of its own, which forks."""
-    call = f"one.main({run_kills.BRIEF}, {SEED}, 0.0)['bad']"
-    code = f"import sys; from tests.fuzz import run_kills as one; sys.exit({call})"
+@pytest.mark.parametrize(
+    "call", [f"mesh_files.main({mesh_files.BRIEF}, {SEED})", f"run_kills.main({run_kills.BRIEF}, {SEED}, 0.0)"]
+)
+def test_those_that_fork(call: str) -> None:
+    """In a process of its own."""
+    code = f"import sys; from tests.fuzz import mesh_files, run_kills; sys.exit({call}['bad'])"
     child = subprocess.run(
         [sys.executable, "-c", code],
         cwd=Path(__file__).parents[2], capture_output=True, text=True,

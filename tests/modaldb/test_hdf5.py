@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.format import hdf5
+from gudgeon.modaldb.format.seal import verify_open
 from gudgeon.modaldb.format.source import FileSource
 from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
 from gudgeon.modaldb.records.mesh import Surface
@@ -256,13 +258,16 @@ def test_verify_tells_the_kind(tmp_path: Path) -> None:
 
 
 def test_every_flipped_byte_is_noticed(tmp_path: Path) -> None:
-    sound = written(tmp_path / "r.h5", "nodal", nodal()).read_bytes()
-    path, missed = tmp_path / "flipped.h5", []
-    for offset in range(len(sound)):
-        path.write_bytes(sound[:offset] + bytes([sound[offset] ^ 1]) + sound[offset + 1 :])
-        with contextlib.suppress(RecordDamaged):
-            verify_record(path)
-            missed.append(offset)
+    path, missed = written(tmp_path / "flipped.h5", "nodal", nodal()), []
+    sound = path.read_bytes()
+    with path.open("r+b", buffering=0) as file:
+        for offset, byte in enumerate(sound):
+            os.pwrite(file.fileno(), bytes([byte ^ 1]), offset)
+            with contextlib.suppress(RecordDamaged):
+                verify_open(file.fileno(), path)
+                missed.append(offset)
+            os.pwrite(file.fileno(), bytes([byte]), offset)
+        verify_open(file.fileno(), path)
     assert missed == [], f"{len(missed)} of {len(sound)} bytes can change unnoticed, the first at {missed[:1]}"
 
 
