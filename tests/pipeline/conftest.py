@@ -1,4 +1,7 @@
-"""A skirt small enough for tests, and its model, made once."""
+"""A skirt small enough for tests, and its model, made once; records that tests share."""
+
+import os
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from gudgeon.pipeline.geometry.shapes.skirt import Skirt
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.supports import Support
 from tests.pipeline.blocks import EDGES
+from tests.pipeline.shared import sharing
 
 ALUMINIUM = Material(E=72e9, nu=0.33, rho=2700.0)
 
@@ -36,3 +40,16 @@ def hinge() -> FEModel:
     foot = cells.reshape(2, 10)[:1, [0, 1, 2, 4, 5, 6]]
     mesh = MeshRecord(nodes, cells.reshape(2, 10), "tetra10", {"foot": Surface(foot, {})})
     return hold(assemble_solid(mesh, Material(E=210e9, nu=0.3, rho=7850.0), None), [Support(surface="foot")], "here")
+
+
+@pytest.fixture
+def shared_records(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Share meshes, modes and fields with other tests of this session, of all workers; see `tests.pipeline.shared`."""
+    if "monkeypatch" in request.fixturenames:
+        yield
+        return
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "shared"
+    folder.mkdir(exist_ok=True)
+    with sharing(folder):
+        yield

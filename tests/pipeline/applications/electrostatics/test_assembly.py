@@ -12,6 +12,8 @@ from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.solver.forces.fields.pose_field import PoseField
 from tests.scenes import scene_path
 
+pytestmark = pytest.mark.validation
+
 SCENE = scene_path("mems-assembly")
 LIFTED, CARRIED, RELEASED = 25e-6, 60e-6, 115e-6
 """Ends of parts of the path [s]."""

@@ -26,6 +26,12 @@ RESTS = "new Promise((done) => { const { frames } = feel; setTimeout(() => done(
 """Whether a page draws nothing for a while."""
 
 
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as found:
+        yield found
+
+
 @pytest.fixture
 def url(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     """A tool between plates, whose loop and server run in threads. Poses may be late: the machine may be busy."""
@@ -59,9 +65,8 @@ def url(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
         thread.join(10)
 
 
-def test_a_drag_moves_the_tool_and_shows_its_force(url: str) -> None:
-    with chromium() as browser:
-        page = browser.new_page(viewport={"width": 1000, "height": 600})
+def test_a_drag_moves_the_tool_and_shows_its_force(url: str, browser: Any) -> None:
+    with browser.new_page(viewport={"width": 1000, "height": 600}) as page:
         wrong: list[str] = []
         page.on("pageerror", lambda error: wrong.append(str(error)))
         page.goto(url)
@@ -81,7 +86,7 @@ def test_a_drag_moves_the_tool_and_shows_its_force(url: str) -> None:
         assert wrong == []
 
 
-def test_the_guard_of_the_page_is_that_of_a_device(url: str) -> None:
+def test_the_guard_of_the_page_is_that_of_a_device(url: str, browser: Any) -> None:
     """The same wrenches for the same poses and models, above the start and below it, to round-off."""
     device = Scripted(wander, rate=250.0, delay=0.002)
     models: list[Model] = []
@@ -99,8 +104,7 @@ def test_the_guard_of_the_page_is_that_of_a_device(url: str) -> None:
     felt("repelled", device, 1e6, 1.1)
     frames = dict((at, model.as_json()) for at, model in taken)
     steps = [{"pose": pose.tolist(), "model": frames.get(at)} for at, (_, pose, _, _) in enumerate(device.history)]
-    with chromium() as browser:
-        page = browser.new_page()
+    with browser.new_page() as page:
         page.goto(url)
         got = page.evaluate(
             """async ({ steps, rate, force, mass }) => {
@@ -120,9 +124,8 @@ def test_the_guard_of_the_page_is_that_of_a_device(url: str) -> None:
     assert np.array(got) == pytest.approx(expected, rel=1e-9, abs=1e-12 * np.abs(expected).max())
 
 
-def test_a_page_takes_over_where_the_one_before_has_left_the_handle(url: str) -> None:
-    with chromium() as browser:
-        page = browser.new_page()
+def test_a_page_takes_over_where_the_one_before_has_left_the_handle(url: str, browser: Any) -> None:
+    with browser.new_page() as page:
         page.goto(url)
         page.wait_for_selector("#state.live", timeout=30_000)
         page.evaluate("feel.pose[2] = -0.004")
@@ -134,9 +137,9 @@ def test_a_page_takes_over_where_the_one_before_has_left_the_handle(url: str) ->
         assert page.evaluate("feel.guard.work") == pytest.approx(work)
 
 
-def test_a_second_page_takes_the_handle_and_the_first_does_not_come_back(url: str) -> None:
-    with chromium() as browser:
-        first, second = (browser.new_page(viewport={"width": 400, "height": 300}) for _ in range(2))
+def test_a_second_page_takes_the_handle_and_the_first_does_not_come_back(url: str, browser: Any) -> None:
+    small = {"width": 400, "height": 300}
+    with browser.new_page(viewport=small) as first, browser.new_page(viewport=small) as second:
         first.goto(url)
         first.wait_for_selector("#state.live", timeout=30_000)
         second.goto(url)
