@@ -1,5 +1,6 @@
 """Scenes that run in a second or two: a skirt at its bore, a rod on a wall, a piston without elasticity."""
 
+import shutil
 from pathlib import Path
 
 from gudgeon.pipeline.kinds import open_job
@@ -76,7 +77,8 @@ frames = {frames}
 """
 
 
-PISTON = Path(__file__).resolve().parents[2] / "data/piston"
+DATA = Path(__file__).resolve().parents[2] / "data"
+PISTON, PULL_IN = DATA / "piston", DATA / "pull-in"
 
 
 def rigid_piston(folder: Path) -> Job:
@@ -92,6 +94,14 @@ def rigid_piston(folder: Path) -> Job:
     job = open_job(PISTON, set=coarse, db=folder / "db", out=folder / "out")
     run_job(job, "morph")
     return job
+
+
+def pull_in(folder: Path, strips: int, corner_divisions: int) -> Path:
+    """Write `data/pull-in` with fewer panels into a folder and return its scene; as shipped its grid takes a minute."""
+    shutil.copytree(PULL_IN, folder, dirs_exist_ok=True)
+    with (folder / "field.toml").open("a") as file:
+        file.write(f"\n[panels]\nstrips = {strips}\ncorner_divisions = {corner_divisions}\n")
+    return folder / "scene.toml"
 
 
 def block_on_floor() -> str:

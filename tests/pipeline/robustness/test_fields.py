@@ -9,7 +9,7 @@ from gudgeon.pipeline.applications.electrostatics.assessment import robustness
 from gudgeon.pipeline.robustness.subject import Subject
 from gudgeon.pipeline.robustness.trial import Trial
 from tests.pipeline.robustness.test_settings import verdicts
-from tests.scenes import scene_path
+from tests.pipeline.small import pull_in
 
 PLATE = """
 [component.plate.geometry]
@@ -55,7 +55,7 @@ def test_a_field_is_the_same_in_other_units_and_turned(tmp_path: Path) -> None:
 
 def test_a_field_on_a_grid_is_the_same_in_other_units_and_turned(tmp_path: Path) -> None:
     """Two plates whose force is a spline over poses; without a voltage the plate stays on its spring."""
-    rows = verdicts(scene_path("pull-in"), "units,turned,field", tmp_path)
+    rows = verdicts(pull_in(tmp_path / "scene", 1, 0), "units,turned,field", tmp_path)
     applied = {name: row for name, row in rows.items() if row["verdict"] != "does not apply"}
     assert {"mm-t-s", "lengths 1e-6", "lengths 1e3", "voltage 1e-9", "voltage 0"} <= set(applied)
     assert {row["verdict"] for row in applied.values()} == {"right"}, applied
