@@ -1,4 +1,4 @@
-"""Capabilities of the integrators, without their compiled code, so that a scene is checked without a compiler.
+"""Capabilities of the integrators, without their loops, so that a scene is checked without loading the core.
 
 A new member is a class and a line here, a name in `Run.integrator`, and a folder of that name in `integrators`, whose
 `integrator.py` has the class that inherits it and integrates.

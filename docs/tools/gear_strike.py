@@ -51,7 +51,7 @@ def main() -> int:
         run_job(job, "morph")
         modes = time.process_time() - begun
         system = system_of(job)
-        simulate(system)  # Machine code is loaded once.
+        simulate(system)  # Modules are loaded once.
         begun = time.process_time()
         found = simulate(system)
         columns = [(f"{MODES} modes and R", time.process_time() - begun, found.quantities)]

@@ -39,7 +39,7 @@ def logged(task: Task) -> Row:
 
 
 def costs_of(update: str, places: dict[str, Path]) -> list[dict[str, float]]:
-    """Return the CPU seconds of each stage of designs, without loading and compiling.
+    """Return the CPU seconds of each stage of designs, without loading modules.
 
     Args:
         update: `reuse` keeps their modes, `recompute` computes them again.

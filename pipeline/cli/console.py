@@ -34,7 +34,7 @@ class Console:
         restarted = stage != self._shown or share < self._last
         if restarted:
             self._started = clock
-        # What comes before the first share, such as compiling, says nothing about the rest.
+        # What comes before the first share, such as loading modules, says nothing about the rest.
         if restarted or self._last == 0.0:
             self._begin, self._first = clock, share
             if stage != self._shown and share < 1.0:

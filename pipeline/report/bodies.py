@@ -35,7 +35,7 @@ PATIENCE = 20.0
 FINER = 6.0
 """CPU time of the finer runs of a setting together, over that of its own run."""
 TIMING = (
-    "CPU time of the solution alone on one thread, least of {repeat} runs after a warm-up run, which loads and compiles"
+    "CPU time of the solution alone on one thread, least of {repeat} runs after a warm-up run, which loads modules"
     " and ends after {warm_up:.0f} s of CPU time; after {long:.0f} s there are at most two runs. Timed runs are"
     " sequential. With --jobs, only the finer reference runs are parallel; they follow the timed runs and are not"
     " timed. Cold: the stage with an empty database; warm: with all records present. Full-FE runs: CPU time of all"

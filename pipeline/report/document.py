@@ -139,7 +139,7 @@ class Cost:
     integration: float | None = None
     """The time loop alone, of full FE without assembly and factorisation [s]."""
     database: float | None = None
-    """With reading and compiling, or with assembly and factorisation; mesh and modes are in the database [s]."""
+    """With reading records and compiling the scene, or assembly and factors; mesh and modes are in the database [s]."""
     first: float | None = None
     """With mesh, modes, residual flexibility and all else [s]."""
     ten: float | None = None

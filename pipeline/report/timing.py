@@ -1,7 +1,7 @@
 """Timed runs of a report, and its untimed reference runs; both are kept in the database and not repeated.
 
-Timed runs are sequential, after a warm-up run that loads libraries and compiles loops; the least CPU time of the
-repeats counts. Reference runs are not timed and may be parallel.
+Timed runs are sequential, after a warm-up run that loads libraries; the least CPU time of the repeats counts. Reference
+runs are not timed and may be parallel.
 """
 
 import contextlib
@@ -36,7 +36,7 @@ from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System
 
 WARM_UP = 5.0
-"""CPU time of the warm-up run, which loads and compiles [s]."""
+"""CPU time of the warm-up run, which loads libraries [s]."""
 LONG = 60.0
 """Wall time of the repeats after which a run is not repeated again [s]."""
 Parts = dict[str, Seconds]

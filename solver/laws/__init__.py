@@ -1,6 +1,6 @@
 """Laws of a compliant contact: force over indentation and its rate.
 
-Every law comes down to four coefficients of one formula; one compiled function (`solver.laws.force`) serves all:
+Every law comes down to four coefficients of one formula; one function (`solver/core/laws/power.hpp`) serves all:
 
     F = max(0, K dⁿ (1 + χ ḋ/v⁻) + c ḋ)   for d > 0,   0 otherwise
 

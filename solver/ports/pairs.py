@@ -31,7 +31,7 @@ class Pairs:
 
     @cached_property
     def pattern(self) -> Pattern:
-        """The same for compiled loops."""
+        """Ports to which each group couples, as runs that the core reads."""
         at, group = np.zeros((2, self.groups[-1].stop if self.groups else 0), np.int64)
         runs, span, used = list[list[int]](), list[list[int]](), 0
         for number, own in enumerate(self.groups):

@@ -249,7 +249,7 @@ class Scene(Strict):
 
     @property
     def loop(self) -> str:
-        """Name of the compiled loop that runs it: that of its integrator, or `general`."""
+        """Name of the time loop that runs it: that of its integrator, or `general`."""
         return "general" if self.integrator == "implicit" and self.general else self.integrator
 
     @property

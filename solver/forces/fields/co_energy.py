@@ -1,4 +1,4 @@
-"""Co-energies of charged conductors over the pose of a body, for compiled functions.
+"""Co-energies of charged conductors over the pose of a body, as arrays that the core reads.
 
 At given potentials V of some conductors and given charges Q of the others, which float,
 

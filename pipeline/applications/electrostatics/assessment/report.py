@@ -78,7 +78,7 @@ def _levels(job: FieldJob, repeat: int, progress: Progress) -> tuple[list[Level]
     for n, factor in enumerate(FACTORS):
         progress(f"mesh {n + 1} of {len(FACTORS)}", n / len(FACTORS))
         try:
-            # What is compiled on first use does not count.
+            # What is loaded on first use does not count.
             solved = level(job, factor, repeat if levels else repeat + 1, progress)
         except InputError as error:
             if factor == 1.0:
