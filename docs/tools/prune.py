@@ -19,7 +19,7 @@ MKL = (
 )  # fmt: skip
 """What the names of libraries in `lib` begin with that MKL's solver of sparse systems does without."""
 TESTED = (
-    "h5py", "matplotlib", "mpl_toolkits", "numpy", "pandas", "pyarrow", "pyyeti", "scipy",
+    "h5py", "matplotlib", "mpl_toolkits", "numpy", "pandas", "pyarrow", "scipy",
     "xarray",
 )  # fmt: skip
 """Packages of which no module outside a folder `tests` imports one inside at its own import."""
