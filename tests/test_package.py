@@ -80,17 +80,24 @@ def test_it_stands_beside_a_users_own_files(tmp_path: Path) -> None:
     assert states == {"mesh": "fresh", "modes": "fresh", "morph": "fresh", "solve": "fresh", "plot": "stale"}
 
 
+BUILD = """
+from scikit_build_core.setuptools import build_meta
+print(build_meta.build_wheel(".", {"cmake.define.GUDGEON_PREBUILT": "ON"}))
+"""
+
+
 def test_wheel_carries_the_package_and_its_scenes(tmp_path: Path) -> None:
     for name in ("modaldb", "pipeline", "solver", "data"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, tmp_path / name)
-    name = python("from setuptools import build_meta; print(build_meta.build_wheel('.'))", tmp_path).splitlines()[-1]
+    name = python(BUILD, tmp_path).splitlines()[-1]
     held = set(zipfile.ZipFile(tmp_path / name).namelist())
     assert {"gudgeon/__init__.py", "gudgeon/py.typed"} <= held
     assert {f"gudgeon/pipeline/report/page/page.{ending}" for ending in ("css", "html", "js")} <= held
     files = "index.html page.js view.js charts.js study-view.js tree.js page.css vendor/three.core.js vendor/LICENSE"
     assert {f"gudgeon/pipeline/service/page/{name}" for name in files.split()} <= held
+    assert [file for file in held if file.startswith("gudgeon/solver/core/_baseline.")]
     scenes = {f"gudgeon/examples/{path.relative_to(ROOT / 'data').as_posix()}" for path in ROOT.glob("data/*/*.toml")}
     assert scenes <= held
     assert not [file for file in held if file.startswith(("pipeline/", "solver/", "modaldb/", "gudgeon/tests"))]

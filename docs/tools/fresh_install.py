@@ -31,7 +31,7 @@ def wheel(folder: Path) -> Path:
             shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
         else:
             shutil.copy(ROOT / name, folder / name)
-    code = "from setuptools import build_meta; print(build_meta.build_wheel('.'))"
+    code = "from scikit_build_core.setuptools import build_meta; print(build_meta.build_wheel('.'))"
     child = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True)
     return folder / child.stdout.splitlines()[-1]
 

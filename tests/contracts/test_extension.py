@@ -175,7 +175,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict]:
     paths = os.pathsep.join([str(folder), str(ROOT)])
     child = subprocess.run(
         [sys.executable, "-c", RUN, str(folder), json.dumps(scenes())], capture_output=True, text=True, check=False,
-        env=os.environ | {"PYTHONPATH": paths, "NUMBA_DISABLE_JIT": "1"}, cwd=folder,
+        env=os.environ | {"PYTHONPATH": paths}, cwd=folder,
     )  # fmt: skip
     assert child.returncode == 0, child.stderr
     return json.loads(child.stdout)
