@@ -6,7 +6,7 @@
 
 namespace gudgeon::small {
 
-constexpr double BORDER = 1e-9;  /* Share by which a force beyond the border of its disc is there by round-off. */
+constexpr double ON_BORDER = 1e-9;  /* Share by which a force beyond the border of its disc is there by round-off. */
 
 /* Whether four ports are of contacts and have no extra mean force. */
 inline bool pushed_alike(const Constants& constants, const State& state, FourPorts four) noexcept {
@@ -123,7 +123,7 @@ inline bool slips_at(const Constants& constants, const State& state, const Probl
     const double rest = constants.friction(i, 0) * state.unknown[i], slip = constants.friction(i, 1) * state.unknown[i];
     const double weight = reach > 0.0 ? 1.0 / reach : 0.0;
     /* A force on the border of its disc by round-off sticks. */
-    return rubbed({rest * (1 + BORDER), slip * (1 + BORDER)}, problem.slipped[i],
+    return rubbed({rest * (1 + ON_BORDER), slip * (1 + ON_BORDER)}, problem.slipped[i],
                   state.unknown[i + 1] - weight * state.measure[i + 1],
                   state.unknown[i + 2] - weight * state.measure[i + 2])
         .slips;
