@@ -62,13 +62,13 @@ def code_digests(root: Path = ROOT, compiled: str | None = None) -> Mapping[str,
         root: The folder.
         compiled: Digests of the compiled sources by their paths, as JSON; None: those of the extension in use.
     """
-    compiled = core.module.sources if compiled is None else compiled
+    digests: str = core.module.sources if compiled is None else compiled
 
     def found() -> Mapping[str, str]:
-        modules = Modules(source_texts(root), json.loads(compiled))
+        modules = Modules(source_texts(root), json.loads(digests))
         return {stage: modules.digest(stage) for stage in ROOTS}
 
-    name = f"sources-{hashlib.sha256(compiled.encode()).hexdigest()[:8]}"
+    name = f"sources-{hashlib.sha256(digests.encode()).hexdigest()[:8]}"
     return kept_digests(_cache_folder(), name, ROOTS, found, root)
 
 
