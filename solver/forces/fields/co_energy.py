@@ -24,10 +24,7 @@ HEAD, SIZE, OUT = 21, 8, 8
 """Numbers of a field: whole ones, others; of what is found of it: G, its gradient over six motions, and `LEFT`."""
 LEFT = 7
 """Where it stands, zero or 1 + the axis along which the pose left the grid; 7 of plates that touch."""
-TOUCHED = 7
 DEGREE = 3
-ROUND_OFF = 1e-9
-"""Distance beyond the end of an axis, relative to its length, that is round-off: the end counts."""
 
 
 class CoEnergies(NamedTuple):
