@@ -20,25 +20,6 @@ public:
     const Model& model() const noexcept { return model_; }
     const Work& work() const noexcept { return work_; }
 
-    nb::tuple step(nb::handle course, nb::handle y, double h, nb::handle out) const {
-        const auto taken = gudgeon::read<ExplicitCourse>(course);
-        const CVec start = state_of(y);
-        const Vec end = vector(out);
-        StepResult result;
-        {
-            nb::gil_scoped_release released;
-            result = turning::step(model_, work_, taken, start, h, end);
-        }
-        return nb::make_tuple(result.error, result.residual);
-    }
-
-    void interpolation(nb::handle course, nb::handle y, double h) const {
-        const auto taken = gudgeon::read<ExplicitCourse>(course);
-        const CVec start = state_of(y);
-        nb::gil_scoped_release released;
-        turning::interpolation(model_, work_, taken, start, h);
-    }
-
     void begin(nb::handle y, nb::handle given, nb::handle amounts) const {
         turning::begin(model_, work_, state_of(y), given_of(given), state_of(amounts));
     }
@@ -76,6 +57,39 @@ private:
     Work work_;
 };
 
+class ExplicitTurning {
+public:
+    ExplicitTurning(nb::object model, nb::object work, nb::object course)
+        : turning_(model, work), kept_(course), course_(gudgeon::read<ExplicitCourse>(course)) {}
+
+    nb::tuple step(nb::handle y, double h, nb::handle out, bool project) {
+        const Work& work = turning_.work();
+        const CVec start = state_of(y);
+        const Vec end = vector(out);
+        StepResult result;
+        {
+            nb::gil_scoped_release released;
+            course_.project = project;
+            work.least[0] = 1.0;
+            for (Index i = 0; i < work.field.size(); ++i) work.field(i, co_energy::LEFT) = 0.0;
+            result = turning::step(turning_.model(), work, course_, start, h, end);
+        }
+        return nb::make_tuple(result.error, result.residual, result.finite, work.least[0]);
+    }
+
+    void interpolation(nb::handle y, double h, bool project) {
+        const CVec start = state_of(y);
+        nb::gil_scoped_release released;
+        course_.project = project;
+        turning::interpolation(turning_.model(), turning_.work(), course_, start, h);
+    }
+
+private:
+    Turning turning_;
+    nb::object kept_;
+    ExplicitCourse course_;
+};
+
 class ExponentialTurning {
 public:
     ExponentialTurning(nb::object model, nb::object work, nb::object waves)
@@ -108,11 +122,6 @@ private:
 void bind_turning(nb::module_& m) {
     nb::class_<Turning>(m, "Turning", "Bodies on joints over the arrays of a `Model` and a `Work` tuple.")
         .def(nb::init<nb::object, nb::object>(), nb::arg("model"), nb::arg("work"))
-        .def("step", &Turning::step, nb::arg("course"), nb::arg("y"), nb::arg("h"), nb::arg("out"),
-             "Set the state after an explicit step h [s] from y, whose slope is the first of `Work.slopes`; returns the\n"
-             "estimated error, and the last motion of Newton's method over the size of the scene.")
-        .def("interpolation", &Turning::interpolation, nb::arg("course"), nb::arg("y"), nb::arg("h"),
-             "Set the slopes of the three further stages of an accepted step from y.")
         .def("begin", &Turning::begin, nb::arg("y"), nb::arg("given"), nb::arg("amounts"),
              "Set the first slope of a step, at a state y, with drives (d, 3) and loads (l,).")
         .def("keep_angles", &Turning::keep_angles, nb::arg("y"),
@@ -130,6 +139,15 @@ void bind_turning(nb::module_& m) {
         .def("factor", &Turning::factor, "Factor `Work.matrix`; sets scale, order, begin and rank.")
         .def("solve", &Turning::solve, "Set multipliers of independent rows from `Work.right`.")
         .def("solve_least", &Turning::solve_least, "Set the multipliers of least norm from `Work.right`.");
+    nb::class_<ExplicitTurning>(m, "ExplicitTurning", "Explicit steps of bodies on joints.")
+        .def(nb::init<nb::object, nb::object, nb::object>(), nb::arg("model"), nb::arg("work"), nb::arg("course"),
+             "course: arrays that are read here; what is written to them holds for the steps that follow.")
+        .def("step", &ExplicitTurning::step, nb::arg("y"), nb::arg("h"), nb::arg("out"), nb::arg("project"),
+             "Set the state after a step h [s] from y, whose slope is the first of `Work.slopes`; returns the estimated\n"
+             "error, the last motion of Newton's method over the size of the scene, whether all is finite, and the\n"
+             "least pivot.")
+        .def("interpolation", &ExplicitTurning::interpolation, nb::arg("y"), nb::arg("h"), nb::arg("project"),
+             "Set the slopes of the three further stages of an accepted step from y.");
     nb::class_<ExponentialTurning>(m, "ExponentialTurning", "Exponential steps of bodies without joints.")
         .def(nb::init<nb::object, nb::object, nb::object>(), nb::arg("model"), nb::arg("work"), nb::arg("waves"))
         .def("step", &ExponentialTurning::step, nb::arg("course"), nb::arg("y"), nb::arg("out"),

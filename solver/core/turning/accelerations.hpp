@@ -64,7 +64,7 @@ inline double row_rate(const Model& model, const Work& work, Index i) noexcept {
         const Index b = work.block_owner(i, p);
         if (b == NONE) continue;
         const Index width = 6 + model.elastic(b, 0);
-        total += dot(work.block[i][p].slice(0, width), work.rate[b].slice(0, width));
+        total += row_product(work.block[i][p], work.rate[b], width);
     }
     return total;
 }
@@ -93,17 +93,23 @@ inline void set_free_rates(const Model& model, const Work& work, CVec y) noexcep
     }
 }
 
-/* Set all that the multipliers at a state follow from, and factor S. given: drives (d, 3), amounts: loads (l,). */
-inline void prepare(const Model& model, const Work& work, CVec y, CMat given, CVec amounts, Vec sums) noexcept {
+/* Set all that the multipliers at a state follow from, and factor S. given: drives (d, 3), amounts: loads (l,).
+ * factored: whether S is that of these places as it is. */
+inline void prepare(const Model& model, const Work& work, CVec y, CMat given, CVec amounts, Vec sums,
+                    bool factored = false) noexcept {
     set_poses_at(model, work, y, given);
     set_deflections(work, y);
     set_pressing(model, work, y);
     set_pushes(model, work, amounts, sums);
     set_free_rates(model, work, y);
     if (!model.row_terms.size()) return;
-    set_rows(model, work);
-    set_matrix(model, work);
-    factor(model, work);
+    if (factored) {
+        set_blocks(model, work);
+    } else {
+        set_rows(model, work);
+        set_matrix(model, work);
+        factor(model, work);
+    }
     set_right(model, work, given);
 }
 
@@ -116,7 +122,7 @@ inline void add_multipliers(const Model& model, const Work& work) noexcept {
             const Index b = work.block_owner(i, p);
             if (b == NONE) continue;
             const Index width = 6 + model.elastic(b, 0);
-            add(amount, work.block[i][p].slice(0, width), work.push[b].slice(0, width));
+            add_row(amount, work.block[i][p], work.push[b], width);
         }
     }
 }
@@ -148,11 +154,12 @@ inline void set_rates(const Model& model, const Work& work, CVec y, CMat given, 
     }
 }
 
-/* Set the rates of a state at a time with drives (d, 3) and loads (l,) of that time. */
-inline void rates(const Model& model, const Work& work, CVec y, CMat given, CVec amounts, Vec out) noexcept {
+/* Set the rates of a state at a time with drives (d, 3) and loads (l,) of that time; factored as of `prepare`. */
+inline void rates(const Model& model, const Work& work, CVec y, CMat given, CVec amounts, Vec out,
+                  bool factored = false) noexcept {
     const Vec sums = out.slice(out.size() - SUMS, out.size());
     fill(sums, 0.0);
-    prepare(model, work, y, given, amounts, sums);
+    prepare(model, work, y, given, amounts, sums, factored);
     set_touch_sums(model, work, out);
     if (model.row_terms.size()) solve(work);
     set_rates(model, work, y, given, out);
@@ -178,7 +185,7 @@ inline void gather(const Model& model, const Work& work, Cube rows) noexcept {
             const Index b = work.block_owner(i, p);
             if (b == NONE) continue;
             const Index width = 6 + model.elastic(b, 0);
-            add(work.multiplier[i], rows[i][p].slice(0, width), work.rate[b].slice(0, width));
+            add_row(work.multiplier[i], rows[i][p], work.rate[b], width);
         }
 }
 

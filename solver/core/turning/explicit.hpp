@@ -23,11 +23,12 @@ inline void set_slope(const Model& model, const Work& work, const ExplicitCourse
         const double weight = h * course.table.inner(s, k);
         if (weight != 0.0) add(weight, K[k], stage);
     }
-    if (course.project && model.row_terms.size()) {
+    const bool projected = course.project && model.row_terms.size();
+    if (projected) {
         project_places(model, work, stage, course.given[s]);
         project_speeds(model, work, stage, course.given[s]);
     }
-    rates(model, work, stage, course.given[s], course.amounts[s], K[s]);
+    rates(model, work, stage, course.given[s], course.amounts[s], K[s], projected);
 }
 
 /* Turn differences of spins into those of angular velocity, and of modal momenta into modal rates; poses are set. */
@@ -77,9 +78,10 @@ inline double embedded_error(const Model& model, const Work& work, const Explici
     return largest_weighted(apart, course.weight);
 }
 
-/* The estimated error of a step, and the last motion of Newton's method. */
+/* The estimated error of a step, the last motion of Newton's method, and whether the error and the state are finite. */
 struct StepResult {
     double error, residual;
+    bool finite;
 };
 
 /* Set the state after a step h [s] from y, whose slope is the first of `slopes`. */
@@ -97,12 +99,17 @@ inline StepResult step(const Model& model, const Work& work, const ExplicitCours
         residual = project_places(model, work, out, course.given[MAIN]);
         project_speeds(model, work, out, course.given[MAIN]);
     }
-    rates(model, work, out, course.given[MAIN], course.amounts[MAIN], K[MAIN]);
+    rates(model, work, out, course.given[MAIN], course.amounts[MAIN], K[MAIN], model.row_terms.size() > 0);
     const double fifth = embedded_error(model, work, course, table.fifth, h);
     const double third = embedded_error(model, work, course, table.third, h);
-    if (fifth == 0.0) return {0.0, residual};
-    const double share = third / fifth; /* Squares of either may underflow. */
-    return {fifth / std::sqrt(1.0 + 0.01 * share * share), residual};
+    double error = 0.0;
+    if (fifth != 0.0) {
+        const double share = third / fifth; /* Squares of either may underflow. */
+        error = fifth / std::sqrt(1.0 + 0.01 * share * share);
+    }
+    bool finite = std::isfinite(error);
+    for (Index i = 0; i < out.size(); ++i) finite = finite && std::isfinite(out[i]);
+    return {error, residual, finite};
 }
 
 /* Set the slopes of the three further stages of an accepted step from y. */

@@ -72,13 +72,10 @@ inline void set_rotation(const Model& model, const Work& work, Index t) noexcept
 inline void set_back(const Model& model, const Work& work, Index b) noexcept {
     const Mat Q = work.turn[b], back = work.back[b];
     const CMat I = model.inverse[b];
-    for (Index i = 0; i < 3; ++i)
-        for (Index j = 0; j <= i; ++j) {
-            double total = 0.0;
-            for (Index k = 0; k < 3; ++k)
-                for (Index l = 0; l < 3; ++l) total += Q(i, k) * I(k, l) * Q(j, l);
-            back(i, j) = back(j, i) = total;
-        }
+    for (Index i = 0; i < 3; ++i) {
+        const Vec3 row = rotated_back(I, three(Q[i]));
+        for (Index j = 0; j <= i; ++j) back(i, j) = back(j, i) = dot(row, three(Q[j]));
+    }
 }
 
 /* Set rotation matrices, angular velocities, inverses of the inertia along the scene's axes, and all points; driven
@@ -153,7 +150,7 @@ inline void set_matrix(const Model& model, const Work& work) noexcept {
     for (Index pair = 0; pair < pairs.size(); ++pair) {
         const Index i = pairs(pair, 0), j = pairs(pair, 1), p = pairs(pair, 2), q = pairs(pair, 3);
         const Index width = 6 + model.elastic(work.block_owner(i, p), 0);
-        const double total = dot(work.block[i][p].slice(0, width), work.light[j][q].slice(0, width));
+        const double total = row_product(work.block[i][p], work.light[j][q], width);
         S(i, j) += total;
         if (i != j) S(j, i) += total;
     }

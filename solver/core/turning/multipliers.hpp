@@ -47,7 +47,7 @@ inline bool factor_within(const Model& model, const Work& work) noexcept {
 }
 
 /* Set the scales of rows, alike of those of one joint along axes at right angles, and scale S; false where it is
- * infinite, of bodies far from their joints, where all multipliers become NaN. */
+ * infinite, of bodies far from their joints, where all multipliers become NaN. Its diagonal is left in `spare`. */
 inline bool scale_rows(const Model& model, const Work& work) noexcept {
     const Mat S = work.matrix;
     const Vec scale = work.scale, sums = work.spare[1];
@@ -69,25 +69,48 @@ inline bool scale_rows(const Model& model, const Work& work) noexcept {
         return false;
     }
     for (Index i = 0; i < m; ++i) {
-        for (Index j = 0; j < i; ++j) {
-            S(i, j) /= scale[i] * scale[j];
-            S(j, i) = S(i, j);
-        }
-        S(i, i) /= scale[i] * scale[i];
-        work.left[i] = S(i, i) > 0 ? 1.0 : 0.0;
+        double* row = S[i].data;
+        const double factor = scale[i];
+        SIMD
+        for (Index j = 0; j < m; ++j) row[j] /= factor * scale.data[j];
+        work.left[i] = row[i] > 0 ? 1.0 : 0.0;
+        work.spare(0, i) = row[i];
     }
     return true;
 }
 
-/* Exchange rows k and `best` of the factor of which k columns are set. */
-inline void exchange(const Work& work, Index k, Index best) noexcept {
+/* Exchange rows k and `best` of the factor of which k columns are set, the rows of U. */
+inline void exchange(const Work& work, Mat U, Index k, Index best) noexcept {
     const auto swap = [](auto& a, auto& b) noexcept {
         const auto before = a;
         a = b, b = before;
     };
     swap(work.order[k], work.order[best]);
     swap(work.left[k], work.left[best]);
-    for (Index l = 0; l < k; ++l) swap(work.lower(k, l), work.lower(best, l));
+    swap(work.spare(0, k), work.spare(0, best));
+    for (Index l = 0; l < k; ++l) swap(U(l, k), U(l, best));
+}
+
+/* Set row k of U = L^T behind its pivot, and subtract its squares, over the diagonal of S, from what is left of rows.
+ * Most rows do not couple: of a sum, terms whose factor is zero are left out. */
+inline void set_upper_row(const Work& work, Mat U, Index k, double pivot) noexcept {
+    const Index m = work.order.size();
+    const double *coupling = work.matrix[work.order[k]].data, *diagonal = work.spare[0].data;
+    const Index* order = work.order.data;
+    double *row = U[k].data, *left = work.left.data;
+    for (Index i = k + 1; i < m; ++i) row[i] = coupling[order[i]];
+    for (Index l = 0; l < k; ++l) {
+        const double* above = U[l].data;
+        const double factor = above[k];
+        if (factor == 0.0) continue;
+        SIMD
+        for (Index i = k + 1; i < m; ++i) row[i] -= factor * above[i];
+    }
+    SIMD
+    for (Index i = k + 1; i < m; ++i) {
+        row[i] /= pivot;
+        left[i] = left[i] > 0.0 ? left[i] - row[i] * row[i] / diagonal[i] : left[i];
+    }
 }
 
 /* Factor S by pivots on the diagonal.
@@ -97,10 +120,9 @@ inline void exchange(const Work& work, Index k, Index best) noexcept {
  * the square of the sine of an angle between rows, lowers `least`. Where S is infinite all multipliers become NaN,
  * which ends the step. */
 inline void factor_by_pivots(const Model& model, const Work& work) noexcept {
-    const Mat S = work.matrix, L = work.lower;
-    const Ints order = work.order;
+    const Mat L = work.lower, U = work.small;
     const Vec left = work.left;
-    const Index m = order.size();
+    const Index m = work.order.size();
     if (!scale_rows(model, work)) return;
     Index rank = 0;
     for (Index k = 0; k < m; ++k) {
@@ -110,15 +132,13 @@ inline void factor_by_pivots(const Model& model, const Work& work) noexcept {
         if (!(left[best] > INDEPENDENT)) break;
         ++rank;
         if (left[best] < work.least[0]) work.least[0] = left[best];
-        if (best != k) exchange(work, k, best);
-        const double pivot = std::sqrt(left[k] * S(order[k], order[k]));
-        L(k, k) = pivot;
-        for (Index i = k + 1; i < m; ++i) {
-            const double total = S(order[i], order[k]) - rows_product(L, i, k, 0, k);
-            L(i, k) = total / pivot;
-            if (left[i] > 0.0) left[i] -= L(i, k) * L(i, k) / S(order[i], order[i]);
-        }
+        if (best != k) exchange(work, U, k, best);
+        const double pivot = std::sqrt(left[k] * work.spare(0, k));
+        U(k, k) = pivot;
+        set_upper_row(work, U, k, pivot);
     }
+    for (Index i = 0; i < m; ++i)
+        for (Index k = 0; k < lesser(i + 1, rank); ++k) L(i, k) = U(k, i);
     work.rank[0] = rank;
 }
 
@@ -143,12 +163,12 @@ inline void solve(const Work& work) noexcept {
         y[i] = total / L(i, i);
     }
     for (Index i = 0; i < order.size(); ++i) multiplier[order[i]] = 0.0;
-    for (Index i = rank - 1; i >= 0; --i) {
-        double total = y[i];
-        for (Index k = i + 1; k < lesser(work.end[i], rank); ++k)
-            if (begin[k] <= i) total -= L(k, i) * y[k];
-        y[i] = total / L(i, i);
-        multiplier[order[i]] = y[i] / scale[order[i]];
+    for (Index i = rank - 1; i >= 0; --i) { /* Row by row of L, whose entries follow each other. */
+        const double value = y[i] / L(i, i);
+        multiplier[order[i]] = value / scale[order[i]];
+        const double* row = L[i].data;
+        SIMD
+        for (Index k = begin[i]; k < i; ++k) y.data[k] -= row[k] * value;
     }
 }
 

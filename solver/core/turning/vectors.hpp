@@ -43,6 +43,18 @@ inline Vec3 rotated_back(CMat Q, Vec3 v) noexcept {
             Q(0, 2) * v.x + Q(1, 2) * v.y + Q(2, 2) * v.z};
 }
 
+/* a . b, and y += p x, of `width` numbers of a body: six of one that does not deform. */
+inline double row_product(CVec a, CVec b, Index width) noexcept {
+    if (width == 6) return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
+    return dot(a.slice(0, width), b.slice(0, width));
+}
+inline void add_row(double p, CVec x, Vec y, Index width) noexcept {
+    if (width == 6)
+        for (Index i = 0; i < 6; ++i) y[i] += p * x[i];
+    else
+        add(p, x.slice(0, width), y.slice(0, width));
+}
+
 /* The larger of two numbers, NaN if either is: `larger` may lose it. */
 inline double larger_or_nan(double a, double b) noexcept { return b > a || std::isnan(b) ? b : a; }
 

@@ -66,7 +66,7 @@ class Choice:
         explicit = self.steps is self._methods[0]
         if singular or len(self._sizes) < LOOKS:
             return singular and not explicit
-        mean = float(np.mean(self._sizes))
+        mean = sum(self._sizes) / len(self._sizes)
         if explicit:
             self._explicit = mean
             return self._since >= self._patience and mean * self._highest >= self._methods[1].bound

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gudgeon.solver import core
+from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.integrators.mechanism.arrays import (
     IMPULSE,
     LOST,
@@ -135,3 +136,10 @@ def momentum_error(model: Model, states: np.ndarray, motions: list[Motion], dura
         largest = max(float(sizes.sum(axis=1).max()), float(impulses.max()), scale)
         worst, scale = max(worst, float(missing.max()) / largest if largest > 0 else 0.0), far * largest
     return worst
+
+
+def to_coordinates(body: FlexibleBody) -> np.ndarray:
+    """Return the rows of a body's rigid coordinates over its displacement and rotation, (6, 6)."""
+    momentum = np.zeros((6, 6))
+    momentum[:3, :3], momentum[3:, 3:] = body.morph.mass * np.eye(3), body.morph.inertia
+    return momentum @ body.twists.T

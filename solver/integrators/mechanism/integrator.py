@@ -1,11 +1,11 @@
 """Bodies that turn by any angle, held by joints: explicit or implicit steps with projection."""
 
+import math
 from functools import partial
 
 import numpy as np
 
 from gudgeon.solver import core
-from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.capabilities import Mechanism as Capabilities
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.fields.co_energy import LEFT, left_text, refuse_outside
@@ -22,7 +22,7 @@ from gudgeon.solver.integrators.mechanism.arrays import (
 from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
 from gudgeon.solver.integrators.mechanism.choice import Choice, lack_of
 from gudgeon.solver.integrators.mechanism.constraints.dependence import Dependence
-from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of
+from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, modal_parts, motion_of, to_coordinates
 from gudgeon.solver.integrators.mechanism.exponential.steps import ExponentialSteps, propagates
 from gudgeon.solver.integrators.mechanism.flexible.range import deformed_text
 from gudgeon.solver.integrators.mechanism.histories import Recorder, Sample
@@ -84,7 +84,7 @@ class Mechanism(Capabilities):
         self._size, n = reach_of(self.linkage), len(self.model.mass)
         self._before, self._time, self._state = 0.0, 0.0, self.start.state.copy()
         self._end, self._until, self._jumps = self._state, 0.0, False
-        self._rows = [_to_coordinates(body) for body in system.bodies.values()]
+        self._rows = [to_coordinates(body) for body in system.bodies.values()]
         self._turning = core.Turning(self.model, self.work)
         self._within: Within = lambda x: self._state
         self._methods = self._methods_of(fixed=fixed_step is not None)
@@ -96,7 +96,8 @@ class Mechanism(Capabilities):
         self._vectors = np.zeros((n, 3))
         self._vectors, self._turned_at = self._turned(self._state), 0.0
         self._dependence, self._singular = Dependence(self.model, self.work, self.start.rank), 0
-        self._fastest, self._widest = np.zeros(2), 0.0
+        self._fastest, self._widest = (0.0, 0.0), 0.0
+        self._weight: np.ndarray | None = None
         owners = np.array([s.owner for s in self.linkage.sections])
         tracks = [Track(np.flatnonzero(owners == contact.name)) for contact in system.contacts]
         worn = {i: s.worn for i, s in enumerate(self.linkage.sections) if s.worn is not None}
@@ -315,7 +316,9 @@ class Mechanism(Capabilities):
         if self.touching or len(self.model.bush_rest):
             bushings = motion_of(self.model, self.work, self._state, self._turning).bushings
             self._widest = float(np.linalg.norm(bushings[:, 3:6], axis=1).max(initial=0.0))
-        self._fastest = np.maximum(self._fastest, np.sqrt(squares))
+        speed, turning = (max(most, math.sqrt(s)) for most, s in zip(self._fastest, squares, strict=True))
+        if (speed, turning) != self._fastest:
+            self._fastest, self._weight = (speed, turning), None
 
     def _shares(self) -> np.ndarray:
         """Return what makes up `_weights`: shares that are constant, and over the largest speed, its square and the
@@ -340,9 +343,11 @@ class Mechanism(Capabilities):
 
     def _weights(self) -> np.ndarray:
         """Return what the error of each number is multiplied by, (13 n + SUMS,)."""
-        rate = 1.0 / self._duration
-        speed, spin = max(self._fastest[0], rate * self._size), max(self._fastest[1], rate)
-        return np.array([1.0, 1 / speed, 1 / speed**2, 1 / spin]) @ self._parts
+        if self._weight is None:
+            rate = 1.0 / self._duration
+            speed, spin = max(self._fastest[0], rate * self._size), max(self._fastest[1], rate)
+            self._weight = np.array([1.0, 1 / speed, 1 / speed**2, 1 / spin]) @ self._parts
+        return self._weight
 
     def _interpolated(self, time: float) -> np.ndarray:
         """Return the state at a time within the last step [s]."""
@@ -391,10 +396,3 @@ class Mechanism(Capabilities):
             counts=np.zeros(3), work=counts | {"rank": self.start.rank},
             linkage=partial(self._recorder.found, self._interval, notes, (self._state, self._time)),
         )  # fmt: skip
-
-
-def _to_coordinates(body: FlexibleBody) -> np.ndarray:
-    """Return the rows of a body's rigid coordinates over its displacement and rotation, (6, 6)."""
-    momentum = np.zeros((6, 6))
-    momentum[:3, :3], momentum[3:, 3:] = body.morph.mass * np.eye(3), body.morph.inertia
-    return momentum @ body.twists.T

@@ -40,7 +40,7 @@ def tableau() -> tuple[Tableau, np.ndarray]:
 
 
 class Course(NamedTuple):
-    """What a step is taken with."""
+    """What a step is taken with: arrays that are written anew before it."""
 
     table: Tableau
     given: np.ndarray
@@ -51,3 +51,11 @@ class Course(NamedTuple):
     """Of the error of each number, of a spin that of the angular velocity, (13 n + SUMS,)."""
     project: bool
     """Whether stages are projected, too: near positions in which joints depend on each other."""
+
+
+class Call(NamedTuple):
+    """What tells a step from others with the same course."""
+
+    time: float
+    """Of its start [s]."""
+    project: bool

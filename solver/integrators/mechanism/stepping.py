@@ -1,5 +1,7 @@
 """The steps of a mechanism: their size by the estimated error, and how they pass singular positions."""
 
+import math
+from bisect import bisect_left
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -68,7 +70,9 @@ class Stepping:
             fixed: Size of all other steps [s].
         """
         self.steps, self._work = steps, work
-        self._duration, self._fixed, self._ends = duration, fixed, np.vstack([breaks, [duration, duration]])
+        self._duration, self._fixed = duration, fixed
+        ends, begins = np.vstack([breaks, [duration, duration]]).T
+        self._ends, self._begins = ends.tolist(), begins.tolist()
         self._next = FIRST * duration if fixed is None else fixed
         self._regular = self._next
         self._former, self._usual = LEAST_ERROR, 0.0
@@ -106,7 +110,7 @@ class Stepping:
         leapt, tries = False, 0
         while True:
             step = self._tried(state, time, self._fitted(self._next, remaining))
-            stuck = tries >= (PATIENCE if self._work.touching.any() else 0)
+            stuck = tries >= (PATIENCE if self._presses() else 0)
             if not step.good and self.near_singular(step) and stuck and not leapt:
                 leapt = True
                 step = self._leapt(state, time, remaining) or step
@@ -146,22 +150,25 @@ class Stepping:
 
     def _rest(self, time: float) -> float:
         """Return how long a step may be at most from a time on [s]: to the next break, or the end of the run."""
-        ends = self._ends[:, 0]
-        i = int(np.searchsorted(ends, time + SHORTEST * self._duration))
-        return float(ends[min(i, len(ends) - 1)]) - time
+        i = bisect_left(self._ends, time + SHORTEST * self._duration)
+        return float(self._ends[min(i, len(self._ends) - 1)]) - time
 
     def end(self, time: float) -> tuple[float, bool]:
         """Return when the next step begins after one that ends at a time [s], and whether something jumps between."""
-        tolerance = SHORTEST * SHORTEST * self._duration + 4 * np.spacing(time)
-        i = int(np.searchsorted(self._ends[:, 0], time - tolerance))
-        if i == len(self._ends) or self._ends[i, 0] > time + tolerance:
+        tolerance = SHORTEST * SHORTEST * self._duration + 4 * math.ulp(time)
+        i = bisect_left(self._ends, time - tolerance)
+        if i == len(self._ends) or self._ends[i] > time + tolerance:
             return time, False
-        return float(self._ends[i, 1]), bool(self._ends[i, 1] > self._ends[i, 0])
+        return self._begins[i], self._begins[i] > self._ends[i]
 
     @property
     def _shortest(self) -> float:
         """Least step [s]."""
-        return (PARTING if self._work.touching.any() else SHORTEST) * self._duration
+        return (PARTING if self._presses() else SHORTEST) * self._duration
+
+    def _presses(self) -> bool:
+        """Return whether any section presses."""
+        return len(self._work.touching) > 0 and bool(self._work.touching.any())
 
     def _leapt(self, state: np.ndarray, time: float, remaining: float) -> Tried | None:
         """Return the first good step over a singular position, or else the one of least error; None without one."""

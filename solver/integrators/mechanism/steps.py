@@ -6,9 +6,8 @@ from typing import Any, Literal, NamedTuple, Protocol
 import numpy as np
 
 from gudgeon.solver import core
-from gudgeon.solver.forces.fields.co_energy import LEFT as LEFT_GRID
 from gudgeon.solver.integrators.mechanism.arrays import Model, Work
-from gudgeon.solver.integrators.mechanism.step import MAIN, ORDER, Course, tableau
+from gudgeon.solver.integrators.mechanism.step import MAIN, ORDER, Call, Course, tableau
 
 LEFT = 1e-8
 """Last motion of Newton's method over the size of the scene; a step with more is repeated shorter."""
@@ -89,19 +88,25 @@ class ExplicitSteps:
         self._work, self._tolerance = work, tolerance
         self._given, self._weights = drives, weights
         self._table, self._times = tableau()
+        self._course = Course(
+            self._table, *drives(np.zeros_like(self._times)), np.empty(work.slopes.shape[1]), project=False
+        )
+        self._constant = not (self._course.given.size or self._course.amounts.size)
         self._turning = core.Turning(model, work)
+        self._explicit = core.ExplicitTurning(model, work, self._course)
 
     def computed(self, state: np.ndarray, time: float, h: float, *, project: bool = False) -> Tried:
-        drives, amounts = self._given(time + h * self._times)
-        course = Course(self._table, drives, amounts, self._weights(), project)
+        self._set_given(time, h)
+        self._course.weight[:] = self._weights()
         out = np.empty_like(state)
-        self._work.least[0] = 1.0
-        self._work.field[:, LEFT_GRID] = 0.0
-        error, residual = self._turning.step(course, state, h, out)
-        sound = bool(np.isfinite(out).all() and np.isfinite(error) and residual <= LEFT)
-        pivot = float(self._work.least[0])
-        slopes = self._work.slopes.copy()
-        return Tried(h, course, out, slopes, error=error / self._tolerance, sound=sound, least=pivot)
+        error, residual, finite, pivot = self._explicit.step(state, h, out, project)
+        call, slopes = Call(time, project), self._work.slopes.copy()
+        return Tried(h, call, out, slopes, error / self._tolerance, sound=finite and residual <= LEFT, least=pivot)
+
+    def _set_given(self, time: float, h: float) -> None:
+        """Set drives and loads at the times of the stages of a step from a time on [s]."""
+        if not self._constant:
+            self._course.given[:], self._course.amounts[:] = self._given(time + h * self._times)
 
     def restart(self, state: np.ndarray, time: float) -> None:
         drives, amounts = self._given(np.array([time]))
@@ -113,7 +118,8 @@ class ExplicitSteps:
     def within(self, tried: Tried, state: np.ndarray) -> Within:
         h, K = tried.h, self._work.slopes
         K[:] = tried.slopes
-        self._turning.interpolation(tried.course, state, h)
+        self._set_given(tried.course.time, h)
+        self._explicit.interpolation(state, h, tried.course.project)
         change = tried.state - state
         dense = np.empty((7, len(state)))
         dense[0] = change
