@@ -78,6 +78,13 @@ class Amount(Strict):
             return values_of(self.expression, times, f"{key}.expression")
         return np.interp(times, *np.array(self.values, float).T)
 
+    def reader(self, key: str) -> Callable[[np.ndarray], np.ndarray]:
+        """Return `amounts` of times, for many calls: a table is turned into arrays once."""
+        if self.expression is not None:
+            return lambda times: self.amounts(times, key)
+        knots, values = np.ascontiguousarray(np.array(self.values, float).T)
+        return lambda times: np.interp(times, knots, values)
+
     def breaks(self, duration: float, key: str) -> np.ndarray:
         """Return the times of a run [s] about which an expression changes within a short time, (b, 2), see `breaks`."""
         if self.expression is None:

@@ -78,7 +78,8 @@ class Mechanism(Capabilities):
         self.linkage = linkage_of(system)
         self.model = model_of(self.linkage)
         self.work = work_of(self.model, len(self.linkage.drives))
-        self._loads = [(f"force.{name}", load) for name, load in system.scene.turning_loads().items()]
+        loads = system.scene.turning_loads()
+        self._loads = [load.reader(f"force.{name}") for name, load in loads.items()]
         self.start = start_of(self.linkage, self.model, self.work, self._given(np.zeros(1))[0][0])
         self._duration = system.scene.run.duration
         self._size, n = reach_of(self.linkage), len(self.model.mass)
@@ -90,7 +91,7 @@ class Mechanism(Capabilities):
         self._methods = self._methods_of(fixed=fixed_step is not None)
         self._choice = Choice(self.model, self._methods)
         self._steps = self._choice.steps
-        breaks = breaks_in(self._given, [load.values for _, load in self._loads if load.values], self._duration)
+        breaks = breaks_in(self._given, [load.values for load in loads.values() if load.values], self._duration)
         self._stepping = Stepping(self._steps, self.work, self._duration, breaks, fixed=fixed_step)
         self._parts, self._target = self._shares(), 0.0
         self._vectors = np.zeros((n, 3))
@@ -154,8 +155,8 @@ class Mechanism(Capabilities):
         driven, amounts = np.zeros((len(times), len(drives), 3)), np.zeros((len(times), len(self._loads)))
         for i, drive in enumerate(drives):
             driven[:, i] = drive(times)
-        for i, (name, load) in enumerate(self._loads):
-            amounts[:, i] = load.amounts(times, name)
+        for i, load in enumerate(self._loads):
+            amounts[:, i] = load(times)
         return driven, amounts
 
     def advance(self, start_step: int, stride: int, out: Samples) -> bool:
