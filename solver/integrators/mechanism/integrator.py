@@ -317,7 +317,7 @@ class Mechanism(Capabilities):
         if self.touching or len(self.model.bush_rest):
             bushings = motion_of(self.model, self.work, self._state, self._turning).bushings
             self._widest = float(np.linalg.norm(bushings[:, 3:6], axis=1).max(initial=0.0))
-        speed, turning = (max(most, math.sqrt(s)) for most, s in zip(self._fastest, squares, strict=True))
+        speed, turning = (max(fastest, math.sqrt(s)) for fastest, s in zip(self._fastest, squares, strict=True))
         if (speed, turning) != self._fastest:
             self._fastest, self._weight = (speed, turning), None
 
