@@ -28,7 +28,7 @@ APT_INSTALL := apt-get install -y --no-install-recommends
 key = $(shell { pwd; cat $(1); } | sha256sum | cut -c 1-16)
 LOCKED := .venv/locked-$(call key,requirements.lock)
 # What the native core is built of: an edit of it is built by whatever target needs it.
-CORE := $(shell find solver/core pipeline \( -name '*.[ch]pp' -o -name CMakeLists.txt \) | sort)
+CORE := $(shell find solver/core pipeline \( -name '*.[ch]pp' -o -name CMakeLists.txt \) 2> /dev/null | sort)
 READY := .venv/ready-$(call key,requirements.lock pyproject.toml $(CORE))
 SOLVER_READY := .venv-solver/ready-$(call key,requirements-solver.lock pyproject.toml $(CORE))
 CORE_READY := .build-core/ready-$(call key,$(CORE))
