@@ -95,8 +95,8 @@ def test_a_missing_library_ends_the_set_up_in_one_line_before_anything_runs(tmp_
     said = [line for line in text.splitlines() if not line.startswith("make: ")]
     assert code == 2
     assert said == [
-        "set-up: gmsh, the pictures and the native core need system packages; install them, then run make again: sudo apt-get install"
-        " -y --no-install-recommends libnosuch7"
+        "set-up: gmsh, the pictures and the native core need system packages; install them, then run make again:"
+        " sudo apt-get install -y --no-install-recommends libnosuch7"
     ]
     assert calls == ["sudo -n true"]
     assert not (tmp_path / ".venv").exists()
