@@ -25,7 +25,6 @@ PHRASES = {
     "step error": "its estimated error is",
     "basis error": "modal basis",
     "mesh error": "error of the mesh",
-    "machine code": "",
     "reused modes": "modes are reused",
     "coarse meshes": "the mesh error of the contact's flexibility",
     "parted modes": "part a group of equal frequencies",
