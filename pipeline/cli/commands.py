@@ -171,7 +171,7 @@ def linear_command(options: argparse.Namespace) -> int:
         job,
         Asked(
             closed=tuple(options.closed), force=options.force, at=tuple(options.at), quantity=options.quantity,
-            frequencies=None if low_high is None else (*low_high, options.points), loss=options.loss,
+            frequencies=None if low_high is None else tuple(low_high), points=options.points, loss=options.loss,
             static=options.static,
         ),
         Console(options.json).progress,

@@ -184,7 +184,8 @@ def _linear_options(command: argparse.ArgumentParser) -> None:
     add("--at", action="append", default=[], metavar="PORT", help=text)
     add("--quantity", default="displacement", metavar="WHAT", help="displacement (default), velocity or acceleration")
     add("--frequencies", nargs=2, type=float, metavar=("LOW", "HIGH"), help="range of the response [Hz]")
-    add("--points", type=_positive, default=2001, metavar="N", help="number of frequencies (default 2001)")
+    text = "number of frequencies, evenly spaced on a logarithmic scale (default 2001, and 31 more in each resonance)"
+    add("--points", type=_positive, metavar="N", help=text)
     add(
         "--loss",
         type=float,

@@ -23,7 +23,13 @@ if TYPE_CHECKING:
 
 MODES, RESPONSE, PICTURE = "linear-modes.csv", "linear-response.csv", "linear-response.png"
 STATIC = "linear-static.csv"
-MOST_POINTS = 1_000_000
+POINTS, MOST_POINTS = 2001, 1_000_000
+WIDTHS = np.concatenate([-np.geomspace(32, 0.25, 15), [0.0], np.geomspace(0.25, 32, 15)])
+"""Points in a resonance, over half of its width at 1/√2 of the peak."""
+UNDAMPED = 1e-12
+"""Damping ratio that is round-off."""
+MISSED = 0.1
+"""Distance of a resonance from the next point over half of its width from which on its peak is low by 0.5 % or more."""
 QUANTITIES = {"displacement": ("m", 0), "velocity": ("m/s", 1), "acceleration": ("m/s^2", 2)}
 """Unit of each quantity, and the power of iω with which it follows from a displacement."""
 
@@ -39,8 +45,10 @@ class Asked:
     at: tuple[str, ...] = ()
     """Ports and probes where the response is read; default: where the force acts."""
     quantity: str = "displacement"
-    frequencies: tuple[float, float, int] | None = None
-    """First and last [Hz], and their number, spaced evenly on a logarithmic scale; default: around the modes."""
+    frequencies: tuple[float, float] | None = None
+    """Lowest and highest of the response [Hz]; default: around the modes."""
+    points: int | None = None
+    """Number of frequencies, spaced evenly on a logarithmic scale; default: `POINTS`, and more in each resonance."""
     loss: float = 0.0
     """Structural loss factor of all elastic bodies."""
     static: bool = False
@@ -131,11 +139,11 @@ def _refuse(request: Asked) -> None:
     if request.force is None and request.at and not request.static:
         raise InputError("--at: a response needs --force, where it acts")
     if request.frequencies is not None:
-        low, high, count = request.frequencies
+        low, high = request.frequencies
         if not 0 < low < high < np.inf:
             raise InputError(f"--frequencies {low:g} {high:g}: two rising frequencies above zero [Hz] are needed")
-        if not 2 <= count <= MOST_POINTS:
-            raise InputError(f"--points {count}: allowed: 2 to {MOST_POINTS}")
+    if request.points is not None and not 2 <= request.points <= MOST_POINTS:
+        raise InputError(f"--points {request.points}: allowed: 2 to {MOST_POINTS}")
 
 
 def _mode_rows(modes: "AssembledModes") -> list[dict[str, Any]]:
@@ -182,11 +190,16 @@ def _write_response(
 ) -> list[str]:
     """Write table and picture of the response; returns notes."""
     from gudgeon.pipeline.linear.picture import draw
-    from gudgeon.solver.linear.response import band, response
+    from gudgeon.solver.linear.response import band, resonances, response
 
     force, read = ends
-    low, high, count = request.frequencies or _range(modes, band(linear))
-    frequencies = np.geomspace(low, high, count)
+    low, high = request.frequencies or _range(modes, band(linear))
+    frequencies = np.geomspace(low, high, request.points or POINTS)
+    peaks, ratios = resonances(modes.frequencies, modes.damping, request.loss)
+    within = (peaks > low) & (peaks < high)
+    peaks, ratios = peaks[within], ratios[within]
+    if request.points is None:
+        frequencies = np.union1d(frequencies, _in_resonances(peaks, ratios, (low, high)))
     symbol, power = QUANTITIES[request.quantity]
     answers = response(linear, force, read, frequencies, loss=request.loss)
     powers = np.array([0 if p.unit else power for p in read])
@@ -200,20 +213,47 @@ def _write_response(
     write_text(job.out / RESPONSE, csv_text([heads, *([repr(float(x)) for x in row] for row in rows)]))
     title = f"{request.quantity} per {'motion' if force.given else 'force'} at {force.label} [{symbol}{per}]"
     draw(job.out / PICTURE, (job.name, title), frequencies, answers, [p.label for p in read], band(linear))
-    return (
-        [f"--frequencies: beyond {band(linear):.4g} Hz modes are missing from the response"]
-        if high > band(linear)
-        else []
+    notes = _stepped_over(frequencies, peaks, ratios)
+    if high > band(linear):
+        notes.append(f"--frequencies: beyond {band(linear):.4g} Hz modes are missing from the response")
+    return notes
+
+
+def _in_resonances(peaks: np.ndarray, ratios: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
+    """Return frequencies in the resonances of damped modes, within limits [Hz]."""
+    within = (peaks[:, None] * (1 + ratios[:, None] * WIDTHS))[ratios > UNDAMPED].ravel()
+    return within[(within > limits[0]) & (within < limits[1])]
+
+
+def _stepped_over(frequencies: np.ndarray, peaks: np.ndarray, ratios: np.ndarray) -> list[str]:
+    """Return notes on resonances that a response may step over: narrow ones between its points, and undamped ones."""
+    notes, i = list[str](), np.clip(np.searchsorted(frequencies, peaks), 1, len(frequencies) - 1)
+    distance = np.minimum(np.abs(peaks - frequencies[i - 1]), np.abs(frequencies[i] - peaks))
+    narrow, undamped = (
+        np.flatnonzero((ratios > UNDAMPED) & (distance > MISSED * ratios * peaks)),
+        peaks[ratios <= UNDAMPED],
     )
+    if len(narrow):
+        k = narrow[int((distance / (ratios * peaks))[narrow].argmax())]
+        notes.append(
+            f"--points: {len(narrow)} resonances are narrower than the spacing, that at {peaks[k]:.6g} Hz is"
+            f" {2 * ratios[k] * peaks[k]:.2g} Hz wide and the next point {distance[k]:.2g} Hz away; leave --points out"
+        )
+    if len(undamped):
+        notes.append(
+            f"the response has no bound at {len(undamped)} undamped modes, the lowest at {undamped.min():.6g} Hz; its"
+            " peaks there are those of its points; --loss or body.NAME.damping bounds them"
+        )
+    return notes
 
 
-def _range(modes: "AssembledModes", limit: float) -> tuple[float, float, int]:
+def _range(modes: "AssembledModes", limit: float) -> tuple[float, float]:
     """Return a range around the modes below a limit [Hz]."""
     elastic = modes.frequencies[modes.frequencies > 0]
     if not len(elastic):
-        return 1.0, 1000.0, 401
+        return 1.0, 1000.0
     below_limit = elastic[elastic <= limit]
-    return 0.2 * float(elastic[0]), 1.5 * float(below_limit[-1] if len(below_limit) else elastic[0]), 2001
+    return 0.2 * float(elastic[0]), 1.5 * float(below_limit[-1] if len(below_limit) else elastic[0])
 
 
 def answer_text(answer: Answer) -> str:

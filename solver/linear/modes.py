@@ -15,7 +15,7 @@ from gudgeon.solver.linear.state import Linearised
 RIGID = 1e-12
 """Compliance of a combination of ports, relative to what it or its coordinates yield, that is none."""
 STILL = 1e-9
-"""Squared frequency over the largest of the assembled system below which a mode is a free rigid motion."""
+"""Part of what turns or moves, over its whole, that is round-off."""
 
 
 @dataclass(frozen=True)
@@ -37,24 +37,27 @@ class AssembledModes:
 
 
 def assembled_modes(linearised: Linearised) -> AssembledModes:
-    """Return the modes of a linearised system."""
+    """Return the modes of a linearised system.
+
+    Frequencies are singular values of a factor F of the stiffness, FᵀF = K: those of soft mounts keep their digits
+    beside stiff parts, where eigenvalues of K would lose them below some 1e-8 of the highest.
+    """
     system = linearised.system
-    K, C, N = _matrices(linearised)
-    squared, Phi = linalg.eigh(0.5 * (K + K.T))
-    top = float(np.abs(squared).max(initial=0.0))
-    still = squared <= STILL * top
-    quiet = still & (np.abs(C @ Phi).max(axis=0, initial=0.0) <= STILL * np.sqrt(top))
+    F, C, N = _matrices(linearised)
+    omega, Phi = _undamped(F, _free_motions(linearised))
+    top = float(omega.max(initial=0.0))
+    quiet = (omega == 0) & (np.abs(C @ Phi).max(axis=0, initial=0.0) <= STILL * top)
     if not np.any(C):
-        s, shapes, real = 1j * np.sqrt(np.where(still, 0.0, squared)), Phi.T, 0
+        s, shapes, real = 1j * omega, Phi.T, 0
     else:
-        P = Phi[:, ~quiet]
+        # With Ω q and q̇ as its state, whose scale is that of the frequencies, not of their squares.
+        P, Omega = Phi[:, ~quiet], np.diag(omega[~quiet])
         count = P.shape[1]
-        state = np.block([[np.zeros((count, count)), np.eye(count)], [-P.T @ K @ P, -P.T @ C @ P]])
-        values, vectors = np.linalg.eig(state)
+        values, vectors = np.linalg.eig(np.block([[np.zeros((count, count)), Omega], [-Omega, -P.T @ C @ P]]))
         oscillates = np.imag(values) > STILL * np.abs(values)
         real = int(np.count_nonzero(np.abs(np.imag(values)) <= STILL * np.abs(values)))
         s = np.concatenate([np.zeros(int(quiet.sum()), complex), values[oscillates]])
-        shapes = np.vstack([Phi[:, quiet].T.astype(complex), (P @ vectors[:count, oscillates]).T])
+        shapes = np.vstack([Phi[:, quiet].T.astype(complex), (P @ vectors[count:, oscillates]).T])
     order = np.argsort(np.abs(s), kind="stable")
     s, shapes = s[order], shapes[order] @ N.T
     shapes = shapes / np.linalg.norm(shapes, axis=1)[:, None]
@@ -64,10 +67,29 @@ def assembled_modes(linearised: Linearised) -> AssembledModes:
     return AssembledModes(np.abs(s) / (2 * np.pi), ratios, shapes, shares, _effective(linearised, shapes), real)
 
 
+def _undamped(F: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies [rad/s], ascending, of which `free` are zero, (n,), and modes as columns, (n, n)."""
+    _, sizes, right = np.linalg.svd(F, full_matrices=True)
+    omega = np.zeros(F.shape[1])
+    omega[len(omega) - len(sizes) :] = sizes[::-1]
+    omega[:free] = 0.0
+    return omega, right[::-1].T
+
+
+def _free_motions(linearised: Linearised) -> int:
+    """Return the number of rigid motions that no stiffness and no constraint holds."""
+    rigid, holds = linearised.system.rigid, linearised.holding[linearised.stiffness > 0]
+    W = linearised.rows[holds]
+    W = W[np.any(W, axis=1)]
+    sizes = np.linalg.svd(W[:, rigid] / np.linalg.norm(W, axis=1)[:, None], compute_uv=False)
+    return len(rigid) - int((sizes > STILL).sum())
+
+
 def _matrices(linearised: Linearised) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return stiffness and damping over the motions that constraints leave, (n, n), and these, (m, n)."""
+    """Return factor F of the stiffness and damping over the motions that constraints leave, (k, n), (n, n), and these,
+    (m, n)."""
     system, a = linearised.system, linearised.holding
-    K, C = np.diag(system.stiffness), np.diag(system.damping)
+    Lambda, C = np.diag(np.sqrt(system.stiffness)), np.diag(system.damping)
     W = linearised.rows[a]
     bare = linearised.stiffness == 0  # Dampers alone.
     C = C + (W[bare].T * linearised.damping[bare]) @ W[bare]
@@ -83,22 +105,23 @@ def _matrices(linearised: Linearised) -> tuple[np.ndarray, np.ndarray, np.ndarra
     with np.errstate(invalid="ignore"):
         slower = slower + np.diag(np.where(np.isfinite(stiffness), damping / stiffness**2, 0.0))
     if not len(a):
-        return K, C, np.eye(len(K))
-    highest = float(system.stiffness.max(initial=0.0)) or 1.0
+        return Lambda, C, np.eye(len(Lambda))
+    springs = np.where(np.isfinite(stiffness), stiffness, 0.0) * (W * W).sum(axis=1)
+    highest = float(system.stiffness.max(initial=0.0)) or float(springs.max()) or 1.0
     size = 1 / np.sqrt(np.maximum(((W / (system.stiffness + highest)) * W).sum(axis=1), T.diagonal()))
     values, Z = linalg.eigh(0.5 * (T + T.T) * np.outer(size, size))
     yields = values > RIGID
     soft, firm = size[:, None] * Z[:, yields], size[:, None] * Z[:, ~yields]
+    F = np.vstack([Lambda, (soft / np.sqrt(values[yields])).T @ W])
     inverse = (soft / values[yields]) @ soft.T
-    K = K + W.T @ inverse @ W
     C = C + W.T @ inverse @ (0.5 * (slower + slower.T)) @ inverse @ W
     constraints = firm.T @ W
     N = (
         linalg.null_space(constraints / np.linalg.norm(constraints, axis=1)[:, None])
         if len(constraints)
-        else np.eye(len(K))
+        else np.eye(len(Lambda))
     )
-    return N.T @ K @ N, N.T @ C @ N, N
+    return F @ N, N.T @ C @ N, N
 
 
 def _effective(linearised: Linearised, shapes: np.ndarray) -> np.ndarray | None:

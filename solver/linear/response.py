@@ -54,6 +54,22 @@ def response(
     return answers
 
 
+def resonances(frequencies: np.ndarray, damping: np.ndarray, loss: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the response of oscillating modes peaks [Hz], and their damping ratios, (k,); zero where undamped.
+
+    An oscillator of natural frequency f and damping ratio ζ peaks at f √(1 − 2 ζ²), without a peak above ζ = 1/√2.
+
+    Args:
+        frequencies: Of the assembled modes, undamped [Hz], (n,); zero of rigid motions.
+        damping: Their damping ratios [1], (n,).
+        loss: Structural loss factor η, which damps as a ratio of η/2.
+    """
+    ratios = damping + loss / 2
+    vibrate = (frequencies > 0) & (ratios < np.sqrt(0.5))
+    f, zeta = frequencies[vibrate], ratios[vibrate]
+    return f * np.sqrt(1 - 2 * zeta**2), zeta
+
+
 def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Return the solution of least norm, where ports may hold the same twice; rows in units of their own size."""
     if not len(matrix):

@@ -135,3 +135,46 @@ def test_wrong_options_have_one_line(options: str, folder: Path, capsys: Capture
     line = [one for one in capsys.readouterr().err.splitlines() if "…" not in one]
     assert len(line) == 1
     assert line[0].startswith(f"gudgeon: {WRONG[options]}")
+
+
+NARROW = """
+[component.p]
+geometry = { kind = "rigid", mass = 1.0, inertia = [0.01, 0.01, 0.01] }
+[body.p]
+freedom = ["z"]
+[force.s]
+kind = "spring"
+body = "p"
+direction = [0, 0, 1]
+stiffness = 394784.176
+damping = DAMPING
+[force.e]
+kind = "external"
+body = "p"
+direction = [0, 0, 1]
+[run]
+duration = 0.05
+step = 1e-5
+"""
+"""A mass of 1 kg that vibrates at 100 Hz."""
+
+
+@pytest.mark.parametrize("ratio", [1e-5, 1e-3, 0.2])
+def test_a_response_meets_the_peak_of_a_narrow_resonance(ratio: float, tmp_path: Path, capsys: Capture) -> None:
+    """1/(k 2 ζ √(1 − ζ²)), whether the range is that around the modes or one that is given."""
+    (tmp_path / "scene.toml").write_text(NARROW.replace("DAMPING", f"{2 * ratio * np.sqrt(394784.176):.17g}"))
+    for limits in ((), ("--frequencies", "3", "4000")):
+        assert main(command(tmp_path, "--force", "force.e", *limits)) == 0
+        _, rows = table(tmp_path / "out" / "linear-response.csv")
+        assert rows[:, 1].max() == pytest.approx(1 / (394784.176 * 2 * ratio * np.sqrt(1 - ratio**2)), rel=1e-3)
+        assert "--points" not in capsys.readouterr().err
+
+
+def test_a_response_whose_points_are_given_says_what_they_step_over(tmp_path: Path, capsys: Capture) -> None:
+    (tmp_path / "scene.toml").write_text(NARROW.replace("DAMPING", "0.0125663706"))
+    assert main(command(tmp_path, "--force", "force.e", "--points", "50")) == 0
+    assert "--points: 1 resonances are narrower than the spacing, that at 100 Hz is 0.002 Hz" in capsys.readouterr().err
+    assert len(table(tmp_path / "out" / "linear-response.csv")[1]) == 50
+    (tmp_path / "scene.toml").write_text(NARROW.replace("DAMPING", "0.0"))
+    assert main(command(tmp_path, "--force", "force.e")) == 0
+    assert "the response has no bound at 1 undamped modes, the lowest at 100 Hz" in capsys.readouterr().err

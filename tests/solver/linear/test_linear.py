@@ -209,3 +209,21 @@ def test_a_wrench_at_a_point_of_a_rigid_body(tmp_path: Path) -> None:
     answers = static_response(found, pushed, read)
     assert answers[1] == pytest.approx([0.1 / 50, 0, 0, 0, 1 / 50, 0], abs=1e-15)
     assert system.driving.loads(np.zeros(1), 0.0)[0] == pytest.approx([2, 0, 0, 0, 0.3, 0])
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-8])
+def test_a_soft_mount_beside_a_stiff_spring_is_no_free_motion(damping: float, tmp_path: Path) -> None:
+    """Frequencies 10⁸ apart: the slow one keeps its digits, and only what nothing holds is at zero."""
+    soft, stiff = 1e-4, 1e12
+    system = build_all(tmp_path, {"one": rigid_records(2.0, SIDE), "two": rigid_records(0.5, SIDE)}, {
+        "body": {"one": {"freedom": ["x"]}, "two": {"freedom": ["x", "y"]}},
+        "force": {
+            "ground": {"kind": "spring", "body": "one", "direction": X, "stiffness": soft, "damping": damping},
+            "between": {"kind": "spring", "body": "two", "against": "one", "direction": X, "stiffness": stiff},
+        },
+        "run": RUN,
+    })  # fmt: skip
+    _, modes = found_of(system)
+    slow, fast = np.sqrt(soft / 2.5), np.sqrt(stiff * 2.5)
+    assert modes.frequencies == pytest.approx(np.array([0.0, slow, fast]) / (2 * np.pi), rel=1e-6)
+    assert modes.damping[1] == pytest.approx(damping / (2 * 2.5 * slow), rel=1e-6, abs=1e-12)
