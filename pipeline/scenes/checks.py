@@ -10,7 +10,6 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.across import dropped_loads
 from gudgeon.pipeline.scenes.fit import misfits, wrong_bearings
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
 from gudgeon.pipeline.scenes.tables import check_closed, read_cycle, read_knots, read_pairs
@@ -54,7 +53,7 @@ def checked(path: Path, tables: Mapping[str, Any], model: "type[SceneFile]") -> 
     refuse(path, _wrong_names(scene))
     with named(path, InputError):
         scene = _with_tables(scene, path.parent)
-        lines = misfits(scene, path.parent) + dropped_loads(scene, scene.component)
+        lines = misfits(scene, path.parent)
     refuse(path, lines)
     return scene
 

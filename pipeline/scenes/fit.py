@@ -1,24 +1,33 @@
-"""Checks of a scene before any stage runs: clearances, travel, the length of connecting rods, elastic bearings, and
-bases that change."""
+"""Checks of a scene before any stage runs: clearances, travel, the length of connecting rods, elastic bearings, bases
+that change, and loads along which a part does not move."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gudgeon.pipeline.geometry.profile import ProfileTable
+from gudgeon.pipeline.geometry.shapes.bar import Bar
+from gudgeon.pipeline.geometry.shapes.beam import Beam
+from gudgeon.pipeline.geometry.shapes.plane import PlanePart
 from gudgeon.pipeline.scenes.change import deviation_of
 from gudgeon.pipeline.scenes.interface import Interface
+from gudgeon.solver.forces.external import ExternalForce
+from gudgeon.solver.forces.given import GivenForce, GivenWrench
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.slider_crank import SliderCrank
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.bodies import SceneFile
+    from gudgeon.pipeline.scenes.component import Component
 
 Shaped = tuple[Interface, dict[str, Any]]
 """An interface and the true shape of its surface."""
 HEIGHTS, ANGLES = 121, 361
 """Points of the grid on which the least clearance of a skirt is searched."""
+NEGLIGIBLE = 1e-6
+"""Share of a load that may lie across: directions are given with some six digits."""
 
 
 def misfits(scene: "SceneFile", folder: Path) -> list[str]:
@@ -52,7 +61,7 @@ def misfits(scene: "SceneFile", folder: Path) -> list[str]:
                 f"joint.{name}.rod_length: {joint.rod_length} m given; it must be above crank_radius plus the pin's"
                 f" offset from the crank axis, {joint.crank_radius + offset:.6g} m"
             )
-    return lines + wrong_swaps(scene)
+    return lines + wrong_swaps(scene) + dropped_loads(scene)
 
 
 def wrong_swaps(scene: "SceneFile") -> list[str]:
@@ -192,3 +201,64 @@ def wrong_bearings(scene: "SceneFile") -> list[str]:
                 f" depths in joint.{name}.wear.bearing_depth; give both, or none"
             )
     return lines
+
+
+def dropped_loads(scene: "SceneFile") -> list[str]:
+    """List the loads that act where a part of a plane or a line does not move by its kind, one line each.
+
+    No support or joint bears them there, so that they would be dropped.
+    """
+    lines = []
+    for name, settings in scene.body.items():
+        component = scene.component.get(owner := scene.component_of(name))
+        if component is None or component.modes.reduction == "rigid" or (able := _motions(component)) is None:
+            continue
+        Q = np.eye(3) if settings.orientation is None else settings.orientation.matrix()
+        for key, force, moment in _loads(scene, name):
+            for vector, axes in ((force, able[0]), (moment, able[1])):
+                in_body = Q.T @ vector
+                across = in_body - axes.T @ (axes @ in_body)
+                size, dropped = float(np.linalg.norm(vector)), float(np.linalg.norm(across))
+                if dropped > NEGLIGIBLE * size:
+                    lines.append(
+                        f"{key}: {vector.tolist()} given, of which {dropped / size:.3g} acts where"
+                        f" body '{name}' does not move: {able[2]}; {_remedy(owner, component)}"
+                    )
+                    break
+    return lines
+
+
+def _motions(component: "Component") -> tuple[np.ndarray, np.ndarray, str] | None:
+    """Return unit vectors of the displacements and the rotations of a part, (k, 3) each, and this in words."""
+    geometry, axes = component.geometry, np.eye(3)
+    if isinstance(geometry, Bar):
+        return axes[:1], np.empty((0, 3)), "a bar moves along its axis alone"
+    if isinstance(geometry, Beam) and geometry.motion == "plane":
+        turn = np.cross(axes[2], geometry.axis)[None]
+        return (
+            axes[2:],
+            turn,
+            "a beam of motion 'plane' moves along z of its component alone, and turns across its axis",
+        )
+    if isinstance(geometry, PlanePart):
+        return axes[:2], axes[2:], "a plane part moves in x and y of its component, and turns about z"
+    return None
+
+
+def _loads(scene: "SceneFile", body: str) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Yield the key of each load on a body with force and moment in the axes of the scene, (3,) each."""
+    yield "run.gravity", np.asarray(scene.run.gravity, float), np.zeros(3)
+    for name, force in scene.force.items():
+        if getattr(force, "body", None) != body:
+            continue
+        if isinstance(force, GivenForce | ExternalForce) and force.direction is not None:
+            yield f"force.{name}.direction", np.asarray(force.direction, float), np.zeros(3)
+        elif isinstance(force, GivenWrench):
+            yield f"force.{name}", np.asarray(force.force, float), np.asarray(force.moment, float)
+
+
+def _remedy(owner: str, component: "Component") -> str:
+    """Return what a part needs so that it moves in space."""
+    if isinstance(component.geometry, Beam):
+        return f"set component.{owner}.geometry.motion = 'space'"
+    return f"turn the load, or make component '{owner}' a solid or a beam of motion 'space'"
