@@ -10,9 +10,12 @@ from gudgeon.modaldb.records.types import Array, Json, rule
 class Surface:
     """A named part of a mesh's boundary."""
 
-    facets: Array = field(metadata=rule("f' 6|3|1", "int", below="n", unit="1", name="node numbers of each facet"))
-    """Node numbers of each facet, corners first: (facets, 6) on tet10, (facets, 3) on triangles with the part on their
-    left, (facets, 1) on a line or a rigid body, or the nodes of a set."""
+    facets: Array = field(
+        metadata=rule("f' 9|8|6|4|3|1", "int", below="n", unit="1", name="node numbers of each facet")
+    )
+    """Node numbers of each facet, corners first: of solids triangles of 3 or 6 and quadrilaterals of 4, 8 or 9 nodes,
+    the smaller ones filled by their last node; (facets, 3) on triangles with the part on their left, (facets, 1) on a
+    line or a rigid body, or the nodes of a set."""
     shape: Json = field(default_factory=dict)
     """The true surface, `{"kind": "cylinder", "radius", "axis", "origin"}` or `{}` where only the nodes are known."""
     areas: Array | None = field(default=None, metadata=rule("f'", unit="m^2", name="area of each node"))
@@ -58,18 +61,26 @@ class MeshRecord(Labelled):
     nodes: Array = field(metadata=rule("n 3", unit="m", name="nodal positions", columns="x, y, z"))
     """Nodal positions [m], (n, 3)."""
     cells: Array = field(
-        metadata=rule("e 20|15|10|8|6|4|3|2|1", "int", below="n", unit="1", name="node numbers of each cell")
+        metadata=rule(
+            "e 27|20|18|15|14|13|10|8|6|5|4|3|2|1", "int", below="n", unit="1", name="node numbers of each cell"
+        )
     )
-    """Node numbers of each cell in meshio's order, (e, 10), (e, 6), (e, 3), (e, 2) or (e, 1)."""
+    """Node numbers of each cell in meshio's order, (e, a); of `mixed`, cells of fewer nodes than others repeat their
+    last one to the end: the number of nodes is the type."""
     cell_type: str
-    """`tetra10`; `triangle6`, a plane part in z = 0; `line3`, a bar;
-    `beam2` and `beam3`, a beam; `frame2`, one in space;
-    `vertex`, a rigid body without mesh. Only with a `system`: `tetra`, `hexahedron`, `hexahedron20`, `wedge15`, solids
-    whose cells are only drawn; `nodes`, points without cells."""
+    """Solids: `tetra`, `tetra10`, `hexahedron`, `hexahedron20`, `hexahedron27`, `wedge`, `wedge15`, `wedge18`,
+    `pyramid`, `pyramid13`, `pyramid14`, and `mixed` of several of them; `triangle6`, a plane part in z = 0; `line3`, a
+    bar; `beam2` and `beam3`, a beam; `frame2`, one in space; `vertex`, a rigid body without mesh; only with a
+    `system`: `nodes`, points without cells."""
     surfaces: dict[str, Surface]
     volumes: dict[str, Array] = field(
         default_factory=dict, metadata=rule("k'", "int", below="e", unit="1", name="cells of a named volume")
     )
     """Cells of each named part of a solid of several, (k,) each."""
+    formulations: dict[str, Array] = field(
+        default_factory=dict, metadata=rule("k'", "int", below="e", unit="1", name="cells of a formulation")
+    )
+    """Cells that are not integrated in full: `incompatible`, hexahedra of 8 nodes with incompatible modes; `reduced`,
+    those of 20 nodes with 8 points for the stiffness, (k,) each."""
     system: SystemMatrices | None = None
     """Matrices that were read, not assembled from the cells."""

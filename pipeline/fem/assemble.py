@@ -50,7 +50,7 @@ def build_model(
             refuse_pieces(mesh, key, [np.unique(facets) for facets in rigid])
             if not cell.solid and not material.simple:
                 entry = "volumes" if material.volumes else "orthotropic"
-                raise InputError(f"{key}.material.{entry}: given; allowed for solids of tet10")
+                raise InputError(f"{key}.material.{entry}: given; allowed for solids")
         try:
             model = ELEMENTS[cell.name].assemble(mesh, material, geometry)
         except InputError as error:

@@ -3,10 +3,10 @@
 A new type is a line of `CELLS`. Who draws, writes or couples a mesh asks its cell, by `cell_of`, and names no type.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -35,9 +35,13 @@ class Polytope:
 POINT = Polytope.of(0, 1, "", "")
 LINE = Polytope.of(1, 2, "01", "0 1")
 TRIANGLE = Polytope.of(2, 3, "01 12 20", "01 12 20")
+QUADRANGLE = Polytope.of(2, 4, "01 12 23 30", "01 12 23 30")
 TETRAHEDRON = Polytope.of(3, 4, "01 12 20 03 13 23", "021 013 123 032")
 HEXAHEDRON = Polytope.of(3, 8, "01 12 23 30 45 56 67 74 04 15 26 37", "0321 4567 0154 1265 2376 3047")
 WEDGE = Polytope.of(3, 6, "01 12 20 34 45 53 03 14 25", "021 345 0143 1254 2035")
+PYRAMID = Polytope.of(3, 5, "01 12 23 30 04 14 24 34", "0321 014 124 234 304")
+ANY = Polytope.of(3, 0, "", "")
+"""Of solids of several types."""
 EDGES = {shape.dimension: shape.edges for shape in (LINE, TRIANGLE, TETRAHEDRON)}
 
 
@@ -50,6 +54,11 @@ class Cell:
     shape: Polytope
     quadratic: bool = False
     """Whether a node is in the middle of each edge."""
+    centred: Sequence[int] = ()
+    """Sides of the boundary with a node in their centre, in the order of these nodes, which follow those of the
+    edges; the only side of a plane cell is 0."""
+    interior: bool = False
+    """Whether a node, the last one, is in the centre of a solid."""
     dofs: int = 0
     """Degrees of freedom of a node of its elements; 0 where nothing is assembled: such cells are only drawn."""
     universal: tuple[int, Sequence[int]] | None = None
@@ -66,7 +75,7 @@ class Cell:
     @property
     def nodes(self) -> int:
         """Number of nodes."""
-        return self.shape.corners + self.quadratic * len(self.shape.edges)
+        return self.shape.corners + self.quadratic * len(self.shape.edges) + len(self.centred) + self.interior
 
     @property
     def solid(self) -> bool:
@@ -85,13 +94,15 @@ class Cell:
 
     @cached_property
     def faces(self) -> list[list[int]]:
-        """Nodes of each side of the boundary, as of its polytope, corners first, in the order of Abaqus."""
+        """Nodes of each side of the boundary, as of its polytope: corners, in Abaqus's order, mid-edges, centre."""
         corners, edges = self.shape.corners, self.shape.edges.tolist() if self.quadratic else []
         middle = {frozenset(ends): corners + k for k, ends in enumerate(edges)}
+        centres = {side: corners + len(edges) + k for k, side in enumerate(self.centred) if self.dimension == 3}
         faces = []
-        for side in self.shape.sides:
+        for side_id, side in enumerate(self.shape.sides):
             around = map(frozenset, zip(side, (*side[1:], side[0]), strict=True))
             faces.append([*side, *dict.fromkeys(middle[ends] for ends in around if ends in middle)])
+            faces[-1] += [centres[side_id]] if side_id in centres else []
         return faces
 
 
@@ -103,17 +114,30 @@ BEAM3 = Cell("beam3", LINE, quadratic=True, dofs=2, universal=(21, (0, 1)), mesh
 FRAME2 = Cell("frame2", LINE, dofs=6, universal=(21, (0, 1)), meshio="line")
 VERTEX = Cell("vertex", POINT)
 NODES = Cell("nodes", POINT, meshio="vertex")
-TETRA4 = Cell("tetra", TETRAHEDRON, universal=(111, range(4)))
-HEXAHEDRON8 = Cell("hexahedron", HEXAHEDRON, universal=(115, range(8)))
+TETRA4 = Cell("tetra", TETRAHEDRON, dofs=3, universal=(111, range(4)))
+HEXAHEDRON8 = Cell("hexahedron", HEXAHEDRON, dofs=3, universal=(115, range(8)))
 HEXAHEDRON20 = Cell(
-    "hexahedron20", HEXAHEDRON, quadratic=True,
+    "hexahedron20", HEXAHEDRON, quadratic=True, dofs=3,
     universal=(116, (0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15)),
 )  # fmt: skip
-WEDGE6 = Cell("wedge", WEDGE)
+HEXAHEDRON27 = Cell("hexahedron27", HEXAHEDRON, quadratic=True, centred=(5, 3, 2, 4, 0, 1), interior=True, dofs=3)
+WEDGE6 = Cell("wedge", WEDGE, dofs=3, universal=(112, range(6)))
 WEDGE15 = Cell(
-    "wedge15", WEDGE, quadratic=True, universal=(113, (0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11))
+    "wedge15", WEDGE, quadratic=True, dofs=3, universal=(113, (0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11))
 )  # fmt: skip
+WEDGE18 = Cell("wedge18", WEDGE, quadratic=True, centred=(2, 3, 4), dofs=3)
+PYRAMID5 = Cell("pyramid", PYRAMID, dofs=3)
+PYRAMID13 = Cell("pyramid13", PYRAMID, quadratic=True, dofs=3)
+PYRAMID14 = Cell("pyramid14", PYRAMID, quadratic=True, centred=(0,), dofs=3)
+MIXED = Cell("mixed", ANY, dofs=3)
+TRIANGLE3 = Cell("triangle", TRIANGLE)
+QUADRANGLE4 = Cell("quad", QUADRANGLE)
+QUADRANGLE8 = Cell("quad8", QUADRANGLE, quadratic=True)
+QUADRANGLE9 = Cell("quad9", QUADRANGLE, quadratic=True, centred=(0,))
 CELLS = {cell.name: cell for cell in list(globals().values()) if isinstance(cell, Cell)}
+SOLIDS = {cell.nodes: cell for cell in CELLS.values() if cell.solid and cell is not MIXED}
+FACETS = {cell.nodes: cell for cell in (TRIANGLE3, QUADRANGLE4, TRIANGLE6, QUADRANGLE8, QUADRANGLE9)}
+"""Cells of solids, and facets of their surfaces, by their number of nodes."""
 
 FLAT_TRIANGLES = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """Flat triangles that make up one of six nodes."""
@@ -128,6 +152,54 @@ def cell_of(mesh: MeshRecord) -> Cell:
     return CELLS.get(mesh.cell_type) or Cell(mesh.cell_type, POINT)
 
 
+class Block(NamedTuple):
+    """Cells or facets of one type."""
+
+    cell: Cell
+    rows: np.ndarray
+    """Their numbers in the mesh or the surface, (k,), ascending."""
+    nodes: np.ndarray
+    """(k, a)"""
+
+
+def blocks_of(rows: np.ndarray, types: Mapping[int, Cell]) -> list[Block]:
+    """Return the blocks of rows of nodes (e, w), of which those of fewer nodes repeat their last one to the end.
+
+    Args:
+        types: Cells by their number of nodes, `SOLIDS` or `FACETS`.
+    """
+    repeats = np.cumprod(rows[:, ::-1] == rows[:, -1:], axis=1).sum(axis=1)
+    counts = rows.shape[1] - repeats + 1
+    numbers = {count: np.flatnonzero(counts == count) for count in np.unique(counts).tolist()}
+    return [Block(types[count], chosen, rows[chosen, :count]) for count, chosen in numbers.items()]
+
+
+def cell_blocks(mesh: MeshRecord) -> list[Block]:
+    """Return the cells of a mesh by type; those of one type are one block."""
+    if (cell := cell_of(mesh)) is MIXED:
+        return blocks_of(mesh.cells, SOLIDS)
+    return [Block(cell, np.arange(len(mesh.cells)), mesh.cells)]
+
+
+def block_meshes(mesh: MeshRecord) -> list[tuple[np.ndarray, MeshRecord]]:
+    """Return the cells of a mesh by type: their numbers in it, (k,), and a mesh of them alone on the same nodes."""
+    if cell_of(mesh) is not MIXED:
+        return [(np.arange(len(mesh.cells)), mesh)]
+    meshes = []
+    for block in cell_blocks(mesh):
+        formulations = {name: np.flatnonzero(np.isin(block.rows, rows)) for name, rows in mesh.formulations.items()}
+        meshes.append((block.rows, replace(mesh, cells=block.nodes, cell_type=block.cell.name, surfaces={}, volumes={},
+                                           formulations=formulations)))  # fmt: skip
+    return meshes
+
+
+def joined(blocks: Sequence[np.ndarray]) -> np.ndarray:
+    """Return rows of nodes of several widths, (k, a) each, one below the other, smaller ones filled by their last."""
+    width = max((rows.shape[1] for rows in blocks), default=0)
+    filled = [np.pad(rows, ((0, 0), (0, width - rows.shape[1])), mode="edge") for rows in blocks]
+    return np.concatenate(filled) if filled else np.empty((0, width), int)
+
+
 def compacted(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the points that cells use, the cells renumbered, and the new number of each old point, -1 if unused."""
     used, numbers = np.unique(cells, return_inverse=True)
@@ -136,21 +208,34 @@ def compacted(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.nda
     return points[used], numbers.reshape(cells.shape), new_number
 
 
-def side_counts(cells: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Return how many elements share each side of each element, (e, k); 1 on the boundary.
+def sides_of(blocks: Sequence[Block]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return all sides of all cells: the number of each side's cell (k,), its nodes, and how many cells share it, (k,).
 
-    Args:
-        sides: Local node numbers of the k sides, (k, s), of which the first k − 1 are corners.
+    Nodes are (k, s), corners first; sides of fewer nodes repeat their last one.
     """
-    corners = np.sort(cells[:, sides[:, : len(sides) - 1]].reshape(-1, len(sides) - 1), axis=1)
-    _, inverse, count = np.unique(corners, axis=0, return_inverse=True, return_counts=True)
-    return count[inverse.reshape(-1, len(sides))]
+    owners, facets, corners = [], [], []
+    for block in blocks:
+        for count in sorted({len(face) for face in block.cell.faces}):
+            faces = [k for k, face in enumerate(block.cell.faces) if len(face) == count]
+            nodes = block.nodes[:, [block.cell.faces[k] for k in faces]].reshape(-1, count)
+            ends = np.sort(nodes[:, : len(block.cell.shape.sides[faces[0]])], axis=1)
+            owners.append(np.repeat(block.rows, len(faces)))
+            facets.append(nodes)
+            corners.append(np.pad(ends, ((0, 0), (4 - ends.shape[1], 0)), constant_values=-1))
+    _, inverse, count = np.unique(np.concatenate(corners), axis=0, return_inverse=True, return_counts=True)
+    return np.concatenate(owners), joined(facets), count[inverse.ravel()]
 
 
 def outer_faces(cells: np.ndarray, cell: Cell = TETRA10) -> np.ndarray:
-    """Return the faces of tetrahedra, or the edges of triangles, that belong to one of them only, (f, s)."""
-    sides = np.array(cell.faces)
-    return cells[:, sides][side_counts(cells, sides) == 1]
+    """Return the faces of solid cells, or the edges of plane ones, that belong to one of them only, (f, s)."""
+    _, facets, counts = sides_of([Block(cell, np.arange(len(cells)), cells)])
+    return facets[counts == 1]
+
+
+def outer_facets(mesh: MeshRecord) -> np.ndarray:
+    """Return the facets of the boundary of a solid, (f, s), smaller ones filled by their last node, see `Surface`."""
+    _, facets, counts = sides_of(cell_blocks(mesh))
+    return facets[counts == 1]
 
 
 def quadratic_basis(L: np.ndarray, shape: Polytope = TRIANGLE) -> tuple[np.ndarray, np.ndarray]:
@@ -169,15 +254,14 @@ def turned(nodes: np.ndarray, triangles: np.ndarray, normal: np.ndarray) -> np.n
     return np.where(against[:, None], triangles[:, MIRRORED_TRIANGLE], triangles)
 
 
-def boundary_facets(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return cell and face number (f, 2) of each boundary facet and its nodes (f, 3) or (f, 6), outward.
+def boundary_facets(blocks: Sequence[Block], path: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cell of each boundary facet (f,) and its nodes (f, s), corners first, outward.
 
     Raises:
-        InputError: a face belongs to more than two tetrahedra; `path` is their file.
+        InputError: a face belongs to more than two cells; `path` is their file.
     """
-    sides = np.array((TETRA10 if cells.shape[1] == 10 else TETRA4).faces)
-    shared = side_counts(cells, sides)
+    owners, facets, shared = sides_of(blocks)
     if shared.max() > 2:
         count = round(float((1 / shared[shared > 2]).sum()))
-        raise InputError(f"{path}: {count} faces belong to more than two tetrahedra; allowed: two")
-    return np.argwhere(shared == 1), cells[:, sides][shared == 1]
+        raise InputError(f"{path}: {count} faces belong to more than two cells; allowed: two")
+    return owners[shared == 1], facets[shared == 1]

@@ -16,7 +16,17 @@ from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.geometry.cells import EDGES, GMSH_ORDER, MIRRORED_TETRA, TETRA10, boundary_facets, compacted
+from gudgeon.pipeline.geometry.cells import (
+    EDGES,
+    GMSH_ORDER,
+    MIRRORED_TETRA,
+    TETRA10,
+    Block,
+    boundary_facets,
+    compacted,
+    outer_faces,
+)
+from gudgeon.pipeline.geometry.cells import SOLIDS as SOLIDS_BY_NODES
 from gudgeon.pipeline.geometry.decks.abaqus import read_abaqus
 from gudgeon.pipeline.geometry.decks.ansys import read_ansys
 from gudgeon.pipeline.geometry.decks.by_gmsh import ENDINGS as GMSH_ENDINGS
@@ -87,7 +97,8 @@ class MeshFile(Strict):
         mesh = read_mesh(self.path)
         points = scaled_points(mesh, self.unit, self.path)
         nodes, cells, new_number = compacted(points, _ordered(points, _tetrahedra(mesh, self.path), self.path))
-        skin, faces = boundary_facets(cells, self.path)
+        cell = SOLIDS_BY_NODES[cells.shape[1]]
+        _, faces = boundary_facets([Block(cell, np.arange(len(cells)), cells)], self.path)
         members = named_facets(mesh, new_number, faces, dimension=2)
         shapes: dict[str, SurfaceRule] = {name: s.model_dump(mode="json") for name, s in self.surfaces.items()}
         members |= {name: self._on_shape(name, shape, nodes[faces[:, :3]], members) for name, shape in shapes.items()}
@@ -95,8 +106,8 @@ class MeshFile(Strict):
         fitted = {name: _fitted(nodes, faces[members[name]]) for name in sorted(members.keys() - shapes.keys())}
         if straight:
             nodes, cells = _with_mid_nodes(nodes, cells)
-        sides = np.array(TETRA10.faces)[skin[:, 1]]
-        facets = {name: cells[skin[chosen, :1], sides[chosen]] for name, chosen in members.items()}
+            faces = outer_faces(cells)
+        facets = {name: faces[chosen] for name, chosen in members.items()}
         if straight:
             _lift(nodes, facets, shapes)
         surfaces = {name: Surface(facets[name], (fitted | shapes)[name]) for name in facets}

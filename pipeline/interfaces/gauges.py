@@ -16,7 +16,7 @@ from gudgeon.pipeline.fem.elements.frame import Line
 from gudgeon.pipeline.fem.elements.materials import material_parts
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
-from gudgeon.pipeline.geometry.cells import cell_of, outer_faces
+from gudgeon.pipeline.geometry.cells import cell_of, outer_facets
 from gudgeon.pipeline.interfaces.fibres import gauge_row, load_row
 from gudgeon.pipeline.interfaces.strain_gauges import along, grid_rows
 from gudgeon.pipeline.interfaces.stress_recovery import complete_strain, hooke, interpolation, strain_rows
@@ -44,7 +44,7 @@ def gauge_rows(model: FEModel, component: Component, key: str) -> dict[str, spar
             rows_by_gauge[name] = sparse.csr_matrix(row)
             continue
         if not cell_of(mesh).dofs:
-            raise InputError(f"{key}.gauge.{name}: given, but stress needs elements of ten nodes, the part has"
+            raise InputError(f"{key}.gauge.{name}: given, but stress needs elastic elements, the part has"
                              f" {cell_of(mesh).name}")  # fmt: skip
         cell_material, cell_mesh, around = _part_of(mesh, material, gauge, f"{key}.gauge.{name}")
         law = complete_strain(cell_material, getattr(component.geometry, "state", "solid"))
@@ -129,7 +129,7 @@ def gauge_nodes(mesh: MeshRecord, gauge: Gauge, key: str) -> np.ndarray:
         return surface_nodes(mesh, gauge.surface, key)
     if not cell_of(mesh).solid:
         return np.unique(mesh.cells)
-    return np.unique(outer_faces(mesh.cells))
+    return np.unique(outer_facets(mesh))
 
 
 def refuse_large(gauges: dict[str, sparse.csr_matrix], forces: int, key: str) -> None:

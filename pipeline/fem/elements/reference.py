@@ -5,13 +5,22 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.elements import shapes
 from gudgeon.pipeline.geometry.cells import LINE, TETRAHEDRON, TRIANGLE, Cell, cell_of
 from gudgeon.pipeline.geometry.soundness import refuse_degenerate
 
 STIFFNESS_ORDER, MASS_ORDER = 4, 6
-"""Polynomial degree that the quadrature of solids and plane parts integrates exactly. Straight elements need 2 and 4;
-the Jacobians of curved ones add to both. Higher degrees do not change the first seven digits of any frequency of the
-skirt."""
+"""Polynomial degree that the quadrature of quadratic elements integrates exactly. Straight tetrahedra need 2 and 4; the
+Jacobians of curved ones add to both. Higher degrees do not change the first seven digits of any frequency of the
+skirt. Products of Gauss's rules are exact to an odd degree: 5 with 27 points, which curved hexahedra need in a patch
+test."""
+LINEAR_ORDERS = 2, 4
+"""The same of linear elements; of a tetrahedron, whose strain is constant, 0 would do."""
+
+
+def orders(cell: Cell) -> tuple[int, int]:
+    """Return the degrees of the quadrature for stiffness and mass."""
+    return (STIFFNESS_ORDER, MASS_ORDER) if cell.quadratic else LINEAR_ORDERS
 
 
 def reference(cell: Cell, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -24,20 +33,28 @@ def rule(cell: Cell, order: int) -> tuple[np.ndarray, np.ndarray]:
     """Return points ξ (k, q) and weights (q,) of the quadrature that is exact to the polynomial degree `order`."""
     from skfem.quadrature import get_quadrature
 
+    if cell in shapes.SPANS:
+        return shapes.rule(cell.shape, order)
     return get_quadrature(type(_basis(cell)).refdom, order)
 
 
 def shape_functions(cell: Cell, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return N (a, q) and ∂N/∂ξ (a, k, q) at places ξ of the reference element, (k, q)."""
+    if cell in shapes.SPANS:
+        return shapes.shape_functions(cell, X)
     basis = _basis(cell)
     values = [basis.lbasis(X, a) for a in range(cell.nodes)]
     return np.array([N for N, _ in values]), np.array([dN for _, dN in values])
 
 
 def quadrature(
-    mesh: MeshRecord, order: int, cells: np.ndarray | slice = slice(None)
+    mesh: MeshRecord, order: int, cells: np.ndarray | slice = slice(None), numbers: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return N (a, q), ∂N/∂x [1/m] (e, a, d, q) and weights × |∂x/∂ξ| (e, q) of isoparametric solids or triangles.
+    """Return N (a, q), ∂N/∂x [1/m] (e, a, d, q) and weights × |∂x/∂ξ| (e, q) of isoparametric cells of one type.
+
+    Args:
+        cells: Those to be integrated.
+        numbers: Of all cells, for messages; default: from 0.
 
     Raises:
         InputError: an element has no volume, or no area, or is inverted.
@@ -46,7 +63,7 @@ def quadrature(
     N, dN, W = reference(cell, order)
     x = mesh.nodes[mesh.cells[cells]][:, :, : cell.dimension]
     adjugate, det = adjugates(jacobians(x, dN))
-    refuse_degenerate(x, det, np.arange(len(mesh.cells))[cells])
+    refuse_degenerate(x, det, (np.arange(len(mesh.cells)) if numbers is None else numbers)[cells])
     return N, np.einsum("akq,kieq->eaiq", dN, adjugate / det, optimize=True), det * W
 
 
@@ -81,24 +98,20 @@ def determinants(J: np.ndarray) -> np.ndarray:
 def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
     """Return det(∂x/∂ξ) of every solid or triangle at its nodes, (e, a); positive in a valid element."""
     cell = cell_of(mesh)
-    _, dN = shape_functions(cell, reference_nodes(cell).T)
+    _, dN = shape_functions(cell, shapes.reference_nodes(cell).T)
     return adjugates(jacobians(mesh.nodes[mesh.cells][:, :, : cell.dimension], dN))[1]
-
-
-def reference_nodes(cell: Cell) -> np.ndarray:
-    """Return the places ξ of the nodes of a reference element, (a, k)."""
-    return _basis(cell).doflocs
 
 
 def extrapolation(cell: Cell, order: int) -> np.ndarray:
     """Return E (a, q): values at the nodes of the linear field nearest to values at the points of a quadrature."""
     X, _ = rule(cell, order)
-    linear = [np.column_stack([np.ones(len(xi)), xi]) for xi in (reference_nodes(cell), X.T)]
+    linear = [np.column_stack([np.ones(len(xi)), xi]) for xi in (shapes.reference_nodes(cell), X.T)]
     return linear[0] @ np.linalg.pinv(linear[1])
 
 
 def _basis(cell: Cell) -> Any:
-    from skfem import ElementLineP2, ElementTetP2, ElementTriP2
+    from skfem import ElementLineP2, ElementTetP1, ElementTetP2, ElementTriP1, ElementTriP2
 
-    assert cell.quadratic
+    if not cell.quadratic:
+        return {TRIANGLE: ElementTriP1, TETRAHEDRON: ElementTetP1}[cell.shape]()
     return {LINE: ElementLineP2, TRIANGLE: ElementTriP2, TETRAHEDRON: ElementTetP2}[cell.shape]()

@@ -1,65 +1,88 @@
-"""Solid elements: straight and curved tet10. scikit-fem gives shape functions and quadrature.
+"""Solid elements, straight and curved, of one type or of several: isoparametric, x = Σ N_a x_a.
 
-Tet10 elements are isoparametric: x = Σ N_a x_a, so the true surface is kept to second order. Element matrices are
-formed in batches from the scalar basis, G_ij^ab = ∫ ∂_i N_a ∂_j N_b, which is several times faster than vector forms
-and equal to them.
+Curved edges keep the true surface to second order. Element matrices are formed in batches from the scalar basis,
+G_ij^ab = ∫ ∂_i N_a ∂_j N_b, which is several times faster than vector forms and equal to them.
 """
+
+from collections.abc import Callable, Sequence
+from functools import reduce
+from operator import add
 
 import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.assembly import NodePairs
+from gudgeon.pipeline.fem.elements.incompatible import incompatible_stiffness
 from gudgeon.pipeline.fem.elements.materials import densities, elasticity_matrix, material_cells, stiffness_of
 from gudgeon.pipeline.fem.elements.reference import (
-    MASS_ORDER,
-    STIFFNESS_ORDER,
+    LINEAR_ORDERS,
     adjugates,
     determinants,
     jacobians,
+    orders,
     quadrature,
     reference,
 )
 from gudgeon.pipeline.fem.elements.strain import SHEARS, StrainSamples, continuum_samples, elasticity
 from gudgeon.pipeline.fem.model import FEModel, MassProperties, point_masses
-from gudgeon.pipeline.geometry.cells import TETRA10
+from gudgeon.pipeline.geometry.cells import TETRA10, block_meshes, cell_blocks, cell_of
 from gudgeon.pipeline.geometry.soundness import refuse_degenerate
 from gudgeon.pipeline.scenes.material import Material
 
 BATCH = 4096
-"""Elements assembled at once: the largest work array is about 60 MB."""
+"""Tetrahedra of ten nodes assembled at once, of other elements by the squares of their numbers of nodes: the largest
+work array is about 60 MB."""
 STRAIGHT = 8 * np.finfo(float).eps
 """Largest distance of a mid-side node from the middle of its edge, over the largest coordinate."""
 
 
 def assemble_solid(mesh: MeshRecord, material: Material, _: object) -> FEModel:
-    """Assemble a solid: elements with straight edges in closed form, curved ones by quadrature."""
-    pairs = NodePairs(mesh.cells, len(mesh.nodes))
-    stiffness, mass = np.zeros(()), np.zeros(())
-    straight, owner = straight_elements(mesh), np.zeros(len(mesh.cells), int)
-    materials = material_cells(mesh, material)
+    """Assemble a solid: tetrahedra with straight edges in closed form, other elements by quadrature."""
+    owner, materials = np.zeros(len(mesh.cells), int), material_cells(mesh, material)
     for index, (_, owned) in enumerate(materials):
         owner[owned] = index
-    for start in range(0, len(mesh.cells), BATCH):
-        cells = slice(start, min(start + BATCH, len(mesh.cells)))
-        blocks = np.empty((cells.stop - start, 3, 3, len(pairs.first)))
-        weights = np.empty((cells.stop - start, 1, 1, len(pairs.first)))
-        for index, (phase, _) in enumerate(materials):
-            for kind, form in ((True, _closed_form), (False, _by_quadrature)):
-                chosen = (straight[cells] == kind) & (owner[cells] == index)
-                if chosen.any():
-                    elements = form(mesh, phase, start + np.flatnonzero(chosen), pairs)
-                    blocks[chosen], weights[chosen, 0, 0] = elements
-        stiffness = stiffness + pairs.sum_blocks(blocks, cells)
-        mass = mass + pairs.sum_blocks(weights, cells)
-    K = pairs.matrix(stiffness)
-    M = sparse.kron(pairs.matrix(mass), sparse.eye(3), format="csr")
+    phases = [phase for phase, _ in materials]
+    matrices = [_block_matrices(block, phases, owner[rows], rows) for rows, block in block_meshes(mesh)]
+    K, mass = (reduce(add, blocks) for blocks in zip(*matrices, strict=True))
     properties = mass_properties(mesh, densities(mesh, material))
     twists, held = solid_twists(properties), np.zeros(K.shape[0], bool)
     return FEModel(
-        K=K, M=M, mesh=mesh, directions=np.eye(3), rotations=np.zeros((3, 3)), properties=properties,
-        rigid_twists=twists, held=held,
+        K=K, M=sparse.kron(mass, sparse.eye(3), format="csr"), mesh=mesh, directions=np.eye(3),
+        rotations=np.zeros((3, 3)), properties=properties, rigid_twists=twists, held=held,
     )  # fmt: skip
+
+
+def _block_matrices(
+    mesh: MeshRecord, phases: Sequence[Material], owner: np.ndarray, numbers: np.ndarray
+) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+    """Return the stiffness and the mass per direction of the elements of one type.
+
+    Args:
+        owner: Number of each element's material, (e,).
+        numbers: Of each element in the whole mesh, (e,), for messages.
+    """
+    pairs, count = NodePairs(mesh.cells, len(mesh.nodes)), len(mesh.cells)
+    stiffness, mass = np.zeros(()), np.zeros(())
+    forms = np.full(count, FORMS.index(_by_quadrature))
+    if cell_of(mesh) is TETRA10:
+        forms[straight_elements(mesh)] = FORMS.index(_closed_form)
+    for name, form in FORMULATIONS.items():
+        forms[mesh.formulations.get(name, [])] = FORMS.index(form)
+    batch = max(1, BATCH * 100 // mesh.cells.shape[1] ** 2)
+    for start in range(0, count, batch):
+        cells = slice(start, min(start + batch, count))
+        blocks = np.empty((cells.stop - start, 3, 3, len(pairs.first)))
+        weights = np.empty((cells.stop - start, 1, 1, len(pairs.first)))
+        for index, phase in enumerate(phases):
+            for form_id, form in enumerate(FORMS):
+                chosen = (forms[cells] == form_id) & (owner[cells] == index)
+                if chosen.any():
+                    elements = form(mesh, phase, start + np.flatnonzero(chosen), numbers, pairs)
+                    blocks[chosen], weights[chosen, 0, 0] = elements
+        stiffness = stiffness + pairs.sum_blocks(blocks, cells)
+        mass = mass + pairs.sum_blocks(weights, cells)
+    return pairs.matrix(stiffness), pairs.matrix(mass)
 
 
 def solid_samples(mesh: MeshRecord, material: Material, _: object) -> StrainSamples:
@@ -77,7 +100,7 @@ def straight_elements(mesh: MeshRecord) -> np.ndarray:
 
 
 def _closed_form(
-    mesh: MeshRecord, material: Material, cells: np.ndarray, pairs: NodePairs
+    mesh: MeshRecord, material: Material, cells: np.ndarray, numbers: np.ndarray, pairs: NodePairs
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return stiffness blocks (e, 3, 3, k) and masses (e, k) of straight tet10, whose ∂ξ/∂x is constant.
 
@@ -86,7 +109,7 @@ def _closed_form(
     """
     x = mesh.nodes[mesh.cells[cells]]
     adjugate, det = adjugates((x[:, 1:4] - x[:, :1]).transpose(2, 1, 0))
-    refuse_degenerate(x, det[:, None], cells)
+    refuse_degenerate(x, det[:, None], numbers[cells])
     g = adjugate / det
     products = np.einsum("mie,nje->eijmn", g, g)
     strain = stiffness_of(products, material) * det[:, None, None, None, None]
@@ -99,33 +122,73 @@ def _closed_form(
 
 
 def _by_quadrature(
-    mesh: MeshRecord, material: Material, cells: np.ndarray, pairs: NodePairs
+    mesh: MeshRecord, material: Material, cells: np.ndarray, numbers: np.ndarray, pairs: NodePairs
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return stiffness blocks (e, 3, 3, k) and masses (e, k) of curved tet10."""
-    _, grad, dx = quadrature(mesh, STIFFNESS_ORDER, cells)
-    flat = grad.reshape(len(dx), 30, -1)
-    G = np.matmul(flat * dx[:, None], flat.transpose(0, 2, 1)).reshape(-1, 10, 3, 10, 3)
+    """Return stiffness blocks (e, 3, 3, k) and masses (e, k) of elements in full integration."""
+    order, _ = orders(cell_of(mesh))
+    return _stiffness(mesh, material, cells, numbers, pairs, order), _masses(mesh, material, cells, numbers, pairs)
+
+
+def _reduced(
+    mesh: MeshRecord, material: Material, cells: np.ndarray, numbers: np.ndarray, pairs: NodePairs
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same with the stiffness at 2 × 2 × 2 points; the mass is integrated in full."""
+    return _stiffness(mesh, material, cells, numbers, pairs, 2), _masses(mesh, material, cells, numbers, pairs)
+
+
+def _incompatible(
+    mesh: MeshRecord, material: Material, cells: np.ndarray, numbers: np.ndarray, pairs: NodePairs
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same of hexahedra of 8 nodes with incompatible modes, see `elements.incompatible`."""
+    _, grad, dx = quadrature(mesh, LINEAR_ORDERS[0], cells, numbers)
+    K = incompatible_stiffness(mesh.nodes[mesh.cells[cells]], grad, dx, material)
+    return K[:, pairs.first, :, pairs.second].transpose(1, 2, 3, 0), _masses(mesh, material, cells, numbers, pairs)
+
+
+Form = Callable[[MeshRecord, Material, np.ndarray, np.ndarray, NodePairs], tuple[np.ndarray, np.ndarray]]
+FORMS: tuple[Form, ...] = (_closed_form, _by_quadrature, _reduced, _incompatible)
+FORMULATIONS = {"incompatible": _incompatible, "reduced": _reduced}
+"""Of elements that a mesh names, see `MeshRecord.formulations`."""
+
+
+def _stiffness(
+    mesh: MeshRecord, material: Material, cells: np.ndarray, numbers: np.ndarray, pairs: NodePairs, order: int
+) -> np.ndarray:
+    """Return stiffness blocks (e, 3, 3, k) by the quadrature of a degree."""
+    _, grad, dx = quadrature(mesh, order, cells, numbers)
+    flat, a = grad.reshape(len(dx), -1, dx.shape[1]), mesh.cells.shape[1]
+    G = np.matmul(flat * dx[:, None], flat.transpose(0, 2, 1)).reshape(-1, a, 3, a, 3)
     # Advanced indices apart: the pairs come first.
-    G = G[:, pairs.first, :, pairs.second].transpose(1, 2, 3, 0)
-    # No gradients are needed at the more numerous points of the mass.
-    N, dN, W = reference(TETRA10, MASS_ORDER)
+    return stiffness_of(G[:, pairs.first, :, pairs.second].transpose(1, 2, 3, 0), material)
+
+
+def _masses(
+    mesh: MeshRecord, material: Material, cells: np.ndarray, numbers: np.ndarray, pairs: NodePairs
+) -> np.ndarray:
+    """Return masses (e, k); no gradients are needed at their more numerous points."""
+    cell = cell_of(mesh)
+    N, dN, W = reference(cell, orders(cell)[1])
     x = mesh.nodes[mesh.cells[cells]]
     det = determinants(jacobians(x, dN))
-    refuse_degenerate(x, det, cells)
-    masses = material.rho * np.matmul(N * (det * W)[:, None], N.T)
-    return stiffness_of(G, material), masses[:, pairs.first, pairs.second]
+    refuse_degenerate(x, det, numbers[cells])
+    products = (N[pairs.first] * N[pairs.second]).T
+    return material.rho * ((det * W) @ products)
 
 
 def mass_properties(mesh: MeshRecord, rho: float | np.ndarray) -> MassProperties:
-    """Integrate mass, centre and inertia of a tet10 mesh over its curved elements, by the rule of the mass matrix.
+    """Integrate mass, centre and inertia of a solid over its curved elements, by the rule of the mass matrix.
 
     Args:
         rho: Density, or that of each element (e,) [kg/m^3].
     """
-    N, dN, W = reference(TETRA10, MASS_ORDER)
-    x = mesh.nodes[mesh.cells]
-    weights = (np.reshape(rho, (-1, 1)) * W * determinants(jacobians(x, dN))).ravel()
-    return point_masses(np.matmul(N.T, x).reshape(-1, 3), weights)
+    points, weights = [], []
+    for block in cell_blocks(mesh):
+        N, dN, W = reference(block.cell, orders(block.cell)[1])
+        x = mesh.nodes[block.nodes]
+        density = np.reshape(rho, (-1, 1)) if np.ndim(rho) == 0 else np.asarray(rho)[block.rows, None]
+        weights.append((density * W * determinants(jacobians(x, dN))).ravel())
+        points.append(np.matmul(N.T, x).reshape(-1, 3))
+    return point_masses(np.concatenate(points), np.concatenate(weights))
 
 
 def solid_twists(properties: MassProperties) -> np.ndarray:

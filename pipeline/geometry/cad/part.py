@@ -16,7 +16,7 @@ from gudgeon.pipeline.geometry.cad.faces import Face, distances, faces_of
 from gudgeon.pipeline.geometry.cad.reading import read_solids, solid_name, solid_volume
 from gudgeon.pipeline.geometry.cad.selection import FaceRule, Number, faces_by_name
 from gudgeon.pipeline.geometry.cad.units import model_scale
-from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES, GMSH_ORDER, TETRA10, boundary_facets
+from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES, GMSH_ORDER, TETRA10, Block, boundary_facets
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.occ import GMSH_TETRA10, GMSH_TRIANGLE6, generate, meshing, nodes_and_cells
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
@@ -186,7 +186,7 @@ def _refuse_damaged(gmsh: Any, faces: Sequence[Face], scale: float, path: str) -
 def _collected(gmsh: Any, named: Mapping[str, tuple[list[Face], SurfaceRule]], scale: float, path: str) -> MeshRecord:
     """Return gmsh's mesh with named surfaces, whose facets are turned outward."""
     nodes, cells, node_ids = nodes_and_cells(gmsh.model.mesh, GMSH_TETRA10, GMSH_ORDER)
-    skin = boundary_facets(cells, path)[1]
+    skin = boundary_facets([Block(TETRA10, np.arange(len(cells)), cells)], path)[1]
     corners = np.sort(skin[:, :3], axis=1)
     surfaces = {}
     for name, (faces, shape) in named.items():

@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface, SystemMatrices, Triangle
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import NODES, WEDGE6, Cell
+from gudgeon.pipeline.geometry.cells import NODES, TETRA10, WEDGE6, Cell
 from gudgeon.pipeline.geometry.matrices.ansys import read_archive, read_full
 from gudgeon.pipeline.geometry.matrices.inp import read_inp
 from gudgeon.pipeline.geometry.matrices.model import Block, Given, MatrixFiles, Model
@@ -190,7 +190,7 @@ def _surfaces(
 def _surface(
     files: MatrixFiles, points: np.ndarray, nodes: np.ndarray, facets: list[np.ndarray], cell: Cell, shape: SurfaceRule
 ) -> Surface:
-    if cell.solid and sum(map(len, facets)):
+    if cell is TETRA10 and sum(map(len, facets)):
         triangles = np.concatenate(facets)
         a, b, c = np.moveaxis(points[triangles[:, :3]], 1, 0)
         normals = np.cross(b - a, c - a)

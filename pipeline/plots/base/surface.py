@@ -4,7 +4,7 @@ VTK interpolates nodal fields wherever it divides, cuts or slices. With the mode
 drawn at any frame without interpolation weights.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import NamedTuple
@@ -12,14 +12,19 @@ from typing import NamedTuple
 import numpy as np
 import pyvista as pv
 
-from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.cells import PYRAMID13, PYRAMID14, Block, cell_blocks, cell_of
 from gudgeon.pipeline.plots.base.run import BodyMotion
 
 CELLS = {
-    4: pv.CellType.TETRA, 6: pv.CellType.QUADRATIC_TRIANGLE, 8: pv.CellType.HEXAHEDRON,
-    10: pv.CellType.QUADRATIC_TETRA, 15: pv.CellType.QUADRATIC_WEDGE, 20: pv.CellType.QUADRATIC_HEXAHEDRON,
+    "triangle": pv.CellType.TRIANGLE, "triangle6": pv.CellType.QUADRATIC_TRIANGLE, "quad": pv.CellType.QUAD,
+    "quad8": pv.CellType.QUADRATIC_QUAD, "quad9": pv.CellType.BIQUADRATIC_QUAD,
+    "tetra": pv.CellType.TETRA, "tetra10": pv.CellType.QUADRATIC_TETRA, "hexahedron": pv.CellType.HEXAHEDRON,
+    "hexahedron20": pv.CellType.QUADRATIC_HEXAHEDRON, "hexahedron27": pv.CellType.TRIQUADRATIC_HEXAHEDRON,
+    "wedge": pv.CellType.WEDGE, "wedge15": pv.CellType.QUADRATIC_WEDGE,
+    "wedge18": pv.CellType.BIQUADRATIC_QUADRATIC_WEDGE, "pyramid": pv.CellType.PYRAMID,
+    "pyramid13": pv.CellType.QUADRATIC_PYRAMID,
 }  # fmt: skip
-"""Kind of cell by its number of nodes."""
+"""Kind of cell in VTK by its name; a pyramid of 14 nodes is drawn by 13."""
 SHARP = 25.0
 """Angle between normals of triangles above which their common edge is sharp [deg]."""
 LEVELS = (3, 2, 1)
@@ -89,16 +94,17 @@ class Cut(NamedTuple):
 
 
 def make_skin(
-    nodes: np.ndarray, cells: np.ndarray, triangles: int, fields: Mapping[str, np.ndarray], cut: Cut | None = None
+    nodes: np.ndarray, blocks: Sequence[Block], triangles: int, fields: Mapping[str, np.ndarray], cut: Cut | None = None
 ) -> Skin:
-    """Return the skin of solid cells (e, a) or of facets (e, 6) of a body with nodes (n, 3).
+    """Return the skin of solid cells or of facets of a body with nodes (n, 3).
 
     Args:
         triangles: Target number of flat triangles; the finest division with no more is used.
         fields: Values at the nodes by name, (n, ...); the skin has their values at its points, (p, k).
         cut: The body ends there with a plane face.
     """
-    grid = pv.UnstructuredGrid({CELLS[cells.shape[1]]: cells}, nodes)
+    cells = [(PYRAMID13, nodes[:, :13]) if cell is PYRAMID14 else (cell, nodes) for cell, _, nodes in blocks]
+    grid = pv.UnstructuredGrid({CELLS[cell.name]: rows for cell, rows in cells}, nodes)
     grid.point_data[PLACE] = nodes
     for name, values in fields.items():
         grid.point_data[name] = values.reshape(len(nodes), -1) if values.ndim > 1 else values
@@ -123,7 +129,7 @@ def skin_of(
 ) -> tuple[BodyMotion, Skin]:
     """Return the motion of the points of a solid's skin, and the skin itself, see `make_skin`."""
     assert body.modal.shapes is not None
-    skin = make_skin(body.nodes, body.mesh.cells, triangles, {**fields, "shapes": body.modal.shapes}, cut)
+    skin = make_skin(body.nodes, cell_blocks(body.mesh), triangles, {**fields, "shapes": body.modal.shapes}, cut)
     return body.on(skin.points, skin.take("shapes")), skin
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pyvista as pv
 
-from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.cells import FACETS, blocks_of, cell_of
 from gudgeon.pipeline.plots.base import view
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, make_skin
@@ -30,7 +30,7 @@ def opposite(drawing: Drawing, contact: str, triangles: int, gaps: float) -> Ski
     surface = body.surface(drawing.trajectory.contacts[contact].interface)
     if surface is None or obstacle is None or not cell_of(body.mesh).solid:
         return None
-    wall = make_skin(body.nodes, surface.facets, triangles, {})
+    wall = make_skin(body.nodes, blocks_of(surface.facets, FACETS), triangles, {})
     placed = wall.points + drawing.position(body.name)
     wall.move(placed - gaps * obstacle.gap(placed)[:, None] * obstacle.direction(placed))
     return wall

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from PIL.Image import Image
 from scipy.spatial import KDTree
 
+from gudgeon.pipeline.geometry.cells import cell_blocks
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.hardest import Hardest, hardest
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
@@ -110,7 +111,7 @@ def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | 
     largest = max(float(length_across(displacement, drive.along).max()) for displacement in moved)
     scale = style.nice_scale(style.SHOWN * driven.size, largest)
     shift = gap_shift(drawing, driven, scale, NEAR * largest)
-    shifts = make_skin(driven.nodes, driven.mesh.cells, triangles, {"shift": shift}).take("shift")
+    shifts = make_skin(driven.nodes, cell_blocks(driven.mesh), triangles, {"shift": shift}).take("shift")
     members[drive.body] = replace(members[drive.body], still=members[drive.body].still + shifts)
     return Assembly(drive, members, scale)
 

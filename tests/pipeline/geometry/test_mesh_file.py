@@ -320,7 +320,7 @@ UNSOUND: dict[str, tuple[np.ndarray, list[Any], str]] = {
     "two orders": (straight_tet10(), [ONE, ("tetra10", [range(10)])], "both tetra and tetra10"),
     "flat": (TETRA, [("tetra", [[0, 1, 2, 3], [0, 3, 4, 3]])], "1 of 2 tetrahedra are flat, the first is number 1 "),
     "two pieces": (np.vstack([TETRA, TETRA + 5]), [("tetra", [[0, 1, 2, 3], [6, 7, 8, 9]])], "falls into 2 pieces"),
-    "a face of three": (TETRA, [("tetra", [[0, 1, 2, 3], [0, 1, 2, 4], [0, 1, 2, 5]])], "more than two tetrahedra"),
+    "a face of three": (TETRA, [("tetra", [[0, 1, 2, 3], [0, 1, 2, 4], [0, 1, 2, 5]])], "more than two cells"),
     "scrambled edges": (straight_tet10(), [("tetra10", [[0, 1, 2, 3, 9, 5, 6, 7, 8, 4]])], "edge 0 of tetrahedron 0"),
     "no number": (TETRA * np.nan, [ONE], "finite coordinates"),
     "no such node": (TETRA, [("tetra", [[0, 1, 2, 99]])], "damaged"),

@@ -13,7 +13,7 @@ from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.geometry.cells import boundary_facets
+from gudgeon.pipeline.geometry.cells import outer_facets
 from gudgeon.pipeline.interfaces.point_mass import with_point_masses
 from gudgeon.pipeline.modes.normal import normal_modes
 from gudgeon.pipeline.reduction.reduce import reduce_component
@@ -27,7 +27,7 @@ E, RHO = 2.1e11, 7850.0
 def mesh_of(cells: tuple[int, int, int]) -> MeshRecord:
     """Return a rod along z with the surfaces of its ends."""
     mesh = block(SIZE, cells).mesh
-    skin = boundary_facets(mesh.cells, "")[1]
+    skin = outer_facets(mesh)
     heights = {"foot": 0.0, "tip": SIZE[2]}
     ends = {name: skin[(np.abs(mesh.nodes[skin, 2] - z) < 1e-9).all(axis=1)] for name, z in heights.items()}
     return replace(mesh, surfaces={name: Surface(facets) for name, facets in ends.items()})

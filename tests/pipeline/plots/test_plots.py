@@ -17,6 +17,7 @@ from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline import plots
 from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.geometry.cells import cell_blocks
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_window import hann_filter, resample_mean
 from tests.pipeline.plots.runs import Run, assert_picture, fake_child, solved, triangles_of, volume_of
@@ -266,7 +267,7 @@ def test_picture_of_an_earlier_result_does_not_outlive_a_failure(rod: Run, tmp_p
 def test_boundary_is_what_the_surfaces_cover(skirt_mesh: MeshRecord) -> None:
     named = np.concatenate([surface.facets for surface in skirt_mesh.surfaces.values()])
     skin = make_skin(
-        skirt_mesh.nodes, skirt_mesh.cells, len(named), {"number": np.arange(float(len(skirt_mesh.nodes)))}
+        skirt_mesh.nodes, cell_blocks(skirt_mesh), len(named), {"number": np.arange(float(len(skirt_mesh.nodes)))}
     )
     numbers = skin.surface.point_data["number"].astype(int)[skin.surface.regular_faces]
     assert {frozenset(facet) for facet in numbers} == {frozenset(facet) for facet in named[:, :3]}
@@ -276,7 +277,7 @@ def test_boundary_is_what_the_surfaces_cover(skirt_mesh: MeshRecord) -> None:
 def test_skin_follows_the_curved_facets(skirt_mesh: MeshRecord) -> None:
     facets = sum(len(surface.facets) for surface in skirt_mesh.surfaces.values())
     linear = skirt_mesh.nodes @ np.array([1.0, 2.0, 3.0]) + 4.0
-    skin = make_skin(skirt_mesh.nodes, skirt_mesh.cells, 16 * facets, {"linear": linear})
+    skin = make_skin(skirt_mesh.nodes, cell_blocks(skirt_mesh), 16 * facets, {"linear": linear})
     assert skin.surface.n_cells == 16 * facets
     points = skin.points
     # Fields are interpolated as the positions are.
@@ -294,7 +295,7 @@ def test_skin_follows_the_curved_facets(skirt_mesh: MeshRecord) -> None:
 
 @pytest.mark.parametrize("cut", [None, Cut(np.zeros(3), np.array([0.0, 1.0, 0.0]))], ids=["whole", "cut open"])
 def test_normals_follow_a_moved_skin(skirt_mesh: MeshRecord, cut: Cut | None) -> None:
-    skin = make_skin(skirt_mesh.nodes, skirt_mesh.cells, 20_000, {}, cut)
+    skin = make_skin(skirt_mesh.nodes, cell_blocks(skirt_mesh), 20_000, {}, cut)
     sheared = skin.points.copy()
     sheared[:, 2] += 0.5 * sheared[:, 0]
     for points in (skin.points, sheared):

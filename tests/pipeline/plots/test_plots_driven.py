@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline import plots
+from gudgeon.pipeline.geometry.cells import cell_blocks
 from gudgeon.pipeline.plots.base.run import Drawing
 from tests.pipeline.plots.runs import Run, assert_picture, fake_child, solved, triangles_of, volume_of
 
@@ -207,10 +208,10 @@ def test_energy_of_a_free_drop_across(drawing: Drawing) -> None:
 
 
 def test_cut_body_is_closed(skirt_mesh: MeshRecord) -> None:
-    nodes, cells, keep = skirt_mesh.nodes, skirt_mesh.cells, np.array([0.0, 1.0, 0.0])
+    nodes, blocks, keep = skirt_mesh.nodes, cell_blocks(skirt_mesh), np.array([0.0, 1.0, 0.0])
     linear = {"linear": nodes @ np.array([1.0, 2.0, 3.0])}
-    whole = make_skin(nodes, cells, 20_000, {})
-    half = make_skin(nodes, cells, 20_000, linear, Cut(np.zeros(3), keep))
+    whole = make_skin(nodes, blocks, 20_000, {})
+    half = make_skin(nodes, blocks, 20_000, linear, Cut(np.zeros(3), keep))
     points = half.points
     np.testing.assert_allclose(half.take("linear"), points @ np.array([1.0, 2.0, 3.0]), rtol=ROUND_OFF, atol=1e-12)
     assert points[:, 1].min() > -1e-9

@@ -9,6 +9,7 @@ from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline import plots
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.exporters.export import _records
+from gudgeon.pipeline.geometry.cells import cell_blocks
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.base.stress import READ, equivalent_stress, left_out, nodal_stress, row_forces
@@ -91,7 +92,9 @@ def test_a_solid_is_coloured_on_the_sides_that_are_read_alone(scene: Run, tmp_pa
     body = scene.drawing(tmp_path).body("part")
     top = body.nodes[:, 2] > body.nodes[:, 2].max() - 1e-9
     height = body.nodes[:, 0]
-    skin = make_skin(body.nodes, body.mesh.cells, 5000, {"stress": np.where(top, height, 0.0), "known": 1.0 * top})
+    skin = make_skin(
+        body.nodes, cell_blocks(body.mesh), 5000, {"stress": np.where(top, height, 0.0), "known": 1.0 * top}
+    )
     values = values_where_known(skin)
     faces, points = skin.surface.regular_faces, skin.surface.points
     above = (points[faces][:, :, 2] > points[:, 2].max() - 1e-9).all(axis=1)

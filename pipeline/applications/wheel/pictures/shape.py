@@ -1,5 +1,8 @@
 """`wheel.png`: the whole tuned wheel in the nodal-diameter mode with the largest response."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
@@ -9,6 +12,7 @@ from PIL.Image import Image
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.applications.wheel.pictures.curves import harmonic_of
+from gudgeon.pipeline.geometry.cells import Block, cell_blocks
 from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import Drawing
@@ -60,7 +64,8 @@ def _picture(scene: str, mesh: MeshRecord, cyclic: CyclicRecord, harmonic: Cycli
     nodes, cells, field = whole_wheel(mesh, cyclic, harmonic, mode)
     size, largest = float(np.ptp(nodes, axis=0).max()), float(np.linalg.norm(field, axis=1).max())
     axial = field @ cyclic.axis / largest
-    image = _render(nodes, cells, field * (SHOWN * size / largest), axial, cyclic.axis)
+    blocks = cell_blocks(replace(mesh, nodes=nodes, cells=cells))
+    image = _render(nodes, blocks, field * (SHOWN * size / largest), axial, cyclic.axis)
     hertz = float(harmonic.angular_frequencies[mode]) / (2 * np.pi)
     n = harmonic.harmonic
     figure = style.new_figure(
@@ -74,8 +79,10 @@ def _picture(scene: str, mesh: MeshRecord, cyclic: CyclicRecord, harmonic: Cycli
     return figure
 
 
-def _render(nodes: np.ndarray, cells: np.ndarray, shown: np.ndarray, axial: np.ndarray, axis: np.ndarray) -> Image:
-    skin = make_skin(nodes, cells, TRIANGLES, {"shown": shown, "axial": axial})
+def _render(
+    nodes: np.ndarray, blocks: Sequence[Block], shown: np.ndarray, axial: np.ndarray, axis: np.ndarray
+) -> Image:
+    skin = make_skin(nodes, blocks, TRIANGLES, {"shown": shown, "axial": axial})
     skin.move(skin.points + skin.take("shown"))
     skin.colour(skin.take("axial"))
     plotter = view.new_plotter(style.IMAGE)
