@@ -1,6 +1,6 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup core check-core docs browser solver-env hsds demo test validate fuzz lint bench bench-peers reports defaults lock clean help
+.PHONY: setup core check-core docs manual browser solver-env hsds demo test validate fuzz lint bench bench-peers reports defaults lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
@@ -100,9 +100,14 @@ docs: setup ## build the site of the documents, out/site
 	$(BIN)/python -m docs.tools.api
 	$(BIN)/python -m docs.tools.gallery
 	$(BIN)/python -m docs.tools.notebooks
-	@$(BIN)/python -c 'import material' 2> /dev/null || $(BIN)/python -m pip install -q $(DOCS)
+	$(BIN)/python -m docs.tools.theory_figures
+	@$(has_docs) || $(BIN)/python -m pip install -q $(DOCS)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build -q --strict -f .mkdocs.yml
 	@echo "docs: out/site"
+
+manual: setup browser ## write the theory manual as one PDF, out/theory.pdf
+	@$(has_docs) || $(BIN)/python -m pip install -q $(DOCS)
+	$(BIN)/python -m docs.tools.theory_manual
 
 bench: setup ## time what the tests only count
 	$(BIN)/pytest -o addopts="-q -rs --strict-markers" tests/benchmarks --benchmark-only
@@ -197,6 +202,7 @@ define install_packages
 endef
 
 # The extra docs, which the lock files leave out.
+has_docs = $(BIN)/python -c 'import material, ziamath' 2> /dev/null
 DOCS = $(shell $(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["docs"])')
 
 # Lines by which extras name each other are left out: what they stand for is listed anyway.
