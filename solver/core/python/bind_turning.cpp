@@ -1,5 +1,9 @@
-/* Bodies that turn by any angle, with joints: steps, starts and readings over the arrays of a `Model` and a `Work`. */
+/* Bodies that turn by any angle, with joints: steps, starts and readings over the arrays of a `Model` and a `Work`.
+ *
+ * One source: what steps of all three kinds and readings share is compiled once.
+ */
 #include "../turning/exponential.hpp"
+#include "../turning/implicit.hpp"
 #include "../turning/reading.hpp"
 #include "read_turning.hpp"
 
@@ -117,6 +121,44 @@ private:
     Waves waves_;
 };
 
+class ImplicitTurning {
+public:
+    ImplicitTurning(nb::object model, nb::object stiff, nb::object work, nb::object newton)
+        : kept_(nb::make_tuple(model, stiff, work, newton)), model_(gudgeon::read<Model>(model)),
+          stiff_(gudgeon::read<Model>(stiff, "stiff")), root_(gudgeon::read<Cube>(stiff.attr("modal_root"), "modal_root")),
+          work_(gudgeon::read<Work>(work)), newton_(gudgeon::read<Newton>(newton)) {}
+
+    nb::tuple step(nb::handle course, nb::handle y, nb::handle out) const {
+        const auto taken = gudgeon::read<ImplicitCourse>(course);
+        const auto start = gudgeon::read<CVec>(y, "y");
+        const auto end = gudgeon::read<Vec>(out, "out");
+        ImplicitResult result;
+        {
+            nb::gil_scoped_release released;
+            result = implicit_step(model_, stiff_, root_, work_, newton_, taken, start, end);
+        }
+        return nb::make_tuple(result.error, result.left, result.converged);
+    }
+
+private:
+    nb::object kept_;
+    Model model_, stiff_;
+    Cube root_;
+    Work work_;
+    Newton newton_;
+};
+
+nb::tuple yielding_depth_of(nb::handle arrays, Index section, double x, double y) {
+    Model model{};
+    gudgeon::read("yielding", arrays.attr("yielding"), model.yielding);
+    gudgeon::read("yielding_reach", arrays.attr("yielding_reach"), model.yielding_reach);
+    gudgeon::read("yielding_touch", arrays.attr("yielding_touch"), model.yielding_touch);
+    gudgeon::read("yielding_depth", arrays.attr("yielding_depth"), model.yielding_depth);
+    gudgeon::read("touch_size", arrays.attr("touch_size"), model.touch_size);
+    const Depth found = yielding_depth(model, section, x, y);
+    return nb::make_tuple(found.depth, found.x, found.y);
+}
+
 }  // namespace
 
 void bind_turning(nb::module_& m) {
@@ -154,4 +196,13 @@ void bind_turning(nb::module_& m) {
              "Set the state after a step from y; returns the estimated error, and whether the stages converged.")
         .def("state_within", &ExponentialTurning::state_within, nb::arg("inside"), nb::arg("y"), nb::arg("out"),
              "Set the state at a place within a step from y.");
+    nb::class_<ImplicitTurning>(m, "ImplicitTurning", "Implicit steps of bodies on joints.")
+        .def(nb::init<nb::object, nb::object, nb::object, nb::object>(), nb::arg("model"), nb::arg("stiff"),
+             nb::arg("work"), nb::arg("newton"),
+             "stiff: the model with a modal inertia of its own, which is written, for projections of places.")
+        .def("step", &ImplicitTurning::step, nb::arg("course"), nb::arg("y"), nb::arg("out"),
+             "Set the state after a step from y; `Newton` has what is guessed of stages and multipliers. Returns the\n"
+             "estimated error, the last motion of Newton's method at the projection, and whether the stages converged.");
+    m.def("yielding_depth", &yielding_depth_of, nb::arg("arrays"), nb::arg("section"), nb::arg("x"), nb::arg("y"),
+          "Return H of a section's elastic bearing at an offset (x, y) along its frame [m], and its gradient.");
 }

@@ -8,7 +8,6 @@ namespace nb = nanobind;
 void bind_small(nb::module_&);
 void bind_implicit(nb::module_&);
 void bind_turning(nb::module_&);
-void bind_sections(nb::module_&);
 void bind_laws(nb::module_&);
 void bind_response(nb::module_&);
 void bind_log(nb::module_&);
@@ -25,7 +24,6 @@ GUDGEON_EXTENSION(GUDGEON_MODULE, m) {
     bind_small(m);
     bind_implicit(m);
     bind_turning(m);
-    bind_sections(m);
     bind_laws(m);
     bind_response(m);
     bind_log(m);

@@ -16,37 +16,45 @@ namespace gudgeon {
 
 namespace nb = nanobind;
 
-[[noreturn]] inline void refuse(const std::string& name, const char* expected) {
-    throw nb::type_error((name + ": not " + expected).c_str());
-}
+[[noreturn]] void refuse(const std::string& name, const char* expected);
+
+/* The pointer and the shape of a view, and what its array must be. */
+struct Target {
+    const void*& data;
+    Index* shape;
+    int rank;
+    nb::dlpack::dtype type;
+    bool written;
+};
+
+void read_view(const std::string& name, nb::handle value, Target target);
+void read(const std::string& name, nb::handle value, double& number);
+void read(const std::string& name, nb::handle value, Index& number);
+void read(const std::string& name, nb::handle value, bool& flag);
 
 template <class T, int N>
 void read(const std::string& name, nb::handle value, View<T, N>& view) {
-    nb::ndarray<T, nb::ndim<N>, nb::c_contig, nb::device::cpu> array;
-    if (!nb::try_cast(value, array, false)) {
-        refuse(name, "a contiguous array of this type and rank, writable where the loop writes");
-    }
-    view.data = array.data();
-    for (int k = 0; k < N; ++k) view.shape[k] = Index(array.shape(k));
+    const void* data = nullptr;
+    read_view(name, value, {data, view.shape, N, nb::dtype<std::remove_const_t<T>>(), !std::is_const_v<T>});
+    view.data = static_cast<T*>(const_cast<void*>(data));
 }
 
-inline void read(const std::string& name, nb::handle value, double& number) {
-    if (!nb::try_cast(value, number)) refuse(name, "a number");
-}
-
-inline void read(const std::string& name, nb::handle value, Index& number) {
-    if (!nb::try_cast(value, number)) refuse(name, "an integer");
-}
-
-inline void read(const std::string& name, nb::handle value, bool& flag) {
-    if (!nb::try_cast(value, flag)) refuse(name, "True or False");
-}
-
+/* A struct that lists its members. */
 template <class S>
-    requires requires(S& s) { s.each([](const char*, auto&) {}); }
+concept Table = requires(S& s) { s.each([](const char*, auto&) {}); };
+
+template <Table S>
+void read(const std::string& name, nb::handle value, S& out);
+
+/* One function for each type of a member: inlined at every member, it is most of what a compiler works on. */
+template <class V>
+[[gnu::noinline]] void read_member(const std::string& name, nb::handle value, const char* member, V& view) {
+    read(name.empty() ? member : name + "." + member, value.attr(member), view);
+}
+
+template <Table S>
 void read(const std::string& name, nb::handle value, S& out) {
-    const std::string prefix = name.empty() ? name : name + ".";
-    out.each([&](const char* member, auto& view) { read(prefix + member, value.attr(member), view); });
+    out.each([&](const char* member, auto& view) { read_member(name, value, member, view); });
 }
 
 /* A struct of views, or one view, of a Python object. */
