@@ -1,16 +1,22 @@
-"""Long validations: `make test` runs a share of them that follows from the commit, `make validate` all of them."""
+"""Long validations: `make test` runs a share of them that follows from the commit, `make validate` all of them. And
+records that tests share."""
 
 import hashlib
 import math
+import os
 import re
 import subprocess
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 MARK = "validation"
+OWN_RECORDS = "own_records"
+RUNNING = pytest.StashKey[pytest.Item]()
+"""The test that runs."""
 HEADING = "## Long validations"
 """Of the part of a page that a table replaces to the page's end."""
 HEAD = f"""{HEADING}
@@ -33,7 +39,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Name the mark, and keep what validations find; of several processes, in the one that collects reports."""
-    config.addinivalue_line("markers", f"{MARK}: takes 20 s of CPU time or more, and runs in full by `make validate`")
+    config.addinivalue_line("markers", f"{MARK}: takes 10 s of CPU time or more, and runs in full by `make validate`")
+    config.addinivalue_line("markers", f"{OWN_RECORDS}: computes all its records, see tests/shared.py")
     if not hasattr(config, "workerinput"):
         config.pluginmanager.register(Found(config), "found by validations")
 
@@ -72,6 +79,29 @@ def pytest_runtest_call(item: pytest.Item):  # type: ignore[no-untyped-def]
             item.user_properties.append(("cpu", round(time.process_time() - begun, 1)))
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item):  # type: ignore[no-untyped-def]
+    """Note the test that runs."""
+    item.config.stash[RUNNING] = item
+    return (yield)
+
+
+@pytest.fixture(scope="session")
+def shared_records(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config) -> Iterator[None]:
+    """Share records of stages between the tests of this session, of all workers; see `tests.shared`."""
+    from tests.shared import Records, sharing
+
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "shared"
+    with sharing(Records(folder, lambda: not computes_itself(pytestconfig.stash[RUNNING]))):
+        yield
+
+
+def computes_itself(item: pytest.Item) -> bool:
+    """Whether a test shares no records; see `tests.shared`."""
+    return "monkeypatch" in getattr(item, "fixturenames", ()) or item.get_closest_marker(OWN_RECORDS) is not None
+
+
 class Found:
     """What the validations of a session found, for its last line and the table.
 
@@ -84,9 +114,9 @@ class Found:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Note the row of a test."""
-        if MARK not in report.keywords or report.when != "call":
-            return
         told = dict(report.user_properties)
+        if "cpu" not in told or report.when != "call":  # Keywords have the names of folders, too.
+            return
         found = told.get("found", "") if report.passed else ""
         cells = (f"`{report.nodeid}`", f"{time.strftime('%Y-%m-%d', time.gmtime())}, {commit()}",
                  f"{report.outcome}{': ' if found else ''}{found}", f"{told.get('cpu', 0.0)} s")  # fmt: skip

@@ -2,6 +2,8 @@
 free, hinged and clamped: orthonormal, diagonal, never too soft, and exact in statics unless R is dropped."""
 
 from dataclasses import replace
+from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -118,27 +120,29 @@ CASES = {
 }
 
 
-@pytest.fixture(scope="module", params=CASES)
-def case(request: pytest.FixtureRequest) -> tuple[FEModel, ContactRows]:
-    return CASES[request.param]()
+@cache
+def case_of(name: str) -> tuple[FEModel, ContactRows]:
+    return CASES[name]()
 
 
-@pytest.fixture(scope="module")
-def elastic(case: tuple[FEModel, ContactRows]) -> tuple[np.ndarray, np.ndarray]:
+@cache
+def elastic_of(name: str) -> tuple[np.ndarray, np.ndarray]:
     """All elastic eigenvalues and shapes of the dofs that are free."""
-    K, M = case[0].free_matrices()
+    model = case_of(name)[0]
+    K, M = model.free_matrices()
     values, vectors = linalg.eigh(K.toarray(), M.toarray())
-    rigid = len(case[0].rigid_twists)
+    rigid = len(model.rigid_twists)
     return values[rigid:], vectors[:, rigid:]
 
 
-@pytest.fixture(scope="module", params=sorted(REDUCTIONS))
-def reduced(request: pytest.FixtureRequest, case: tuple[FEModel, ContactRows]) -> tuple[str, Reduction]:
+@cache
+def reduced_of(name: str, reduction: Any) -> Reduction:
+    case = case_of(name)
     surfaces = case[0].mesh.surfaces
     reference, kept = ("crown", "crown") if "crown" in surfaces else ("left", "right")
     settings = ModesSettings(
-        reduction=request.param,
-        normal_count=0 if request.param == "attachment" else NORMAL,
+        reduction=reduction,
+        normal_count=0 if reduction == "attachment" else NORMAL,
         static_count=STATIC,
         substructures=2,
         reference=reference,
@@ -146,7 +150,27 @@ def reduced(request: pytest.FixtureRequest, case: tuple[FEModel, ContactRows]) -
         kept=(kept,),
         interface_count=2,
     )
-    return request.param, REDUCTIONS[request.param](*case, settings)
+    return REDUCTIONS[reduction](*case, settings)
+
+
+@pytest.fixture(params=CASES)
+def case_name(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture
+def case(case_name: str) -> tuple[FEModel, ContactRows]:
+    return case_of(case_name)
+
+
+@pytest.fixture
+def elastic(case_name: str) -> tuple[np.ndarray, np.ndarray]:
+    return elastic_of(case_name)
+
+
+@pytest.fixture(params=sorted(REDUCTIONS))
+def reduced(request: pytest.FixtureRequest, case_name: str) -> tuple[str, Reduction]:
+    return request.param, reduced_of(case_name, request.param)
 
 
 def test_mass_and_stiffness_are_diagonal(case: tuple[FEModel, ContactRows], reduced: tuple[str, Reduction]) -> None:

@@ -1,7 +1,4 @@
-"""A skirt small enough for tests, and its model, made once; records that tests share."""
-
-import os
-from collections.abc import Iterator
+"""A skirt small enough for tests, and its model, made once."""
 
 import numpy as np
 import pytest
@@ -15,7 +12,6 @@ from gudgeon.pipeline.geometry.shapes.skirt import Skirt
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.supports import Support
 from tests.pipeline.blocks import EDGES
-from tests.pipeline.shared import sharing
 
 ALUMINIUM = Material(E=72e9, nu=0.33, rho=2700.0)
 
@@ -42,14 +38,6 @@ def hinge() -> FEModel:
     return hold(assemble_solid(mesh, Material(E=210e9, nu=0.3, rho=7850.0), None), [Support(surface="foot")], "here")
 
 
-@pytest.fixture
-def shared_records(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Share meshes, modes and fields with other tests of this session, of all workers; see `tests.pipeline.shared`."""
-    if "monkeypatch" in request.fixturenames:
-        yield
-        return
-    base = tmp_path_factory.getbasetemp()
-    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "shared"
-    folder.mkdir(exist_ok=True)
-    with sharing(folder):
-        yield
+@pytest.fixture(scope="session", autouse=True)
+def _shared(shared_records: None) -> None:
+    """All tests of this folder share records."""

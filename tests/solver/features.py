@@ -360,19 +360,19 @@ def draft_of(names: Iterable[str]) -> Draft:
     return draft
 
 
-def system_of(store: Store, names: Iterable[str], **run: Any) -> System:
-    """Compile the scene of some features.
-
-    Args:
-        store: With the records that `store_of` makes.
-        run: Keys of the run that differ; None: left out.
-    """
+def scene_of(names: Iterable[str], **run: Any) -> Scene:
+    """Return the scene of some features; `run` are keys of the run that differ, None: left out."""
     draft = draft_of(names)
     settings = draft.scene["run"] | run
     draft.scene["run"] = {key: value for key, value in settings.items() if value is not None}
     for name, body in draft.scene["body"].items():
         body["component"] = "elastic" if name == "rail" or (name == "part" and draft.elastic) else "rigid"
-    return compile_system(store, Scene.model_validate(draft.scene), keys_of(("elastic", "rigid")))
+    return Scene.model_validate(draft.scene)
+
+
+def system_of(store: Store, names: Iterable[str], **run: Any) -> System:
+    """Compile the scene of some features against the records that `store_of` makes; see `scene_of`."""
+    return compile_system(store, scene_of(names, **run), keys_of(("elastic", "rigid")))
 
 
 def store_of(folder: Path) -> Store:

@@ -117,17 +117,18 @@ def _coupled(modal: ModalRecord, count: int, rng: np.random.Generator) -> np.nda
 
 
 def plate_records(
-    mode_count: int = 12, *, length: float = 0.3, free: bool = False, nugget: float = 1e-10
+    mode_count: int = 12, *, begin: float = -0.15, length: float = 0.3, free: bool = False, nugget: float = 1e-10
 ) -> tuple[ModalRecord, MorphRecord]:
-    """A plate with a traction space on x = 0, facing -x, along y from -0.15 m; its R depends on distances alone.
+    """A plate with a traction space on x = 0, facing -x, along y; its R depends on distances alone.
 
     Args:
+        begin: y of the space's lower end [m].
         length: Of the space [m].
         free: Whether it has rigid motions; mass 3 kg, the centre off the surface.
         nugget: What R has on its diagonal alone [m/N].
     """
     rng, counts = np.random.default_rng(1), np.round(np.array([0.12, length]) / SPACING).astype(int) + 3
-    start = np.array([-0.06, -0.15])
+    start = np.array([-0.06, begin])
     knots = [start[axis] + (np.arange(counts[axis]) - 1) * SPACING for axis in range(2)]
     centres = np.stack(np.meshgrid(*knots, indexing="ij"), axis=-1).reshape(-1, 2)
     apart = np.linalg.norm(centres[:, None] - centres, axis=2)

@@ -91,6 +91,7 @@ def test_volume_of_a_cycle(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.validation
 def test_all_cycles(tmp_path: Path) -> None:
     """Its whole volume by worn shapes that are fed back: the load stays, whatever the shape."""
     job = open_job(written(tmp_path), db=tmp_path / "db", out=tmp_path / "out")

@@ -9,6 +9,8 @@ from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
 from tests.validation.test_sliding_block import SCENE
 
+pytestmark = pytest.mark.validation
+
 FRICTION, SPEED, GRAVITY = 0.1, 10.0, 20000.0
 MASS = 2700.0 * 0.03 * 0.02 * 0.02
 

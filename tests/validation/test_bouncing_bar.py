@@ -23,14 +23,15 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def first(folder: Path) -> Solved:
     """The shipped scene up to its third impact."""
-    changes = {"run.duration": 7.0, "run.samples": 7000, "component.bar.mesh.size": 0.05}
+    changes = {"run.checks": False, "run.duration": 7.0, "run.samples": 7000, "component.bar.mesh.size": 0.05}
     return solve("bouncing-bar", folder, changes)
 
 
 @pytest.fixture(scope="module")
 def twenty(folder: Path) -> Solved:
     """The shipped duration with a hundred modes."""
-    changes = {"run.samples": 5400, "component.bar.mesh.size": 0.05, "component.bar.modes.normal_count": 100}
+    changes = {"run.checks": False, "run.samples": 5400, "component.bar.mesh.size": 0.05,
+               "component.bar.modes.normal_count": 100}  # fmt: skip
     return solve("bouncing-bar", folder, changes)
 
 
@@ -72,6 +73,7 @@ def test_nothing_between_impacts(first: Solved) -> None:
     assert (force[(times < 0.999) | ((times > 1.70) & (times < 3.64))] == 0).all()
 
 
+@pytest.mark.validation
 def test_twenty_impacts_make_no_energy(twenty: Solved) -> None:
     """What a truncated basis leaves in vibration comes back into the bounce; none is made, none is lost."""
     assert len(impacts(twenty)) >= 20
@@ -82,6 +84,7 @@ def test_twenty_impacts_make_no_energy(twenty: Solved) -> None:
     np.testing.assert_allclose(whole, 0.0, rtol=0, atol=1e-9 * 500.0)
 
 
+@pytest.mark.validation
 def test_early_impacts_keep_the_period(twenty: Solved) -> None:
     exact = EXACT["first_contact"] + EXACT["period"] / 2 * np.arange(6)
     np.testing.assert_allclose(impacts(twenty)[:6], exact, rtol=6e-3)

@@ -25,7 +25,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def hard(folder: Path) -> Solved:
-    return solve("pendulum/hard.toml", folder)
+    return solve("pendulum/hard.toml", folder, {"run.checks": False})
 
 
 def test_soft_stop(folder: Path) -> None:
@@ -41,6 +41,7 @@ def test_soft_stop(folder: Path) -> None:
     assert -solved["beam.angular_velocity_y"] == pytest.approx(SOFT["kinematic_restitution"]["value"], rel=1e-6)
 
 
+@pytest.mark.validation
 def test_hard_stop_strikes_ten_times_reliably(hard: Solved) -> None:
     """G2: the ten contacts on which the reference's own discretisations agree."""
     impacts = hard.impacts("stop")[: HARD["contacts_reliable"]]
@@ -56,6 +57,7 @@ def test_hard_stop_strikes_ten_times_reliably(hard: Solved) -> None:
     assert impacts[0, 3] == pytest.approx(HARD["first_contact_Fmax"]["value"], rel=5e-3)
 
 
+@pytest.mark.validation
 def test_hard_stop_final_rate(hard: Solved) -> None:
     """To the reference's uncertainty of 1.4 % of the first rate, and 4.3 % suggested; fifty contacts deep."""
     assert hard["beam.angular_velocity_y"] == pytest.approx(HARD["omega_rigid_after"]["value"], abs=0.02)
@@ -100,6 +102,7 @@ def test_full_space_needs_no_choice(folder: Path) -> None:
             "contact.pair.law.kind": "hertz",
             "contact.pair.law.stiffness": 1e9,
             "run.duration": 2e-3,
+            "run.checks": False,
         }
         if reduction == "fixed-reference":
             changes["component.bar.modes.reference"] = "left"

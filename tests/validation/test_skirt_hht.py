@@ -32,6 +32,8 @@ from gudgeon.pipeline.nodal.scene.problem import nodal_problem
 from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.stages.run import run_job
 
+pytestmark = pytest.mark.validation
+
 SCENE = Path(__file__).parents[2] / "data/skirt/scene.toml"
 NUMBERS: dict[str, Any] = tomllib.loads(SCENE.read_text(encoding="utf-8"))
 STEP, DURATION = 1e-6, 6e-4

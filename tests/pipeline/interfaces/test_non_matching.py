@@ -16,8 +16,6 @@ from gudgeon.solver.simulate import adjusted_notes, simulate
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 
-pytestmark = pytest.mark.usefixtures("shared_records")
-
 SCENE = """
 [component.upper]
 geometry = {{ kind = "box", lx = 0.03, ly = 0.03, lz = 0.02 }}

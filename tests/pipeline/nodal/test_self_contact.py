@@ -16,8 +16,6 @@ from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError
 
-pytestmark = pytest.mark.usefixtures("shared_records")
-
 FORK = """SetFactory("OpenCASCADE");
 Box(1) = {0, 0, 0, 0.06, 0.01, 0.006};
 Box(2) = {0, 0, 0.0062, 0.06, 0.01, 0.006};

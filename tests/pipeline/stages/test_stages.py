@@ -184,6 +184,7 @@ def test_a_reason_is_told_once(made: tuple[Path, RunReport]) -> None:
     assert len(why) == len(set(why)) == 1
 
 
+@pytest.mark.own_records
 def test_progress_tells_each_run_of_the_solver_and_does_not_decrease_within_it(tmp_path: Path) -> None:
     """The solver runs again for the step and the estimates of errors."""
     write_scene(tmp_path / "scene")

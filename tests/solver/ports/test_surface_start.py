@@ -24,20 +24,22 @@ from tests.solver.systems import (
 )
 
 MU, PULL = 0.3, 50.0
+APART = 0.01
+"""Of two blocks, which do not touch each other [m]."""
 MASS = 2.0
 
 
 def rests(folder: Path, slope: float, *, blocks: int = 1, **part: Any) -> System:
     """Blocks on an elastic plate, gravity turned from its normal by a share of the angle of friction."""
     modal, morph = block_records(12)
-    plate, design = plate_records()
+    plate, design = plate_records(begin=-0.05, length=0.1 + APART * (blocks - 1))
     records = {"part": (with_tangential_rows(modal, "face"), morph),
                "plate": (with_tractions_across(plate, "top"), design)}  # fmt: skip
     scene = pair_scene(0.0, gravity=[PULL, slope * MU * PULL, 0.0], integrator="implicit", checks=False)
     scene["contact"]["slide"] |= {"friction": {"static": MU}, "surface_stiffness": 1e12}
     scene["body"]["part"] = {"position": [-0.05, 0.0, 0.0]} | part
     for number in range(1, blocks):
-        scene["body"][f"part{number}"] = {"component": "part", "position": [-0.05, 0.08 * number, 0.0]}
+        scene["body"][f"part{number}"] = {"component": "part", "position": [-0.05, APART * number, 0.0]}
         scene["contact"][f"slide{number}"] = scene["contact"]["slide"] | {"body": f"part{number}"}
     return build_all(folder, records, scene)
 
@@ -92,7 +94,7 @@ def test_a_held_body_that_its_loads_press_into_a_surface_starts_and_stays_at_res
     friction: float | None, tmp_path: Path
 ) -> None:
     modal, morph = held(6)
-    plate, design = plate_records()
+    plate, design = plate_records(begin=-0.05, length=0.1)
     records = {"part": (with_tangential_rows(modal, "face"), morph),
                "plate": (with_tractions_across(plate, "top"), design)}  # fmt: skip
     scene = pair_scene(0.0, gravity=[200.0, 20.0, 0.0], integrator="implicit", checks=False, duration=1e-4)

@@ -11,6 +11,8 @@ import pytest
 from tests.validation.friction.meshes import CATTANEO, MIRRORED, Lower
 from tests.validation.friction.records import made_pair, reference, touch
 
+pytestmark = pytest.mark.validation
+
 REFERENCE = reference("N2_cattaneo_cylinder")
 EXPECTED, LOAD = REFERENCE["expected"], REFERENCE["parameters"]["load_per_length"]
 MU, TOLERANCE = REFERENCE["parameters"]["friction"], EXPECTED["suggested_rel_tol"]

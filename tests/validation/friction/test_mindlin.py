@@ -12,6 +12,8 @@ from tests.validation.friction.meshes import MINDLIN, Lower
 from tests.validation.friction.records import Pair, made_pair, reference, touch
 from tests.validation.friction.statics import lost_in_a_cycle, statics_of
 
+pytestmark = pytest.mark.validation
+
 REFERENCE = reference("N1_mindlin_sphere")
 EXPECTED, GIVEN = REFERENCE["expected"], REFERENCE["parameters"]
 LOAD, MU, AMPLITUDE = GIVEN["normal_load"], GIVEN["friction"], GIVEN["oscillation_amplitude_over_muP"]

@@ -90,6 +90,7 @@ def job_of_worn(job: Any, depths: np.ndarray) -> Any:
     return variant(job, {"component": {"bush": {"change": found}}, "joint": {"pin": worn}})
 
 
+@pytest.mark.validation
 def test_a_bush_that_wears_much_is_computed_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Within change.tolerance its modes are kept, above it computed again: the same depths to 1 % where both hold."""
     changes = SHAFT | {"run.duration": 0.004, "joint.pin.wear.after": 0.001, "body.shaft.position": [0.0, AT_REST, 0.0]}

@@ -81,6 +81,7 @@ def test_the_bush_is_pressed_as_lame_and_hertz_say(tmp_path: Path) -> None:
     assert (evened[0] / evened[1]).max() == pytest.approx(2 * load / (np.pi * half * LENGTH), rel=0.04)
 
 
+@pytest.mark.validation
 def test_a_shaft_wears_its_bush_over_cycles(tmp_path: Path) -> None:
     """The volume is N k/H F Ω r T, and the worn shape is in the gaps of the next runs: the contact widens."""
     changes = SHAFT | {"run.duration": 0.004, "joint.pin.wear.after": 0.001, "body.shaft.position": [0.0, AT_REST, 0.0]}

@@ -41,37 +41,41 @@ def test_vibrations_are_exact_at_any_step(ratio: float, tmp_path: Path) -> None:
         np.testing.assert_allclose(momentum / STIFF, rates / STIFF, atol=1e-7 * SMALL)
 
 
-def joined(folder: Path, force: dict[str, Any], run: dict[str, Any]) -> list[Trajectory]:
-    """Return the runs of two bodies that deform and a rigid one, by fine explicit steps and by exponential ones."""
+JOINED: dict[str, dict[str, Any]] = {
+    "bush": {"kind": "bushing", "body": "part", "interface": "pin", "against": "other", "against_interface": "pin",
+             "stiffness": [900.0, 700.0, 800.0], "rotational_stiffness": [2.0, 3.0, 4.0], "damping": [1.0, 2.0, 3.0]},
+    "spring": {"kind": "spring", "body": "part", "interface": "pin", "against": "rock", "against_at": [0.0, 0.0, 0.0],
+               "stiffness": 3e3, "damping": 2.0},
+    "push": {"kind": "wrench", "body": "other", "interface": "pin", "force": [0.0, 1.0, 0.0],
+             "expression": "5*sin(80*t)"},
+}  # fmt: skip
+
+
+def joined(folder: Path, **run: Any) -> Trajectory:
+    """Return a run of two bodies that deform and a rigid one, joined by springs."""
     records = {
         "part": cloud(STIFF, free=True),
         "other": cloud(STIFF[:3] * 1.3, seed=3, free=True),
         "rock": rigid_records(MASS, {}, INERTIA),
     }
     bodies = {"part": TUMBLING, "other": {"damping": {"ratio": 0.01}}, "rock": {"velocity": [0.0, 0.4, 0.0]}}
-    found = []
-    for own in ({"stepping": "explicit", "accuracy": 1e-10}, {"stepping": "implicit"}):
-        whole = {"integrator": "mechanism", "samples": 60, "frames": 2, "limits": WIDE} | run | own
-        whole["gravity"] = [0.0, 0.0, -9.81]
-        scene = {"body": bodies, "joint": {}, "force": force, "run": whole}
-        found.append(simulate(build_all(folder / own["stepping"], records, scene)))
-        assert found[-1].result == "FINISHED"
-    assert found[1].counts["exponential_steps"] == found[1].counts["steps_taken"]
-    return found
+    settings = {"integrator": "mechanism", "samples": 60, "frames": 2, "limits": WIDE, "duration": 0.15}
+    settings |= {"gravity": [0.0, 0.0, -9.81]} | run
+    trajectory = simulate(build_all(folder, records, {"body": bodies, "joint": {}, "force": JOINED, "run": settings}))
+    assert trajectory.result == "FINISHED"
+    return trajectory
+
+
+@pytest.fixture(scope="module")
+def fine(tmp_path_factory: pytest.TempPathFactory) -> Trajectory:
+    """The run by fine explicit steps."""
+    return joined(tmp_path_factory.mktemp("explicit"), stepping="explicit", accuracy=1e-10)
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-8])
-def test_bodies_on_springs_and_bushings(accuracy: float, tmp_path: Path) -> None:
-    force = {
-        "bush": {"kind": "bushing", "body": "part", "interface": "pin", "against": "other", "against_interface": "pin",
-                 "stiffness": [900.0, 700.0, 800.0], "rotational_stiffness": [2.0, 3.0, 4.0],
-                 "damping": [1.0, 2.0, 3.0]},
-        "spring": {"kind": "spring", "body": "part", "interface": "pin", "against": "rock",
-                   "against_at": [0.0, 0.0, 0.0], "stiffness": 3e3, "damping": 2.0},
-        "push": {"kind": "wrench", "body": "other", "interface": "pin", "force": [0.0, 1.0, 0.0],
-                 "expression": "5*sin(80*t)"},
-    }  # fmt: skip
-    fine, found = joined(tmp_path, force, {"duration": 0.3, "accuracy": accuracy})
+def test_bodies_on_springs_and_bushings(accuracy: float, fine: Trajectory, tmp_path: Path) -> None:
+    found = joined(tmp_path, stepping="implicit", accuracy=accuracy)
+    assert found.counts["exponential_steps"] == found.counts["steps_taken"]
     for name in fine.motion:
         assert np.abs(fine.motion[name][:, :6] - found.motion[name][:, :6]).max() < accuracy
     np.testing.assert_allclose(found.energies, fine.energies, atol=accuracy * np.abs(fine.energies).max())

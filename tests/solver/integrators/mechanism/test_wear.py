@@ -45,6 +45,12 @@ def thrown(wear: dict[str, Any] | None, folder: Path, **more: Any) -> Trajectory
     return solved(folder, bodies, {"knee": knee(wear, against="mate", **more)}, run=run)
 
 
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory: pytest.TempPathFactory) -> Trajectory:
+    """The run of a journal thrown about in a bearing that does not wear."""
+    return thrown(None, tmp_path_factory.mktemp("bare"))
+
+
 def swung(folder: Path, wear: dict[str, Any], load: float, swing: float, cycles: int) -> Trajectory:
     """Return the run of a bearing that oscillates about its journal under a constant load, as reference H2."""
     bodies = {"part": {"position": [0.0, -GAP - load / STIFFNESS, 0.0]}, "ring": {}}
@@ -90,9 +96,8 @@ def test_wear_counts_from_a_time_on(tmp_path: Path) -> None:
     assert value(half, "load_distance") == value(whole, "load_distance")
 
 
-def test_wear_of_zero_changes_nothing(tmp_path: Path) -> None:
+def test_wear_of_zero_changes_nothing(bare: Trajectory, tmp_path: Path) -> None:
     """Nor does wear that a run only adds up: bit for bit."""
-    bare = thrown(None, tmp_path)
     for change in ({"coefficient": 0.0}, {}, {"bearing_depth": [[0.0] * 8]}):
         found = thrown(change, tmp_path)
         for body in ("part", "mate"):
@@ -100,11 +105,11 @@ def test_wear_of_zero_changes_nothing(tmp_path: Path) -> None:
         np.testing.assert_array_equal(found.energies, bare.energies)
 
 
-@pytest.mark.parametrize("key", ["bearing_depth", "journal_depth"])
-def test_an_even_wear_widens_the_clearance(key: str, tmp_path: Path) -> None:
-    found = thrown({key: waves(8, mean=2e-4)}, tmp_path)
+def test_an_even_wear_widens_the_clearance(tmp_path: Path) -> None:
     wider = thrown(None, tmp_path, clearance=GAP + 2e-4)
-    np.testing.assert_allclose(found.motion["part"], wider.motion["part"], rtol=1e-6, atol=1e-9)
+    for key in ("bearing_depth", "journal_depth"):
+        found = thrown({key: waves(8, mean=2e-4)}, tmp_path)
+        np.testing.assert_allclose(found.motion["part"], wider.motion["part"], rtol=1e-6, atol=1e-9, err_msg=key)
 
 
 BUMPY = {
@@ -114,14 +119,13 @@ BUMPY = {
 
 
 @pytest.mark.parametrize("key", [["bearing_depth"], ["journal_depth"], ["bearing_depth", "journal_depth"]])
-def test_worn_shapes_keep_momentum_and_energy(key: list[str], tmp_path: Path) -> None:
+def test_worn_shapes_keep_momentum_and_energy(key: list[str], bare: Trajectory, tmp_path: Path) -> None:
     """The force of a worn shape has a potential, and its moment turns the journal."""
     found = thrown({one: BUMPY[one] for one in key}, tmp_path)
     assert value(found, "impacts") >= 3
     assert found.momentum_residual < 1e-12
     balance = found.energies @ [1, 1, 1, 1, -1]
     np.testing.assert_allclose(balance, balance[0], rtol=1e-7)  # Tilted by a few degrees.
-    bare = thrown(None, tmp_path)
     assert abs(found.motion["part"][-1] - bare.motion["part"][-1]).max() > 1e-3
 
 
