@@ -53,9 +53,9 @@ def test_figures_are_shown_and_drawn() -> None:
 
 
 def test_numbers_become_links(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a formula its number is kept, and a reference leads to it, in the page of its chapter."""
+    """A reference leads to the formula of its number in the page of its chapter; punctuation stays with a formula."""
     monkeypatch.setattr(equations, "svg", lambda latex, *, display: f"<{latex.strip()}|{display}>")
     text, pictures = equations.held_back("By (4.2) and (99.1) $a$:\n\n$$\nb \\tag{4.2}\n$$\n")
     html = equations.completed(text, pictures, "{chapter}.html#eq-{number}")
-    assert '(<a href="4-contact.html#eq-4.2">4.2</a>) and (99.1) <a|False>' in html
+    assert '(<a href="4-contact.html#eq-4.2">4.2</a>) and (99.1) <span class="together"><a|False>:</span>' in html
     assert 'id="eq-4.2"><span class="formula"><b|True></span><span class="number">(4.2)</span>' in html

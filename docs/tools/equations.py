@@ -14,7 +14,7 @@ FOLDER = Path(__file__).resolve().parents[1] / "theory"
 FORMULA = re.compile(r"\$\$(?P<display>.+?)\$\$|\$(?P<inline>[^$\n]+)\$", re.DOTALL)
 TAG = re.compile(r"\\tag\{(\d+\.\d+)\}")
 REFERENCE = re.compile(r"\((\d+\.\d+)\)")
-HELD = re.compile(r"equation-held-(\d+)-")
+HELD = re.compile(r"equation-held-(\d+)-([.,;:)]*)")
 SIDE = re.compile(r' (width|height)="([\d.]+)"')
 SIZE, TEXT = 17.0, 15.5
 """Size of a formula while it is drawn [px], and that of the text next to which it looks alike."""
@@ -81,7 +81,15 @@ def completed(html: str, pictures: list[str], target: str) -> str:
         place = target.format(chapter=chapters()[match[1].partition(".")[0]].stem, number=match[1])
         return f'(<a href="{place}">{match[1]}</a>)'
 
-    return HELD.sub(lambda match: pictures[int(match[1])], REFERENCE.sub(link, html))
+    def put_back(match: re.Match[str]) -> str:
+        # A line does not end between a formula and its punctuation.
+        return (
+            f'<span class="together">{pictures[int(match[1])]}{match[2]}</span>'
+            if match[2]
+            else pictures[int(match[1])]
+        )
+
+    return HELD.sub(put_back, REFERENCE.sub(link, html))
 
 
 def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
