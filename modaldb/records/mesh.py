@@ -14,8 +14,8 @@ class Surface:
         metadata=rule("f' 9|8|6|4|3|1", "int", below="n", unit="1", name="node numbers of each facet")
     )
     """Node numbers of each facet, corners first: of solids triangles of 3 or 6 and quadrilaterals of 4, 8 or 9 nodes,
-    the smaller ones filled by their last node; (facets, 3) on triangles with the part on their left, (facets, 1) on a
-    line or a rigid body, or the nodes of a set."""
+    in rows of 4 at least, smaller ones filled by their last node; (facets, 3) edges of triangles with the part on their
+    left, (facets, 1) on a line or a rigid body, or the nodes of a set."""
     shape: Json = field(default_factory=dict)
     """The true surface, `{"kind": "cylinder", "radius", "axis", "origin"}` or `{}` where only the nodes are known."""
     areas: Array | None = field(default=None, metadata=rule("f'", unit="m^2", name="area of each node"))

@@ -17,7 +17,7 @@ from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.reference import nodal_jacobians
 from gudgeon.pipeline.fem.elements.solid import mass_properties, solid_twists
-from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.cells import cell_centres, cell_of
 from gudgeon.pipeline.geometry.profile import ProfileTable
 from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, radial_directions
 
@@ -122,6 +122,10 @@ def reuse(
     """
     if not cell_of(mesh).solid:
         raise InputError(f"{movement.source}: modes of a plane part are not reused, use update 'recompute'")
+    if "incompatible" in mesh.formulations:
+        raise InputError(
+            f"{movement.source}: modes of hexahedra with incompatible modes are not reused, use update 'recompute'"
+        )
     if 0 < len(modal.rigid_twists) < 6:
         raise InputError(
             f"{movement.source}: the supports leave some of the rigid motions free, use update 'recompute'"
@@ -158,10 +162,10 @@ def _radial_shift(points: np.ndarray, surface: Surface, movement: Movement) -> n
 
 def _refuse_inverted(mesh: MeshRecord, movement: Movement) -> None:
     # At the nodes the determinant is a sharper test of inversion than at quadrature points.
-    lowest = nodal_jacobians(mesh).min(axis=1)
+    lowest = nodal_jacobians(mesh)[:, 0]
     if lowest.min() <= 0:
         worst = int(np.argmin(lowest))
-        centre = mesh.nodes[mesh.cells[worst]].mean(axis=0)
+        centre = cell_centres(mesh)[worst]
         raise InputError(
             f"{movement.source}: the profile inverts {int((lowest <= 0).sum())} elements, the worst is element"
             f" {worst} near ({centre[0]:.4g}, {centre[1]:.4g}, {centre[2]:.4g}) m; allowed: deviations well below the"

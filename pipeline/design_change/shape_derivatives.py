@@ -10,14 +10,12 @@ they are found once for each pair, and of any movement by one product. Taken at 
 they are the exact derivatives of the assembled matrices; fewer points are enough for smooth movements.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.materials import densities, material_cells
-from gudgeon.pipeline.fem.elements.reference import quadrature
+from gudgeon.pipeline.fem.elements.reference import batches, quadrature
 from gudgeon.pipeline.fem.elements.strain import GAUSS_ORDER
 from gudgeon.pipeline.scenes.material import Material
 
@@ -37,14 +35,14 @@ def stiffness_derivatives(
     """
     total = np.zeros((len(mesh.nodes), 3, len(pairs)))
     for cell_material, cells in material_cells(mesh, material):
-        for batch in _batches(cells):
-            _, grad, dx = quadrature(mesh, order, batch)
-            slopes = _slopes(grad, fields[mesh.cells[batch]])
+        for block, batch, _ in batches(mesh, cells, BATCH):
+            _, grad, dx = quadrature(block, order, batch)
+            slopes = _slopes(grad, fields[block.cells[batch]])
             tensors = _tensors(slopes, _stress(slopes, cell_material), pairs) * dx.ravel()[:, None]
             # Σ over points and directions j of ∂N_a/∂x_j T_jk, one matrix product for each element.
             along = grad.transpose(0, 1, 3, 2).reshape(len(batch), grad.shape[1], -1)
             tensors = np.moveaxis(tensors, 2, 0).reshape(len(batch), along.shape[2], -1)
-            _add(total, mesh.cells[batch], along @ tensors)
+            _add(total, block.cells[batch], along @ tensors)
     return total
 
 
@@ -58,20 +56,17 @@ def mass_derivatives(
     """
     total, loads = np.zeros((len(mesh.nodes), 3, len(pairs))), np.zeros_like(fields)
     rho = np.broadcast_to(densities(mesh, material), len(mesh.cells))
-    for batch in _batches(np.arange(len(mesh.cells))):
-        N, grad, dx = quadrature(mesh, order, batch)
-        mass = rho[batch, None] * dx
-        nodal = fields[mesh.cells[batch]]
+    for block, batch, rows in batches(mesh, np.arange(len(mesh.cells)), BATCH):
+        N, grad, dx = quadrature(block, order, batch)
+        mass = rho[rows, None] * dx
+        cells = block.cells[batch]
+        nodal = fields[cells]
         values = (N.T @ nodal.reshape(len(batch), len(N), -1)).reshape(len(batch), N.shape[1], *nodal.shape[2:])
         weighted = values * mass[:, :, None, None]
         products = sum(values[:, :, i, pairs[:, 0]] * weighted[:, :, i, pairs[:, 1]] for i in range(3))
-        _add(total, mesh.cells[batch], grad.reshape(len(batch), -1, grad.shape[3]) @ products)
-        _add(loads, mesh.cells[batch], N @ weighted.reshape(len(batch), N.shape[1], -1))
+        _add(total, cells, grad.reshape(len(batch), -1, grad.shape[3]) @ products)
+        _add(loads, cells, N @ weighted.reshape(len(batch), N.shape[1], -1))
     return total, loads
-
-
-def _batches(cells: np.ndarray) -> Iterator[np.ndarray]:
-    return (cells[start : start + BATCH] for start in range(0, len(cells), BATCH))
 
 
 def _slopes(grad: np.ndarray, nodal: np.ndarray) -> np.ndarray:

@@ -10,8 +10,6 @@ from gudgeon.pipeline.interfaces.points import facet_points
 
 FACING = -0.3
 """Largest cosine between the outward normals of facets that can meet, as in `solver.contact.facets`."""
-FACES = (3, 6)
-"""Nodes of facets that have normals: edges of plane parts, and faces of solids."""
 
 
 @dataclass(frozen=True)
@@ -33,16 +31,16 @@ class Boundary:
         """Return the boundary of a part that is turned, then moved [m]; surfaces without normals are left out."""
         names, owner, centres, normals, radii = list[str](), list[np.ndarray](), [], [], []
         for name, surface in sorted(mesh.surfaces.items()):
-            if surface.areas is not None or surface.facets.shape[1] not in FACES or not len(surface.facets):
+            if surface.areas is not None or surface.facets.shape[1] == 1 or not len(surface.facets):
                 continue
-            vectors = facet_points(mesh.nodes, surface)[2].sum(axis=1)
-            corners = mesh.nodes[surface.facets]
-            middle = corners.mean(axis=1)
-            owner.append(np.full(len(corners), len(names)))
+            for block in facet_points(mesh.nodes, surface):
+                vectors, corners = block.vectors.sum(axis=1), mesh.nodes[block.nodes]
+                middle = corners.mean(axis=1)
+                owner.append(np.full(len(corners), len(names)))
+                centres.append(middle)
+                normals.append(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+                radii.append(np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1))
             names.append(name)
-            centres.append(middle)
-            normals.append(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
-            radii.append(np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1))
         empty = np.empty((0, 3))
         return cls(
             names, np.concatenate([np.empty(0, np.int64), *owner]),

@@ -9,18 +9,23 @@ from pathlib import Path
 
 import numpy as np
 
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.exporters.reduced import ReducedBody
 from gudgeon.pipeline.files import write_text
-from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.cells import PYRAMID, Block, cell_blocks
 
 
 def write(body: ReducedBody, folder: Path) -> list[Path]:
     """Write `NAME.uff` and return it."""
     path = folder / f"{body.name}.uff"
     sets = [_head(body), _units(), _nodes(body), _groups(body)]
-    cell = cell_of(body.mesh)
-    if cell.universal is not None:
-        sets.insert(3, _elements(body, cell.dimension, *cell.universal))
+    blocks = cell_blocks(body.mesh)
+    unknown = {block.cell.name for block in blocks if block.cell.shape is PYRAMID}
+    if unknown:
+        raise InputError(f"export: body '{body.name}' given, its mesh has {', '.join(sorted(unknown))}; universal files"
+                         " have no pyramids, use format 'npz', 'op4' or 'abaqus'")  # fmt: skip
+    if any(block.cell.universal for block in blocks):
+        sets.insert(3, _elements(body, blocks))
     modes = (_mode(body, k) for k in range(body.shapes.shape[2]))
     write_text(path, "".join(f"    -1\n{text}    -1\n" for text in (*sets, *modes)))
     return [path]
@@ -51,13 +56,17 @@ def _nodes(body: ReducedBody) -> str:
     return f"{2411:6}\n" + "".join(rows)
 
 
-def _elements(body: ReducedBody, dimension: int, descriptor: int, order: Sequence[int]) -> str:
+def _elements(body: ReducedBody, blocks: Sequence[Block]) -> str:
+    """Return the elements, numbered as in the mesh; nodes in the centres of faces and cells belong to none."""
     text = [f"{2412:6}\n"]
-    for cell_id, cell in enumerate(body.mesh.cells, 1):
-        text.append("".join(f"{x:10}" for x in (cell_id, descriptor, 1, 1, 7, len(order))) + "\n")
-        if dimension == 1:  # A record of its orientation.
-            text.append("".join(f"{x:10}" for x in (0, 1, 1)) + "\n")
-        text.append(_lines([f"{body.labels[cell[k]]:10}" for k in order], 8))
+    for cell, rows, nodes in blocks:
+        assert cell.universal is not None
+        descriptor, order = cell.universal
+        for row, cell_nodes in zip(rows, nodes, strict=True):
+            text.append("".join(f"{x:10}" for x in (row + 1, descriptor, 1, 1, 7, len(order))) + "\n")
+            if cell.dimension == 1:  # A record of its orientation.
+                text.append("".join(f"{x:10}" for x in (0, 1, 1)) + "\n")
+            text.append(_lines([f"{body.labels[cell_nodes[k]]:10}" for k in order], 8))
     return "".join(text)
 
 

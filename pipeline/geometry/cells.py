@@ -63,7 +63,7 @@ class Cell:
     """Degrees of freedom of a node of its elements; 0 where nothing is assembled: such cells are only drawn."""
     universal: tuple[int, Sequence[int]] | None = None
     """Descriptor in universal files, and its nodes in their order: around and upwards, with mid-edge nodes between
-    corners."""
+    corners, without those in centres."""
     meshio: str = ""
     """Its name there, where it differs."""
 
@@ -120,12 +120,15 @@ HEXAHEDRON20 = Cell(
     "hexahedron20", HEXAHEDRON, quadratic=True, dofs=3,
     universal=(116, (0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15)),
 )  # fmt: skip
-HEXAHEDRON27 = Cell("hexahedron27", HEXAHEDRON, quadratic=True, centred=(5, 3, 2, 4, 0, 1), interior=True, dofs=3)
+HEXAHEDRON27 = Cell(
+    "hexahedron27", HEXAHEDRON, quadratic=True, centred=(5, 3, 2, 4, 0, 1), interior=True, dofs=3,
+    universal=HEXAHEDRON20.universal,
+)  # fmt: skip
 WEDGE6 = Cell("wedge", WEDGE, dofs=3, universal=(112, range(6)))
 WEDGE15 = Cell(
     "wedge15", WEDGE, quadratic=True, dofs=3, universal=(113, (0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11))
 )  # fmt: skip
-WEDGE18 = Cell("wedge18", WEDGE, quadratic=True, centred=(2, 3, 4), dofs=3)
+WEDGE18 = Cell("wedge18", WEDGE, quadratic=True, centred=(2, 3, 4), dofs=3, universal=WEDGE15.universal)
 PYRAMID5 = Cell("pyramid", PYRAMID, dofs=3)
 PYRAMID13 = Cell("pyramid13", PYRAMID, quadratic=True, dofs=3)
 PYRAMID14 = Cell("pyramid14", PYRAMID, quadratic=True, centred=(0,), dofs=3)
@@ -139,12 +142,29 @@ SOLIDS = {cell.nodes: cell for cell in CELLS.values() if cell.solid and cell is 
 FACETS = {cell.nodes: cell for cell in (TRIANGLE3, QUADRANGLE4, TRIANGLE6, QUADRANGLE8, QUADRANGLE9)}
 """Cells of solids, and facets of their surfaces, by their number of nodes."""
 
+FACET_WIDTH = 4
+"""Nodes of a row of facets of a solid at least, triangles of 3 filled too: rows of 3 are edges of plane parts."""
 FLAT_TRIANGLES = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """Flat triangles that make up one of six nodes."""
+FLAT = {
+    TRIANGLE3: np.array([[0, 1, 2]]),
+    QUADRANGLE4: np.array([[0, 1, 2], [0, 2, 3]]),
+    TRIANGLE6: FLAT_TRIANGLES,
+    QUADRANGLE8: np.array([[0, 4, 7], [4, 1, 5], [5, 2, 6], [6, 3, 7], [4, 5, 6], [4, 6, 7]]),
+    QUADRANGLE9: np.array([[a, b, 8] for a, b in zip((0, 4, 1, 5, 2, 6, 3, 7), (4, 1, 5, 2, 6, 3, 7, 0), strict=True)]),
+}
+"""Flat triangles that make up a facet."""
 GMSH_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 """gmsh numbers the last two edges of a tet10 the other way round."""
 MIRRORED_TETRA = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
 MIRRORED_TRIANGLE = [0, 2, 1, 5, 4, 3]
+
+
+MIRRORED_CORNERS = {
+    TRIANGLE: [0, 2, 1], QUADRANGLE: [0, 3, 2, 1], TETRAHEDRON: [0, 2, 1, 3], HEXAHEDRON: [0, 3, 2, 1, 4, 7, 6, 5],
+    WEDGE: [0, 2, 1, 3, 5, 4], PYRAMID: [0, 3, 2, 1, 4],
+}  # fmt: skip
+"""Corners of the mirror image of a cell."""
 
 
 def cell_of(mesh: MeshRecord) -> Cell:
@@ -174,6 +194,27 @@ def blocks_of(rows: np.ndarray, types: Mapping[int, Cell]) -> list[Block]:
     return [Block(types[count], chosen, rows[chosen, :count]) for count, chosen in numbers.items()]
 
 
+def facet_blocks(facets: np.ndarray) -> list[Block]:
+    """Return the facets of a solid's surface by type, or the edges of a plane part's, (f, 3), or nodes, (f, 1)."""
+    if facets.shape[1] < FACET_WIDTH:
+        return [Block({1: NODES, 3: LINE3}[facets.shape[1]], np.arange(len(facets)), facets)]
+    return blocks_of(facets, FACETS)
+
+
+def flat_triangles(facets: np.ndarray) -> np.ndarray:
+    """Return flat triangles that make up facets of a solid or cells of a plane part, of all of their nodes, (t, 3)."""
+    triangles = [block.nodes[:, FLAT[block.cell]].reshape(-1, 3) for block in blocks_of(facets, FACETS)]
+    return np.concatenate([np.empty((0, 3), int), *triangles])
+
+
+def corner_triangles(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles of the corners of a solid's facets, (t, 3), and the facet of each, (t,)."""
+    split = {TRIANGLE: FLAT[TRIANGLE3], QUADRANGLE: FLAT[QUADRANGLE4]}
+    corners = [(b, split[b.cell.shape]) for b in blocks_of(facets, FACETS)]
+    triangles = np.concatenate([b.nodes[:, s].reshape(-1, 3) for b, s in corners])
+    return triangles, np.concatenate([np.repeat(b.rows, len(s)) for b, s in corners])
+
+
 def cell_blocks(mesh: MeshRecord) -> list[Block]:
     """Return the cells of a mesh by type; those of one type are one block."""
     if (cell := cell_of(mesh)) is MIXED:
@@ -182,20 +223,47 @@ def cell_blocks(mesh: MeshRecord) -> list[Block]:
 
 
 def block_meshes(mesh: MeshRecord) -> list[tuple[np.ndarray, MeshRecord]]:
-    """Return the cells of a mesh by type: their numbers in it, (k,), and a mesh of them alone on the same nodes."""
-    if cell_of(mesh) is not MIXED:
+    """Return the cells of a mesh by type and formulation: their numbers, and a mesh of them alone on all nodes."""
+    if cell_of(mesh) is not MIXED and not mesh.formulations:
         return [(np.arange(len(mesh.cells)), mesh)]
-    meshes = []
-    for block in cell_blocks(mesh):
-        formulations = {name: np.flatnonzero(np.isin(block.rows, rows)) for name, rows in mesh.formulations.items()}
-        meshes.append((block.rows, replace(mesh, cells=block.nodes, cell_type=block.cell.name, surfaces={}, volumes={},
-                                           formulations=formulations)))  # fmt: skip
+    blocks, meshes = cell_blocks(mesh), []
+    for block in blocks:
+        named = {name: np.isin(block.rows, rows) for name, rows in mesh.formulations.items()}
+        plain = ~np.any([np.zeros(len(block.rows), bool), *named.values()], axis=0)
+        for name, chosen in {**named, "": plain}.items():
+            if chosen.any():
+                formulations = {name: np.arange(chosen.sum())} if name else {}
+                same = replace(mesh, cells=block.nodes[chosen], cell_type=block.cell.name, surfaces={}, volumes={},
+                               formulations=formulations)  # fmt: skip
+                meshes.append((block.rows[chosen], same))
     return meshes
 
 
-def joined(blocks: Sequence[np.ndarray]) -> np.ndarray:
-    """Return rows of nodes of several widths, (k, a) each, one below the other, smaller ones filled by their last."""
+def submesh(mesh: MeshRecord, cells: np.ndarray) -> tuple[MeshRecord, np.ndarray]:
+    """Return a mesh of cells, a mask or numbers, without surfaces and volumes, and its nodes in the whole, (k,)."""
+    chosen = np.arange(len(mesh.cells))[cells]
+    nodes, numbers = np.unique(mesh.cells[chosen], return_inverse=True)
+    formulations = {name: np.flatnonzero(np.isin(chosen, rows)) for name, rows in mesh.formulations.items()}
+    return replace(mesh, nodes=mesh.nodes[nodes], cells=numbers.reshape(len(chosen), -1), surfaces={}, volumes={},
+                   formulations={name: rows for name, rows in formulations.items() if len(rows)}), nodes  # fmt: skip
+
+
+def cell_centres(mesh: MeshRecord) -> np.ndarray:
+    """Return the mean of the corners of each cell [m], (e, 3)."""
+    centres = np.empty((len(mesh.cells), 3))
+    for block in cell_blocks(mesh):
+        centres[block.rows] = mesh.nodes[block.nodes[:, : block.cell.shape.corners]].mean(axis=1)
+    return centres
+
+
+def joined(blocks: Sequence[np.ndarray], least: int = 0) -> np.ndarray:
+    """Return rows of nodes of several widths, (k, a) each, one below the other, smaller ones filled by their last.
+
+    Args:
+        least: Width of the rows at least: `FACET_WIDTH` of facets of a solid.
+    """
     width = max((rows.shape[1] for rows in blocks), default=0)
+    width = max(width, least)
     filled = [np.pad(rows, ((0, 0), (0, width - rows.shape[1])), mode="edge") for rows in blocks]
     return np.concatenate(filled) if filled else np.empty((0, width), int)
 
@@ -211,7 +279,7 @@ def compacted(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.nda
 def sides_of(blocks: Sequence[Block]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return all sides of all cells: the number of each side's cell (k,), its nodes, and how many cells share it, (k,).
 
-    Nodes are (k, s), corners first; sides of fewer nodes repeat their last one.
+    Nodes are (k, s), corners first; sides of fewer nodes repeat their last one, and triangles of solids too.
     """
     owners, facets, corners = [], [], []
     for block in blocks:
@@ -223,7 +291,8 @@ def sides_of(blocks: Sequence[Block]) -> tuple[np.ndarray, np.ndarray, np.ndarra
             facets.append(nodes)
             corners.append(np.pad(ends, ((0, 0), (4 - ends.shape[1], 0)), constant_values=-1))
     _, inverse, count = np.unique(np.concatenate(corners), axis=0, return_inverse=True, return_counts=True)
-    return np.concatenate(owners), joined(facets), count[inverse.ravel()]
+    least = FACET_WIDTH if blocks[0].cell.dimension == 3 else 0
+    return np.concatenate(owners), joined(facets, least), count[inverse.ravel()]
 
 
 def outer_faces(cells: np.ndarray, cell: Cell = TETRA10) -> np.ndarray:
@@ -236,6 +305,16 @@ def outer_facets(mesh: MeshRecord) -> np.ndarray:
     """Return the facets of the boundary of a solid, (f, s), smaller ones filled by their last node, see `Surface`."""
     _, facets, counts = sides_of(cell_blocks(mesh))
     return facets[counts == 1]
+
+
+def mirrored(cell: Cell) -> list[int]:
+    """Return the order of a cell's nodes in which its mirror image is numbered rightly."""
+    corners = MIRRORED_CORNERS[cell.shape]
+    groups = [*(cell.shape.edges.tolist() if cell.quadratic else [])]
+    groups += [cell.shape.sides[side] if cell.dimension == 3 else list(range(len(corners))) for side in cell.centred]
+    groups += [list(range(len(corners)))] if cell.interior else []
+    at_corners = {frozenset(group): len(corners) + k for k, group in enumerate(groups)}
+    return corners + [at_corners[frozenset(corners[k] for k in group)] for group in groups]
 
 
 def quadratic_basis(L: np.ndarray, shape: Polytope = TRIANGLE) -> tuple[np.ndarray, np.ndarray]:

@@ -62,7 +62,7 @@ def gauge_rows(model: FEModel, component: Component, key: str) -> dict[str, spar
             nodes = gauge_nodes(mesh, gauge, f"{key}.gauge.{name}.surface")
             nodes = nodes if cell_mesh is mesh else np.searchsorted(around, nodes)
             mean = sparse.kron(sparse.eye(len(nodes)), law)
-        rows = sparse.csr_matrix(mean @ strain_rows(cell_mesh, nodes)).tocoo()
+        rows = sparse.csr_matrix(mean @ strain_rows(cell_mesh, nodes, cell_material)).tocoo()
         columns = 3 * around[rows.col // 3] + rows.col % 3
         shape = (rows.shape[0], 3 * len(mesh.nodes))
         rows_by_gauge[name] = model.on_dofs(sparse.csr_matrix((rows.data, (rows.row, columns)), shape=shape))

@@ -14,7 +14,8 @@ from gudgeon.modaldb.records.modes import SplineGrid
 from gudgeon.modaldb.records.traction import chart_coordinates, height_grid, heights, spline_weights
 from gudgeon.modaldb.records.types import Json
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.interfaces.points import facet_points
+from gudgeon.pipeline.geometry.cells import corner_triangles
+from gudgeon.pipeline.interfaces.points import surface_points
 from gudgeon.pipeline.scenes.interface import Interface
 
 STEEPEST = 0.2
@@ -39,8 +40,8 @@ def patch_chart(
         raise InputError(
             f"{key}.along: is missing; a traction space on a plane or a patch needs the direction of sliding"
         )
-    _, points, vectors = facet_points(mesh.nodes, surface, PIECES)
-    outward = vectors.sum(axis=(0, 1))
+    points, vectors = surface_points(mesh.nodes, surface, PIECES)
+    outward = vectors.sum(axis=0)
     along = np.asarray(interface.along, float)
     length = float(np.linalg.norm(along))
     normal = outward - along * (along @ outward) / max(length, 1e-300) ** 2 if length else outward * 0.0
@@ -48,7 +49,7 @@ def patch_chart(
         direction = list(interface.along)
         raise InputError(f"{key}.along: {direction} given, it must be a direction on the surface '{interface.surface}'")
     normal, along = normal / np.linalg.norm(normal), along / length
-    unit_normals = vectors.reshape(-1, 3) / np.linalg.norm(vectors.reshape(-1, 3), axis=1, keepdims=True)
+    unit_normals = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
     if (steepest := float((unit_normals @ normal).min())) < STEEPEST:
         raise InputError(
             f"{key}: '{interface.surface}' turns by {np.degrees(np.arccos(np.clip(steepest, -1, 1))):.0f} degrees"
@@ -64,7 +65,7 @@ def patch_chart(
     else:
         coordinates = chart_coordinates(chart, nodes)
         low, high = coordinates.min(axis=0), coordinates.max(axis=0)
-    return _with_height(chart, mesh, surface, (low, high), points.reshape(-1, 3), key), low, high
+    return _with_height(chart, mesh, surface, (low, high), points, key), low, high
 
 
 def _with_height(
@@ -72,7 +73,8 @@ def _with_height(
 ) -> Json:
     """Return a chart with the splines of its height, whose knots are as far apart as the corners of facets."""
     low, high = box
-    corners = chart_coordinates(chart, mesh.nodes[surface.facets[:, :3].ravel()]).reshape(-1, 3, 2)
+    triangles, _ = corner_triangles(surface.facets)
+    corners = chart_coordinates(chart, mesh.nodes[triangles.ravel()]).reshape(-1, 3, 2)
     size = np.median(np.ptp(corners, axis=1), axis=0)
     cells = np.maximum(np.ceil((high - low) / size), 1).astype(int)
     if (cells + 3).prod() > MOST_HEIGHTS:

@@ -13,7 +13,7 @@ from scipy import sparse
 from gudgeon.modaldb.records.modes import LoadModes
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface
-from gudgeon.pipeline.interfaces.points import facet_points, refuse_unknown_normals, surface_weights
+from gudgeon.pipeline.interfaces.points import refuse_unknown_normals, surface_points, surface_weights
 from gudgeon.pipeline.scenes.interface import Interface
 
 
@@ -46,8 +46,8 @@ def load_rows(model: FEModel, interface: Interface, key: str) -> LoadRows:
     point = areas @ mesh.nodes[nodes] / areas.sum()
     if interface.kind == "pressure":
         refuse_unknown_normals(surface, interface.surface, key)
-        _, points, elements = facet_points(mesh.nodes, surface)
-        moment = np.cross(points, elements).sum(axis=(0, 1))
+        points, elements = surface_points(mesh.nodes, surface)
+        moment = np.cross(points, elements).sum(axis=0)
         resultant = -np.concatenate([vectors.sum(axis=0), moment])[None]
         return LoadRows(model.weighted(nodes, -vectors[None]), resultant, point, "Pa")
     weights = np.eye(3)[:, None] * (areas / areas.sum())[:, None]

@@ -16,8 +16,8 @@ from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.points import (
     ContactPoints,
     contact_points,
-    facet_points,
     refuse_unknown_normals,
+    surface_points,
     surface_weights,
 )
 from gudgeon.pipeline.scenes.interface import Interface
@@ -39,8 +39,7 @@ def patch_point(mesh: MeshRecord, interface: Interface, key: str) -> ContactPoin
                           normals=None if surface.normals is None else surface.normals[bearing])  # fmt: skip
     elif surface.facets.shape[1] == 1:
         return contact_points(mesh, interface, key)
-    _, points, vectors = facet_points(mesh.nodes, surface)
-    positions, elements = points.reshape(-1, 3), vectors.reshape(-1, 3)
+    positions, elements = surface_points(mesh.nodes, surface)
     areas = np.linalg.norm(elements, axis=1)
     area = float(areas.sum())
     normal = elements.sum(axis=0)

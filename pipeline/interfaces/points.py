@@ -1,11 +1,13 @@
 """Contact points of a named surface, and integrals over its curved facets.
 
 On quadratic triangles the consistent weight of a corner is zero, so the contact points are the mid-side nodes: under a
-uniform pressure p each has the force p·a, a = Σ ∫ N dA over its facets. On the edges of plane parts a corner has a
-sixth of each edge, and all nodes are contact points.
+uniform pressure p each has the force p·a, a = Σ ∫ N dA over its facets. On quadrilaterals of 8 nodes that weight is
+negative, a twelfth of the facet; the two mid-side nodes beside the corner take it, which keeps linear fields exact. On
+linear facets, on quadrilaterals of 9 nodes and on the edges of plane parts all nodes are contact points.
 """
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,13 +15,26 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import InterfaceModes
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.reference import reference, rule, shape_functions
-from gudgeon.pipeline.geometry.cells import LINE3, TRIANGLE6
+from gudgeon.pipeline.geometry.cells import (
+    FACETS,
+    LINE3,
+    NODES,
+    QUADRANGLE8,
+    TRIANGLE,
+    TRIANGLE6,
+    Block,
+    Cell,
+    facet_blocks,
+)
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylindrical, find_surface, true_surface
 from gudgeon.pipeline.scenes.interface import Interface
 
 ON_A_LINE = 1e-6
 """Extent of points across a line over the extent along it; below, one coordinate is enough,
 and the rotation about the line is undetermined."""
+PAIRED = ([TRIANGLE6], [LINE3])
+"""Types of facets, alone on a surface, whose points can face those of another mesh at other places, see
+`solver.contact.facets`; points of others face points."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +66,7 @@ def contact_points(mesh: MeshRecord, interface: Interface, key: str) -> ContactP
         shape = surface.shape
         normal, area = np.array([shape["normal"]]), np.array([shape["area"]])
         return ContactPoints(surface.facets.ravel(), np.array([shape["origin"]]), normal, area, np.zeros(1, bool))
-    nodes, areas, vectors = surface_weights(mesh, surface)
-    # On quadratic triangles the mid-side nodes have the weights; on edges, all nodes.
-    bearing = surface.facets[:, 3:] if surface.facets.shape[1] == 6 else surface.facets
-    weighted = np.isin(nodes, bearing)
-    nodes, areas, vectors = nodes[weighted], areas[weighted], vectors[weighted]
+    nodes, areas, vectors = surface_weights(mesh, surface, bearing=True)
     normals = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
     points = mesh.nodes[nodes]
     if "kind" in surface.shape:
@@ -63,10 +74,12 @@ def contact_points(mesh: MeshRecord, interface: Interface, key: str) -> ContactP
     keep = _inside(points, interface, surface.shape, key)
     if not keep.any():
         raise InputError(f"{key}: no contact point of surface '{interface.surface}' lies in its sector and height")
-    edge = np.isin(nodes[keep], bearing[np.isin(bearing, nodes[~keep]).any(axis=1)])
+    blocks = [(block.cell, block.nodes[:, _bearing(block.cell)]) for block in facet_blocks(surface.facets)]
+    bordering = [rows[np.isin(rows, nodes[~keep]).any(axis=1)].ravel() for _, rows in blocks]
+    edge = np.isin(nodes[keep], np.concatenate(bordering))
     point_id = np.full(len(mesh.nodes), -1)
     point_id[nodes[keep]] = np.arange(int(keep.sum()))
-    facets = point_id[bearing]
+    facets = point_id[blocks[0][1]] if [cell for cell, _ in blocks] in PAIRED else np.empty((0, 3), np.int64)
     return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge, facets[(facets >= 0).all(axis=1)])
 
 
@@ -117,41 +130,80 @@ def surface_coordinates(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
     return 2 * (pair - low) / np.where(span > 0, span, 1.0) - 1
 
 
-def facet_points(nodes: np.ndarray, surface: Surface, pieces: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return quadrature points of curved facets, exact to degree 4 on straight ones.
+class FacetPoints(NamedTuple):
+    """Quadrature points of the curved facets of one type of a surface."""
+
+    rows: np.ndarray
+    """Numbers of the facets in the surface, (f,)."""
+    nodes: np.ndarray
+    """Their nodes, (f, a)."""
+    N: np.ndarray
+    """Shape functions, (a, q)."""
+    points: np.ndarray
+    """[m], (f, q, 3)."""
+    vectors: np.ndarray
+    """Outward vectors of area [m^2], (f, q, 3)."""
+
+
+def facet_points(nodes: np.ndarray, surface: Surface, pieces: int = 1) -> list[FacetPoints]:
+    """Return quadrature points of curved facets by their type, exact to degree 4 on straight ones.
 
     Args:
         nodes: [m], (n, 3).
-        surface: Of facets (f, 6) on a solid, (f, 3) on a plane part, on their left, or nodes (f, 1).
-        pieces: Into how many parts each edge is divided: pieces² triangles a facet, each with its own rule.
-
-    Returns:
-        Shape functions N (a, q), points [m] (f, q, 3) and outward vectors of area [m^2] (f, q, 3).
+        surface: Of facets of a solid, of edges (f, 3) of a plane part, on their left, or of nodes (f, 1).
+        pieces: Into how many parts each edge is divided: pieces² parts of a facet, each with its own rule.
     """
-    corners = nodes[surface.facets]
+    return [_points_of(nodes, surface, block, pieces) for block in facet_blocks(surface.facets)]
+
+
+def surface_points(nodes: np.ndarray, surface: Surface, pieces: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points [m] and outward vectors of area [m^2] of all facets, (p, 3) each, as of `facet_points`."""
+    blocks = facet_points(nodes, surface, pieces)
+    points = np.concatenate([block.points.reshape(-1, 3) for block in blocks])
+    return points, np.concatenate([block.vectors.reshape(-1, 3) for block in blocks])
+
+
+def _points_of(nodes: np.ndarray, surface: Surface, block: Block, pieces: int) -> FacetPoints:
+    """Return the quadrature points of facets of one type."""
+    cell, rows, facets = block
+    corners = nodes[facets]
     if surface.areas is not None:
         normals = np.zeros((len(corners), 3)) if surface.normals is None else surface.normals
-        return np.ones((1, 1)), corners, (surface.areas[:, None] * normals)[:, None]
-    if corners.shape[1] == 1:
-        return np.ones((1, 1)), corners, surface.shape["area"] * np.array(surface.shape["normal"])[None, None]
-    if corners.shape[1] == 3:
+        return FacetPoints(rows, facets, np.ones((1, 1)), corners, (surface.areas[:, None] * normals)[:, None])
+    if cell is NODES:
+        vector = surface.shape["area"] * np.array(surface.shape["normal"])[None, None]
+        return FacetPoints(rows, facets, np.ones((1, 1)), corners, vector)
+    if cell is LINE3:
         N, dN, W = reference(LINE3, 4)
         along = np.einsum("fai,aq->fqi", corners, dN[:, 0]) * (surface.shape.get("thickness", 1.0) * W)[:, None]
-        return N, np.einsum("fai,aq->fqi", corners, N), np.cross(along, [0.0, 0.0, 1.0])
-    X, W = rule(TRIANGLE6, 4)
-    upward = [(i, j) for i in range(pieces) for j in range(pieces - i)]
-    downward = [(i, j) for i in range(1, pieces) for j in range(1, pieces - i + 1)]
-    starts = np.array([(i, j, 1) for i, j in upward] + [(i, j, -1) for i, j in downward], float)
+        return FacetPoints(rows, facets, N, np.einsum("fai,aq->fqi", corners, N), np.cross(along, [0.0, 0.0, 1.0]))
+    X, W = rule(cell, 4)
+    starts = _piece_starts(cell, pieces)
     X = ((starts[:, :2] + starts[:, 2:] * X.T[:, None]) / pieces).reshape(-1, 2).T
     W = np.repeat(W, len(starts)) / pieces**2
-    N, dN = shape_functions(TRIANGLE6, X)
+    N, dN = shape_functions(cell, X)
     tangents = np.einsum("fai,akq->fqki", corners, dN)
     vectors = np.cross(tangents[:, :, 0], tangents[:, :, 1]) * W[:, None]
-    return N, np.einsum("fai,aq->fqi", corners, N), vectors
+    return FacetPoints(rows, facets, N, np.einsum("fai,aq->fqi", corners, N), vectors)
 
 
-def surface_weights(mesh: MeshRecord, surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the nodes of a surface (k,), ∫ N dA of each [m^2] (k,) and ∫ N n dA of each [m^2] (k, 3), n outward."""
+def _piece_starts(cell: Cell, pieces: int) -> np.ndarray:
+    """Return corner and sense (±1) of the parts of a reference facet, in lengths of parts, (p, 3)."""
+    if cell.shape is not TRIANGLE:
+        return np.array([(i, j, 1) for i in range(pieces) for j in range(pieces)], float)
+    upward = [(i, j, 1) for i in range(pieces) for j in range(pieces - i)]
+    downward = [(i, j, -1) for i in range(1, pieces) for j in range(1, pieces - i + 1)]
+    return np.array(upward + downward, float)
+
+
+def surface_weights(
+    mesh: MeshRecord, surface: Surface, *, bearing: bool = False
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the nodes of a surface (k,), ∫ N dA of each [m^2] (k,) and ∫ N n dA of each [m^2] (k, 3), n outward.
+
+    Args:
+        bearing: Of contact points alone: corners of quadratic facets give their weights to the mid-side nodes.
+    """
     if surface.areas is not None:
         normals = 0.0 if surface.normals is None else surface.normals
         return (
@@ -159,12 +211,26 @@ def surface_weights(mesh: MeshRecord, surface: Surface) -> tuple[np.ndarray, np.
             surface.areas,
             surface.areas[:, None] * np.broadcast_to(normals, (len(surface.areas), 3)),
         )
-    N, _, elements = facet_points(mesh.nodes, surface)
-    nodes, slot = np.unique(surface.facets, return_inverse=True)
-    areas = np.einsum("aq,fq->fa", N, np.linalg.norm(elements, axis=2))
-    vectors = np.einsum("aq,fqi->fai", N, elements).reshape(-1, 3)
-    summed = [np.bincount(slot.ravel(), values, len(nodes)) for values in (areas.ravel(), *vectors.T)]
+    numbers, weights = [], []
+    for facets in facet_points(mesh.nodes, surface):
+        areas = np.einsum("aq,fq->fa", facets.N, np.linalg.norm(facets.vectors, axis=2))
+        vectors = np.einsum("aq,fqi->fai", facets.N, facets.vectors)
+        local, cell = np.concatenate([areas[:, :, None], vectors], axis=2), FACETS.get(facets.nodes.shape[1])
+        columns = slice(None)
+        if bearing and cell is not None:
+            columns = _bearing(cell)
+            if cell is QUADRANGLE8:
+                local[:, 4:] += 0.5 * (local[:, :4] + np.roll(local[:, :4], -1, axis=1))
+        numbers.append(facets.nodes[:, columns].ravel())
+        weights.append(local[:, columns].reshape(-1, 4))
+    nodes, slot = np.unique(np.concatenate(numbers), return_inverse=True)
+    summed = [np.bincount(slot, column, len(nodes)) for column in np.concatenate(weights).T]
     return nodes, summed[0], np.column_stack(summed[1:])
+
+
+def _bearing(cell: Cell) -> slice:
+    """Return the nodes of a facet that are contact points."""
+    return slice(cell.shape.corners, None) if cell in (TRIANGLE6, QUADRANGLE8) else slice(None)
 
 
 def _inside(points: np.ndarray, interface: Interface, shape: SurfaceRule, key: str) -> np.ndarray:

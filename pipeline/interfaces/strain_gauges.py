@@ -9,7 +9,18 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import cell_of, outer_faces, quadratic_basis
+from gudgeon.pipeline.fem.elements.reference import shape_functions
+from gudgeon.pipeline.fem.elements.shapes import CORNERS
+from gudgeon.pipeline.geometry.cells import (
+    FLAT,
+    QUADRANGLE4,
+    TRIANGLE,
+    TRIANGLE3,
+    cell_of,
+    facet_blocks,
+    outer_facets,
+    quadratic_basis,
+)
 from gudgeon.pipeline.interfaces.stress_recovery import interpolation
 from gudgeon.pipeline.scenes.gauge import Gauge
 
@@ -69,8 +80,7 @@ def _refuse_off(mesh: MeshRecord, point: np.ndarray, line: np.ndarray, key: str)
         if abs(line[2]) > np.sin(np.radians(TILT)):
             raise InputError(f"{key}.direction: it leaves the plane of the part; allowed: directions in x and y")
         return
-    skin = outer_faces(mesh.cells)
-    nearest, distance, corners, size = _nearest(mesh.nodes[skin], point)
+    nearest, distance, corners, size = _nearest(_curved_triangles(mesh), point)
     if distance > OFF * size:
         raise InputError(f"{key}.point: {point.tolist()} given, it lies {distance:.4g} m off the surface of the part;"
                          f" its nearest point is {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
@@ -93,9 +103,20 @@ def refuse_far(mesh: MeshRecord, point: np.ndarray, key: str) -> None:
     low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
     if (np.maximum(low - point, point - high) <= FAR * (high - low).max()).all():
         return
-    nearest, distance, *_ = _nearest(mesh.nodes[outer_faces(mesh.cells)], point)
+    nearest, distance, *_ = _nearest(_curved_triangles(mesh), point)
     raise InputError(f"{key}: {point.tolist()} given, it lies {distance:.4g} m off the part; its nearest point is"
                      f" {(np.round(nearest, 9) + 0.0).tolist()}")  # fmt: skip
+
+
+def _curved_triangles(mesh: MeshRecord) -> np.ndarray:
+    """Return the boundary of a solid as triangles of six nodes [m], (t, 6, 3); quadrilaterals are cut along 0-2."""
+    triangles = []
+    for cell, _, nodes in facet_blocks(outer_facets(mesh)):
+        for corners in FLAT[TRIANGLE3 if cell.shape is TRIANGLE else QUADRANGLE4]:
+            X = np.array(CORNERS[cell.shape], float)[corners]
+            N, _ = shape_functions(cell, np.concatenate([X, 0.5 * (X + np.roll(X, -1, axis=0))]).T)
+            triangles.append(np.einsum("ap,fai->fpi", N, mesh.nodes[nodes]))
+    return np.concatenate(triangles)
 
 
 def _nearest(facets: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, float]:

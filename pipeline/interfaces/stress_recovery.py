@@ -1,27 +1,32 @@
 """Stress and strain from displacements: averaged recovery at the nodes, and places within elements.
 
 In every element the strain is evaluated at the points of the rule that is exact to degree 2, where derivatives of
-quadratic elements are most accurate (Barlow 1976; four points of a tetrahedron, three of a triangle), and extrapolated
-linearly to the nodes. The values of the elements around a node are averaged by volume; between nodes the shape
-functions interpolate. A linear strain is exact on straight elements.
+quadratic elements are most accurate (Barlow 1976; four points of a tetrahedron, eight of a hexahedron, three of a
+triangle), and extrapolated linearly to the nodes; of linear elements it is that of their centre, and of those with
+incompatible modes that of eight points, the modes included. The values of the elements around a node are averaged by
+volume; between nodes the shape functions interpolate. A linear strain is exact on straight quadratic elements.
 
 Components are those of the tensor, shear strains ε_ij and not γ_ij, in the order of `COMPONENTS`.
 """
+
+from collections.abc import Iterator
 
 import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.elements.incompatible import mode_slopes
 from gudgeon.pipeline.fem.elements.materials import elasticity_matrix
-from gudgeon.pipeline.fem.elements.reference import extrapolation, quadrature, shape_functions
-from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.fem.elements.reference import batches, extrapolation, quadrature, shape_functions
+from gudgeon.pipeline.fem.elements.shapes import CORNERS
+from gudgeon.pipeline.geometry.cells import HEXAHEDRON, PYRAMID, WEDGE, Cell, cell_blocks, cell_of
 from gudgeon.pipeline.scenes.material import Material
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 ORDER = 2
-"""Degree to which the rule of the sampling points is exact."""
+"""Degree to which the rule of the sampling points is exact; 1 of linear elements."""
 BATCH = 4096
 OUTSIDE = 1e-2
 """How far a place may lie outside an element, in its barycentric coordinates: quadratic elements deviate from a true
@@ -31,10 +36,10 @@ REACH = 0.2
 ITERATIONS, CONVERGED = 30, 1e-12
 
 
-def strain_rows(mesh: MeshRecord, nodes: np.ndarray) -> sparse.csr_matrix:
+def strain_rows(mesh: MeshRecord, nodes: np.ndarray, material: Material | None = None) -> sparse.csr_matrix:
     """Return the recovered strain at nodes (s,) over the nodal displacements, (6 s, 3 n), node by node.
 
-    The strain across a plane part is zero here; `complete_strain` adds it.
+    The strain across a plane part is zero here; `complete_strain` adds it. Incompatible modes need the material.
     """
     D = nodal_gradient(mesh, nodes)
     count = len(nodes)
@@ -45,32 +50,65 @@ def strain_rows(mesh: MeshRecord, nodes: np.ndarray) -> sparse.csr_matrix:
             along = sparse.csr_matrix(([0.5], ([0], [direction])), shape=(1, 3))
             if derivative < len(D):
                 rows = rows + sparse.kron(sparse.kron(D[derivative], along), unit, format="csr")
+    if "incompatible" in mesh.formulations:
+        assert material is not None
+        rows = rows + _mode_strain_rows(mesh, nodes, material)
     return sparse.csr_matrix(rows)
 
 
 def nodal_gradient(mesh: MeshRecord, nodes: np.ndarray) -> list[sparse.csr_matrix]:
     """Return ∂/∂x, ∂/∂y and, of solids, ∂/∂z of a nodal field, recovered at nodes (s,), (s, n) each."""
-    cell = cell_of(mesh)
-    dimension = cell.dimension
+    shape, dimension = (len(nodes), len(mesh.nodes)), cell_of(mesh).dimension
+    total, volumes = [sparse.csr_matrix(shape) for _ in range(dimension)], np.zeros(len(nodes))
+    for block, batch, rows in _around(mesh, nodes):
+        order = _order(block)
+        cells, (_, gradient, dx) = block.cells[batch], quadrature(block, order, batch)
+        volume, touched = dx.sum(axis=1), rows >= 0
+        at_nodes = np.einsum("cq,eaiq,e->ieca", extrapolation(cell_of(block), order), gradient, volume, optimize=True)
+        row_numbers = np.broadcast_to(rows[:, :, None], at_nodes.shape[1:])
+        columns = np.broadcast_to(cells[:, None], at_nodes.shape[1:])
+        requested = row_numbers >= 0
+        for i in range(dimension):
+            entries = at_nodes[i][requested], (row_numbers[requested], columns[requested])
+            total[i] += sparse.csr_matrix(entries, shape=shape)
+        np.add.at(volumes, rows[touched], np.broadcast_to(volume[:, None], rows.shape)[touched])
+    return [sparse.csr_matrix(sparse.diags(1 / volumes) @ T) for T in total]
+
+
+def _around(mesh: MeshRecord, nodes: np.ndarray) -> Iterator[tuple[MeshRecord, np.ndarray, np.ndarray]]:
+    """Yield the cells around nodes, as of `batches`, and the row of each cell's nodes among these, −1 of others."""
     row_of_node = np.full(len(mesh.nodes), -1)
     row_of_node[nodes] = np.arange(len(nodes))
     around = np.flatnonzero((row_of_node[mesh.cells] >= 0).any(axis=1))
-    E = extrapolation(cell, ORDER)
-    shape = (len(nodes), len(mesh.nodes))
-    total, volumes = [sparse.csr_matrix(shape) for _ in range(dimension)], np.zeros(len(nodes))
-    for start in range(0, len(around), BATCH):
-        batch = around[start : start + BATCH]
-        cells, (_, gradient, dx) = mesh.cells[batch], quadrature(mesh, ORDER, batch)
-        volume = dx.sum(axis=1)
-        at_nodes = np.einsum("cq,eaiq,e->ieca", E, gradient, volume, optimize=True)
-        rows = np.broadcast_to(row_of_node[cells][:, :, None], at_nodes.shape[1:])
-        columns = np.broadcast_to(cells[:, None], at_nodes.shape[1:])
-        requested = rows >= 0
-        for i in range(dimension):
-            total[i] += sparse.csr_matrix((at_nodes[i][requested], (rows[requested], columns[requested])), shape=shape)
-        cell_rows = row_of_node[cells]
-        np.add.at(volumes, cell_rows[cell_rows >= 0], np.broadcast_to(volume[:, None], cell_rows.shape)[cell_rows >= 0])
-    return [sparse.csr_matrix(sparse.diags(1 / volumes) @ T) for T in total]
+    for block, batch, _ in batches(mesh, around, BATCH):
+        yield block, batch, row_of_node[block.cells[batch]]
+
+
+def _order(block: MeshRecord) -> int:
+    return ORDER if cell_of(block).quadratic or "incompatible" in block.formulations else 1
+
+
+def _mode_strain_rows(mesh: MeshRecord, nodes: np.ndarray, material: Material) -> sparse.csr_matrix:
+    """Return what incompatible modes add to the recovered strain at nodes (s,), (6 s, 3 n)."""
+    shape = (6 * len(nodes), 3 * len(mesh.nodes))
+    total, volumes = sparse.csr_matrix(shape), np.zeros(len(nodes))
+    for block, batch, rows in _around(mesh, nodes):
+        cells, (_, gradient, dx) = block.cells[batch], quadrature(block, ORDER, batch)
+        volume, touched = dx.sum(axis=1), rows >= 0
+        np.add.at(volumes, rows[touched], np.broadcast_to(volume[:, None], rows.shape)[touched])
+        if "incompatible" not in block.formulations:
+            continue
+        units = np.broadcast_to(np.eye(24).reshape(8, 3, 24), (len(batch), 8, 3, 24))
+        slopes = mode_slopes(block.nodes[cells], gradient, dx, material, units)
+        strain = np.stack([0.5 * (slopes[:, :, i, j] + slopes[:, :, j, i]) for i, j in PAIRS], axis=2)
+        at_nodes = np.einsum("cq,eqsd,e->ecsd", extrapolation(cell_of(block), ORDER), strain, volume, optimize=True)
+        row_numbers = np.where(touched[:, :, None], 6 * rows[:, :, None] + np.arange(6), -1)
+        dofs = (3 * cells[:, :, None] + np.arange(3)).reshape(len(batch), 24)
+        row_numbers = np.broadcast_to(row_numbers[..., None], at_nodes.shape)
+        columns = np.broadcast_to(dofs[:, None, None], at_nodes.shape)
+        requested = row_numbers >= 0
+        total += sparse.csr_matrix((at_nodes[requested], (row_numbers[requested], columns[requested])), shape=shape)
+    return sparse.csr_matrix(sparse.diags(np.repeat(1 / volumes, 6)) @ total)
 
 
 def complete_strain(material: Material, state: str) -> np.ndarray:
@@ -109,31 +147,47 @@ def interpolation(mesh: MeshRecord, point: np.ndarray, key: str) -> tuple[np.nda
         InputError: the point, whose key is `key`, lies outside the part.
     """
     dimension = cell_of(mesh).dimension
-    corners = mesh.nodes[mesh.cells]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    room = REACH * (high - low).max(axis=1, keepdims=True)
     containing, best = None, -np.inf
-    for cell in np.flatnonzero(((point >= low - room) & (point <= high + room)).all(axis=1)):
-        X = _place(mesh, int(cell), point)
-        if X is not None and (margin := float(min(X.min(), 1 - X.sum()))) > best:
-            containing, best = (int(cell), X), margin
+    for cell, _, nodes in cell_blocks(mesh):
+        corners = mesh.nodes[nodes]
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        room = REACH * (high - low).max(axis=1, keepdims=True)
+        for row in np.flatnonzero(((point >= low - room) & (point <= high + room)).all(axis=1)):
+            X = _place(cell, corners[row], point)
+            if X is not None and (margin := _margin(cell, X)) > best:
+                containing, best = (cell, nodes[row], X), margin
     off_plane = dimension == 2 and abs(point[2]) > OUTSIDE * np.ptp(mesh.nodes, axis=0).max()
     if containing is None or best < -OUTSIDE or off_plane:
         nearest = float(np.linalg.norm(mesh.nodes - point, axis=1).min())
         raise InputError(
             f"{key}: {point.tolist()} given, it lies outside the part; the nearest node is {nearest:.4g} m away"
         )
-    N, _ = shape_functions(cell_of(mesh), containing[1][:, None])
-    return mesh.cells[containing[0]], N[:, 0]
+    cell, nodes, X = containing
+    return nodes, shape_functions(cell, X[:, None])[0][:, 0]
 
 
-def _place(mesh: MeshRecord, cell: int, point: np.ndarray) -> np.ndarray | None:
-    """Return a point's coordinates in the reference element (k,), or None if Newton's method does not converge."""
-    dimension = cell_of(mesh).dimension
-    x = mesh.nodes[mesh.cells[cell]][:, :dimension]
-    X = np.full(dimension, 1 / (dimension + 1))
+def _margin(cell: Cell, X: np.ndarray) -> float:
+    """Return how far a place of a reference cell lies within its sides; below zero outside."""
+    if cell.shape is PYRAMID:
+        return float(min(X[2], *(1 - X[2] - np.abs(X[:2]))))
+    if cell.shape is HEXAHEDRON:
+        return float(min(X.min(), 1 - X.max()))
+    if cell.shape is WEDGE:
+        return float(min(X.min(), 1 - X[0] - X[1], 1 - X[2]))
+    return float(min(X.min(), 1 - X.sum()))
+
+
+def _place(cell: Cell, nodes: np.ndarray, point: np.ndarray) -> np.ndarray | None:
+    """Return a point's coordinates in the reference element (k,), or None if Newton's method does not converge.
+
+    Args:
+        nodes: Of the element [m], (a, 3).
+    """
+    dimension = cell.dimension
+    x = nodes[:, :dimension]
+    X = np.array(CORNERS[cell.shape], float).mean(axis=0)
     for _ in range(ITERATIONS):
-        N, dN = shape_functions(cell_of(mesh), X[:, None])
+        N, dN = shape_functions(cell, X[:, None])
         J = x.T @ dN[:, :, 0]
         if np.linalg.det(J) <= 0:
             return None

@@ -26,8 +26,8 @@ from gudgeon.pipeline.interfaces.loads import LoadRows
 from gudgeon.pipeline.interfaces.points import ON_A_LINE, facet_points
 from gudgeon.pipeline.scenes.interface import Interface
 
-TWISTS = {6: range(6), 3: (0, 1, 5)}
-"""Motions of a reference point by nodes of a facet: all on a solid, those in the plane on a plane part."""
+TWISTS = {3: range(6), 2: (0, 1, 5)}
+"""Motions of a reference point by dimension: all on a solid, those in the plane on a plane part."""
 
 
 @dataclass(frozen=True)
@@ -63,25 +63,31 @@ def tie_of(mesh: MeshRecord, interface: Interface, key: str) -> Tie:
                              " allowed: 'rbe2', by which they move as one rigid body")  # fmt: skip
         point = mesh.nodes[frame_nodes].mean(axis=0) if interface.point is None else np.array(interface.point)
         return Tie(frame_nodes, point, np.eye(6), np.empty((6, 0, 3)))
-    nodes, slot = np.unique(surface.facets, return_inverse=True)
-    facet = surface.facets.shape[1] if surface.areas is None else 6
-    _refuse_few(mesh.nodes[nodes], facet, f"{key}.surface: '{interface.surface}' given,")
-    N, positions, elements = facet_points(mesh.nodes, surface)
-    areas = np.linalg.norm(elements, axis=2) if surface.areas is None else surface.areas[:, None]
-    centroid = np.einsum("fq,fqi->i", areas, positions) / areas.sum()
+    nodes = np.unique(surface.facets)
+    dimension = 3 if surface.areas is not None else {1: 1, 3: 2}.get(surface.facets.shape[1], 3)
+    _refuse_few(mesh.nodes[nodes], dimension, f"{key}.surface: '{interface.surface}' given,")
+    blocks = facet_points(mesh.nodes, surface)
+    measures = [np.linalg.norm(b.vectors, axis=2) if surface.areas is None else surface.areas[:, None] for b in blocks]
+    areas = np.concatenate([measure.ravel() for measure in measures])
+    positions = np.concatenate([block.points.reshape(-1, 3) for block in blocks])
+    centroid = areas @ positions / areas.sum()
     point = centroid if interface.point is None else np.array(interface.point)
-    twists = np.eye(6)[list(TWISTS[facet])]
+    twists = np.eye(6)[list(TWISTS[dimension])]
     # About the centroid, in units of the surface's size: translations and rotations decouple and have the same scale.
-    size = float(np.sqrt(np.einsum("fq,fqi->", areas, (positions - centroid) ** 2) / areas.sum()))
-    scaled = twists / np.repeat([1.0, size], 3)
-    P = Tie(nodes, centroid, scaled, np.empty(0)).rigid(positions.reshape(-1, 3))
-    gram = np.einsum("p,pij,pik->jk", areas.ravel(), P, P)
-    shares = np.einsum("aq,fq,fqij->jfai", N, areas, P.reshape(*areas.shape, 3, -1), optimize=True)
-    gather = sparse.csr_matrix((np.ones(slot.size), (slot.ravel(), np.arange(slot.size))))
-    weights = np.stack([gather @ s.reshape(-1, 3) for s in shares])
+    size = float(np.sqrt(areas @ ((positions - centroid) ** 2).sum(axis=1) / areas.sum()))
+    scaled = Tie(nodes, centroid, twists / np.repeat([1.0, size], 3), np.empty(0))
+    P = scaled.rigid(positions)
+    gram = np.einsum("p,pij,pik->jk", areas, P, P)
+    weights = np.zeros((len(twists), len(nodes), 3))
+    for block, measure in zip(blocks, measures, strict=True):
+        P = scaled.rigid(block.points.reshape(-1, 3)).reshape(*measure.shape, 3, -1)
+        shares = np.einsum("aq,fq,fqij->jfai", block.N, measure, P, optimize=True)
+        slots = np.searchsorted(nodes, block.nodes.ravel())
+        gather = sparse.csr_matrix((np.ones(slots.size), (slots, np.arange(slots.size))), (len(nodes), slots.size))
+        weights += np.stack([gather @ s.reshape(-1, 3) for s in shares])
     # The motion of the centroid, then that of the point: t + θ × (p − c).
     at_centroid = linalg.solve(gram, weights.reshape(len(twists), -1), assume_a="pos")
-    moved = scaled.T @ at_centroid
+    moved = scaled.twists.T @ at_centroid
     moved[:3] += np.cross(moved[3:], point - centroid, axis=0)
     return Tie(nodes, point, twists, (twists @ moved).reshape(weights.shape))
 
@@ -162,15 +168,15 @@ def _projected(matrix: sparse.csr_matrix, L: sparse.csr_matrix, follows: np.ndar
     return sparse.csr_matrix(0.5 * (projected + projected.T))
 
 
-def _refuse_few(nodes: np.ndarray, facet: int, prefix: str) -> None:
+def _refuse_few(nodes: np.ndarray, dimension: int, prefix: str) -> None:
     """Refuse nodes (k, 3) that do not determine all rotations of a reference point."""
-    needed = {6: "at least 3 nodes that are not on one line", 3: "at least 2 nodes"}.get(facet)
+    needed = {3: "at least 3 nodes that are not on one line", 2: "at least 2 nodes"}.get(dimension)
     if needed is None:
         raise InputError(
             f"{prefix} it has {len(nodes)} node of a line or a rigid body; a tie needs the surface of a solid or an"
             " edge of a plane part, with at least 3 or 2 nodes"
         )
-    minimum = 3 if facet == 6 else 2
+    minimum = dimension
     if len(nodes) >= minimum:
         spread = np.linalg.svd(nodes - nodes.mean(axis=0), compute_uv=False)
         if spread[minimum - 2] > ON_A_LINE * spread[0]:

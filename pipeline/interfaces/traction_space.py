@@ -19,10 +19,10 @@ from gudgeon.modaldb.records.traction import SUPPORT, along_direction, chart_coo
 from gudgeon.modaldb.records.types import Json
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.cells import FACET_WIDTH, cell_of, corner_triangles
 from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.height_field import distance, nearest_kept, patch_chart
-from gudgeon.pipeline.interfaces.points import facet_points
+from gudgeon.pipeline.interfaces.points import facet_points, surface_points
 from gudgeon.pipeline.scenes.interface import Interface
 
 MOST_FUNCTIONS = 1000
@@ -159,7 +159,7 @@ def refuse_unresolved(spaces: dict[str, TractionSpace], key: str) -> None:
 
 
 def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, key: str) -> SplineGrid:
-    if not cell_of(mesh).solid or surface.facets.shape[1] != 6:
+    if not cell_of(mesh).solid or surface.facets.shape[1] < FACET_WIDTH:
         raise InputError(f"{key}: a traction space needs a surface of a solid, '{interface.surface}' is none")
     kind = surface.shape.get("kind")
     if kind == "cylinder" and interface.along is not None and interface.sector_deg is None:
@@ -226,7 +226,7 @@ def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, key: str) -
     """Return chart, least and largest coordinates of a space on a plane; across × along is the outward normal."""
     if interface.along is None:
         raise InputError(f"{key}.along: is missing; a traction space on a plane needs the direction of sliding")
-    outward = facet_points(mesh.nodes, surface)[2].sum(axis=(0, 1))
+    outward = surface_points(mesh.nodes, surface)[1].sum(axis=0)
     normal = np.asarray(surface.shape["normal"], float)
     normal = normal / np.linalg.norm(normal) * np.sign(normal @ outward)
     length = float(np.linalg.norm(interface.along))
@@ -262,7 +262,7 @@ def _integrals(
     Args:
         turned: Returns t dA of n dA, (…, 3); t is the outward normal n by default.
     """
-    corners = mesh.nodes[surface.facets[:, :3]]
+    corners = mesh.nodes[corner_triangles(surface.facets)[0]]
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
     facets = surface.facets[_near(mesh.nodes, grid, edge)[surface.facets].any(axis=1)]
     pieces = int(np.ceil(PIECES_PER_SPACING * edge / grid.spacing.min()))
@@ -271,14 +271,14 @@ def _integrals(
     at_once = max(BATCH // (6 * pieces**2), 1)
     for start in range(0, len(facets), at_once):
         some = facets[start : start + at_once]
-        N, points, elements = facet_points(mesh.nodes, replace(surface, facets=some), pieces)
-        splines = spline_matrix(grid, chart_coordinates(grid.chart, points.reshape(-1, 3)), tails=True)
-        splines.eliminate_zeros()
-        areas += splines.T @ np.linalg.norm(elements.reshape(-1, 3), axis=1)
-        elements = turned(elements.reshape(-1, 3))
-        moments = np.cross(points.reshape(-1, 3), elements)
-        resultants += splines.T @ np.column_stack([elements, moments])
-        total += splines.T @ _displacements(N, some, elements, 3 * len(mesh.nodes))
+        for block in facet_points(mesh.nodes, replace(surface, facets=some), pieces):
+            points, elements = block.points.reshape(-1, 3), block.vectors.reshape(-1, 3)
+            splines = spline_matrix(grid, chart_coordinates(grid.chart, points), tails=True)
+            splines.eliminate_zeros()
+            areas += splines.T @ np.linalg.norm(elements, axis=1)
+            elements = turned(elements)
+            resultants += splines.T @ np.column_stack([elements, np.cross(points, elements)])
+            total += splines.T @ _displacements(block.N, block.nodes, elements, 3 * len(mesh.nodes))
     return areas, total, resultants
 
 
@@ -291,10 +291,10 @@ def _near(nodes: np.ndarray, grid: SplineGrid, edge: float) -> np.ndarray:
 
 def _displacements(N: np.ndarray, facets: np.ndarray, elements: np.ndarray, size: int) -> sparse.csr_matrix:
     """Return t·u dA at all quadrature points as a matrix on nodal displacements, (f·q, 3n)."""
-    count = N.shape[1]
+    count, width = N.shape[1], 3 * len(N)
     values = elements.reshape(len(facets), count, 1, 3) * N.T[:, :, None]
-    columns = np.repeat((3 * facets[:, :, None] + np.arange(3)).reshape(len(facets), 1, 18), count, axis=1)
-    starts = 18 * np.arange(len(elements) + 1)
+    columns = np.repeat((3 * facets[:, :, None] + np.arange(3)).reshape(len(facets), 1, width), count, axis=1)
+    starts = width * np.arange(len(elements) + 1)
     return sparse.csr_matrix((values.ravel(), columns.ravel(), starts), shape=(len(elements), size))
 
 

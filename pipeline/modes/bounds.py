@@ -18,9 +18,9 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.given import SINGULAR
-from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, reference
+from gudgeon.pipeline.fem.elements.reference import orders, reference
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.cells import Block, cell_blocks, cell_of
 from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.modes.problem import Count
 
@@ -92,11 +92,12 @@ def _with_gaps(theta: np.ndarray, rho: np.ndarray, offsets: np.ndarray, between:
 def _mass_norms(model: FEModel, R: np.ndarray, untied: bool) -> np.ndarray:
     """Return ‖r‖_{M⁻¹} of columns over the free dofs, or an upper bound, (m,)."""
     # Solids and plane parts have the same shape functions in each direction.
-    if untied and cell_of(model.mesh).dimension > 1 and model.mesh.system is None and not model.added_mass:
+    singular = model.mesh.system is not None or "reduced" in model.mesh.formulations
+    if untied and cell_of(model.mesh).dimension > 1 and not singular and not model.added_mass:
         lumped = model.M.diagonal()[model.free]
         return np.sqrt((R**2 / lumped[:, None]).sum(axis=0) / lumped_share(model.mesh))
     mass = model.free_matrices()[1]
-    if model.mesh.system is not None:  # It may be singular; a larger mass changes frequencies by less than its share.
+    if singular:  # It may be; a larger mass changes frequencies by less than its share.
         mass = sparse.csr_matrix(mass + SINGULAR * sparse.diags(mass.diagonal()))
     factor = factorise(mass, definite=True)
     answer = factor.solve(R)
@@ -106,15 +107,20 @@ def _mass_norms(model: FEModel, R: np.ndarray, untied: bool) -> np.ndarray:
 
 def lumped_share(mesh: MeshRecord) -> float:
     """Return a c for which M − c·diag(M) is positive semidefinite, M of constant density."""
-    cell = cell_of(mesh)
-    N, dN, W = reference(cell, MASS_ORDER)
+    return min(_cell_share(mesh.nodes, block) for block in cell_blocks(mesh))
+
+
+def _cell_share(nodes: np.ndarray, block: Block) -> float:
+    """Return the same of cells of one type."""
+    cell, _, cells = block
+    N, dN, W = reference(cell, orders(cell)[1])
     if W.min() <= 0:
-        raise ValueError(f"the quadrature of {cell.name} of order {MASS_ORDER} has weights below zero")
+        raise ValueError(f"the quadrature of {cell.name} of order {orders(cell)[1]} has weights below zero")
     mass = (N * W) @ N.T
     scale = 1 / np.sqrt(mass.diagonal())
     fraction, evenness = float(np.linalg.eigvalsh(mass * np.outer(scale, scale))[0]), 1.0
-    for start in range(0, len(mesh.cells), BATCH):
-        J = np.einsum("eai,akq->eqki", mesh.nodes[mesh.cells[start : start + BATCH]], dN, optimize=True)
+    for start in range(0, len(cells), BATCH):
+        J = np.einsum("eai,akq->eqki", nodes[cells[start : start + BATCH]], dN, optimize=True)
         sizes = np.sqrt(np.linalg.det(J @ J.transpose(0, 1, 3, 2)))
         evenness = min(evenness, float((sizes.min(axis=1) / sizes.max(axis=1)).min()))
     return fraction * evenness

@@ -17,8 +17,9 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.modes import InertiaCouplings
 from gudgeon.pipeline.fem.elements.frame import Line, gauss, hermite, slopes, turns
+from gudgeon.pipeline.fem.elements.incompatible import mode_slopes
 from gudgeon.pipeline.fem.elements.materials import material_cells
-from gudgeon.pipeline.fem.elements.reference import quadrature
+from gudgeon.pipeline.fem.elements.reference import batches, quadrature
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.modes.flexibility import Flexibility
@@ -209,17 +210,18 @@ def _stress_stiffness(model: FEModel, Phi: np.ndarray, component: Component, mov
     k, m, nodes = moved.shape[1], Phi.shape[1], len(model.nodes)
     u, shapes = moved.reshape(nodes, 3, k), Phi.reshape(nodes, 3, m)
     assert component.material is not None
-    total = np.zeros((k, m, m))
+    total, both = np.zeros((k, m, m)), np.concatenate([u, shapes], axis=2)
     for material, cells in material_cells(model.mesh, component.material):
-        for start in range(0, len(cells), BATCH):
-            batch = cells[start : start + BATCH]
-            _, grad, dx = quadrature(model.mesh, ORDER, batch)
-            slope = np.einsum("eaiq,eajk->eqijk", grad, u[model.mesh.cells[batch]], optimize=True)
+        for block, batch, _ in batches(model.mesh, cells, BATCH):
+            _, grad, dx = quadrature(block, ORDER, batch)
+            fields = both[block.cells[batch]]
+            slopes = np.einsum("eaiq,eajk->eqijk", grad, fields, optimize=True)
+            if "incompatible" in block.formulations:
+                slopes += mode_slopes(block.nodes[block.cells[batch]], grad, dx, material, fields)
+            slope = slopes[..., :k]
             flat = slope.reshape(-1, 3, 3, k)
             stress = _stress(flat, material) * dx.reshape(-1, 1, 1, 1)
-            tilt = np.einsum("eaiq,eajm->eqijm", grad, shapes[model.mesh.cells[batch]], optimize=True).reshape(
-                -1, 3, 3, m
-            )
+            tilt = slopes[..., k:].reshape(-1, 3, 3, m)
             for load in range(k):
                 pulled = np.einsum("pij,pjcm->picm", stress[..., load], tilt)
                 total[load] += tilt.reshape(-1, m).T @ pulled.reshape(-1, m)

@@ -29,7 +29,7 @@ def mesh_of(store: FolderStore, key: str) -> MeshRecord:
     Raises:
         Wrong: the record has no mesh.
     """
-    only = ["nodes", "cells", "cell_type"]
+    only = ["nodes", "cells", "cell_type", "formulations"]
     with store.opened(key) as (_, head):
         mesh = key if head.kind == "mesh" else head.root.attributes.get("mesh_key")
         if not isinstance(mesh, str):
@@ -75,7 +75,7 @@ def _stress(store: FolderStore, modes: str, mesh: MeshRecord, nodes: np.ndarray,
     if getattr(material, "volumes", None):
         raise arrays.Wrong("stress: the part has several materials")
     try:
-        rows = strain_rows(mesh, nodes)
+        rows = strain_rows(mesh, nodes, material)
     except ModuleNotFoundError as error:
         raise arrays.Wrong(f"stress: {error.name} is not installed on the server", 422) from None
     strain = (rows @ shapes.reshape(-1, shapes.shape[2])).reshape(len(nodes), 6, -1)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES, cell_of, outer_faces
+from gudgeon.pipeline.geometry.cells import cell_of, flat_triangles, outer_facets
 from gudgeon.pipeline.service.arrays import Wrong
 
 MOST = 400_000
@@ -31,10 +31,10 @@ def skin_of(mesh: MeshRecord) -> Skin:
     cell = cell_of(mesh)
     if not cell.solid and cell.dimension != 2:
         raise Wrong(f"a mesh of {cell.name} has no surface to draw")
-    faces = outer_faces(mesh.cells) if cell.solid else mesh.cells
-    if 4 * len(faces) > MOST:
-        raise Wrong(f"{4 * len(faces)} triangles are more than {MOST}; export the record and draw it elsewhere", 413)
-    nodes, numbers = np.unique(faces[:, FLAT_TRIANGLES].reshape(-1, 3), return_inverse=True)
+    triangles = flat_triangles(outer_facets(mesh) if cell.solid else mesh.cells)
+    if len(triangles) > MOST:
+        raise Wrong(f"{len(triangles)} triangles are more than {MOST}; export the record and draw it elsewhere", 413)
+    nodes, numbers = np.unique(triangles, return_inverse=True)
     return Skin(nodes, numbers.reshape(-1, 3))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.stores.base import Store
-from gudgeon.pipeline.geometry.cells import EDGES, cell_of
+from gudgeon.pipeline.geometry.cells import HEXAHEDRON, PYRAMID, TETRAHEDRON, WEDGE, Block, cell_blocks, cell_of
 from gudgeon.pipeline.geometry.surfaces import distance
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.scenes.component import Component
@@ -16,6 +16,13 @@ from gudgeon.pipeline.scenes.material import Material
 
 NUMBERED, SKIN = re.compile(r"face\d+"), "skin"
 """Names of surfaces that every CAD part has."""
+REGULAR = {
+    TETRAHEDRON: [[0, 0, 0], [1, 0, 0], [0.5, 0.75**0.5, 0], [0.5, 12**-0.5, (2 / 3) ** 0.5]],
+    HEXAHEDRON: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
+    WEDGE: [[x, y, z] for z in (0, 1) for x, y in ((0, 0), (1, 0), (0.5, 0.75**0.5))],
+    PYRAMID: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 0.5**0.5]],
+}
+"""Corners of regular elements, all edges of length 1."""
 
 
 def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any]:
@@ -64,23 +71,36 @@ def _volume(mesh: MeshRecord, material: Material | None, mass: float) -> float |
 
 
 def element_quality(mesh: MeshRecord) -> dict[str, float]:
-    """Return figures of tet10 elements, 1 for a regular straight one: least mean ratio, its 1 % quantile, Jacobian.
+    """Return figures of solid elements, 1 for a regular straight one: least mean ratio, its 1 % quantile, Jacobian.
 
-    The mean ratio is 12 (3 V)^(2/3) / Σ l² of the corners (Liu and Joe, BIT 34 (1994) 268); the Jacobian is the least
-    over the largest one at an element's nodes, which says how much it is curved.
+    The mean ratio is the least of 3 det(T)^(2/3) / ‖T‖² at the corners with three edges, T from those of the regular
+    element to these (Knupp, SIAM J. Sci. Comput. 23 (2001) 193); of a tetrahedron 12 (3 V)^(2/3) / Σ l² (Liu and Joe,
+    BIT 34 (1994) 268). The Jacobian is the least over the largest one at an element's nodes, which says how much it is
+    curved or skewed.
     """
     from gudgeon.pipeline.fem.elements.reference import nodal_jacobians
 
-    corners = mesh.nodes[mesh.cells[:, :4]]
-    sides = np.diff(corners[:, EDGES[3]], axis=2)
-    volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
-    ratios = 12 * np.cbrt(3 * np.maximum(volumes, 0.0)) ** 2 / (sides**2).sum(axis=(1, 2, 3))
+    ratios = np.concatenate([_mean_ratios(mesh.nodes, block) for block in cell_blocks(mesh)])
     jacobians = nodal_jacobians(mesh)
     return {
         "least": float(ratios.min()),
         "low": float(np.quantile(ratios, 0.01)),
-        "jacobian": float((jacobians.min(axis=1) / jacobians.max(axis=1)).min()),
+        "jacobian": float((jacobians[:, 0] / jacobians[:, 1]).min()),
     }
+
+
+def _mean_ratios(nodes: np.ndarray, block: Block) -> np.ndarray:
+    """Return the mean ratio of each cell, (e,)."""
+    shape, regular = block.cell.shape, np.array(REGULAR[block.cell.shape])
+    ratios = np.full(len(block.rows), np.inf)
+    for corner in range(shape.corners):
+        ends = shape.edges[(shape.edges == corner).any(axis=1)].sum(axis=1) - corner
+        if len(ends) == 3:
+            edges = nodes[block.nodes[:, ends]] - nodes[block.nodes[:, [corner]]]
+            T = np.linalg.solve(regular[ends] - regular[corner], edges)
+            volumes = np.maximum(np.linalg.det(T), 0.0)
+            ratios = np.minimum(ratios, 3 * np.cbrt(volumes) ** 2 / (T**2).sum(axis=(1, 2)))
+    return ratios
 
 
 def surface_rows(mesh: MeshRecord) -> dict[str, dict[str, Any]]:

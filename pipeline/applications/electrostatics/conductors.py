@@ -13,7 +13,7 @@ from gudgeon.pipeline.applications.electrostatics.enclosure import enclosed
 from gudgeon.pipeline.applications.electrostatics.panels import Grading, Onto, Panels, Skin, panels_of
 from gudgeon.pipeline.applications.electrostatics.scene import Conductor
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import cell_of, outer_faces
+from gudgeon.pipeline.geometry.cells import cell_of, outer_facets
 from gudgeon.pipeline.geometry.surfaces import find_surface, true_surface
 from gudgeon.solver import core
 
@@ -40,14 +40,23 @@ def skin_of(mesh: MeshRecord, surfaces: Sequence[str], key: str) -> Skin:
     if surfaces:
         chosen = [find_surface(mesh, name, f"{key}.surfaces") for name in surfaces]
         numbers = np.repeat(np.arange(len(chosen)), [len(s.facets) for s in chosen])
-        return Skin(mesh.nodes, np.concatenate([s.facets for s in chosen]), list(map(_onto, chosen)), numbers)
-    outer = outer_faces(mesh.cells)
+        facets = [_triangles(surface.facets, key) for surface in chosen]
+        return Skin(mesh.nodes, np.concatenate(facets), list(map(_onto, chosen)), numbers)
+    outer = _triangles(outer_facets(mesh), key)
     named = list(mesh.surfaces.values())
     shape_of = {}
     for index, surface in enumerate(named):
         shape_of |= dict.fromkeys(map(tuple, np.sort(surface.facets[:, :3], axis=1).tolist()), index)
     shape = [shape_of.get(tuple(f), -1) for f in np.sort(outer[:, :3], axis=1).tolist()]
     return Skin(mesh.nodes, outer, list(map(_onto, named)), np.array(shape))
+
+
+def _triangles(facets: np.ndarray, key: str) -> np.ndarray:
+    """Return facets of six nodes; others raise an InputError."""
+    if facets.shape[1] != 6:
+        raise InputError(f"{key}.geometry: its surface has facets of up to {facets.shape[1]} nodes; allowed: triangles"
+                         " of six, of a mesh of tetrahedra")  # fmt: skip
+    return facets
 
 
 def _onto(surface: Surface) -> Onto | None:

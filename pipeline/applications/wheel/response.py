@@ -22,7 +22,7 @@ from gudgeon.pipeline.applications.wheel.cyclic.whole_wheel import (
 from gudgeon.pipeline.applications.wheel.scene import KeptInterface, Wheel, blade_radius, reduction
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.assemble import build_model
-from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.cells import cell_centres, cell_of
 from gudgeon.pipeline.interfaces.points import surface_weights
 from gudgeon.pipeline.interfaces.tie import refuse_rigid
 from gudgeon.pipeline.scenes.component import Component
@@ -83,7 +83,7 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
         InputError: see `sector_of`; or no cell or every cell is a blade's, or the surface of the force does not exist.
     """
     sector, key = sector_of(mesh, component, wheel, name), f"wheel.{name}"
-    arms = mesh.nodes[mesh.cells[:, :4]].mean(axis=1) - np.array(wheel.origin)
+    arms = cell_centres(mesh) - np.array(wheel.origin)
     radii = length_across(arms, unit(wheel.axis))
     limit = blade_radius(wheel, component)
     assert limit is not None

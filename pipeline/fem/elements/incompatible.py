@@ -50,6 +50,15 @@ def mode_amplitudes(x: np.ndarray, gradients: np.ndarray, dx: np.ndarray, materi
     return -np.linalg.solve(K[:, 24:, 24:], K[:, 24:, :24]).reshape(-1, 3, 3, 8, 3)
 
 
+def mode_slopes(x: np.ndarray, gradients: np.ndarray, dx: np.ndarray, material: Material, u: np.ndarray) -> np.ndarray:
+    """Return ∂_i u_j of the modes under displacements of the nodes (e, 8, 3, k), (e, q, 3, 3, k).
+
+    Arguments as of `incompatible_stiffness`.
+    """
+    amplitudes = np.einsum("emjbc,ebck->emjk", mode_amplitudes(x, gradients, dx, material), u)
+    return np.einsum("emiq,emjk->eqijk", mode_gradients(x, dx), amplitudes)
+
+
 def _stiffness(x: np.ndarray, gradients: np.ndarray, dx: np.ndarray, material: Material) -> np.ndarray:
     """Return the stiffness of nodes and modes, (e, 33, 33)."""
     flat = np.concatenate([gradients, mode_gradients(x, dx)], axis=1).reshape(len(x), 33, -1)

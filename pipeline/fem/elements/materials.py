@@ -1,13 +1,13 @@
 """Materials of the volumes of a solid: which cells have which, densities, and elastic constants of any symmetry."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.assembly import isotropic
+from gudgeon.pipeline.geometry.cells import submesh
 from gudgeon.pipeline.scenes.material import Material
 
 Pairs = Sequence[tuple[int, int]]
@@ -50,9 +50,7 @@ def material_parts(mesh: MeshRecord, material: Material) -> Iterator[tuple[Mater
         yield material, mesh, np.arange(len(mesh.nodes))
         return
     for phase, cells in material_cells(mesh, material):
-        nodes, numbers = np.unique(mesh.cells[cells], return_inverse=True)
-        submesh = replace(mesh, nodes=mesh.nodes[nodes], cells=numbers.reshape(len(cells), -1), surfaces={}, volumes={})
-        yield phase, submesh, nodes
+        yield phase, *submesh(mesh, cells)
 
 
 def stiffness_of(G: np.ndarray, material: Material) -> np.ndarray:

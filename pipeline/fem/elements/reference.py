@@ -1,12 +1,22 @@
 """Shape functions and quadrature on scikit-fem's reference elements, in meshio's node order."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements import shapes
-from gudgeon.pipeline.geometry.cells import LINE, TETRAHEDRON, TRIANGLE, Cell, cell_of
+from gudgeon.pipeline.geometry.cells import (
+    LINE,
+    TETRA4,
+    TETRAHEDRON,
+    TRIANGLE,
+    Cell,
+    block_meshes,
+    cell_blocks,
+    cell_of,
+)
 from gudgeon.pipeline.geometry.soundness import refuse_degenerate
 
 STIFFNESS_ORDER, MASS_ORDER = 4, 6
@@ -15,11 +25,15 @@ Jacobians of curved ones add to both. Higher degrees do not change the first sev
 skirt. Products of Gauss's rules are exact to an odd degree: 5 with 27 points, which curved hexahedra need in a patch
 test."""
 LINEAR_ORDERS = 2, 4
-"""The same of linear elements; of a tetrahedron, whose strain is constant, 0 would do."""
+"""The same of linear elements."""
+CONSTANT_STRAIN = 1, 2
+"""The same of a tetrahedron of four nodes."""
 
 
 def orders(cell: Cell) -> tuple[int, int]:
     """Return the degrees of the quadrature for stiffness and mass."""
+    if cell is TETRA4:
+        return CONSTANT_STRAIN
     return (STIFFNESS_ORDER, MASS_ORDER) if cell.quadratic else LINEAR_ORDERS
 
 
@@ -96,15 +110,31 @@ def determinants(J: np.ndarray) -> np.ndarray:
 
 
 def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
-    """Return det(∂x/∂ξ) of every solid or triangle at its nodes, (e, a); positive in a valid element."""
-    cell = cell_of(mesh)
-    _, dN = shape_functions(cell, shapes.reference_nodes(cell).T)
-    return adjugates(jacobians(mesh.nodes[mesh.cells][:, :, : cell.dimension], dN))[1]
+    """Return the least and the largest det(∂x/∂ξ) at the nodes of every cell, (e, 2); positive in a valid one."""
+    extremes = np.empty((len(mesh.cells), 2))
+    for cell, rows, nodes in cell_blocks(mesh):
+        _, dN = shape_functions(cell, shapes.reference_nodes(cell).T)
+        det = adjugates(jacobians(mesh.nodes[nodes][:, :, : cell.dimension], dN))[1]
+        extremes[rows] = np.column_stack([det.min(axis=1), det.max(axis=1)])
+    return extremes
+
+
+def batches(mesh: MeshRecord, cells: np.ndarray, size: int) -> Iterator[tuple[MeshRecord, np.ndarray, np.ndarray]]:
+    """Yield chosen cells, `size` or fewer at once and of one type: their mesh, see `block_meshes`, their numbers in it,
+    and those in the whole mesh."""
+    for rows, block in block_meshes(mesh):
+        local = np.flatnonzero(np.isin(rows, cells))
+        for start in range(0, len(local), size):
+            batch = local[start : start + size]
+            yield block, batch, rows[batch]
 
 
 def extrapolation(cell: Cell, order: int) -> np.ndarray:
-    """Return E (a, q): values at the nodes of the linear field nearest to values at the points of a quadrature."""
+    """Return E (a, q): values at the nodes of the linear field nearest to values at the points of a quadrature; of one
+    point the constant."""
     X, _ = rule(cell, order)
+    if X.shape[1] == 1:
+        return np.ones((cell.nodes, 1))
     linear = [np.column_stack([np.ones(len(xi)), xi]) for xi in (shapes.reference_nodes(cell), X.T)]
     return linear[0] @ np.linalg.pinv(linear[1])
 

@@ -26,13 +26,15 @@ from gudgeon.pipeline.fem.elements.reference import (
 )
 from gudgeon.pipeline.fem.elements.strain import SHEARS, StrainSamples, continuum_samples, elasticity
 from gudgeon.pipeline.fem.model import FEModel, MassProperties, point_masses
-from gudgeon.pipeline.geometry.cells import TETRA10, block_meshes, cell_blocks, cell_of
+from gudgeon.pipeline.geometry.cells import TETRA10, block_meshes, cell_of
 from gudgeon.pipeline.geometry.soundness import refuse_degenerate
 from gudgeon.pipeline.scenes.material import Material
 
 BATCH = 4096
 """Tetrahedra of ten nodes assembled at once, of other elements by the squares of their numbers of nodes: the largest
 work array is about 60 MB."""
+REDUCED_ORDER, UNSEEN = 2, 1e-6
+"""Degree of the rule of 2 × 2 × 2 points, and what of the full stiffness is added to the one of these."""
 STRAIGHT = 8 * np.finfo(float).eps
 """Largest distance of a mid-side node from the middle of its edge, over the largest coordinate."""
 
@@ -64,21 +66,19 @@ def _block_matrices(
     """
     pairs, count = NodePairs(mesh.cells, len(mesh.nodes)), len(mesh.cells)
     stiffness, mass = np.zeros(()), np.zeros(())
-    forms = np.full(count, FORMS.index(_by_quadrature))
-    if cell_of(mesh) is TETRA10:
-        forms[straight_elements(mesh)] = FORMS.index(_closed_form)
-    for name, form in FORMULATIONS.items():
-        forms[mesh.formulations.get(name, [])] = FORMS.index(form)
+    form = FORMULATIONS[next(iter(mesh.formulations), "")]
+    straight = straight_elements(mesh) if cell_of(mesh) is TETRA10 else np.zeros(count, bool)
     batch = max(1, BATCH * 100 // mesh.cells.shape[1] ** 2)
     for start in range(0, count, batch):
         cells = slice(start, min(start + batch, count))
         blocks = np.empty((cells.stop - start, 3, 3, len(pairs.first)))
         weights = np.empty((cells.stop - start, 1, 1, len(pairs.first)))
         for index, phase in enumerate(phases):
-            for form_id, form in enumerate(FORMS):
-                chosen = (forms[cells] == form_id) & (owner[cells] == index)
+            for closed in (False, True):
+                chosen = (straight[cells] == closed) & (owner[cells] == index)
                 if chosen.any():
-                    elements = form(mesh, phase, start + np.flatnonzero(chosen), numbers, pairs)
+                    element_ids = start + np.flatnonzero(chosen)
+                    elements = (_closed_form if closed else form)(mesh, phase, element_ids, numbers, pairs)
                     blocks[chosen], weights[chosen, 0, 0] = elements
         stiffness = stiffness + pairs.sum_blocks(blocks, cells)
         mass = mass + pairs.sum_blocks(weights, cells)
@@ -132,8 +132,14 @@ def _by_quadrature(
 def _reduced(
     mesh: MeshRecord, material: Material, cells: np.ndarray, numbers: np.ndarray, pairs: NodePairs
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the same with the stiffness at 2 × 2 × 2 points; the mass is integrated in full."""
-    return _stiffness(mesh, material, cells, numbers, pairs, 2), _masses(mesh, material, cells, numbers, pairs)
+    """Return the same by 2 × 2 × 2 points, as CalculiX does: motions that they do not see have no mass either.
+
+    `UNSEEN` of the stiffness in full integration keeps such motions of a single row of elements apart from rest.
+    """
+    full, _ = orders(cell_of(mesh))
+    stiffness = _stiffness(mesh, material, cells, numbers, pairs, REDUCED_ORDER)
+    stiffness += UNSEEN * _stiffness(mesh, material, cells, numbers, pairs, full)
+    return stiffness, _masses(mesh, material, cells, numbers, pairs)
 
 
 def _incompatible(
@@ -146,9 +152,8 @@ def _incompatible(
 
 
 Form = Callable[[MeshRecord, Material, np.ndarray, np.ndarray, NodePairs], tuple[np.ndarray, np.ndarray]]
-FORMS: tuple[Form, ...] = (_closed_form, _by_quadrature, _reduced, _incompatible)
-FORMULATIONS = {"incompatible": _incompatible, "reduced": _reduced}
-"""Of elements that a mesh names, see `MeshRecord.formulations`."""
+FORMULATIONS: dict[str, Form] = {"": _by_quadrature, "incompatible": _incompatible, "reduced": _reduced}
+"""By name, see `MeshRecord.formulations`; all others are integrated in full."""
 
 
 def _stiffness(
@@ -167,12 +172,16 @@ def _masses(
 ) -> np.ndarray:
     """Return masses (e, k); no gradients are needed at their more numerous points."""
     cell = cell_of(mesh)
-    N, dN, W = reference(cell, orders(cell)[1])
+    N, dN, W = reference(cell, _mass_order(mesh))
     x = mesh.nodes[mesh.cells[cells]]
     det = determinants(jacobians(x, dN))
     refuse_degenerate(x, det, numbers[cells])
     products = (N[pairs.first] * N[pairs.second]).T
     return material.rho * ((det * W) @ products)
+
+
+def _mass_order(mesh: MeshRecord) -> int:
+    return REDUCED_ORDER if "reduced" in mesh.formulations else orders(cell_of(mesh))[1]
 
 
 def mass_properties(mesh: MeshRecord, rho: float | np.ndarray) -> MassProperties:
@@ -182,10 +191,10 @@ def mass_properties(mesh: MeshRecord, rho: float | np.ndarray) -> MassProperties
         rho: Density, or that of each element (e,) [kg/m^3].
     """
     points, weights = [], []
-    for block in cell_blocks(mesh):
-        N, dN, W = reference(block.cell, orders(block.cell)[1])
-        x = mesh.nodes[block.nodes]
-        density = np.reshape(rho, (-1, 1)) if np.ndim(rho) == 0 else np.asarray(rho)[block.rows, None]
+    for rows, block in block_meshes(mesh):
+        N, dN, W = reference(cell_of(block), _mass_order(block))
+        x = mesh.nodes[block.cells]
+        density = np.reshape(rho, (-1, 1)) if np.ndim(rho) == 0 else np.asarray(rho)[rows, None]
         weights.append((density * W * determinants(jacobians(x, dN))).ravel())
         points.append(np.matmul(N.T, x).reshape(-1, 3))
     return point_masses(np.concatenate(points), np.concatenate(weights))

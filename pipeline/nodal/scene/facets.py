@@ -54,7 +54,7 @@ def faced_rows(
     facets = surface.facets[np.isin(surface.facets[:, 3:], points.nodes).any(axis=1)]
     row_of_node = np.full(len(mine.model.nodes), -1)
     row_of_node[points.nodes] = np.arange(len(points.nodes))
-    N, positions, areas = facet_points(mine.model.nodes, Surface(facets, surface.shape), PIECES)
+    _, _, N, positions, areas = facet_points(mine.model.nodes, Surface(facets, surface.shape), PIECES)[0]
     size = np.linalg.norm(areas, axis=2)
     outward = (areas / size[:, :, None]) @ mine.rotation.T
     met = _meet(mine.placed(positions).reshape(-1, 3), outward.reshape(-1, 3), nodes, far.facets)

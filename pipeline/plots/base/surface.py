@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pyvista as pv
 
-from gudgeon.pipeline.geometry.cells import PYRAMID13, PYRAMID14, Block, cell_blocks, cell_of
+from gudgeon.pipeline.geometry.cells import PYRAMID13, PYRAMID14, WEDGE6, Block, cell_blocks, cell_of, mirrored
 from gudgeon.pipeline.plots.base.run import BodyMotion
 
 CELLS = {
@@ -24,7 +24,11 @@ CELLS = {
     "wedge18": pv.CellType.BIQUADRATIC_QUADRATIC_WEDGE, "pyramid": pv.CellType.PYRAMID,
     "pyramid13": pv.CellType.QUADRATIC_PYRAMID,
 }  # fmt: skip
-"""Kind of cell in VTK by its name; a pyramid of 14 nodes is drawn by 13."""
+"""Kind of cell in VTK by its name."""
+DRAWN = {PYRAMID14: PYRAMID13}
+"""Cells that are drawn by others of fewer nodes."""
+VTK_ORDER = {PYRAMID14: list(range(13)), WEDGE6: mirrored(WEDGE6)}
+"""Nodes in the order in which VTK's faces look outward: of linear wedges it is the mirror image."""
 SHARP = 25.0
 """Angle between normals of triangles above which their common edge is sharp [deg]."""
 LEVELS = (3, 2, 1)
@@ -103,8 +107,8 @@ def make_skin(
         fields: Values at the nodes by name, (n, ...); the skin has their values at its points, (p, k).
         cut: The body ends there with a plane face.
     """
-    cells = [(PYRAMID13, nodes[:, :13]) if cell is PYRAMID14 else (cell, nodes) for cell, _, nodes in blocks]
-    grid = pv.UnstructuredGrid({CELLS[cell.name]: rows for cell, rows in cells}, nodes)
+    cells = [(CELLS[DRAWN.get(cell, cell).name], rows[:, VTK_ORDER.get(cell, slice(None))]) for cell, _, rows in blocks]
+    grid = pv.UnstructuredGrid(dict(cells), nodes)
     grid.point_data[PLACE] = nodes
     for name, values in fields.items():
         grid.point_data[name] = values.reshape(len(nodes), -1) if values.ndim > 1 else values
@@ -146,6 +150,7 @@ def thread_of(body: BodyMotion) -> tuple[BodyMotion, Thread]:
 
 
 def _divided(grid: pv.UnstructuredGrid, level: int) -> pv.PolyData:
-    return grid.extract_surface(
+    surface = grid.extract_surface(
         nonlinear_subdivision=level, algorithm="dataset_surface", pass_pointid=False, pass_cellid=False
     )
+    return surface if surface.is_all_triangles else surface.triangulate()

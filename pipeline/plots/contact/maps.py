@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from gudgeon.modaldb.records.mesh import Surface
 from gudgeon.modaldb.records.trajectory import ContactHistory
+from gudgeon.pipeline.geometry.cells import FACET_WIDTH, corner_triangles
 from gudgeon.pipeline.geometry.surfaces import cylindrical
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.hardest import Hardest, hardest
@@ -162,8 +163,8 @@ def chart(points: np.ndarray, surface: Surface | None, nodes: np.ndarray | None 
             labels = tuple(f"{axis} of the part [mm]" for axis, across in zip("xyz", normal, strict=True) if not across)
         metric = (points - centre) @ axes[:2].T
         shown = metric * 1e3
-        if flat and surface is not None and nodes is not None and surface.facets.shape[1] == 6:
-            corners, cells = np.unique(surface.facets[:, :3], return_inverse=True)
+        if flat and surface is not None and nodes is not None and surface.facets.shape[1] >= FACET_WIDTH:
+            corners, cells = np.unique(corner_triangles(surface.facets)[0], return_inverse=True)
             x, y = axes[:2] @ (nodes[corners] - centre).T
             filled = Triangulation(x, y, cells.reshape(-1, 3))
     spread = np.ptp(metric, axis=0)

@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.robustness.operations.friction import near_contact
 from gudgeon.pipeline.robustness.operations.scaling import extent, in_equal_steps, in_units, job_with, updated
 from gudgeon.pipeline.robustness.operations.settings import AGREES, SAME_SPACE
@@ -100,8 +101,10 @@ def _has_shear(geometry: Any) -> bool:
 
 def slivers(subject: Subject, operation: Any) -> Trial:
     """Split elements of every elastic component into slivers."""
-    names = subject.elastic()
-    require(names, ALL_RIGID)
+    require(subject.elastic(), ALL_RIGID)
+    shapes = {name: cell_of(subject.meshes[name]).shape for name in subject.elastic()}
+    names = [name for name, shape in shapes.items() if shape.corners == shape.dimension + 1]
+    require(names, "it has no elements of triangles or tetrahedra to split")
     split = {name: with_slivers(subject.meshes[name], operation.aspect, operation.count) for name in names}
     return Trial(subject.job, {**subject.meshes, **split})
 

@@ -103,7 +103,7 @@ def test_inverted_element_is_named(skirt_mesh: MeshRecord) -> None:
     cells[7] = cells[7][[1, 0, 2, 3, 4, 6, 5, 8, 7, 9]]
     with pytest.raises(InputError, match="element 7 is inverted"):
         build_model(replace(skirt_mesh, cells=cells), ALUMINIUM)
-    assert nodal_jacobians(replace(skirt_mesh, cells=cells)).min(axis=1).argmin() == 7
+    assert nodal_jacobians(replace(skirt_mesh, cells=cells))[:, 0].argmin() == 7
 
 
 def test_bar_mass_and_frequencies() -> None:

