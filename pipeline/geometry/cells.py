@@ -93,16 +93,23 @@ class Cell:
         return self.dofs == 6
 
     @cached_property
+    def centres(self) -> list[list[int]]:
+        """Corners around each node that is none: of the edges, then of the sides, then of all."""
+        corners = list(range(self.shape.corners))
+        sides = self.shape.sides if self.dimension == 3 else [corners]
+        edges = self.shape.edges.tolist() if self.quadratic else []
+        return [*edges, *(sides[side] for side in self.centred), *([corners] if self.interior else [])]
+
+    @cached_property
     def faces(self) -> list[list[int]]:
         """Nodes of each side of the boundary, as of its polytope: corners, in Abaqus's order, mid-edges, centre."""
-        corners, edges = self.shape.corners, self.shape.edges.tolist() if self.quadratic else []
-        middle = {frozenset(ends): corners + k for k, ends in enumerate(edges)}
-        centres = {side: corners + len(edges) + k for k, side in enumerate(self.centred) if self.dimension == 3}
+        node_of = {frozenset(around): self.shape.corners + k for k, around in enumerate(self.centres)}
         faces = []
-        for side_id, side in enumerate(self.shape.sides):
-            around = map(frozenset, zip(side, (*side[1:], side[0]), strict=True))
-            faces.append([*side, *dict.fromkeys(middle[ends] for ends in around if ends in middle)])
-            faces[-1] += [centres[side_id]] if side_id in centres else []
+        for side in self.shape.sides:
+            around = [frozenset(ends) for ends in zip(side, (*side[1:], side[0]), strict=True)]
+            faces.append(
+                [*side, *(node_of[ends] for ends in dict.fromkeys([*around, frozenset(side)]) if ends in node_of)]
+            )
         return faces
 
 
@@ -256,14 +263,13 @@ def cell_centres(mesh: MeshRecord) -> np.ndarray:
     return centres
 
 
-def joined(blocks: Sequence[np.ndarray], least: int = 0) -> np.ndarray:
+def joined(blocks: Sequence[np.ndarray], width: int = 0) -> np.ndarray:
     """Return rows of nodes of several widths, (k, a) each, one below the other, smaller ones filled by their last.
 
     Args:
-        least: Width of the rows at least: `FACET_WIDTH` of facets of a solid.
+        width: Of the rows at least: `FACET_WIDTH` of facets of a solid.
     """
-    width = max((rows.shape[1] for rows in blocks), default=0)
-    width = max(width, least)
+    width = max([width, *(rows.shape[1] for rows in blocks)])
     filled = [np.pad(rows, ((0, 0), (0, width - rows.shape[1])), mode="edge") for rows in blocks]
     return np.concatenate(filled) if filled else np.empty((0, width), int)
 
@@ -291,8 +297,8 @@ def sides_of(blocks: Sequence[Block]) -> tuple[np.ndarray, np.ndarray, np.ndarra
             facets.append(nodes)
             corners.append(np.pad(ends, ((0, 0), (4 - ends.shape[1], 0)), constant_values=-1))
     _, inverse, count = np.unique(np.concatenate(corners), axis=0, return_inverse=True, return_counts=True)
-    least = FACET_WIDTH if blocks[0].cell.dimension == 3 else 0
-    return np.concatenate(owners), joined(facets, least), count[inverse.ravel()]
+    width = FACET_WIDTH if blocks[0].cell.dimension == 3 else 0
+    return np.concatenate(owners), joined(facets, width), count[inverse.ravel()]
 
 
 def outer_faces(cells: np.ndarray, cell: Cell = TETRA10) -> np.ndarray:
@@ -310,11 +316,8 @@ def outer_facets(mesh: MeshRecord) -> np.ndarray:
 def mirrored(cell: Cell) -> list[int]:
     """Return the order of a cell's nodes in which its mirror image is numbered rightly."""
     corners = MIRRORED_CORNERS[cell.shape]
-    groups = [*(cell.shape.edges.tolist() if cell.quadratic else [])]
-    groups += [cell.shape.sides[side] if cell.dimension == 3 else list(range(len(corners))) for side in cell.centred]
-    groups += [list(range(len(corners)))] if cell.interior else []
-    at_corners = {frozenset(group): len(corners) + k for k, group in enumerate(groups)}
-    return corners + [at_corners[frozenset(corners[k] for k in group)] for group in groups]
+    node_of = {frozenset(around): len(corners) + k for k, around in enumerate(cell.centres)}
+    return corners + [node_of[frozenset(corners[k] for k in around)] for around in cell.centres]
 
 
 def quadratic_basis(L: np.ndarray, shape: Polytope = TRIANGLE) -> tuple[np.ndarray, np.ndarray]:

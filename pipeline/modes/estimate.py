@@ -69,9 +69,9 @@ def _energies(
         return None
     samples = element.samples(mesh, material, geometry)
     recovery, energies = Recovery(samples), np.empty(displacements.shape[1])
-    per_column = 8 * samples.components * samples.points.shape[0] * samples.points.shape[1]
-    block = max(1, BLOCK_BYTES // per_column)
-    for start in range(0, displacements.shape[1], block):
-        some = slice(start, start + block)
-        energies[some] = recovery.error_energy(samples.strains(displacements[:, some]))
+    per_column = 8 * sum(block.components * len(block.points) * block.points.shape[1] for block in samples)
+    width = max(1, BLOCK_BYTES // per_column)
+    for start in range(0, displacements.shape[1], width):
+        some = slice(start, start + width)
+        energies[some] = recovery.error_energy([block.strains(displacements[:, some]) for block in samples])
     return energies

@@ -13,7 +13,7 @@ from gudgeon.pipeline.fem.elements.rigid import rigid_body
 from gudgeon.pipeline.fem.elements.solid import assemble_solid, solid_samples
 from gudgeon.pipeline.fem.elements.strain import StrainSamples
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.geometry.cells import BEAM2, BEAM3, FRAME2, LINE3, MIXED, SOLIDS, TETRA10, TRIANGLE6, VERTEX, Cell
+from gudgeon.pipeline.geometry.cells import BEAM2, BEAM3, FRAME2, LINE3, MIXED, SOLIDS, TRIANGLE6, VERTEX, Cell
 
 
 @dataclass(frozen=True)
@@ -23,16 +23,14 @@ class Element:
     cell: Cell
     assemble: Callable[[MeshRecord, Any, Any], FEModel]
     """To K, M and rigid motions."""
-    samples: Callable[[MeshRecord, Any, Any], StrainSamples] | None = None
+    samples: Callable[[MeshRecord, Any, Any], list[StrainSamples]] | None = None
     """The strain inside the elements; None for those whose discretisation errors are not estimated."""
 
 
 ELEMENTS = {
     element.cell.name: element
     for element in (
-        Element(TETRA10, assemble_solid, solid_samples),
-        *(Element(cell, assemble_solid) for cell in SOLIDS.values() if cell is not TETRA10),
-        Element(MIXED, assemble_solid),
+        *(Element(cell, assemble_solid, solid_samples) for cell in (*SOLIDS.values(), MIXED)),
         Element(TRIANGLE6, assemble_plane, plane_samples),
         Element(LINE3, assemble_bar, bar_samples),
         Element(BEAM2, assemble_beam, beam_samples),

@@ -37,9 +37,9 @@ def assemble_bar(mesh: MeshRecord, material: Material, _: object) -> FEModel:
     )  # fmt: skip
 
 
-def bar_samples(mesh: MeshRecord, material: Material, _: object) -> StrainSamples:
+def bar_samples(mesh: MeshRecord, material: Material, _: object) -> list[StrainSamples]:
     """Return the samples of the strain in a bar."""
-    return continuum_samples(mesh, _area(mesh) * np.array([[material.E]]))
+    return continuum_samples(mesh, _area(mesh) * np.array([[material.E]]), material)
 
 
 def _area(mesh: MeshRecord) -> float:

@@ -80,7 +80,7 @@ def shear_force(mesh: MeshRecord, node: int, material: Material, beam: Beam) -> 
     return _at_node(mesh, node, force)
 
 
-def beam_samples(mesh: MeshRecord, material: Material, geometry: Beam) -> StrainSamples:
+def beam_samples(mesh: MeshRecord, material: Material, geometry: Beam) -> list[StrainSamples]:
     """Return the samples of the strain in a beam: of bending and, of Timoshenko's theory, of shear."""
     N, _, _ = reference(LINE3, GAUSS_ORDER)
     h, section = element_lengths(mesh), geometry.section
@@ -100,7 +100,7 @@ def beam_samples(mesh: MeshRecord, material: Material, geometry: Beam) -> Strain
     def strains(columns: np.ndarray) -> np.ndarray:
         return np.einsum("eqsd,edk->eqsk", rows, columns[dofs])
 
-    return sampled(LINE3, nodes, cells, h, rows.shape[2], strains)
+    return [sampled(LINE3, nodes, cells, h, rows.shape[2], strains)]
 
 
 def _at_node(

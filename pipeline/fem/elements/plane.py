@@ -38,9 +38,9 @@ def assemble_plane(mesh: MeshRecord, material: Material, geometry: PlanePart) ->
     )  # fmt: skip
 
 
-def plane_samples(mesh: MeshRecord, material: Material, geometry: PlanePart) -> StrainSamples:
+def plane_samples(mesh: MeshRecord, material: Material, geometry: PlanePart) -> list[StrainSamples]:
     """Return the samples of the strain in a plane part."""
-    return continuum_samples(mesh, geometry.thickness * elasticity(*plane_lame(material, geometry), 2))
+    return continuum_samples(mesh, geometry.thickness * elasticity(*plane_lame(material, geometry), 2), material)
 
 
 def plane_lame(material: Material, geometry: PlanePart) -> tuple[float, float]:

@@ -111,12 +111,12 @@ def determinants(J: np.ndarray) -> np.ndarray:
 
 def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
     """Return the least and the largest det(∂x/∂ξ) at the nodes of every cell, (e, 2); positive in a valid one."""
-    extremes = np.empty((len(mesh.cells), 2))
+    ranges = np.empty((len(mesh.cells), 2))
     for cell, rows, nodes in cell_blocks(mesh):
         _, dN = shape_functions(cell, shapes.reference_nodes(cell).T)
         det = adjugates(jacobians(mesh.nodes[nodes][:, :, : cell.dimension], dN))[1]
-        extremes[rows] = np.column_stack([det.min(axis=1), det.max(axis=1)])
-    return extremes
+        ranges[rows] = np.column_stack([det.min(axis=1), det.max(axis=1)])
+    return ranges
 
 
 def batches(mesh: MeshRecord, cells: np.ndarray, size: int) -> Iterator[tuple[MeshRecord, np.ndarray, np.ndarray]]:
@@ -130,13 +130,13 @@ def batches(mesh: MeshRecord, cells: np.ndarray, size: int) -> Iterator[tuple[Me
 
 
 def extrapolation(cell: Cell, order: int) -> np.ndarray:
-    """Return E (a, q): values at the nodes of the linear field nearest to values at the points of a quadrature; of one
-    point the constant."""
+    """Return E (a, q): values at the nodes of the field nearest to values at the points of a quadrature, linear as in
+    elements of the corners alone; of one point the constant."""
     X, _ = rule(cell, order)
     if X.shape[1] == 1:
         return np.ones((cell.nodes, 1))
-    linear = [np.column_stack([np.ones(len(xi)), xi]) for xi in (shapes.reference_nodes(cell), X.T)]
-    return linear[0] @ np.linalg.pinv(linear[1])
+    fields = [shapes.linear_fields(cell, xi) for xi in (shapes.reference_nodes(cell).T, X)]
+    return fields[0].T @ np.linalg.pinv(fields[1].T)
 
 
 def _basis(cell: Cell) -> Any:

@@ -79,6 +79,8 @@ SPANS: dict[Cell, list[tuple[int, ...]]] = {
     PYRAMID14: _PYRAMID + _PYRAMID2 + [(2, 2, 0, 2)],
 }
 """Exponents i, j, k, m of the monomials of each element, i and j alone on quadrilaterals."""
+LINEAR = {cell.shape: cell for cell in (QUADRANGLE4, HEXAHEDRON8, WEDGE6, PYRAMID5)}
+"""Elements of the corners alone."""
 
 
 def shape_functions(cell: Cell, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -91,12 +93,14 @@ def shape_functions(cell: Cell, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def reference_nodes(cell: Cell) -> np.ndarray:
     """Return the places ξ of the nodes of a reference cell, (a, k)."""
     corners = np.array(CORNERS[cell.shape], float)
-    nodes = [corners]
-    if cell.quadratic:
-        nodes.append(corners[cell.shape.edges].mean(axis=1))
-    sides = cell.shape.sides if cell.dimension == 3 else [list(range(len(corners)))]
-    nodes += [corners[sides[side]].mean(axis=0, keepdims=True) for side in cell.centred]
-    return np.concatenate([*nodes, corners.mean(axis=0, keepdims=True)] if cell.interior else nodes)
+    return np.array([*corners, *(corners[around].mean(axis=0) for around in cell.centres)])
+
+
+def linear_fields(cell: Cell, X: np.ndarray) -> np.ndarray:
+    """Return a basis of the fields of the element of the corners alone at places ξ (k, q), (b, q)."""
+    if cell not in SPANS:
+        return np.vstack([np.ones(X.shape[1]), X])
+    return _monomials(LINEAR[cell.shape], X)[0]
 
 
 def rule(shape: Polytope, order: int) -> tuple[np.ndarray, np.ndarray]:

@@ -34,7 +34,7 @@ BATCH = 4096
 """Tetrahedra of ten nodes assembled at once, of other elements by the squares of their numbers of nodes: the largest
 work array is about 60 MB."""
 REDUCED_ORDER, UNSEEN = 2, 1e-6
-"""Degree of the rule of 2 × 2 × 2 points, and what of the full stiffness is added to the one of these."""
+"""Degree of the rule of 2 × 2 × 2 points, and the share of the full stiffness with theirs."""
 STRAIGHT = 8 * np.finfo(float).eps
 """Largest distance of a mid-side node from the middle of its edge, over the largest coordinate."""
 
@@ -85,11 +85,11 @@ def _block_matrices(
     return pairs.matrix(stiffness), pairs.matrix(mass)
 
 
-def solid_samples(mesh: MeshRecord, material: Material, _: object) -> StrainSamples:
+def solid_samples(mesh: MeshRecord, material: Material, _: object) -> list[StrainSamples]:
     """Return the samples of the strain in a solid."""
     if material.orthotropic is None:
-        return continuum_samples(mesh, elasticity(*material.lame, 3))
-    return continuum_samples(mesh, elasticity_matrix(material, [(0, 0), (1, 1), (2, 2), *SHEARS], 1.0))
+        return continuum_samples(mesh, elasticity(*material.lame, 3), material)
+    return continuum_samples(mesh, elasticity_matrix(material, [(0, 0), (1, 1), (2, 2), *SHEARS], 1.0), material)
 
 
 def straight_elements(mesh: MeshRecord) -> np.ndarray:
@@ -137,7 +137,7 @@ def _reduced(
     `UNSEEN` of the stiffness in full integration keeps such motions of a single row of elements apart from rest.
     """
     full, _ = orders(cell_of(mesh))
-    stiffness = _stiffness(mesh, material, cells, numbers, pairs, REDUCED_ORDER)
+    stiffness = (1 - UNSEEN) * _stiffness(mesh, material, cells, numbers, pairs, REDUCED_ORDER)
     stiffness += UNSEEN * _stiffness(mesh, material, cells, numbers, pairs, full)
     return stiffness, _masses(mesh, material, cells, numbers, pairs)
 

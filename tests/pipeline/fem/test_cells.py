@@ -11,6 +11,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.elements.solid import mass_properties
 from gudgeon.pipeline.geometry.cells import HEXAHEDRON8, HEXAHEDRON20, SOLIDS, Cell, cell_blocks, outer_facets
+from gudgeon.pipeline.modes.estimate import discretisation_errors
 from gudgeon.pipeline.scenes.material import Material
 from tests.pipeline.solids import FAMILIES, box
 
@@ -93,6 +94,8 @@ def lowest(mesh: MeshRecord) -> float:
 
 
 LENGTH, HEIGHT = 0.2, 0.01
+FINE_BLOCK = 79630.4
+"""Lowest angular frequency of a steel block of 100 × 40 × 30 mm [rad/s], of 16 × 7 × 5 hexahedra of 27 nodes."""
 QUADRATIC = [name for name, family in KINDS.items() if family[0].quadratic]
 BEAM = (12, 2, 2)
 
@@ -118,6 +121,20 @@ def test_incompatible_modes_bend_and_plain_hexahedra_lock(beam_frequency: float)
     mesh = box([HEXAHEDRON8], (24, 2, 2), (LENGTH, HEIGHT, HEIGHT))
     assert lowest(mesh) > 1.1 * beam_frequency
     assert lowest(formulated(mesh, "incompatible")) == pytest.approx(beam_frequency, rel=5e-3)
+
+
+@pytest.mark.parametrize(("kind", "formulation"), [(name, "") for name in QUADRATIC] + [("hexahedron20", "reduced")])
+def test_errors_of_frequencies_are_estimated(kind: str, formulation: str) -> None:
+    """Of the lowest mode of a block, against one of hexahedra of 27 nodes more than twice as fine."""
+    sizes, exact = (0.1, 0.04, 0.03), FINE_BLOCK
+    mesh = box(KINDS[kind], (5, 3, 3), sizes)
+    mesh = formulated(mesh, formulation) if formulation else mesh
+    model = build_model(mesh, STEEL)
+    values, vectors = eigsh(model.K, k=7, M=model.M, sigma=-1e6, which="LM")
+    omega, Phi = np.sqrt(values.max()), vectors[:, [values.argmax()]]
+    estimate = discretisation_errors(model, STEEL, None, np.array([omega]), Phi)
+    assert estimate is not None
+    assert 0.75 < estimate[0] / (omega / exact - 1) < 1.25
 
 
 def test_an_inverted_cell_is_named_by_its_number() -> None:
