@@ -2,9 +2,9 @@
 
 A joint acts on a body that deforms through its modes alone. Under the forces λ of the joints at its interfaces, which
 its inertia balances, the whole body has the strain energy ½ λᵀ B G Bᵀ λ, its modes ½ λᵀ W Λ⁻¹ Wᵀ λ, and what they lack
-is ½ λᵀ R λ with the residual flexibility R of its record (docs/theory/2-reduction.md). Λ and R are those of free bodies. Under the
-load ρ C x of a rotation, C = ω² 1 − ω ωᵀ, it is ½ C : D : C of the whole body, and of its modes ½ s Λ⁻¹ sᵀ with
-s_k = C : S_k.
+is ½ λᵀ R λ with the residual flexibility R of its record (docs/theory/2-reduction.md). Λ and R are those of free
+bodies. Under the load ρ C x of a rotation, C = ω² 1 − ω ωᵀ, it is ½ C : D : C of the whole body, and of its modes
+½ s Λ⁻¹ sᵀ with s_k = C : S_k.
 """
 
 import numpy as np
