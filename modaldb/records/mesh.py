@@ -82,5 +82,7 @@ class MeshRecord(Labelled):
     )
     """Cells that are not integrated in full: `incompatible`, hexahedra of 8 nodes with incompatible modes; `reduced`,
     those of 20 nodes with 8 points for the stiffness, (k,) each."""
+    remarks: Json = field(default_factory=dict)
+    """`{"notes": [line, …]}`: what of a file the mesh does not have, or has otherwise; `{}` where there is nothing."""
     system: SystemMatrices | None = None
     """Matrices that were read, not assembled from the cells."""

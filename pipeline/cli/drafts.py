@@ -12,9 +12,9 @@ from gudgeon.pipeline.errors import InputError
 
 def faces_command(options: argparse.Namespace) -> int:
     """List and draw the faces of a CAD part; list the sets and couplings of a model of another program."""
-    from gudgeon.pipeline.geometry.matrices.reading import MODELS
+    from gudgeon.pipeline.geometry.decks.reading import DECKS
 
-    if Path(options.file).suffix.lower() in MODELS:
+    if Path(options.file).suffix.lower() in DECKS:
         return _list_sets(options)
     from gudgeon.pipeline.drafts.faces import look_at
 

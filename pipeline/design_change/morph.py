@@ -19,7 +19,7 @@ from gudgeon.pipeline.fem.elements.reference import nodal_jacobians
 from gudgeon.pipeline.fem.elements.solid import mass_properties, solid_twists
 from gudgeon.pipeline.geometry.cells import cell_centres, cell_of
 from gudgeon.pipeline.geometry.profile import ProfileTable
-from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, radial_directions
+from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, radial_directions, surface_name
 
 NEIGHBOURS = 4
 """Surface nodes that an inner node follows, weighted by inverse square distance; more if some are equally near."""
@@ -130,7 +130,7 @@ def reuse(
         raise InputError(
             f"{movement.source}: the supports leave some of the rigid motions free, use update 'recompute'"
         )
-    nodes, surface = move_nodes(mesh, movement), mesh.surfaces[movement.surface]
+    nodes, surface = move_nodes(mesh, movement), find_surface(mesh, movement.surface, movement.source)
     points = {name: item.points for name, item in modal.interfaces.items()}
     for name in points:
         if surfaces[name] == movement.surface:
@@ -147,9 +147,10 @@ def reuse(
 def moved_mesh(mesh: MeshRecord, movement: Movement) -> MeshRecord:
     """Return the mesh of the changed design, from which its modes are computed."""
     nodes = move_nodes(mesh, movement)
-    moved = mesh.surfaces[movement.surface]
+    name = surface_name(mesh, movement.surface, movement.source)
+    moved = mesh.surfaces[name]
     surface = Surface(moved.facets, moved.shape | {"profiled": True})
-    return replace(mesh, nodes=nodes, surfaces=mesh.surfaces | {movement.surface: surface})
+    return replace(mesh, nodes=nodes, surfaces=mesh.surfaces | {name: surface})
 
 
 def _radial_shift(points: np.ndarray, surface: Surface, movement: Movement) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import Surface
-from gudgeon.pipeline.geometry.matrices.model import Coupling, Model
+from gudgeon.pipeline.geometry.decks.model import Coupling, Deck
 from gudgeon.pipeline.geometry.matrices.reading import read_model, surfaces_of
 
 ROUND_OFF = 1e-9
@@ -21,7 +21,7 @@ class SetsLook:
     path: str
     unit: float
     """Metres per unit of length of the file."""
-    model: Model
+    model: Deck
     surfaces: Mapping[str, Surface]
     """In metres."""
 

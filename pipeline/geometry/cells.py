@@ -115,6 +115,7 @@ class Cell:
 
 TETRA10 = Cell("tetra10", TETRAHEDRON, quadratic=True, dofs=3, universal=(118, (0, 4, 1, 5, 2, 6, 7, 8, 9, 3)))
 TRIANGLE6 = Cell("triangle6", TRIANGLE, quadratic=True, dofs=2, universal=(92, (0, 3, 1, 4, 2, 5)))
+LINE2 = Cell("line", LINE)
 LINE3 = Cell("line3", LINE, quadratic=True, dofs=1, universal=(11, (0, 1)))
 BEAM2 = Cell("beam2", LINE, dofs=2, universal=(21, (0, 1)), meshio="line")
 BEAM3 = Cell("beam3", LINE, quadratic=True, dofs=2, universal=(21, (0, 1)), meshio="line3")

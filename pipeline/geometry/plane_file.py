@@ -4,7 +4,7 @@ Edges get their names as surfaces of solids do: from gmsh's physical groups of d
 or from integer cell or point arrays (non-zero = member). All of the boundary is `edge`.
 """
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
@@ -12,7 +12,10 @@ from pydantic import Field
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import TRIANGLE6, compacted, outer_faces, turned
-from gudgeon.pipeline.geometry.mesh_file import named_facets, read_mesh, scaled_points
+from gudgeon.pipeline.geometry.decks.model import Deck
+from gudgeon.pipeline.geometry.decks.naming import named_facets
+from gudgeon.pipeline.geometry.decks.reading import read_deck
+from gudgeon.pipeline.geometry.mesh_file import scaled_points
 from gudgeon.pipeline.geometry.shapes.plane import UP, PlanePart
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.solver.numbers import Length
@@ -35,15 +38,15 @@ class PlaneFile(PlanePart):
         Raises:
             InputError: the file is missing, no mesh, or not one part of six-node triangles in z = 0.
         """
-        mesh = read_mesh(self.path)
-        points = scaled_points(mesh, self.unit, self.path)
-        nodes, cells, new_number = compacted(points, _triangles(mesh, self.path))
+        deck = read_deck(self.path)
+        points = scaled_points(deck.points, self.unit, self.path)
+        nodes, cells, new_row = compacted(points, deck.rows(_triangles(deck, self.path), self.path))
         off = float(np.abs(nodes[:, 2]).max())
         if off > FLAT * np.ptp(nodes, axis=0).max():
             raise InputError(f"{self.path}: nodes lie up to {off:.3g} m off z = 0, allowed: a plane part in z = 0")
         cells = turned(nodes, cells, UP)
         edges = outer_faces(cells, TRIANGLE6)
-        members = {EDGE: np.ones(len(edges), bool)} | named_facets(mesh, new_number, edges, dimension=1)
+        members = {EDGE: np.ones(len(edges), bool)} | named_facets(deck, edges, new_row, 1, len(nodes))
         shape = {"thickness": self.thickness}
         surfaces = {name: Surface(edges[chosen], shape) for name, chosen in members.items()}
         record = MeshRecord(nodes, cells, TRIANGLE6.name, surfaces)
@@ -51,12 +54,12 @@ class PlaneFile(PlanePart):
         return record
 
 
-def _triangles(mesh: Any, path: str) -> np.ndarray:
-    """Return the file's triangles (e, 6); other faces and solids are refused, lines and points omitted."""
-    kinds = {block.type for block in mesh.cells if len(block.data) and block.dim >= 2}
+def _triangles(deck: Deck, path: str) -> np.ndarray:
+    """Return the nodes of the file's triangles (e, 6); other faces and solids are refused, lines omitted."""
+    kinds = {block.cell.name for block in deck.blocks if block.cell.dimension >= 2}
     if kinds != {TRIANGLE6.name}:
         raise InputError(
             f"{path}: has {', '.join(sorted(kinds)) or 'no triangles'}; a plane part is made of triangle6 alone,"
             " quadratic triangles of six nodes"
         )
-    return np.concatenate([block.data for block in mesh.cells if block.type == TRIANGLE6.name])
+    return np.concatenate([block.nodes for block in deck.blocks if block.cell is TRIANGLE6])

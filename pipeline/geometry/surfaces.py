@@ -20,10 +20,18 @@ def find_surface(mesh: MeshRecord, name: str, key: str) -> Surface:
     Raises:
         InputError: the mesh has no such surface.
     """
-    if name not in mesh.surfaces:
+    return mesh.surfaces[surface_name(mesh, name, key)]
+
+
+def surface_name(mesh: MeshRecord, name: str, key: str) -> str:
+    """Return the name of a surface as the mesh spells it: decks do not tell names by their case; see `find_surface`."""
+    if name in mesh.surfaces:
+        return name
+    alike = [spelling for spelling in mesh.surfaces if spelling.casefold() == name.casefold()]
+    if len(alike) != 1:
         have = ", ".join(sorted(mesh.surfaces)) or "none"
         raise InputError(f"{key}: the mesh has no surface '{name}', it has {have}")
-    return mesh.surfaces[name]
+    return alike[0]
 
 
 def point_surface(node: int, normal: np.ndarray, area: float, origin: np.ndarray) -> Surface:

@@ -65,7 +65,7 @@ def normal_rows(model: FEModel, interface: Interface, points: ContactPoints) -> 
     """
     if interface.kind == "points":
         return model.rows(points.nodes, points.normals)
-    nodes, areas, _ = surface_weights(model.mesh, model.mesh.surfaces[interface.surface])
+    nodes, areas, _ = surface_weights(model.mesh, find_surface(model.mesh, interface.surface, "interface"))
     return model.weighted(nodes, ((areas / areas.sum())[:, None] * points.normals[0])[None])
 
 

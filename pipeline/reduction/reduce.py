@@ -21,6 +21,7 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.gauges import body_force_rows, gauge_rows, refuse_large
 from gudgeon.pipeline.interfaces.loads import LoadRows, load_rows
 from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
@@ -269,7 +270,7 @@ def _on_model(
                 f"{scene_key}.surface: '{interface.surface}' given, the beam does not move along its normal; use"
                 f" {interface.surface}-top or {interface.surface}-bottom"
             )
-        coordinates = surface_coordinates(site.points, model.mesh.surfaces[interface.surface].shape)
+        coordinates = surface_coordinates(site.points, find_surface(model.mesh, interface.surface, scene_key).shape)
     elif isinstance(site, TractionSpace):
         rows, coordinates = site.rows(model), site.centres
     else:

@@ -1,138 +1,277 @@
-"""Meshes of Ansys archives (.cdb): blocks of nodes and elements, and components of nodes as named sets.
+"""Archives of Ansys (.cdb, as CDWRITE writes them): blocks of nodes and elements, components.
 
-Tetrahedra may be elements of ten nodes (SOLID187), of four (SOLID285), or of eight or twenty with repeated corners
-(SOLID185, SOLID186).
+Own reading. ansys-mapdl-reader, which reads .full, takes the nodes 0 of elements without mid-edge nodes for nodes, and
+does not tell what else an archive has.
 """
 
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import TETRA4, TETRA10
-from gudgeon.pipeline.geometry.decks.by_gmsh import FileMesh
+from gudgeon.pipeline.geometry.cells import CELLS
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Place, Scope, deck_of
 
-FORMAT = re.compile(r"\((\d+i\d+)(,\d+i\d+)*(,\d+e\d+\.\d+(e\d+)?)?\)", re.IGNORECASE)
+FORMAT = re.compile(r"\((\d+i\d+)(,\d+i\d+)*(,\d+[eg]\d+\.\d+(e\d+)?)?\)", re.IGNORECASE)
 """Widths of a block's columns, such as (3i9,6e21.13e3)."""
-INTEGERS, REALS = re.compile(r"(\d+)i(\d+)", re.IGNORECASE), re.compile(r"\d+e(\d+)\.", re.IGNORECASE)
-SOLIDS = (45, 62, 72, 87, 90, 92, 95, 185, 186, 187, 285)
-"""Types of solid elements; shells, contacts and masses are omitted."""
-TYPE = 1
-"""Column of an element with its type, from 0."""
-HEAD = 11
-"""Columns of an element before its nodes."""
-QUADRATIC = (0, 1, 2, 4, 8, 9, 11, 16, 17, 18)
-"""Nodes of a tetrahedron in an element of twenty: corners I, J, K, M, then those between IJ, JK, KI, IM, JM, KM."""
-NODE_COUNT = 8
-"""Column of an element with the number of its nodes, from 0."""
+INTEGERS, REALS = re.compile(r"(\d+)i(\d+)", re.IGNORECASE), re.compile(r"\d+[eg](\d+)\.", re.IGNORECASE)
+SOLIDS = (5, 45, 62, 64, 65, 69, 70, 72, 87, 90, 92, 95, 96, 98, 185, 186, 187, 226, 227, 278, 279, 285)
+"""Types of solid elements."""
+DRAWN = (154, 155, 200)
+"""Types of elements without mass or stiffness: surface effects and meshes alone."""
+TYPE, NODE_COUNT, LABEL, HEAD = 1, 8, 10, 11
+"""Columns of an element from 0: its type, number of nodes and own number, and the first of its nodes."""
+CORNERS = 8
+"""Nodes of an element as it is written: eight corners, of which some are repeated, then up to twelve others."""
+DEGENERATE: Mapping[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
+    "tetra10": ((0, 1, 2, 4), (8, 9, 11, 16, 17, 18)),
+    "wedge15": ((0, 1, 2, 4, 5, 6), (8, 9, 11, 12, 13, 15, 16, 17, 18)),
+    "pyramid13": ((0, 1, 2, 3, 4), (8, 9, 10, 11, 16, 17, 18, 19)),
+    "hexahedron20": (tuple(range(8)), tuple(range(8, 20))),
+}
+"""Corners and mid-edge nodes of a quadratic cell among the twenty of an element."""
+LINEAR = {"tetra10": "tetra", "wedge15": "wedge", "pyramid13": "pyramid", "hexahedron20": "hexahedron"}
+ALTERING = {"CP": "coupled degrees of freedom", "CE": "a constraint equation", "CERIG": "a rigid region",
+            "RBE3": "a distributed load's constraint", "CPINTF": "coupled degrees of freedom",
+            "CEINTF": "constraint equations"}  # fmt: skip
+LOADS = ("D", "F", "SF", "SFE", "SFEBLOCK", "BF", "BFE", "BFBLOCK", "ACEL", "OMEGA", "SOLVE")
+MADE = ("N", "E", "EN", "NGEN", "EGEN", "FILL", "VMESH", "/INPUT", "*USE", "*DO")
+"""Commands that make nodes or elements, or read other files."""
+KINDS = {21: "MASS21", 14: "COMBIN14", 39: "COMBIN39", 40: "COMBIN40", 184: "MPC184", 188: "BEAM188", 189: "BEAM189",
+         181: "SHELL181", 281: "SHELL281", 180: "LINK180", 214: "COMBI214", 50: "MATRIX50", 27: "MATRIX27",
+         169: "TARGE169", 170: "TARGE170", 171: "CONTA171", 172: "CONTA172", 173: "CONTA173", 174: "CONTA174",
+         175: "CONTA175", 176: "CONTA176", 177: "CONTA177", 178: "CONTA178", 179: "PRETS179"}  # fmt: skip
+"""Names of types that are often written by number."""
 
 
-class NotATetrahedron(Exception):
-    """An element of another kind."""
+class Row(NamedTuple):
+    """An element as it is written."""
+
+    label: int
+    kind: int
+    """Of its type."""
+    nodes: list[int]
+    place: Place
 
 
-def read_ansys(path: str) -> FileMesh:
-    """Return points, tetrahedra, and sets of nodes as `point_sets`.
+class Lines:
+    """Lines of an archive, of which the current one is counted."""
+
+    def __init__(self, path: str) -> None:
+        try:
+            text = Path(path).read_text(errors="replace")
+        except OSError as error:
+            raise InputError(f"{path}: {error.strerror}; allowed: an archive of CDWRITE") from None
+        self.path, self.number, self._lines = path, 0, text.splitlines()
+
+    def __iter__(self) -> Iterator[str]:
+        while self.number < len(self._lines):
+            self.number += 1
+            yield self._lines[self.number - 1]
+
+    @property
+    def place(self) -> Place:
+        """Of the current line."""
+        return Place(self.path, self.number)
+
+    def following(self, default: str = "") -> str:
+        """Return the next line, or a default behind the last one."""
+        return next(iter(self), default)
+
+
+def read_ansys(path: str, scope: Scope) -> Deck:
+    """Read an archive.
 
     Raises:
-        InputError: the archive has no block of nodes or elements, or elements that are no tetrahedra.
+        InputError: it has no block of nodes or elements, or a line is wrong.
     """
-    lines = iter(Path(path).read_text(errors="replace").splitlines())
-    numbers, points, elements = np.empty(0, int), np.empty((0, 3)), []
-    sets: dict[str, np.ndarray] = {}
-    types: dict[int, int] = {}
-    for line in lines:
-        words = [word.strip() for word in line.split(",")]
-        keyword = words[0].upper()
-        if keyword == "ET" and len(words) > 2 and words[1].isdigit():
-            types[int(words[1])] = int(re.sub(r"\D", "", words[2]) or 0)
-        elif keyword == "NBLOCK":
-            numbers, points = _nodes(lines, path)
-        elif keyword == "EBLOCK":
-            elements += _elements(lines, path, "SOLID" in line.upper(), types)
-        elif keyword == "CMBLOCK" and words[2].upper() == "NODE":
-            sets[words[1]] = _members(lines, int(words[3].partition("!")[0]), path)
-    if not len(points) or not elements:
-        raise InputError(f"{path}: has no {'solid elements (EBLOCK)' if len(points) else 'block of nodes (NBLOCK)'}")
-    row_of_label = {int(label): row for row, label in enumerate(numbers)}
-    try:
-        cells = [[row_of_label[n] for n in nodes] for nodes in map(_tetrahedron, elements)]
-        node_sets = {name: np.array([row_of_label[int(n)] for n in chosen], int) for name, chosen in sets.items()}
-    except KeyError as error:
-        raise InputError(f"{path}: names node {error.args[0]}, which it does not have") from None
-    except NotATetrahedron as error:
-        raise InputError(f"{path}: {error}") from None
-    blocks = [(t.name, np.array([c for c in cells if len(c) == t.nodes], int)) for t in (TETRA4, TETRA10)]
-    return FileMesh(points, [block for block in blocks if len(block[1])], {}, node_sets)
+    archive = _Archive(Lines(path))
+    archive.read()
+    labels = np.concatenate([np.empty(0, np.int64), *archive.labels])
+    if not len(labels) or not archive.rows:
+        raise InputError(f"{path}: has no {'solid elements (EBLOCK)' if len(labels) else 'block of nodes (NBLOCK)'};"
+                         " allowed: an archive of CDWRITE")  # fmt: skip
+    blocks = _blocks(archive.rows)
+    return deck_of(
+        labels, np.concatenate(archive.points), blocks, path, node_sets=archive.node_sets,
+        element_sets=archive.element_sets, omissions=archive.omissions.values(),
+    )  # fmt: skip
 
 
-def _widths(lines: Iterator[str], path: str) -> tuple[int, int, int]:
-    """Return the width of a line's first integer, that of all, and that of real numbers."""
-    text = next(lines, "").replace(" ", "")
-    if not FORMAT.match(text):
-        raise InputError(f"{path}: a block has the format {text[:40]!r}, expected one such as (3i9,6e21.13e3)")
-    integers = [(int(count), int(width)) for count, width in INTEGERS.findall(text)]
-    real = REALS.search(text)
-    return integers[0][1], sum(count * width for count, width in integers), int(real[1]) if real else 0
+class _Archive:
+    """What an archive says, gathered command by command."""
+
+    def __init__(self, lines: Lines) -> None:
+        self.lines = lines
+        self.labels: list[np.ndarray] = []
+        self.points: list[np.ndarray] = []
+        self.rows: list[Row] = []
+        self.node_sets: dict[str, np.ndarray] = {}
+        self.element_sets: dict[str, np.ndarray] = {}
+        self.omissions: dict[str, Omission] = {}
+        self._types: dict[int, tuple[int, str]] = {}
+
+    def read(self) -> None:
+        """Read all commands."""
+        for line in self.lines:
+            words = [word.strip() for word in line.partition("!")[0].split(",")]
+            keyword = words[0].upper()
+            if keyword == "ET" and len(words) > 2 and words[1].isdigit():
+                self._add_type(int(words[1]), words[2])
+            elif keyword.startswith("ETBLOC"):
+                self._read_types()
+            elif keyword == "NBLOCK":
+                self._read_nodes()
+            elif keyword == "EBLOCK":
+                self._read_elements("SOLID" in line.upper())
+            elif keyword == "CMBLOCK" and len(words) > 3:
+                self._read_component(words)
+            elif keyword in MADE and not "".join(words[1:2]).upper().startswith("R"):
+                raise self.lines.place.error(
+                    f"the command {keyword}; allowed: an archive of CDWRITE in blocked form (NBLOCK, EBLOCK)"
+                )
+            elif keyword in ALTERING:
+                self._omit(keyword, ALTERING[keyword])
+            elif keyword in LOADS:
+                self._omit(keyword, "supports and loads are the scene's", alters=False)
+
+    def _omit(self, keyword: str, text: str, *, alters: bool = True) -> None:
+        self.omissions.setdefault(keyword, Omission(keyword, self.lines.place, text, alters))
+
+    def _add_type(self, label: int, name: str) -> None:
+        number = int(re.sub(r"\D", "", name)[:6] or 0)
+        self._types[label] = (number, name.upper() if name[:1].isalpha() else KINDS.get(number, f"TYPE {number}"))
+
+    def _read_types(self) -> None:
+        width = self._widths()[0]
+        for line in self.lines:
+            row = self._integers(line, width, 2)
+            if not row or row[0] < 0:
+                break
+            self._add_type(row[0], str(row[-1]))
+
+    def _widths(self) -> tuple[int, int, int]:
+        """Return the width of a line's integers, that of all of them, and that of real numbers."""
+        text = self.lines.following().replace(" ", "")
+        if not FORMAT.match(text) and not re.match(r"\(\d+i\d+,\d+a\d+\)", text, re.IGNORECASE):
+            raise self.lines.place.error(f"a block has the format {text[:40]!r}, expected one such as (3i9,6e21.13e3)")
+        integers = [(int(count), int(width)) for count, width in INTEGERS.findall(text)]
+        real = REALS.search(text)
+        width, total = integers[0][1], sum(count * width for count, width in integers)
+        if not 0 < width < 40 or total > 10_000:
+            raise self.lines.place.error(f"a block has the format {text[:40]!r}, expected one such as (3i9,6e21.13e3)")
+        return width, total, int(real[1]) if real else 0
+
+    def _integers(self, line: str, width: int, most: int = 0) -> list[int]:
+        try:
+            fields = [line[k : k + width].strip() for k in range(0, len(line), width)][: most or None]
+            return [int(text) for text in fields if text]
+        except ValueError:
+            raise self.lines.place.error(f"{line[:60].strip()!r}, expected whole numbers of {width} columns") from None
+
+    def _read_nodes(self) -> None:
+        """Read a block of nodes; coordinates that end a line are zero."""
+        width, start, real = self._widths()
+        if not real:
+            raise self.lines.place.error("a block of nodes without columns of real numbers")
+        numbers, points = [], []
+        for line in self.lines:
+            if not line[:width].strip().isdigit():
+                break
+            fields = [line[start + k * real : start + (k + 1) * real].strip() for k in range(3)]
+            try:
+                points.append([float(field) if field else 0.0 for field in fields])
+            except ValueError:
+                raise self.lines.place.error(f"{line[:80].strip()!r}, expected coordinates of {real} columns") from None
+            numbers.append(int(line[:width]))
+        self.labels.append(np.array(numbers, np.int64))
+        self.points.append(np.array(points, float).reshape(-1, 3))
+
+    def _read_elements(self, solid: bool) -> None:
+        if not solid:
+            raise self.lines.place.error("an EBLOCK is not in format SOLID; allowed: archives of CDWRITE")
+        width, _, _ = self._widths()
+        for line in self.lines:
+            row = self._integers(line, width)
+            if not row or row[0] < 0:
+                break
+            place = self.lines.place
+            if len(row) < HEAD:
+                raise place.error(f"a line of EBLOCK has {len(row)} numbers, {HEAD} or more are needed")
+            nodes, count = row[HEAD:], row[NODE_COUNT]
+            if not 0 <= count <= 40:
+                raise place.error(f"element {row[LABEL]} has {count} nodes; allowed: up to 20")
+            while len(nodes) < count:
+                more = self._integers(self.lines.following("-1"), width)
+                if not more or more[0] == -1:
+                    raise place.error(f"element {row[LABEL]} has {len(nodes)} of its {count} nodes")
+                nodes += more
+            number, name = self._types.get(row[TYPE], (SOLIDS[0], ""))
+            if number in SOLIDS:
+                self.rows.append(Row(row[LABEL], number, nodes[:count], place))
+            elif number not in DRAWN:
+                what = "a mass" if number == 21 else "elements that are no solids"
+                self.omissions.setdefault(name, Omission(name, place, what))
+
+    def _read_component(self, words: list[str]) -> None:
+        """Read a component; −b after a means a to b."""
+        if not words[3].isdigit():
+            raise self.lines.place.error(f"CMBLOCK of {words[3]!r} numbers; allowed: a whole number")
+        count, kind = int(words[3]), words[2].upper()
+        width, _, _ = self._widths()
+        values: list[int] = []
+        while len(values) < count and (row := self._integers(self.lines.following(), width)):
+            values += row
+        members: list[np.ndarray] = [np.empty(0, np.int64)]
+        previous = None
+        for value in values[:count]:
+            if value > 0:
+                members.append(np.array([value]))
+            elif previous is None or -value < previous or -value - previous > MOST_MEMBERS:
+                raise self.lines.place.error(f"component {words[1]}: {value} ends no range of numbers")
+            else:
+                members.append(np.arange(previous + 1, 1 - value))
+            previous = value
+        if kind.startswith("NODE"):
+            self.node_sets[words[1]] = np.concatenate(members)
+        elif kind.startswith("ELEM"):
+            self.element_sets[words[1]] = np.concatenate(members)
 
 
-def _nodes(lines: Iterator[str], path: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return numbers and places of a block of nodes; coordinates that end a line are zero."""
-    width, start, real = _widths(lines, path)
-    numbers, points = [], []
-    for line in lines:
-        if not line[:width].strip().isdigit():
-            break
-        numbers.append(int(line[:width]))
-        fields = [line[start + k * real : start + (k + 1) * real].strip() for k in range(3)]
-        points.append([float(field) if field else 0.0 for field in fields])
-    return np.array(numbers, int), np.array(points, float).reshape(-1, 3)
+MOST_MEMBERS = 10_000_000
+"""Numbers that a range stands for."""
 
 
-def _elements(lines: Iterator[str], path: str, solid: bool, types: Mapping[int, int]) -> list[list[int]]:
-    """Return the nodes of each solid element of a block, as it writes them; `types` by their local numbers."""
-    if not solid:
-        raise InputError(f"{path}: an EBLOCK is not in format SOLID; allowed: archives of CDWRITE")
-    width, _, _ = _widths(lines, path)
-    elements = []
-    for line in lines:
-        row = _integers(line, width)
-        if not row or row[0] < 0:
-            break
-        if len(row) < HEAD:
-            raise InputError(f"{path}: a line of EBLOCK has {len(row)} numbers, {HEAD} or more are needed")
-        nodes = row[HEAD:]
-        while len(nodes) < row[NODE_COUNT]:
-            nodes += _integers(next(lines, "-1"), width) or [0] * row[NODE_COUNT]
-        if types.get(row[TYPE], SOLIDS[0]) in SOLIDS:
-            elements.append(nodes[: row[NODE_COUNT]])
-    return elements
+def _blocks(rows: list[Row]) -> list[Block]:
+    tables: dict[tuple[str, int], list[list[int]]] = {}
+    for row in rows:
+        cell, nodes = _solid(row)
+        tables.setdefault((cell, row.kind), []).append([row.label, *nodes])
+    blocks = []
+    for (cell, kind), table in tables.items():
+        data = np.array(table, np.int64)
+        blocks.append(Block(CELLS[cell], data[:, 0], data[:, 1:], f"SOLID{kind}"))
+    return blocks
 
 
-def _integers(line: str, width: int) -> list[int]:
-    return [int(text) for k in range(0, len(line), width) if (text := line[k : k + width].strip())]
-
-
-def _members(lines: Iterator[str], count: int, path: str) -> np.ndarray:
-    """Return a component's nodes; −b after a means a to b."""
-    width, _, _ = _widths(lines, path)
-    values: list[int] = []
-    while len(values) < count and (row := _integers(next(lines, ""), width)):
-        values += row
-    members: list[int] = []
-    for value in values[:count]:
-        members += [value] if value > 0 else range(members[-1] + 1, 1 - value)
-    return np.array(members, int)
-
-
-def _tetrahedron(nodes: list[int]) -> list[int]:
-    """Return the four or ten nodes of a tetrahedron."""
-    if len(nodes) in (4, 10):
-        return nodes
-    if len(nodes) == 8 and nodes[2] == nodes[3] and len(set(nodes[4:])) == 1:
-        return [*nodes[:3], nodes[4]]
-    if len(nodes) == 20 and nodes[2] == nodes[3] and len(set(nodes[4:8])) == 1:
-        return [nodes[k] for k in QUADRATIC]
-    raise NotATetrahedron(f"has an element of {len(nodes)} nodes, {len(set(nodes))} different; allowed: tetrahedra")
+def _solid(row: Row) -> tuple[str, list[int]]:
+    """Return type and nodes of an element, without the corners that it repeats; mid-edge nodes may be 0."""
+    nodes, count = row.nodes, len(row.nodes)
+    if count in (4, 10):
+        return ("tetra" if count == 4 or not any(nodes[4:]) else "tetra10"), nodes[: 10 if any(nodes[4:]) else 4]
+    if not CORNERS <= count <= 20:
+        raise row.place.error(f"element {row.label} has {count} nodes; allowed: 4, 8, 10 or 20")
+    nodes = nodes + [0] * (20 - count)
+    apex = len(set(nodes[4:CORNERS])) == 1
+    names = ("tetra10", "wedge15") if nodes[2] == nodes[3] else ("pyramid13", "hexahedron20")
+    cell = names[0 if apex else 1]
+    corners, middles = DEGENERATE[cell]
+    chosen = [nodes[k] for k in corners]
+    if len(set(chosen)) < len(chosen):
+        raise row.place.error(f"element {row.label} repeats corners as no tetrahedron, wedge or pyramid: {nodes[:8]}")
+    if not any(nodes[k] for k in middles):
+        return LINEAR[cell], chosen
+    return cell, [*chosen, *(nodes[k] for k in middles)]

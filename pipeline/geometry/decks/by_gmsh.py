@@ -1,34 +1,38 @@
-"""Mesh files by gmsh's readers: UNV, MED, and what meshio cannot read."""
+"""Meshes by gmsh's readers: MED, whose groups meshio 5 drops, and files of other formats that meshio cannot read."""
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from gudgeon.pipeline.geometry.cells import CELLS
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Scope, deck_of
 from gudgeon.pipeline.geometry.occ import meshing, read_file
 from gudgeon.pipeline.geometry.quiet import quiet_stdout
+from gudgeon.pipeline.process.call import called_apart
 
-FIRST = (".unv", ".med")
-"""Endings that gmsh reads before meshio, which drops their names."""
-ENDINGS = (*FIRST, ".bdf", ".nas", ".inp", ".mesh", ".msh", ".vtk", ".su2", ".cgns")
-TYPES = {
-    1: "line", 2: "triangle", 3: "quad", 4: "tetra", 5: "hexahedron", 6: "wedge", 7: "pyramid", 8: "line3",
-    9: "triangle6", 10: "quad9", 11: "tetra10", 12: "hexahedron27", 16: "quad8", 17: "hexahedron20", 18: "wedge15",
-    19: "pyramid13",
+HEXA20 = (*range(9), 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15)
+PYRAMID13 = (*range(6), 8, 10, 6, 7, 9, 11, 12)
+WEDGE15 = (*range(7), 9, 7, 12, 14, 13, 8, 10, 11)
+TYPES: dict[int, tuple[str, Sequence[int]]] = {
+    1: ("line", ()), 2: ("triangle", ()), 3: ("quad", ()), 4: ("tetra", ()), 5: ("hexahedron", ()), 6: ("wedge", ()),
+    7: ("pyramid", ()), 8: ("line3", ()), 9: ("triangle6", ()), 10: ("quad9", ()),
+    11: ("tetra10", (*range(8), 9, 8)), 12: ("hexahedron27", (*HEXA20, 22, 23, 21, 24, 20, 25, 26)),
+    13: ("wedge18", (*WEDGE15, 15, 17, 16)), 14: ("pyramid14", (*PYRAMID13, 13)), 16: ("quad8", ()),
+    17: ("hexahedron20", HEXA20), 18: ("wedge15", WEDGE15), 19: ("pyramid13", PYRAMID13),
 }  # fmt: skip
-"""meshio's names of gmsh's elements by number; points are dropped."""
+"""Cell of gmsh's elements by number, and the order here where it differs; points are dropped."""
 
 
-class FileMesh(NamedTuple):
-    """A mesh as meshio's constructor takes it."""
-
-    points: np.ndarray
-    cells: list[tuple[str, np.ndarray]]
-    cell_sets: dict[str, list[np.ndarray]]
-    point_sets: dict[str, np.ndarray]
+def read_by_gmsh(path: str, scope: Scope) -> Deck:
+    """Read a mesh in a process of its own, which a damaged file may end; raises anything."""
+    deck = called_apart(path, "gmsh", read_here, path)
+    blocks = tuple(block._replace(cell=CELLS[block.cell.name]) for block in deck.blocks)
+    return replace(deck, blocks=blocks)  # Cells are compared by identity, which pickling does not keep.
 
 
-def read_by_gmsh(path: str) -> FileMesh:
-    """Return points, blocks of cells, and the physical groups as sets of cells.
+def read_here(path: str) -> Deck:
+    """Read a mesh; physical groups are sets of elements.
 
     Raises:
         StageError: gmsh cannot read the file, or it has no node or foreign elements.
@@ -37,28 +41,25 @@ def read_by_gmsh(path: str) -> FileMesh:
         with quiet_stdout():
             read_file(gmsh, path)
         mesh, model = gmsh.model.mesh, gmsh.model
-        tags, positions, _ = mesh.getNodes()
-        if not len(tags):
+        labels, positions, _ = mesh.getNodes()
+        if not len(labels):
             raise ValueError("it has no nodes")
-        node_ids = np.full(int(tags.max()) + 1, -1)
-        node_ids[tags.astype(int)] = np.arange(len(tags))
-        cells: list[tuple[str, np.ndarray]] = []
-        owners: list[tuple[int, int]] = []
+        blocks: list[Block] = []
+        members: dict[tuple[int, int], list[np.ndarray]] = {}
         for dimension, entity in model.getEntities():
-            for kind, _, nodes in zip(*mesh.getElements(dimension, entity), strict=True):
-                name = TYPES.get(int(kind))
-                if name is None and dimension:
-                    raise ValueError(f"it has elements of gmsh's type {kind}")
-                if name is not None:
-                    width = int(mesh.getElementProperties(kind)[3])
-                    cells.append((name, node_ids[nodes.astype(int)].reshape(-1, width)))
-                    owners.append((dimension, entity))
-        sets: dict[str, list[np.ndarray]] = {}
+            for kind, elements, nodes in zip(*mesh.getElements(dimension, entity), strict=True):
+                if int(kind) not in TYPES:
+                    if dimension:
+                        raise ValueError(f"it has elements of gmsh's type {kind}")
+                    continue
+                name, order = TYPES[int(kind)]
+                table = nodes.astype(np.int64).reshape(len(elements), -1)
+                blocks.append(Block(CELLS[name], elements.astype(np.int64), table[:, order] if len(order) else table))
+                members.setdefault((dimension, entity), []).append(blocks[-1].labels)
+        sets: dict[str, np.ndarray] = {}
         for dimension, group in model.getPhysicalGroups():
             name = model.getPhysicalName(dimension, group).strip() or str(group)
-            members = {(dimension, int(tag)) for tag in model.getEntitiesForPhysicalGroup(dimension, group)}
-            rows = [np.arange(len(block[1])) if owner in members else np.empty(0, int)
-                    for block, owner in zip(cells, owners, strict=True)]  # fmt: skip
-            old = sets.get(name)
-            sets[name] = rows if old is None else [np.union1d(a, b) for a, b in zip(old, rows, strict=True)]
-        return FileMesh(positions.reshape(-1, 3), cells, sets, {})
+            entities = model.getEntitiesForPhysicalGroup(dimension, group)
+            rows = [rows for tag in entities for rows in members.get((dimension, int(tag)), [])]
+            sets[name] = np.unique(np.concatenate([sets.get(name, np.empty(0, np.int64)), *rows]))
+        return deck_of(labels.astype(np.int64), positions.reshape(-1, 3), blocks, path, element_sets=sets)

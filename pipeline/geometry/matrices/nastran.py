@@ -1,4 +1,4 @@
-"""Files of Nastran, read by pyyeti: matrices in OUTPUT4 or DMIG, and bulk data with GRID, solids and SET1.
+"""Matrices of Nastran, read by pyyeti: OUTPUT4 or DMIG.
 
 OUTPUT4 has rows only; DMIG names the grid points and directions of its entries.
 """
@@ -12,16 +12,8 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import HEXAHEDRON8, HEXAHEDRON20, TETRA4, TETRA10, WEDGE6, WEDGE15, Cell
-from gudgeon.pipeline.geometry.matrices.model import Block, Coupling, Given, Model, checked_symmetric, model_of
+from gudgeon.pipeline.geometry.matrices.model import Given, checked_symmetric
 from gudgeon.pipeline.geometry.matrices.text_matrix import read_dofs
-
-CARDS = {"CTETRA": (TETRA4, TETRA10), "CHEXA": (HEXAHEDRON8, HEXAHEDRON20), "CPENTA": (WEDGE6, WEDGE15)}
-"""Solids by card."""
-UPRIGHT = {HEXAHEDRON20: (12, 16), WEDGE15: (9, 12)}
-"""Mid-edge nodes between both ends, which Nastran numbers before those of the upper end: first and last + 1."""
-HEAD = 2
-"""Numbers of an element before its nodes: its own and that of its property."""
 
 
 def nastran(path: str) -> tuple[ModuleType, ModuleType]:
@@ -82,70 +74,6 @@ def read_dmig(stiffness: str, mass: str, names: tuple[str | None, str | None]) -
     return Given(A, B, labels - [0, 1])
 
 
-def read_bulk(path: str) -> Model:
-    """Read grid points, solids and SET1 cards, as sets `set1`, `set2`, … of their numbers.
-
-    Raises:
-        InputError: the file is missing or no bulk data, or a grid point is in another coordinate system.
-    """
-    bulk, _ = nastran(path)
-    grids = _read(path, bulk.rdgrids, "bulk data with GRID cards")
-    if grids is None or not len(grids):
-        raise InputError(f"{path}: has no GRID cards")
-    if (moved := grids[(grids[:, 1] != 0) | (grids[:, 5] != 0)]).size:
-        raise InputError(
-            f"{path}: GRID {int(moved[0, 0])} is in another coordinate system; allowed: the basic one (CP and CD blank)"
-        )
-    blocks, sets = _solids(bulk, path), dict[str, list[int]]()
-    for row in bulk.rdcards(path, "SET1", return_var="list") or []:
-        sets.setdefault(f"set{row[0]}", []).extend(_listed(row[1:]))
-    couplings, coupled = _rigid_elements(bulk, path)
-    sets |= coupled
-    labels = grids[:, 0].astype(int)
-    members = {name: np.intersect1d(np.array(chosen, int), labels) for name, chosen in sets.items()}
-    dependent = np.unique(np.array([n for name in coupled if name.startswith("rbe2") for n in coupled[name]], int))
-    return model_of(labels, grids[:, 2:5], blocks, members, {}, path, couplings=couplings, dependent=dependent)
-
-
-def _solids(bulk: ModuleType, path: str) -> list[Block]:
-    """Return the solid elements, one block a card and number of nodes."""
-    blocks: list[Block] = []
-    for card, cells in CARDS.items():
-        rows = bulk.rdcards(path, card, return_var="list") or []
-        for cell in cells:
-            table = np.array([_whole(row, card, path) for row in rows if len(row) - HEAD == cell.nodes], int)
-            if len(table):
-                blocks.append(Block(cell, table[:, 0], _ordered(table[:, HEAD:], cell)))
-        allowed = [cell.nodes for cell in cells]
-        if wrong := [row for row in rows if len(row) - HEAD not in allowed]:
-            have = " or ".join(map(str, allowed))
-            raise InputError(f"{path}: {card} {wrong[0][0]} has {len(wrong[0]) - HEAD} nodes, allowed: {have}")
-    return blocks
-
-
-def _rigid_elements(bulk: ModuleType, path: str) -> tuple[list[Coupling], dict[str, list[int]]]:
-    """Return RBE2 and RBE3 cards as couplings, and their grid points by names `rbe2_EID` and `rbe3_EID`.
-
-    An RBE2 that does not carry all translations is none; weights of an RBE3 are not read.
-    """
-    couplings, sets = [], {}
-    for row in bulk.rdcards(path, "RBE2", return_var="list") or []:
-        if {"1", "2", "3"} <= set(str(row[2])):
-            name = f"rbe2_{row[0]}"
-            sets[name] = _listed(row[3:])
-            couplings.append(Coupling(name, name, int(row[1]), "rbe2"))
-    for row in bulk.rdcards(path, "RBE3", return_var="list") or []:
-        name, members, i = f"rbe3_{row[0]}", list[int](), 4
-        while i < len(row) and isinstance(row[i], float):
-            i += 2  # A weight and its directions, then the grid points.
-            while i < len(row) and isinstance(row[i], int):
-                members.append(row[i])
-                i += 1
-        sets[name] = members
-        couplings.append(Coupling(name, name, int(row[2]), "rbe3"))
-    return couplings, sets
-
-
 def _read(path: str, reader: Callable[[str], Any], content: str) -> Any:
     """Return what a reader of pyyeti returns."""
     try:
@@ -179,24 +107,3 @@ def _square(A: Any, path: str) -> sparse.csr_matrix:
     if np.iscomplexobj(A.data):
         raise InputError(f"{path}: the matrix is complex; allowed: a real one")
     return sparse.csr_matrix(A)
-
-
-def _whole(row: list[Any], card: str, path: str) -> list[int]:
-    if not all(isinstance(v, int) for v in row):
-        raise InputError(f"{path}: {card} {row[0]} has a blank or a number that is not whole among its nodes")
-    return row
-
-
-def _ordered(nodes: np.ndarray, cell: Cell) -> np.ndarray:
-    """Return nodes with those of upright edges last."""
-    if cell not in UPRIGHT:
-        return nodes
-    start, stop = UPRIGHT[cell]
-    return np.hstack([nodes[:, :start], nodes[:, stop:], nodes[:, start:stop]])
-
-
-def _listed(values: list[Any]) -> list[int]:
-    """Return the members of a set: numbers, and ranges `a THRU b`."""
-    if len(values) == 3 and str(values[1]).strip().upper() == "THRU":
-        return list(range(int(values[0]), int(values[2]) + 1))
-    return [int(v) for v in values if isinstance(v, int)]

@@ -1,6 +1,6 @@
 """From the files of a body's matrices to its mesh record: degrees of freedom, units, named sets."""
 
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,21 +9,18 @@ from scipy.spatial import ConvexHull, QhullError
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface, SystemMatrices, Triangle
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import NODES, TETRA10, WEDGE6, Cell
-from gudgeon.pipeline.geometry.matrices.ansys import read_archive, read_full
-from gudgeon.pipeline.geometry.matrices.inp import read_inp
-from gudgeon.pipeline.geometry.matrices.model import Block, Given, MatrixFiles, Model
-from gudgeon.pipeline.geometry.matrices.nastran import read_bulk, read_dmig, read_op4
+from gudgeon.pipeline.geometry.cells import CELLS, NODES, TETRA10, WEDGE6, Cell
+from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Deck
+from gudgeon.pipeline.geometry.decks.reading import DECKS, read_deck
+from gudgeon.pipeline.geometry.matrices.ansys import read_full
+from gudgeon.pipeline.geometry.matrices.model import Given, MatrixFiles
+from gudgeon.pipeline.geometry.matrices.nastran import read_dmig, read_op4
 from gudgeon.pipeline.geometry.matrices.skin import boundary, nodal_areas
 from gudgeon.pipeline.geometry.matrices.text_matrix import read_text_matrices
 from gudgeon.pipeline.geometry.shape_fit import fit_shape
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylindrical, distance, true_surface
 
 TEXT, BULK = (".sti", ".mtx"), (".bdf", ".nas", ".dat", ".pch", ".dmig")
-MODELS: dict[str, Callable[[str], Model]] = {
-    ".inp": read_inp, ".cdb": read_archive, **dict.fromkeys(BULK, read_bulk),
-}  # fmt: skip
-"""Readers of nodes, elements and sets by the ending of the file's name."""
 ZERO_AREA = 1e-9
 """Area of a node over the largest one of its surface, of nodes that stand for none: corners of six-node facets."""
 DIRECTIONS = 3
@@ -51,18 +48,26 @@ def read_matrices(files: MatrixFiles) -> MeshRecord:
     return MeshRecord(points, cells, cell.name, surfaces, system=system)
 
 
-def read_model(path: str) -> Model:
-    """Return nodes, elements and sets of a file of one of `MODELS`.
+def read_model(path: str) -> Deck:
+    """Return nodes, solids and sets of a deck; cells whose mid-edge nodes are left out have their corners.
 
     Raises:
         InputError: it is missing, damaged or of another kind.
     """
-    if (ending := Path(path).suffix.lower()) not in MODELS:
-        raise InputError(f"{path}: '{ending}' given; allowed: {', '.join(MODELS)}")
-    return MODELS[ending](path)
+    if (ending := Path(path).suffix.lower()) not in DECKS:
+        raise InputError(f"{path}: '{ending}' given; allowed: {', '.join(DECKS)}")
+    deck = read_deck(path)
+    solids = [block for block in deck.blocks if block.cell.dimension == 3]
+    return replace(deck, blocks=tuple(_linear(b) if (b.nodes == MISSING).any() else b for b in solids))
 
 
-def surfaces_of(path: str, model: Model, unit: float) -> dict[str, Surface]:
+def _linear(block: Block) -> Block:
+    corners = block.cell.shape.corners
+    cell = next(c for c in CELLS.values() if c.shape is block.cell.shape and c.nodes == corners)
+    return block._replace(cell=cell, nodes=block.nodes[:, :corners])
+
+
+def surfaces_of(path: str, model: Deck, unit: float) -> dict[str, Surface]:
     """Return the named sets of a model, of all of its nodes, with the true shapes that fit them.
 
     Args:
@@ -102,7 +107,7 @@ def _given(files: MatrixFiles) -> Given:
     return read_full(files.stiffness) if ending == ".full" else read_dmig(files.stiffness, mass, names)
 
 
-def _dofs(files: MatrixFiles, matrices: Given, model: Model) -> np.ndarray:
+def _dofs(files: MatrixFiles, matrices: Given, model: Deck) -> np.ndarray:
     """Return row of the model's node and direction of each degree of freedom, (N, 2)."""
     size, count, source = matrices.K.shape[0], len(model.labels), files.dofs or files.stiffness
     if matrices.dofs is None:
@@ -125,7 +130,7 @@ def _dofs(files: MatrixFiles, matrices: Given, model: Model) -> np.ndarray:
 
 
 def _system(
-    files: MatrixFiles, matrices: Given, dofs: np.ndarray, model: Model
+    files: MatrixFiles, matrices: Given, dofs: np.ndarray, model: Deck
 ) -> tuple[SystemMatrices, np.ndarray, list[Block]]:
     """Return matrices in SI units on the nodes that are kept, these nodes, and elements by rows of the model.
 
@@ -148,7 +153,7 @@ def _system(
     return SystemMatrices(nodes, dofs[:, 1], model.labels[rows], upper_triangle(K), upper_triangle(M)), rows, blocks
 
 
-def _refuse_eliminated(files: MatrixFiles, model: Model, dofs: np.ndarray, blocks: list[Block]) -> None:
+def _refuse_eliminated(files: MatrixFiles, model: Deck, dofs: np.ndarray, blocks: list[Block]) -> None:
     """Raise an InputError if rows of nodes that a coupling or equation expresses by others are missing."""
     used = [np.unique(block.nodes) for block in blocks] or [np.empty(0, int)]
     nodes = np.intersect1d(model.rows(model.dependent, files.model), np.concatenate(used))
@@ -162,7 +167,7 @@ def _refuse_eliminated(files: MatrixFiles, model: Model, dofs: np.ndarray, block
 
 
 def _surfaces(
-    files: MatrixFiles, model: Model, points: np.ndarray, new_row: np.ndarray, blocks: list[Block], cell: Cell
+    files: MatrixFiles, model: Deck, points: np.ndarray, new_row: np.ndarray, blocks: list[Block], cell: Cell
 ) -> dict[str, Surface]:
     """Return the named sets as curved facets of tet10, or as nodes with areas and normals."""
     facets, surfaces = boundary(blocks), {}

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.pipeline.geometry.cells import quadratic_basis
-from gudgeon.pipeline.geometry.matrices.model import Block
+from gudgeon.pipeline.geometry.decks.model import Block
 
 CORNERS = {3: 3, 4: 4, 6: 3, 8: 4}
 """Corners of a facet by its number of nodes."""

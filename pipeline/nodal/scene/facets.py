@@ -14,6 +14,7 @@ from scipy import sparse
 from gudgeon.modaldb.records.mesh import Surface
 from gudgeon.pipeline.fem.elements.reference import shape_functions
 from gudgeon.pipeline.geometry.cells import TRIANGLE6
+from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.points import ContactPoints, facet_points
 from gudgeon.pipeline.nodal.scene.body import Part
 
@@ -87,7 +88,7 @@ def faced_rows(
 
 def surface_of(body: Part, interface: str) -> Surface:
     """Return the surface on which an interface of a part is."""
-    return body.model.mesh.surfaces[body.component.interface[interface].surface]
+    return find_surface(body.model.mesh, body.component.interface[interface].surface, interface)
 
 
 def _linear(N: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from typing import Any
 
 from gudgeon.modaldb.keys import content_key, file_digest
 from gudgeon.modaldb.records import SCHEMA_VERSION
+from gudgeon.pipeline.geometry.decks.included import included_files
 from gudgeon.pipeline.scenes.change import moved_surface
 from gudgeon.pipeline.scenes.component import Component, Meshed
 from gudgeon.pipeline.scenes.reading import find_file
@@ -163,7 +164,10 @@ def _supports(component: Component) -> list[Any]:
 def _geometry(meshed: Meshed, folder: Path, table: str) -> dict[str, Any]:
     described = meshed.geometry.model_dump(mode="json")
     for key, file in meshed.files.items():
-        described[key] = file_digest(find_file(file, folder, f"{table}.{key}"))
+        path = find_file(file, folder, f"{table}.{key}")
+        described[key] = file_digest(path)
+        if more := included_files(str(path)):
+            described[f"{key} includes"] = {name: file_digest(Path(name)) for name in more}
     return described
 
 

@@ -19,6 +19,7 @@ class Note(NamedTuple):
 
 NOTES: Mapping[str, Note] = {
     "found interfaces": Note(lambda facts: facts.job.found, "mesh"),
+    "left out": Note(scene.left_out, "mesh"),
     "units": Note(scene.units, "mesh"),
     "extents": Note(scene.extents, "mesh"),
     "gravity": Note(scene.gravity, "mesh"),

@@ -21,6 +21,14 @@ def units(facts: Parts) -> Iterator[str]:
             yield f"component.{name}.material: {text}"
 
 
+def left_out(facts: Parts) -> Iterator[str]:
+    """Yield a line for what of a part's file its mesh does not have, or has otherwise."""
+    for name, component in facts.components.items():
+        if component.from_file:
+            remarks = facts.store.get(facts.meshes[name], "mesh", only=["remarks"]).remarks
+            yield from (f"component.{name}.geometry: {note}" for note in remarks.get("notes", []))
+
+
 def extents(facts: Parts) -> Iterator[str]:
     """Yield a line for each elastic part whose size makes a mistaken unit of length likely."""
     for name, component in facts.components.items():

@@ -13,7 +13,7 @@ from gudgeon.pipeline.errors import InputError, PipelineError
 from gudgeon.pipeline.fem.elements.solid import mass_properties
 from gudgeon.pipeline.geometry.cad.part import opened
 from gudgeon.pipeline.geometry.cad.units import stated_unit
-from gudgeon.pipeline.geometry.decks.by_gmsh import read_by_gmsh
+from gudgeon.pipeline.geometry.decks.by_gmsh import read_here
 from gudgeon.pipeline.geometry.surfaces import distance
 from gudgeon.pipeline.interfaces.points import surface_weights
 from tests.pipeline.geometry.cad_files import ASSEMBLY, COLOURS, COMPONENT, bracket, part, write_cad
@@ -211,7 +211,7 @@ def test_a_script_after_files_that_were_not_understood(tmp_path: Path) -> None:
     for text in ("this is @@ not ## a \n file of any kind\n" * 50, 'Volume("bl = {1};\n', "For i In {1:3}\n x=i;\n"):
         bad.write_text(text)
         with pytest.raises(PipelineError):
-            read_by_gmsh(str(bad))
+            read_here(str(bad))
         mesh = part(good, unit=0.01, surfaces={"top": {"plane_normal": [0, 0, 1]}}).build(0.02)
         assert mass_properties(mesh, 1.0).mass == pytest.approx(24e-6, rel=1e-12)
 

@@ -9,8 +9,7 @@ import pytest
 
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.matrices.inp import read_inp
-from gudgeon.pipeline.geometry.matrices.nastran import read_bulk
+from gudgeon.pipeline.geometry.decks.reading import read_deck
 from gudgeon.pipeline.geometry.matrices.part import Matrices
 from gudgeon.pipeline.scenes.interface import Interface
 from tests.pipeline.geometry import matrix_files as files
@@ -40,7 +39,7 @@ def top() -> np.ndarray:
     ([f"*KINEMATIC COUPLING, REF NODE={REFERENCE}", "TOP, 1, 3"], f"rbe2_{REFERENCE}", "rbe2"),
 ])  # fmt: skip
 def test_a_coupling_of_a_deck(tmp_path: Path, lines: list[str], surface: str, tie: str) -> None:
-    model = read_inp(str(deck(tmp_path / "part.inp", *lines)))
+    model = read_deck(str(deck(tmp_path / "part.inp", *lines)))
     (found,) = model.couplings
     assert (found.surface, found.reference, found.tie) == (surface, REFERENCE, tie)
     np.testing.assert_array_equal(model.node_sets[surface], top())
@@ -49,7 +48,7 @@ def test_a_coupling_of_a_deck(tmp_path: Path, lines: list[str], surface: str, ti
 
 @pytest.mark.parametrize("rows", [["1, 2"], ["3"], ["4, 6"]])
 def test_a_coupling_of_some_directions_is_no_tie(tmp_path: Path, rows: list[str]) -> None:
-    assert read_inp(str(deck(tmp_path / "part.inp", *KINEMATIC[:2], *rows))).couplings == ()
+    assert read_deck(str(deck(tmp_path / "part.inp", *KINEMATIC[:2], *rows))).couplings == ()
 
 
 def test_the_command_lists_sets_and_couplings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -96,7 +95,7 @@ def test_nodes_of_equations_depend_on_others(tmp_path: Path) -> None:
         "2",
         f"{second}, 2, 1., 1, 2, -1.",
     ]
-    model = read_inp(str(deck(tmp_path / "part.inp", *lines)))
+    model = read_deck(str(deck(tmp_path / "part.inp", *lines)))
     np.testing.assert_array_equal(model.dependent, sorted([first, second]))
 
 
@@ -109,13 +108,12 @@ def test_nodes_of_equations_depend_on_others(tmp_path: Path) -> None:
 ])  # fmt: skip
 def test_a_damaged_coupling_is_one_line(tmp_path: Path, lines: list[str], said: str) -> None:
     with pytest.raises(InputError) as caught:
-        read_inp(str(deck(tmp_path / "part.inp", *lines)))
+        read_deck(str(deck(tmp_path / "part.inp", *lines)))
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_rigid_elements_of_nastran(tmp_path: Path) -> None:
-    pytest.importorskip("pyyeti", reason="pyyeti is not installed")
     grids = [
         f"GRID,{k},,{x},{y},{z}" for k, (x, y, z) in enumerate([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], 1)
     ]
@@ -123,7 +121,7 @@ def test_rigid_elements_of_nastran(tmp_path: Path) -> None:
              "RBE3,12,,9,123456,1.0,123,1,2", ",3,2.0,123,3"]  # fmt: skip
     path = tmp_path / "part.bdf"
     path.write_text("\n".join(["BEGIN BULK", *grids, *cards, "ENDDATA"]) + "\n")
-    model = read_bulk(str(path))
+    model = read_deck(str(path))
     assert [(one.name, one.reference, one.tie) for one in model.couplings] == [
         ("rbe2_10", 9, "rbe2"), ("rbe2_13", 9, "rbe2"), ("rbe3_12", 9, "rbe3"),
     ]  # fmt: skip

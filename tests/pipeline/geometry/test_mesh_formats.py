@@ -124,7 +124,7 @@ def test_an_archive_of_ansys(tmp_path: Path, eight: bool) -> None:
         ("ET,1,187", "ET,1,181", "has no solid elements"),
         ("(19i9)", "(19f9)", "a block has the format '(19f9)'"),
         ("EBLOCK,19,SOLID", "EBLOCK,19,", "is not in format SOLID"),
-        ("        1        0        0", "    99999        0        0", "names node 1, which it does not have"),
+        ("        1        0        0", "    99999        0        0", "names node 1, which the model does not have"),
     ],
 )
 def test_archives_that_are_wrong_are_refused(tmp_path: Path, old: str, new: str, words: str) -> None:

@@ -1,0 +1,281 @@
+"""Decks of Abaqus and CalculiX (.inp): parts, instances and assemblies, nodes, solids, sets, surfaces.
+
+Own reading. meshio 5 keeps only the last `*NODE` block and the last piece of a set, assigns sets to wrong elements
+where an `*ELEMENT` has no name (its issue 1530), and does not know instances, `SYSTEM`, `INCLUDE` or surfaces.
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import CELLS, Cell
+from gudgeon.pipeline.geometry.decks.abaqus import rest as abaqus_rest
+from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword, Line, read_keywords
+from gudgeon.pipeline.geometry.decks.abaqus.sets import Names, Sets
+from gudgeon.pipeline.geometry.decks.axes import Axes, axes_of
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Place, Scope, deck_of
+
+KINDS: list[tuple[re.Pattern[str], str]] = [
+    (re.compile(rf"D?C3D{count}[A-Z]*"), cell)
+    for count, cell in ((4, "tetra"), (5, "pyramid"), (6, "wedge"), (8, "hexahedron"), (10, "tetra10"),
+                        (15, "wedge15"), (20, "hexahedron20"))
+] + [
+    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|R3D|STRI|DS|S)3[A-Z]*"), "triangle"),
+    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|S)6[A-Z]*|STRI65"), "triangle6"),
+    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|R3D|S)4[A-Z]*"), "quad"),
+    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|S)8[A-Z0-9]*"), "quad8"),
+    (re.compile(r"T[23]D2[A-Z]*|B[23]1[A-Z]*"), "line"),
+    (re.compile(r"T[23]D3[A-Z]*|B[23]2[A-Z]*"), "line3"),
+]  # fmt: skip
+"""Solids, and faces and lines that name parts of a boundary, by the name of their type."""
+MADE = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "PARAMETER", "SUBSTRUCTURE PATH")
+"""Keywords that make nodes or elements which no line lists."""
+REFERENCE = "assembly"
+"""Name of what stands outside parts."""
+
+
+class Instance(NamedTuple):
+    """A part in an assembly."""
+
+    part: str
+    axes: Axes
+
+
+class Body:
+    """What stands between `*PART` and `*END PART`, in an assembly, or in a deck without parts.
+
+    Args:
+        name: Of the part, for messages.
+    """
+
+    def __init__(self, name: str, path: str) -> None:
+        self.name, self.path = name, path
+        self.labels: list[int] = []
+        self.points: list[np.ndarray] = []
+        self.elements: dict[str, list[list[int]]] = {}
+        self.sets = Sets()
+        self.rest = abaqus_rest.Rest()
+        self._axes = Axes()
+
+    def take(self, keyword: Keyword) -> bool:
+        """Take a keyword; return whether it is one of a mesh.
+
+        Raises:
+            InputError: its data are wrong.
+        """
+        reader = READERS.get(keyword.name)
+        if reader is not None:
+            reader(self, keyword)
+        return reader is not None
+
+    def read_system(self, keyword: Keyword) -> None:
+        """Take the Cartesian system of the nodes that follow, by origin, a point of x and one of the plane x, y."""
+        numbers = [x for row in keyword.rows for x in row.reals()]
+        self._axes = axes_of(numbers, keyword.place) if numbers else Axes()
+
+    def read_nodes(self, keyword: Keyword) -> None:
+        """Take nodes, in the system that the keyword names."""
+        system = keyword.options.get("SYSTEM", "R").upper()
+        if system not in ("R", "C", "S"):
+            raise keyword.place.error(f"SYSTEM={system}; allowed: R, C or S")
+        labels, rows = [], []
+        for row in keyword.rows:
+            words = row.text.split(",")
+            try:
+                labels.append(int(words[0]))
+                values = [float(word) for word in words[1:4]]
+            except ValueError:
+                labels[len(rows) :] = [row._replace(text=words[0]).integers()[0]] if words[0].strip() else []
+                if len(labels) == len(rows):
+                    raise row.place.error(f"{row.text[:60]!r}, expected the number of a node") from None
+                values = row._replace(text=",".join(words[1:4])).reals() if len(words) > 1 else []
+            rows.append([*values, 0.0, 0.0, 0.0][:3])
+        points = np.array(rows, float).reshape(-1, 3)
+        if system != "R":
+            points = _round(points, spherical=system == "S")
+        self.labels += labels
+        if len(points):
+            self.points.append(self._axes.placed(points))
+        if name := keyword.options.get("NSET"):
+            self.sets.nodes.add(name, keyword.place, np.array(labels, int))
+
+    def read_elements(self, keyword: Keyword) -> None:
+        """Take elements of a type that has a cell; others are judged by their sections."""
+        kind = keyword.option("TYPE").upper()
+        cell = cell_of_kind(kind)
+        if cell is None:
+            labels = self.rest.structural(keyword, kind)
+        else:
+            rows = _gathered(keyword.rows, cell.nodes + 1, kind)
+            self.elements.setdefault(kind, []).extend(rows)
+            labels = [row[0] for row in rows]
+            if cell.dimension < 3:
+                self.rest.faces(keyword, kind)
+        if name := keyword.options.get("ELSET"):
+            self.sets.elements.add(name, keyword.place, np.array(labels, int))
+
+    def read_set(self, keyword: Keyword) -> None:
+        """Take a set of nodes or elements."""
+        self.sets.read_set(keyword)
+
+    def read_surface(self, keyword: Keyword) -> None:
+        """Take a surface of nodes or of faces of elements."""
+        self.sets.read_surface(keyword)
+
+    def blocks(self) -> list[Block]:
+        """Return its elements by type."""
+        blocks = []
+        for kind, rows in self.elements.items():
+            cell, table = cell_of_kind(kind), np.array(rows, np.int64)
+            if cell is not None and len(table):
+                blocks.append(Block(cell, table[:, 0], table[:, 1:], kind))
+        return blocks
+
+
+READERS: Mapping[str, Callable[[Body, Keyword], None]] = {
+    "SYSTEM": Body.read_system, "NODE": Body.read_nodes, "ELEMENT": Body.read_elements, "NSET": Body.read_set,
+    "ELSET": Body.read_set, "SURFACE": Body.read_surface,
+}  # fmt: skip
+
+
+def cell_of_kind(kind: str) -> Cell | None:
+    """Return the cell of a type of element, None if it has none."""
+    return next((CELLS[cell] for pattern, cell in KINDS if pattern.fullmatch(kind)), None)
+
+
+def read_abaqus(path: str, scope: Scope) -> Deck:
+    """Read a deck; of several parts or instances the one that `scope` names.
+
+    Raises:
+        InputError: a file is missing, a line is wrong, or the deck has several bodies of which none is named.
+    """
+    bodies = {"": Body("", path)}
+    instances: dict[str, Instance] = {}
+    names = Names()
+    level = ""
+    for keyword in read_keywords(path):
+        if keyword.name in MADE:
+            raise keyword.place.error(f"*{keyword.name} makes nodes or elements that no line lists; allowed: decks that"
+                                      " list them, as preprocessors write them")  # fmt: skip
+        if keyword.name == "PART":
+            level = names.add(keyword.option("NAME"))
+            bodies[level] = Body(keyword.option("NAME"), path)
+        elif keyword.name == "INSTANCE":
+            name = keyword.option("NAME")
+            part = names.add(keyword.option("PART"))
+            instances[name] = Instance(part, _moved(keyword))
+            level = f"*{name}"
+            bodies[level] = Body(name, path)
+        elif keyword.name in ("END PART", "END INSTANCE"):
+            level = ""
+        elif not bodies[level].take(keyword):
+            bodies[level].rest.take(keyword)
+    return _chosen(path, scope, bodies, instances)
+
+
+def _chosen(path: str, scope: Scope, bodies: dict[str, Body], instances: dict[str, Instance]) -> Deck:
+    """Return the deck of one body."""
+    parts = [level for level, body in bodies.items() if level and not level.startswith("*")]
+    have = f"the parts {', '.join(bodies[p].name for p in parts)}" if parts else "no *PART"
+    have += f" and the instances {', '.join(instances)} (*INSTANCE)" if instances else ""
+    own = bodies[""]
+    if scope.part is not None:
+        level = next((p for p in parts if bodies[p].name.lower() == scope.part.lower()), None)
+        if level is None:
+            raise InputError(f'{path}: has no part = "{scope.part}", it has {have}')
+        return _deck(path, bodies[level], None, "", [own.rest])
+    if scope.instance is not None:
+        name = next((i for i in instances if i.lower() == scope.instance.lower()), None)
+        if name is None:
+            raise InputError(f'{path}: has no instance = "{scope.instance}", it has {have}')
+    elif own.elements and not parts:
+        return _deck(path, own, None, "", [own.rest])
+    elif len(instances) > 1 or (len(parts) > 1 and len(instances) != 1):
+        raise InputError(f'{path}: has {have}; name one by geometry.part = "…" (*PART, as it was modelled) or'
+                         ' geometry.instance = "…" (*INSTANCE, as the assembly moves it)')  # fmt: skip
+    elif instances:
+        (name,) = instances
+    elif parts:
+        return _deck(path, bodies[parts[0]], None, "", [own.rest])
+    else:
+        return _deck(path, own, None, "", [own.rest])
+    instance = instances[name]
+    if instance.part not in bodies:
+        raise InputError(f"{path}: *INSTANCE {name} names a part that the deck lacks; it has {have}")
+    more = bodies[f"*{name}"]
+    if more.labels or more.elements:
+        raise InputError(f"{path}: *INSTANCE {name} has nodes or elements of its own; allowed: those of its part")
+    return _deck(path, bodies[instance.part], instance.axes, name, [own.rest, more.rest], own.sets)
+
+
+def _deck(
+    path: str, body: Body, axes: Axes | None, instance: str, rests: list[abaqus_rest.Rest], above: Sets | None = None
+) -> Deck:
+    """Return the deck of a body that an instance places."""
+    points = np.concatenate([np.empty((0, 3)), *body.points])
+    if axes is not None:
+        points = axes.placed(points)
+    blocks = body.blocks()
+    if not blocks and not len(points):
+        raise InputError(f"{path}: has no nodes (*NODE); allowed: a deck of Abaqus or CalculiX")
+    node_sets, side_sets, element_sets = body.sets.resolved(blocks, path)
+    if above is not None:
+        upper = above.resolved(blocks, path, instance, (node_sets, side_sets, element_sets))
+        for lower, members in zip((node_sets, side_sets, element_sets), upper, strict=True):
+            lower.update({f"{instance}.{name}": lower[name] for name in lower.keys() & members.keys()})
+            lower.update(members)
+    rest = abaqus_rest.joined([body.rest, *(rest for rest in rests if rest is not body.rest)])
+    omissions: list[Omission] = rest.omissions(element_sets)
+    couplings, own_sets = rest.couplings(body.sets, above is None)
+    node_sets |= {name: abaqus_rest.members_of(body.sets.nodes, words) for name, words in own_sets.items()}
+    dependent = rest.dependent(node_sets, side_sets, blocks, couplings)
+    return deck_of(
+        np.array(body.labels, np.int64), points, blocks, path, node_sets=node_sets, side_sets=side_sets,
+        element_sets=element_sets, couplings=couplings, dependent=dependent, omissions=omissions,
+        materials=rest.materials,
+    )  # fmt: skip
+
+
+def _gathered(rows: list[Line], count: int, kind: str) -> list[list[int]]:
+    """Return numbers of elements and nodes, `count` each, of lines that may go on in the next."""
+    elements: list[list[int]] = []
+    pending: list[int] = []
+    for row in rows:
+        numbers = row.integers()
+        pending = pending + numbers if pending else numbers
+        if len(pending) > count:
+            raise row.place.error(f"an element of TYPE={kind} has {len(pending) - 1} nodes here, allowed: {count - 1}")
+        if len(pending) == count:
+            elements.append(pending)
+            pending = []
+    if pending:
+        raise rows[-1].place.error(f"an element of TYPE={kind} has {len(pending) - 1} nodes, allowed: {count - 1}")
+    return elements
+
+
+def _round(points: np.ndarray, spherical: bool) -> np.ndarray:
+    """Return Cartesian positions of radius, angle [deg] and height, or of radius, angle and angle above the plane."""
+    r, angle, third = points[:, 0], np.radians(points[:, 1]), points[:, 2]
+    if not spherical:
+        return np.column_stack([r * np.cos(angle), r * np.sin(angle), third])
+    above = np.radians(third)
+    plane = r * np.cos(above)
+    return np.column_stack([plane * np.cos(angle), plane * np.sin(angle), r * np.sin(above)])
+
+
+def _moved(keyword: Keyword) -> Axes:
+    """Return where an instance stands: moved by a vector, then turned about a line by an angle [deg]."""
+    rows = keyword.rows
+    if len(rows) > 2:
+        raise rows[2].place.error(f"*INSTANCE: {rows[2].text[:60]!r}, expected a translation and a rotation at most")
+    shift = np.array(((rows[0].reals() if rows else []) + [0.0] * 3)[:3])
+    axes = Axes(np.eye(3), shift)
+    if len(rows) < 2:
+        return axes
+    values = rows[1].reals()
+    if len(values) != 7:
+        raise rows[1].place.error("*INSTANCE: expected two points of the axis and an angle, 7 numbers")
+    return axes.turned(np.array(values[:3]), np.array(values[3:6]), values[6], Place(*rows[1].place))

@@ -1,0 +1,123 @@
+"""Meshes that meshio reads: gmsh (.msh 2.2 and 4.1), VTK's (.vtu, .vtk), Medit's and others.
+
+meshio 5 is right on these formats once it knows the dimensions of wedge15, pyramid13 and others, which it lacks, arrays
+of any shape are taken, and its output, warnings and ends of the process are caught. Names come from gmsh's physical
+groups, from sets of cells or nodes, and from integer arrays of cells or nodes, of which those that are not zero are
+members.
+"""
+
+import contextlib
+import io
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import CELLS
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Scope, deck_of
+
+TAGS = ("gmsh:physical", "medit:ref", "nastran:ref")
+"""Arrays whose numbers are those of named groups."""
+MOST_GROUPS = 10_000
+"""Members of an array of tags."""
+
+
+def read_by_meshio(path: str, scope: Scope) -> Deck:
+    """Read a mesh; raises anything."""
+    import meshio
+    from meshio._mesh import topological_dimension
+
+    for cell in CELLS.values():
+        topological_dimension.setdefault(cell.name, cell.dimension)
+    _refuse_cut_off(path)
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        mesh = meshio.read(path)
+    return _deck(path, mesh)
+
+
+def _deck(path: str, mesh: Any) -> Deck:
+    points = np.asarray(mesh.points, float)
+    if points.ndim != 2 or points.shape[1] not in (2, 3):
+        raise InputError(f"{path}: damaged, its points have no three finite coordinates")
+    if points.shape[1] == 2:
+        points = np.column_stack([points, np.zeros(len(points))])
+    blocks: list[Block] = []
+    owners: list[tuple[int, np.ndarray]] = []
+    element_sets: dict[str, list[np.ndarray]] = {}
+    start = 1
+    for k, cells in enumerate(mesh.cells):
+        nodes = np.asarray(cells.data, np.int64)
+        labels = np.arange(start, start + len(nodes))
+        start += len(nodes)
+        owners.append((k, labels))
+        if cells.type == "vertex" or not len(nodes):
+            continue
+        if cells.type not in CELLS:
+            raise InputError(f"{path}: has cells of type {cells.type}; allowed: {', '.join(solid_names())}")
+        if nodes.min() < 0 or nodes.max() >= len(points):
+            raise InputError(f"{path}: damaged, not every node of its cells has three finite coordinates")
+        blocks.append(Block(CELLS[cells.type], labels, nodes + 1))
+    for name, members in mesh.cell_sets.items():
+        if not name.startswith("gmsh:"):
+            element_sets[name.strip('"')] = [
+                labels[np.asarray(members[k], int)] for k, labels in owners if k < len(members) and len(members[k])
+            ]
+    _add_arrays(mesh, owners, element_sets)
+    used = np.unique(np.concatenate([np.empty(0, np.int64), *(block.nodes.ravel() for block in blocks)]))
+    keep = np.ones(len(points), bool)
+    keep[:] = np.isfinite(points).all(axis=1)
+    if not keep[used - 1].all() or not len(points):
+        raise InputError(f"{path}: damaged, not every node of its cells has three finite coordinates")
+    node_sets = {name.strip('"'): np.asarray(nodes, np.int64) + 1 for name, nodes in mesh.point_sets.items()}
+    for name, values in mesh.point_data.items():
+        if (members := marked(name, values)) is not None:
+            node_sets[name] = members + 1
+    return deck_of(
+        np.arange(1, len(points) + 1)[keep], points[keep], blocks, path, node_sets=node_sets,
+        element_sets={name: np.concatenate(rows) for name, rows in element_sets.items() if rows},
+    )  # fmt: skip
+
+
+def _add_arrays(mesh: Any, owners: list[tuple[int, np.ndarray]], element_sets: dict[str, list[np.ndarray]]) -> None:
+    """Add the members of integer arrays of cells."""
+    names = {(int(of), int(tag)): name for name, (tag, of) in mesh.field_data.items()}
+    for array, tags in mesh.cell_data.items():
+        for k, labels in owners:
+            values = np.asarray(tags[k])
+            cell = CELLS.get(mesh.cells[k].type)
+            if (members := marked(array, values)) is not None:
+                if len(members):
+                    element_sets.setdefault(array, []).append(labels[members])
+            elif array in TAGS and cell is not None:
+                for tag in np.unique(values)[:MOST_GROUPS].tolist():
+                    if tag:
+                        name = names.get((cell.dimension, int(tag)), str(tag))
+                        element_sets.setdefault(name, []).append(labels[values == tag])
+
+
+def marked(name: str, values: np.ndarray) -> np.ndarray | None:
+    """Return the places of members that an integer array marks, whatever its shape; None if it marks none."""
+    values = np.asarray(values)
+    if ":" in name or values.dtype.kind not in "iub" or not values.ndim:
+        return None
+    return np.flatnonzero(values.reshape(len(values), -1).any(axis=1)) if values.size == len(values) else None
+
+
+def solid_names() -> list[str]:
+    """Return the names of the solid cells that are read."""
+    return [cell.name for cell in CELLS.values() if cell.dimension == 3 and cell.nodes > 1]
+
+
+def _refuse_cut_off(path: str) -> None:
+    """Refuse a .msh that ends inside a section: meshio only warns, and reads a truncated number as a complete one."""
+    if path.lower().endswith(".msh"):
+        with Path(path).open("rb") as file:
+            head = file.read(1)
+            file.seek(max(0, file.seek(0, io.SEEK_END) - 256))
+            last_line = file.read().rstrip().rpartition(b"\n")[2]
+        if head == b"$" and not last_line.startswith(b"$End"):
+            raise InputError(f"{path}: cut off, its last line is not the end of a section ($End…)")

@@ -1,0 +1,177 @@
+"""What a deck says, whatever its format: nodes in one Cartesian system, cells by type, named sets, and the rest.
+
+Each family of formats is a file with a function `read(path, scope) -> Deck`; `reading.py` lists them. Node, element and
+set numbers are those of the file, lengths those of its unit.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import Cell
+
+MISSING = 0
+"""Number of a mid-edge node that a file leaves out: it is on the middle of its edge."""
+
+
+class Place(NamedTuple):
+    """A line of a file."""
+
+    path: str
+    line: int
+    """From 1; 0 where the format has no lines."""
+
+    def error(self, text: str) -> InputError:
+        """Return the error of this line, for `raise`."""
+        return InputError(f"{self.path}: line {self.line}: {text}" if self.line else f"{self.path}: {text}")
+
+
+class Scope(NamedTuple):
+    """Which of several bodies of a deck is read; None where there is only one."""
+
+    part: str | None = None
+    """As it was modelled."""
+    instance: str | None = None
+    """As the assembly moves it."""
+
+
+class Block(NamedTuple):
+    """Elements of one type."""
+
+    cell: Cell
+    labels: np.ndarray
+    """(e,)"""
+    nodes: np.ndarray
+    """Labels of each element's nodes in the order of `cells`, `MISSING` where the file has none, (e, a)."""
+    kind: str = ""
+    """As the file names the element, such as C3D20R."""
+
+
+class Coupling(NamedTuple):
+    """Nodes of a set that a reference node leads."""
+
+    name: str
+    """As the file names it."""
+    surface: str
+    """Name of the set."""
+    reference: int
+    """Label of the reference node."""
+    tie: str
+    """`rbe2`: the set moves as a rigid body with the node; `rbe3`: the node has the set's mean motion."""
+    keyword: str = ""
+    """Of the file, such as RBE2."""
+
+
+class Omission(NamedTuple):
+    """What a deck says and a mesh does not hold."""
+
+    keyword: str
+    place: Place
+    text: str
+    """What it is, after the keyword."""
+    alters: bool = True
+    """Whether the body's mass or stiffness differs without it; loads, supports and steps are the scene's."""
+
+
+@dataclass(frozen=True)
+class Deck:
+    """Nodes, elements and sets, by labels of the file."""
+
+    labels: np.ndarray
+    """Of the nodes, (n,), ascending."""
+    points: np.ndarray
+    """In its unit of length, (n, 3)."""
+    blocks: tuple[Block, ...] = ()
+    """Solids, and the faces or lines that name parts of a boundary."""
+    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Labels of nodes by name."""
+    side_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Pairs of an element's label and the number of its face from 0, as `Cell.faces` counts them, (f, 2), by name."""
+    element_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Labels of elements by name."""
+    couplings: tuple[Coupling, ...] = ()
+    dependent: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+    """Labels of nodes that equations or couplings express by others: a program may have eliminated them."""
+    omissions: tuple[Omission, ...] = ()
+    materials: tuple[tuple[Place, Mapping[str, float]], ...] = ()
+    """Isotropic constants of each material: E, nu and rho where they are stated, in the file's units."""
+
+    def rows(self, labels: np.ndarray, path: str) -> np.ndarray:
+        """Return the places of labels among those of the nodes, in the same shape.
+
+        Raises:
+            InputError: there is no such node; `path` is the file that names it.
+        """
+        rows = np.searchsorted(self.labels, labels)
+        missing = self.labels[np.minimum(rows, len(self.labels) - 1)] != labels
+        if missing.any():
+            raise InputError(f"{path}: names node {labels[missing][0]}, which the model does not have")
+        return rows
+
+
+def deck_of(
+    labels: np.ndarray,
+    points: np.ndarray,
+    blocks: Sequence[Block],
+    path: str,
+    *,
+    node_sets: Mapping[str, np.ndarray] | None = None,
+    side_sets: Mapping[str, np.ndarray] | None = None,
+    element_sets: Mapping[str, np.ndarray] | None = None,
+    couplings: Sequence[Coupling] = (),
+    dependent: np.ndarray | None = None,
+    omissions: Iterable[Omission] = (),
+    materials: Sequence[tuple[Place, Mapping[str, float]]] = (),
+) -> Deck:
+    """Return a deck with its nodes in ascending order and blocks of one type and kind joined.
+
+    Raises:
+        InputError: there is no node, two have one label, one has no finite position, or an element or coupling names
+            one that is not there.
+    """
+    order = np.argsort(labels, kind="stable")
+    labels, points = labels[order], points[order]
+    if not len(labels):
+        raise InputError(f"{path}: has no nodes")
+    if (np.diff(labels) == 0).any():
+        raise InputError(f"{path}: node {labels[1:][np.diff(labels) == 0][0]} is given twice; allowed: one part")
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.all():
+        raise InputError(f"{path}: node {labels[~finite][0]} has no finite position; allowed: three finite coordinates")
+    deck = Deck(
+        labels, points, _joined(blocks), dict(node_sets or {}), dict(side_sets or {}), dict(element_sets or {}),
+        tuple(couplings), np.empty(0, int) if dependent is None else np.unique(dependent), tuple(omissions),
+        tuple(materials),
+    )  # fmt: skip
+    for block in deck.blocks:
+        _check_elements(deck, block, path)
+    deck.rows(np.array([coupling.reference for coupling in couplings], int), path)
+    return deck
+
+
+def _joined(blocks: Sequence[Block]) -> tuple[Block, ...]:
+    groups: dict[tuple[str, str], list[Block]] = {}
+    for block in blocks:
+        if len(block.labels):
+            groups.setdefault((block.cell.name, block.kind), []).append(block)
+    return tuple(
+        Block(
+            group[0].cell, np.concatenate([b.labels for b in group]), np.concatenate([b.nodes for b in group]), kind
+        )
+        for (_, kind), group in groups.items()
+    )  # fmt: skip
+
+
+def _check_elements(deck: Deck, block: Block, path: str) -> None:
+    """Raise an InputError if an element names a node that is not there, or a corner that is left out."""
+    nodes, corners = block.nodes, block.cell.shape.corners
+    bad = ~np.isin(nodes, deck.labels)
+    bad[:, corners:] &= nodes[:, corners:] != MISSING
+    if bad.any():
+        row, column = np.argwhere(bad)[0]
+        raise InputError(
+            f"{path}: element {block.labels[row]} names node {nodes[row, column]}, which the model does not have"
+        )

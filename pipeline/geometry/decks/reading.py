@@ -1,0 +1,66 @@
+"""One reader per family of formats, by the ending of a file's name; each returns a `Deck`."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.geometry.decks.abaqus.deck import read_abaqus
+from gudgeon.pipeline.geometry.decks.ansys import read_ansys
+from gudgeon.pipeline.geometry.decks.by_gmsh import read_by_gmsh
+from gudgeon.pipeline.geometry.decks.by_meshio import read_by_meshio
+from gudgeon.pipeline.geometry.decks.exodus import read_exodus
+from gudgeon.pipeline.geometry.decks.model import Deck, Scope
+from gudgeon.pipeline.geometry.decks.nastran import read_nastran
+from gudgeon.pipeline.geometry.decks.unv import read_unv
+
+READABLE = (
+    "allowed: .inp, .bdf, .cdb, .msh (saved without Mesh.SaveAll), .unv, .med, .vtu, .e or another format of meshio"
+)
+Reader = Callable[[str, Scope], Deck]
+DECKS: Mapping[str, Reader] = {
+    ".inp": read_abaqus, **dict.fromkeys((".bdf", ".nas", ".dat", ".pch", ".dmig"), read_nastran), ".cdb": read_ansys,
+}  # fmt: skip
+"""Readers of decks, which name more than a mesh."""
+FAMILIES: Mapping[str, Reader] = {
+    **DECKS, **dict.fromkeys((".unv", ".uff"), read_unv), ".med": read_by_gmsh,
+    **dict.fromkeys((".e", ".exo", ".ex2", ".exii", ".g", ".gen"), read_exodus),
+}  # fmt: skip
+"""Readers by ending; meshio reads what is not here."""
+BY_GMSH = (".mesh", ".msh", ".vtk", ".su2", ".cgns")
+"""Endings that gmsh reads where meshio cannot."""
+BODIES = (".inp",)
+"""Endings of decks with parts and instances."""
+WHOLE = Scope()
+
+
+def read_deck(path: str, scope: Scope = WHOLE) -> Deck:
+    """Return what a file says.
+
+    Raises:
+        InputError: it is missing, damaged, no mesh, or has several bodies of which `scope` names none.
+    """
+    if not Path(path).is_file():
+        raise InputError(f"{path}: no such file; {READABLE}")
+    ending = Path(path).suffix.lower()
+    if scope != WHOLE and ending not in BODIES:
+        raise InputError(f"{path}: geometry.part or geometry.instance given; allowed: with {', '.join(BODIES)}")
+    reader = FAMILIES.get(ending, read_by_meshio)
+    try:
+        return reader(path, scope)
+    except InputError as error:
+        if ending not in BY_GMSH or "damaged" not in str(error):
+            raise
+        failure: BaseException = error
+    except (Exception, SystemExit) as error:  # meshio's readers raise anything, or end the process.
+        failure = error
+    if ending in BY_GMSH:
+        try:
+            deck = read_by_gmsh(path, scope)
+        except (InputError, StageError, ValueError):  # What meshio says of it stands.
+            deck = None
+        if deck is not None and deck.blocks:
+            return deck
+    if isinstance(failure, InputError):
+        raise failure
+    reason = " ".join(str(failure).split()) if isinstance(failure, Exception) else "not what its name ends in"
+    raise InputError(f"{path}: cannot be read as a mesh ({reason or type(failure).__name__}); {READABLE}") from failure

@@ -1,0 +1,258 @@
+"""The solid of a deck: cells right way round, with all mid-edge nodes; what is folded is refused by its number."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import GMSH_ORDER, TETRA10, Cell
+from gudgeon.pipeline.geometry.cells import Block as Rows
+from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Deck
+
+FLAT = 1e-9
+"""Least Jacobian at a corner by the longest edge cubed; slivers of aspect 1:1000 are at 1e-6."""
+MID_REACH = 0.35
+"""How far a mid-edge node may lie from the middle of its chord, by the chord: an arc of 120° is at 0.29."""
+FORMULATIONS = {"C3D8I": "incompatible", "C3D20R": "reduced", "C3D20RI": "reduced"}
+"""Of the record, by the name of an element."""
+PLAIN = {"C3D8R": "reduced integration", "C3D8RT": "reduced integration", "C3D8H": "a hybrid formulation",
+         "C3D10M": "a modified formulation", "C3D10H": "a hybrid formulation", "C3D10I": "improved stress",
+         "C3D20H": "a hybrid formulation", "C3D4H": "a hybrid formulation", "SOLID185": "B-bar or enhanced strain",
+         "SOLID45": "extra shapes", "SOLID186": "reduced integration", "SOLID95": "reduced integration"}  # fmt: skip
+"""What other programs do with elements that are computed in full here."""
+DROPPING = ("SOLID186", "SOLID187", "SOLID95", "SOLID92")
+"""Quadratic elements that may be written without any mid-edge node."""
+COMPLETE = ("hexahedron27", "wedge18", "pyramid14")
+"""Cells with nodes in the centres of quadrilateral faces."""
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Solid cells of a deck, on its nodes."""
+
+    points: np.ndarray
+    """Of the deck, then those that were added in the middle of edges, (n, 3)."""
+    given: int
+    """Number of those of the deck."""
+    blocks: tuple[Rows, ...]
+    """Cells by type, with places of nodes."""
+    formulations: dict[str, np.ndarray]
+    """Cells that are not integrated in full, as of `MeshRecord`."""
+    notes: tuple[str, ...]
+
+
+def solid_of(deck: Deck, points: np.ndarray, path: str) -> Solid:
+    """Return the solid of a deck whose nodes are at `points` [m], (n, 3).
+
+    Raises:
+        InputError: there is none, its cells do not fit each other, or one has no volume, is folded or twisted.
+    """
+    solids = [block for block in deck.blocks if block.cell.dimension == 3]
+    if not solids:
+        have = ", ".join(sorted({block.cell.name for block in deck.blocks})) or "no cells"
+        raise InputError(f"{path}: the mesh has no solid cells, it has {have}; allowed: solids of {_allowed()}")
+    solids = _one_order(solids, path)
+    full, points = _with_middles(deck, solids, points)
+    blocks: list[Rows] = []
+    notes: list[str] = []
+    formulations: dict[str, list[np.ndarray]] = {}
+    start, mirrored = 0, 0
+    for block, nodes in zip(solids, full, strict=True):
+        nodes = _arranged(block, nodes, points, path)
+        nodes, turned = _righted(block.cell, nodes, points)
+        mirrored += turned
+        _refuse_folded(block, nodes, points, path)
+        keep = np.sort(np.unique(np.sort(nodes[:, : block.cell.shape.corners], axis=1), axis=0, return_index=True)[1])
+        nodes = nodes[keep]
+        rows = np.arange(start, start + len(nodes))
+        start += len(nodes)
+        if (name := FORMULATIONS.get(block.kind)) is not None:
+            formulations.setdefault(name, []).append(rows)
+        if block.kind in PLAIN and block.cell.name != "tetra":
+            notes.append(f"{block.kind}: elements are computed in full, without {PLAIN[block.kind]}")
+        blocks.append(Rows(block.cell, rows, nodes))
+    if mirrored:
+        notes.append(f"{mirrored} of {start} elements were numbered the other way round (negative volume): put right")
+    joined = {name: np.concatenate(rows) for name, rows in formulations.items()}
+    return Solid(points, len(deck.labels), tuple(blocks), joined, tuple(notes))
+
+
+def _allowed() -> str:
+    return "tetrahedra, hexahedra, wedges and pyramids, linear or quadratic"
+
+
+def _one_order(solids: Sequence[Block], path: str) -> list[Block]:
+    """Return blocks whose faces fit each other: linear ones of elements that drop mid-edge nodes become quadratic."""
+    quadratic = [block for block in solids if block.cell.quadratic]
+    if not quadratic:
+        return list(solids)
+    if any(b.cell.name in COMPLETE for b in quadratic) and any(
+        b.cell.name not in (*COMPLETE, TETRA10.name) for b in quadratic
+    ):
+        names = ", ".join(sorted({b.cell.name for b in quadratic}))
+        raise InputError(f"{path}: the mesh has {names}, whose faces do not fit; allowed: all with nodes in the centres"
+                         " of their faces, or none")  # fmt: skip
+    raised = []
+    for block in solids:
+        if block.cell.quadratic:
+            raised.append(block)
+            continue
+        partner = next((b.cell for b in quadratic if b.cell.shape is block.cell.shape), None)
+        if block.kind not in DROPPING:
+            both = f"{block.cell.name} and {quadratic[0].cell.name}"
+            raise InputError(f"{path}: the mesh has both {both}; allowed: linear or quadratic cells")
+        cell = partner or next(c for c in _serendipity() if c.shape is block.cell.shape)
+        nodes = np.pad(block.nodes, ((0, 0), (0, cell.nodes - block.nodes.shape[1])), constant_values=MISSING)
+        raised.append(Block(cell, block.labels, nodes, block.kind))
+    return raised
+
+
+@cache
+def _serendipity() -> list[Cell]:
+    from gudgeon.pipeline.geometry.cells import CELLS
+
+    return [cell for cell in CELLS.values() if cell.dimension == 3 and cell.quadratic and cell.name not in COMPLETE]
+
+
+def _with_middles(deck: Deck, solids: Sequence[Block], points: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+    """Return places of nodes of each block, and the points with new ones where a mid-edge node is left out.
+
+    An edge of two elements has one node, although only one of them may name it.
+    """
+    places = [_places(deck, block.nodes) for block in solids]
+    if not any((rows < 0).any() for rows in places):
+        return places, points
+    middles: dict[tuple[int, int], int] = {}
+    for block, rows in zip(solids, places, strict=True):
+        corners = block.cell.shape.corners
+        for k, (a, b) in enumerate(block.cell.shape.edges.tolist()):
+            column = corners + k
+            if column >= rows.shape[1]:
+                break
+            ends = np.sort(rows[:, [a, b]], axis=1)
+            for end, middle in zip(
+                ends[rows[:, column] >= 0].tolist(), rows[rows[:, column] >= 0, column], strict=True
+            ):
+                middles[end[0], end[1]] = int(middle)
+    new: list[np.ndarray] = []
+    for block, rows in zip(solids, places, strict=True):
+        corners = block.cell.shape.corners
+        for row, column in np.argwhere(rows < 0):
+            if column < corners + len(block.cell.shape.edges):
+                a, b = sorted(rows[row, block.cell.shape.edges[column - corners]].tolist())
+                if (a, b) not in middles:
+                    middles[a, b] = len(points) + len(new)
+                    new.append(0.5 * (points[a] + points[b]))
+                rows[row, column] = middles[a, b]
+            else:
+                rows[row, column] = len(points) + len(new)
+                new.append(points[rows[row, :corners]].mean(axis=0))
+    return places, np.concatenate([points, np.array(new).reshape(-1, 3)])
+
+
+def _places(deck: Deck, labels: np.ndarray) -> np.ndarray:
+    rows = np.searchsorted(deck.labels, labels)
+    rows = np.minimum(rows, len(deck.labels) - 1)
+    return np.where((labels == MISSING) & (deck.labels[rows] != labels), -1, rows)
+
+
+def _arranged(block: Block, nodes: np.ndarray, points: np.ndarray, path: str) -> np.ndarray:
+    """Return quadratic cells whose mid-edge nodes lie near their edges.
+
+    Raises:
+        InputError: one does not.
+    """
+    cell = block.cell
+    if not cell.quadratic:
+        return nodes
+    corners, edges = cell.shape.corners, cell.shape.edges
+    ends = points[nodes[:, edges]]
+    centres, length = ends.mean(axis=2), np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
+    middle = slice(corners, corners + len(edges))
+    off = ((points[nodes[:, middle]] - centres) ** 2).sum(axis=2)
+    if cell is TETRA10:
+        swapped = nodes[:, GMSH_ORDER]
+        off_swapped = ((points[swapped[:, middle]] - centres) ** 2).sum(axis=2)
+        better = off_swapped.sum(axis=1) < off.sum(axis=1)
+        nodes = np.where(better[:, None], swapped, nodes)
+        off = np.where(better[:, None], off_swapped, off)
+    misplaced = np.sqrt(off) > MID_REACH * length
+    if misplaced.any():
+        row, edge = np.argwhere(misplaced)[0]
+        a, b = edges[edge] + 1
+        raise InputError(
+            f"{path}: the mid-edge node of corners {a} and {b} of {cell.name} {block.labels[row]} does not lie near"
+            f" that edge; allowed: within {MID_REACH:g} of the edge from its middle, in the order of the format"
+        )
+    return nodes
+
+
+@cache
+def _mirror(cell: Cell) -> list[int]:
+    """Return the order of nodes that turns a cell inside out."""
+    shape = cell.shape
+    swap = {4: [0, 2, 1, 3], 5: [0, 3, 2, 1, 4], 6: [0, 2, 1, 3, 5, 4], 8: [0, 3, 2, 1, 4, 7, 6, 5]}[shape.corners]
+    order = list(swap)
+    if cell.quadratic:
+        places = {frozenset(ends): shape.corners + k for k, ends in enumerate(shape.edges.tolist())}
+        order += [places[frozenset((swap[a], swap[b]))] for a, b in shape.edges.tolist()]
+    start = len(order)
+    sides = [frozenset(shape.sides[k]) for k in cell.centred]
+    order += [start + sides.index(frozenset(swap[c] for c in side)) for side in sides]
+    return [*order, *range(len(order), cell.nodes)]
+
+
+@cache
+def _around(cell: Cell) -> list[tuple[int, int, int, int]]:
+    """Return each corner with three edges and the corners at their ends, right-handed, from the outward sides."""
+    follows: dict[int, dict[int, int]] = {}
+    for side in cell.shape.sides:
+        for k, corner in enumerate(side):
+            follows.setdefault(corner, {})[side[(k + 1) % len(side)]] = side[k - 1]
+    corners = []
+    for corner, turn in follows.items():
+        if len(turn) == 3:
+            a = next(iter(turn))
+            corners.append((corner, a, turn[turn[a]], turn[a]))
+    return corners
+
+
+def _righted(cell: Cell, nodes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return cells of positive volume, and how many were the other way round."""
+    volume = np.zeros(len(nodes))
+    centre = points[nodes[:, : cell.shape.corners]].mean(axis=1)
+    for side in cell.shape.sides:
+        corners = points[nodes[:, side]] - centre[:, None]
+        middle = corners.mean(axis=1)
+        for k in range(len(side)):
+            volume += np.einsum("ei,ei->e", np.cross(corners[:, k - 1], corners[:, k]), middle)
+    inside_out = volume < 0
+    return np.where(inside_out[:, None], nodes[:, _mirror(cell)], nodes), int(inside_out.sum())
+
+
+def _refuse_folded(block: Block, nodes: np.ndarray, points: np.ndarray, path: str) -> None:
+    """Raise an InputError if the Jacobian at a corner is not positive: the tangents of its three edges tell."""
+    cell = block.cell
+    x = points[nodes]
+    edges = {frozenset(ends): cell.shape.corners + k for k, ends in enumerate(cell.shape.edges.tolist())}
+    longest = np.linalg.norm(x[:, cell.shape.edges[:, 1]] - x[:, cell.shape.edges[:, 0]], axis=2).max(axis=1)
+    for corner, *ends in _around(cell):
+        tangents = []
+        for end in ends:
+            tangent = x[:, end] - x[:, corner]
+            if cell.quadratic:
+                tangent = 4 * x[:, edges[frozenset((corner, end))]] - 3 * x[:, corner] - x[:, end]
+            tangents.append(tangent)
+        det = np.einsum("ei,ei->e", np.cross(tangents[0], tangents[1]), tangents[2])
+        bad = det <= FLAT * longest**3
+        if bad.any():
+            row = int(np.argmax(bad))
+            place = ", ".join(f"{value:.4g}" for value in x[row].mean(axis=0))
+            flat = abs(det[row]) <= FLAT * longest[row] ** 3
+            fault = "is flat" if flat else "is folded or twisted, its Jacobian is negative at a corner"
+            raise InputError(
+                f"{path}: {cell.name} {block.labels[row]} {fault}, about ({place}) m; {int(bad.sum())} of {len(nodes)}"
+                f" are so there; allowed: Jacobians above {FLAT:g} × longest edge³"
+            )
