@@ -6,7 +6,7 @@ is recognised without being declared. Linear tetrahedra become tet10.
 """
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from pydantic import Field
@@ -30,11 +30,16 @@ from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, true_surface
 from gudgeon.solver.numbers import RANGES, Length, Name, Strict
 
+if TYPE_CHECKING:
+    from gudgeon.pipeline.geometry.decks.model import Deck
+
 ON_SHAPE = 1e-5
 """How far corners may lie from a true shape, relative to its size: the round-off of files with six digits."""
 FACING = 0.5
 """Least cosine between the normals of facet and true shape: a facet of an end face may have all three corners on the
 cylinder, but its normal is perpendicular to the radius."""
+CORNERS = 4
+"""Of a facet, which columns are kept even where all have three."""
 LIFTS = 30
 """Alternating projections onto shapes with a common edge; one is enough where they meet at right angles."""
 
@@ -81,31 +86,24 @@ class MeshFile(Strict):
             InputError: the file is missing or no mesh, not one solid, not on its declared surfaces, or says something
                 that the body would not have and `leave_out` does not name.
         """
-        from gudgeon.pipeline.geometry.decks.model import Scope
         from gudgeon.pipeline.geometry.decks.naming import left_out, named_cells, named_facets
-        from gudgeon.pipeline.geometry.decks.reading import read_deck
         from gudgeon.pipeline.geometry.decks.solids import solid_of
 
-        if cad_kind := CAD_KINDS.get(Path(self.path).suffix.lower()):
-            raise InputError(f'{self.path}: {cad_kind} is a shape without a mesh; kind = "cad" meshes it')
-        if self.part is not None and self.instance is not None:
-            raise InputError(f"{self.path}: geometry.part and geometry.instance given; allowed: one of them")
-        deck = read_deck(self.path, Scope(self.part, self.instance))
+        deck = self._deck()
         notes = left_out(deck, self.leave_out, self.path)
         solid = solid_of(deck, scaled_points(deck.points, self.unit, self.path), self.path)
         used = np.unique(np.concatenate([block.nodes.ravel() for block in solid.blocks]))
         new_row = np.full(len(solid.points), -1)
         new_row[used] = np.arange(len(used))
-        nodes, given = solid.points[used], int(np.searchsorted(used, solid.given))
+        nodes = solid.points[used]
         blocks = [Block(block.cell, block.rows, new_row[block.nodes]) for block in solid.blocks]
         faces = boundary_facets(blocks, self.path)[1]
-        members = named_facets(deck, faces, new_row, 2, given)
+        members = named_facets(deck, faces, new_row, 2, int(np.searchsorted(used, solid.deck_count)))
         shapes: dict[str, SurfaceRule] = {name: s.model_dump(mode="json") for name, s in self.surfaces.items()}
         members |= {name: self._on_shape(name, shape, nodes, faces, members) for name, shape in shapes.items()}
         fitted = {name: _fitted(nodes, faces[members[name]]) for name in sorted(members.keys() - shapes.keys())}
-        cells, cell = joined([block.nodes for block in blocks]), blocks[0].cell if len(blocks) == 1 else MIXED
         corners = [(block.rows, block.nodes[:, : block.cell.shape.corners]) for block in blocks]
-        volumes = named_cells(deck, corners, new_row)
+        cells, cell = joined([block.nodes for block in blocks]), blocks[0].cell if len(blocks) == 1 else MIXED
         if straight := cell is TETRA4:
             cell, (nodes, cells) = TETRA10, _with_mid_nodes(nodes, cells)
             faces = outer_faces(cells)
@@ -114,11 +112,21 @@ class MeshFile(Strict):
             _lift(nodes, facets, shapes)
         surfaces = {name: Surface(facets[name], (fitted | shapes)[name]) for name in facets}
         record = MeshRecord(
-            nodes, cells, cell.name, surfaces, volumes, formulations=solid.formulations,
-            remarks={"notes": [*notes, *solid.notes]} if notes or solid.notes else {},
+            nodes, cells, cell.name, surfaces, named_cells(deck, corners, new_row), formulations=solid.formulations,
+            remarks=_remarks([*notes, *solid.notes]),
         )  # fmt: skip
         refuse_pieces(record, self.path)
         return record
+
+    def _deck(self) -> "Deck":
+        from gudgeon.pipeline.geometry.decks.model import Scope
+        from gudgeon.pipeline.geometry.decks.reading import read_deck
+
+        if cad_kind := CAD_KINDS.get(Path(self.path).suffix.lower()):
+            raise InputError(f'{self.path}: {cad_kind} is a shape without a mesh; kind = "cad" meshes it')
+        if self.part is not None and self.instance is not None:
+            raise InputError(f"{self.path}: geometry.part and geometry.instance given; allowed: one of them")
+        return read_deck(self.path, Scope(self.part, self.instance))
 
     def _on_shape(
         self, name: str, shape: SurfaceRule, nodes: np.ndarray, faces: np.ndarray, members: dict[str, np.ndarray]
@@ -150,6 +158,10 @@ class MeshFile(Strict):
         return belongs
 
 
+def _remarks(notes: list[str]) -> dict[str, list[str]]:
+    return {"notes": notes} if notes else {}
+
+
 def _off(nodes: np.ndarray, faces: np.ndarray, shape: SurfaceRule) -> np.ndarray:
     """Return the largest distance of a corner of each facet (f, s) from a shape [m], (f,)."""
     off = np.zeros(len(faces))
@@ -162,7 +174,7 @@ def _off(nodes: np.ndarray, faces: np.ndarray, shape: SurfaceRule) -> np.ndarray
 def _narrow(facets: np.ndarray) -> np.ndarray:
     """Return facets (f, s) without the columns that only repeat their last nodes."""
     width = max((block.nodes.shape[1] for block in blocks_of(facets, FACETS)), default=facets.shape[1])
-    return facets[:, :width]
+    return facets[:, : max(width, CORNERS)]
 
 
 def _fitted(nodes: np.ndarray, facets: np.ndarray) -> SurfaceRule:

@@ -13,7 +13,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS
-from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Place, Scope, deck_of
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Scope, Source, deck_of
 
 FORMAT = re.compile(r"\((\d+i\d+)(,\d+i\d+)*(,\d+[eg]\d+\.\d+(e\d+)?)?\)", re.IGNORECASE)
 """Widths of a block's columns, such as (3i9,6e21.13e3)."""
@@ -54,7 +54,7 @@ class Row(NamedTuple):
     kind: int
     """Of its type."""
     nodes: list[int]
-    place: Place
+    source: Source
 
 
 class Lines:
@@ -65,17 +65,17 @@ class Lines:
             text = Path(path).read_text(errors="replace")
         except OSError as error:
             raise InputError(f"{path}: {error.strerror}; allowed: an archive of CDWRITE") from None
-        self.path, self.number, self._lines = path, 0, text.splitlines()
+        self.path, self.type_number, self._lines = path, 0, text.splitlines()
 
     def __iter__(self) -> Iterator[str]:
-        while self.number < len(self._lines):
-            self.number += 1
-            yield self._lines[self.number - 1]
+        while self.type_number < len(self._lines):
+            self.type_number += 1
+            yield self._lines[self.type_number - 1]
 
     @property
-    def place(self) -> Place:
+    def source(self) -> Source:
         """Of the current line."""
-        return Place(self.path, self.number)
+        return Source(self.path, self.type_number)
 
     def following(self, default: str = "") -> str:
         """Return the next line, or a default behind the last one."""
@@ -130,7 +130,7 @@ class _Archive:
             elif keyword == "CMBLOCK" and len(words) > 3:
                 self._read_component(words)
             elif keyword in MADE and not "".join(words[1:2]).upper().startswith("R"):
-                raise self.lines.place.error(
+                raise self.lines.source.error(
                     f"the command {keyword}; allowed: an archive of CDWRITE in blocked form (NBLOCK, EBLOCK)"
                 )
             elif keyword in ALTERING:
@@ -139,11 +139,14 @@ class _Archive:
                 self._omit(keyword, "supports and loads are the scene's", alters=False)
 
     def _omit(self, keyword: str, text: str, *, alters: bool = True) -> None:
-        self.omissions.setdefault(keyword, Omission(keyword, self.lines.place, text, alters))
+        self.omissions.setdefault(keyword, Omission(keyword, self.lines.source, text, alters))
 
     def _add_type(self, label: int, name: str) -> None:
-        number = int(re.sub(r"\D", "", name)[:6] or 0)
-        self._types[label] = (number, name.upper() if name[:1].isalpha() else KINDS.get(number, f"TYPE {number}"))
+        type_number = int(re.sub(r"\D", "", name)[:6] or 0)
+        self._types[label] = (
+            type_number,
+            name.upper() if name[:1].isalpha() else KINDS.get(type_number, f"TYPE {type_number}"),
+        )
 
     def _read_types(self) -> None:
         width = self._widths()[0]
@@ -157,26 +160,26 @@ class _Archive:
         """Return the width of a line's integers, that of all of them, and that of real numbers."""
         text = self.lines.following().replace(" ", "")
         if not FORMAT.match(text) and not re.match(r"\(\d+i\d+,\d+a\d+\)", text, re.IGNORECASE):
-            raise self.lines.place.error(f"a block has the format {text[:40]!r}, expected one such as (3i9,6e21.13e3)")
+            raise self.lines.source.error(f"a block has the format {text[:40]!r}, expected one such as (3i9,6e21.13e3)")
         integers = [(int(count), int(width)) for count, width in INTEGERS.findall(text)]
         real = REALS.search(text)
         width, total = integers[0][1], sum(count * width for count, width in integers)
         if not 0 < width < 40 or total > 10_000:
-            raise self.lines.place.error(f"a block has the format {text[:40]!r}, expected one such as (3i9,6e21.13e3)")
+            raise self.lines.source.error(f"a block has the format {text[:40]!r}, expected one such as (3i9,6e21.13e3)")
         return width, total, int(real[1]) if real else 0
 
-    def _integers(self, line: str, width: int, most: int = 0) -> list[int]:
+    def _integers(self, line: str, width: int, limit: int = 0) -> list[int]:
         try:
-            fields = [line[k : k + width].strip() for k in range(0, len(line), width)][: most or None]
+            fields = [line[k : k + width].strip() for k in range(0, len(line), width)][: limit or None]
             return [int(text) for text in fields if text]
         except ValueError:
-            raise self.lines.place.error(f"{line[:60].strip()!r}, expected whole numbers of {width} columns") from None
+            raise self.lines.source.error(f"{line[:60].strip()!r}, expected whole numbers of {width} columns") from None
 
     def _read_nodes(self) -> None:
         """Read a block of nodes; coordinates that end a line are zero."""
         width, start, real = self._widths()
         if not real:
-            raise self.lines.place.error("a block of nodes without columns of real numbers")
+            raise self.lines.source.error("a block of nodes without columns of real numbers")
         numbers, points = [], []
         for line in self.lines:
             if not line[:width].strip().isdigit():
@@ -185,41 +188,43 @@ class _Archive:
             try:
                 points.append([float(field) if field else 0.0 for field in fields])
             except ValueError:
-                raise self.lines.place.error(f"{line[:80].strip()!r}, expected coordinates of {real} columns") from None
+                raise self.lines.source.error(
+                    f"{line[:80].strip()!r}, expected coordinates of {real} columns"
+                ) from None
             numbers.append(int(line[:width]))
         self.labels.append(np.array(numbers, np.int64))
         self.points.append(np.array(points, float).reshape(-1, 3))
 
     def _read_elements(self, solid: bool) -> None:
         if not solid:
-            raise self.lines.place.error("an EBLOCK is not in format SOLID; allowed: archives of CDWRITE")
+            raise self.lines.source.error("an EBLOCK is not in format SOLID; allowed: archives of CDWRITE")
         width, _, _ = self._widths()
         for line in self.lines:
             row = self._integers(line, width)
             if not row or row[0] < 0:
                 break
-            place = self.lines.place
+            source = self.lines.source
             if len(row) < HEAD:
-                raise place.error(f"a line of EBLOCK has {len(row)} numbers, {HEAD} or more are needed")
+                raise source.error(f"a line of EBLOCK has {len(row)} numbers, {HEAD} or more are needed")
             nodes, count = row[HEAD:], row[NODE_COUNT]
             if not 0 <= count <= 40:
-                raise place.error(f"element {row[LABEL]} has {count} nodes; allowed: up to 20")
+                raise source.error(f"element {row[LABEL]} has {count} nodes; allowed: up to 20")
             while len(nodes) < count:
-                more = self._integers(self.lines.following("-1"), width)
-                if not more or more[0] == -1:
-                    raise place.error(f"element {row[LABEL]} has {len(nodes)} of its {count} nodes")
-                nodes += more
-            number, name = self._types.get(row[TYPE], (SOLIDS[0], ""))
-            if number in SOLIDS:
-                self.rows.append(Row(row[LABEL], number, nodes[:count], place))
-            elif number not in DRAWN:
-                what = "a mass" if number == 21 else "elements that are no solids"
-                self.omissions.setdefault(name, Omission(name, place, what))
+                following_row = self._integers(self.lines.following("-1"), width)
+                if not following_row or following_row[0] == -1:
+                    raise source.error(f"element {row[LABEL]} has {len(nodes)} of its {count} nodes")
+                nodes += following_row
+            type_number, name = self._types.get(row[TYPE], (SOLIDS[0], ""))
+            if type_number in SOLIDS:
+                self.rows.append(Row(row[LABEL], type_number, nodes[:count], source))
+            elif type_number not in DRAWN:
+                text = "a mass" if type_number == 21 else "elements that are no solids"
+                self.omissions.setdefault(name, Omission(name, source, text))
 
     def _read_component(self, words: list[str]) -> None:
         """Read a component; −b after a means a to b."""
         if not words[3].isdigit():
-            raise self.lines.place.error(f"CMBLOCK of {words[3]!r} numbers; allowed: a whole number")
+            raise self.lines.source.error(f"CMBLOCK of {words[3]!r} numbers; allowed: a whole number")
         count, kind = int(words[3]), words[2].upper()
         width, _, _ = self._widths()
         values: list[int] = []
@@ -231,7 +236,7 @@ class _Archive:
             if value > 0:
                 members.append(np.array([value]))
             elif previous is None or -value < previous or -value - previous > MOST_MEMBERS:
-                raise self.lines.place.error(f"component {words[1]}: {value} ends no range of numbers")
+                raise self.lines.source.error(f"component {words[1]}: {value} ends no range of numbers")
             else:
                 members.append(np.arange(previous + 1, 1 - value))
             previous = value
@@ -263,7 +268,7 @@ def _solid(row: Row) -> tuple[str, list[int]]:
     if count in (4, 10):
         return ("tetra" if count == 4 or not any(nodes[4:]) else "tetra10"), nodes[: 10 if any(nodes[4:]) else 4]
     if not CORNERS <= count <= 20:
-        raise row.place.error(f"element {row.label} has {count} nodes; allowed: 4, 8, 10 or 20")
+        raise row.source.error(f"element {row.label} has {count} nodes; allowed: 4, 8, 10 or 20")
     nodes = nodes + [0] * (20 - count)
     apex = len(set(nodes[4:CORNERS])) == 1
     names = ("tetra10", "wedge15") if nodes[2] == nodes[3] else ("pyramid13", "hexahedron20")
@@ -271,7 +276,7 @@ def _solid(row: Row) -> tuple[str, list[int]]:
     corners, middles = DEGENERATE[cell]
     chosen = [nodes[k] for k in corners]
     if len(set(chosen)) < len(chosen):
-        raise row.place.error(f"element {row.label} repeats corners as no tetrahedron, wedge or pyramid: {nodes[:8]}")
+        raise row.source.error(f"element {row.label} repeats corners as no tetrahedron, wedge or pyramid: {nodes[:8]}")
     if not any(nodes[k] for k in middles):
         return LINEAR[cell], chosen
     return cell, [*chosen, *(nodes[k] for k in middles)]

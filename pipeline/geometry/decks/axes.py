@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gudgeon.pipeline.geometry.decks.model import Place
+from gudgeon.pipeline.geometry.decks.model import Source
 
 THIN = 1e-12
 """Least sine of the angle between two directions that span a plane."""
@@ -23,7 +23,7 @@ class Axes:
         """Return points (k, 3) of these axes in the basic ones."""
         return points @ self.turn.T + self.origin
 
-    def turned(self, a: np.ndarray, b: np.ndarray, angle: float, place: Place) -> "Axes":
+    def turned(self, a: np.ndarray, b: np.ndarray, angle: float, source: Source) -> "Axes":
         """Return these axes turned about the line from a to b by an angle [deg], by the right hand.
 
         Raises:
@@ -32,7 +32,7 @@ class Axes:
         direction = b - a
         length = float(np.linalg.norm(direction))
         if not length > 0:
-            raise place.error("both points of the axis of a rotation are the same")
+            raise source.error("both points of the axis of a rotation are the same")
         x, y, z = direction / length
         c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -40,7 +40,7 @@ class Axes:
         return Axes(R @ self.turn, R @ (self.origin - a) + a)
 
 
-def axes_of(numbers: Sequence[float], place: Place) -> Axes:
+def axes_of(numbers: Sequence[float], source: Source) -> Axes:
     """Return the axes of a `*SYSTEM`: origin, a point of x, a point of the plane x, y; the latter two may be missing.
 
     Raises:
@@ -52,10 +52,10 @@ def axes_of(numbers: Sequence[float], place: Place) -> Axes:
         return Axes(np.eye(3), origin)
     x = on_x - origin
     z = np.cross(x, in_plane - origin) if len(numbers) > 6 else np.array([0.0, 0.0, 1.0])
-    return from_z_x(origin, z, x, place)
+    return from_z_x(origin, z, x, source)
 
 
-def from_z_x(origin: np.ndarray, z: np.ndarray, x: np.ndarray, place: Place) -> Axes:
+def from_z_x(origin: np.ndarray, z: np.ndarray, x: np.ndarray, source: Source) -> Axes:
     """Return axes with a direction of z and a vector of the half plane of positive x.
 
     Raises:
@@ -63,7 +63,7 @@ def from_z_x(origin: np.ndarray, z: np.ndarray, x: np.ndarray, place: Place) -> 
     """
     y = np.cross(z, x)
     if not np.linalg.norm(y) > THIN * np.linalg.norm(z) * np.linalg.norm(x):
-        raise place.error("the three points of a coordinate system are on a line")
+        raise source.error("the three points of a coordinate system are on a line")
     across = np.cross(y, z)
     columns = [vector / np.linalg.norm(vector) for vector in (across, y, z)]
     return Axes(np.column_stack(columns), origin)

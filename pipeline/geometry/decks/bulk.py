@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.decks.model import Place
+from gudgeon.pipeline.geometry.decks.model import Source
 
 DEPTH = 20
 """Levels of files that include each other."""
@@ -34,7 +34,7 @@ class Card(NamedTuple):
     """In upper case, without the star of large fields."""
     fields: list[str]
     """What follows the name, without blanks around it."""
-    place: Place
+    source: Source
 
     def text(self, k: int) -> str:
         """Return field k from 0; empty where there is none."""
@@ -52,7 +52,7 @@ class Card(NamedTuple):
         try:
             return int(text)
         except ValueError:
-            raise self.place.error(f"{self.name} has {text!r} in field {k + 2}, expected a whole number") from None
+            raise self.source.error(f"{self.name} has {text!r} in field {k + 2}, expected a whole number") from None
 
     def real(self, k: int) -> float:
         """Return the number of field k, 0 where it is blank.
@@ -69,7 +69,7 @@ class Card(NamedTuple):
         except OverflowError:
             value = float("inf")
         if not abs(value) < float("inf"):
-            raise self.place.error(f"{self.name} has {text!r} in field {k + 2}, expected a finite number")
+            raise self.source.error(f"{self.name} has {text!r} in field {k + 2}, expected a finite number")
         return value
 
     def listed(self, start: int) -> list[int]:
@@ -82,20 +82,24 @@ class Card(NamedTuple):
         numbers: list[int] = []
         k = 0
         while k < len(words):
-            if k + 2 < len(words) and words[k + 1].upper() == "THRU":
-                ends = [int(w) if w.isdigit() else -1 for w in (words[k], words[k + 2])]
-                by = k + 4 < len(words) and words[k + 3].upper() == "BY"
-                step = int(words[k + 4]) if by and words[k + 4].isdigit() else 1
-                if min(ends) < 0 or step < 1 or (ends[1] - ends[0]) // step > MOST_MEMBERS:
-                    raise self.place.error(f"{self.name} has {' '.join(words[k : k + 3])!r}, expected a range")
-                numbers += range(ends[0], ends[1] + 1, step)
+            if words[k + 1 : k + 2] and words[k + 1].upper() == "THRU":
+                by = words[k + 3 : k + 4] and words[k + 3].upper() == "BY"
+                numbers += self._range(words[k : k + 5 : 2] if by else words[k : k + 3 : 2])
                 k += 5 if by else 3
-            elif re.fullmatch(r"\d+", words[k]):
+            elif words[k].isdecimal():
                 numbers.append(int(words[k]))
                 k += 1
             else:
-                raise self.place.error(f"{self.name} has {words[k]!r}, expected numbers, or a range by THRU")
+                raise self.source.error(f"{self.name} has {words[k]!r}, expected numbers, or a range by THRU")
         return numbers
+
+    def _range(self, words: list[str]) -> range:
+        """Return the numbers from the first of two or three words to the second, by steps of the third."""
+        numbers = [int(word) for word in words if word.isdecimal()]
+        start, stop, step = (*numbers, 1, 1, 1)[:3]
+        if len(numbers) != len(words) or len(words) < 2 or step < 1 or (stop - start) // step > MOST_MEMBERS:
+            raise self.source.error(f"{self.name} has {' THRU '.join(words[:2])!r}, expected a range of numbers")
+        return range(start, stop + 1, step)
 
 
 MOST_MEMBERS = 10_000_000
@@ -112,7 +116,7 @@ class _Line(NamedTuple):
     fields: list[str]
     tail: str
     """Name of the continuation that follows; empty if none is named."""
-    place: Place
+    source: Source
 
 
 def read_cards(path: str) -> list[Card]:
@@ -123,15 +127,32 @@ def read_cards(path: str) -> list[Card]:
     """
     lines = list(_text_lines(path, Path(path).parent, (), None))
     start = next((k + 1 for k, (text, _) in enumerate(lines) if BEGIN.match(text)), 0)
-    rest = lines[start:]
-    if (again := next((place for text, place in rest if BEGIN.match(text)), None)) is not None:
+    body_lines = lines[start:]
+    if (again := next((source for text, source in body_lines if BEGIN.match(text)), None)) is not None:
         raise again.error("a second BEGIN BULK; allowed: one body, without superelements (BEGIN SUPER)")
-    stop = next((k for k, (text, _) in enumerate(rest) if END.match(text)), len(rest))
-    return _cards([_split(text, place) for text, place in rest[:stop]])
+    stop = next((k for k, (text, _) in enumerate(body_lines) if END.match(text)), len(body_lines))
+    return _cards([_split(text, source) for text, source in body_lines[:stop]])
 
 
 def _cards(lines: list[_Line]) -> list[Card]:
     """Join the continuations of cards."""
+    groups, scattered = _grouped(lines)
+    cards = []
+    for group in groups:
+        while group[-1].tail in scattered:
+            group += scattered.pop(group[-1].tail)
+        fields = [field for line in group for field in line.fields]
+        while fields and not fields[-1]:
+            fields.pop()
+        cards.append(Card(group[0].name, fields, group[0].source))
+    if scattered:
+        name, (line, *_) = next(iter(scattered.items()))
+        raise line.source.error(f"continuation '+{name}' belongs to no card; allowed: behind its card, or named by it")
+    return cards
+
+
+def _grouped(lines: list[_Line]) -> tuple[list[list[_Line]], dict[str, list[_Line]]]:
+    """Return cards with the lines behind them, and by name the continuations that stand elsewhere."""
     groups: list[list[_Line]] = []
     named = {line.tail for line in lines if line.tail}
     scattered: dict[str, list[_Line]] = {}
@@ -140,32 +161,22 @@ def _cards(lines: list[_Line]) -> list[Card]:
         if line.name:
             target = [line]
             groups.append(target)
-        elif target is not None and (
-            not line.head or target[-1].tail == line.head or (not target[-1].tail and line.head not in named)
-        ):
+        elif target is not None and _continues(line, target[-1], named):
             target.append(line)
         else:
             target = [line]
             if line.head in scattered or not line.head:
-                raise line.place.error(f"continuation '{line.head}' follows no card or stands twice")
+                raise line.source.error(f"continuation '{line.head}' follows no card or stands twice")
             scattered[line.head] = target
-    cards = []
-    for group in groups:
-        while group[-1].tail in scattered:
-            group += scattered.pop(group[-1].tail)
-        fields: list[str] = []
-        for line in group:
-            fields += line.fields
-        while fields and not fields[-1]:
-            fields.pop()
-        cards.append(Card(group[0].name, fields, group[0].place))
-    if scattered:
-        name, (line, *_) = next(iter(scattered.items()))
-        raise line.place.error(f"continuation '+{name}' belongs to no card; allowed: behind its card, or named by it")
-    return cards
+    return groups, scattered
 
 
-def _split(text: str, place: Place) -> _Line:
+def _continues(line: _Line, above: _Line, named: set[str]) -> bool:
+    """Return whether a line goes on with the one above; `named` continuations follow the line that names them."""
+    return not line.head or above.tail == line.head or (not above.tail and line.head not in named)
+
+
+def _split(text: str, source: Source) -> _Line:
     """Return a line in fields."""
     if "," in text:
         words = [word.strip() for word in text.split(",")]
@@ -185,17 +196,17 @@ def _split(text: str, place: Place) -> _Line:
         fields += [""] * (count - len(fields))
     tail = tail.lstrip("+*").strip().upper()
     if not head or head[0] in "+*":
-        return _Line("", head.lstrip("+*").strip(), fields, tail, place)
+        return _Line("", head.lstrip("+*").strip(), fields, tail, source)
     if not NAME.match(head):
-        what = "replicated cards are not read" if head[0] == "=" else "expected the name of a card"
-        raise place.error(f"{text[:SHOWN].strip()!r}: {what}; allowed: bulk data of Nastran with GRID cards")
-    return _Line(head.rstrip("*"), "", fields, tail, place)
+        text_of_fault = "replicated cards are not read" if head[0] == "=" else "expected the name of a card"
+        raise source.error(f"{text[:SHOWN].strip()!r}: {text_of_fault}; allowed: bulk data of Nastran with GRID cards")
+    return _Line(head.rstrip("*"), "", fields, tail, source)
 
 
-def _text_lines(path: str, folder: Path, above: tuple[str, ...], named: Place | None) -> Iterator[tuple[str, Place]]:
+def _text_lines(path: str, folder: Path, above: tuple[str, ...], named: Source | None) -> Iterator[tuple[str, Source]]:
     """Yield lines without comments, and those of included files in their place."""
     if path in above or len(above) > DEPTH:
-        raise (named or Place(path, 0)).error(f"INCLUDE of {path}, which includes itself")
+        raise (named or Source(path, 0)).error(f"INCLUDE of {path}, which includes itself")
     try:
         raw = Path(path).read_text(errors="replace").splitlines()
     except OSError as error:
@@ -204,7 +215,7 @@ def _text_lines(path: str, folder: Path, above: tuple[str, ...], named: Place | 
         raise named.error(f"names the file {path}, {error.strerror}") from None
     k = 0
     while k < len(raw):
-        place, text = Place(path, k + 1), raw[k].partition("$")[0].rstrip()
+        source, text = Source(path, k + 1), raw[k].partition("$")[0].rstrip()
         k += 1
         if INCLUDE.match(text):
             name = text.strip()[len("INCLUDE") :].strip()
@@ -214,6 +225,6 @@ def _text_lines(path: str, folder: Path, above: tuple[str, ...], named: Place | 
             name = name.strip("'\"").replace("\\", "/")
             choices = [base / name for base in (folder, Path(path).parent)]
             inner = next((choice for choice in choices if choice.is_file()), choices[0])
-            yield from _text_lines(str(inner), folder, (*above, path), place)
+            yield from _text_lines(str(inner), folder, (*above, path), source)
         elif text.strip():
-            yield text, place
+            yield text, source

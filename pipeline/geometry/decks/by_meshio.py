@@ -20,6 +20,7 @@ from gudgeon.pipeline.geometry.decks.model import Block, Deck, Scope, deck_of
 
 TAGS = ("gmsh:physical", "medit:ref", "nastran:ref")
 """Arrays whose numbers are those of named groups."""
+DAMAGED = "not every node of its cells has three finite coordinates"
 MOST_GROUPS = 10_000
 """Members of an array of tags."""
 
@@ -41,45 +42,54 @@ def read_by_meshio(path: str, scope: Scope) -> Deck:
 
 def _deck(path: str, mesh: Any) -> Deck:
     points = np.asarray(mesh.points, float)
-    if points.ndim != 2 or points.shape[1] not in (2, 3):
-        raise InputError(f"{path}: damaged, its points have no three finite coordinates")
-    if points.shape[1] == 2:
-        points = np.column_stack([points, np.zeros(len(points))])
+    if points.ndim != 2 or points.shape[1] not in (2, 3) or not len(points):
+        raise InputError(f"{path}: damaged, {DAMAGED}")
+    points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
     blocks: list[Block] = []
     owners: list[tuple[int, np.ndarray]] = []
-    element_sets: dict[str, list[np.ndarray]] = {}
-    start = 1
     for k, cells in enumerate(mesh.cells):
-        nodes = np.asarray(cells.data, np.int64)
-        labels = np.arange(start, start + len(nodes))
-        start += len(nodes)
-        owners.append((k, labels))
-        if cells.type == "vertex" or not len(nodes):
-            continue
-        if cells.type not in CELLS:
-            raise InputError(f"{path}: has cells of type {cells.type}; allowed: {', '.join(solid_names())}")
-        if nodes.min() < 0 or nodes.max() >= len(points):
-            raise InputError(f"{path}: damaged, not every node of its cells has three finite coordinates")
-        blocks.append(Block(CELLS[cells.type], labels, nodes + 1))
+        start = 1 + sum(len(labels) for _, labels in owners)
+        owners.append((k, np.arange(start, start + len(cells.data))))
+        if cells.type != "vertex" and len(cells.data):
+            blocks.append(_block(path, cells, owners[-1][1], len(points)))
+    element_sets = _cell_sets(mesh, owners)
+    _add_arrays(mesh, owners, element_sets)
+    used = np.unique(np.concatenate([np.empty(0, np.int64), *(block.nodes.ravel() for block in blocks)]))
+    finite = np.asarray(np.isfinite(points).all(axis=1))
+    if not finite[used - 1].all():
+        raise InputError(f"{path}: damaged, {DAMAGED}")
+    return deck_of(
+        np.arange(1, len(points) + 1)[finite], points[finite], blocks, path, node_sets=_point_sets(mesh),
+        element_sets={name: np.concatenate(rows) for name, rows in element_sets.items() if rows},
+    )  # fmt: skip
+
+
+def _point_sets(mesh: Any) -> dict[str, np.ndarray]:
+    """Return the labels of nodes in each set or marking array."""
+    node_sets = {name.strip('"'): np.asarray(nodes, np.int64) + 1 for name, nodes in mesh.point_sets.items()}
+    marks = {name: marked(name, values) for name, values in mesh.point_data.items()}
+    return node_sets | {name: members + 1 for name, members in marks.items() if members is not None}
+
+
+def _block(path: str, cells: Any, labels: np.ndarray, count: int) -> Block:
+    """Return cells of one type on `count` nodes."""
+    nodes = np.asarray(cells.data, np.int64)
+    if cells.type not in CELLS:
+        raise InputError(f"{path}: has cells of type {cells.type}; allowed: {', '.join(solid_names())}")
+    if nodes.min() < 0 or nodes.max() >= count:
+        raise InputError(f"{path}: damaged, {DAMAGED}")
+    return Block(CELLS[cells.type], labels, nodes + 1)
+
+
+def _cell_sets(mesh: Any, owners: list[tuple[int, np.ndarray]]) -> dict[str, list[np.ndarray]]:
+    """Return the labels of cells in each set, by block."""
+    element_sets: dict[str, list[np.ndarray]] = {}
     for name, members in mesh.cell_sets.items():
         if not name.startswith("gmsh:"):
             element_sets[name.strip('"')] = [
                 labels[np.asarray(members[k], int)] for k, labels in owners if k < len(members) and len(members[k])
             ]
-    _add_arrays(mesh, owners, element_sets)
-    used = np.unique(np.concatenate([np.empty(0, np.int64), *(block.nodes.ravel() for block in blocks)]))
-    keep = np.ones(len(points), bool)
-    keep[:] = np.isfinite(points).all(axis=1)
-    if not keep[used - 1].all() or not len(points):
-        raise InputError(f"{path}: damaged, not every node of its cells has three finite coordinates")
-    node_sets = {name.strip('"'): np.asarray(nodes, np.int64) + 1 for name, nodes in mesh.point_sets.items()}
-    for name, values in mesh.point_data.items():
-        if (members := marked(name, values)) is not None:
-            node_sets[name] = members + 1
-    return deck_of(
-        np.arange(1, len(points) + 1)[keep], points[keep], blocks, path, node_sets=node_sets,
-        element_sets={name: np.concatenate(rows) for name, rows in element_sets.items() if rows},
-    )  # fmt: skip
+    return element_sets
 
 
 def _add_arrays(mesh: Any, owners: list[tuple[int, np.ndarray]], element_sets: dict[str, list[np.ndarray]]) -> None:

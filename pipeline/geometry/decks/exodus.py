@@ -11,7 +11,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS
-from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Place, Scope, deck_of
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Scope, Source, deck_of
 
 HEXA20 = (*range(12), *range(16, 20), *range(12, 16))
 HEXA27 = (*HEXA20, 23, 24, 25, 26, 21, 22, 20)
@@ -102,7 +102,7 @@ def _names(arrays: Mapping[str, np.ndarray], key: str, count: int) -> list[str]:
     numbers = arrays.get(f"{key}_prop1", np.arange(1, count + 1)).ravel().tolist()
     texts += [""] * (count - len(texts))
     numbers += list(range(len(numbers) + 1, count + 1))
-    return [text or str(number) for text, number in zip(texts[:count], numbers, strict=False)]
+    return [text or str(face) for text, face in zip(texts[:count], numbers, strict=False)]
 
 
 def _deck(path: str, arrays: Mapping[str, np.ndarray], types: Mapping[str, str]) -> Deck:
@@ -130,7 +130,7 @@ def _deck(path: str, arrays: Mapping[str, np.ndarray], types: Mapping[str, str])
             continue
         if (kind[:3], table.shape[1]) not in TYPES:
             text = f"elements of type {kind} with {table.shape[1]} nodes in block '{block_name}'"
-            omissions.append(Omission(kind or name, Place(path, 0), text))
+            omissions.append(Omission(kind or name, Source(path, 0), text))
             continue
         cell, order = TYPES[kind[:3], table.shape[1]]
         nodes = labels[_counted(path, table, len(labels))]
@@ -154,14 +154,14 @@ def _side_sets(
     side_sets = {}
     for key, name in zip(sides, _names(arrays, "ss", len(sides)), strict=True):
         elements = _counted(path, arrays[key], len(numbers))
-        places = np.asarray(arrays[key.replace("elem_", "side_")], np.int64)
+        positions = np.asarray(arrays[key.replace("elem_", "side_")], np.int64)
         rows = [np.empty((0, 2), np.int64)]
         for kind, order in SIDES.items():
             chosen = kinds[elements] == kind
-            if (wrong := chosen & ((places < 1) | (places > len(order)))).any():
-                raise InputError(f"{path}: side set '{name}' has side {places[wrong][0]} of a {kind}; allowed: 1 to"
+            if (wrong := chosen & ((positions < 1) | (positions > len(order)))).any():
+                raise InputError(f"{path}: side set '{name}' has side {positions[wrong][0]} of a {kind}; allowed: 1 to"
                                  f" {len(order)}")  # fmt: skip
-            rows.append(np.column_stack([numbers[elements[chosen]], np.array(order)[places[chosen] - 1]]))
+            rows.append(np.column_stack([numbers[elements[chosen]], np.array(order)[positions[chosen] - 1]]))
         side_sets[name] = np.concatenate(rows)
     return side_sets
 
@@ -172,10 +172,10 @@ def _counted(path: str, values: np.ndarray, count: int) -> np.ndarray:
     Raises:
         InputError: there are not as many.
     """
-    places = np.asarray(values, np.int64) - 1
-    if places.size and (places.min() < 0 or places.max() >= count):
-        raise InputError(f"{path}: names number {places.max() + 1}; allowed: 1 to {count}")
-    return places
+    positions = np.asarray(values, np.int64) - 1
+    if positions.size and (positions.min() < 0 or positions.max() >= count):
+        raise InputError(f"{path}: names number {positions.max() + 1}; allowed: 1 to {count}")
+    return positions
 
 
 def _numbered(arrays: Mapping[str, np.ndarray], key: str) -> list[str]:

@@ -17,7 +17,7 @@ MISSING = 0
 """Number of a mid-edge node that a file leaves out: it is on the middle of its edge."""
 
 
-class Place(NamedTuple):
+class Source(NamedTuple):
     """A line of a file."""
 
     path: str
@@ -69,7 +69,7 @@ class Omission(NamedTuple):
     """What a deck says and a mesh does not hold."""
 
     keyword: str
-    place: Place
+    source: Source
     text: str
     """What it is, after the keyword."""
     alters: bool = True
@@ -96,7 +96,7 @@ class Deck:
     dependent: np.ndarray = field(default_factory=lambda: np.empty(0, int))
     """Labels of nodes that equations or couplings express by others: a program may have eliminated them."""
     omissions: tuple[Omission, ...] = ()
-    materials: tuple[tuple[Place, Mapping[str, float]], ...] = ()
+    materials: tuple[tuple[Source, Mapping[str, float]], ...] = ()
     """Isotropic constants of each material: E, nu and rho where they are stated, in the file's units."""
 
     def rows(self, labels: np.ndarray, path: str) -> np.ndarray:
@@ -124,7 +124,7 @@ def deck_of(
     couplings: Sequence[Coupling] = (),
     dependent: np.ndarray | None = None,
     omissions: Iterable[Omission] = (),
-    materials: Sequence[tuple[Place, Mapping[str, float]]] = (),
+    materials: Sequence[tuple[Source, Mapping[str, float]]] = (),
 ) -> Deck:
     """Return a deck with its nodes in ascending order and blocks of one type and kind joined.
 
@@ -142,9 +142,10 @@ def deck_of(
     if not finite.all():
         raise InputError(f"{path}: node {labels[~finite][0]} has no finite position; allowed: three finite coordinates")
     deck = Deck(
-        labels, points, _joined(blocks), dict(node_sets or {}), dict(side_sets or {}), dict(element_sets or {}),
-        tuple(couplings), np.empty(0, int) if dependent is None else np.unique(dependent), tuple(omissions),
-        tuple(materials),
+        labels=labels, points=points, blocks=_joined(blocks), node_sets=dict(node_sets or {}),
+        side_sets=dict(side_sets or {}), element_sets=dict(element_sets or {}), couplings=tuple(couplings),
+        dependent=np.empty(0, int) if dependent is None else np.unique(dependent), omissions=tuple(omissions),
+        materials=tuple(materials),
     )  # fmt: skip
     for block in deck.blocks:
         _check_elements(deck, block, path)

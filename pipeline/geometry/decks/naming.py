@@ -23,34 +23,40 @@ def left_out(deck: Deck, leave_out: Sequence[str], path: str) -> list[str]:
         InputError: the body would have another mass or stiffness with a thing that is not among them, or one of them is
             not in the deck.
     """
-    allowed = {name.casefold() for name in leave_out}
-    have = {omission.keyword.casefold() for omission in deck.omissions if omission.alters}
+    altering = [omission for omission in deck.omissions if omission.alters]
+    have = list(dict.fromkeys(omission.keyword for omission in altering))
+    folded = {name.casefold() for name in have}
     for name in leave_out:
-        if name.casefold() not in have:
-            names = ", ".join(sorted({o.keyword for o in deck.omissions if o.alters})) or "nothing that alters the body"
+        if name.casefold() not in folded:
+            names = ", ".join(have) or "nothing that alters the body"
             raise InputError(f"{path}: geometry.leave_out: '{name}' given, the deck has {names}")
-    altering = [o for o in deck.omissions if o.alters and o.keyword.casefold() not in allowed]
-    if altering:
-        omission = altering[0]
-        names = list(dict.fromkeys(o.keyword for o in altering))
-        entries = ", ".join(f'"{name}"' for name in [*leave_out, *names])
-        others = f" (and {', '.join(names[1:])})" if names[1:] else ""
-        raise InputError(
-            f"{path}: {_where(omission, path)}{omission.keyword}{others} is not taken over: {omission.text};"
-            f" geometry.leave_out = [{entries}] leaves it out"
-        )
-    notes = [f"{_where(o, path)}{o.keyword} is left out: {o.text}" for o in deck.omissions if o.alters]
-    silent = [o for o in deck.omissions if not o.alters]
-    if silent:
-        names = ", ".join(dict.fromkeys(f"{o.keyword} (line {o.place.line})" for o in silent))
-        notes.append(f"not taken over: {names}; {silent[0].text}")
-    return notes
+    allowed = {name.casefold() for name in leave_out}
+    if missed := [omission for omission in altering if omission.keyword.casefold() not in allowed]:
+        raise InputError(f"{path}: {_not_taken_over(missed, leave_out, path)}")
+    notes = [f"{_where(o, path)}{o.keyword} is left out: {o.text}" for o in altering]
+    return [*notes, *_noted([omission for omission in deck.omissions if not omission.alters])]
+
+
+def _noted(silent: Sequence[Omission]) -> list[str]:
+    """Return a line for what a scene states itself."""
+    names = ", ".join(dict.fromkeys(f"{o.keyword} (line {o.source.line})" for o in silent))
+    return [f"not taken over: {names}; {silent[0].text}"] if silent else []
+
+
+def _not_taken_over(missed: Sequence[Omission], leave_out: Sequence[str], path: str) -> str:
+    names = list(dict.fromkeys(omission.keyword for omission in missed))
+    entries = ", ".join(f'"{name}"' for name in [*leave_out, *names])
+    others = f" (and {', '.join(names[1:])})" if names[1:] else ""
+    return (
+        f"{_where(missed[0], path)}{missed[0].keyword}{others} is not taken over: {missed[0].text};"
+        f" geometry.leave_out = [{entries}] leaves it out"
+    )
 
 
 def _where(omission: Omission, path: str) -> str:
-    place = omission.place
-    file = "" if place.path == path else f"{place.path}: "
-    return f"{file}line {place.line}: " if place.line else file
+    source = omission.source
+    file = "" if source.path == path else f"{source.path}: "
+    return f"{file}line {source.line}: " if source.line else file
 
 
 def facet_corners(facets: np.ndarray) -> np.ndarray:
@@ -69,7 +75,7 @@ def facet_corners(facets: np.ndarray) -> np.ndarray:
 
 
 def named_facets(
-    deck: Deck, facets: np.ndarray, new_row: np.ndarray, dimension: int, given: int
+    deck: Deck, facets: np.ndarray, new_row: np.ndarray, dimension: int, deck_nodes: int
 ) -> dict[str, np.ndarray]:
     """Return which boundary facets belong to each name of a deck: sets of elements, of sides, then of nodes.
 
@@ -90,14 +96,14 @@ def named_facets(
         matching = _matching(corners, _sides(deck, sides, new_row))
         members[name] = members.get(name, np.zeros(len(facets), bool)) | matching
     for name, labels in deck.node_sets.items():
-        places = np.searchsorted(deck.labels, labels)
-        present = deck.labels[np.minimum(places, len(deck.labels) - 1)] == labels
-        inside = np.zeros(max(given, int(facets.max(initial=0)) + 1) + 1, bool)
-        chosen = new_row[places[present]]
-        inside[chosen[chosen >= 0]] = True
-        inside[given:] = True
-        whole = np.asarray(inside[facets].all(axis=1))
-        members.setdefault(name, whole)
+        rows = np.searchsorted(deck.labels, labels)
+        present = deck.labels[np.minimum(rows, len(deck.labels) - 1)] == labels
+        chosen_nodes = np.zeros(max(deck_nodes, int(facets.max(initial=0)) + 1) + 1, bool)
+        chosen = new_row[rows[present]]
+        chosen_nodes[chosen[chosen >= 0]] = True
+        chosen_nodes[deck_nodes:] = True
+        complete = np.asarray(chosen_nodes[facets].all(axis=1))
+        members.setdefault(name, complete)
     return {name: chosen for name, chosen in members.items() if chosen.any()}
 
 

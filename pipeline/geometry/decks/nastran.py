@@ -5,7 +5,7 @@ pyyeti, which reads matrices, knows neither INCLUDE nor chains of systems.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -13,11 +13,12 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS
 from gudgeon.pipeline.geometry.decks.axes import Axes, from_z_x
 from gudgeon.pipeline.geometry.decks.bulk import Card, read_cards
-from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Coupling, Deck, Omission, Place, Scope, deck_of
+from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Coupling, Deck, Omission, Scope, Source, deck_of
 
 HEXA20 = (*range(12), *range(16, 20), *range(12, 16))
 WEDGE15 = (*range(9), *range(12, 15), *range(9, 12))
-CARDS: Mapping[str, tuple[tuple[str, int, tuple[int, ...]], ...]] = {
+Choice = tuple[str, int, tuple[int, ...]]
+CARDS: Mapping[str, tuple[Choice, ...]] = {
     "CTETRA": (("tetra", 4, ()), ("tetra10", 10, ())),
     "CHEXA": (("hexahedron", 8, ()), ("hexahedron20", 20, HEXA20)),
     "CPENTA": (("wedge", 6, ()), ("wedge15", 15, WEDGE15)),
@@ -38,6 +39,8 @@ HARMLESS = re.compile(
 ALTERING = {"MPC": "an equation", "GENEL": "a general element", "BGSET": "glued surfaces", "BGADD": "glued surfaces",
             "DMIG": "a matrix", "NSM": "a mass without volume", "NSML": "a mass without volume",
             "NSM1": "a mass without volume", "NSML1": "a mass without volume", "BCONP": "contact"}  # fmt: skip
+RIGID = ("RBE", "RBAR", "RROD", "RSPLINE", "RSSCON", "RTRPLT", "RJOINT")
+SHELL_PROPERTIES = ("PSHELL", "PCOMP", "PCOMPG", "PSHEAR", "PROD", "PLPLANE")
 LOADS = re.compile(r"SPC[D1R]?|SPCADD|SUPORT\d?|FORCE\d?|MOMENT\d?|PLOAD\d?|GRAV|LOAD|TEMP\w*|BCTABLE|BCTSET|BSURFS?")
 """Cards of supports, loads and contact, which a scene states itself."""
 
@@ -56,7 +59,7 @@ def read_nastran(path: str, scope: Scope) -> Deck:
     labels, points = _Grids(path, by_name).positions()
     blocks, properties = _elements(by_name)
     node_sets: dict[str, np.ndarray] = {}
-    element_sets = {str(number): np.array(members) for number, members in properties.items()}
+    element_sets = {str(property_id): np.array(members) for property_id, members in properties.items()}
     for card in by_name.get("SET1", []):
         name = f"set{card.integer(0)}"
         members = np.array(card.listed(1), np.int64)
@@ -85,7 +88,7 @@ class _Grids:
         for card in by_name["GRID"]:
             label = card.integer(0)
             if label in self._grids and card.fields != self._grids[label].fields:
-                raise card.place.error(f"GRID {label} is given twice")
+                raise card.source.error(f"GRID {label} is given twice")
             self._grids[label] = card
         default = by_name.get("GRDSET", [])
         self._default = default[0].integer(1, 0) if default else 0
@@ -111,12 +114,12 @@ class _Grids:
             points[rows] = self._placed(system, raw[rows], next(iter(self._of(system))))
         return labels, points
 
-    def _of(self, system: int) -> list[Place]:
-        return [c.place for c in self._grids.values() if c.integer(1, self._default) == system]
+    def _of(self, system: int) -> list[Source]:
+        return [c.source for c in self._grids.values() if c.integer(1, self._default) == system]
 
-    def _placed(self, system: int, points: np.ndarray, place: Place) -> np.ndarray:
+    def _placed(self, system: int, points: np.ndarray, source: Source) -> np.ndarray:
         """Return points of a system in the basic one."""
-        axes = self._system(system, place)
+        axes = self._system(system, source)
         kind = self._cards[system][0].name[5] if system else "R"
         if kind == "R":
             return axes.placed(points)
@@ -127,30 +130,30 @@ class _Grids:
         off = r * np.sin(a)
         return axes.placed(np.column_stack([off * np.cos(around), off * np.sin(around), r * np.cos(a)]))
 
-    def _system(self, system: int, place: Place) -> Axes:
+    def _system(self, system: int, source: Source) -> Axes:
         if system in self._axes:
             return self._axes[system]
         if system not in self._cards:
-            raise place.error(f"names coordinate system {system}, which the deck does not have (CORD1 or CORD2)")
+            raise source.error(f"names coordinate system {system}, which the deck does not have (CORD1 or CORD2)")
         card, start = self._cards[system]
         if system in self._open:
-            raise card.place.error(f"{card.name} {system} is defined by itself")
+            raise card.source.error(f"{card.name} {system} is defined by itself")
         self._open.append(system)
         if card.name[4] == "2":
             corners = np.array([card.real(k) for k in range(2, 11)]).reshape(3, 3)
-            a, b, c = self._placed(card.integer(1, 0), corners, card.place)
+            a, b, c = self._placed(card.integer(1, 0), corners, card.source)
         else:
-            a, b, c = (self._grid(card.integer(start + k), card.place) for k in (1, 2, 3))
+            a, b, c = (self._grid(card.integer(start + k), card.source) for k in (1, 2, 3))
         self._open.pop()
-        self._axes[system] = from_z_x(a, b - a, c - a, card.place)
+        self._axes[system] = from_z_x(a, b - a, c - a, card.source)
         return self._axes[system]
 
-    def _grid(self, label: int, place: Place) -> np.ndarray:
+    def _grid(self, label: int, source: Source) -> np.ndarray:
         if label not in self._grids:
-            raise place.error(f"names grid point {label}, which the deck does not have")
+            raise source.error(f"names grid point {label}, which the deck does not have")
         card = self._grids[label]
         raw = np.array([[card.real(k) for k in (2, 3, 4)]])
-        return self._placed(card.integer(1, self._default), raw, card.place)[0]
+        return self._placed(card.integer(1, self._default), raw, card.source)[0]
 
 
 def _elements(by_name: Mapping[str, list[Card]]) -> tuple[list[Block], dict[int, list[int]]]:
@@ -160,55 +163,65 @@ def _elements(by_name: Mapping[str, list[Card]]) -> tuple[list[Block], dict[int,
     for name, choices in CARDS.items():
         rows: dict[str, list[list[int]]] = {}
         for card in by_name.get(name, []):
-            label, nodes = card.integer(0), card.fields[2 : 2 + choices[-1][1]]
-            cell, count, order = next((c for c in choices if len(nodes) <= c[1]), choices[-1])
-            corners = CELLS[cell].shape.corners
-            allowed = " or ".join(str(c[1]) for c in choices)
-            if len(nodes) < corners or len([f for f in card.fields[2 + count :] if f and name not in SHELLS]):
-                have = len(card.fields) - 2
-                raise card.place.error(f"{name} {label} has {max(have, 0)} nodes, allowed: {allowed}")
-            if not all(nodes[:corners]):
-                raise card.place.error(f"{name} {label} has a blank among its corners")
-            numbers = [card.integer(k + 2, MISSING) for k in range(len(nodes))] + [MISSING] * (count - len(nodes))
-            rows.setdefault(cell, []).append([label, *([numbers[k] for k in order] if order else numbers)])
-            properties.setdefault(card.integer(1, label), []).append(label)
+            cell, row = _element(card, choices)
+            rows.setdefault(cell, []).append(row)
+            properties.setdefault(card.integer(1, row[0]), []).append(row[0])
         for cell, table in rows.items():
             data = np.array(table, np.int64)
             blocks.append(Block(CELLS[cell], data[:, 0], data[:, 1:], name))
     return blocks, properties
 
 
+def _element(card: Card, choices: Sequence[Choice]) -> tuple[str, list[int]]:
+    """Return the cell of an element, its number and its nodes."""
+    label, nodes = card.integer(0), card.fields[2 : 2 + choices[-1][1]]
+    cell, count, order = next((c for c in choices if len(nodes) <= c[1]), choices[-1])
+    corners, solid = CELLS[cell].shape.corners, card.name not in SHELLS
+    if len(nodes) < corners or (solid and any(card.fields[2 + count :])):
+        allowed = " or ".join(str(c[1]) for c in choices)
+        raise card.source.error(f"{card.name} {label} has {max(len(card.fields) - 2, 0)} nodes, allowed: {allowed}")
+    if not all(nodes[:corners]):
+        raise card.source.error(f"{card.name} {label} has a blank among its corners")
+    numbers = [card.integer(k + 2, MISSING) for k in range(len(nodes))] + [MISSING] * (count - len(nodes))
+    return cell, [label, *([numbers[k] for k in order] if order else numbers)]
+
+
 def _omissions(by_name: Mapping[str, list[Card]]) -> list[Omission]:
     """Return what is not taken over, by the card where each kind begins."""
     omissions = []
-    structural = {card.integer(0, 0) for name in ("PSHELL", "PCOMP", "PCOMPG", "PSHEAR", "PROD", "PLPLANE")
-                  for card in by_name.get(name, [])}  # fmt: skip
+    structural = {card.integer(0, 0) for name in SHELL_PROPERTIES for card in by_name.get(name, [])}
     for name, cards in by_name.items():
-        place, many = cards[0].place, f", {len(cards)} cards" if len(cards) > 1 else ""
-        if name in SHELLS:
-            if used := [card for card in cards if card.integer(1, 0) in structural]:
-                omissions.append(Omission(name, used[0].place, f"structural elements{many}"))
-        elif name in CARDS or HARMLESS.fullmatch(name):
-            continue
-        elif name in ALTERING:
-            omissions.append(Omission(name, place, f"{ALTERING[name]}{many}"))
+        used = [card for card in cards if card.integer(1, 0) in structural] if name in SHELLS else cards
+        text = "structural elements" if name in SHELLS else _omitted(name)
+        if text and used:
+            many = f", {len(used)} cards" if len(used) > 1 else ""
+            omissions.append(Omission(name, used[0].source, f"{text}{many}"))
         elif LOADS.fullmatch(name):
-            omissions.append(Omission(name, place, "supports, loads and contacts are the scene's", alters=False))
-        elif name[0] == "C" or name.startswith(("RBE", "RBAR", "RROD", "RSPLINE", "RSSCON", "RTRPLT", "RJOINT")):
-            what = "a mass" if name.startswith(("CONM", "CMASS")) else "elements that are no solids"
-            omissions.append(Omission(name, place, f"{'a rigid element' if name[0] == 'R' else what}{many}"))
+            text = "supports, loads and contacts are the scene's"
+            omissions.append(Omission(name, cards[0].source, text, alters=False))
     return omissions
 
 
-def _materials(by_name: Mapping[str, list[Card]]) -> list[tuple[Place, dict[str, float]]]:
-    materials: list[tuple[Place, dict[str, float]]] = []
+def _omitted(name: str) -> str:
+    """Return what cards of a name are that alter a body and are not read; empty of others."""
+    if name in CARDS or HARMLESS.fullmatch(name):
+        return ""
+    if name.startswith(RIGID):
+        return "a rigid element"
+    if name.startswith(("CONM", "CMASS")):
+        return "a mass"
+    return ALTERING.get(name, "elements that are no solids" if name[0] == "C" else "")
+
+
+def _materials(by_name: Mapping[str, list[Card]]) -> list[tuple[Source, dict[str, float]]]:
+    materials: list[tuple[Source, dict[str, float]]] = []
     for card in by_name.get("MAT1", []):
         E, G, nu, rho = (card.real(k) if card.text(k) else None for k in (1, 2, 3, 4))
         if nu is None and E and G:
             nu = E / (2 * G) - 1
-        known = {"E": E, "nu": nu, "rho": rho}
-        materials.append((card.place, {key: value for key, value in known.items() if value is not None}))
-    materials += [(card.place, {"anisotropic": 1.0}) for n in ("MAT9", "MAT11") for card in by_name.get(n, [])]
+        constants = {"E": E, "nu": nu, "rho": rho}
+        materials.append((card.source, {key: value for key, value in constants.items() if value is not None}))
+    materials += [(card.source, {"anisotropic": 1.0}) for n in ("MAT9", "MAT11") for card in by_name.get(n, [])]
     return materials
 
 

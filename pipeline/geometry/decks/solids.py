@@ -15,12 +15,14 @@ FLAT = 1e-9
 """Least Jacobian at a corner by the longest edge cubed; slivers of aspect 1:1000 are at 1e-6."""
 MID_REACH = 0.35
 """How far a mid-edge node may lie from the middle of its chord, by the chord: an arc of 120° is at 0.29."""
-FORMULATIONS = {"C3D8I": "incompatible", "C3D20R": "reduced", "C3D20RI": "reduced"}
+FORMULATIONS = {"C3D8I": "incompatible"}
 """Of the record, by the name of an element."""
-PLAIN = {"C3D8R": "reduced integration", "C3D8RT": "reduced integration", "C3D8H": "a hybrid formulation",
-         "C3D10M": "a modified formulation", "C3D10H": "a hybrid formulation", "C3D10I": "improved stress",
-         "C3D20H": "a hybrid formulation", "C3D4H": "a hybrid formulation", "SOLID185": "B-bar or enhanced strain",
-         "SOLID45": "extra shapes", "SOLID186": "reduced integration", "SOLID95": "reduced integration"}  # fmt: skip
+PLAIN = {
+    **dict.fromkeys(("C3D8R", "C3D8RT", "C3D20R", "C3D20RI", "SOLID186", "SOLID95"), "reduced integration"),
+    **dict.fromkeys(("C3D4H", "C3D8H", "C3D10H", "C3D20H", "C3D15H", "C3D6H"), "a hybrid formulation"),
+    "C3D10M": "a modified formulation", "C3D10I": "improved stress", "SOLID45": "extra shapes",
+    "SOLID185": "B-bar or enhanced strain",
+}  # fmt: skip
 """What other programs do with elements that are computed in full here."""
 DROPPING = ("SOLID186", "SOLID187", "SOLID95", "SOLID92")
 """Quadratic elements that may be written without any mid-edge node."""
@@ -34,7 +36,7 @@ class Solid:
 
     points: np.ndarray
     """Of the deck, then those that were added in the middle of edges, (n, 3)."""
-    given: int
+    deck_count: int
     """Number of those of the deck."""
     blocks: tuple[Rows, ...]
     """Cells by type, with places of nodes."""
@@ -85,28 +87,25 @@ def _allowed() -> str:
 
 def _one_order(solids: Sequence[Block], path: str) -> list[Block]:
     """Return blocks whose faces fit each other: linear ones of elements that drop mid-edge nodes become quadratic."""
-    quadratic = [block for block in solids if block.cell.quadratic]
+    quadratic = [block.cell for block in solids if block.cell.quadratic]
     if not quadratic:
         return list(solids)
-    if any(b.cell.name in COMPLETE for b in quadratic) and any(
-        b.cell.name not in (*COMPLETE, TETRA10.name) for b in quadratic
-    ):
-        names = ", ".join(sorted({b.cell.name for b in quadratic}))
+    centred = [cell.name in COMPLETE for cell in quadratic if cell is not TETRA10]
+    if any(centred) and not all(centred):
+        names = ", ".join(sorted({cell.name for cell in quadratic}))
         raise InputError(f"{path}: the mesh has {names}, whose faces do not fit; allowed: all with nodes in the centres"
                          " of their faces, or none")  # fmt: skip
-    raised = []
-    for block in solids:
-        if block.cell.quadratic:
-            raised.append(block)
-            continue
-        partner = next((b.cell for b in quadratic if b.cell.shape is block.cell.shape), None)
-        if block.kind not in DROPPING:
-            both = f"{block.cell.name} and {quadratic[0].cell.name}"
-            raise InputError(f"{path}: the mesh has both {both}; allowed: linear or quadratic cells")
-        cell = partner or next(c for c in _serendipity() if c.shape is block.cell.shape)
-        nodes = np.pad(block.nodes, ((0, 0), (0, cell.nodes - block.nodes.shape[1])), constant_values=MISSING)
-        raised.append(Block(cell, block.labels, nodes, block.kind))
-    return raised
+    return [block if block.cell.quadratic else _raised(block, quadratic, path) for block in solids]
+
+
+def _raised(block: Block, quadratic: Sequence[Cell], path: str) -> Block:
+    """Return linear cells among quadratic ones as such, their mid-edge nodes left out."""
+    if block.kind not in DROPPING:
+        both = f"{block.cell.name} and {quadratic[0].name}"
+        raise InputError(f"{path}: the mesh has both {both}; allowed: linear or quadratic cells")
+    cell = next(cell for cell in [*quadratic, *_serendipity()] if cell.shape is block.cell.shape)
+    nodes = np.pad(block.nodes, ((0, 0), (0, cell.nodes - block.nodes.shape[1])), constant_values=MISSING)
+    return block._replace(cell=cell, nodes=nodes)
 
 
 @cache
@@ -121,11 +120,11 @@ def _with_middles(deck: Deck, solids: Sequence[Block], points: np.ndarray) -> tu
 
     An edge of two elements has one node, although only one of them may name it.
     """
-    places = [_places(deck, block.nodes) for block in solids]
-    if not any((rows < 0).any() for rows in places):
-        return places, points
+    node_rows = [_places(deck, block.nodes) for block in solids]
+    if not any((rows < 0).any() for rows in node_rows):
+        return node_rows, points
     middles: dict[tuple[int, int], int] = {}
-    for block, rows in zip(solids, places, strict=True):
+    for block, rows in zip(solids, node_rows, strict=True):
         corners = block.cell.shape.corners
         for k, (a, b) in enumerate(block.cell.shape.edges.tolist()):
             column = corners + k
@@ -137,7 +136,7 @@ def _with_middles(deck: Deck, solids: Sequence[Block], points: np.ndarray) -> tu
             ):
                 middles[end[0], end[1]] = int(middle)
     new: list[np.ndarray] = []
-    for block, rows in zip(solids, places, strict=True):
+    for block, rows in zip(solids, node_rows, strict=True):
         corners = block.cell.shape.corners
         for row, column in np.argwhere(rows < 0):
             if column < corners + len(block.cell.shape.edges):
@@ -149,7 +148,7 @@ def _with_middles(deck: Deck, solids: Sequence[Block], points: np.ndarray) -> tu
             else:
                 rows[row, column] = len(points) + len(new)
                 new.append(points[rows[row, :corners]].mean(axis=0))
-    return places, np.concatenate([points, np.array(new).reshape(-1, 3)])
+    return node_rows, np.concatenate([points, np.array(new).reshape(-1, 3)])
 
 
 def _places(deck: Deck, labels: np.ndarray) -> np.ndarray:
@@ -196,8 +195,8 @@ def _mirror(cell: Cell) -> list[int]:
     swap = {4: [0, 2, 1, 3], 5: [0, 3, 2, 1, 4], 6: [0, 2, 1, 3, 5, 4], 8: [0, 3, 2, 1, 4, 7, 6, 5]}[shape.corners]
     order = list(swap)
     if cell.quadratic:
-        places = {frozenset(ends): shape.corners + k for k, ends in enumerate(shape.edges.tolist())}
-        order += [places[frozenset((swap[a], swap[b]))] for a, b in shape.edges.tolist()]
+        node_rows = {frozenset(ends): shape.corners + k for k, ends in enumerate(shape.edges.tolist())}
+        order += [node_rows[frozenset((swap[a], swap[b]))] for a, b in shape.edges.tolist()]
     start = len(order)
     sides = [frozenset(shape.sides[k]) for k in cell.centred]
     order += [start + sides.index(frozenset(swap[c] for c in side)) for side in sides]
@@ -249,10 +248,10 @@ def _refuse_folded(block: Block, nodes: np.ndarray, points: np.ndarray, path: st
         bad = det <= FLAT * longest**3
         if bad.any():
             row = int(np.argmax(bad))
-            place = ", ".join(f"{value:.4g}" for value in x[row].mean(axis=0))
+            source = ", ".join(f"{value:.4g}" for value in x[row].mean(axis=0))
             flat = abs(det[row]) <= FLAT * longest[row] ** 3
             fault = "is flat" if flat else "is folded or twisted, its Jacobian is negative at a corner"
             raise InputError(
-                f"{path}: {cell.name} {block.labels[row]} {fault}, about ({place}) m; {int(bad.sum())} of {len(nodes)}"
+                f"{path}: {cell.name} {block.labels[row]} {fault}, about ({source}) m; {int(bad.sum())} of {len(nodes)}"
                 f" are so there; allowed: Jacobians above {FLAT:g} × longest edge³"
             )

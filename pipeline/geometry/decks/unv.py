@@ -10,7 +10,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS, Cell
-from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Place, Scope, deck_of
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Scope, Source, deck_of
 
 FACES = {41: "triangle", 91: "triangle", 51: "triangle", 61: "triangle", 74: "triangle", 81: "triangle",
          42: "triangle6", 92: "triangle6", 52: "triangle6", 62: "triangle6", 72: "triangle6", 82: "triangle6",
@@ -38,9 +38,9 @@ class _Dataset:
         self.path, self.start, self.lines, self.k = path, start, lines, 0
 
     @property
-    def place(self) -> Place:
+    def source(self) -> Source:
         """Of the line that was read last."""
-        return Place(self.path, self.start + self.k)
+        return Source(self.path, self.start + self.k)
 
     def more(self) -> bool:
         """Return whether there is a line that is not read."""
@@ -51,7 +51,7 @@ class _Dataset:
         self.k += 1
         return self.lines[self.k - 1] if self.k <= len(self.lines) else ""
 
-    def integers(self, least: int = 1) -> list[int]:
+    def integers(self, minimum: int = 1) -> list[int]:
         """Return the whole numbers of the next line.
 
         Raises:
@@ -62,8 +62,8 @@ class _Dataset:
             numbers = [int(word) for word in text.split()]
         except ValueError:
             numbers = []
-        if len(numbers) < least:
-            raise self.place.error(f"{text[:60].strip()!r}, expected {least} whole numbers or more")
+        if len(numbers) < minimum:
+            raise self.source.error(f"{text[:60].strip()!r}, expected {minimum} whole numbers or more")
         return numbers
 
     def reals(self, count: int, words: list[str] | None = None) -> list[float]:
@@ -78,7 +78,7 @@ class _Dataset:
         except ValueError:
             numbers = []
         if len(numbers) < count:
-            raise self.place.error(f"{' '.join(words)[:60]!r}, expected {count} numbers")
+            raise self.source.error(f"{' '.join(words)[:60]!r}, expected {count} numbers")
         return numbers
 
 
@@ -94,16 +94,16 @@ def read_unv(path: str, scope: Scope) -> Deck:
     node_sets: dict[str, np.ndarray] = {}
     element_sets: dict[str, np.ndarray] = {}
     omissions: dict[str, Omission] = {}
-    for number, data in _datasets(path):
-        if number in (2411, 781):
+    for dataset, data in _datasets(path):
+        if dataset in (2411, 781):
             _read_nodes(data, labels, points)
-        elif number == 15:
+        elif dataset == 15:
             _read_old_nodes(data, labels, points)
-        elif number in (2412, 780):
+        elif dataset in (2412, 780):
             _read_elements(data, cells, omissions)
-        elif number in WIDE + NARROW:
-            _read_groups(data, 4 if number in WIDE else 2, node_sets, element_sets)
-        elif number == 2420:
+        elif dataset in WIDE + NARROW:
+            _read_groups(data, 4 if dataset in WIDE else 2, node_sets, element_sets)
+        elif dataset == 2420:
             _refuse_systems(data)
     if not labels:
         raise InputError(f"{path}: has no nodes (dataset 2411); allowed: a universal file")
@@ -127,19 +127,19 @@ def _datasets(path: str) -> Iterator[tuple[int, _Dataset]]:
     while k < len(lines):
         if lines[k].strip() != "-1":
             if lines[k].strip():
-                raise Place(path, k + 1).error(f"{lines[k][:60].strip()!r}, expected -1, which begins a dataset;"
+                raise Source(path, k + 1).error(f"{lines[k][:60].strip()!r}, expected -1, which begins a dataset;"
                                                " allowed: a universal file")  # fmt: skip
             k += 1
             continue
         title = lines[k + 1].split() if k + 1 < len(lines) else []
-        number = title[0] if title else ""
-        if not number.rstrip("b").isdigit():
-            raise Place(path, k + 2).error(f"{number[:60]!r}, expected the number of a dataset")
+        dataset = title[0] if title else ""
+        if not dataset.rstrip("b").isdigit():
+            raise Source(path, k + 2).error(f"{dataset[:60]!r}, expected the number of a dataset")
         end = next((j for j in range(k + 2, len(lines)) if lines[j].strip() == "-1"), None)
         if end is None:
-            raise Place(path, len(lines)).error(f"is cut off in dataset {number}, which -1 does not end")
-        if number.isdigit():
-            yield int(number), _Dataset(path, k + 2, lines[k + 2 : end])
+            raise Source(path, len(lines)).error(f"is cut off in dataset {dataset}, which -1 does not end")
+        if dataset.isdigit():
+            yield int(dataset), _Dataset(path, k + 2, lines[k + 2 : end])
         k = end + 1
 
 
@@ -153,7 +153,7 @@ def _read_old_nodes(data: _Dataset, labels: list[int], points: list[list[float]]
     while data.more():
         words = data.text().split()
         if not words or not words[0].isdigit():
-            raise data.place.error(f"{' '.join(words)[:60]!r}, expected the number of a node")
+            raise data.source.error(f"{' '.join(words)[:60]!r}, expected the number of a node")
         labels.append(int(words[0]))
         points.append(data.reals(3, words[4:]))
 
@@ -176,14 +176,14 @@ def _read_elements(
 ) -> None:
     while data.more():
         head = data.integers(6)
-        label, descriptor, count, place = head[0], head[1], head[5], data.place
+        label, descriptor, count, source = head[0], head[1], head[5], data.source
         if descriptor in BEAMS:
             data.text()
         nodes: list[int] = []
         while len(nodes) < count and data.more():
             nodes += data.integers()
         if len(nodes) != count or count < 1:
-            raise place.error(f"element {label} has {len(nodes)} nodes, its line says {count}")
+            raise source.error(f"element {label} has {len(nodes)} nodes, its line says {count}")
         if descriptor in LINES:
             cells.setdefault(("line" if count == 2 else "line3", ""), []).append(
                 [label, *(nodes if count != 3 else [nodes[0], nodes[2], nodes[1]])]
@@ -191,13 +191,13 @@ def _read_elements(
             continue
         chosen = _cell_of(descriptor)
         if chosen is None:
-            what = NAMED.get(descriptor, "elements that are not known here")
+            text = NAMED.get(descriptor, "elements that are not known here")
             name = f"ELEMENT {descriptor}"
-            omissions.setdefault(name, Omission(name, place, what))
+            omissions.setdefault(name, Omission(name, source, text))
             continue
         cell, order = chosen
         if count != len(order):
-            raise place.error(f"element {label} of descriptor {descriptor} has {count} nodes, allowed: {len(order)}")
+            raise source.error(f"element {label} of descriptor {descriptor} has {count} nodes, allowed: {len(order)}")
         row = [0] * count
         for node, k in zip(nodes, order, strict=True):
             row[k] = node
@@ -212,11 +212,11 @@ def _read_groups(
         head = data.integers(2)
         count = head[-1] if len(head) < 8 else head[7]
         name = data.text().strip() or str(head[0])
-        place, values = data.place, list[int]()
+        source, values = data.source, list[int]()
         while len(values) < width * count and data.more():
             values += data.integers()
         if len(values) < width * count or count < 0:
-            raise place.error(f"group '{name}' has {len(values) // width} members, its line says {count}")
+            raise source.error(f"group '{name}' has {len(values) // width} members, its line says {count}")
         table = np.array(values[: width * count], np.int64).reshape(-1, width)
         for sets, kind in ((node_sets, NODE), (element_sets, ELEMENT)):
             members = table[table[:, 0] == kind, 1]
@@ -233,6 +233,6 @@ def _refuse_systems(data: _Dataset) -> None:
         data.text()
         rows = [data.reals(3) for _ in range(4)]
         if head[1] != 0 or not np.allclose(rows, np.vstack([np.eye(3), np.zeros(3)]), atol=1e-12):
-            raise data.place.error(
+            raise data.source.error(
                 f"coordinate system {head[0]} is not the basic Cartesian one; allowed: nodes in that one"
             )

@@ -5,7 +5,7 @@ where an `*ELEMENT` has no name (its issue 1530), and does not know instances, `
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ from gudgeon.pipeline.geometry.decks.abaqus import rest as abaqus_rest
 from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword, Line, read_keywords
 from gudgeon.pipeline.geometry.decks.abaqus.sets import Names, Sets
 from gudgeon.pipeline.geometry.decks.axes import Axes, axes_of
-from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Place, Scope, deck_of
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Scope, Source, deck_of
 
 KINDS: list[tuple[re.Pattern[str], str]] = [
     (re.compile(rf"D?C3D{count}[A-Z]*"), cell)
@@ -40,7 +40,7 @@ REFERENCE = "assembly"
 class Instance(NamedTuple):
     """A part in an assembly."""
 
-    part: str
+    part_name: str
     axes: Axes
 
 
@@ -57,7 +57,7 @@ class Body:
         self.points: list[np.ndarray] = []
         self.elements: dict[str, list[list[int]]] = {}
         self.sets = Sets()
-        self.rest = abaqus_rest.Rest()
+        self.extras = abaqus_rest.Rest()
         self._axes = Axes()
 
     def take(self, keyword: Keyword) -> bool:
@@ -74,13 +74,13 @@ class Body:
     def read_system(self, keyword: Keyword) -> None:
         """Take the Cartesian system of the nodes that follow, by origin, a point of x and one of the plane x, y."""
         numbers = [x for row in keyword.rows for x in row.reals()]
-        self._axes = axes_of(numbers, keyword.place) if numbers else Axes()
+        self._axes = axes_of(numbers, keyword.source) if numbers else Axes()
 
     def read_nodes(self, keyword: Keyword) -> None:
         """Take nodes, in the system that the keyword names."""
         system = keyword.options.get("SYSTEM", "R").upper()
         if system not in ("R", "C", "S"):
-            raise keyword.place.error(f"SYSTEM={system}; allowed: R, C or S")
+            raise keyword.source.error(f"SYSTEM={system}; allowed: R, C or S")
         labels, rows = [], []
         for row in keyword.rows:
             words = row.text.split(",")
@@ -90,7 +90,7 @@ class Body:
             except ValueError:
                 labels[len(rows) :] = [row._replace(text=words[0]).integers()[0]] if words[0].strip() else []
                 if len(labels) == len(rows):
-                    raise row.place.error(f"{row.text[:60]!r}, expected the number of a node") from None
+                    raise row.source.error(f"{row.text[:60]!r}, expected the number of a node") from None
                 values = row._replace(text=",".join(words[1:4])).reals() if len(words) > 1 else []
             rows.append([*values, 0.0, 0.0, 0.0][:3])
         points = np.array(rows, float).reshape(-1, 3)
@@ -100,22 +100,22 @@ class Body:
         if len(points):
             self.points.append(self._axes.placed(points))
         if name := keyword.options.get("NSET"):
-            self.sets.nodes.add(name, keyword.place, np.array(labels, int))
+            self.sets.nodes.add(name, keyword.source, np.array(labels, int))
 
     def read_elements(self, keyword: Keyword) -> None:
         """Take elements of a type that has a cell; others are judged by their sections."""
         kind = keyword.option("TYPE").upper()
         cell = cell_of_kind(kind)
         if cell is None:
-            labels = self.rest.structural(keyword, kind)
+            labels = self.extras.structural(keyword, kind)
         else:
             rows = _gathered(keyword.rows, cell.nodes + 1, kind)
             self.elements.setdefault(kind, []).extend(rows)
             labels = [row[0] for row in rows]
             if cell.dimension < 3:
-                self.rest.faces(keyword, kind)
+                self.extras.faces(keyword, kind)
         if name := keyword.options.get("ELSET"):
-            self.sets.elements.add(name, keyword.place, np.array(labels, int))
+            self.sets.elements.add(name, keyword.source, np.array(labels, int))
 
     def read_set(self, keyword: Keyword) -> None:
         """Take a set of nodes or elements."""
@@ -158,61 +158,80 @@ def read_abaqus(path: str, scope: Scope) -> Deck:
     level = ""
     for keyword in read_keywords(path):
         if keyword.name in MADE:
-            raise keyword.place.error(f"*{keyword.name} makes nodes or elements that no line lists; allowed: decks that"
-                                      " list them, as preprocessors write them")  # fmt: skip
+            raise keyword.source.error(f"*{keyword.name} makes nodes or elements that no line lists; allowed: decks"
+                                       " that list them, as preprocessors write them")  # fmt: skip
         if keyword.name == "PART":
             level = names.add(keyword.option("NAME"))
             bodies[level] = Body(keyword.option("NAME"), path)
         elif keyword.name == "INSTANCE":
             name = keyword.option("NAME")
-            part = names.add(keyword.option("PART"))
-            instances[name] = Instance(part, _moved(keyword))
+            part_name = names.add(keyword.option("PART"))
+            instances[name] = Instance(part_name, _moved(keyword))
             level = f"*{name}"
             bodies[level] = Body(name, path)
         elif keyword.name in ("END PART", "END INSTANCE"):
             level = ""
         elif not bodies[level].take(keyword):
-            bodies[level].rest.take(keyword)
+            bodies[level].extras.take(keyword)
     return _chosen(path, scope, bodies, instances)
 
 
 def _chosen(path: str, scope: Scope, bodies: dict[str, Body], instances: dict[str, Instance]) -> Deck:
     """Return the deck of one body."""
-    parts = [level for level, body in bodies.items() if level and not level.startswith("*")]
-    have = f"the parts {', '.join(bodies[p].name for p in parts)}" if parts else "no *PART"
-    have += f" and the instances {', '.join(instances)} (*INSTANCE)" if instances else ""
-    own = bodies[""]
+    levels = [level for level in bodies if level and not level.startswith("*")]
+    have = _listed(levels, bodies, instances)
+    root = bodies[""]
     if scope.part is not None:
-        level = next((p for p in parts if bodies[p].name.lower() == scope.part.lower()), None)
+        level = _alike(scope.part, levels)
         if level is None:
             raise InputError(f'{path}: has no part = "{scope.part}", it has {have}')
-        return _deck(path, bodies[level], None, "", [own.rest])
+        return _deck(path, bodies[level], None, "", [root.extras])
     if scope.instance is not None:
-        name = next((i for i in instances if i.lower() == scope.instance.lower()), None)
+        name = _alike(scope.instance, list(instances))
         if name is None:
             raise InputError(f'{path}: has no instance = "{scope.instance}", it has {have}')
-    elif own.elements and not parts:
-        return _deck(path, own, None, "", [own.rest])
-    elif len(instances) > 1 or (len(parts) > 1 and len(instances) != 1):
+        return _placed(path, name, bodies, instances)
+    if not levels:
+        return _deck(path, root, None, "", [])
+    if len(instances) > 1 or len(levels) > max(len(instances), 1):
         raise InputError(f'{path}: has {have}; name one by geometry.part = "…" (*PART, as it was modelled) or'
                          ' geometry.instance = "…" (*INSTANCE, as the assembly moves it)')  # fmt: skip
-    elif instances:
-        (name,) = instances
-    elif parts:
-        return _deck(path, bodies[parts[0]], None, "", [own.rest])
-    else:
-        return _deck(path, own, None, "", [own.rest])
-    instance = instances[name]
-    if instance.part not in bodies:
-        raise InputError(f"{path}: *INSTANCE {name} names a part that the deck lacks; it has {have}")
-    more = bodies[f"*{name}"]
-    if more.labels or more.elements:
+    if instances:
+        return _placed(path, next(iter(instances)), bodies, instances)
+    return _deck(path, bodies[levels[0]], None, "", [root.extras])
+
+
+def _listed(levels: Sequence[str], bodies: Mapping[str, Body], instances: Mapping[str, Instance]) -> str:
+    """Return what bodies a deck has, as text."""
+    have = f"the parts {', '.join(bodies[level].name for level in levels)}" if levels else "no *PART"
+    return have + (f" and the instances {', '.join(instances)} (*INSTANCE)" if instances else "")
+
+
+def _alike(name: str, names: Sequence[str]) -> str | None:
+    """Return the name that is the same but for its case."""
+    return next((spelling for spelling in names if spelling.casefold() == name.casefold()), None)
+
+
+def _placed(path: str, name: str, bodies: Mapping[str, Body], instances: Mapping[str, Instance]) -> Deck:
+    """Return the deck of an instance."""
+    instance, root, extras = instances[name], bodies[""], bodies[f"*{name}"]
+    if instance.part_name not in bodies:
+        have = ", ".join(level for level in bodies if level and not level.startswith("*")) or "none"
+        raise InputError(f"{path}: *INSTANCE {name} is of part '{instance.part_name}'; the deck has {have}")
+    if extras.labels or extras.elements:
         raise InputError(f"{path}: *INSTANCE {name} has nodes or elements of its own; allowed: those of its part")
-    return _deck(path, bodies[instance.part], instance.axes, name, [own.rest, more.rest], own.sets)
+    rests = [root.extras, extras.extras]
+    return _deck(path, bodies[instance.part_name], instance.axes, name, rests, above=root.sets)
 
 
 def _deck(
-    path: str, body: Body, axes: Axes | None, instance: str, rests: list[abaqus_rest.Rest], above: Sets | None = None
+    path: str,
+    body: Body,
+    axes: Axes | None,
+    instance: str,
+    rests: Sequence[abaqus_rest.Rest],
+    *,
+    above: Sets | None = None,
 ) -> Deck:
     """Return the deck of a body that an instance places."""
     points = np.concatenate([np.empty((0, 3)), *body.points])
@@ -227,15 +246,15 @@ def _deck(
         for lower, members in zip((node_sets, side_sets, element_sets), upper, strict=True):
             lower.update({f"{instance}.{name}": lower[name] for name in lower.keys() & members.keys()})
             lower.update(members)
-    rest = abaqus_rest.joined([body.rest, *(rest for rest in rests if rest is not body.rest)])
-    omissions: list[Omission] = rest.omissions(element_sets)
-    couplings, own_sets = rest.couplings(body.sets, above is None)
+    extras = abaqus_rest.joined([body.extras, *(extras for extras in rests if extras is not body.extras)])
+    omissions: list[Omission] = extras.omissions(element_sets)
+    couplings, own_sets = extras.couplings(body.sets, above is None)
     node_sets |= {name: abaqus_rest.members_of(body.sets.nodes, words) for name, words in own_sets.items()}
-    dependent = rest.dependent(node_sets, side_sets, blocks, couplings)
+    dependent = extras.dependent(node_sets, side_sets, blocks, couplings)
     return deck_of(
         np.array(body.labels, np.int64), points, blocks, path, node_sets=node_sets, side_sets=side_sets,
         element_sets=element_sets, couplings=couplings, dependent=dependent, omissions=omissions,
-        materials=rest.materials,
+        materials=extras.materials,
     )  # fmt: skip
 
 
@@ -247,12 +266,12 @@ def _gathered(rows: list[Line], count: int, kind: str) -> list[list[int]]:
         numbers = row.integers()
         pending = pending + numbers if pending else numbers
         if len(pending) > count:
-            raise row.place.error(f"an element of TYPE={kind} has {len(pending) - 1} nodes here, allowed: {count - 1}")
+            raise row.source.error(f"an element of TYPE={kind} has {len(pending) - 1} nodes here, allowed: {count - 1}")
         if len(pending) == count:
             elements.append(pending)
             pending = []
     if pending:
-        raise rows[-1].place.error(f"an element of TYPE={kind} has {len(pending) - 1} nodes, allowed: {count - 1}")
+        raise rows[-1].source.error(f"an element of TYPE={kind} has {len(pending) - 1} nodes, allowed: {count - 1}")
     return elements
 
 
@@ -270,12 +289,12 @@ def _moved(keyword: Keyword) -> Axes:
     """Return where an instance stands: moved by a vector, then turned about a line by an angle [deg]."""
     rows = keyword.rows
     if len(rows) > 2:
-        raise rows[2].place.error(f"*INSTANCE: {rows[2].text[:60]!r}, expected a translation and a rotation at most")
+        raise rows[2].source.error(f"*INSTANCE: {rows[2].text[:60]!r}, expected a translation and a rotation at most")
     shift = np.array(((rows[0].reals() if rows else []) + [0.0] * 3)[:3])
     axes = Axes(np.eye(3), shift)
     if len(rows) < 2:
         return axes
     values = rows[1].reals()
     if len(values) != 7:
-        raise rows[1].place.error("*INSTANCE: expected two points of the axis and an angle, 7 numbers")
-    return axes.turned(np.array(values[:3]), np.array(values[3:6]), values[6], Place(*rows[1].place))
+        raise rows[1].source.error("*INSTANCE: expected two points of the axis and an angle, 7 numbers")
+    return axes.turned(np.array(values[:3]), np.array(values[3:6]), values[6], Source(*rows[1].source))

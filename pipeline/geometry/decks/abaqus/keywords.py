@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.decks.model import Place
+from gudgeon.pipeline.geometry.decks.model import Source
 
 DEPTH = 20
 """Levels of files that include each other."""
@@ -27,13 +27,13 @@ class Line(NamedTuple):
 
     text: str
     path: str
-    number: int
+    line_number: int
     """From 1."""
 
     @property
-    def place(self) -> Place:
+    def source(self) -> Source:
         """Where it stands."""
-        return Place(self.path, self.number)
+        return Source(self.path, self.line_number)
 
     def words(self) -> list[str]:
         """Return what stands between commas, without quotes and blanks around it, and without a trailing comma."""
@@ -56,7 +56,7 @@ class Line(NamedTuple):
                 return [int(x) for x in numbers]
         except (ValueError, OverflowError):
             pass
-        raise self.place.error(f"{self.text[:SHOWN]!r}, expected whole numbers")
+        raise self.source.error(f"{self.text[:SHOWN]!r}, expected whole numbers")
 
     def reals(self) -> list[float]:
         """Return its numbers; a blank is zero.
@@ -67,7 +67,7 @@ class Line(NamedTuple):
         try:
             return [_real(w) for w in self.words()]
         except (ValueError, OverflowError):
-            raise self.place.error(f"{self.text[:SHOWN]!r}, expected finite numbers") from None
+            raise self.source.error(f"{self.text[:SHOWN]!r}, expected finite numbers") from None
 
 
 def _real(word: str) -> float:
@@ -91,7 +91,7 @@ class Keyword(NamedTuple):
     options: dict[str, str]
     """By names in upper case; an option without value is empty."""
     rows: list[Line]
-    place: Place
+    source: Source
 
     def option(self, name: str) -> str:
         """Return an option that is needed.
@@ -100,7 +100,7 @@ class Keyword(NamedTuple):
             InputError: it is missing.
         """
         if not self.options.get(name):
-            raise self.place.error(f"*{self.name} without {name}")
+            raise self.source.error(f"*{self.name} without {name}")
         return self.options[name]
 
 
@@ -118,7 +118,7 @@ def read_keywords(path: str) -> Iterator[Keyword]:
                 yield _whole(head, rows, path)
             head, rows = line, []
         elif head is None:
-            raise line.place.error(
+            raise line.source.error(
                 f"{line.text[:SHOWN]!r}, expected a keyword, such as *NODE; allowed: decks of Abaqus and CalculiX"
             )
         elif not rows and head.text.endswith(",") and _goes_on(line.text):
@@ -143,19 +143,19 @@ def _whole(head: Line, rows: list[Line], deck: str) -> Keyword:
         options[" ".join(key.split()).upper()] = value.strip().strip('"')
     name = " ".join(words[0].lstrip("* \t").split()).upper() if words else ""
     if not name:
-        raise head.place.error(f"{head.text[:SHOWN]!r}, expected a keyword")
+        raise head.source.error(f"{head.text[:SHOWN]!r}, expected a keyword")
     file = options.get("INPUT")
     if file and name != "INCLUDE":
-        rows = [*_lines(_beside(deck, file, head.place), deck, (), head.place), *rows]
-        if (other := next((row for row in rows if row.text.startswith("*")), None)) is not None:
-            raise other.place.error(f"{other.text[:SHOWN]!r}, expected data of *{name}, which reads this file")
-    return Keyword(name, options, rows, head.place)
+        rows = [*_lines(_beside(deck, file, head.source), deck, (), head.source), *rows]
+        if (misplaced := next((row for row in rows if row.text.startswith("*")), None)) is not None:
+            raise misplaced.source.error(f"{misplaced.text[:SHOWN]!r}, expected data of *{name}, which reads this file")
+    return Keyword(name, options, rows, head.source)
 
 
-def _lines(path: str, deck: str, above: tuple[str, ...], named: Place | None = None) -> Iterator[Line]:
+def _lines(path: str, deck: str, above: tuple[str, ...], named: Source | None = None) -> Iterator[Line]:
     """Yield the lines of a file, with those of `*INCLUDE` in their place; comments and blank lines are left out."""
     if len(above) > DEPTH or path in above:
-        raise (named or Place(path, 0)).error(f"*INCLUDE of {path}, which includes itself")
+        raise (named or Source(path, 0)).error(f"*INCLUDE of {path}, which includes itself")
     try:
         text = Path(path).read_text(errors="replace")
     except OSError as error:
@@ -163,14 +163,14 @@ def _lines(path: str, deck: str, above: tuple[str, ...], named: Place | None = N
             raise InputError(f"{path}: {error.strerror}; allowed: a deck of Abaqus or CalculiX") from None
         raise named.error(f"names the file {path}, {error.strerror}") from None
     count = 0
-    for number, raw in enumerate(text.splitlines(), 1):
+    for line_number, raw in enumerate(text.splitlines(), 1):
         stripped = raw.strip()
         if not stripped or stripped.startswith("**"):
             continue
-        line = Line(stripped, path, number)
+        line = Line(stripped, path, line_number)
         if stripped.startswith("*") and stripped.lstrip("* \t")[:7].upper() == "INCLUDE":
-            inner = _beside(deck, _whole(line, [], deck).option("INPUT"), line.place)
-            yield from _lines(inner, deck, (*above, path), line.place)
+            inner = _beside(deck, _whole(line, [], deck).option("INPUT"), line.source)
+            yield from _lines(inner, deck, (*above, path), line.source)
             continue
         count += 1
         if count > MOST_LINES:
@@ -178,9 +178,9 @@ def _lines(path: str, deck: str, above: tuple[str, ...], named: Place | None = N
         yield line
 
 
-def _beside(deck: str, name: str, place: Place) -> str:
+def _beside(deck: str, name: str, source: Source) -> str:
     """Return a file that a deck names, from the deck's folder, or as it stands from the file that names it."""
-    for folder in (Path(deck).parent, Path(place.path).parent):
+    for folder in (Path(deck).parent, Path(source.path).parent):
         if (folder / name).is_file():
             return str(folder / name)
     return str(Path(deck).parent / name)

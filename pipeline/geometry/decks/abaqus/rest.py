@@ -7,7 +7,7 @@ import numpy as np
 
 from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword
 from gudgeon.pipeline.geometry.decks.abaqus.sets import Named, Sets
-from gudgeon.pipeline.geometry.decks.model import Block, Coupling, Omission, Place
+from gudgeon.pipeline.geometry.decks.model import Block, Coupling, Omission, Source
 
 ALTERING = {
     "MASS": "a point mass", "ROTARY INERTIA": "a rotary inertia", "NONSTRUCTURAL MASS": "a mass without volume",
@@ -73,14 +73,14 @@ class Rest:
 
     def __init__(self) -> None:
         self._omissions: list[Omission] = []
-        self._faces: list[tuple[str, np.ndarray, Place]] = []
+        self._faces: list[tuple[str, np.ndarray, Source]] = []
         self._sections: set[str] = set()
         self._step = False
         self._open: Keyword | None = None
         self._couplings: list[tuple[str, str, str, str, Keyword]] = []
         self._listed: dict[str, list[str]] = {}
         self._equations: list[str] = []
-        self.materials: list[tuple[Place, dict[str, float]]] = []
+        self.materials: list[tuple[Source, dict[str, float]]] = []
 
     def take(self, keyword: Keyword) -> None:
         """Take a keyword that is no node, element, set or surface.
@@ -116,13 +116,13 @@ class Rest:
     def faces(self, keyword: Keyword, kind: str) -> None:
         """Take faces or lines, which are structural if a section names their set."""
         if not PLANE.fullmatch(kind) and (name := keyword.options.get("ELSET")):
-            self._faces.append((kind, np.array([name.casefold()]), keyword.place))
+            self._faces.append((kind, np.array([name.casefold()]), keyword.source))
 
     def omissions(self, element_sets: Mapping[str, np.ndarray]) -> list[Omission]:
         """Return what is not taken over."""
         structural = [
-            Omission(kind, place, f"structural elements of TYPE={kind}, which a section names")
-            for kind, names, place in self._faces
+            Omission(kind, source, f"structural elements of TYPE={kind}, which a section names")
+            for kind, names, source in self._faces
             if self._sections & set(names.tolist())
         ]
         return [*self._omissions, *structural]
@@ -134,7 +134,7 @@ class Rest:
         couplings = []
         for name, surface, reference, tie, keyword in self._couplings:
             if not reference.isdigit():
-                raise keyword.place.error(f"REF NODE={reference} of '{name}'; allowed: the number of a node")
+                raise keyword.source.error(f"REF NODE={reference} of '{name}'; allowed: the number of a node")
             couplings.append(Coupling(name, sets.nodes.spelled(surface), int(reference), tie, keyword.name))
         return couplings, self._listed
 
@@ -155,11 +155,11 @@ class Rest:
         return np.unique(np.concatenate(labels))
 
     def _omit(self, keyword: Keyword, text: str, name: str = "", *, alters: bool = True) -> None:
-        self._omissions.append(Omission(name or keyword.name, keyword.place, text, alters))
+        self._omissions.append(Omission(name or keyword.name, keyword.source, text, alters))
 
     def _material(self, keyword: Keyword) -> None:
         if keyword.name == "MATERIAL":
-            self.materials.append((keyword.place, {}))
+            self.materials.append((keyword.source, {}))
         elif self.materials and keyword.rows and keyword.name in ("ELASTIC", "DENSITY"):
             values, constants = keyword.rows[0].reals(), self.materials[-1][1]
             if keyword.name == "DENSITY":
@@ -195,14 +195,14 @@ class Rest:
 def joined(rests: Sequence[Rest]) -> Rest:
     """Return what several bodies of a deck say, of which the first is the chosen one."""
     total = Rest()
-    for rest in rests:
-        total._omissions += rest._omissions
-        total._faces += rest._faces
-        total._sections |= rest._sections
-        total._couplings += rest._couplings
-        total._listed |= rest._listed
-        total._equations += rest._equations
-        total.materials += rest.materials
+    for extras in rests:
+        total._omissions += extras._omissions
+        total._faces += extras._faces
+        total._sections |= extras._sections
+        total._couplings += extras._couplings
+        total._listed |= extras._listed
+        total._equations += extras._equations
+        total.materials += extras.materials
     return total
 
 
@@ -235,7 +235,7 @@ def _dependent(keyword: Keyword) -> list[str]:
     while i < len(rows):
         count = rows[i].words()[0]
         if not count.isdigit() or i + 1 >= len(rows):
-            raise rows[i].place.error(f"*EQUATION: {rows[i].text[:60]!r}, expected the number of terms")
+            raise rows[i].source.error(f"*EQUATION: {rows[i].text[:60]!r}, expected the number of terms")
         words.append(rows[i + 1].words()[0])
         terms, i = 0, i + 1
         while i < len(rows) and terms < int(count):

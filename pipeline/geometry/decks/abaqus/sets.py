@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword, Line
-from gudgeon.pipeline.geometry.decks.model import Block, Place
+from gudgeon.pipeline.geometry.decks.model import Block, Source
 
 MOST_MEMBERS = 10_000_000
 """Members of all sets of a deck that a line of it stands for."""
@@ -38,7 +38,7 @@ class Piece(NamedTuple):
     instance: str
     """Whose, in an assembly; empty where the words say it or there is none."""
     members: np.ndarray | str
-    place: Place
+    source: Source
 
 
 class Named:
@@ -49,9 +49,9 @@ class Named:
         self.pieces: dict[str, list[Piece]] = {}
         self._count = 0
 
-    def add(self, name: str, place: Place, members: np.ndarray | str, instance: str = "") -> None:
+    def add(self, name: str, source: Source, members: np.ndarray | str, instance: str = "") -> None:
         """Add members to a set."""
-        self.pieces.setdefault(self._names.add(name), []).append(Piece(instance, members, place))
+        self.pieces.setdefault(self._names.add(name), []).append(Piece(instance, members, source))
 
     def spelled(self, name: str) -> str:
         """Return a name as it is spelled here."""
@@ -81,14 +81,14 @@ class Named:
         if name in done:
             return done[name]
         if name in above:
-            raise self.pieces[name][0].place.error(f"a set names itself: {name}")
+            raise self.pieces[name][0].source.error(f"a set names itself: {name}")
         gathered = [np.empty(0, np.int64)]
         for piece in self.pieces[name]:
             members = self._piece(piece, done, (*above, name), instance, below)
             self._count += len(members)
             if self._count > MOST_MEMBERS:
-                raise piece.place.error(f"the sets have more than {MOST_MEMBERS:,} members, as GENERATE or sets of sets"
-                                        " name them")  # fmt: skip
+                raise piece.source.error(f"the sets have more than {MOST_MEMBERS:,} members, as GENERATE or sets of"
+                                         " sets name them")  # fmt: skip
             gathered.append(members)
         done[name] = np.unique(np.concatenate(gathered))
         return done[name]
@@ -101,11 +101,11 @@ class Named:
         nothing = np.empty(0, np.int64)
         if isinstance(members, np.ndarray):
             return members if below is None or owner.casefold() == instance.casefold() else nothing
-        own = self._names.add(members)
-        if own in self.pieces and not owner:
-            return self._members(own, done, above, instance, below)
+        spelling = self._names.add(members)
+        if spelling in self.pieces and not owner:
+            return self._members(spelling, done, above, instance, below)
         if below is None:
-            raise piece.place.error(f"names the set '{members}', which the deck does not have")
+            raise piece.source.error(f"names the set '{members}', which the deck does not have")
         if not owner:
             owner, _, members = members.partition(".")
         if owner.casefold() != instance.casefold():
@@ -113,7 +113,7 @@ class Named:
         if members.isdigit():
             return np.array([int(members)])
         if members.casefold() not in below:
-            raise piece.place.error(f"names the set '{members}', which instance {owner} does not have")
+            raise piece.source.error(f"names the set '{members}', which instance {owner} does not have")
         return below[members.casefold()]
 
 
@@ -131,7 +131,7 @@ class Sets:
     def __init__(self) -> None:
         self.nodes, self.elements = Named(), Named()
         self._surfaces: dict[str, list[Side]] = {}
-        self._of_elements: list[tuple[str, str, Place]] = []
+        self._of_elements: list[tuple[str, str, Source]] = []
         self._names = Names()
 
     def read_set(self, keyword: Keyword) -> None:
@@ -139,16 +139,16 @@ class Sets:
         sets = self.nodes if keyword.name == "NSET" else self.elements
         name, instance = keyword.options.get(keyword.name), keyword.options.get("INSTANCE", "")
         if not name:
-            raise keyword.place.error(f"*{keyword.name} without a name")
-        sets.add(name, keyword.place, np.empty(0, np.int64), instance)
+            raise keyword.source.error(f"*{keyword.name} without a name")
+        sets.add(name, keyword.source, np.empty(0, np.int64), instance)
         if keyword.name == "NSET" and keyword.options.get("ELSET"):
-            self._of_elements.append((name, keyword.options["ELSET"], keyword.place))
+            self._of_elements.append((name, keyword.options["ELSET"], keyword.source))
         for row in keyword.rows:
             if "GENERATE" in keyword.options:
-                sets.add(name, row.place, _generated(row), instance)
+                sets.add(name, row.source, _generated(row), instance)
                 continue
             for members in _words(row.words()):
-                sets.add(name, row.place, members, instance)
+                sets.add(name, row.source, members, instance)
 
     def read_surface(self, keyword: Keyword) -> None:
         """Take `*SURFACE` of nodes or of faces; cutting and analytical ones have no place on a mesh."""
@@ -157,20 +157,20 @@ class Sets:
         instance = keyword.options.get("INSTANCE", "")
         combine = keyword.options.get("COMBINE", "UNION").upper()
         if combine != "UNION":
-            raise keyword.place.error(f"*SURFACE, COMBINE={combine}; allowed: UNION, and surfaces of sets and faces")
+            raise keyword.source.error(f"*SURFACE, COMBINE={combine}; allowed: UNION, and surfaces of sets and faces")
         if kind == "NODE":
-            self.nodes.add(name, keyword.place, np.empty(0, np.int64), instance)
+            self.nodes.add(name, keyword.source, np.empty(0, np.int64), instance)
             for row in keyword.rows:
                 for members in _words(row.words()[:1]):
-                    self.nodes.add(name, row.place, members, instance)
+                    self.nodes.add(name, row.source, members, instance)
         elif kind == "ELEMENT":
             sides = self._surfaces.setdefault(name, [])
             for row in keyword.rows:
                 words = row.words()
                 face = words[1].upper() if len(words) > 1 else ""
                 if not re.fullmatch(r"S[1-6]|SPOS|SNEG|E[1-4]|", face):
-                    raise row.place.error(f"face '{face}' of a surface; allowed: S1 to S6, SPOS, SNEG or none")
-                sides += [Side(Piece(instance, members, row.place), face) for members in _words(words[:1])]
+                    raise row.source.error(f"face '{face}' of a surface; allowed: S1 to S6, SPOS, SNEG or none")
+                sides += [Side(Piece(instance, members, row.source), face) for members in _words(words[:1])]
 
     def resolved(
         self, blocks: Sequence[Block], path: str, instance: str = "", lower: Resolved | None = None
@@ -178,11 +178,11 @@ class Sets:
         """Return all of them by name; arguments as of `Named.resolved`, errors too."""
         elements = self.elements.resolved(instance, None if lower is None else lower[2])
         nodes = self.nodes.resolved(instance, None if lower is None else lower[0])
-        for name, of, place in self._of_elements:
-            source = {key.casefold(): members for key, members in elements.items()}
-            if of.casefold() not in source:
-                raise place.error(f"*NSET, ELSET={of}: the deck does not have this set")
-            labels = [block.nodes[np.isin(block.labels, source[of.casefold()])].ravel() for block in blocks]
+        for name, of, source in self._of_elements:
+            members_of_name = {key.casefold(): members for key, members in elements.items()}
+            if of.casefold() not in members_of_name:
+                raise source.error(f"*NSET, ELSET={of}: the deck does not have this set")
+            labels = [block.nodes[np.isin(block.labels, members_of_name[of.casefold()])].ravel() for block in blocks]
             spelled = self.nodes.spelled(name)
             nodes[spelled] = np.unique(np.concatenate([nodes[spelled], *labels]))
         sides: dict[str, np.ndarray] = {}
@@ -197,14 +197,14 @@ class Sets:
         rows, skin = [np.empty((0, 2), np.int64)], [np.empty(0, np.int64)]
         below = None if lower is None else {key.casefold(): members for key, members in lower[2].items()}
         for piece, face in lines:
-            other = self._names.add(piece.members) if isinstance(piece.members, str) else ""
-            if not face and other in sides and other != name:
-                rows.append(sides[other])
+            union = self._names.add(piece.members) if isinstance(piece.members, str) else ""
+            if not face and union in sides and union != name:
+                rows.append(sides[union])
                 continue
             labels = self.elements._piece(piece, dict(elements), (), instance, below)
             if not face or (face[0] == "S" and face[1:].isdigit()):
                 faces = [int(face[1]) - 1] if face else range(MOST_FACES)
-                rows += [np.column_stack([labels, np.full(len(labels), number)]) for number in faces]
+                rows += [np.column_stack([labels, np.full(len(labels), face_number)]) for face_number in faces]
             else:
                 skin.append(labels)
         sides[name] = np.concatenate(rows)
@@ -216,10 +216,10 @@ def _generated(row: Line) -> np.ndarray:
     """Return first, last and step of a line of GENERATE as numbers."""
     numbers = row.integers()
     if len(numbers) not in (2, 3) or (len(numbers) == 3 and numbers[2] < 1):
-        raise row.place.error(f"{row.text[:60]!r}, expected first, last and a step of 1 or more")
+        raise row.source.error(f"{row.text[:60]!r}, expected first, last and a step of 1 or more")
     start, stop, step = (*numbers, 1)[:3]
     if (stop - start) // step > MOST_MEMBERS or abs(start) >> 62 or abs(stop) >> 62:
-        raise row.place.error(f"{row.text[:60]!r} stands for more than {MOST_MEMBERS:,} members")
+        raise row.source.error(f"{row.text[:60]!r} stands for more than {MOST_MEMBERS:,} members")
     return np.arange(start, stop + 1, step, dtype=np.int64)
 
 
