@@ -188,22 +188,22 @@ def _placed(shape: SurfaceRule, middle: np.ndarray, size: float) -> SurfaceRule:
     return placed | {"origin": (origin + 0.0).tolist()}
 
 
-def same_surface(shape: SurfaceRule, other: SurfaceRule, size: float, relative: float = ON_SHAPE) -> bool:
+def same_surface(shape: SurfaceRule, second: SurfaceRule, size: float, relative: float = ON_SHAPE) -> bool:
     """Return whether two shapes are one true surface, but for `relative` of the part's size [m]."""
-    if not shape or shape["kind"] != other.get("kind"):
+    if not shape or shape["kind"] != second.get("kind"):
         return False
-    offset = np.asarray(other["origin"]) - np.asarray(shape["origin"])
+    offset = np.asarray(second["origin"]) - np.asarray(shape["origin"])
     if shape["kind"] == "sphere":
         return bool(
-            np.linalg.norm(offset) <= relative * size and abs(shape["radius"] - other["radius"]) <= relative * size
+            np.linalg.norm(offset) <= relative * size and abs(shape["radius"] - second["radius"]) <= relative * size
         )
     key = "normal" if shape["kind"] == "plane" else "axis"
-    a, b = np.asarray(shape[key]), np.asarray(other[key])
+    a, b = np.asarray(shape[key]), np.asarray(second[key])
     parallel = float(np.linalg.norm(np.cross(a, b))) <= relative
     if shape["kind"] == "plane":
         return bool(parallel and a @ b > 0 and abs(offset @ a) <= relative * size)
     if shape["kind"] == "cylinder":
         aside = np.linalg.norm(offset - a * (offset @ a)) <= relative * size
-        return bool(parallel and aside and abs(shape["radius"] - other["radius"]) <= relative * size)
-    close = np.linalg.norm(offset) <= relative * size and abs(shape["angle"] - other["angle"]) <= relative
+        return bool(parallel and aside and abs(shape["radius"] - second["radius"]) <= relative * size)
+    close = np.linalg.norm(offset) <= relative * size and abs(shape["angle"] - second["angle"]) <= relative
     return bool(parallel and a @ b > 0 and close)

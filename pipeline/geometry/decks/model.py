@@ -32,7 +32,7 @@ class Source(NamedTuple):
 class Scope(NamedTuple):
     """Which of several bodies of a deck is read; None where there is only one."""
 
-    part: str | None = None
+    part_name: str | None = None
     """As it was modelled."""
     instance: str | None = None
     """As the assembly moves it."""

@@ -20,7 +20,7 @@ SECOND = 10**6
 class Entries(NamedTuple):
     """Entries of a matrix."""
 
-    first: np.ndarray
+    leading: np.ndarray
     """Row of each from 1, or label × `SECOND` + direction, (k,)."""
     second: np.ndarray
     values: np.ndarray
@@ -40,15 +40,15 @@ def read_text_matrices(stiffness: str, mass: str, dofs: str | None) -> Given:
         if dofs is not None:
             raise InputError(f"{dofs}: given, but {stiffness} names nodes and directions itself; remove geometry.dofs")
         return _labelled(K, M, stiffness, mass)
-    size = int(max(K.first.max(), K.second.max()))
-    mass_size = int(max(M.first.max(), M.second.max()))
+    size = int(max(K.leading.max(), K.second.max()))
+    mass_size = int(max(M.leading.max(), M.second.max()))
     if size != mass_size:
         raise InputError(f"{mass}: has {mass_size} rows, {stiffness} has {size}; allowed: matrices of one size")
     labels = None if dofs is None else read_dofs(dofs)
     if labels is not None and len(labels) != size:
         raise InputError(f"{dofs}: names {len(labels)} degrees of freedom, {stiffness} has {size} rows")
     A, B = (
-        symmetric(matrix.first - 1, matrix.second - 1, matrix.values, size, path)
+        symmetric(matrix.leading - 1, matrix.second - 1, matrix.values, size, path)
         for matrix, path in ((K, stiffness), (M, mass))
     )  # fmt: skip
     return Given(A, B, labels)
@@ -124,8 +124,8 @@ def _entries(path: str) -> Entries:
 
 def _labelled(K: Entries, M: Entries, stiffness: str, mass: str) -> Given:
     """Return matrices whose rows are the nodes and directions of the stiffness, ascending."""
-    rows = np.unique(np.concatenate([K.first, K.second]))
-    others = np.unique(np.concatenate([M.first, M.second]))
+    rows = np.unique(np.concatenate([K.leading, K.second]))
+    others = np.unique(np.concatenate([M.leading, M.second]))
     if (extra := np.setdiff1d(others, rows)).size:
         raise InputError(
             f"{mass}: names node {extra[0] // SECOND} direction {extra[0] % SECOND + 1}, which {stiffness} does not"
@@ -133,7 +133,7 @@ def _labelled(K: Entries, M: Entries, stiffness: str, mass: str) -> Given:
         )
     A, B = (
         symmetric(
-            np.searchsorted(rows, matrix.first), np.searchsorted(rows, matrix.second), matrix.values, len(rows), path
+            np.searchsorted(rows, matrix.leading), np.searchsorted(rows, matrix.second), matrix.values, len(rows), path
         )
         for matrix, path in ((K, stiffness), (M, mass))
     )  # fmt: skip

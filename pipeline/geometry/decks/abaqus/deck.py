@@ -181,10 +181,10 @@ def _chosen(path: str, scope: Scope, bodies: dict[str, Body], instances: dict[st
     levels = [level for level in bodies if level and not level.startswith("*")]
     have = _listed(levels, bodies, instances)
     root = bodies[""]
-    if scope.part is not None:
-        level = _alike(scope.part, levels)
+    if scope.part_name is not None:
+        level = _alike(scope.part_name, levels)
         if level is None:
-            raise InputError(f'{path}: has no part = "{scope.part}", it has {have}')
+            raise InputError(f'{path}: has no part = "{scope.part_name}", it has {have}')
         return _deck(path, bodies[level], None, "", [root.extras])
     if scope.instance is not None:
         name = _alike(scope.instance, list(instances))
