@@ -5,7 +5,7 @@ import sys
 import time
 from importlib import import_module
 
-NAMES = ("full_disk", "mesh_files", "out_folders", "records", "run_kills", "scenes", "signals", "solutions",
+NAMES = ("decks", "full_disk", "mesh_files", "out_folders", "records", "run_kills", "scenes", "signals", "solutions",
          "writer_kills")  # fmt: skip
 
 

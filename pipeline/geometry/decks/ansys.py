@@ -13,7 +13,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS
-from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Scope, Source, deck_of
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Scope, Source, deck_of, whole
 
 FORMAT = re.compile(r"\((\d+i\d+)(,\d+i\d+)*(,\d+[eg]\d+\.\d+(e\d+)?)?\)", re.IGNORECASE)
 """Widths of a block's columns, such as (3i9,6e21.13e3)."""
@@ -171,7 +171,7 @@ class _Archive:
     def _integers(self, line: str, width: int, limit: int = 0) -> list[int]:
         try:
             fields = [line[k : k + width].strip() for k in range(0, len(line), width)][: limit or None]
-            return [int(text) for text in fields if text]
+            return [whole(text) for text in fields if text]
         except ValueError:
             raise self.lines.source.error(f"{line[:60].strip()!r}, expected whole numbers of {width} columns") from None
 

@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.decks.model import Source
+from gudgeon.pipeline.geometry.decks.model import FARTHEST, Source, whole
 
 DEPTH = 20
 """Levels of files that include each other."""
+DIGITS = 19
+"""Digits that a number of a list has less of."""
 WIDTH, WIDE = 8, 16
 """Columns of a small and of a large field."""
 FIELDS = 8
@@ -50,7 +52,7 @@ class Card(NamedTuple):
         if not text and default is not None:
             return default
         try:
-            return int(text)
+            return whole(text)
         except ValueError:
             raise self.source.error(f"{self.name} has {text!r} in field {k + 2}, expected a whole number") from None
 
@@ -68,7 +70,7 @@ class Card(NamedTuple):
             value = float(f"{match[1]}e{match[2] or match[3] or 0}") if match else float("nan")
         except OverflowError:
             value = float("inf")
-        if not abs(value) < float("inf"):
+        if not abs(value) < FARTHEST:
             raise self.source.error(f"{self.name} has {text!r} in field {k + 2}, expected a finite number")
         return value
 
@@ -86,7 +88,7 @@ class Card(NamedTuple):
                 by = words[k + 3 : k + 4] and words[k + 3].upper() == "BY"
                 numbers += self._range(words[k : k + 5 : 2] if by else words[k : k + 3 : 2])
                 k += 5 if by else 3
-            elif words[k].isdecimal():
+            elif words[k].isdecimal() and len(words[k]) < DIGITS:
                 numbers.append(int(words[k]))
                 k += 1
             else:
@@ -95,7 +97,7 @@ class Card(NamedTuple):
 
     def _range(self, words: list[str]) -> range:
         """Return the numbers from the first of two or three words to the second, by steps of the third."""
-        numbers = [int(word) for word in words if word.isdecimal()]
+        numbers = [int(word) for word in words if word.isdecimal() and len(word) < DIGITS]
         start, stop, step = (*numbers, 1, 1, 1)[:3]
         if len(numbers) != len(words) or len(words) < 2 or step < 1 or (stop - start) // step > MOST_MEMBERS:
             raise self.source.error(f"{self.name} has {' THRU '.join(words[:2])!r}, expected a range of numbers")

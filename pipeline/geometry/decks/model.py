@@ -13,8 +13,24 @@ import numpy as np
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import Cell
 
+LARGEST = 1 << 62
+"""Largest number of a node, an element or a member."""
+FARTHEST = 1e100
+"""Largest number of a coordinate, whatever its unit: products of three are finite."""
 MISSING = 0
 """Number of a mid-edge node that a file leaves out: it is on the middle of its edge."""
+
+
+def whole(text: str) -> int:
+    """Return the number that a text says.
+
+    Raises:
+        ValueError: it says none, or one beyond `LARGEST`.
+    """
+    label = int(text)
+    if abs(label) > LARGEST:
+        raise ValueError(text)
+    return label
 
 
 class Source(NamedTuple):

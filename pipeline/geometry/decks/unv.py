@@ -10,7 +10,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS, Cell
-from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Scope, Source, deck_of
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Scope, Source, deck_of, whole
 
 FACES = {41: "triangle", 91: "triangle", 51: "triangle", 61: "triangle", 74: "triangle", 81: "triangle",
          42: "triangle6", 92: "triangle6", 52: "triangle6", 62: "triangle6", 72: "triangle6", 82: "triangle6",
@@ -59,7 +59,7 @@ class _Dataset:
         """
         text = self.text()
         try:
-            numbers = [int(word) for word in text.split()]
+            numbers = [whole(word) for word in text.split()]
         except ValueError:
             numbers = []
         if len(numbers) < minimum:
@@ -152,7 +152,7 @@ def _read_nodes(data: _Dataset, labels: list[int], points: list[list[float]]) ->
 def _read_old_nodes(data: _Dataset, labels: list[int], points: list[list[float]]) -> None:
     while data.more():
         words = data.text().split()
-        if not words or not words[0].isdigit():
+        if not words or not words[0].isdecimal() or len(words[0]) > 18:
             raise data.source.error(f"{' '.join(words)[:60]!r}, expected the number of a node")
         labels.append(int(words[0]))
         points.append(data.reals(3, words[4:]))

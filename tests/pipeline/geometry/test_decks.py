@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import cell_blocks, sides_of
 from gudgeon.pipeline.geometry.decks.included import included_files
@@ -125,13 +126,18 @@ BDF: dict[str, str] = {
 """Bulk data of Nastran of the same tetrahedron."""
 
 
+def write_included(folder: Path) -> None:
+    """Write the files that decks include into a new folder, which they call `sub`."""
+    folder.mkdir()
+    (folder / "nodes.inc").write_text("*INCLUDE, INPUT=sub/more.inc\n")
+    (folder / "more.inc").write_text(NODES)
+    (folder / "rows.txt").write_text(rows(POINTS))
+    (folder / "grids.bdf").write_text(grids(POINTS))
+
+
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    (tmp_path / "sub").mkdir()
-    (tmp_path / "sub/nodes.inc").write_text("*INCLUDE, INPUT=sub/more.inc\n")
-    (tmp_path / "sub/more.inc").write_text(NODES)
-    (tmp_path / "sub/rows.txt").write_text(rows(POINTS))
-    (tmp_path / "sub/grids.bdf").write_text(grids(POINTS))
+    write_included(tmp_path / "sub")
     return tmp_path
 
 
@@ -177,6 +183,17 @@ def test_what_is_not_taken_over_is_said(keyword: str, tmp_path: Path) -> None:
     assert f"'{keyword}' given, the deck has nothing" in refusal(tmp_path / name, leave_out=[keyword])
 
 
+def test_a_scene_says_what_its_deck_leaves_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "part.inp").write_text(LEFT["MASS"][1])
+    (tmp_path / "scene.toml").write_text(
+        'component.p = { geometry = { kind = "file", path = "part.inp", leave_out = ["MASS"] }, material = { E = 2e11,'
+        ' nu = 0.3, rho = 7800.0 } }\nbody.b = { component = "p" }\nrun = { duration = 1e-3 }\n'
+    )
+    places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    assert main(["mesh", str(tmp_path / "scene.toml"), *places]) == 0
+    assert "component.p.geometry: line 13: MASS is left out: a point mass" in capsys.readouterr().err
+
+
 def test_supports_and_steps_are_noted(tmp_path: Path) -> None:
     (tmp_path / "part.inp").write_text(BASE + "*BOUNDARY\nFOOT, 1, 3\n*STEP\n*FREQUENCY\n5\n*END STEP\n")
     (note,) = read(tmp_path / "part.inp").remarks["notes"]
@@ -204,7 +221,7 @@ WRONG: dict[str, tuple[str, str, str]] = {
     "a file that is missing": ("part.inp", "*INCLUDE, INPUT=gone.inc\n", r"line 1: names the file \S*gone.inc"),
     "a file that includes itself": ("part.inp", "*INCLUDE, INPUT=part.inp\n", "which includes itself"),
     "a word for a number": ("part.inp", NODES + "*ELEMENT, TYPE=C3D4\n1, 1, 2, x, 4\n", "line 7: .*whole numbers"),
-    "a node of no place": ("part.inp", NODES.replace("3.0", "nan") + SOLID, "has no finite position"),
+    "a node of no place": ("part.inp", NODES.replace("3.0", "nan") + SOLID, "line 3: .*expected finite numbers"),
     "a node that is not there": ("part.inp", NODES + SOLID.replace("4", "44"), "element 1 names node 44|TYPE=C3D44"),
     "nodes by generation": ("part.inp", NODES + SOLID + "*NGEN\n1, 4\n", r"line 8: \*NGEN makes nodes"),
     "a face of no element": ("part.inp", NODES + SOLID + "*SURFACE, NAME=A\n1, S7\n", "line 9: face 'S7'"),

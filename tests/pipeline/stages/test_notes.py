@@ -10,6 +10,7 @@ from gudgeon.pipeline.stages.notes.registry import NOTES
 TESTS = Path(__file__).parents[2]
 PHRASES = {
     "found interfaces": "were found,",
+    "left out": "is left out: ",
     "units": "give a wave speed",
     "extents": "its largest extent is",
     "gravity": "a thousand times that of the earth",

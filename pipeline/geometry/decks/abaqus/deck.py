@@ -16,7 +16,7 @@ from gudgeon.pipeline.geometry.decks.abaqus import rest as abaqus_rest
 from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword, Line, read_keywords
 from gudgeon.pipeline.geometry.decks.abaqus.sets import Names, Sets
 from gudgeon.pipeline.geometry.decks.axes import Axes, axes_of
-from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Scope, Source, deck_of
+from gudgeon.pipeline.geometry.decks.model import FARTHEST, Block, Deck, Omission, Scope, Source, deck_of, whole
 
 KINDS: list[tuple[re.Pattern[str], str]] = [
     (re.compile(rf"D?C3D{count}[A-Z]*"), cell)
@@ -85,8 +85,10 @@ class Body:
         for row in keyword.rows:
             words = row.text.split(",")
             try:
-                labels.append(int(words[0]))
+                labels.append(whole(words[0]))
                 values = [float(word) for word in words[1:4]]
+                if not all(abs(value) < FARTHEST for value in values):
+                    raise ValueError(row.text)
             except ValueError:
                 labels[len(rows) :] = [row._replace(text=words[0]).integers()[0]] if words[0].strip() else []
                 if len(labels) == len(rows):

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.decks.model import Source
+from gudgeon.pipeline.geometry.decks.model import FARTHEST, Source, whole
 
 DEPTH = 20
 """Levels of files that include each other."""
@@ -47,7 +47,7 @@ class Line(NamedTuple):
             InputError: a word is no number.
         """
         try:
-            return [int(w) for w in self.text.split(",") if w and not w.isspace()]
+            return [whole(w) for w in self.text.split(",") if w and not w.isspace()]
         except ValueError:
             pass
         try:
@@ -78,7 +78,7 @@ def _real(word: str) -> float:
         value = float(word)
     except ValueError:
         value = float(word.upper().replace("D", "E"))
-    if not abs(value) < float("inf"):
+    if not abs(value) < FARTHEST:
         raise ValueError(word)
     return value
 
