@@ -15,6 +15,9 @@ from gudgeon.pipeline.geometry.cells import PYRAMID13, PYRAMID14, cell_blocks, c
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
 from gudgeon.pipeline.reduction.expansion import displacement
 
+ALIKE = 0.9
+"""Cosine of the angle between two normals above which they are of one face."""
+
 
 def write_modes(path: Path, mesh: MeshRecord, modal: ModalRecord) -> None:
     """Write the mesh with its mode shapes as point vectors `mode_001_1234.5Hz`.
@@ -43,6 +46,9 @@ class BodyRecords(NamedTuple):
     """Of the body in the scene, from 0."""
     stress: Callable[[int], np.ndarray] | None = None
     """Returns the stress at the nodes in a frame [Pa], (n, 6), NaN where no gauge has it; None without such gauges."""
+    truncated: Callable[[int], np.ndarray] | None = None
+    """Returns the static displacement that the kept modes lack in a frame [m], (n, 3); None where it is not known, or
+    nothing acts."""
 
 
 def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory, body: str, every: int) -> list[Path]:
@@ -74,6 +80,8 @@ def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory,
             **_contact_field(mesh, modal, trajectory, body, frame),
             "body_id": np.full(len(nodes), records.number),
         }
+        if records.truncated is not None:
+            fields["displacement"] = fields["displacement"] + records.truncated(frame)
         if records.stress is not None:
             stress = records.stress(frame)
             fields |= {"stress": stress, "von_mises": von_mises(stress)}
@@ -112,14 +120,33 @@ def _write_collection(path: Path, entries: list[tuple[float, int, str]]) -> None
 def _contact_field(
     mesh: MeshRecord, modal: ModalRecord, trajectory: Trajectory, body: str, frame: int
 ) -> dict[str, np.ndarray]:
-    """Return the pressure [Pa] of a body's contacts at its nodes, of one without a surface their force [N], (n,)."""
-    field, spread = np.zeros(len(mesh.nodes)), cell_of(mesh).dimension > 1 or mesh.system is not None
+    """Return the pressure [Pa] of a body's contacts at its nodes, of one without a surface their force [N], (n,).
+
+    Pressures on one face add up. At a node of two faces, on an edge, it is the larger of theirs.
+    """
+    spread = cell_of(mesh).dimension > 1 or mesh.system is not None
+    faces: list[tuple[np.ndarray, np.ndarray]] = []
     for contact in trajectory.contacts.values():
         if contact.body == body:
             interface = modal.interfaces[contact.interface]
             areas = interface.areas if contact.areas is None else contact.areas
-            np.add.at(field, interface.nodes, contact.multipliers[frame] / (areas if spread else 1.0))
+            values, normals = _face(faces, interface.nodes, interface.normals, len(mesh.nodes), spread=spread)
+            np.add.at(values, interface.nodes, contact.multipliers[frame] / (areas if spread else 1.0))
+            normals[interface.nodes] = interface.normals
+    field = np.max([values for values, _ in faces], axis=0) if faces else np.zeros(len(mesh.nodes))
     return {"contact_pressure" if spread else "contact_force": field}
+
+
+def _face(
+    faces: list[tuple[np.ndarray, np.ndarray]], nodes: np.ndarray, normals: np.ndarray, count: int, *, spread: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return values, (n,), and outward normals, (n, 3), zero elsewhere, of the face that nodes with normals are on: of
+    the first that has no other normal at one of them, or a new one; of a body without a surface, of all."""
+    for values, of_face in faces:
+        if not spread or (np.einsum("ci,ci->c", of_face[nodes], normals)[of_face[nodes].any(axis=1)] > ALIKE).all():
+            return values, of_face
+    faces.append((np.zeros(count), np.zeros((count, 3))))
+    return faces[-1]
 
 
 def _write_grid(path: Path, mesh: MeshRecord, nodes: np.ndarray, fields: dict[str, np.ndarray]) -> None:

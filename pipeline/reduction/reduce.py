@@ -1,6 +1,6 @@
 """The modes stage: mesh and component in, ModalRecord out."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -30,6 +30,7 @@ from gudgeon.pipeline.interfaces.points import ContactPoints, surface_coordinate
 from gudgeon.pipeline.interfaces.tangential import TangentialRows, rows_across
 from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, tie_of, tie_rows
 from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too_many, refuse_unresolved, traction_space
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import largest_count
 from gudgeon.pipeline.modes.static import pressure_fields
 from gudgeon.pipeline.reduction.accuracy import frequency_errors, refuse_locking
@@ -98,11 +99,7 @@ def reduce_component(
         StageError: the reduction failed its own checks.
     """
     scene_key = f"component.{name}"
-    sites = _places(mesh, component, f"{scene_key}.interface")
-    model = component_model(mesh, component, scene_key)
-    acting = _acting(sites, component, model, rubbed, f"{scene_key}.interface")
-    rigid = {key: tie for key, tie in sites.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
-    tied, spread = made_rigid(model, rigid, f"{scene_key}.interface")
+    sites, acting, (model, tied, spread) = _assembled(mesh, component, scene_key, rubbed)
     contact = replace(_stacked(acting, spread), weights=spread.T @ _weights(model, pulled))
     gauges = _gauges(model, spread, component, contact, scene_key)
     reduced = tied, contact, _reduced(tied, contact, component, scene_key)
@@ -133,6 +130,43 @@ def reduce_component(
         static_responses=static if static.columns and cell_of(model.mesh).solid else None,
         interface_rows=dict(contact.spans), tangential_spans=dict(contact.tangential_spans), **vars(errors),
     )  # fmt: skip
+
+
+def truncated_displacement(
+    mesh: MeshRecord, component: Component, name: str, modal: ModalRecord
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Return a function of the forces on the rows of R, (C,): what kept modes lack of the static nodal displacement
+    [m], (n, 3), (G − Φ Λ⁻¹ Φᵀ) Bᵀ f, of which R f is what the rows read.
+
+    Args:
+        name: The component's name in the scene, for messages.
+        modal: Its modes, with their shapes, interfaces and frequencies.
+    """
+    _, acting, (model, tied, spread) = _assembled(mesh, component, f"component.{name}", list(modal.tangential_spans))
+    B, flexibility = _stacked(acting, spread).B, Flexibility(tied)
+    shapes, Lambda = modal.shapes, modal.angular_frequencies**2
+    assert shapes is not None
+    rows = np.zeros((modal.row_count, len(Lambda)))
+    for key, item in {**modal.interfaces, **modal.tractions, **modal.loads}.items():
+        rows[slice(*modal.interface_rows[key])] = item.rows
+
+    def displacement(forces: np.ndarray) -> np.ndarray:
+        static = model.nodal(spread @ flexibility.solve((B.T @ forces)[:, None]))[:, :, 0]
+        return static - shapes @ ((rows.T @ forces) / Lambda)
+
+    return displacement
+
+
+def _assembled(
+    mesh: MeshRecord, component: Component, scene_key: str, rubbed: Collection[str]
+) -> tuple[dict[str, Any], dict[str, _Acting], tuple[FEModel, FEModel, sparse.csr_matrix]]:
+    """Return where interfaces are, what acts there, and the model, that with rigid ties, and its dofs per dof of the
+    latter; see `reduce_component` for errors."""
+    sites = _places(mesh, component, f"{scene_key}.interface")
+    model = component_model(mesh, component, scene_key)
+    acting = _acting(sites, component, model, rubbed, f"{scene_key}.interface")
+    rigid = {key: tie for key, tie in sites.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
+    return sites, acting, (model, *made_rigid(model, rigid, f"{scene_key}.interface"))
 
 
 def _of_kind(modes: Mapping[str, Any], kind: type) -> dict[str, Any]:

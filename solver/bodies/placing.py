@@ -190,3 +190,15 @@ def _columns(values: Any, Q: np.ndarray) -> Any:
 def _columns_last(values: np.ndarray, Q: np.ndarray) -> np.ndarray:
     """Return nodal vectors turned of several shapes, (n, 3, m)."""
     return values if not values.size else Q @ values
+
+
+def unturned_forces(modal: ModalRecord, forces: np.ndarray, Q: np.ndarray | None) -> np.ndarray:
+    """Return forces on the rows of R of a component, (f, C), of those on the rows of the turned body, (f, C)."""
+    if Q is None:
+        return forces
+    forces = forces.copy()
+    for name, load in modal.loads.items():
+        if load.unit in VECTORS:
+            rows = slice(*modal.interface_rows[name])
+            forces[:, rows] = forces[:, rows] @ np.kron(np.eye(VECTORS[load.unit]), Q)
+    return forces

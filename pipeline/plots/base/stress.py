@@ -25,13 +25,16 @@ READ = ("interface_rows", "tangential_spans", "loads", "tractions")
 """Fields of the modes that forces are put on rows with, but for gauges."""
 
 
-def row_forces(drawing: Drawing, body: BodyMotion, modal: ModalRecord) -> np.ndarray:
+def row_forces(
+    drawing: Drawing, body: BodyMotion, modal: ModalRecord, acts: Callable[[str], bool] = lambda contact: True
+) -> np.ndarray:
     """Return the force on each row of R at each frame, (f, C); a contact pushes against the outward normal.
 
     Friction is left out, see `friction_contacts`.
 
     Args:
         modal: With the fields `READ`, turned as the scene places the body.
+        acts: Whether a contact counts, by its name.
 
     Raises:
         StageError: a force acts on an interface of the body that neither the record nor the scene has at frames: that
@@ -46,6 +49,8 @@ def row_forces(drawing: Drawing, body: BodyMotion, modal: ModalRecord) -> np.nda
             forces[:, slice(*modal.interface_rows[interface])] += applied
     for name, contact in drawing.trajectory.contacts.items():
         against = scene.contact[name].against
+        if not acts(name):
+            continue
         if contact.body == body.name:
             forces[:, slice(*modal.interface_rows[contact.interface])] -= contact.multipliers
         if isinstance(against, MasterSurface) and against.body == body.name:

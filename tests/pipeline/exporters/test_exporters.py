@@ -19,7 +19,7 @@ from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.exporters import EXPORTERS, Exporter, vtu
 from gudgeon.pipeline.exporters.vtu import BodyRecords
-from gudgeon.pipeline.geometry import Bar, Beam, Rigid
+from gudgeon.pipeline.geometry import Bar, Beam, Box, Rigid
 from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base.run import Drawing
@@ -334,3 +334,69 @@ def test_a_writer_that_breaks_leaves_what_was_there(
         vtu.write_modes(path, mesh, modal)
     assert path.read_bytes() == before
     assert os.listdir(tmp_path) == ["modes.vtu"]
+
+
+PULLED = """
+[component.rod]
+geometry = { kind = "bar", length = 1.0, area = 1e-4 }
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+mesh = { size = 0.1 }
+supports = ["left"]
+interface.tip = { surface = "right", kind = "mean" }
+modes = { reduction = "macneal", normal_count = 1 }
+[body.rod]
+ORIENTATION
+[force.pull]
+kind = "force"
+body = "rod"
+interface = "tip"
+direction = AXIS
+expression = "2.1e4"
+[probe.tip]
+kind = "displacement"
+body = "rod"
+interface = "tip"
+direction = AXIS
+[run]
+duration = 1e-3
+samples = 20
+frames = 4
+"""
+SPRING = "[force.s]\nkind = 'spring'\nbody = 'rod'\ninterface = 'tip'\ndirection = AXIS\nstiffness = 1e3\n"
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_displacement_has_what_kept_modes_lack_of_the_loads(
+    turned: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """F L/(E A) = 1 mm at the end and x F/(E A) along the bar with one mode, which alone has 81 % of it."""
+    axis = "[0, 1, 0]" if turned else "[1, 0, 0]"
+    text = PULLED.replace("AXIS", axis).replace(
+        "ORIENTATION", "orientation = { axis = [0, 0, 1], angle = 90 }" if turned else ""
+    )
+    (tmp_path / "scene.toml").write_text(text)
+    places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    assert main(["export", str(tmp_path), "results", *places]) == 0
+    back = meshio.read(sorted((tmp_path / "out" / "vtu" / "rod").glob("frame_*.vtu"))[-1])
+    along, across = (1, 0) if turned else (0, 1)
+    assert back.point_data["displacement"][:, along] == pytest.approx(1e-3 * back.points[:, along], rel=1e-9, abs=1e-15)
+    assert np.abs(back.point_data["displacement"][:, [across, 2]]).max() < 1e-15
+    assert "displacement of body" not in capsys.readouterr().err
+    (tmp_path / "scene.toml").write_text(text + SPRING.replace("AXIS", axis))
+    assert main(["export", str(tmp_path), "results", *places]) == 0
+    error = capsys.readouterr().err
+    assert "displacement of body rod is that of its 1 kept coordinates alone, without the residual flexibility" in error
+    assert "force.s" in error
+
+
+def test_a_node_of_two_faces_has_the_larger_of_their_pressures(modal: ModalRecord, trajectory: Trajectory) -> None:
+    """On one face pressures add up, at an edge they do not."""
+    mesh = Box(kind="box", lx=1.0, ly=1.0, lz=1.0).build(1.0)
+    touch = replace(modal.interfaces["touch"], nodes=np.array([3]), areas=np.ones(1))
+    sides = {"touch": touch, "side": replace(touch, normals=-touch.normals)}
+    contacts = {name: replace(item, areas=np.ones(1), multipliers=item.multipliers[:, :1])
+                for name, item in trajectory.contacts.items() if item.body == "b"}  # fmt: skip
+    pressed = replace(trajectory, contacts=contacts | {"side": replace(contacts["stop"], interface="side")})
+    field = vtu._contact_field(mesh, replace(modal, interfaces=sides), pressed, "b", 2)
+    assert field["contact_pressure"][3] == (3.0 + 4.0) * 2
+    assert np.count_nonzero(field["contact_pressure"]) == 1
