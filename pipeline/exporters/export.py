@@ -81,10 +81,10 @@ def _truncated(job: Job, drawing: Drawing, body: BodyMotion, note: Note) -> Call
     if not forces.any():
         return None
     component, Q = job.scene.component_of(body.name), drawing.rotation(body.name)
-    own = job.store.get(body.morph.modes_key, "modes", only=[*READ, "shapes", "angular_frequencies", "interfaces"])
+    unturned = job.store.get(body.morph.modes_key, "modes", only=[*READ, "shapes", "angular_frequencies", "interfaces"])
     mesh = job.store.get(body.morph.mesh_key, "mesh")
-    displaced = truncated_displacement(mesh, job.scene.component[component], component, own)
-    forces = unturned_forces(own, forces, Q)
+    displaced = truncated_displacement(mesh, job.scene.component[component], component, unturned)
+    forces = unturned_forces(unturned, forces, Q)
     return lambda frame: displaced(forces[frame]) @ (np.eye(3) if Q is None else Q.T)
 
 
