@@ -40,6 +40,9 @@ class FlexibleBody:
     """Coordinates of its records, rigid and elastic ones, per coordinate of a body that joints hold, (n, m), see
     `holding`; None: they are its own."""
 
+    damped_as_held: bool = False
+    """Whether dashpots of the system damp it, see `system.held_damping`, and not its coordinates."""
+
     @property
     def record_count(self) -> int:
         """Number of coordinates of its records, rigid and elastic ones."""
@@ -79,7 +82,8 @@ class FlexibleBody:
     def damping_rates(self) -> np.ndarray:
         """c of its coordinates [1/s], zero for rigid ones, (r + m,); a SceneError as `Damping.rates`."""
         omega = self.modal.angular_frequencies
-        elastic = np.zeros(len(omega)) if self.damping is None else self.damping.rates(omega, self.name)
+        damping = None if self.damped_as_held else self.damping
+        elastic = np.zeros(len(omega)) if damping is None else damping.rates(omega, self.name)
         return np.concatenate([np.zeros(self.rigid_count), elastic])
 
     @property

@@ -2,18 +2,16 @@
 
 With T = R + S over the ports that hold, these are stiffnesses Wᵀ T⁻¹ W where T has a compliance and constraints
 Zᵀ W q = 0 where it has none, T Z = 0. A port's dashpot and the delay of R damp by T⁻¹ (−T′) T⁻¹, exact for a spring
-with a dashpot, and of first order where the residual flexibility is damped.
+with a dashpot, and of first order where the residual flexibility is damped; dampers alone act on W_d q − R_d T⁻¹ W q.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
 
 from gudgeon.solver.linear.state import Linearised
+from gudgeon.solver.system.held_damping import left_free, yielding_and_firm
 
-RIGID = 1e-12
-"""Compliance of a combination of ports, relative to what it or its coordinates yield, that is none."""
 STILL = 1e-9
 """Part of what turns or moves, over its whole, that is round-off."""
 
@@ -92,7 +90,7 @@ def _matrices(linearised: Linearised) -> tuple[np.ndarray, np.ndarray, np.ndarra
     Lambda, C = np.diag(np.sqrt(system.stiffness)), np.diag(system.damping)
     W = linearised.rows[a]
     bare = linearised.stiffness == 0  # Dampers alone.
-    C = C + (W[bare].T * linearised.damping[bare]) @ W[bare]
+    dampers, D, c = a[bare], W[bare], linearised.damping[bare]
     moves = ~bare & (np.any(W, axis=1) | np.any(linearised.residual[:, a, a], axis=0))
     W, a, stiffness, damping = W[moves], a[moves], linearised.stiffness[moves], linearised.damping[moves]
     R = linearised.residual[:, a][:, :, a]
@@ -105,22 +103,12 @@ def _matrices(linearised: Linearised) -> tuple[np.ndarray, np.ndarray, np.ndarra
     with np.errstate(invalid="ignore"):
         slower = slower + np.diag(np.where(np.isfinite(stiffness), damping / stiffness**2, 0.0))
     if not len(a):
-        return Lambda, C, np.eye(len(Lambda))
-    springs = np.where(np.isfinite(stiffness), stiffness, 0.0) * (W * W).sum(axis=1)
-    highest = float(system.stiffness.max(initial=0.0)) or float(springs.max()) or 1.0
-    size = 1 / np.sqrt(np.maximum(((W / (system.stiffness + highest)) * W).sum(axis=1), T.diagonal()))
-    values, Z = linalg.eigh(0.5 * (T + T.T) * np.outer(size, size))
-    yields = values > RIGID
-    soft, firm = size[:, None] * Z[:, yields], size[:, None] * Z[:, ~yields]
-    F = np.vstack([Lambda, (soft / np.sqrt(values[yields])).T @ W])
-    inverse = (soft / values[yields]) @ soft.T
-    C = C + W.T @ inverse @ (0.5 * (slower + slower.T)) @ inverse @ W
-    constraints = firm.T @ W
-    N = (
-        linalg.null_space(constraints / np.linalg.norm(constraints, axis=1)[:, None])
-        if len(constraints)
-        else np.eye(len(Lambda))
-    )
+        return Lambda, C + (D.T * c) @ D, np.eye(len(Lambda))
+    L, firm = yielding_and_firm(W, T, system.stiffness)
+    F, inverse, N = np.vstack([Lambda, L.T @ W]), L @ L.T, left_free(firm, W)
+    pulls = inverse @ W
+    D = D - linearised.residual.sum(axis=0)[np.ix_(dampers, a)] @ pulls
+    C = C + pulls.T @ (0.5 * (slower + slower.T)) @ pulls + (D.T * c) @ D
     return F @ N, N.T @ C @ N, N
 
 

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from gudgeon.solver.capabilities import INTEGRATORS, Feature, Integrator
 from gudgeon.solver.forces import Force, OverTime
 from gudgeon.solver.forces.bushing import Bushing
+from gudgeon.solver.forces.dashpots import Dashpots
 from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.fields.electrostatic import (
     Adhesion,
@@ -205,7 +206,7 @@ class Scene(Strict):
         return {
             n: f
             for n, f in self.force.items()
-            if not isinstance(f, Spring | Bushing | FieldForce | ElectrostaticPressure)
+            if not isinstance(f, Spring | Bushing | Dashpots | FieldForce | ElectrostaticPressure)
         }
 
     def over_time(self) -> dict[str, OverTime]:
@@ -225,8 +226,8 @@ class Scene(Strict):
         return {n: f for n, f in self.force.items() if isinstance(f, MovingForce)}
 
     def springs(self) -> dict[str, Spring | Bushing]:
-        """Return the springs and bushings of the scene by name."""
-        return {n: f for n, f in self.force.items() if isinstance(f, Spring | Bushing)}
+        """Return the springs and bushings of the scene by name, in a system with the dashpots of bodies."""
+        return {n: f for n, f in self.force.items() if isinstance(f, Spring | Bushing | Dashpots)}
 
     def carriers(self) -> list[str]:
         """Return the integrators that support all features of the scene, in the order in which `auto` prefers them."""

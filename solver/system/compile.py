@@ -37,6 +37,7 @@ from gudgeon.solver.system.fields.reading import Fields, read_fields
 from gudgeon.solver.system.friction import refuse_motion_across
 from gudgeon.solver.system.gauges import compile_gauges
 from gudgeon.solver.system.held import begin_driven, held_statics
+from gudgeon.solver.system.held_damping import damped_as_held
 from gudgeon.solver.system.loads import Driving, compile_driving
 from gudgeon.solver.system.probes import compile_probes
 from gudgeon.solver.system.springs import compile_springs
@@ -83,6 +84,8 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
         )
     bores = read_bores(store, scene, morphs)
     bodies = along_obstacles(scene, bodies)
+    if not scene.capabilities.turns:
+        scene, bodies = damped_as_held(scene, bodies)
     return assembled(scene, bodies, terms, fields=read_fields(store, scene, bodies), bores=bores)
 
 

@@ -1,5 +1,6 @@
 """Compiled springs and bushings: rows, stiffness and damping, tables, residual flexibility at their interfaces."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.contact.shares import shared
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.bushing import Bushing
+from gudgeon.solver.forces.dashpots import Dashpots
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
@@ -109,7 +111,7 @@ def compile_springs(
     """
     names, ends, row_values, knots, motions = [], [], [np.zeros((3, 0))], {}, [np.zeros((0, 6))]
     for name, force in scene.springs().items():
-        both, moved, (stiffness, damping, stretch) = _compiled(scene, name, force, bodies)
+        both, moved, (stiffness, damping, stretch) = spring_ends(scene, name, force, bodies)
         motions.append(moved)
         if isinstance(force, Spring) and force.tabled:
             knots[len(names)] = np.array(force.values, float) + np.array([0.0, force.preload])
@@ -169,10 +171,14 @@ def _shared(
     return residual, to_gap, to_loads
 
 
-def _compiled(
-    scene: Scene, name: str, force: Spring | Bushing, bodies: dict[str, FlexibleBody]
+def spring_ends(
+    scene: Scene, name: str, force: Spring | Bushing | Dashpots, bodies: Mapping[str, FlexibleBody]
 ) -> tuple[tuple[End, ...], np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return a force's ends, the motions that it resists, (b, 6), and stiffness, damping and stretch of its rows."""
+    if isinstance(force, Dashpots):
+        rigid, zeros = np.zeros((force.count, bodies[force.body].rigid_count)), np.zeros(force.count)
+        end = End(force.body, rigid, force.interface, np.eye(force.count))
+        return (end,), np.zeros((force.count, 6)), (zeros, np.ones(force.count), zeros)
     positions = [_place(scene, name, force, bodies, i) for i in range(2 if force.against else 1)]
     if isinstance(force, Bushing):
         motions, stiffness, damping = force.parts()
@@ -194,7 +200,9 @@ def _compiled(
     return tuple(ends), motions, values
 
 
-def _place(scene: Scene, name: str, force: Spring | Bushing, bodies: dict[str, FlexibleBody], end: int) -> np.ndarray:
+def _place(
+    scene: Scene, name: str, force: Spring | Bushing, bodies: Mapping[str, FlexibleBody], end: int
+) -> np.ndarray:
     """Return where an end of a force is [m], (3,); without an interface the second end is where the first one is."""
     body, interface = ((force.body, force.interface), (force.against, force.against_interface))[end]
     if interface is None or body is None:
@@ -218,7 +226,7 @@ def _place(scene: Scene, name: str, force: Spring | Bushing, bodies: dict[str, F
     return points[0] + np.asarray(scene.body[body].position)
 
 
-def _line(name: str, force: Spring, bodies: dict[str, FlexibleBody], positions: list[np.ndarray]) -> np.ndarray:
+def _line(name: str, force: Spring, bodies: Mapping[str, FlexibleBody], positions: list[np.ndarray]) -> np.ndarray:
     """Return the unit vector along which a spring elongates when its body moves, (3,)."""
     modal = bodies[force.body].modal
     if force.direction is not None:
