@@ -87,8 +87,9 @@ REGISTRY: tuple[Quantity, ...] = (
              " obstacle without `surface_stiffness` and `wear`.", _SIZE, "of the frames"),
     Quantity("contact", "sliver_share", "1", "Fraction of the impulses that acts at points with a sliver of area;"
              " absent where it is zero.", _SIZE),
-    Quantity("contact", "least_gap", "m", "Smallest gap in a run in which nothing touches.", _SIZE, "of the frames"),
-    Quantity("contact", "least_gap_time", "s", "Time of this gap.", _SIZE, "of the frames"),
+    Quantity("contact", "least_gap", "m", "Smallest gap of a contact that does not touch.", _SIZE,
+             "of the samples, of elastic bodies of the frames, and curves between them"),
+    Quantity("contact", "least_gap_time", "s", "Time of this gap.", _SIZE, "as the gap"),
     Quantity("contact", "slipN", "s", "Time at which a point begins to slip for the Nth time, of the first three.",
              _SIZE),
     Quantity("contact", "stickN", "s", "Time at which a point begins to stick for the Nth time, of the first three.",

@@ -29,7 +29,9 @@ LINKAGE_NOTES = "linkage_notes"
 """Entry of `Trajectory.counts`: what is to be said of the start of a mechanism, one sentence a line."""
 ROTATION_NOTES = "rotation_notes"
 """Entry of `Trajectory.counts`: what is to be said of bodies that turned beyond small motion, one sentence a line."""
-NOTES = (FRICTION_NOTES, LINKAGE_NOTES, ROTATION_NOTES, EDGE_NOTES)
+SAMPLE_NOTES = "sample_notes"
+"""Entry of `Trajectory.counts`: what is to be said of probes that vibrate between samples, one sentence a line."""
+NOTES = (FRICTION_NOTES, LINKAGE_NOTES, ROTATION_NOTES, EDGE_NOTES, SAMPLE_NOTES)
 
 WEAR = "wear"
 """Entry of `Trajectory.counts`: by joint that wears, lists over evenly spaced angles from zero, one for each touching

@@ -18,8 +18,15 @@ def windowed(edges: np.ndarray, impulse: np.ndarray, window: float) -> tuple[flo
     return float(sizes.max()), 0.5 * float(equal[0] + equal[-1])
 
 
-def least_of_cubics(times: np.ndarray, gaps: np.ndarray, rates: np.ndarray) -> tuple[float, float]:
-    """Return the least value of cubics by values [m] and rates [m/s] at some times, (f, c), and its time [s]."""
+def least_of_cubics(
+    times: np.ndarray, gaps: np.ndarray, rates: np.ndarray, struck: np.ndarray | None = None
+) -> tuple[float, float]:
+    """Return the least value of cubics by values [m] and rates [m/s] at some times, (f, c), and its time [s].
+
+    Args:
+        struck: In which spans between the times a force acts that may change the rates at once, (f − 1,): there the
+            gap is that of the two tangents up to where they meet, no cubic; default: in none.
+    """
     frame, point = np.unravel_index(int(gaps.argmin()), gaps.shape)
     best = (float(gaps[frame, point]), float(times[frame]))
     spans = np.diff(times)[:, None]
@@ -30,6 +37,10 @@ def least_of_cubics(times: np.ndarray, gaps: np.ndarray, rates: np.ndarray) -> t
         under = np.sqrt(square**2 - 3 * cube * m0)
         x = -m0 / (square + under)
         lowest = np.where((x > 0) & (x < 1), g0 + x * (m0 + x * (square + x * cube)), np.inf)
+        meet = (g1 - g0 - m1) / (m0 - m1)
+        tangents = np.where((m0 < 0) & (m1 > 0) & (meet > 0) & (meet < 1), g0 + meet * m0, np.inf)
+    if struck is not None:
+        x, lowest = (np.where(struck[:, None], a, b) for a, b in ((meet, x), (tangents, lowest)))
     lowest = np.where(np.isfinite(lowest), lowest, np.inf)
     if lowest.size and lowest.min() < best[0]:
         frame, point = np.unravel_index(int(lowest.argmin()), lowest.shape)

@@ -12,6 +12,9 @@ from gudgeon.solver.system.reactions import MOMENTUM, spring_pulls, spring_rows,
 from gudgeon.solver.system.system import System
 
 Parts = tuple[Mapping[str, ContactHistory], Mapping[str, JointHistory], np.ndarray]
+FOLLOWED = 0.6
+"""Motion between two samples over the largest displacement up to which samples follow a vibration: one of amplitude A
+moves by A ω h between them, and its sampled peak is low by (ω h)²/8, 5 % there."""
 WRENCH = ("x", "y", "z", "moment x", "moment y", "moment z")
 
 
@@ -120,6 +123,34 @@ def _driving_force(system: System, name: str, loads: np.ndarray) -> tuple[np.nda
         return loads[:, rows], ("along",), "N" if drive.motion.kind == "translation" else "N m"
     wrench = loads[:, rows] @ drive.mix
     return wrench, WRENCH[: wrench.shape[1]], "N" if wrench.shape[1] == 3 else "N, N m"
+
+
+def unresolved(
+    system: System, interval: float, states: tuple[np.ndarray, np.ndarray], snapshots: np.ndarray
+) -> list[str]:
+    """Return a sentence for each probe whose place vibrates faster than samples follow, so that its peak is larger.
+
+    Args:
+        interval: Between samples [s].
+        states: Coordinates and their rates at frames, (f, m).
+        snapshots: Rigid coordinates, then their rates, at samples, (s, 2 r or more).
+    """
+    rigid = system.rigid
+    q, v = (np.vstack(pair) for pair in zip((system.position, system.velocity), states, strict=True))
+    sentences = []
+    for name, span in zip(system.probes.names, system.probes.places, strict=True):
+        W = system.probes.rows[span] + system.probes.rates[span]
+        rigid_motion = (snapshots[:, : len(rigid)] - system.position[rigid]) @ W[:, rigid].T
+        moved = max(
+            float(np.linalg.norm(u, axis=1).max(initial=0.0)) for u in ((q - system.position) @ W.T, rigid_motion)
+        )
+        between = interval * float(np.linalg.norm(v @ W.T, axis=1).max(initial=0.0))
+        if between > FOLLOWED * moved and moved + between > 0:
+            sentences.append(
+                f"probe.{name}: its values and their peak are those of samples {interval:.3g} s apart, between which"
+                f" its place moves by {between:.3g}, while it is seen up to {moved:.3g} away; increase run.samples"
+            )
+    return sentences
 
 
 def probe_quantities(times: np.ndarray, probes: Mapping[str, ProbeHistory]) -> Json:

@@ -6,7 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import LINKAGE_NOTES, WEAR, ContactHistory, JointHistory, Trajectory
+from gudgeon.modaldb.records.trajectory import (
+    LINKAGE_NOTES,
+    SAMPLE_NOTES,
+    WEAR,
+    ContactHistory,
+    JointHistory,
+    Trajectory,
+)
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, LinkageHistories, Outcome, Samples
@@ -25,7 +32,7 @@ from gudgeon.solver.results.held import (
 from gudgeon.solver.results.momentum import momentum_residual
 from gudgeon.solver.results.nearest import nearest
 from gudgeon.solver.results.paths import empty_paths, recorded_paths
-from gudgeon.solver.results.probes import probe_quantities, recorded_probes
+from gudgeon.solver.results.probes import probe_quantities, recorded_probes, unresolved
 from gudgeon.solver.results.quantities import deflections, quantities
 from gudgeon.solver.results.wear import rubbed, wears, worn_quantities
 from gudgeon.solver.system.system import System
@@ -113,6 +120,11 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, histories: Histories
     contacts = _with_friction(contacts, system, histories.friction, peaks.friction)
     joints = _joints(system, times, samples, wrenches)
     probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads), wrenches)
+    recorded_states = histories.frames, histories.velocities
+    sentences = (
+        unresolved(system, interval, recorded_states, samples.snapshots) if plan.integrator.records_motion else []
+    )
+    sampled: Json = {SAMPLE_NOTES: "\n".join(sentences)} if sentences else {}
     trajectory = Trajectory(
         result=ending.result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},
@@ -128,10 +140,10 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, histories: Histories
         | probe_quantities(times, probes)
         | held_quantities(times, wrenches)
         | deflections(system, frame_times, histories.frames)
-        | nearest(system, end, frame_times, histories.frames, histories.velocities),
+        | nearest(system, end, samples, recorded_states, (interval, interval * schedule.samples_per_frame)),
         energy_drift=ending.drift,
         momentum_residual=momentum_residual(system, end, interval * samples.loads.sum(axis=0), interval * len(times)),
-        counts=_counts(system, plan, end) | ({"reason": ending.reason} if ending.reason else {}),
+        counts=_counts(system, plan, end) | sampled | ({"reason": ending.reason} if ending.reason else {}),
         joints=joints,
         probes=probes,
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},

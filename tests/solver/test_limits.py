@@ -272,6 +272,22 @@ def test_a_contact_that_never_touches_tells_its_smallest_gap(tmp_path: Path) -> 
     assert "roof.least_gap" not in simulate(build(tmp_path / "touches", records, scene)).quantities
 
 
+def test_an_impact_between_frames_turns_the_smallest_gap(tmp_path: Path) -> None:
+    """A mass bounces off a floor with its point a at full speed; the floor of its point b is 50 µm lower."""
+    points = {name: ((0, 0, -0.1), (0, 0, -1)) for name in "ab"}
+    floors = {name: {"body": "part", "interface": name, "method": "impact", "restitution": 1.0,
+                     "against": {"shape": "plane", "point": [0, 0, -depth], "normal": [0, 0, 1]}}
+              for name, depth in (("a", 0.0), ("b", 50e-6))}  # fmt: skip
+    scene = {
+        "body": {"part": {"velocity": [0, 0, -1.0], "position": [0, 0, 0.16]}},
+        "contact": floors,
+        "run": {"duration": 1.0, "frames": 20, "samples": 100},
+    }
+    found = simulate(build(tmp_path, rigid_records(3.0, points, axes=(2,)), scene)).quantities
+    assert found["b.least_gap"]["value"] == pytest.approx(50e-6, rel=1e-6)
+    assert found["b.least_gap_time"]["value"] == pytest.approx(0.06, rel=1e-6)
+
+
 def swinging_cantilever(folder: Path, deflection: float, *, slides: bool, **run: Any) -> Trajectory:
     """The first mode of a cantilever whose end swings to a share of its length by gravity; its support may slide."""
     length, mass, omega = 0.5, 0.2, 100.0

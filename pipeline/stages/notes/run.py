@@ -61,7 +61,10 @@ def gaps(facts: Facts) -> Iterator[str]:
     quantities = facts.summary["quantities"]
     smallest = {name: quantities.get(f"{name}.least_gap") for name in facts.scene.contact}
     untouched = {name: gap["value"] for name, gap in smallest.items() if gap is not None}
-    if not facts.finished or not untouched or len(untouched) < len(smallest):
+    if not facts.finished or not untouched:
+        return
+    if len(untouched) < len(smallest):
+        yield from _between_frames(facts, untouched)
         return
     name = min(untouched, key=lambda contact: untouched[contact])
     time = quantities[f"{name}.least_gap_time"]["value"]
@@ -69,6 +72,18 @@ def gaps(facts: Facts) -> Iterator[str]:
         f"no contact touched; the smallest gap was {untouched[name]:.3g} m, of contact {name} at {time:.3g} s; if a"
         " contact is expected, increase run.duration, or change the positions or velocities of the bodies"
     )
+
+
+def _between_frames(facts: Facts, untouched: dict[str, float]) -> Iterator[str]:
+    """Yield a note for each contact of elastic bodies that did not touch while others did."""
+    run, others = facts.scene.run, facts.scene.others()
+    for name, gap in untouched.items():
+        sides = [facts.scene.contact[name].body, *([others[name].body] if name in others else [])]
+        if any(len(facts.modes[facts.scene.component_of(body)].angular_frequencies) for body in sides):
+            yield (
+                f"{name}.least_gap: {gap:.3g} m is of the {run.frames} frames, {run.duration / run.frames:.3g} s apart;"
+                " impacts of other contacts may bring it closer between them: increase run.frames"
+            )
 
 
 def probes(facts: Facts) -> Iterator[str]:

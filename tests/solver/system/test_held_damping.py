@@ -51,7 +51,7 @@ def test_ratios_are_those_of_the_held_modes(damping: str, hold: dict[str, Any], 
 
 
 def test_a_tie_is_held_with_all_its_motions(tmp_path: Path) -> None:
-    """The residual flexibility, which is much of this body of four modes, has damping of its own at high frequencies."""
+    """The residual flexibility, which is much of a body of four modes, has damping of its own at high frequencies."""
     foot = {"kind": "translation", "body": "part", "interface": "foot", "direction": X, "held": True, "expression": "0"}
     scene = {"body": {"part": {"damping": {"ratio": RATIO}}}, "motion": {"foot": foot}, "run": RUN}
     modes = assembled_modes(linearised(build(tmp_path, solid(), scene)))
