@@ -214,6 +214,8 @@ class SwapModes:
 SHAPE_ERRORS = "shape_errors"
 """Entry of `ModalRecord.quality`: (ω − ω')/ω of the last coordinates, those that are no proven normal modes, with ω'
 of one inverse iteration. It is small where a Ritz vector is a mode, and large for static shapes."""
+VOLUME_ERROR = "volume_error"
+"""Entry of `ModalRecord.quality`: by how much the mesh has more volume, and mass, than is within its true surfaces."""
 MODE = 0.02
 """Largest of these of a coordinate that is a mode of the body."""
 

@@ -59,7 +59,9 @@ def _records(job: Job, drawing: Drawing, name: str, body_id: int, note: Note) ->
     body = drawing.body(name)
     stress = _stress(drawing, body, note) if stress_gauges(drawing, body) else None
     truncated = _truncated(job, drawing, body, note)
-    return BodyRecords(body.mesh, body.modal, body.morph, drawing.position(name), body_id, stress, truncated)
+    return BodyRecords(
+        body.mesh, body.modal, body.morph, drawing.position(name), body_id, stress=stress, truncated=truncated
+    )
 
 
 def _truncated(job: Job, drawing: Drawing, body: BodyMotion, note: Note) -> Callable[[int], np.ndarray] | None:

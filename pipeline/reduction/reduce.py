@@ -10,6 +10,7 @@ from scipy import linalg, sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import (
+    VOLUME_ERROR,
     InertiaCouplings,
     InterfaceModes,
     LoadModes,
@@ -26,7 +27,7 @@ from gudgeon.pipeline.interfaces.gauges import body_force_rows, gauge_rows, refu
 from gudgeon.pipeline.interfaces.loads import LoadRows, load_rows
 from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
 from gudgeon.pipeline.interfaces.point_mass import component_model
-from gudgeon.pipeline.interfaces.points import ContactPoints, surface_coordinates
+from gudgeon.pipeline.interfaces.points import ContactPoints, surface_coordinates, volume_error
 from gudgeon.pipeline.interfaces.tangential import TangentialRows, rows_across
 from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, tie_of, tie_rows
 from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too_many, refuse_unresolved, traction_space
@@ -117,6 +118,7 @@ def reduce_component(
         lambda variant: reduce_component(mesh, mesh_key, variant, name).discretisation_errors,
     )  # fmt: skip
     checked = {"compliance_errors": compliance_errors(model, component, responses, static)} | _patches(sites)
+    checked |= {VOLUME_ERROR: volume_error(mesh)}
     return ModalRecord(
         mesh_key=mesh_key, reduction=component.modes.reduction, normal_count=reduction.normal_count,
         static_count=len(frequencies) - reduction.normal_count, angular_frequencies=frequencies,

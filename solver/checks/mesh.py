@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.modaldb.records.modes import VOLUME_ERROR, ModalRecord
 from gudgeon.modaldb.records.trajectory import COARSE_MESHES, PATCH_POINTS, Trajectory
 from gudgeon.solver.checks.basis import Run, differences, fastest_body, touches
 from gudgeon.solver.checks.contact_points import patch_errors
@@ -42,11 +42,22 @@ def with_mesh_estimates(system: System, trajectory: Trajectory, run: Run) -> Tra
     Returns:
         Its `estimates` with `mesh.impulse`, `mesh.force` and `mesh.rebound`, relative to what those of the basis are.
         Where they are above run.tolerance and several components have such errors, `counts` names those that matter.
-        Where the points of a patch resolve it poorly, `mesh.force` is at least their error, and `counts` has their
-        number. Unchanged where nothing touches, or else no record has estimates of its frequencies, or the other run is
-        impossible.
+        Impulse and force have the error of the mass of a coarse round mesh, too. Where the points of a patch resolve it
+        poorly, `mesh.force` is at least their error, and `counts` has their number. Unchanged where nothing touches, or
+        else no record has estimates of its frequencies, or the other run is impossible.
     """
-    return _with_patches(system, _with_frequencies(system, trajectory, run))
+    return _with_mass(system, _with_patches(system, _with_frequencies(system, trajectory, run)))
+
+
+def _with_mass(system: System, trajectory: Trajectory) -> Trajectory:
+    """Return a run with the errors by the volumes of its bodies' meshes: an impulse has that of a mass, the force of an
+    impact that of its root."""
+    errors = [abs(float(body.modal.quality.get(VOLUME_ERROR, 0.0))) for body in system.bodies.values()]
+    if not max(errors) > 0 or not touches(system, trajectory):
+        return trajectory
+    by_mass = {"mesh.impulse": max(errors), "mesh.force": max(errors) / 2}
+    estimates = {name: trajectory.estimates.get(name, 0.0) + error for name, error in by_mass.items()}
+    return replace(trajectory, estimates=trajectory.estimates | estimates)
 
 
 def _with_patches(system: System, trajectory: Trajectory) -> Trajectory:

@@ -96,35 +96,14 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, histories: Histories
     schedule, interval, samples = plan.schedule, plan.schedule.interval, histories.samples
     times = interval * np.arange(1, len(samples.forces) + 1)
     frame_times = interval * schedule.samples_per_frame * np.arange(1, len(histories.frames) + 1)
-    paths, closed = recorded_paths(system, samples.paths.values), np.flatnonzero(samples.peaks.force > 0)
+    closed = np.flatnonzero(samples.peaks.force > 0)
     peaks = Peaks(*(p[closed] for p in samples.peaks))
-    peak_masters = _outward(system, peaks)
     readings, wrenches = parted(recorded_gauges(system, samples.gauges))
     peak_times = interval * peaks.sample
     states = np.append(frame_times, peak_times), np.concatenate([histories.multipliers, peaks.multipliers])
-    contacts = {
-        contact.name: ContactHistory(
-            body=contact.body,
-            interface=contact.interface,
-            force=samples.forces[:, i],
-            multipliers=histories.multipliers[:, contact.rows],
-            areas=contact.areas,
-            points=contact.points,
-            master=_recorded(histories.masters, contact),
-            path=paths.get(contact.name),
-            peak_multipliers=peaks.multipliers[:, contact.rows],
-            peak_master=_recorded(peak_masters, contact),
-        )
-        for i, contact in enumerate(system.contacts)
-    }
-    contacts = _with_friction(contacts, system, histories.friction, peaks.friction)
+    contacts = _contacts(system, histories, peaks)
     joints = _joints(system, times, samples, wrenches)
     probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads), wrenches)
-    recorded_states = histories.frames, histories.velocities
-    sentences = (
-        unresolved(system, interval, recorded_states, samples.snapshots) if plan.integrator.records_motion else []
-    )
-    sampled: Json = {SAMPLE_NOTES: "\n".join(sentences)} if sentences else {}
     trajectory = Trajectory(
         result=ending.result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},
@@ -140,10 +119,16 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, histories: Histories
         | probe_quantities(times, probes)
         | held_quantities(times, wrenches)
         | deflections(system, frame_times, histories.frames)
-        | nearest(system, end, samples, recorded_states, (interval, interval * schedule.samples_per_frame)),
+        | nearest(
+            system,
+            end,
+            samples,
+            (histories.frames, histories.velocities),
+            (interval, interval * schedule.samples_per_frame),
+        ),
         energy_drift=ending.drift,
         momentum_residual=momentum_residual(system, end, interval * samples.loads.sum(axis=0), interval * len(times)),
-        counts=_counts(system, plan, end) | sampled | ({"reason": ending.reason} if ending.reason else {}),
+        counts=_counts(system, plan, end, histories) | ({"reason": ending.reason} if ending.reason else {}),
         joints=joints,
         probes=probes,
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
@@ -156,6 +141,27 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, histories: Histories
     )
     trajectory = _with_wear(trajectory, system, schedule, histories) if wears(system) else trajectory
     return trajectory if end.linkage is None else _with_linkage(trajectory, end.linkage(len(times)), system.scene.probe)
+
+
+def _contacts(system: System, histories: Histories, peaks: Peaks) -> dict[str, ContactHistory]:
+    """Return the histories of all contacts."""
+    paths, peak_masters = recorded_paths(system, histories.samples.paths.values), _outward(system, peaks)
+    contacts = {
+        contact.name: ContactHistory(
+            body=contact.body,
+            interface=contact.interface,
+            force=histories.samples.forces[:, i],
+            multipliers=histories.multipliers[:, contact.rows],
+            areas=contact.areas,
+            points=contact.points,
+            master=_recorded(histories.masters, contact),
+            path=paths.get(contact.name),
+            peak_multipliers=peaks.multipliers[:, contact.rows],
+            peak_master=_recorded(peak_masters, contact),
+        )
+        for i, contact in enumerate(system.contacts)
+    }
+    return _with_friction(contacts, system, histories.friction, peaks.friction)
 
 
 def _with_friction(
@@ -197,20 +203,27 @@ def _with_linkage(trajectory: Trajectory, linkage: LinkageHistories, names: Iter
     )  # fmt: skip
 
 
-def _counts(system: System, plan: Plan, end: Outcome) -> Json:
-    """Return the integrator, its step, and numbers of operations."""
-    return {
-        "integrator": plan.name,
-        "steps": plan.schedule.steps,
-        "substeps": plan.schedule.substeps,
-        "step": plan.schedule.dt,
-        "critical_frequency": plan.critical,
-        "contact_steps": int(end.counts[CONTACT_STEPS]),
-        "pivots": int(end.counts[PIVOTS]),
-        "coordinates": len(end.q),
-        "contact_rows": len(system.gap),
-        "functions": len(system.functions),
-    } | end.work
+def _counts(system: System, plan: Plan, end: Outcome, histories: Histories) -> Json:
+    """Return the integrator, its step, numbers of operations, and what is to be said of its samples."""
+    states, snapshots = (histories.frames, histories.velocities), histories.samples.snapshots
+    sentences = unresolved(system, plan.schedule.interval, states, snapshots) if plan.integrator.records_motion else []
+    sampled: Json = {SAMPLE_NOTES: "\n".join(sentences)} if sentences else {}
+    return (
+        sampled
+        | {
+            "integrator": plan.name,
+            "steps": plan.schedule.steps,
+            "substeps": plan.schedule.substeps,
+            "step": plan.schedule.dt,
+            "critical_frequency": plan.critical,
+            "contact_steps": int(end.counts[CONTACT_STEPS]),
+            "pivots": int(end.counts[PIVOTS]),
+            "coordinates": len(end.q),
+            "contact_rows": len(system.gap),
+            "functions": len(system.functions),
+        }
+        | end.work
+    )
 
 
 def _outward(system: System, peaks: Peaks) -> np.ndarray:

@@ -84,8 +84,7 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
         )
     bores = read_bores(store, scene, morphs)
     bodies = along_obstacles(scene, bodies)
-    if not scene.capabilities.turns:
-        scene, bodies = damped_as_held(scene, bodies)
+    scene, bodies = damped_as_held(scene, bodies)
     return assembled(scene, bodies, terms, fields=read_fields(store, scene, bodies), bores=bores)
 
 

@@ -52,6 +52,8 @@ def damped_as_held(scene: Scene, bodies: Mapping[str, FlexibleBody]) -> tuple[Sc
     """Return a scene and its bodies with dashpots in place of the damping of coordinates, where what holds a body
     changes its modes."""
     damped, forces = dict(bodies), dict[str, Any](scene.force)
+    if scene.capabilities.turns:
+        return scene, damped
     for name, body in bodies.items():
         damping = body.damping
         if damping is None or damping.proportional is not None or not len(body.modal.angular_frequencies):
@@ -94,23 +96,11 @@ def left_free(firm: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 def _holding(scene: Scene, name: str, bodies: Mapping[str, FlexibleBody]) -> Holding | None:
     """Return what holds a body at its interfaces; None without."""
-    body, ends = bodies[name], list[tuple[End, np.ndarray]]()
-    for motion in (n for n, m in scene.motion.items() if m.body == name and m.interface is not None):
-        drive, _ = driven_rows(scene, motion, body)
-        ends.append(
-            (End(name, body.wrench_rows(drive.resultant), drive.interface, drive.mix), np.zeros(len(drive.mix)))
-        )
-    for spring, force in scene.springs().items():
-        if name in (force.body, force.against):
-            both, _, (stiffness, *_) = spring_ends(scene, spring, force, bodies)
-            ends += [
-                (End(name, end.rigid[k], end.interface, end.mix[k]), 1 / stiffness[k])
-                for end in both if end.body == name and end.interface is not None for k in [stiffness > 0]
-            ]  # fmt: skip
+    body, ends = bodies[name], _ends(scene, name, bodies)
     if not ends:
         return None
-    elastic = [end.mix @ body.modal.loads[end.interface].rows if end.interface in body.modal.loads
-               else end.mix @ body.modal.interfaces[str(end.interface)].rows for end, _ in ends]  # fmt: skip
+    loads, points = body.modal.loads, body.modal.interfaces
+    elastic = [end.mix @ (loads if i in loads else points)[i].rows for end, _ in ends for i in [str(end.interface)]]
     rows = np.vstack([np.hstack([end.rigid, e]) for (end, _), e in zip(ends, elastic, strict=True)])
     mix = np.zeros((len(rows), body.modal.row_count))
     for (end, _), stop in zip(ends, np.cumsum([len(end.mix) for end, _ in ends]).tolist(), strict=True):
@@ -120,6 +110,24 @@ def _holding(scene: Scene, name: str, bodies: Mapping[str, FlexibleBody]) -> Hol
     T = R + np.diag(np.concatenate([soft for _, soft in ends]))
     acts = np.any(rows, axis=1) | np.any(T, axis=1)
     return Holding(rows[acts], T[np.ix_(acts, acts)], R[np.ix_(acts, acts)], mix[acts]) if acts.any() else None
+
+
+def _ends(scene: Scene, name: str, bodies: Mapping[str, FlexibleBody]) -> list[tuple[End, np.ndarray]]:
+    """Return the motions, springs and bushings at interfaces of a body, with the compliance of each row [m/N]."""
+    body, ends = bodies[name], list[tuple[End, np.ndarray]]()
+    for motion in (n for n, m in scene.motion.items() if m.body == name and m.interface is not None):
+        drive, _ = driven_rows(scene, motion, body)
+        end = End(name, body.wrench_rows(drive.resultant), drive.interface, drive.mix)
+        ends.append((end, np.zeros(len(drive.mix))))
+    for spring in (n for n, f in scene.springs().items() if name in (f.body, f.against)):
+        both, _, (stiffness, *_) = spring_ends(scene, spring, scene.springs()[spring], bodies)
+        stiff = stiffness > 0
+        ends += [
+            (End(name, end.rigid[stiff], end.interface, end.mix[stiff]), 1 / stiffness[stiff])
+            for end in both
+            if end.body == name and end.interface is not None
+        ]
+    return ends
 
 
 def _dashpots(body: FlexibleBody, holding: Holding) -> tuple[np.ndarray, np.ndarray] | None:

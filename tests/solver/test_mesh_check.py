@@ -1,5 +1,6 @@
 """The estimated error of the mesh against runs on finer meshes, and the note on it."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,8 @@ import pytest
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.integrators.curves import windowed
+from gudgeon.solver.simulate import simulate
+from tests.solver.systems import build, rod_records, rod_scene
 
 LIGHT = """
 component.mass.geometry = { kind = "rigid", mass = 0.246, points = { face = { at = [0, 0, 0], normal = [1, 0, 0] } } }
@@ -55,6 +58,14 @@ def test_by_default_a_light_striker_is_within_one_percent(method: str, tmp_path:
     assert found["pair.impulse"]["value"] == pytest.approx(mass, rel=0.01)
     assert found["pair.rebound_velocity"]["value"] == pytest.approx(0.0, abs=0.01)
     assert found["pair.force_peak"]["value"] == pytest.approx(force, rel=0.01)
+
+
+def test_the_mass_of_a_coarse_round_mesh_is_an_error_of_the_impulse(tmp_path: Path) -> None:
+    modal, morph = rod_records(6)
+    system = build(tmp_path, (replace(modal, quality={"volume_error": -0.014}), morph), rod_scene())
+    estimates = simulate(system).estimates
+    assert estimates["mesh.impulse"] == pytest.approx(0.014)
+    assert estimates["mesh.force"] == pytest.approx(0.007)
 
 
 def test_the_note_names_a_smaller_mesh(tmp_path: Path) -> None:

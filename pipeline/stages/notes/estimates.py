@@ -67,7 +67,9 @@ def mesh(facts: Facts) -> Iterator[str]:
             remedies.append(f"refine the mesh of component.{name}.geometry.path")
         elif component.mesh.size is not None:
             remedies.append(f"set component.{name}.mesh.size = {component.mesh.size / 2:.3g}")
-    text = f"the estimated error of the mesh is {_listed(errors)}, by the frequencies of its modes"
+    text = (
+        f"the estimated error of the mesh is {_listed(errors)}, by the volume and the modes' frequencies of its bodies"
+    )
     yield f"{text}; {', '.join(remedies)}" if remedies else text
 
 

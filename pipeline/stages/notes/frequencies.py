@@ -5,13 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.modaldb.records.modes import VOLUME_ERROR, ModalRecord
 from gudgeon.pipeline.stages.notes.facts import Facts
 
 COUNTS = {"normal_count": ("whole_count", "clamped_whole_count"), "fixed_count": ("whole_fixed_count",)}
 """Counts of modes, and where a record's quality has those that keep groups of equal frequencies whole."""
 COARSE = 0.01
 """Estimated relative error of a kept mode's frequency above which a note is given where nothing touches the body."""
+COARSE_VOLUME = 0.002
+"""Relative error of the volume of a mesh above which a note is given."""
 COARSE_CONTACT = 0.02
 """Estimated relative error of an interface's static compliance above which a note is given."""
 
@@ -44,6 +46,20 @@ def coarse(facts: Facts) -> Iterator[str]:
             if facts.scene.component[name].from_file:
                 key, remedy = "geometry.path", "refine the mesh in its file"
             yield f"component.{name}.{key}: {fault} {remedy}"
+
+
+def volumes(facts: Facts) -> Iterator[str]:
+    """Yield a note for each component whose mesh has noticeably less or more volume than its true surfaces."""
+    for name, record in facts.modes.items():
+        error = float(record.quality.get(VOLUME_ERROR, 0.0))
+        if abs(error) > COARSE_VOLUME:
+            key, remedy = "mesh.size", "refine the mesh by a smaller size"
+            if facts.scene.component[name].from_file:
+                key, remedy = "geometry.path", "refine the mesh in its file"
+            yield (
+                f"component.{name}.{key}: the volume of the mesh, and its mass, is {abs(error):.2%}"
+                f" {'above' if error > 0 else 'below'} that within its true surfaces; {remedy}"
+            )
 
 
 def parted(facts: Facts) -> Iterator[str]:

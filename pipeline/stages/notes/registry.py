@@ -37,6 +37,7 @@ NOTES: Mapping[str, Note] = {
     "mesh error": Note(estimates.mesh, "solve"),
     "reused modes": Note(scene.reused_modes, "morph"),
     "coarse meshes": Note(frequencies.coarse, "mesh"),
+    "coarse volumes": Note(frequencies.volumes, "mesh"),
     "parted modes": Note(frequencies.parted, "mesh"),
     "short beams": Note(beams.short, "mesh"),
 }

@@ -5,12 +5,16 @@ import pytest
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.elements.solid import mass_properties
 from gudgeon.pipeline.geometry.shapes.bar import Bar
-from gudgeon.pipeline.interfaces.points import contact_points, surface_coordinates
+from gudgeon.pipeline.geometry.shapes.cylinder import Cylinder
+from gudgeon.pipeline.geometry.shapes.liner import Liner
+from gudgeon.pipeline.interfaces.points import contact_points, surface_coordinates, volume_error
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.solver.obstacles import Bore
 
 RADIUS = 0.04296
+LINER = Liner(kind="liner", bore_radius=0.05, wall=0.02, length=0.08, flange_height=0.02, flange_width=0.01)
 
 
 def test_concentric_skirt_has_a_uniform_gap(skirt_mesh: MeshRecord) -> None:
@@ -71,3 +75,19 @@ def test_missing_and_empty_surfaces_are_named(skirt_mesh: MeshRecord) -> None:
         contact_points(skirt_mesh, Interface(surface="skirt", height=(1.0, 2.0)), "here")
     with pytest.raises(InputError, match="need a cylinder"):
         contact_points(skirt_mesh, Interface(surface="crown", sector_deg=(0, 10)), "here")
+
+
+@pytest.mark.parametrize(
+    ("shape", "size", "volume"),
+    [
+        (Cylinder(kind="cylinder", radius=0.01, length=0.05), 0.02, np.pi * 0.01**2 * 0.05),
+        (Cylinder(kind="cylinder", radius=0.01, length=0.05), 0.01, np.pi * 0.01**2 * 0.05),
+        (LINER, 0.03, np.pi * ((0.07**2 - 0.05**2) * 0.08 + (0.08**2 - 0.07**2) * 0.02)),
+    ],
+)
+def test_the_error_of_the_volume_is_that_of_the_facets(shape: Cylinder | Liner, size: float, volume: float) -> None:
+    """Convex and hollow faces; the mesh's own volume tells the error of what is known exactly."""
+    mesh = shape.build(size)
+    exact = mass_properties(mesh, 1.0).mass / volume - 1
+    assert abs(exact) > 1e-6
+    assert volume_error(mesh) == pytest.approx(exact, rel=0.05)
