@@ -28,6 +28,7 @@ PHRASES = {
     "mesh error": "error of the mesh",
     "reused modes": "modes are reused",
     "coarse meshes": "the mesh error of the contact's flexibility",
+    "coarse volumes": "that within its true surfaces",
     "parted modes": "part a group of equal frequencies",
     "short beams": "geometry.theory",
 }
