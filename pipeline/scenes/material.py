@@ -104,7 +104,7 @@ class Material(Strict):
     E: Modulus = Field(description="Young's modulus [Pa]; not with orthotropic")
     nu: Poisson = Field(description="Poisson's ratio; not with orthotropic")
     rho: Density = Field(description="Density [kg/m^3]")
-    orthotropic: Orthotropic | None = optional("Orthotropic constants, instead of E and nu; for solids of tet10")
+    orthotropic: Orthotropic | None = optional("Orthotropic constants, instead of E and nu; for solids")
     volumes: dict[Name, "Material"] = optional(
         "Materials of named volumes of a CAD part or a mesh file; the rest has the constants above", default={}
     )

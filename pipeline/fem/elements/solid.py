@@ -47,7 +47,7 @@ def assemble_solid(mesh: MeshRecord, material: Material, _: object) -> FEModel:
     phases = [phase for phase, _ in materials]
     matrices = [_block_matrices(block, phases, owner[rows], rows) for rows, block in block_meshes(mesh)]
     K, mass = (reduce(add, blocks) for blocks in zip(*matrices, strict=True))
-    properties = mass_properties(mesh, densities(mesh, material))
+    properties = mass_properties(mesh, densities(mesh, material), as_assembled=True)
     twists, held = solid_twists(properties), np.zeros(K.shape[0], bool)
     return FEModel(
         K=K, M=sparse.kron(mass, sparse.eye(3), format="csr"), mesh=mesh, directions=np.eye(3),
@@ -184,15 +184,17 @@ def _mass_order(mesh: MeshRecord) -> int:
     return REDUCED_ORDER if "reduced" in mesh.formulations else orders(cell_of(mesh))[1]
 
 
-def mass_properties(mesh: MeshRecord, rho: float | np.ndarray) -> MassProperties:
-    """Integrate mass, centre and inertia of a solid over its curved elements, by the rule of the mass matrix.
+def mass_properties(mesh: MeshRecord, rho: float | np.ndarray, *, as_assembled: bool = False) -> MassProperties:
+    """Integrate mass, centre and inertia of a solid over its curved elements, by the full rule of the mass matrix.
 
     Args:
         rho: Density, or that of each element (e,) [kg/m^3].
+        as_assembled: By the rule of reduced integration where elements have it, as M is.
     """
     points, weights = [], []
     for rows, block in block_meshes(mesh):
-        N, dN, W = reference(cell_of(block), _mass_order(block))
+        cell = cell_of(block)
+        N, dN, W = reference(cell, _mass_order(block) if as_assembled else orders(cell)[1])
         x = mesh.nodes[block.cells]
         density = np.reshape(rho, (-1, 1)) if np.ndim(rho) == 0 else np.asarray(rho)[rows, None]
         weights.append((density * W * determinants(jacobians(x, dN))).ravel())

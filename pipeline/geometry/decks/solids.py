@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import GMSH_ORDER, TETRA10, Cell
+from gudgeon.pipeline.geometry.cells import GMSH_ORDER, HEXAHEDRON20, TETRA10, Cell
 from gudgeon.pipeline.geometry.cells import Block as Rows
 from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Deck
 
@@ -15,10 +15,10 @@ FLAT = 1e-9
 """Least Jacobian at a corner by the longest edge cubed; slivers of aspect 1:1000 are at 1e-6."""
 MID_REACH = 0.35
 """How far a mid-edge node may lie from the middle of its chord, by the chord: an arc of 120° is at 0.29."""
-FORMULATIONS = {"C3D8I": "incompatible"}
-"""Of the record, by the name of an element."""
+FORMULATIONS = {"C3D8I": "incompatible"} | dict.fromkeys(("C3D20R", "SOLID186", "SOLID95"), "reduced")
+"""Of the record, by the name of an element; reduced integration is that of its hexahedra."""
 PLAIN = {
-    **dict.fromkeys(("C3D8R", "C3D8RT", "C3D20R", "C3D20RI", "SOLID186", "SOLID95"), "reduced integration"),
+    **dict.fromkeys(("C3D8R", "C3D8RT", "C3D20RI"), "reduced integration"),
     **dict.fromkeys(("C3D4H", "C3D8H", "C3D10H", "C3D20H", "C3D15H", "C3D6H"), "a hybrid formulation"),
     "C3D10M": "a modified formulation", "C3D10I": "improved stress", "SOLID45": "extra shapes",
     "SOLID185": "B-bar or enhanced strain",
@@ -70,7 +70,8 @@ def solid_of(deck: Deck, points: np.ndarray, path: str) -> Solid:
         nodes = nodes[keep]
         rows = np.arange(start, start + len(nodes))
         start += len(nodes)
-        if (name := FORMULATIONS.get(block.kind)) is not None:
+        name = FORMULATIONS.get(block.kind)
+        if name is not None and (name != "reduced" or block.cell is HEXAHEDRON20):
             formulations.setdefault(name, []).append(rows)
         if block.kind in PLAIN and block.cell.name != "tetra":
             notes.append(f"{block.kind}: elements are computed in full, without {PLAIN[block.kind]}")

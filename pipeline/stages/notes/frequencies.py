@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.records.modes import VOLUME_ERROR, ModalRecord
+from gudgeon.pipeline.geometry.cells import HEXAHEDRON, PYRAMID, TETRAHEDRON, WEDGE, block_meshes, cell_of
 from gudgeon.pipeline.stages.notes.facts import Facts
 
 COUNTS = {"normal_count": ("whole_count", "clamped_whole_count"), "fixed_count": ("whole_fixed_count",)}
 """Counts of modes, and where a record's quality has those that keep groups of equal frequencies whole."""
+NAMES = {TETRAHEDRON: "tetrahedra", HEXAHEDRON: "hexahedra", WEDGE: "wedges", PYRAMID: "pyramids"}
 COARSE = 0.01
 """Estimated relative error of a kept mode's frequency above which a note is given where nothing touches the body."""
 COARSE_VOLUME = 0.002
@@ -45,6 +47,8 @@ def coarse(facts: Facts) -> Iterator[str]:
             key, remedy = "mesh.size", "refine the mesh by a smaller size"
             if facts.scene.component[name].from_file:
                 key, remedy = "geometry.path", "refine the mesh in its file"
+                if kinds := _locking(facts, name):
+                    remedy += f"; its {kinds} lock in bending: mid-edge nodes or incompatible modes (C3D8I) do not"
             yield f"component.{name}.{key}: {fault} {remedy}"
 
 
@@ -60,6 +64,15 @@ def volumes(facts: Facts) -> Iterator[str]:
                 f"component.{name}.{key}: the volume of the mesh, and its mass, is {abs(error):.2%}"
                 f" {'above' if error > 0 else 'below'} that within its true surfaces; {remedy}"
             )
+
+
+def _locking(facts: Facts, name: str) -> str:
+    """Return the names of a component's linear cells in full integration, too stiff in bending, or nothing."""
+    mesh = facts.store.get(facts.meshes[name], "mesh")
+    if mesh.system is not None or not cell_of(mesh).solid:
+        return ""
+    blocks = [cell_of(block) for _, block in block_meshes(mesh) if "incompatible" not in block.formulations]
+    return " and ".join(sorted(f"linear {NAMES[cell.shape]}" for cell in blocks if not cell.quadratic))
 
 
 def parted(facts: Facts) -> Iterator[str]:

@@ -18,7 +18,7 @@ from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.elements import ELEMENTS
 from gudgeon.pipeline.fem.elements.strain import StrainSamples
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.cells import HEXAHEDRON8, TETRA10, cell_of
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.box import Box
@@ -36,6 +36,7 @@ from gudgeon.pipeline.scenes.supports import Support
 from gudgeon.pipeline.stages.mesh import build_mesh
 from gudgeon.pipeline.stages.notes.frequencies import coarse, frequency_rows
 from tests.pipeline.facts import of_modes
+from tests.pipeline.solids import box as solid
 
 STEEL = Material(E=2e11, nu=0.3, rho=8000.0)
 ROUND_OFF = 1e-12
@@ -399,9 +400,13 @@ def test_a_body_that_is_touched_is_judged_by_its_flexibility() -> None:
     assert note.startswith("component.block.mesh.size: the mesh error of the contact's flexibility is about 3.4% at")
     assert "interface 'b', above 2% (" in note
     assert note.endswith("refine the mesh by a smaller size")
-    (note,) = coarse(of_modes({"block": poor}, {"block": SimpleNamespace(from_file=True)}))
-    assert note.startswith("component.block.geometry.path: the mesh error of ")
-    assert note.endswith("refine the mesh in its file")
+    for cell, end in ((TETRA10, ""), (HEXAHEDRON8, "; its linear hexahedra lock in bending: mid-edge nodes or")):
+        facts = of_modes({"block": poor}, {"block": SimpleNamespace(from_file=True)})
+        cube = solid([cell], (1, 1, 1), (1.0, 1.0, 1.0))
+        facts.store, facts.meshes = SimpleNamespace(get=lambda *_, cube=cube: cube), {"block": ""}
+        (note,) = coarse(facts)
+        assert note.startswith("component.block.geometry.path: the mesh error of ")
+        assert note.endswith(f"refine the mesh in its file{end}" + " incompatible modes (C3D8I) do not" * bool(end))
 
 
 def test_compliance_error_is_what_a_finer_mesh_adds() -> None:
