@@ -8,8 +8,9 @@ from pydantic import Field, field_validator, model_validator
 
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.breaks import breaks_of
-from gudgeon.solver.forces.expression import parsed, plain_values, values_of
+from gudgeon.solver.forces.expression import function_of, parsed
 from gudgeon.solver.forces.jumps import pole_of
+from gudgeon.solver.forces.signals import Function, lines
 from gudgeon.solver.numbers import Strict
 
 Point = tuple[float, float, float]
@@ -70,20 +71,15 @@ class Amount(Strict):
     def _course(self, times: np.ndarray) -> np.ndarray:
         """Return an expression, and those of its rates that act, at times [s], finite or not, (t, k)."""
         assert self.expression is not None
-        return plain_values(self.expression, times)[:, None]
+        return function_of(self.expression, "").plain(times)
+
+    def function(self, key: str) -> Function:
+        """Return the amount over time, of which refusals name the force `key`."""
+        return lines(self.values) if self.expression is None else function_of(self.expression, f"{key}.expression")
 
     def amounts(self, times: np.ndarray, key: str) -> np.ndarray:
         """Return the amount at times [s], (t,); a SceneError that names the force `key` if it is not finite."""
-        if self.expression is not None:
-            return values_of(self.expression, times, f"{key}.expression")
-        return np.interp(times, *np.array(self.values, float).T)
-
-    def reader(self, key: str) -> Callable[[np.ndarray], np.ndarray]:
-        """Return `amounts` of times, for many calls: a table is turned into arrays once."""
-        if self.expression is not None:
-            return lambda times: self.amounts(times, key)
-        knots, values = np.ascontiguousarray(np.array(self.values, float).T)
-        return lambda times: np.interp(times, knots, values)
+        return self.function(key).read(times)[:, 0]
 
     def breaks(self, duration: float, key: str) -> np.ndarray:
         """Return the times of a run [s] about which an expression changes within a short time, (b, 2), see `breaks`."""

@@ -1,15 +1,15 @@
 """Joints on other joints: two that turn together, and one whose motion is given over time."""
 
-from functools import lru_cache
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, field_validator
 
+from gudgeon.solver.forces.expression import function_of
 from gudgeon.solver.forces.given import BY_VALUES, EXPRESSION
 from gudgeon.solver.forces.history import LOOKED_AT, Amount
 from gudgeon.solver.forces.jumps import jump_of
-from gudgeon.solver.forces.second_rates import motions_of, plain_motions
+from gudgeon.solver.forces.signals import Function, spline
 from gudgeon.solver.numbers import PositiveRatio, Ratio, Strict, TimeValue
 
 KINKED = ("step", "abs", "min", "max")
@@ -84,17 +84,9 @@ class Driven(Amount):
         slides = getattr(joint, "slides", False) and not getattr(joint, "turns", False)
         return self.motion or ("displacement" if slides else "angle")
 
-    def motions(self, times: np.ndarray, key: str) -> np.ndarray:
-        """Return motion, rate and second rate at times [s], (t, 3).
-
-        Raises:
-            SceneError: one of them is not finite; it names the joint `key`.
-        """
-        if self.expression is not None:
-            return motions_of(self.expression, times, f"{key}.expression")
-        spline = _spline(tuple(self.values))
-        clipped = np.clip(times, spline.x[0], spline.x[-1])
-        return np.column_stack([spline(clipped, order) for order in range(3)])
+    def function(self, key: str) -> Function:
+        """Return the motion over time, of which refusals name the joint `key`."""
+        return spline(self.values) if self.expression is None else function_of(self.expression, f"{key}.expression")
 
     def overshoot(self, duration: float) -> tuple[str, bool] | None:
         """Return where the spline of a table leaves the range of its rows in a run [s] by much, and whether by so much
@@ -105,7 +97,7 @@ class Driven(Amount):
         low, high = float(row_values.min()), float(row_values.max())
         knots = np.array(self.values, float)[:, 0]
         times = np.unique(np.clip((knots[:-1, None] + np.diff(knots)[:, None] * BETWEEN).ravel(), start, stop))
-        curve = _spline(tuple(self.values))(times)
+        curve = spline(self.values).read(times)[:, 0]
         beyond = np.maximum(curve - high, low - curve)
         peak = int(beyond.argmax())
         if beyond[peak] <= OVERSHOT * (high - low):
@@ -119,7 +111,7 @@ class Driven(Amount):
 
     def _course(self, times: np.ndarray) -> np.ndarray:
         assert self.expression is not None
-        return plain_motions(self.expression, times)
+        return function_of(self.expression, "").plain(times, 2)
 
     def jump(self, duration: float, key: str) -> tuple[str, float] | None:
         """Return what jumps, 'motion' or 'velocity', and when [s]; None without a jump.
@@ -128,19 +120,12 @@ class Driven(Amount):
             SceneError: motion, rate or second rate is not finite at a time.
         """
         grid = np.linspace(0.0, duration, LOOKED_AT)
-        self.motions(grid, key)
+        function = self.function(key)
+        function.read(grid, 2)
         if self.expression is None or not any(name in self.expression for name in KINKED):
             return None
         for order, quantity in enumerate(("motion", "velocity")):
-            time = jump_of(lambda t, order=order: self.motions(t, key)[:, order], grid)
+            time = jump_of(lambda t, order=order: function.read(t, order)[:, order], grid)
             if time is not None:
                 return quantity, time
         return None
-
-
-@lru_cache(maxsize=100)
-def _spline(values: tuple[tuple[float, float], ...]) -> Any:
-    """Return the cubic spline of a table of time and motion, made once for the steps of a run."""
-    from scipy.interpolate import CubicSpline
-
-    return CubicSpline(*np.array(values, float).T)

@@ -1,10 +1,13 @@
 """A crank of constant speed with a massless rod of constant length to a point of a body."""
 
+import math
 from typing import Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from gudgeon.solver.forces.expression import function_of
+from gudgeon.solver.forces.signals import Function
 from gudgeon.solver.joints.markers import Marker
 from gudgeon.solver.numbers import Angle, Length, RotationRate
 from gudgeon.solver.vectors import Direction, Place, unit
@@ -64,15 +67,12 @@ class SliderCrank(Marker):
             ]
         )  # fmt: skip
 
-    def pin_motion(self, times: np.ndarray, axis: int) -> np.ndarray:
-        """Return way of the crank pin from the centre along an axis of the scene, its rate and second rate at times
-        [s], (t, 3)."""
-        along, lateral = self.axes
-        centre, pin = np.asarray(self.centre, float), self.crank_pin(times)
-        displacement = (pin[:, 0] - centre @ lateral) * lateral[axis] + (pin[:, 1] - centre @ along) * along[axis]
-        return np.column_stack(
-            [displacement, pin[:, 2] * lateral[axis] + pin[:, 3] * along[axis], -(self.rate**2) * displacement]
-        )
+    def pin(self, axis: int) -> Function:
+        """Return the way of the crank pin from the centre along an axis of the scene over time [m]."""
+        along, lateral = (float(line[axis]) for line in self.axes)
+        angle = f"({math.radians(self.start)!r} + {self.rate!r}*t)"
+        text = f"{self.crank_radius!r}*({along!r}*cos{angle} + {lateral!r}*sin{angle})"
+        return function_of(text, "joint")
 
     def piston_pin(self, time: np.ndarray, lateral: float, lateral_rate: float = 0.0) -> np.ndarray:
         """Return position, velocity and acceleration along of a pin at a lateral coordinate, SI units, (t, 3).

@@ -5,12 +5,11 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from gudgeon.solver.forces.expression import values_of
+from gudgeon.solver.forces.expression import function_of
 from gudgeon.solver.forces.given import BY_VALUES
 from gudgeon.solver.forces.given import EXPRESSION as GRAMMAR
 from gudgeon.solver.forces.history import History
 from gudgeon.solver.forces.jumps import jump_of
-from gudgeon.solver.forces.rates import rates_of
 from gudgeon.solver.numbers import Coordinate, Ratio, TimeValue
 from gudgeon.solver.vectors import Direction, Place
 
@@ -60,8 +59,7 @@ class Drive(History):
             SceneError: one of them is not finite; it names the motion `path`.
         """
         if self.expression is not None:
-            key = f"{path}.expression"
-            return np.column_stack([values_of(self.expression, times, key), rates_of(self.expression, times, key)])
+            return function_of(self.expression, f"{path}.expression").read(times, 1)
         return self._tabled(times)
 
     def jump(self, times: np.ndarray, path: str) -> float | None:

@@ -80,5 +80,6 @@ def _accelerations(found: Mechanism, omega: np.ndarray, q: np.ndarray, rates: np
     for i, multiplier in enumerate(work.multiplier):
         for p in range(4):
             if work.block_owner[i, p] == 1:
-                found_rates += multiplier * work.light[i, p, 6 : 6 + m]
+                row = np.roll(work.block[i, p, 3 : 6 + m], -3)
+                found_rates += multiplier * np.linalg.solve(L @ L.T, row)[:m]
     return found_rates

@@ -35,6 +35,7 @@ struct Touch {
         STRETCH = 24,         /* Rate of the indentation over that of the way along the normal: 1, but of elastic
                                  bearings, whose loss acts on the latter and so gives its restitution back. */
         OVER = 25,            /* Of a point before another body: whether it is over the surface of that. */
+        COLUMNS = 26,
     };
 };
 

@@ -1,11 +1,16 @@
-/* Bodies that turn by any angle, with joints: steps, starts and readings over the arrays of a `Model` and a `Work`.
+/* Bodies that turn by any angle, with joints: starts, readings and steps over the arrays of a `Model` and a `Work`.
  *
- * One source: what steps of all three kinds and readings share is compiled once.
+ * One source: what steps of all three kinds and readings share is compiled once. Python is asked where a step may have
+ * passed a singular position, and for the error where a drive or load is not finite.
  */
-#include "../turning/exponential.hpp"
-#include "../turning/implicit.hpp"
+#include <optional>
+#include <vector>
+
+#include "../signals.hpp"
 #include "../turning/reading.hpp"
-#include "read_turning.hpp"
+#include "../turning/steps.hpp"
+#include "../turning/work.hpp"
+#include "read.hpp"
 
 using namespace gudgeon;
 using namespace gudgeon::turning;
@@ -15,6 +20,29 @@ namespace {
 Vec vector(nb::handle array) { return gudgeon::read<Vec>(array, "array"); }
 CVec state_of(nb::handle array) { return gudgeon::read<CVec>(array, "state"); }
 CMat given_of(nb::handle array) { return gudgeon::read<CMat>(array, "given"); }
+
+template <class T, int N>
+nb::object shown(View<T, N> view, nb::handle owner) {
+    std::size_t shape[N];
+    for (int k = 0; k < N; ++k) shape[k] = std::size_t(view.shape[k]);
+    return nb::cast(nb::ndarray<nb::numpy, T>(view.data, N, shape, owner),
+                    nb::rv_policy::reference);
+}
+
+/* An object with the members of a struct of views as arrays. */
+template <gudgeon::Table S>
+nb::object shown(S& arrays, nb::handle owner) {
+    const nb::object result = nb::module_::import_("types").attr("SimpleNamespace")();
+    arrays.each([&](const char* name, auto& member) { result.attr(name) = shown(member, owner); });
+    return result;
+}
+
+nb::object turning_work(nb::handle model, Index drives) {
+    auto* arrays = new Arrays;
+    const nb::capsule owner(arrays, [](void* pointer) noexcept { delete static_cast<Arrays*>(pointer); });
+    Work work = work_of(*arrays, gudgeon::read<Model>(model), drives);
+    return shown(work, owner);
+}
 
 class Turning {
 public:
@@ -61,93 +89,6 @@ private:
     Work work_;
 };
 
-class ExplicitTurning {
-public:
-    ExplicitTurning(nb::object model, nb::object work, nb::object course)
-        : turning_(model, work), kept_(course), course_(gudgeon::read<ExplicitCourse>(course)) {}
-
-    nb::tuple step(nb::handle y, double h, nb::handle out, bool project) {
-        const Work& work = turning_.work();
-        const CVec start = state_of(y);
-        const Vec end = vector(out);
-        StepResult result;
-        {
-            nb::gil_scoped_release released;
-            course_.project = project;
-            work.least[0] = 1.0;
-            for (Index i = 0; i < work.field.size(); ++i) work.field(i, co_energy::LEFT) = 0.0;
-            result = turning::step(turning_.model(), work, course_, start, h, end);
-        }
-        return nb::make_tuple(result.error, result.residual, result.finite, work.least[0]);
-    }
-
-    void interpolation(nb::handle y, double h, bool project) {
-        const CVec start = state_of(y);
-        nb::gil_scoped_release released;
-        course_.project = project;
-        turning::interpolation(turning_.model(), turning_.work(), course_, start, h);
-    }
-
-private:
-    Turning turning_;
-    nb::object kept_;
-    ExplicitCourse course_;
-};
-
-class ExponentialTurning {
-public:
-    ExponentialTurning(nb::object model, nb::object work, nb::object waves)
-        : turning_(model, work), kept_(waves), waves_(gudgeon::read<Waves>(waves)) {}
-
-    nb::tuple step(nb::handle course, nb::handle y, nb::handle out) const {
-        const auto taken = gudgeon::read<ExponentialCourse>(course);
-        const CVec start = state_of(y);
-        const Vec end = vector(out);
-        WaveResult result;
-        {
-            nb::gil_scoped_release released;
-            result = exponential_step(turning_.model(), turning_.work(), waves_, taken, start, end);
-        }
-        return nb::make_tuple(result.error, result.converged);
-    }
-
-    void state_within(nb::handle inside, nb::handle y, nb::handle out) const {
-        turning::state_within(turning_.model(), waves_, gudgeon::read<Inside>(inside), state_of(y), vector(out));
-    }
-
-private:
-    Turning turning_;
-    nb::object kept_;
-    Waves waves_;
-};
-
-class ImplicitTurning {
-public:
-    ImplicitTurning(nb::object model, nb::object stiff, nb::object work, nb::object newton)
-        : kept_(nb::make_tuple(model, stiff, work, newton)), model_(gudgeon::read<Model>(model)),
-          stiff_(gudgeon::read<Model>(stiff, "stiff")), root_(gudgeon::read<Cube>(stiff.attr("modal_root"), "modal_root")),
-          work_(gudgeon::read<Work>(work)), newton_(gudgeon::read<Newton>(newton)) {}
-
-    nb::tuple step(nb::handle course, nb::handle y, nb::handle out) const {
-        const auto taken = gudgeon::read<ImplicitCourse>(course);
-        const auto start = gudgeon::read<CVec>(y, "y");
-        const auto end = gudgeon::read<Vec>(out, "out");
-        ImplicitResult result;
-        {
-            nb::gil_scoped_release released;
-            result = implicit_step(model_, stiff_, root_, work_, newton_, taken, start, end);
-        }
-        return nb::make_tuple(result.error, result.left, result.converged);
-    }
-
-private:
-    nb::object kept_;
-    Model model_, stiff_;
-    Cube root_;
-    Work work_;
-    Newton newton_;
-};
-
 nb::tuple yielding_depth_of(nb::handle arrays, Index section, double x, double y) {
     Model model{};
     gudgeon::read("yielding", arrays.attr("yielding"), model.yielding);
@@ -155,8 +96,101 @@ nb::tuple yielding_depth_of(nb::handle arrays, Index section, double x, double y
     gudgeon::read("yielding_touch", arrays.attr("yielding_touch"), model.yielding_touch);
     gudgeon::read("yielding_depth", arrays.attr("yielding_depth"), model.yielding_depth);
     gudgeon::read("touch_size", arrays.attr("touch_size"), model.touch_size);
-    const Depth found = yielding_depth(model, section, x, y);
-    return nb::make_tuple(found.depth, found.x, found.y);
+    const Depth depth = yielding_depth(model, section, x, y);
+    return nb::make_tuple(depth.depth, depth.x, depth.y);
+}
+
+class TurningSteps {
+public:
+    TurningSteps(nb::object model, nb::object work, nb::object settings, nb::list drives, nb::list loads,
+                 nb::object given, nb::object passes, nb::handle y)
+        : kept_(nb::make_tuple(model, work, settings, drives, loads)), given_(given), asked_(passes) {
+        for (const nb::handle drive : drives) drives_.push_back(gudgeon::read<Signal>(drive, "drives"));
+        for (const nb::handle load : loads) loads_.push_back(gudgeon::read<Signal>(load, "loads"));
+        Index longest = 0;
+        for (const auto* signals : {&drives_, &loads_})
+            for (const Signal& signal : *signals) longest = larger(longest, signal.operations.size());
+        jets_.resize(std::size_t(longest));
+        const auto arrays = gudgeon::read<Work>(work);
+        const auto read_model = gudgeon::read<Model>(model);
+        const Loads given_loads{this, &set_loads, Index(drives_.size()), Index(loads_.size())};
+        steps_.emplace(read_model, arrays, gudgeon::read<Settings>(settings, "settings"), given_loads, Passes{this, &ask},
+                       gudgeon::read<CVec>(y, "state"));
+    }
+
+    Index advance(double time) {
+        nb::gil_scoped_release released;
+        return Index(steps_->advance(time));
+    }
+    bool take(double time) {
+        nb::gil_scoped_release released;
+        return steps_->take(time);
+    }
+    bool retake(double h) {
+        nb::gil_scoped_release released;
+        return steps_->retake(h);
+    }
+    bool accept() {
+        nb::gil_scoped_release released;
+        return steps_->accept();
+    }
+    void restart() {
+        nb::gil_scoped_release released;
+        steps_->restart();
+    }
+    nb::object state_at(double time) {
+        const nb::object out = nb::module_::import_("numpy").attr("empty")(steps_->state().size());
+        steps_->state_at(time, gudgeon::read<Vec>(out, "state"));
+        return out;
+    }
+
+    Steps& steps() noexcept { return *steps_; }
+
+private:
+    static void set_loads(void* owner, CVec times, Cube drives, Mat amounts) {
+        auto& self = *static_cast<TurningSteps*>(owner);
+        double total = 0.0;
+        for (Index i = 0; i < times.size(); ++i) {
+            for (std::size_t d = 0; d < self.drives_.size(); ++d) {
+                const Jet jet = evaluate(self.drives_[d], times[i], self.jets_.data());
+                for (Index k = 0; k < 3; ++k) drives(i, Index(d), k) = jet[k];
+                total += jet.value + jet.rate + jet.second;
+            }
+            for (std::size_t l = 0; l < self.loads_.size(); ++l)
+                total += amounts(i, Index(l)) = evaluate(self.loads_[l], times[i], self.jets_.data()).value;
+        }
+        if (std::isfinite(total)) return;
+        nb::gil_scoped_acquire acquired;
+        self.given_(nb::ndarray<nb::numpy, const double>(times.data, {std::size_t(times.size())}, nb::none()));
+    }
+
+    static bool ask(void* owner, double least, bool near, bool higher) {
+        nb::gil_scoped_acquire acquired;
+        const nb::object answer = static_cast<TurningSteps*>(owner)->asked_(least, near, higher);
+        return nb::cast<bool>(answer);
+    }
+
+    nb::object kept_, given_, asked_;
+    std::vector<Signal> drives_, loads_;
+    std::vector<Jet> jets_;
+    std::optional<Steps> steps_;
+};
+
+nb::object present_state(nb::handle self) {
+    return shown(nb::cast<TurningSteps&>(self).steps().state(), self);
+}
+
+nb::object vectors_of(nb::handle self) {
+    return shown(nb::cast<TurningSteps&>(self).steps().vectors(), self);
+}
+
+nb::dict counts_of(TurningSteps& self) {
+    const auto& counts = self.steps().counts;
+    nb::dict result;
+    result["steps_taken"] = counts.taken, result["steps_rejected"] = counts.rejected;
+    result["singular_steps"] = counts.singular, result["implicit_steps"] = counts.implicit;
+    result["exponential_steps"] = counts.exponential;
+    return result;
 }
 
 }  // namespace
@@ -181,28 +215,38 @@ void bind_turning(nb::module_& m) {
         .def("factor", &Turning::factor, "Factor `Work.matrix`; sets scale, order, begin and rank.")
         .def("solve", &Turning::solve, "Set multipliers of independent rows from `Work.right`.")
         .def("solve_least", &Turning::solve_least, "Set the multipliers of least norm from `Work.right`.");
-    nb::class_<ExplicitTurning>(m, "ExplicitTurning", "Explicit steps of bodies on joints.")
-        .def(nb::init<nb::object, nb::object, nb::object>(), nb::arg("model"), nb::arg("work"), nb::arg("course"),
-             "course: arrays that are read here; what is written to them holds for the steps that follow.")
-        .def("step", &ExplicitTurning::step, nb::arg("y"), nb::arg("h"), nb::arg("out"), nb::arg("project"),
-             "Set the state after a step h [s] from y, whose slope is the first of `Work.slopes`; returns the estimated\n"
-             "error, the last motion of Newton's method over the size of the scene, whether all is finite, and the\n"
-             "least pivot.")
-        .def("interpolation", &ExplicitTurning::interpolation, nb::arg("y"), nb::arg("h"), nb::arg("project"),
-             "Set the slopes of the three further stages of an accepted step from y.");
-    nb::class_<ExponentialTurning>(m, "ExponentialTurning", "Exponential steps of bodies without joints.")
-        .def(nb::init<nb::object, nb::object, nb::object>(), nb::arg("model"), nb::arg("work"), nb::arg("waves"))
-        .def("step", &ExponentialTurning::step, nb::arg("course"), nb::arg("y"), nb::arg("out"),
-             "Set the state after a step from y; returns the estimated error, and whether the stages converged.")
-        .def("state_within", &ExponentialTurning::state_within, nb::arg("inside"), nb::arg("y"), nb::arg("out"),
-             "Set the state at a place within a step from y.");
-    nb::class_<ImplicitTurning>(m, "ImplicitTurning", "Implicit steps of bodies on joints.")
-        .def(nb::init<nb::object, nb::object, nb::object, nb::object>(), nb::arg("model"), nb::arg("stiff"),
-             nb::arg("work"), nb::arg("newton"),
-             "stiff: the model with a modal inertia of its own, which is written, for projections of places.")
-        .def("step", &ImplicitTurning::step, nb::arg("course"), nb::arg("y"), nb::arg("out"),
-             "Set the state after a step from y; `Newton` has what is guessed of stages and multipliers. Returns the\n"
-             "estimated error, the last motion of Newton's method at the projection, and whether the stages converged.");
+    nb::class_<TurningSteps>(m, "TurningSteps", "The steps of bodies on joints.")
+        .def(nb::init<nb::object, nb::object, nb::object, nb::list, nb::list, nb::object, nb::object, nb::handle>(),
+             nb::arg("model"), nb::arg("work"), nb::arg("settings"), nb::arg("drives"), nb::arg("loads"),
+             nb::arg("given"), nb::arg("passes"), nb::arg("state"),
+             "drives, loads: their signals.  given: reads them at times [s], (t,), and raises where one is not finite.\n"
+             "passes: whether a step passes a singular position, of its least pivot, whether it may, and whether\n"
+             "pivots grew.")
+        .def("advance", &TurningSteps::advance, nb::arg("time"),
+             "Take steps up to a time [s]; returns 0 where it is reached, 1 where no step can be taken, and 2 where a\n"
+             "bushing turns by half a turn.")
+        .def("take", &TurningSteps::take, nb::arg("time"),
+             "Compute the next step, and its interpolation where it reaches a time [s], or something may touch; False\n"
+             "where none can be taken.")
+        .def("retake", &TurningSteps::retake, nb::arg("h"),
+             "Compute the step again with a size h [s], and its interpolation; False where it is not sound.")
+        .def("accept", &TurningSteps::accept,
+             "Go on to the end of the step; False where a bushing turns by half a turn.")
+        .def("restart", &TurningSteps::restart, "Let steps begin from the present state, which an event changed.")
+        .def("state_at", &TurningSteps::state_at, nb::arg("time"), "Return the state at a time in the last step [s].")
+        .def_prop_ro("state", &present_state, "The present state, which may be written before `restart`.")
+        .def_prop_ro("vectors", &vectors_of, "Rotation vectors that are continued [rad], (n, 3).")
+        .def_prop_ro("time", [](TurningSteps& self) { return self.steps().time(); }, "Present time [s].")
+        .def_prop_ro("before", [](TurningSteps& self) { return self.steps().before; }, "Start of the last step [s].")
+        .def_prop_ro("until", [](TurningSteps& self) { return self.steps().until; }, "End of the last step [s].")
+        .def_prop_ro("longest", [](TurningSteps& self) { return self.steps().longest; },
+                     "Longest step that rotations can be continued over [s].")
+        .def_prop_ro("too_fast", [](TurningSteps& self) { return self.steps().too_fast(); },
+                     "Whether no step is long enough to follow the bodies.")
+        .def_prop_ro("counts", &counts_of, "Steps taken and refused, singular ones, implicit and exponential ones.");
+    m.def("turning_work", &turning_work, nb::arg("model"), nb::arg("drives"),
+          "Return the arrays that the core writes of a model with a number of drives, the members of `Work` in\n"
+          "`turning/arrays.hpp`.");
     m.def("yielding_depth", &yielding_depth_of, nb::arg("arrays"), nb::arg("section"), nb::arg("x"), nb::arg("y"),
           "Return H of a section's elastic bearing at an offset (x, y) along its frame [m], and its gradient.");
 }

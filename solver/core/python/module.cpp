@@ -13,6 +13,7 @@ void bind_response(nb::module_&);
 void bind_log(nb::module_&);
 void bind_fields(nb::module_&);
 void bind_collocation(nb::module_&);
+void bind_signals(nb::module_&);
 void bind_panels(nb::module_&);
 void bind_tool(nb::module_&);
 void bind_points(nb::module_&);
@@ -29,6 +30,7 @@ GUDGEON_EXTENSION(GUDGEON_MODULE, m) {
     bind_log(m);
     bind_fields(m);
     bind_collocation(m);
+    bind_signals(m);
     bind_panels(m);
     bind_tool(m);
     bind_points(m);

@@ -176,8 +176,8 @@ inline double worst_violation(const Model& model, const Work& work, CMat given) 
     return worst;
 }
 
-/* Set `rate` to the sum of rows of the bodies, of the shape of `block`, times their multipliers. */
-inline void gather(const Model& model, const Work& work, Cube rows) noexcept {
+/* Set `rate` to the sum of the rows of the bodies times their multipliers. */
+inline void gather(const Model& model, const Work& work) noexcept {
     for (Index b = 0; b < model.mass.size(); ++b)
         for (Index k = 0; k < 6 + model.elastic(b, 0); ++k) work.rate(b, k) = 0.0;
     for (Index i = 0; i < model.row_terms.size(); ++i)
@@ -185,13 +185,26 @@ inline void gather(const Model& model, const Work& work, Cube rows) noexcept {
             const Index b = work.block_owner(i, p);
             if (b == NONE) continue;
             const Index width = 6 + model.elastic(b, 0);
-            add_row(work.multiplier[i], rows[i][p], work.rate[b], width);
+            add_row(work.multiplier[i], work.block[i][p], work.rate[b], width);
         }
+}
+
+/* Set `rate` to the inverse of the inertia times this sum. */
+inline void gather_motions(const Model& model, const Work& work) noexcept {
+    gather(model, work);
+    for (Index b = 0; b < model.mass.size(); ++b) {
+        const Vec rate = work.rate[b];
+        for (Index k = 0; k < 3; ++k) rate[k] /= model.mass[b];
+        if (const Index m = model.elastic(b, 0))
+            solve_inertia(model, work, b, rate.slice(3, 6 + m));
+        else
+            put(rate, rotated(work.back[b], three(rate, 3)), 3);
+    }
 }
 
 /* Move the bodies by M^-1 G^T lambda; returns the largest motion over the size of the scene, or rotation [rad]. */
 inline double move(const Model& model, const Work& work, Vec y) noexcept {
-    gather(model, work, work.light);
+    gather_motions(model, work);
     double largest = 0.0;
     for (Index b = 0; b < model.mass.size(); ++b) {
         const Index s = WIDTH * b, q = model.elastic(b, 1);
@@ -260,7 +273,7 @@ inline void project_speeds(const Model& model, const Work& work, Vec y, CMat giv
     factor(model, work);
     set_speed_lacks(model, work, y, given);
     solve(work);
-    gather(model, work, work.block);
+    gather(model, work);
     for (Index b = 0; b < model.mass.size(); ++b)
         for (Index k = 0; k < 3; ++k) work.rate(b, k) /= model.mass[b];
     add_rates(model, work, y);
@@ -278,7 +291,7 @@ inline void remove_speed_lacks(const Model& model, const Work& work, Vec apart) 
     }
     for (Index i = 0; i < model.row_terms.size(); ++i) work.right[i] = -row_rate(model, work, i);
     solve(work);
-    gather(model, work, work.light);
+    gather_motions(model, work);
     add_rates(model, work, apart);
 }
 

@@ -132,7 +132,7 @@ struct Work {
     Vec turned;         /* Angle of the last accepted step of each term that is one [rad], (t,). */
     IntMat block_owner; /* Bodies of a row's blocks, (m, 4). */
     Cube block;         /* Rate of a row per velocity, angular velocity, modal rates of its bodies, (m, 4, 6 + E). */
-    Cube light;         /* The same times the inverse of the inertia, (m, 4, 6 + E). */
+    Cube light;         /* The same times the inverse of the inertia, or of its factor where it deforms, (m, 4, 6 + E). */
     Mat matrix;         /* S = G M^-1 G^T, once factored by pivots scaled, (m, m). */
     Mat lower;          /* Its factor, rows in the order of the pivots, (m, m). */
     Vec scale;          /* Square roots of the diagonal of S, of the mean over a group where it is factored by pivots,

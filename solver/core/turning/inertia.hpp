@@ -125,8 +125,9 @@ inline void set_moments(const Model& model, const Work& work, CVec y, Index b) n
     factor_inertia(work, b, m);
 }
 
-/* Replace a moment along the scene's axes and modal forces by angular acceleration and modal ones, (3 + m,). */
-inline void solve_inertia(const Model& model, const Work& work, Index b, Vec values) noexcept {
+/* Replace a moment along the scene's axes and modal forces, (3 + m,), by N^-1 times them, N the factor of the inertia:
+ * products of two of these are those of one with the inverse of the inertia times the other. */
+inline void solve_factor(const Model& model, const Work& work, Index b, Vec values) noexcept {
     const Mat Q = work.turn[b], R = work.root[b];
     const Vec W0 = work.coupling[b][0], W1 = work.coupling[b][1], W2 = work.coupling[b][2];
     const Index m = model.elastic(b, 0);
@@ -142,9 +143,17 @@ inline void solve_inertia(const Model& model, const Work& work, Index b, Vec val
     u /= R(0, 0);
     v = (v - R(1, 0) * u) / R(1, 1);
     w = (w - R(2, 0) * u - R(2, 1) * v) / R(2, 2);
-    w /= R(2, 2);
-    v = (v - R(2, 1) * w) / R(1, 1);
-    u = (u - R(2, 0) * w - R(1, 0) * v) / R(0, 0);
+    put(values, {u, v, w});
+}
+
+/* Replace a moment along the scene's axes and modal forces by angular acceleration and modal ones, (3 + m,). */
+inline void solve_inertia(const Model& model, const Work& work, Index b, Vec values) noexcept {
+    const Mat Q = work.turn[b], R = work.root[b];
+    const Vec W0 = work.coupling[b][0], W1 = work.coupling[b][1], W2 = work.coupling[b][2];
+    const Index m = model.elastic(b, 0);
+    solve_factor(model, work, b, values);
+    const double w = values[2] / R(2, 2), v = (values[1] - R(2, 1) * w) / R(1, 1);
+    const double u = (values[0] - R(2, 0) * w - R(1, 0) * v) / R(0, 0);
     SIMD
     for (Index k = 0; k < m; ++k) values[3 + k] -= W0[k] * u + W1[k] * v + W2[k] * w;
     solve_upper(model, b, values, 3);

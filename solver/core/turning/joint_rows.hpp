@@ -120,7 +120,8 @@ inline void set_blocks(const Model& model, const Work& work) noexcept {
         }
 }
 
-/* Set all of `set_blocks`, and the blocks times the inverse of the inertia; poses are set. */
+/* Set all of `set_blocks`, and what `set_matrix` multiplies blocks with: they times the inverse of the inertia, or, of
+ * bodies that deform, of its factor; poses are set. */
 inline void set_rows(const Model& model, const Work& work) noexcept {
     set_blocks(model, work);
     for (Index i = 0; i < model.row_terms.size(); ++i)
@@ -129,13 +130,14 @@ inline void set_rows(const Model& model, const Work& work) noexcept {
             if (b == NONE) continue;
             const Vec block = work.block[i][p], light = work.light[i][p];
             const Index m = model.elastic(b, 0);
-            for (Index k = 0; k < 3; ++k) light[k] = block[k] / model.mass[b];
+            const double over = m ? 1.0 / std::sqrt(model.mass[b]) : 1.0 / model.mass[b];
+            for (Index k = 0; k < 3; ++k) light[k] = over * block[k];
             if (!m) {
                 put(light, rotated(work.back[b], three(block, 3)), 3);
                 continue;
             }
             for (Index k = 3; k < 6 + m; ++k) light[k] = block[k];
-            solve_inertia(model, work, b, light.slice(3, 6 + m));
+            solve_factor(model, work, b, light.slice(3, 6 + m));
         }
 }
 
@@ -150,7 +152,7 @@ inline void set_matrix(const Model& model, const Work& work) noexcept {
     for (Index pair = 0; pair < pairs.size(); ++pair) {
         const Index i = pairs(pair, 0), j = pairs(pair, 1), p = pairs(pair, 2), q = pairs(pair, 3);
         const Index width = 6 + model.elastic(work.block_owner(i, p), 0);
-        const double total = row_product(work.block[i][p], work.light[j][q], width);
+        const double total = row_product(width > 6 ? work.light[i][p] : work.block[i][p], work.light[j][q], width);
         S(i, j) += total;
         if (i != j) S(j, i) += total;
     }

@@ -108,6 +108,18 @@ inline void set_axes(const Work& work, Index p, CMat Q, CMat F, Vec3 omega) noex
     }
 }
 
+/* Replace three rows of a point, from `first` on, by a matrix of these columns times them. */
+inline void turn_rows(Mat rows, Index first, Vec3 a, Vec3 b, Vec3 c, Index m) noexcept {
+    double *x = rows[first].data, *y = rows[first + 1].data, *z = rows[first + 2].data;
+    SIMD
+    for (Index k = 0; k < m; ++k) {
+        const double u = x[k], v = y[k], w = z[k];
+        x[k] = a.x * u + b.x * v + c.x * w;
+        y[k] = a.y * u + b.y * v + c.y * w;
+        z[k] = a.z * u + b.z * v + c.z * w;
+    }
+}
+
 /* Set a point of a body that deforms; returns its arm. */
 inline Vec3 set_flexible_point(const Model& model, const Work& work, CVec y, Index p, Index b, Vec3 omega,
                                Vec3& moved, Vec3& drift) noexcept {
@@ -119,11 +131,10 @@ inline Vec3 set_flexible_point(const Model& model, const Work& work, CVec y, Ind
     drift = cross(omega, turned) + 2 * cross(omega, relative) + rotated(Q, three(local[2]));
     set_axes(work, p, Q, model.point_frame[p], omega);
     const Vec3 theta = three(local[0], 3);
-    for (Index k = 0; k < model.elastic(b, 0); ++k) {
-        const Vec3 turning = rotated(Q, by_cayley(theta, column(rows, k, 3)));
-        put_column(rows, k, rotated(Q, column(rows, k)));
-        put_column(rows, k, turning, 3);
-    }
+    const Vec3 c0 = rotated(Q, by_cayley(theta, {1, 0, 0})), c1 = rotated(Q, by_cayley(theta, {0, 1, 0}));
+    const Vec3 c2 = rotated(Q, by_cayley(theta, {0, 0, 1}));
+    turn_rows(rows, 0, column(Q, 0), column(Q, 1), column(Q, 2), model.elastic(b, 0));
+    turn_rows(rows, 3, c0, c1, c2, model.elastic(b, 0));
     return r;
 }
 

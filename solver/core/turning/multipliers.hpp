@@ -47,7 +47,7 @@ inline bool factor_within(const Model& model, const Work& work) noexcept {
 }
 
 /* Set the scales of rows, alike of those of one joint along axes at right angles, and scale S; false where it is
- * infinite, of bodies far from their joints, where all multipliers become NaN. Its diagonal is left in `spare`. */
+ * infinite, of bodies far from their joints, where all multipliers become NaN. Its diagonal and the inverse of this are left in `spare`. */
 inline bool scale_rows(const Model& model, const Work& work) noexcept {
     const Mat S = work.matrix;
     const Vec scale = work.scale, sums = work.spare[1];
@@ -68,14 +68,16 @@ inline bool scale_rows(const Model& model, const Work& work) noexcept {
         for (Index i = 0; i < m; ++i) work.lower(i, i) = std::numeric_limits<double>::quiet_NaN();
         return false;
     }
+    for (Index i = 0; i < m; ++i) sums[i] = 1.0 / scale[i];
     for (Index i = 0; i < m; ++i) {
         double* row = S[i].data;
-        const double factor = scale[i];
+        const double factor = sums[i];
         SIMD
-        for (Index j = 0; j < m; ++j) row[j] /= factor * scale.data[j];
+        for (Index j = 0; j < m; ++j) row[j] *= factor * sums.data[j];
         work.left[i] = row[i] > 0 ? 1.0 : 0.0;
         work.spare(0, i) = row[i];
     }
+    for (Index i = 0; i < m; ++i) work.spare(1, i) = work.left[i] > 0.0 ? 1.0 / work.spare(0, i) : 0.0;
     return true;
 }
 
@@ -88,6 +90,7 @@ inline void exchange(const Work& work, Mat U, Index k, Index best) noexcept {
     swap(work.order[k], work.order[best]);
     swap(work.left[k], work.left[best]);
     swap(work.spare(0, k), work.spare(0, best));
+    swap(work.spare(1, k), work.spare(1, best));
     for (Index l = 0; l < k; ++l) swap(U(l, k), U(l, best));
 }
 
@@ -95,9 +98,10 @@ inline void exchange(const Work& work, Mat U, Index k, Index best) noexcept {
  * Most rows do not couple: of a sum, terms whose factor is zero are left out. */
 inline void set_upper_row(const Work& work, Mat U, Index k, double pivot) noexcept {
     const Index m = work.order.size();
-    const double *coupling = work.matrix[work.order[k]].data, *diagonal = work.spare[0].data;
+    const double *coupling = work.matrix[work.order[k]].data, *inverse = work.spare[1].data;
     const Index* order = work.order.data;
     double *row = U[k].data, *left = work.left.data;
+    const double over = 1.0 / pivot;
     for (Index i = k + 1; i < m; ++i) row[i] = coupling[order[i]];
     for (Index l = 0; l < k; ++l) {
         const double* above = U[l].data;
@@ -108,8 +112,8 @@ inline void set_upper_row(const Work& work, Mat U, Index k, double pivot) noexce
     }
     SIMD
     for (Index i = k + 1; i < m; ++i) {
-        row[i] /= pivot;
-        left[i] = left[i] > 0.0 ? left[i] - row[i] * row[i] / diagonal[i] : left[i];
+        row[i] *= over;
+        left[i] = left[i] > 0.0 ? left[i] - row[i] * row[i] * inverse[i] : left[i];
     }
 }
 

@@ -1,7 +1,7 @@
 /* The arrays of a step: by Dormand and Prince's method, implicit by collocation, and exponential.
  *
- * Shapes as of `arrays.hpp`, s stages behind the start, k eigenvalues, N numbers of a state. Members are those of the
- * tuples of `mechanism/step.py`, `implicit/arrays.py` and `exponential/arrays.py`.
+ * Shapes as of `arrays.hpp`, s stages behind the start, k eigenvalues, N numbers of a state. Members of what a run is
+ * given are those of the tuples of `mechanism/stepping.py` and `mechanism/tables.py`.
  */
 #pragma once
 #include <complex>
@@ -36,18 +36,17 @@ struct ExplicitCourse {
     CMat amounts;       /* Loads at these times, (16, l). */
     CVec weight;        /* Of the error of each number, of a spin that of the angular velocity, (N,). */
     bool project;       /* Whether stages are projected, too: near positions in which joints depend on each other. */
-    GUDGEON_FIELDS(table, given, amounts, weight, project)
 };
 
 /* What an implicit step is taken with. */
 struct ImplicitCourse {
     CComplexes<1> times; /* Eigenvalues over the step [1/s], (k,). */
     CVec first;         /* Times of the stages from the start [s], (s,). */
-    CVec start;         /* These five are of the table of collocation: (s,), */
+    CVec start;         /* These four are of the table of collocation: (s,), */
     CComplexes<2> there; /* (k, s), */
     CComplexes<2> back; /* (s, k), */
     double error_start;
-    CVec error;         /* (s,), over the step. */
+    CVec error;         /* That of the table over the step, (s,). */
     CCube given;        /* Drives at the start and at the times of the stages, (1 + s, d, 3). */
     CMat amounts;       /* Loads at these times, (1 + s, l). */
     CVec weight;        /* Of the error of each number, (N,). */
@@ -56,8 +55,6 @@ struct ImplicitCourse {
     double tolerance;   /* Of Newton's method. */
     Limits limits;
     double asked;       /* Estimated error above which its estimate is improved. */
-    GUDGEON_FIELDS(times, first, start, there, back, error_start, error, given, amounts, weight, energy, fresh,
-                   tolerance, limits, asked)
 };
 
 /* Arrays that implicit steps write. */
@@ -97,9 +94,6 @@ struct Newton {
     Vec rate;           /* Ratio of changes of Newton's method in the last step that needed more than one, (1,). */
     Vec energy;         /* Kinetic, at the start [J], (1,). */
     Ints counts;        /* Stages computed, (1,). */
-    GUDGEON_FIELDS(begin, held, stages, slopes, multipliers, lacks, step, multiplier_step, state, rows, first, end,
-                   place, rank, part, parts, owner, block, turn, coupling, inertia, back, core, light, lower, right,
-                   change, push, moved, lack, multiplier, spare, rate, energy, counts)
 };
 
 /* Coefficients of an exponential step. Slopes are interpolated by l_l, the polynomials that are 1 at one node alone. */
@@ -126,7 +120,6 @@ struct ExponentialCourse {
     bool renew;         /* Whether the step has another size than the last one. */
     double tolerance;   /* Of the stages. */
     Limits limits;
-    GUDGEON_FIELDS(nodes, h, given, amounts, weight, energy, fresh, renew, tolerance, limits)
 };
 
 /* A place within an exponential step. */
@@ -134,7 +127,6 @@ struct Inside {
     Nodes nodes;
     double h;           /* Of the step [s]. */
     double at;          /* Over the step, between 0 and 1. */
-    GUDGEON_FIELDS(nodes, h, at)
 };
 
 /* Arrays that exponential steps write, but for the first. Each mode: z' = lambda z + ... with z = v - conj(lambda) q.
@@ -152,7 +144,40 @@ struct Waves {
     Vec rate;           /* Ratio of changes in the last step that needed more than one, (1,). */
     Vec energy;         /* Kinetic, at the start [J], (1,). */
     Ints counts;        /* Stages computed, (1,). */
-    GUDGEON_FIELDS(root, kept, weights, missed, slopes, states, other, apart, series, rate, energy, counts)
+};
+
+/* Coefficients of collocation at the points of Lobatto, `mechanism/tables.py`. */
+struct Table {
+    CVec points;        /* Of the stages over the step, (s,). */
+    CVec start;         /* Of the slope at the start, added to those of the stages, (s,). */
+    CComplexes<1> eigenvalues; /* Of the inverse of the weights, the real one first, then one of each pair, (k,). */
+    CComplexes<2> there; /* Their rows of T^-1, (k, s). */
+    CComplexes<2> back; /* Their columns of T, those of pairs twice, (s, k). */
+    double error_start; /* Of the slope at the start in the estimated error, times the real eigenvalue. */
+    CVec error;         /* Of the increments of the stages over the step in it, (s,). */
+    CMat polynomials;   /* Coefficients of the polynomials that are 1 at the start or at one of the stages and 0 at the
+                           others, (s + 1, s + 1). */
+    CMat outer;         /* Of those through the stages alone, (s, s). */
+    GUDGEON_FIELDS(points, start, eigenvalues, there, back, error_start, error, polynomials, outer)
+};
+
+/* What the steps of a run are taken with. */
+struct Settings {
+    double duration;    /* Of the run [s]. */
+    double fixed;       /* Size of all steps; 0 of steps that choose their own [s]. */
+    Index methods;      /* `EXPLICIT`, `IMPLICIT`, `EXPONENTIAL`, or the sum of the first and one of the others. */
+    double tolerance;   /* Error of an explicit step. */
+    double longer_tolerance; /* Error of another one. */
+    double kinetic;     /* Energy by which errors of the energy balance are measured at least [J]. */
+    Index rank;         /* Of the rows of joints at the start. */
+    CMat breaks;        /* Times at which steps end, and where the next ones begin, ascending [s], (b, 2). */
+    Tableau tableau;
+    CVec times;         /* Of the stages of an explicit step over it, (16,). */
+    Table table;
+    Nodes nodes;
+    CComplexes<2> roots; /* lambda of all modes [1/s], (n, E). */
+    GUDGEON_FIELDS(duration, fixed, methods, tolerance, longer_tolerance, kinetic, rank, breaks, tableau, times,
+                   table, nodes, roots)
 };
 
 }  // namespace gudgeon::turning

@@ -10,12 +10,12 @@ A section is what touches of a pair of markers: a section of a journal in its be
 strike an obstacle.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gudgeon.solver.forces.fields.co_energy import CoEnergies
-from gudgeon.solver.integrators.mechanism.touching.surfaces import Pressing, Surfaces
+from gudgeon.solver.integrators.mechanism.touching.surfaces import Surfaces
 
 WIDTH = 13
 """Numbers of a body's state: x 3, e 4, v 3, ℓ 3."""
@@ -41,8 +41,6 @@ and, from `CURL` on, the differences B_ij − B_ji of the last three: nine numbe
 CURL = len(MOMENTS)
 NONE = -1
 """Of a body: the ground. Of a row: no second term, no drive. Of a point: no drive."""
-STAGES = 16
-"""Of a step, with those of its interpolation."""
 
 
 class Model(NamedTuple):
@@ -156,130 +154,8 @@ class Model(NamedTuple):
     yielding_depth: np.ndarray
 
 
-class Work(NamedTuple):
-    """Arrays that the core writes."""
-
-    turn: np.ndarray
-    """Rotation matrix of each body, (n, 3, 3)."""
-    omega: np.ndarray
-    """Angular velocity along the scene's axes [rad/s], (n, 3)."""
-    back: np.ndarray
-    """Inverse of the inertia along the scene's axes, (n, 3, 3)."""
-    rate: np.ndarray
-    """Accelerations without constraints, (n, 6 + E)."""
-    push: np.ndarray
-    """Force, moment about the centre, and modal forces, (n, 6 + E)."""
-    given: np.ndarray
-    """Drives of the present time, (d, 3)."""
-    place: np.ndarray
-    """Of points [m], (P, 3)."""
-    arm: np.ndarray
-    """From the centre [m], (P, 3)."""
-    speed: np.ndarray
-    """[m/s], (P, 3)."""
-    drift: np.ndarray
-    """Second rate of their places without accelerations of the bodies [m/s²], (P, 3)."""
-    spin: np.ndarray
-    """Angular velocity of their axes [rad/s], (P, 3)."""
-    spin_drift: np.ndarray
-    """Its rate without accelerations [rad/s²], (P, 3)."""
-    axes: np.ndarray
-    """As columns, (P, 3, 3)."""
-    point_rows: np.ndarray
-    """Velocity and angular velocity along the scene's axes per modal rate, (P, 6, E)."""
-    local: np.ndarray
-    """Displacement and rotation of a point in its body, their rates and second rates, (P, 3, 6)."""
-    curved: np.ndarray
-    """(E,)"""
-    moving: np.ndarray
-    """(E,)"""
-    moment: np.ndarray
-    """B of each body by its nine parts, (n, 9, E)."""
-    moment_rate: np.ndarray
-    """Vectors of Ḃ, (n, 3, E)."""
-    second: np.ndarray
-    """J by its symmetric parts, (n, CURL)."""
-    coupling: np.ndarray
-    """W of `core/turning/inertia.hpp`, (n, 3, E)."""
-    root: np.ndarray
-    """R, lower, (n, 3, 3)."""
-    modal: np.ndarray
-    """Angular velocity and modal rates, (n, 3 + E)."""
-    inner_force: np.ndarray
-    """Modal forces of inertia, stiffness and damping, (n, E)."""
-    across: np.ndarray
-    """ω · vector of Ḃ_k, (n, E)."""
-    value: np.ndarray
-    """Of each term, (t,)."""
-    bend: np.ndarray
-    """Second rate of each term without accelerations, (t,)."""
-    slope: np.ndarray
-    """Rate of each term per velocity and angular velocity of the markers a and b, (t, 2, 6)."""
-    turned: np.ndarray
-    """Angle of the last accepted step of each term that is one [rad], (t,)."""
-    block_owner: np.ndarray
-    """Bodies of a row's blocks, (m, 4)."""
-    block: np.ndarray
-    """Rate of a row per velocity, angular velocity and modal rates of its bodies, (m, 4, 6 + E)."""
-    light: np.ndarray
-    """The same times the inverse of the inertia, (m, 4, 6 + E)."""
-    matrix: np.ndarray
-    """S = G M⁻¹ Gᵀ, once factored by pivots scaled, (m, m)."""
-    lower: np.ndarray
-    """Its factor, rows in the order of the pivots, (m, m)."""
-    scale: np.ndarray
-    """Square roots of the diagonal of S, of the mean over a group where it is factored by pivots, (m,)."""
-    order: np.ndarray
-    """Rows in the order of the pivots, (m,)."""
-    begin: np.ndarray
-    """First column of each row of `lower`, (m,)."""
-    end: np.ndarray
-    """End of the rows of each column of `lower`, (m,)."""
-    within: np.ndarray
-    """Whether S is factored within its envelope, (1,)."""
-    left: np.ndarray
-    """(m,)"""
-    rank: np.ndarray
-    """(1,)"""
-    least: np.ndarray
-    """Least pivot of all factors since it was set, (1,)."""
-    right: np.ndarray
-    """(m,)"""
-    multiplier: np.ndarray
-    """(m,)"""
-    small: np.ndarray
-    """LᵀL and its factor, (m, m)."""
-    spare: np.ndarray
-    """(2, m)"""
-    slopes: np.ndarray
-    """Rates of the state at the stages, (STAGES, numbers)."""
-    stage: np.ndarray
-    """(numbers,)"""
-    light_error: np.ndarray
-    """(3 + E,)"""
-    lost: np.ndarray
-    """Rates of sums that nobody reads, (SUMS,)."""
-    bush: np.ndarray
-    """Motions of each bushing and their rates, (u, 12)."""
-    bush_push: np.ndarray
-    """Force and moment on its own body, about its point, along the scene's axes, (u, 6)."""
-    field: np.ndarray
-    """Of each field, what `co_energy.evaluate` sets, (f, OUT)."""
-    field_basis: np.ndarray
-    touching: np.ndarray
-    """Whether a section may press, (c,)."""
-    slipping: np.ndarray
-    """Whether a section with a cone slips, or else sticks, (c,)."""
-    deflection: np.ndarray
-    """Of its tangential spring [m], (c, 2)."""
-    approach: np.ndarray
-    """Rate at which its present contact began [m/s], (c,)."""
-    shift: np.ndarray
-    """Added to its indentation, which by round-off was not above zero as the contact began: a dashpot's force jumps
-    there [m], (c,)."""
-    touch: np.ndarray
-    """What it does, columns of `touching.columns`, (c, 26)."""
-    pressing: Pressing
+Work = Any
+"""The arrays that the core writes, those of `Work` in `core/turning/arrays.hpp`: what `core.turning_work` returns."""
 
 
 class Reading(NamedTuple):

@@ -1,8 +1,6 @@
 """The model of a compiled scene's mechanism: bodies, markers, terms of its joints, and their rows."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,32 +9,27 @@ from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import named
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.bushing import Bushing
-from gudgeon.solver.forces.fields.co_energy import OUT, basis_shape
 from gudgeon.solver.forces.fields.electrostatic import Electrostatic, FieldForce
 from gudgeon.solver.forces.given import GivenForce, GivenTorque, GivenWrench
+from gudgeon.solver.forces.signals import Function
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.integrators.mechanism.arrays import (
     ALONG,
     ANGLE,
-    CURL,
     DISTANCE,
     NONE,
     PUSHES,
     SQUARE,
-    STAGES,
     SUMS,
     WIDTH,
     Model,
-    Work,
 )
-from gudgeon.solver.integrators.mechanism.constraints.pattern import coupled, envelope, groups, is_thin
+from gudgeon.solver.integrators.mechanism.constraints.pattern import coupled, envelope, groups
 from gudgeon.solver.integrators.mechanism.flexible.arrays import flexible_arrays
 from gudgeon.solver.integrators.mechanism.flexible.frame import Frame, frame_of, point_of
 from gudgeon.solver.integrators.mechanism.parts import Point, Row
-from gudgeon.solver.integrators.mechanism.touching.columns import COLUMNS
 from gudgeon.solver.integrators.mechanism.touching.meeting import Meeting, meetings, sections_of, surfaces_of
 from gudgeon.solver.integrators.mechanism.touching.sections import Section, of_contact, of_journal, section_arrays
-from gudgeon.solver.integrators.mechanism.touching.surfaces import pressing_of
 from gudgeon.solver.joints.clearance import Clearance
 from gudgeon.solver.joints.coupled import Driven, Gear
 from gudgeon.solver.joints.markers import Distance, Marked, Screw, Universal
@@ -45,8 +38,6 @@ from gudgeon.solver.system.system import System
 from gudgeon.solver.vectors import frame_along, unit
 
 Term = tuple[int, int, int, int]
-Drive = Callable[[np.ndarray], np.ndarray]
-"""Motion, rate and second rate at times [s], (t,) → (t, 3)."""
 
 
 @dataclass
@@ -66,7 +57,8 @@ class Linkage:
     """Floating frames of the bodies."""
     terms: dict[Term, int] = field(default_factory=dict)
     rows: list[Row] = field(default_factory=list)
-    drives: list[Drive] = field(default_factory=list)
+    drives: list[Function] = field(default_factory=list)
+    """Motions that joints and points are given."""
     sections: list[Section] = field(default_factory=list)
     """What may touch: journals of joints with clearance, then points of contacts, those with other bodies last."""
     meetings: list[Meeting] = field(default_factory=list)
@@ -192,7 +184,7 @@ def _add_crank(linkage: Linkage, name: str, joint: SliderCrank) -> None:
     near_end = linkage.point(joint.body, joint.at, joint.interface, f"joint.{name}.at")
     normal, centre = np.cross(*joint.axes), np.asarray(joint.centre, float)
     pin = Point(NONE, centre + normal * (normal @ (linkage.place(near_end) - centre)), drive=len(linkage.drives))
-    linkage.drives += [partial(joint.pin_motion, axis=axis) for axis in range(3)]
+    linkage.drives += [joint.pin(axis) for axis in range(3)]
     linkage.markers.append((pin, near_end))
     linkage.axes.append(np.array([np.eye(3), np.eye(3)]))
     linkage.rows.append(Row(name, ((linkage.term(DISTANCE, pair), 1.0),), joint.rod_length, length=True))
@@ -218,7 +210,7 @@ def _add_drive(linkage: Linkage, name: str, joint: Driven) -> None:
             " give a smooth motion"
         )
     pair, drive = linkage.pairs[joint.joint], len(linkage.drives)
-    linkage.drives.append(partial(joint.motions, key=f"joint.{name}"))
+    linkage.drives.append(joint.function(f"joint.{name}"))
     angle = motion == "angle"
     term = linkage.term(ANGLE, pair) if angle else linkage.term(ALONG, pair, 2)
     start = 0.0 if angle else linkage.start_along(pair)
@@ -371,30 +363,3 @@ def reach_of(linkage: Linkage) -> float:
 def size_of(model: Model) -> int:
     """Return how many numbers a state has."""
     return WIDTH * len(model.mass) + 2 * int(model.elastic[:, 0].sum()) + PUSHES * len(model.touch_pair) + SUMS
-
-
-def work_of(model: Model, drives: int) -> Work:
-    """Return work arrays of a model with a number of drives."""
-    n, m, t, p, e = len(model.mass), len(model.row_terms), len(model.terms), *model.point_rows.shape[::2]
-    size, c, u = size_of(model), len(model.touch_pair), len(model.bush_rest)
-    shapes = {
-        "turn": (n, 3, 3), "omega": (n, 3), "back": (n, 3, 3), "rate": (n, 6 + e), "push": (n, 6 + e), "value": (t,),
-        "bend": (t,), "slope": (t, 2, 6), "turned": (t,), "block_owner": (m, 4), "block": (m, 4, 6 + e),
-        "light": (m, 4, 6 + e), "matrix": (m, m), "lower": (m, m), "scale": (m,), "order": (m,), "begin": (m,),
-        "end": (m,), "within": (1,), "left": (m,), "rank": (1,), "least": (1,), "right": (m,), "multiplier": (m,),
-        "small": (m, m), "spare": (2, m), "slopes": (STAGES, size), "stage": (size,), "lost": (SUMS,),
-        "given": (drives, 3), "place": (p, 3), "arm": (p, 3), "speed": (p, 3), "drift": (p, 3), "spin": (p, 3),
-        "spin_drift": (p, 3), "axes": (p, 3, 3), "point_rows": (p, 6, e), "local": (p, 3, 6), "curved": (e,),
-        "moving": (e,),
-        "moment": (n, CURL + 3, e), "moment_rate": (n, 3, e), "second": (n, CURL), "coupling": (n, 3, e),
-        "root": (n, 3, 3), "modal": (n, 3 + e),
-        "inner_force": (n, e), "across": (n, e), "light_error": (3 + e,), "touching": (c,), "slipping": (c,),
-        "deflection": (c, 2), "approach": (c,), "shift": (c,), "touch": (c, COLUMNS), "bush": (u, 12),
-        "bush_push": (u, 6),
-        "field": (len(model.fields.head), OUT), "field_basis": basis_shape(model.fields),
-    }  # fmt: skip
-    integer_names = ("block_owner", "order", "begin", "end", "within", "rank", "touching", "slipping")
-    arrays = {name: np.zeros(shape, np.int64 if name in integer_names else float) for name, shape in shapes.items()}
-    arrays_of_work = Work(**arrays, pressing=pressing_of(model.surfaces))
-    arrays_of_work.within[0] = is_thin(model.envelope)
-    return arrays_of_work

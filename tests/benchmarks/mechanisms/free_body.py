@@ -43,10 +43,11 @@ def main(steps: int) -> None:
     begin, states, whole = time.process_time(), [], []
     for number in range(steps + 1):
         if number % EVERY == 0:
-            states.append(found._state.copy())
-            motion = motion_of(found.model, found.work, found._state)
-            whole.append(float(energies(found.model, found._state[None], [motion])[0, :2].sum()))
-        assert found._advance()
+            states.append(found.steps.state.copy())
+            motion = motion_of(found.model, found.work, found.steps.state)
+            whole.append(float(energies(found.model, found.steps.state[None], [motion])[0, :2].sum()))
+        assert found.steps.take(0.0)
+        assert found.steps.accept()
     body = bodies_of(found.model, np.array(states))[:, 0]
     places, momenta = body[:, :3], body[:, SPEED : SPEED + 3] * found.model.mass[0]
     angular = np.cross(places, momenta) + body[:, SPIN : SPIN + 3]

@@ -189,7 +189,7 @@ def test_a_drive_is_an_angle_or_a_displacement(joint: type, motion: str | None, 
     }
     told, units = with_motions(joints), Units(mass=8.0, length=4.0, time=2.0)
     assert rescaled(told["drive"], units).values == ((0.0, 0.0), (2.0, 0.5 * factor))
-    moved = rescaled(told["other"], units).motions(np.array([2.0]), "")[0, 0]
+    moved = rescaled(told["other"], units).function("").read(np.array([2.0]))[0, 0]
     assert moved == pytest.approx(0.5 * factor, rel=1e-12)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.forces.expression import in_units, parsed, values_of
+from gudgeon.solver.forces.expression import function_of, in_units, parsed
 
 T = np.linspace(0.0, 2.0, 7)
 
@@ -22,7 +22,7 @@ T = np.linspace(0.0, 2.0, 7)
     ],
 )  # fmt: skip
 def test_values(text: str, expected: np.ndarray) -> None:
-    np.testing.assert_allclose(values_of(text, T, "force.f.expression"), expected, rtol=1e-14)
+    np.testing.assert_allclose(function_of(text, "force.f.expression").read(T)[:, 0], expected, rtol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -68,11 +68,11 @@ def test_what_is_no_expression_is_refused(text: str, line: str) -> None:
 )
 def test_a_value_that_is_not_finite_names_part_and_time(text: str, line: str) -> None:
     with pytest.raises(SceneError) as caught:
-        values_of(text, T, "force.f.expression")
+        function_of(text, "force.f.expression").read(T)
     assert str(caught.value) == line
 
 
 def test_other_units() -> None:
     text = in_units("3 + sin(2*pi*t) * t", 1e3, 7.0)
-    found = values_of(text, 1e3 * T, "")
-    np.testing.assert_allclose(found, 7.0 * values_of("3 + sin(2*pi*t) * t", T, ""), rtol=1e-12)
+    found = function_of(text, "").read(1e3 * T)
+    np.testing.assert_allclose(found, 7.0 * function_of("3 + sin(2*pi*t) * t", "").read(T), rtol=1e-12)

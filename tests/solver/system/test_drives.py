@@ -10,8 +10,7 @@ from pydantic import ValidationError
 
 from gudgeon.modaldb.records.modes import LoadModes, ModalRecord, MorphRecord
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.forces.expression import values_of
-from gudgeon.solver.forces.rates import rates_of
+from gudgeon.solver.forces.expression import function_of
 from gudgeon.solver.ports.members import ports_of
 from gudgeon.solver.scene.motion import Translation
 from gudgeon.solver.scene.scene import Scene
@@ -31,8 +30,9 @@ RUN: dict[str, Any] = {"duration": 0.1, "samples": 100, "frames": 10, "checks": 
 def test_rates_are_derivatives(text: str) -> None:
     """Against central differences away from kinks."""
     t, h = np.array([0.31, 0.52, 0.77, 1.13]), 1e-6
-    slopes = (values_of(text, t + h, "x") - values_of(text, t - h, "x")) / (2 * h)
-    assert rates_of(text, t, "x") == pytest.approx(slopes, abs=1e-8)
+    function = function_of(text, "x")
+    slopes = (function.read(t + h) - function.read(t - h))[:, 0] / (2 * h)
+    assert function.read(t, 1)[:, 1] == pytest.approx(slopes, abs=1e-8)
 
 
 def scene(motion: dict[str, Any], body: dict[str, Any] | None = None, **run: Any) -> dict[str, Any]:

@@ -15,8 +15,6 @@ from gudgeon.solver.integrators.mechanism.energy import inertia_factor
 
 NEAR = 1e-3
 """Pivot over the largest one of a run, below which a position counts as singular."""
-LARGER = 2.0
-"""Growth of the pivots in the metric of the inertia after which the others are read again."""
 
 
 def roots(model: Model) -> list[np.ndarray]:
@@ -58,20 +56,19 @@ class Dependence:
             rank: Of the rows elsewhere.
         """
         self._model, self._work, self._rank = model, work, rank
-        self._usual, self._seen = 0.0, 0.0
+        self._usual = 0.0
 
-    def passes(self, smallest: float, *, near: bool) -> bool:
+    def passes(self, smallest: float, near: bool, higher: bool) -> bool:
         """Return whether a step that is taken, whose end `work` has, passes such a position.
 
         Args:
             smallest: Least pivot of its stages in the metric of the inertia. Its ratio to that of its end is that of
                 the pivots of motions alone.
             near: Whether it may: this pivot is small beside those of other steps.
+            higher: Whether this pivot is much larger than those before, so that those of motions alone are read again.
         """
-        if not self._rank:
-            return False
-        if smallest >= LARGER * self._seen:
-            self._usual, self._seen = max(self._usual, self._pivot(jacobian(self._model, self._work))), smallest
+        if higher:
+            self._usual = max(self._usual, self._pivot(jacobian(self._model, self._work)))
         if not near:
             return False
         pivot, inertial = self._pivot(jacobian(self._model, self._work)), self._pivot(self._inertial())

@@ -8,9 +8,6 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from gudgeon.solver.integrators.mechanism.arrays import NONE
 
-GAIN = 4.0
-"""Times fewer products, from which on S is factored within its envelope."""
-
 
 def coupled(row_terms: np.ndarray, kinds: np.ndarray, owner: np.ndarray) -> np.ndarray:
     """Return the pairs of blocks of rows i ≥ j that belong to one body, (P, 4).
@@ -56,13 +53,6 @@ def envelope(pairs: np.ndarray, rows: int) -> np.ndarray:
     for row, column in enumerate(starts):
         end[column:row] = row + 1
     return np.column_stack([order, starts, end])
-
-
-def is_thin(envelope_: np.ndarray) -> bool:
-    """Tell whether a factor within an envelope takes `GAIN` times fewer products than a full one."""
-    m = len(envelope_)
-    width = np.arange(m) - envelope_[:, 1]
-    return bool(m**3 / 6 > GAIN * (width.astype(float) ** 2).sum() / 2)
 
 
 def groups(keys: list[tuple[str, bool]]) -> np.ndarray:

@@ -14,4 +14,3 @@ STRETCH = 24
 latter and so gives its restitution back, whatever the potential."""
 OVER = 25
 """Of a point before another body: whether it is over the surface of that."""
-COLUMNS = 26

@@ -80,47 +80,6 @@ class Surfaces(NamedTuple):
     """Depth below which a point is on the other side of the body [m], (S,)."""
 
 
-class Pressing(NamedTuple):
-    """What is found of the points in one state."""
-
-    live: np.ndarray
-    """Whether points of a pair may be over its surface, (S,)."""
-    near: np.ndarray
-    """Whether a point is over its surface, not deep below, and close to it, (P,)."""
-    arm: np.ndarray
-    """From the centres of both bodies, along the scene's axes [m], (P, 2, 3)."""
-    gap: np.ndarray
-    """Without forces [m], (P,)."""
-    slope: np.ndarray
-    """∂g/∂(s, t, h), (P, 3)."""
-    first: np.ndarray
-    """First function that it touches; the others follow by lines, (P,)."""
-    weights: np.ndarray
-    """N, ∂N/∂s, ∂N/∂t, (P, 3, 16)."""
-    direction: np.ndarray
-    """∇g along the scene's axes, (P, 3)."""
-    inward: np.ndarray
-    """m, along which R acts: in the axes of the body, of points before a surface their inward normal, (P, 3)."""
-    moved: np.ndarray
-    """u, how R moves points before the ground, in the axes of their body [m], (P, 3)."""
-    mixed: np.ndarray
-    """Inward displacement of a point by inward forces on functions of its body [m/N], (P, F)."""
-    force: np.ndarray
-    """λ [N], (P,)."""
-    active: np.ndarray
-    """Points that press by flexibilities, (P,)."""
-    pushed: np.ndarray
-    """Inward displacement of all functions by the force of each of them [m/N], (P, F)."""
-    matrix: np.ndarray
-    """C of them and its factor, (P, P)."""
-    dents: np.ndarray
-    """Inward displacement of functions by the forces [m], (F,)."""
-    loaded: np.ndarray
-    """Forces on functions [N], (F,)."""
-    stored: np.ndarray
-    """Energy of the flexibilities [J], (1,)."""
-
-
 SURFACES = {
     "owner": (0, 2), "points": (0, 2), "functions": (0, 2), "arm": (0, 3), "rows": (0, 3, 0), "normal": (0, 3),
     "layer": (0,), "residual": (0, 0, 3, 3), "by_law": (0,), "origin": (0, 3), "axes": (0, 3, 3), "radius": (0,),
@@ -139,15 +98,3 @@ def no_surfaces(elastic: int) -> Surfaces:
     """
     shapes = SURFACES | {"rows": (0, 3, elastic), "outward": (0, elastic)}
     return Surfaces(**{name: np.zeros(shape, np.int64 if name in WHOLE else float) for name, shape in shapes.items()})
-
-
-def pressing_of(surfaces: Surfaces) -> Pressing:
-    """Return work arrays."""
-    s, p, f = len(surfaces.owner), len(surfaces.arm), len(surfaces.outward)
-    return Pressing(
-        live=np.zeros(s, np.int64), near=np.zeros(p, np.int64), arm=np.zeros((p, 2, 3)), gap=np.zeros(p),
-        slope=np.zeros((p, 3)), first=np.zeros(p, np.int64), weights=np.zeros((p, 3, 16)), direction=np.zeros((p, 3)),
-        inward=-surfaces.normal, moved=np.zeros((p, 3)), mixed=np.zeros((p if len(surfaces.mixed) else 0, f)),
-        force=np.zeros(p), active=np.zeros(p, np.int64), pushed=np.zeros((p, f)), matrix=np.zeros((p, p)),
-        dents=np.zeros(f), loaded=np.zeros(f), stored=np.zeros(1),
-    )  # fmt: skip

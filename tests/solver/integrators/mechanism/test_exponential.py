@@ -8,8 +8,8 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.integrators.mechanism.energy import modal_parts
-from gudgeon.solver.integrators.mechanism.exponential.steps import propagates
 from gudgeon.solver.integrators.mechanism.integrator import Mechanism
+from gudgeon.solver.integrators.mechanism.stepping import propagates
 from gudgeon.solver.simulate import simulate
 from tests.solver.integrators.mechanism.flexible_scenes import WIDE, cloud, cloud_run, cloud_system
 from tests.solver.integrators.mechanism.scenes import INERTIA, MASS
@@ -29,9 +29,10 @@ def test_vibrations_are_exact_at_any_step(ratio: float, tmp_path: Path) -> None:
     system = cloud_system(tmp_path, STIFF, {"damping": {"ratio": ratio}} if ratio else {}, free=True, run=run)
     found = Mechanism(system, 1.0, fixed_step=0.2)
     start = SMALL * np.array([1.0, -2.0, 0.5, 3.0])
-    modal_parts(found.model, found._state, 0)[0][:] = start
-    assert found._advance()
-    for time, state in ((0.2, found._state), (0.07, found._within(0.35))):
+    modal_parts(found.model, found.steps.state, 0)[0][:] = start
+    assert found.steps.take(0.0)
+    assert found.steps.accept()
+    for time, state in ((0.2, found.steps.state), (0.07, found.steps.state_at(0.07))):
         damped = STIFF * np.sqrt(1 - ratio**2)
         decay = np.exp(-ratio * STIFF * time)
         swing = np.cos(damped * time) + ratio / np.sqrt(1 - ratio**2) * np.sin(damped * time)

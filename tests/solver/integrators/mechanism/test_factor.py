@@ -1,6 +1,7 @@
 """The factor of the constraint rows where it overflows."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,10 +21,9 @@ def test_rows_that_overflow_have_no_multipliers(infinite: float, within: int, tm
     integers = {name: np.zeros(3, np.int64) for name in ("order", "begin", "end")}
     numbers = {name: np.zeros(3) for name in ("scale", "left", "multiplier")}
     tables = {name: np.zeros((3, 3)) for name in ("lower", "small")}
-    work = hinged.work._replace(
-        **integers, **numbers, **tables, matrix=np.diag([infinite, 1.0, 2.0]), within=np.array([within]),
-        rank=np.zeros(1, np.int64), least=np.ones(1), right=np.ones(3), spare=np.zeros((2, 3)),
-    )  # fmt: skip
+    given = {"matrix": np.diag([infinite, 1.0, 2.0]), "within": np.array([within]), "rank": np.zeros(1, np.int64)}
+    given |= {"least": np.ones(1), "right": np.ones(3), "spare": np.zeros((2, 3))}
+    work = SimpleNamespace(**vars(hinged.work) | integers | numbers | tables | given)
     model = hinged.model._replace(
         envelope=np.array([[0, 0, 1], [1, 1, 2], [2, 2, 3]]), group=np.array([[0, 2], [0, 2], [2, 1]])
     )

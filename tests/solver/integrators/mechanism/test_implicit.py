@@ -8,8 +8,8 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import LINKAGE_NOTES, Trajectory
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.integrators.mechanism.collocation.table import shares, table_of
 from gudgeon.solver.integrators.mechanism.integrator import Mechanism
+from gudgeon.solver.integrators.mechanism.tables import table_of
 from gudgeon.solver.simulate import simulate
 from tests.solver.integrators.mechanism.flexible_scenes import WIDE, cloud, cloud_run, cloud_system
 from tests.solver.integrators.mechanism.scenes import hinge, solved, system_of
@@ -44,7 +44,8 @@ def test_collocation_is_exact_on_polynomials_and_keeps_oscillators(stages: int) 
         increments = np.linalg.solve(inverse - z * np.eye(stages), z * (1 + table.start))
         assert abs(1 + increments[-1]) == pytest.approx(1.0, abs=1e-9)
     places = np.array([0.0, 0.3, 1.0])
-    np.testing.assert_allclose(shares(table.polynomials, places)[:, 1:] @ table.points, places, atol=1e-13)
+    values = (places[:, None] ** np.arange(1 + stages)) @ table.polynomials.T
+    np.testing.assert_allclose(values[:, 1:] @ table.points, places, atol=1e-13)
 
 
 def both(folder: Path, frequencies: np.ndarray, body: dict[str, Any], run: dict[str, Any], **tables: Any):  # type: ignore[no-untyped-def]
@@ -83,9 +84,9 @@ def test_order_of_a_given_step(tmp_path: Path) -> None:
     for size in sizes:
         system = cloud_system(tmp_path / f"{size}", SOFT, TUMBLING, free=True, run=run)
         found = Mechanism(system, 0.5, fixed_step=size)
-        for _ in range(round(0.5 / size)):
-            assert found._advance()
-        errors.append(np.abs(found._turned(found._state)[0] - fine.motion["part"][-1, 3:6]).max())
+        assert found.steps.advance(0.5) == 0
+        assert found.steps.counts["steps_taken"] == round(0.5 / size)
+        errors.append(np.abs(found.turned(found.steps.state)[0] - fine.motion["part"][-1, 3:6]).max())
     assert errors[1] < 1e-8
     assert np.log(errors[0] / errors[1]) / np.log(sizes[0] / sizes[1]) > 8
 

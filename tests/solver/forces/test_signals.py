@@ -1,12 +1,12 @@
-"""Second rates of expressions against differences of their rates, and where functions jump."""
+"""Rates of functions of time against differences, what tables have beyond their rows, and where functions jump."""
 
 import numpy as np
 import pytest
 
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.expression import function_of
 from gudgeon.solver.forces.jumps import jump_of
-from gudgeon.solver.forces.rates import rates_of
-from gudgeon.solver.forces.second_rates import motions_of
+from gudgeon.solver.forces.signals import Function, lines, spline
 
 TIMES = np.linspace(0.11, 0.93, 23)
 SMOOTH = (
@@ -16,16 +16,27 @@ SMOOTH = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("text", SMOOTH)
-def test_they_are_the_rates_of_the_rates(text: str) -> None:
+ROWS = ((0.0, 1.0), (0.2, -2.0), (0.5, 3.0), (0.6, 2.5))
+
+
+@pytest.mark.parametrize("function", [*(function_of(text, "x") for text in SMOOTH), spline(ROWS)])
+def test_they_are_the_rates_of_the_rates(function: Function) -> None:
     step = 1e-5
-    wanted = (rates_of(text, TIMES + step, "x") - rates_of(text, TIMES - step, "x")) / (2 * step)
-    np.testing.assert_allclose(motions_of(text, TIMES, "x")[:, 2], wanted, rtol=1e-7, atol=1e-7)
+    change = (function.read(TIMES + step, 1) - function.read(TIMES - step, 1)) / (2 * step)
+    inside = TIMES < 0.59 if len(function.signal.knots) else TIMES > 0
+    np.testing.assert_allclose(function.read(TIMES, 2)[inside, 1:], change[inside], rtol=1e-7, atol=1e-7)
+
+
+def test_tables_stay_at_their_ends() -> None:
+    times = np.array([-1.0, 0.0, 0.1, 0.2, 0.55, 0.6, 2.0])
+    np.testing.assert_allclose(lines(ROWS).read(times)[:, 0], np.interp(times, *np.array(ROWS).T), atol=1e-15)
+    ends = spline(ROWS).read(np.array([-1.0, 0.0, 0.6, 2.0]), 2)
+    np.testing.assert_array_equal(ends[[0, 3]], ends[[1, 2]])
 
 
 def test_what_is_not_finite_is_named() -> None:
     with pytest.raises(SceneError, match=r"joint\.a: the rate of 'sqrt\(t\)' is not a finite number at t = 0 s"):
-        motions_of("1 + sqrt(t)", np.array([0.0, 1.0]), "joint.a")
+        function_of("1 + sqrt(t)", "joint.a").read(np.array([0.0, 1.0]), 2)
 
 
 def test_jumps_are_found_where_they_are() -> None:
