@@ -4,6 +4,8 @@ Nothing is assembled. Mass, centre, inertia and rigid motions follow from the ma
 Degrees of freedom that a node lacks are held, so that only motions in which they rest are rigid motions of the body.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
@@ -20,6 +22,8 @@ which no Σ |K_ij r_j| exceeds: files keep 13 digits."""
 SINGULAR = 1e-10
 """Eigenvalues of the mass matrix, scaled to a unit diagonal, that are zero but for round-off. There are such: the mass
 of ten-node tetrahedra by four points of quadrature, as of CalculiX, may have a few, of motions without mass."""
+FULL = 0.5
+"""Share of entries of a matrix from which it counts as full."""
 RESTING = 1e-9
 """Share of a motion at the degrees of freedom that are held, below which it leaves them at rest."""
 NAMES = ("x", "y", "z", "the rotation about x", "the rotation about y", "the rotation about z")
@@ -52,7 +56,7 @@ def given_model(mesh: MeshRecord, key: str) -> FEModel:
         properties=properties, rigid_twists=twists, held=constrained,
     )  # fmt: skip
     _refuse_strained(model, system, key)
-    return model
+    return _without_strain(model)
 
 
 def _matrix(half: Triangle, size: int) -> sparse.csr_matrix:
@@ -160,6 +164,28 @@ def _refuse_strained(model: FEModel, system: SystemMatrices, key: str) -> None:
             f" {IN_KERNEL:g}; the order of the rows, the nodes or geometry.unit do not fit the matrices, or the body is"
             " held by springs or by penalties"
         )
+
+
+def _without_strain(model: FEModel) -> FEModel:
+    """Return a model whose full stiffness needs no force in rigid motions Φ: PᵀKP with P = I − Φ (ΦᵀMΦ)⁻¹ ΦᵀM.
+
+    Superelements have full matrices, of ten digits in a punch of DMIG. What `IN_KERNEL` lets through of them would be
+    in the residuals of the lowest modes; Φ is orthonormal by the mass as it was read. Sparse matrices would fill: they
+    are kept.
+    """
+    free, Phi = model.free, model.rigid_modes[model.free]
+    K, M = model.free_matrices()
+    if not Phi.shape[1] or K.nnz < FULL * K.shape[0] ** 2:
+        return model
+    load = M @ Phi
+    gram = Phi.T @ load
+    twists = linalg.solve_triangular(np.linalg.cholesky(gram), model.rigid_twists, lower=True)
+    P = np.eye(len(free)) - Phi @ np.linalg.solve(gram, load.T)
+    stiffness = P.T @ K.toarray() @ P
+    fixed = sparse.diags(np.where(model.held, model.K.diagonal(), 0.0))
+    spread = sparse.csr_matrix((np.ones(len(free)), (free, np.arange(len(free)))), shape=(len(model.held), len(free)))
+    K = sparse.csr_matrix(spread @ sparse.csr_matrix(0.5 * (stiffness + stiffness.T)) @ spread.T + fixed)
+    return replace(model, K=K, rigid_twists=twists)
 
 
 def _dof(mesh: MeshRecord, row: int) -> str:

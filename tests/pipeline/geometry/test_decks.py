@@ -80,6 +80,7 @@ INP: dict[str, str] = {
     "included": "*INCLUDE, INPUT=sub/nodes.inc\n" + SOLID + FOOT,
     "data of another file": "*NODE, INPUT=sub/rows.txt\n" + SOLID + FOOT,
     "mirrored": NODES + SOLID.replace("1, 1, 2, 3, 4", "1, 1, 3, 2, 4") + FOOT,
+    "words before keywords": "> deck\n*\n" + NODES + SOLID + FOOT,
     "unused nodes": NODES + "99, 1e3, 0, 0\n" + SOLID + FOOT.replace("3\n", "3, 99\n"),
 }  # fmt: skip
 """Decks of Abaqus and CalculiX of the same tetrahedron."""

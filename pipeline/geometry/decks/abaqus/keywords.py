@@ -18,6 +18,8 @@ MOST_LINES = 50_000_000
 """Lines of a deck with its files: files that include others twice stand for endless ones."""
 COMMA, OUTSIDE = re.compile(","), re.compile(r',(?=(?:[^"]*"[^"]*")*[^"]*$)')
 """Between words; and where some are quoted."""
+FILLED = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")
+"""Keywords whose data may stand in a file that INPUT names."""
 SHOWN = 60
 """Characters of a line in a message."""
 
@@ -108,7 +110,7 @@ def read_keywords(path: str) -> Iterator[Keyword]:
     """Yield the keywords of a deck and of the files that it includes.
 
     Raises:
-        InputError: a file is missing or includes itself, or a line is no keyword and belongs to none.
+        InputError: a file is missing or includes itself, or a keyword has no name.
     """
     head: Line | None = None
     rows: list[Line] = []
@@ -118,9 +120,7 @@ def read_keywords(path: str) -> Iterator[Keyword]:
                 yield _whole(head, rows, path)
             head, rows = line, []
         elif head is None:
-            raise line.source.error(
-                f"{line.text[:SHOWN]!r}, expected a keyword, such as *NODE; allowed: decks of Abaqus and CalculiX"
-            )
+            continue  # What stands before all keywords means nothing.
         elif not rows and head.text.endswith(",") and _goes_on(line.text):
             head = head._replace(text=head.text + line.text)
         else:
@@ -145,7 +145,7 @@ def _whole(head: Line, rows: list[Line], deck: str) -> Keyword:
     if not name:
         raise head.source.error(f"{head.text[:SHOWN]!r}, expected a keyword")
     file = options.get("INPUT")
-    if file and name != "INCLUDE":
+    if file and name in FILLED:
         rows = [*_lines(_beside(deck, file, head.source), deck, (), head.source), *rows]
         if (misplaced := next((row for row in rows if row.text.startswith("*")), None)) is not None:
             raise misplaced.source.error(f"{misplaced.text[:SHOWN]!r}, expected data of *{name}, which reads this file")
@@ -165,7 +165,7 @@ def _lines(path: str, deck: str, above: tuple[str, ...], named: Source | None = 
     count = 0
     for line_number, raw in enumerate(text.splitlines(), 1):
         stripped = raw.strip()
-        if not stripped or stripped.startswith("**"):
+        if not stripped or stripped.startswith("**") or stripped == "*":
             continue
         line = Line(stripped, path, line_number)
         if stripped.startswith("*") and stripped.lstrip("* \t")[:7].upper() == "INCLUDE":
