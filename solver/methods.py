@@ -28,3 +28,7 @@ METHODS = {
     "impact": Method(rigid=True, bounces=True),
 }
 """Members by the name that a scene writes."""
+RIGID_NEEDS = (
+    "contact of rigid bodies needs it, or a law, or method = 'constraint' (no rebound) or 'impact' with a restitution"
+)
+"""What to give where a contact has no compliance."""

@@ -8,7 +8,7 @@ floating-point numbers.
 import re
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidatorFunctionWrapHandler, WrapValidator
 
 RANGES: dict[str, tuple[float, float]] = {
     "1": (1e-15, 1e15), "deg": (1e-12, 1e9), "rad": (1e-15, 1e6), "s": (1e-30, 1e15), "1/s": (1e-15, 1e30),
@@ -49,17 +49,21 @@ def signed(unit: str) -> Any:
     return Field(ge=-high, le=high, allow_inf_nan=False, json_schema_extra={"unit": unit, "least_magnitude": low})
 
 
-def sizeable(unit: str) -> AfterValidator:
-    """Return a check that refuses numbers of a unit that are smaller than its range without being zero."""
+def sizeable(unit: str) -> WrapValidator:
+    """Return a check that refuses truth values, and numbers of a unit that are smaller than its range without being
+    zero."""
     low, high = RANGES[unit]
     suffix = "" if unit == "1" else f" {unit}"
 
-    def check(value: float) -> float:
+    def check(raw: Any, validated: ValidatorFunctionWrapHandler) -> float:
+        if isinstance(raw, bool):
+            raise ValueError(f"{str(raw).lower()} given; a number is needed")
+        value = validated(raw)
         if 0 < abs(value) < low:
             raise ValueError(f"{value} given; allowed magnitude: {low:g} to {high:g}{suffix}")
         return value
 
-    return AfterValidator(check)
+    return WrapValidator(check)
 
 
 def _of_a_body(moments: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -85,6 +89,8 @@ BushingDamping = Annotated[float, signed("N s/m"), sizeable("N s/m")]
 BushingStiffness = Annotated[float, signed("N/m"), sizeable("N/m")]
 Charge = Annotated[float, signed("C"), sizeable("C")]
 """Electric."""
+Component = Annotated[float, signed("1")]
+"""Of a direction or a quaternion, beside which round-off is none."""
 Coordinate = Annotated[float, signed("m"), sizeable("m")]
 CouplingDamping = Annotated[float, signed("N s/rad"), sizeable("N s/rad")]
 CouplingStiffness = Annotated[float, signed("N/rad"), sizeable("N/rad")]

@@ -5,17 +5,28 @@ from typing import Annotated
 import numpy as np
 from pydantic import AfterValidator
 
-from gudgeon.solver.numbers import Acceleration, AngularVelocity, Coordinate, Ratio, Speed
+from gudgeon.solver.numbers import Acceleration, AngularVelocity, Component, Coordinate, Speed
 
 Place = tuple[Coordinate, Coordinate, Coordinate]
 """Position [m]."""
 Velocity = tuple[Speed, Speed, Speed]
 Spin = tuple[AngularVelocity, AngularVelocity, AngularVelocity]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
-Vector = tuple[Ratio, Ratio, Ratio]
+ROUND_OFF = 1e-15
+"""Component of a direction over the largest one that is zero."""
 
 
-def _directed(vector: Vector) -> Vector:
+def _without_round_off(vector: tuple[float, ...]) -> tuple[float, ...]:
+    """Return a vector whose components of round-off are zero."""
+    limit = ROUND_OFF * max(map(abs, vector))
+    return tuple(0.0 if abs(component) <= limit else component for component in vector)
+
+
+Vector = Annotated[tuple[Component, Component, Component], AfterValidator(_without_round_off)]
+Quaternion = Annotated[tuple[Component, Component, Component, Component], AfterValidator(_without_round_off)]
+
+
+def _directed(vector: tuple[float, ...]) -> tuple[float, ...]:
     if not any(vector):
         raise ValueError("the vector is zero, it must have a direction")
     return vector

@@ -9,7 +9,7 @@ from scipy import sparse
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.shares import shared
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.methods import METHODS
+from gudgeon.solver.methods import METHODS, RIGID_NEEDS
 from gudgeon.solver.scene.scene import Scene
 
 ROUND_OFF = 1e-8
@@ -58,7 +58,7 @@ def check_compliance(
     if not len(missing):
         return
     if all(body.modal.reduction == "rigid" for body in bodies):
-        raise SceneError(f"contact.{name}.surface_stiffness: is missing; contact of rigid bodies needs it")
+        raise SceneError(f"contact.{name}.surface_stiffness: is missing; {RIGID_NEEDS}")
     for side, flexibility in zip(sides, flexibilities, strict=True):
         fixed = missing[flexibility[missing] <= HELD * flexibility.max()]
         if side.body.modal.reduction != "rigid" and len(fixed):

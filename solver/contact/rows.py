@@ -14,7 +14,7 @@ from gudgeon.solver.contact.missing_compliance import Side, check_compliance
 from gudgeon.solver.contact.pairs import OtherBlock, faced
 from gudgeon.solver.contact.shares import identity, shared_columns, shared_twice
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.methods import METHODS
+from gudgeon.solver.methods import METHODS, RIGID_NEEDS
 from gudgeon.solver.obstacles import Plane, basic_surface
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
 from gudgeon.solver.scene.scene import Scene
@@ -349,7 +349,7 @@ def _residual(contact: Contact, name: str, body: FlexibleBody, interface: str) -
                     f" '{body.name}' was reduced by '{body.modal.reduction}'"
                 )
             if contact.surface_stiffness is None and contact.law is None and not isinstance(contact.against, OtherBody):
-                raise SceneError(f"contact.{name}.surface_stiffness: is missing; contact of a rigid body needs it")
+                raise SceneError(f"contact.{name}.surface_stiffness: is missing; {RIGID_NEEDS}")
         return body.residual(interface, interface)
     return np.zeros((len(body.morph.points[interface]),) * 2)
 

@@ -5,8 +5,8 @@ from typing import Any, Literal, get_args
 import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 
-from gudgeon.solver.numbers import Angle, Ratio, Strict
-from gudgeon.solver.vectors import Direction, unit
+from gudgeon.solver.numbers import Angle, Strict
+from gudgeon.solver.vectors import Direction, Quaternion, unit
 
 Order = Literal["xyz", "yzx", "zxy", "xzy", "zyx", "yxz", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"]
 UNIT = 1e-4
@@ -22,7 +22,7 @@ class Orientation(Strict):
         json_schema_extra={"short_form": {"type": "array", "items": OF_UNIT, "minItems": 4, "maxItems": 4}}
     )
 
-    quaternion: tuple[Ratio, Ratio, Ratio, Ratio] | None = Field(
+    quaternion: Quaternion | None = Field(
         default=None, description="Unit quaternion w, x, y, z; a list in place of the table is one"
     )
     euler: tuple[Angle, Angle, Angle] | None = Field(

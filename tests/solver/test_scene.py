@@ -122,6 +122,23 @@ def test_names_and_values_are_checked(scene: Change, change: Change, text: str) 
     assert text in str(error.value)
 
 
+def test_a_truth_value_is_no_number() -> None:
+    for key in ("duration", "step"):
+        with pytest.raises(ValidationError, match="true given; a number is needed"):
+            Scene.model_validate(merged(block_scene(), {"run": {key: True}}))
+
+
+def test_round_off_in_a_direction_or_a_quaternion_is_zero() -> None:
+    turned = {"quaternion": [1.0, 9e-26, -3e-17, 0.0]}
+    scene = Scene.model_validate(merged(block_scene(), {"body": {"part": {"orientation": turned}}}))
+    assert scene.body["part"].orientation is not None
+    assert scene.body["part"].orientation.quaternion == (1.0, 0.0, 0.0, 0.0)
+    about = {"axis": [0.0, 9e-26, 2.0], "angle": 30.0}
+    scene = Scene.model_validate(merged(block_scene(), {"body": {"part": {"orientation": about}}}))
+    assert scene.body["part"].orientation is not None
+    assert scene.body["part"].orientation.axis == (0.0, 0.0, 2.0)
+
+
 def test_joint_that_is_missing_says_so() -> None:
     with pytest.raises(ValidationError, match=r"force\.gas\.joint: no joint 'rod', the scene has none"):
         Scene.model_validate(piston_scene() | {"joint": {}})

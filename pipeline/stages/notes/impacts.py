@@ -15,6 +15,8 @@ ROUNDING = 1e-9
 FAST = 0.1
 """Speed of an impact over the wave speed of an elastic body above which a run gives a note."""
 
+DELIVERED = 0.01
+"""Difference of the restitution of bodies from that of their points above which a run gives a note."""
 WEIGHT = 2.0
 """Time over which `force_peak` is a mean, over the window."""
 SHARE = 0.1
@@ -42,6 +44,7 @@ def impacts(facts: Facts) -> Iterator[str]:
                 f"contact.{name}: its impacts are jumps of velocity, so that force_peak is their impulse over"
                 f" run.window = {window:.3g} s"
             )
+        yield from _delivered(scene, name, quantities)
         yield from _windows(scene, name, window, counts) or _short(scene, name, window, listed)
         yield from _fast(scene, name, max((impact.get("approach_speed", 0.0) for impact in listed), default=0.0))
 
@@ -72,6 +75,16 @@ def _is_cut(scene: SceneFile, name: str, quantities: Quantities, impacts: list[d
     final = max(impacts, key=lambda i: i["end"])
     fallen = float(np.linalg.norm(scene.run.gravity)) * (final["end"] - final["start"])
     return final["end"] >= scene.run.duration * (1 - ROUNDING) and final.get("approach_speed", 0.0) > fallen
+
+
+def _delivered(scene: SceneFile, name: str, quantities: Quantities) -> Iterator[str]:
+    """Yield a note where bodies rebound with another restitution than that of their points."""
+    prescribed, delivered = scene.contact[name].restitution, quantities.get(f"{name}.restitution")
+    if prescribed is not None and delivered is not None and abs(delivered["value"] - prescribed) > DELIVERED:
+        yield (
+            f"contact.{name}.restitution: {prescribed:g} is given for its points, and the bodies rebound with"
+            f" {delivered['value']:.3g}: waves in elastic bodies, and other points, go on after each impact of a point"
+        )
 
 
 def _windows(scene: SceneFile, name: str, window: float, counts: Mapping[str, Any]) -> list[str]:

@@ -180,3 +180,25 @@ def test_short_modes_of_an_euler_bernoulli_beam_get_a_note(tmp_path: Path) -> No
     assert "set 'timoshenko', or set component.beam.modes.normal_count = 13" in found
     timoshenko = {"component.beam.geometry.theory": "timoshenko", "component.beam.modes.normal_count": 20}
     assert "half-waves" not in notes(BEAM, tmp_path / "timoshenko", **timoshenko)
+
+
+def test_a_restitution_that_an_elastic_bar_does_not_deliver_is_said(tmp_path: Path) -> None:
+    """Its end rebounds with 0.5 at each impact of its own, the bar as a whole almost elastically."""
+    (tmp_path / "scene.toml").write_text("""
+component.b.geometry = { kind = "bar", length = 1.0, area = 1e-4 }
+component.b.mesh.size = 0.05
+component.b.material = { E = 210e9, nu = 0.3, rho = 7850 }
+component.b.interface.r = { surface = "right" }
+component.b.modes = { normal_count = 8 }
+body.b = { velocity = [1, 0, 0] }
+contact.w.against = { shape = "plane", point = [1.0001, 0, 0], normal = [-1, 0, 0] }
+contact.w.body = "b"
+contact.w.interface = "r"
+contact.w.method = "impact"
+contact.w.restitution = 0.5
+run = { duration = 2e-3, checks = false }
+""")
+    report = run(tmp_path, until="solve", db=tmp_path / "db", out=tmp_path / "out")
+    (note,) = [n for n in report.notes if "contact.w.restitution: 0.5 is given for its points" in n]
+    delivered = float(note.partition("rebound with ")[2].partition(":")[0])
+    assert delivered > 0.6
