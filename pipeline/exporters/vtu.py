@@ -11,7 +11,7 @@ from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.files import whole_file, write_text
-from gudgeon.pipeline.geometry.cells import PYRAMID13, PYRAMID14, cell_blocks, cell_of
+from gudgeon.pipeline.geometry.cells import PYRAMID13, PYRAMID14, WEDGE15, cell_blocks, cell_of
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
 from gudgeon.pipeline.reduction.expansion import displacement
 
@@ -152,6 +152,8 @@ def _face(
 def _write_grid(path: Path, mesh: MeshRecord, nodes: np.ndarray, fields: dict[str, np.ndarray]) -> None:
     import meshio
 
+    for name in (WEDGE15.name, PYRAMID13.name):  # Its writers know them, but its table of dimensions does not.
+        meshio._mesh.topological_dimension.setdefault(name, 3)
     blocks = [(PYRAMID13, rows[:, :13]) if cell is PYRAMID14 else (cell, rows) for cell, _, rows in cell_blocks(mesh)]
     grid = meshio.Mesh(nodes, [(cell.meshio or cell.name, rows) for cell, rows in blocks], point_data={**fields})
     with whole_file(path) as scratch:
