@@ -60,7 +60,8 @@ class Samples(NamedTuple):
         """Set what t samples record at their ends, of states p, v, (t, m), and contact forces [N], (t, c)."""
         r = len(system.rigid)
         self.snapshots[here, :r], self.snapshots[here, r : 2 * r] = p[:, system.rigid], v[:, system.rigid]
-        self.gauges[here] = system.gauged(p, v) + pressed @ system.gauge_residual.T
+        if system.gauges:
+            self.gauges[here] = system.gauged(p, v) + pressed @ system.gauge_residual.T
         if len(system.probes.names):
             self.probes[here] = system.probes.values(p, v) + pressed @ system.probes.pressed.T
         self.paths.fill(here, p, pressed)

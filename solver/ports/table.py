@@ -180,8 +180,8 @@ def _flexibility(
         if R is not None and body.name in weights:
             port_weights = weights[body.name]
             ports_of[body_id] = np.unique(port_weights.indices)
-            V = port_weights[:, ports_of[body_id]].toarray()
-            matrix = V.T @ (R @ V)
+            V_T = port_weights[:, ports_of[body_id]].T.tocsr()
+            matrix = V_T @ (V_T @ R).T  # R is symmetric.
             shared[body_id] = 0.5 * (matrix + matrix.T)
     for ports, columns, values in pairs.blocks(tables):
         for body_id in {int(s) for s in sides[ports.start] if s in ports_of}:
@@ -189,11 +189,17 @@ def _flexibility(
                 np.searchsorted(ports_of[body_id], ports), np.intersect1d(columns, ports_of[body_id], True, True)
             )  # fmt: skip
             on_body = np.isin(ports, ports_of[body_id])
-            block = shared[body_id][np.ix_(rows[on_body], columns_of)]
             for side in range(2):
                 of_body = sides[columns[positions], side] == body_id
-                values[side][np.ix_(np.flatnonzero(on_body), positions[of_body])] += block[:, of_body]
+                entries = _entries(np.flatnonzero(on_body), positions[of_body])
+                values[side][entries] += shared[body_id][_entries(rows[on_body], columns_of[of_body])]
     return tables
+
+
+def _entries(rows: np.ndarray, columns: np.ndarray) -> tuple[slice | np.ndarray, ...]:
+    """Return an index of some rows and columns of a matrix, of slices where they follow each other."""
+    both = [slice(int(a[0]), int(a[-1]) + 1) if len(a) and (np.diff(a) == 1).all() else a for a in (rows, columns)]
+    return tuple(both) if any(isinstance(index, slice) for index in both) else np.ix_(rows, columns)
 
 
 def _weights(blocks: Sequence[PortBlock], spans: Sequence[slice], body: FlexibleBody) -> sparse.csr_array | None:

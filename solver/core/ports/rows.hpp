@@ -209,6 +209,15 @@ inline void bound_ways(const Constants& constants, CVec path, Vec way) noexcept 
     }
 }
 
+/* The bound of one port [m]. */
+inline double way_of(const Constants& constants, CVec path, Index i) noexcept {
+    const Index parts = 2 * (path.size() / 3);
+    double way = path[parts + constants.sides(i, 0)] * constants.reach(0, i);
+    if (constants.sides(i, 1) >= 0) way += path[parts + constants.sides(i, 1)] * constants.reach(1, i);
+    for (Index n = 0; n < 4; ++n) way += path[constants.near(i, n)] * constants.norms(n, i);
+    return way;
+}
+
 /* Set the paths up to the state.
  *
  * ranges: coordinates of each part, (P, 2).  q, before: now and at the start of the step.  travel: paths up to the last

@@ -68,16 +68,21 @@ struct Awake {
     bool same;
 };
 
-/* List the contacts that are awake, where each has one port; no branch could be foreseen. */
-inline Awake list_awake(CInts touching, CFlags awake, Ints ports) noexcept {
+/* List the contacts that are awake, where each has one port. */
+inline Awake list_awake(CIntMat met, CFlags awake, Ints ports) noexcept {
     Index count = 0, others = 0;
-    for (Index n = 0; n < touching.size(); ++n) {
-        const Index i = touching[n], before = ports[count];
-        const bool wakes = awake[i];
-        others += wakes & (before != i);
-        ports[count] = wakes ? i : before;
-        count += wakes;
-    }
+    for (Index group = 0; group < met.size(); ++group)
+        for (Index begin = met(group, 0); begin < met(group, 1); begin += SCREENED) {
+            const CFlags wakes = awake.slice(begin, lesser(begin + SCREENED, met(group, 1)));
+            bool any = false;
+            for (Index k = 0; k < wakes.size(); ++k) any |= wakes[k];
+            for (Index k = 0; any && k < wakes.size(); ++k) {
+                const Index before = ports[count]; /* Without a branch, which could not be foreseen. */
+                others += wakes[k] & (before != begin + k);
+                ports[count] = wakes[k] ? begin + k : before;
+                count += wakes[k];
+            }
+        }
     return {count, others == 0};
 }
 
@@ -97,7 +102,7 @@ inline void list_candidates(const Constants& constants, const State& state, cons
     const CFlags awake = problem.awake[0];
     const CInts touching = constants.touching;
     Awake listed{0, true};
-    if (constants.plain) listed = list_awake(touching, awake, ports);
+    if (constants.plain) listed = list_awake(constants.met, awake, ports);
     auto [count, same] = listed;
     const auto add_block = [&](Index i) {
         for (Index b = i; b < i + constants.size[i]; ++b) {
@@ -232,7 +237,7 @@ inline void free_measures(const Constants& constants, const State& state, const 
 
 /* Wake the points that the forces found may have closed; whether there are any. */
 inline bool overlooked(const Constants& constants, const State& state, const Problem& problem) noexcept {
-    const bool enough = add_forces(constants, state);
+    const bool enough = add_forces(constants, state, problem);
     if (!constants.slides && enough) return false;
     look_ahead(constants.parts, state.q, state.before[0], state.travel, state.lead[0], state.ahead);
     if (constants.slides) reach_surfaces(constants, state, problem);

@@ -6,6 +6,7 @@
 namespace gudgeon::small {
 
 constexpr double SCRATCH = 1e-13;  /* Share of its margin by which a sleeping point is round-off from waking. */
+constexpr Index SCREENED = 32;     /* Points that are looked at together: most sleep. */
 constexpr double FORESIGHT = 2.0;  /* What the forces of a step are expected to add to the paths, over what those of the
                                     * last step did. */
 
@@ -56,13 +57,31 @@ inline void add_yields(const Constants& constants, const State& state, Vec lead)
     }
 }
 
+/* Add both where forces are those of the candidates; r is the force. */
+inline void add_pressed(const Constants& constants, const State& state, const Problem& problem, Vec lead) noexcept {
+    const Index sides = state.held.size(), parts = constants.parts.size();
+    for (Index a = 0; a < problem.size[0]; ++a) {
+        const Index i = problem.ports[a];
+        const double now = state.unknown[i], last = state.last[i];
+        if (now == 0.0 && last == 0.0 && state.extra[i] == 0.0) continue;
+        const double amount = constants.farthest[i] * std::abs(constants.share[i] * now + state.extra[i]);
+        for (Index n = 0; n < 4; ++n) lead[constants.near(i, n)] += amount * constants.norms(n, i);
+        for (Index side = 0; side < 2 && sides > 0; ++side)
+            if (constants.sides(i, side) >= 0) lead[parts + constants.sides(i, side)] += std::abs(now - last);
+    }
+}
+
 /* Set what the forces found add to the paths: of the step's end to coordinates, and sum |dr| of the step; returns
  * whether that is as much as was allowed for. */
-inline bool add_forces(const Constants& constants, const State& state) noexcept {
+inline bool add_forces(const Constants& constants, const State& state, const Problem& problem) noexcept {
     const Vec lead = state.lead[0];
     fill(lead, 0.0);
-    add_pushes(constants, state, lead);
-    add_yields(constants, state, lead);
+    if (constants.sparse) {
+        add_pressed(constants, state, problem, lead);
+    } else {
+        add_pushes(constants, state, lead);
+        add_yields(constants, state, lead);
+    }
     bool enough = true;
     for (Index part = 0; part < lead.size(); ++part) enough = enough && lead[part] <= state.lead(1, part);
     return enough;
@@ -77,51 +96,46 @@ inline void travelled(const Constants& constants, const State& state) noexcept {
     copy(state.ahead, state.travel);
 }
 
-/* Set which points of contacts may respond in the step, where all need their places late. */
-inline void wake(CIntMat met, const State& state, FlagMat awake) noexcept {
-    for (Index group = 0; group < met.size(); ++group) {
-        const Index begin = met(group, 0), end = met(group, 1);
-        const CVec margin = state.margin.slice(begin, end), way = state.way.slice(begin, end);
-        const CVec last = state.last.slice(begin, end);
-        const CFlags beside = state.beside.slice(begin, end);
-        const Flags now = awake[0].slice(begin, end), before = awake[1].slice(begin, end);
-        SIMD
-        for (Index k = 0; k < now.size(); ++k) {
-            before[k] = now[k];
-            now[k] = (last[k] != 0.0) | ((margin[k] * (1.0 - SCRATCH) <= way[k]) & !beside[k]);
-        }
-    }
+/* Whether all margins of some points are above the ways of these; a point with a force has no margin. */
+inline bool all_sleep(CVec margin, CVec way) noexcept {
+    Index wakes = 0;
+    SIMD_SUM(wakes)
+    for (Index k = 0; k < margin.size(); ++k) wakes += !(margin[k] * (1.0 - SCRATCH) > way[k]);
+    return wakes == 0;
 }
 
-/* Set the margin of points that are awake, where each has one port. */
-inline void keep_margins(CIntMat met, const State& state, CFlags awake) noexcept {
-    for (Index group = 0; group < met.size(); ++group) {
-        const Index begin = met(group, 0), end = met(group, 1);
-        const CVec gap = state.displacement[0].slice(begin, end), way = state.way.slice(begin, end);
-        const CVec force = state.unknown.slice(begin, end);
-        const CFlags wakes = awake.slice(begin, end);
-        const Vec margin = state.margin.slice(begin, end);
-        SIMD
-        for (Index k = 0; k < margin.size(); ++k) {
-            const double next = (force[k] == 0.0) & (gap[k] > 0.0) ? gap[k] + way[k] : 0.0;
-            margin[k] = wakes[k] ? next : margin[k];
+/* Set which points of contacts may respond in the step, where all need their places late. */
+inline void wake(CIntMat met, const State& state, FlagMat awake) noexcept {
+    for (Index group = 0; group < met.size(); ++group)
+        for (Index begin = met(group, 0); begin < met(group, 1); begin += SCREENED) {
+            const Index end = lesser(begin + SCREENED, met(group, 1));
+            const CVec margin = state.margin.slice(begin, end), way = state.way.slice(begin, end);
+            const Flags now = awake[0].slice(begin, end);
+            copy(now, awake[1].slice(begin, end));
+            if (all_sleep(margin, way)) {
+                fill(now, false);
+                continue;
+            }
+            const CVec last = state.last.slice(begin, end);
+            const CFlags beside = state.beside.slice(begin, end);
+            for (Index k = 0; k < now.size(); ++k)
+                now[k] = (last[k] != 0.0) | ((margin[k] * (1.0 - SCRATCH) <= way[k]) & !beside[k]);
         }
-    }
 }
 
 /* Set the margin of open points, which they use up by the path of the coordinates and by forces. */
 inline void used_margins(const Constants& constants, const State& state, const Problem& problem) noexcept {
-    bound_ways(constants, state.travel, state.way);
-    if (constants.plain) {
-        keep_margins(constants.met, state, problem.awake[0]);
+    const auto keep = [&](Index i) {
+        const double gap = state.displacement(0, i);
+        state.way[i] = way_of(constants, state.travel, i);
+        state.margin[i] = state.unknown[i] == 0.0 && gap > 0.0 ? gap + state.way[i] : 0.0;
+    };
+    if (constants.plain) { /* Those that are awake are the candidates. */
+        for (Index a = 0; a < problem.size[0]; ++a) keep(problem.ports[a]);
         return;
     }
-    for (Index n = 0; n < constants.touching.size(); ++n) {
-        const Index i = constants.touching[n];
-        if (!problem.awake(0, i)) continue;
-        const double gap = state.displacement(0, i);
-        state.margin[i] = state.unknown[i] == 0.0 && gap > 0.0 ? gap + state.way[i] : 0.0;
-    }
+    for (Index n = 0; n < constants.touching.size(); ++n)
+        if (problem.awake(0, constants.touching[n])) keep(constants.touching[n]);
 }
 
 }  // namespace gudgeon::small

@@ -7,14 +7,6 @@ namespace gudgeon::small {
 
 constexpr double SETTLED = 1e-6;  /* Change of these means over the largest force at which they are found. */
 
-/* Whether any port opens or closes, or has an extra mean. */
-inline bool alters(CVec last, CVec unknown, CVec extra) noexcept {
-    Index some = 0;
-    SIMD_SUM(some)
-    for (Index i = 0; i < last.size(); ++i) some += ((last[i] != 0.0) != (unknown[i] != 0.0)) | (extra[i] != 0.0);
-    return some > 0;
-}
-
 /* How many candidates open or close, and the largest force of all candidates [N]. */
 struct Altered {
     Index count;
@@ -108,7 +100,7 @@ inline double alter_block(const Constants& constants, const State& state, const 
         if (step == 0.0) continue;
         change = larger(change, std::abs(step));
         add_means(constants, state, problem, b, step);
-        if (state.last[b] == 0.0 && state.extra[b] == 0.0 && !wakes)
+        if (state.last[b] == 0.0 && state.extra[b] == 0.0 && !wakes && !constants.sparse)
             state.response(1, b) = displaced(constants.residual, b, state.held, state.listed);
         state.extra[b] = wanted;
     }
@@ -119,7 +111,6 @@ inline double alter_block(const Constants& constants, const State& state, const 
  *
  * The measures that `problem.free` has are those with it. */
 inline bool set_extra(const Constants& constants, const State& state, const Problem& problem) noexcept {
-    if (constants.plain && !alters(state.last, state.unknown, state.extra)) return false;
     const auto [count, largest] = list_altered(constants, state, problem);
     double change = 0.0;
     for (Index n = 0; n < count; ++n) {

@@ -96,13 +96,18 @@ struct Constants {
     bool divides;     /* Whether steps are divided where rigid contact closes. */
     CInts rigid;      /* Numbers of the rigid coordinates, (r,). */
     double floor;     /* Least approach speed of a law, relative to the largest so far. */
+    CVec widest;      /* Largest sum of |W| of a port of contacts over each part, (P,). */
+    bool lossy;       /* Whether coordinates are damped. */
+    bool idles;       /* Whether nothing but contact acts, so that steps without it are motion alone. */
+    bool sparse;      /* Whether forces are those of unilateral candidates over undamped compliances, and no others. */
     bool slides;      /* Whether points slide over a traction space. */
     bool plain;       /* Whether all ports that respond are unilateral over a symmetric compliance. */
     GUDGEON_FIELDS(dt, motion, push, loss, stiffness, gravity, rows, parts, near, norms, met, groups, reach, offset,
                    kind, size, level, share, pattern, inertia, columns, yields, residual, memory, layer, law, knots,
                    table, friction, belt, restitution, lengths, contact, direction, joint, drives, inverse, given,
                    fields, field_loads, field_start, stored, touching, always, joints, loaded, sides, block, edges,
-                   edged, farthest, damped, bounces, divides, rigid, floor, slides, plain)
+                   edged, farthest, damped, bounces, divides, rigid, floor, widest, lossy, idles, sparse,
+                   slides, plain)
 };
 
 }  // namespace gudgeon::small

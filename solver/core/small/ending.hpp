@@ -104,7 +104,8 @@ inline void displace(const Constants& constants, const State& state, const Probl
             if (constants.level[i] == VELOCITY && problem.awake(0, i))
                 for (Index b = i; b < i + constants.size[i]; ++b) displace_fully(constants, state, b);
         }
-    if (state.held.size() == 1) displace_listed(constants.residual, state.held, state.listed, state.response[0]);
+    if (state.held.size() == 1 && !constants.sparse)
+        displace_listed(constants.residual, state.held, state.listed, state.response[0]);
 }
 
 /* Keep a change between slip and stick [s]. */

@@ -145,6 +145,11 @@ inline double residual_energy(const Constants& constants, const State& state) no
     const CIntMat sides = constants.sides;
     const CInts ports = state.listed.slice(1, state.listed[0] + 1);
     double total = 0.0;
+    if (constants.sparse) { /* Displacements of these ports are known, and what coordinates have of them. */
+        for (Index n = 0; n < ports.size(); ++n)
+            total += 0.5 * held(0, ports[n]) * (state.displacement(0, ports[n]) - constants.offset[ports[n]]);
+        return total - dot(state.half[0], state.q);
+    }
     if (held.size() == 1) {
         for (Index n = 0; n < ports.size(); ++n) total += 0.5 * held(0, ports[n]) * state.response(0, ports[n]);
         return total;
@@ -200,6 +205,7 @@ inline Motion motion_energy(const Constants& constants, const State& state) noex
     }
     SIMD_SUM(work)
     for (Index k = 0; k < q.size(); ++k) work += gravity[k] * (q[k] - q0[k]);
+    if (!constants.lossy) return {kinetic, strain, work, lost};
     SIMD_SUM(lost)
     for (Index k = 0; k < q.size(); ++k) lost += a[k] * q0[k] * q0[k] + b[k] * q0[k] * v0[k] + c[k] * v0[k] * v0[k];
     SIMD_SUM(lost)
@@ -207,11 +213,24 @@ inline Motion motion_energy(const Constants& constants, const State& state) noex
     return {kinetic, strain, work, lost};
 }
 
-/* Set the energies [J] at the end of the step, and update the largest error of their balance. */
-inline void balance(const Constants& constants, const State& state, const Problem& problem) noexcept {
+/* Set kinetic and strain energy [J] at the end of the step, and update the largest error of the balance.
+ *
+ * stored: by residual flexibility, springs and fields [J]. */
+inline void balance_motion(const Constants& constants, const State& state, double stored) noexcept {
     const Vec parts = state.parts, extreme = state.extreme;
     const auto [kinetic, strain, work, lost] = motion_energy(constants, state);
     parts[KINETIC] = 0.5 * kinetic;
+    parts[STRAIN] = 0.5 * strain + stored;
+    parts[DISSIPATED] += lost;
+    parts[WORK] += work;
+    const double error =
+        parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY];
+    extreme[ENERGY_ERROR] = larger(extreme[ENERGY_ERROR], std::abs(error));
+}
+
+/* Set the energies [J] at the end of the step, and update the largest error of their balance. */
+inline void balance(const Constants& constants, const State& state, const Problem& problem) noexcept {
+    const Vec parts = state.parts;
     parts[CONTACT] = 0.0;
     const double springs = ports_energy(constants, state, problem), residual = residual_energy(constants, state);
     if (constants.damped) {
@@ -221,13 +240,10 @@ inline void balance(const Constants& constants, const State& state, const Proble
         parts[DISSIPATED] += given - (residual - state.stored[0]);
     }
     state.stored[0] = residual;
-    parts[STRAIN] = 0.5 * strain + residual + springs;
-    if (constants.field_start.size() > 0) parts[STRAIN] += field_energy(constants, state);
-    parts[DISSIPATED] += lost + state.inside[1];
-    parts[WORK] += work;
-    const double error =
-        parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY];
-    extreme[ENERGY_ERROR] = larger(extreme[ENERGY_ERROR], std::abs(error));
+    double stored = residual + springs;
+    if (constants.field_start.size() > 0) stored += field_energy(constants, state);
+    parts[DISSIPATED] += state.inside[1];
+    balance_motion(constants, state, stored);
     exchange(constants, state);
 }
 

@@ -9,6 +9,7 @@
 #pragma once
 #include "fields.hpp"
 #include "divided.hpp"
+#include "open_flight.hpp"
 
 namespace gudgeon::small {
 
@@ -24,6 +25,10 @@ inline void add_resultant(const Constants& constants, const State& state, Index 
 inline bool take_step(const Loop& loop, const StepLoads& loads, CMat crank, Index number, Index stride,
                       Mat forces) noexcept {
     const auto& [constants, state, problem, log] = loop.whole;
+    if (state.clearance[0] > 0.0 && fly_open(constants, state)) {
+        log_forces(constants, state, log, number);
+        return true;
+    }
     if (constants.divides) {
         if (!divide_step(loop, loads, number)) return false;
         for (Index i = 0; i < state.mean.size(); ++i) add_resultant(constants, state, i, double(stride), forces);
@@ -35,6 +40,7 @@ inline bool take_step(const Loop& loop, const StepLoads& loads, CMat crank, Inde
     log_forces(constants, state, log, number);
     for (Index n = 1; n <= state.forced[0]; ++n)
         add_resultant(constants, state, state.forced[n], double(stride), forces);
+    if (constants.idles) keep_clearance(constants, state, problem);
     return true;
 }
 

@@ -54,6 +54,8 @@ struct State {
                        * [N], up to the last step, (P + B,). */
     Vec ahead;        /* The same up to the forces found, (P + B,). */
     Mat lead;         /* What forces at a step's end add to the paths: in the last one, and allowed for, (2, P + B). */
+    Vec clearance;    /* Distance that bodies may still move before any point can touch, where no force acts; else 0 [m],
+                       * (1,). */
     Vec impulses;     /* Of each port [N s], (p,). */
     Flags struck;     /* Whether rigid contact closed in the step, of each contact, (k,). */
     Mat peak;         /* Largest force of each contact's present impact and its time before the step, (k, 2). */
@@ -79,7 +81,7 @@ struct State {
     GUDGEON_FIELDS(slides, apart, beside, inside, q, v, before, field, field_pose, field_basis, field_energy, force,
                    pressed, unknown, last, mean, extra, held, known, half, rest, forced, way, listed, listed_known,
                    displacement, response, gap, measure, anchor, sliding, approach, fastest, rod, wanted, pin, closing,
-                   sudden, rate, foreseen, average, shift, margin, travel, ahead, lead, impulses, struck, peak, slips,
+                   sudden, rate, foreseen, average, shift, margin, travel, ahead, lead, clearance, impulses, struck, peak, slips,
                    closed, swift, turning, since, sudden_impulses, total, begun, kept, loads, ends, acting, stored,
                    work, rubbed, parts, extreme, counts)
 };

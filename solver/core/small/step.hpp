@@ -52,8 +52,25 @@ inline bool advance(const Arrays& arrays, const StepLoads& loads, CMat crank) no
     return respond(arrays, crank);
 }
 
+/* Set the means of candidates and add their impulses, and list those with a force in the step; others have none. */
+inline void list_pressed(const Constants& constants, const State& state, const Problem& problem) noexcept {
+    const Ints forced = state.forced;
+    for (Index n = 1; n <= forced[0]; ++n) state.mean[forced[n]] = 0.0;
+    Index count = 0;
+    for (Index a = 0; a < problem.size[0]; ++a) {
+        const Index i = problem.ports[a];
+        const double now = state.unknown[i], last = state.last[i], extra = state.extra[i], share = constants.share[i];
+        if (now == 0.0 && last == 0.0 && extra == 0.0) continue;
+        state.mean[i] = share * now + (1.0 - share) * last + extra;
+        state.impulses[i] += constants.dt[0] * state.mean[i];
+        forced[++count] = i;
+    }
+    forced[0] = count;
+}
+
 /* Set the mean forces and impulses of the step, and list the ports with forces that respond or are surfaces. */
-inline void list_forced(const Constants& constants, const State& state) noexcept {
+inline void list_forced(const Constants& constants, const State& state, const Problem& problem) noexcept {
+    if (constants.sparse) return list_pressed(constants, state, problem);
     const Vec mean = state.mean, impulses = state.impulses;
     const CVec unknown = state.unknown, last = state.last, extra = state.extra, share = constants.share;
     const CInts kind = constants.kind;
@@ -96,6 +113,18 @@ inline void push_state(const Constants& constants, const State& state) noexcept 
 /* Bring the forces in the residual flexibility to the end of the step. */
 inline void hold_forces(const Constants& constants, const State& state) noexcept {
     const CVec last = state.last, now = state.unknown;
+    if (constants.sparse) {
+        Index count = 0;
+        for (Index s = 0; s < state.held.size(); ++s) {
+            const Vec held = state.held[s];
+            for (Index n = 1; n <= state.listed[0]; ++n) held[state.listed[n]] = 0.0;
+            for (Index n = 1; n <= state.forced[0]; ++n) held[state.forced[n]] = now[state.forced[n]];
+        }
+        for (Index n = 1; n <= state.forced[0] && state.held.size() > 0; ++n)
+            if (now[state.forced[n]] != 0.0) state.listed[++count] = state.forced[n];
+        state.listed[0] = count;
+        return;
+    }
     for (Index s = 0; s < state.held.size(); ++s) {
         const CMat memory = constants.memory[s];
         const CVec part = memory[0], begin = memory[1], end = memory[2];
@@ -109,7 +138,7 @@ inline void hold_forces(const Constants& constants, const State& state) noexcept
 /* Bring all ports and coordinates to the end of the step [s], and its energies. */
 inline void finish(const Arrays& arrays, double time) noexcept {
     const auto& [constants, state, problem, log] = arrays;
-    list_forced(constants, state);
+    list_forced(constants, state, problem);
     push_state(constants, state);
     if (constants.bounces && !constants.divides) strike(constants, state, problem);
     travelled(constants, state);

@@ -147,6 +147,14 @@ class Constants(NamedTuple):
     """Numbers of the rigid coordinates, (r,)."""
     floor: float
     """Least approach speed of a law, relative to the largest so far."""
+    widest: np.ndarray
+    """Largest sum of ‖W‖ of a port of contacts over each part, (P,)."""
+    lossy: bool
+    """Whether coordinates are damped."""
+    idles: bool
+    """Whether nothing but contact acts, so that steps without it are motion alone."""
+    sparse: bool
+    """Whether forces are those of unilateral candidates over undamped compliances, and no others."""
     slides: bool
     """Whether points slide over a traction space."""
     plain: bool
@@ -245,6 +253,8 @@ class State(NamedTuple):
     """The same up to the forces found, (P + B,)."""
     lead: np.ndarray
     """What forces at a step's end add to the paths: in the last one, and allowed for in this one, (2, P + B)."""
+    clearance: np.ndarray
+    """Distance that bodies may still move before any point can touch, where no force acts; else 0 [m], (1,)."""
     impulses: np.ndarray
     """Of each port [N s], (p,)."""
     struck: np.ndarray

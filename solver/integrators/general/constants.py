@@ -58,6 +58,11 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     layer, touching = per_port["layer"], (size > 0) & (per_port["contact"] >= 0)
     yields, columns = _measures(pairs, (flexible, inertia), layer, share, rigid)
     responds = (ports.kind != Kind.GIVEN) & (ports.kind != Kind.SURFACE)
+    plain = bool(
+        not moving and pairs.mutual(columns, responds) and (ports.kind[responds] == Kind.UNILATERAL).all()
+        and not rigid.any()
+    )  # fmt: skip
+    idles = _idles(system, ports, rigid)
     return Constants(
         dt=np.array([dt]), motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
         gravity=system.driving.gravity, rows=_rows(system, ports), parts=parts, near=near,
@@ -75,13 +80,27 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
         always=np.flatnonzero((size > 0) & (per_port["contact"] < 0) & responds), joints=np.flatnonzero(joints >= 0),
         **fields_of(system), loaded=_loaded(system, ports), sides=ports.sides, bounces=bool(rigid.any()),
         farthest=np.where(responds, step.push[0].max(initial=0.0), 0.0), damped=damped,
-        rigid=system.rigid, floor=SLOWEST, divides=_divides(system, rigid, damped),
+        rigid=system.rigid, floor=SLOWEST, widest=_widest(parts, near, norms, touching),
+        lossy=bool(system.damping.any()), idles=idles, sparse=bool(plain and idles and not damped and (share < 1).all()), divides=_divides(system, rigid, damped),
         edges=(edges := edges_of(system, ports)), edged=bool(len(edges.ports)), slides=bool(moving),
-        plain=bool(
-            not moving and pairs.mutual(columns, responds) and (ports.kind[responds] == Kind.UNILATERAL).all()
-            and not rigid.any()
-        ),
+        plain=plain,
     )  # fmt: skip
+
+
+def _idles(system: System, ports: Ports, rigid: np.ndarray) -> bool:
+    """Return whether nothing but contact over a compliance or by a law, on faces without edges, acts on bodies."""
+    contact = np.isin(ports.kind, [Kind.UNILATERAL, Kind.CONE, Kind.LAW, Kind.RUBBING_LAW])
+    return bool(contact.all()) and not rigid.any() and not any(map(system.edged, system.contacts))
+
+
+def _widest(parts: np.ndarray, near: np.ndarray, norms: np.ndarray, touching: np.ndarray) -> np.ndarray:
+    """Return `widest` of `Constants`; touching: first ports of the blocks of contacts, (p,)."""
+    widest = np.zeros(len(parts))
+    for part, norm in zip(near[touching].T, norms[:, touching], strict=True):
+        largest = np.zeros(len(parts))
+        np.maximum.at(largest, part, norm)
+        widest += largest
+    return widest
 
 
 def _divides(system: System, rigid: np.ndarray, damped: bool) -> bool:
@@ -124,7 +143,11 @@ def _by_bodies(system: System, ports: Ports, factors: tuple[np.ndarray, np.ndarr
             moved, placed, faster = rows[number].among(to[near]), level[to[near]], factors[1][places[number]]
             pushes = np.where((placed == VELOCITY)[:, None], faster, factors[0][places[number]])
             pushes = pushes + np.where((placed == STABILISED)[:, None], 0.5 * faster, 0.0)
-            found[:, near] += rows[number].among(np.arange(own.start, own.stop)) @ (moved * pushes).T
+            products = rows[number].among(np.arange(own.start, own.stop)) @ (moved * pushes).T
+            if len(near) == len(to):
+                found += products
+            else:
+                found[:, near] += products
         return found
 
     return ports.pairs.made(block)
@@ -313,10 +336,15 @@ def _reach(ports: Ports, block: np.ndarray, *, damped: bool) -> np.ndarray:
     found = np.zeros((2, len(ports.offset)))
     for own, to, values in ports.pairs.blocks(ports.flexibility):
         here = slice(own.start, own.stop)
-        others = np.abs(values) if damped else np.abs(values) * (block[here, None] != block[to])
+        others = np.abs(values)
+        if not damped:
+            for columns in others:
+                columns[block[here, None] == block[to]] = 0.0
         for side, body in enumerate(ports.sides[own.start]):
-            if body >= 0:
-                found[side, here] = (others * (body == ports.sides[to].T)[:, None]).max(axis=(0, 2), initial=0.0)
+            for columns, of_body in zip(others, ports.sides[to].T == body, strict=True):
+                if body >= 0 and of_body.any():
+                    largest = (columns if of_body.all() else columns[:, of_body]).max(axis=1)
+                    found[side, here] = np.maximum(found[side, here], largest)
     return found
 
 

@@ -87,6 +87,7 @@ class General:
         self._ahead = range(0), self._one_step
         self._whole = round(system.scene.run.duration / dt)
         self._slips: list[list[tuple[float, bool]]] = [[] for _ in system.contacts]
+        self._springs = list(system.scene.springs())
         self._gauges = gauge_ports(system, self.ports)
         self._probes = probe_ports(system, self.ports)
 
@@ -109,7 +110,8 @@ class General:
             out.probes[:] = system.probes.values(arrays.q, arrays.v) + np.where(
                 self._probes.any(axis=1), arrays.ports @ self._probes.T, contacts
             )
-        out.gauges[:] = system.gauged(arrays.q, arrays.v) + arrays.ports @ self._gauges.T
+        if system.gauges:
+            out.gauges[:] = system.gauged(arrays.q, arrays.v) + arrays.ports @ self._gauges.T
         out.snapshots[:, 2 * len(system.rigid) :] = arrays.lengths
         function_forces, dragged = (
             arrays.ports[:, self._functions],
@@ -174,6 +176,8 @@ class General:
 
     def _drive(self, start_step: int, count: int) -> Given:
         """Return what the scene gives in some steps."""
+        if not (self._driven or len(self.arrays.constants.given)):
+            return Given(np.zeros((2, count, 0)), np.zeros((count, 0, 4)), np.zeros((count, 0)))
         blocks, step = list[Given](), start_step
         while step < start_step + count:
             steps, ahead = self._block(step)
@@ -211,7 +215,9 @@ class General:
     def _edge_notes(self) -> dict[str, int | str]:
         """Return a note where a point came past an edge inside of the solid."""
         depth = float(self.arrays.state.inside[0])
-        if depth <= touching_depth(np.concatenate([c.points for c in self._system.contacts] or [np.zeros((1, 3))])):
+        if not self.arrays.constants.edged or depth <= touching_depth(
+            np.concatenate([c.points for c in self._system.contacts] or [np.zeros((1, 3))])
+        ):
             return {}
         return {
             EDGE_NOTES: "an edge of an obstacle met a body between its contact points: a point came past it"
@@ -225,6 +231,8 @@ class General:
         """Return the vectors across the normals, (s, c, 3), of values of all ports, (s, p)."""
         each = self.arrays.constants.size[self._normals]
         vectors = np.zeros((len(values), len(each), 3))
+        if not self._system.rubbing:
+            return vectors
         for b in (1, 2):
             (rubbed,) = np.nonzero(each > b)
             tangents = self._normals[rubbed] + b
@@ -235,9 +243,11 @@ class General:
         state, ports, system = self.arrays.state, self.ports, self._system
         drags = self._friction(state.impulses[None])[0]
         functions, slid = self._functions, [contact.master is not None for contact in system.contacts]
-        inward = (ports.rows @ state.q)[functions]
-        for table, force in zip(self.arrays.constants.residual.values, state.held, strict=True):
-            inward += (ports.pairs.matrix(table) @ force)[functions]
+        inward = np.zeros(len(functions))
+        if len(functions):
+            inward = (ports.rows @ state.q)[functions]
+            for table, force in zip(self.arrays.constants.residual.values, state.held, strict=True):
+                inward += (ports.pairs.matrix(table) @ force)[functions]
         drag_impulse = np.zeros(len(slid))
         drag_impulse[slid] = state.slides.drag_impulse
         wrenches = np.zeros((len(slid), 6))
@@ -246,7 +256,7 @@ class General:
             assert surface is not None
             assert surface.tangential is not None
             wrenches[i] = -np.einsum("tf,ftw->w", state.impulses[across], surface.tangential)
-        springs = [-state.impulses[ports.of(f"force.{name}")] for name in system.scene.springs()]
+        springs = [-state.impulses[ports.of(f"force.{name}")] for name in self._springs]
         return Outcome(
             q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],
             extreme=state.extreme, counts=state.counts, drags=drags if drags.any() else np.empty(0),

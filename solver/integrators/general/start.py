@@ -61,7 +61,7 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         ends=np.zeros((2, m)), loads=np.zeros((2, len(constants.given))),
         fastest=np.zeros(1), average=np.zeros(1), wanted=np.zeros(len(constants.drives)),
         rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(paths),
-        ahead=np.zeros(paths), lead=np.zeros((2, paths)),
+        ahead=np.zeros(paths), lead=np.zeros((2, paths)), clearance=np.zeros(1),
         acting=np.zeros(contacts), struck=np.zeros(contacts, np.bool_), peak=np.zeros((contacts, 2)),
         slips=np.zeros((SLIPS + 1 if contacts else 1, 3)), closing=np.full(p, -1.0),
         stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=energies,
