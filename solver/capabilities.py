@@ -104,7 +104,7 @@ class Implicit(Integrator):
     preferred = frozenset(
         {
             Feature.COMPLIANT_CONTACT, Feature.TWO_BODIES, Feature.SLIDING_PAIR, Feature.DAMPING, Feature.JOINT,
-            Feature.LOAD, Feature.POINT_LOAD, Feature.GRAVITY, Feature.WEAR,
+            Feature.LOAD, Feature.POINT_LOAD, Feature.GRAVITY, Feature.WEAR, Feature.PROBES,
         }
     )  # fmt: skip
     order = 2

@@ -14,6 +14,7 @@ from gudgeon.solver.contact.lcp import ActiveSet
 from gudgeon.solver.contact.pattern import Pattern
 from gudgeon.solver.forces.fields.co_energy import CoEnergies
 from gudgeon.solver.integrators.general.edges import Edges
+from gudgeon.solver.integrators.general.rows import Residual, Rows
 from gudgeon.solver.integrators.general.slides import Slides
 from gudgeon.solver.integrators.impact_log import ImpactLog
 
@@ -21,26 +22,6 @@ SLIPS = 65_536
 """Changes between slip and stick that are kept, of a frame."""
 POSITION, VELOCITY, STABILISED = range(3)
 """Levels: what a port's measure is."""
-
-
-class Rows(NamedTuple):
-    """W by bodies: the coordinates of at most two bodies in each row."""
-
-    first: np.ndarray
-    last: np.ndarray
-    """Range of coordinates of each part, (p, 2)."""
-    at: np.ndarray
-    """Its place among the values, (p, 2)."""
-    values: np.ndarray
-
-
-class Residual(NamedTuple):
-    """R of ports."""
-
-    pattern: Pattern
-    """That of all tables."""
-    values: np.ndarray
-    """Displacement of port i, in its row, by sides of ports [m/N], (s, t)."""
 
 
 class Constants(NamedTuple):

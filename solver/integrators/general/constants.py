@@ -1,10 +1,7 @@
 """What does not change in a run of the loop over ports, built from a system."""
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.integrators.flight import flight
 from gudgeon.solver.integrators.general.arrays import (
     POSITION,
@@ -13,11 +10,11 @@ from gudgeon.solver.integrators.general.arrays import (
     Arrays,
     Constants,
     Loop,
-    Residual,
-    Rows,
 )
+from gudgeon.solver.integrators.general.bounds import body_parts, by_body, largest_flexibilities, largest_norms
 from gudgeon.solver.integrators.general.edges import edges_of
 from gudgeon.solver.integrators.general.fields import fields_of
+from gudgeon.solver.integrators.general.rows import Residual, Rows
 from gudgeon.solver.integrators.uncoupled import SLOWEST
 from gudgeon.solver.ports.members import contact_ports
 from gudgeon.solver.ports.pairs import Pairs
@@ -53,7 +50,7 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     rigid = level == VELOCITY
     inertia = _by_bodies(system, ports, (step.push[0], dt * step.push[1]), level)
     share = np.where(jumps, 1.0, _share(ports, level, per_port["layer"], np.where(rigid, 0.0, softness)))
-    parts, near, norms = _parts(system, ports)
+    parts, near, norms = body_parts(system, ports)
     damped = bool(np.any(memory[:, :2]))
     layer, touching = per_port["layer"], (size > 0) & (per_port["contact"] >= 0)
     yields, columns = _measures(pairs, (flexible, inertia), layer, share, rigid)
@@ -66,7 +63,7 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     return Constants(
         dt=np.array([dt]), motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
         gravity=system.driving.gravity, rows=_rows(system, ports), parts=parts, near=near,
-        norms=norms, reach=_reach(ports, block, damped=damped), offset=ports.offset,
+        norms=norms, reach=largest_flexibilities(ports, block, damped=damped), offset=ports.offset,
         kind=ports.kind, size=size, block=block, level=level, share=share, met=_met(pairs, touching),
         groups=_met(pairs, np.ones(p, np.bool_)),
         pattern=pairs.pattern, inertia=inertia, columns=columns, yields=yields,
@@ -80,8 +77,9 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
         always=np.flatnonzero((size > 0) & (per_port["contact"] < 0) & responds), joints=np.flatnonzero(joints >= 0),
         **fields_of(system), loaded=_loaded(system, ports), sides=ports.sides, bounces=bool(rigid.any()),
         farthest=np.where(responds, step.push[0].max(initial=0.0), 0.0), damped=damped,
-        rigid=system.rigid, floor=SLOWEST, widest=_widest(parts, near, norms, touching),
-        lossy=bool(system.damping.any()), idles=idles, sparse=bool(plain and idles and not damped and (share < 1).all()), divides=_divides(system, rigid, damped),
+        rigid=system.rigid, floor=SLOWEST, widest=largest_norms(parts, near, norms, touching),
+        lossy=bool(system.damping.any()), idles=idles,
+        sparse=bool(plain and idles and not damped and (share < 1).all()), divides=_divides(system, rigid, damped),
         edges=(edges := edges_of(system, ports)), edged=bool(len(edges.ports)), slides=bool(moving),
         plain=plain,
     )  # fmt: skip
@@ -91,16 +89,6 @@ def _idles(system: System, ports: Ports, rigid: np.ndarray) -> bool:
     """Return whether nothing but contact over a compliance or by a law, on faces without edges, acts on bodies."""
     contact = np.isin(ports.kind, [Kind.UNILATERAL, Kind.CONE, Kind.LAW, Kind.RUBBING_LAW])
     return bool(contact.all()) and not rigid.any() and not any(map(system.edged, system.contacts))
-
-
-def _widest(parts: np.ndarray, near: np.ndarray, norms: np.ndarray, touching: np.ndarray) -> np.ndarray:
-    """Return `widest` of `Constants`; touching: first ports of the blocks of contacts, (p,)."""
-    widest = np.zeros(len(parts))
-    for part, norm in zip(near[touching].T, norms[:, touching], strict=True):
-        largest = np.zeros(len(parts))
-        np.maximum.at(largest, part, norm)
-        widest += largest
-    return widest
 
 
 def _divides(system: System, rigid: np.ndarray, damped: bool) -> bool:
@@ -325,59 +313,6 @@ def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, softness: np.ndar
     return share
 
 
-def _reach(ports: Ports, block: np.ndarray, *, damped: bool) -> np.ndarray:
-    """Return the largest |R| of each port by forces on either of its bodies [m/N], (2, p).
-
-    An open port has no force itself, nor the others of its block; where r is damped, one of an earlier step.
-
-    Args:
-        block: First port of each port's block, (p,).
-    """
-    found = np.zeros((2, len(ports.offset)))
-    for own, to, values in ports.pairs.blocks(ports.flexibility):
-        here = slice(own.start, own.stop)
-        others = np.abs(values)
-        if not damped:
-            for columns in others:
-                columns[block[here, None] == block[to]] = 0.0
-        for side, body in enumerate(ports.sides[own.start]):
-            for columns, of_body in zip(others, ports.sides[to].T == body, strict=True):
-                if body >= 0 and of_body.any():
-                    largest = (columns if of_body.all() else columns[:, of_body]).max(axis=1)
-                    found[side, here] = np.maximum(found[side, here], largest)
-    return found
-
-
-def _parts(system: System, ports: Ports) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the rigid and the elastic coordinates of each body, the parts that each port moves with, and ‖W‖ there.
-
-    Bounds by parts are closer than by all coordinates: bodies approach by their rigid motion.
-    """
-    parts = [here for body in system.bodies.values() for here in (body.rigid, body.elastic)]
-    near, norms = np.zeros((len(ports.offset), 4), np.int64), np.zeros((4, len(ports.offset)))
-    for side in range(2):
-        for n in range(2):
-            near[:, 2 * side + n] = 2 * np.maximum(ports.sides[:, side], 0) + n
-    for body, numbers, side, rows in _by_body(system, ports):
-        norms[2 * side, numbers] = np.linalg.norm(rows[:, : body.rigid_count], axis=1)
-        norms[2 * side + 1, numbers] = np.linalg.norm(rows[:, body.rigid_count :], axis=1)
-    for contact in system.contacts:
-        if contact.master is not None:
-            # The weights of functions are positive, with a sum of one.
-            points, functions = ports.of(f"contact.{contact.name}"), ports.of(f"surface.{contact.name}")
-            first = 2 if ports.sides[points.start, 1] >= 0 else 0
-            norms[first : first + 2, points] += norms[:2, functions].max(axis=1, keepdims=True)
-    return np.array([[here.start, here.stop] for here in parts]).reshape(-1, 2), near, norms
-
-
-def _by_body(system: System, ports: Ports) -> Iterator[tuple[FlexibleBody, np.ndarray, np.ndarray, np.ndarray]]:
-    """Yield a body, ports that it moves, which of their sides it is, and their rows over its coordinates."""
-    for number, body in enumerate(system.bodies.values()):
-        for own, _, rows in ports.rows.over(body.coordinates).blocks:
-            side = np.where(ports.sides[own, 0] == number, 0, 1)
-            yield body, np.arange(len(ports.offset))[own], side, rows
-
-
 def _inverses(ports: Ports, moved: list[str], columns: np.ndarray) -> np.ndarray:
     """Return the inverse of each drive's block of the measures per unknown, in the rows of its ports, (p, n).
 
@@ -397,11 +332,11 @@ def _rows(system: System, ports: Ports) -> Rows:
     p = len(ports.offset)
     first, last, at = (np.zeros((p, 2), np.int64) for _ in range(3))
     size = np.zeros(p, np.int64)
-    for _, numbers, _, rows in _by_body(system, ports):
+    for _, numbers, _, rows in by_body(system, ports):
         size[numbers] += rows.shape[1]
     begin, values = np.cumsum(size) - size, np.zeros(size.sum())
     used = begin.copy()
-    for body, numbers, _, rows in _by_body(system, ports):
+    for body, numbers, _, rows in by_body(system, ports):
         start, stop = body.coordinates.start, body.coordinates.stop
         values[used[numbers, None] + np.arange(stop - start)] = rows
         second = used[numbers] > begin[numbers]

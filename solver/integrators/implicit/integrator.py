@@ -12,9 +12,9 @@ from gudgeon.solver.integrators.flight import flight
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.implicit.arrays import Arrays, Drive, Energy, Loads, Masters, Modes, Points
 from gudgeon.solver.integrators.implicit.open_contacts import bounds
+from gudgeon.solver.integrators.implicit.reading import Readers
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.result import Result
-from gudgeon.solver.system.gauges import gauge_loads
 from gudgeon.solver.system.system import System
 
 AHEAD = 4096
@@ -44,29 +44,26 @@ class Implicit(capabilities.Implicit):
         self._located = Located(self._arrays.log)
         self._ahead = 0, Drive(np.empty((0, 0)), np.empty((0, 0, 0)))
         self._loop = core.Implicit(self._arrays)
-        self._pushed = gauge_loads(system.bodies, system.driving.places(), len(system.driving.rows))
+        self._readers = Readers(system)
 
     def advance(self, start_step: int, stride: int, out: Samples) -> bool:
         """Fill samples of `stride` steps; False where the run cannot continue."""
-        # The core's loop computes no gauges: with gauges it is called for one sample at a time.
-        pieces = len(out.forces) if out.gauges.shape[1] else 1
+        # The loop reads no gauges and probes: with any it is called for one sample at a time, with the same bits.
+        pieces = len(out.forces) if self._readers.present else 1
         for i in range(pieces):
-            samples = out.part(slice(i, i + 1)) if out.gauges.shape[1] else out
+            samples = out.part(slice(i, i + 1)) if self._readers.present else out
             step, steps = start_step + i * stride, len(samples.forces) * stride
             if not self._loop.march(self._drive(step, steps), samples, step, stride):
                 return False
-            if out.gauges.shape[1]:
-                samples.gauges[0] = self._gauged((step + steps) * self._dt)
+            end = (step + steps) * self._dt
+            if self._system.gauges:
+                samples.gauges[0] = self._readers.gauged(self.modes, self.points, end)
+            if self._system.probes.names:
+                samples.probes[0] = self._readers.probed(self.modes, self.points, self.masters, self.loads, end)
         if not self._located.take():
             self.failure = Result.IMPACTS
             return False
         return True
-
-    def _gauged(self, time: float) -> np.ndarray:
-        """Return the gauges at the end of a step [s], (G,)."""
-        system, loads = self._system, self._system.driving.loads(np.array([time]), 0.0)[0]
-        moved = system.gauged(self.modes.q[None], self.modes.v[None])[0]
-        return moved + system.gauge_residual @ self.points.multipliers + self._pushed @ loads
 
     def impacts(self) -> list[np.ndarray]:
         return self._located.impacts()

@@ -10,7 +10,17 @@ from pydantic import ValidationError
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
-from tests.solver.systems import LENGTH, build, build_all, piston_records, rigid_records, rod_records, rod_scene
+from tests.solver.systems import (
+    LENGTH,
+    build,
+    build_all,
+    driven_pair_records,
+    driven_pair_scene,
+    piston_records,
+    rigid_records,
+    rod_records,
+    rod_scene,
+)
 
 AT = {"face": ([0.1, 0.0, 0.0], [1.0, 0.0, 0.0])}
 RUN = {"samples": 200, "frames": 50, "checks": False}
@@ -183,3 +193,37 @@ def test_a_vibration_between_samples_is_said(samples: int, told: bool, tmp_path:
     notes = found.counts.get("sample_notes", "")
     assert ("probe.place: its values and their peak are those of samples" in notes) == told
     assert ("probe.pull" in notes) == told
+
+
+PASSIVE = {
+    "pin": {"kind": "displacement", "body": "part", "interface": "pin"},
+    "rate": {"kind": "velocity", "body": "part", "interface": "pin"},
+    "press": {"kind": "force", "of": "contact.right"},
+    "rod": {"kind": "force", "of": "joint.rod"},
+}
+"""Probes of a point with residual flexibility, of its velocity, of a contact and of a joint."""
+
+
+def test_probes_of_a_sliding_pair_change_no_bit_and_read_the_point_that_its_rod_holds(tmp_path: Path) -> None:
+    """An elastic piston slides over a plate. The distance of its pin from the crank pin is the rod's length and the
+    length error that the run records; contact, gas and rod move the pin by the residual flexibility, too."""
+    runs, records = [], driven_pair_records(6)
+    for name, probes in (("bare", {}), ("read", PASSIVE)):
+        scene = driven_pair_scene(**RUN, clearance=1e-5, duration=1e-3, step=2e-6) | {"probe": probes}
+        system = build_all(tmp_path / name, records, scene)
+        assert system.scene.loop == "implicit"
+        runs.append(simulate(system))
+    bare, read = runs
+    assert bare.impacts["right"].any()
+    for key in ("frames", "velocities", "energies"):
+        np.testing.assert_array_equal(getattr(bare, key), getattr(read, key))
+    for key, contact in bare.contacts.items():
+        np.testing.assert_array_equal(contact.force, read.contacts[key].force)
+        np.testing.assert_array_equal(bare.impacts[key], read.impacts[key])
+    held, arm = system.driving.joints[0], read.probes["pin"].values[:, [0, 2]] * [-1.0, 1.0]
+    length = np.hypot(*(held.anchor + arm - system.driving.crank(read.times)[:, 0, :2]).T)
+    np.testing.assert_allclose(length, held.joint.rod_length + read.joints["rod"].violation, rtol=0, atol=1e-15)
+    moved = system.probes.values(read.frames, read.velocities)[:, [0, 2]] * [-1.0, 1.0]
+    frames = np.searchsorted(read.times, read.frame_times * (1 - 1e-9))
+    assert np.abs(moved - arm[frames]).max() > 1e-5
+    np.testing.assert_array_equal(read.probes["press"].values, read.contacts["right"].force)
