@@ -87,7 +87,9 @@ class Integrator:
 class Explicit(Integrator):
     """For undamped bodies. At dt·ω_c = 0.2 the skirt's energy drift is 1e-4; at 2 energy grows without bound."""
 
-    carries = frozenset({Feature.COMPLIANT_CONTACT, Feature.TWO_BODIES, Feature.DASHPOT, Feature.GAUGES})
+    carries = frozenset(
+        {Feature.COMPLIANT_CONTACT, Feature.TWO_BODIES, Feature.DASHPOT, Feature.GAUGES, Feature.PROBES}
+    )
     order = 2
     promised_drift = 2e-3
     largest = 0.2

@@ -46,6 +46,8 @@ struct State {
     Vec gaps;         /* g + C x of the last impulse [m], (c,). */
     Vec free;         /* Gaps without the forces of an impulse [m], (c,). */
     Vec jump;         /* Change of velocities by an impulse, (m,). */
+    Vec carried;      /* Gap [m] of the only point at the next impulse and its rate [m/s], where the last one acted;
+                       * else NaN, (2,). */
     Mat ends;         /* q and its rate at the end of a sample, half a step before the next impulse, (2, m). */
     Vec impulses;     /* Of each row [N s], (c,). */
     Vec work;         /* Of contacts on each rigid coordinate, then on all together [J], (r + 1,). */
@@ -53,7 +55,7 @@ struct State {
     Ints counts;      /* Active rows, impulses in contact, pivots, number of a singular impulse, (4,). */
     Vec extreme;      /* By `Extreme`, (4,). */
     ImpactLog log;
-    GUDGEON_FIELDS(q, v, active, multipliers, gaps, free, jump, ends, impulses, work, energy, counts, extreme, log)
+    GUDGEON_FIELDS(q, v, active, multipliers, gaps, free, jump, carried, ends, impulses, work, energy, counts, extreme, log)
 };
 
 /* The product of a row with coordinates or their rates. */

@@ -61,6 +61,8 @@ class State(NamedTuple):
     """Gaps without the forces of an impulse [m], (c,)."""
     jump: np.ndarray
     """Change of q̇ by an impulse, (m,)."""
+    carried: np.ndarray
+    """Gap [m] of the only point at the next impulse and its rate [m/s], where the last one acted; else NaN, (2,)."""
     ends: np.ndarray
     """q and q̇ at the end of a sample, half a step before the next impulse, (2, m)."""
     impulses: np.ndarray

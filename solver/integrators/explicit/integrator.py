@@ -31,17 +31,22 @@ class Explicit(capabilities.Explicit):
     def advance(self, start_step: int, stride: int, out: Samples) -> bool:
         """Fill forces, energies and gauges of samples of `stride` steps; False where the run cannot continue.
 
-        Energies and gauges are those of a sample's last impulse, half a step before its end.
+        Energies and gauges are those of a sample's last impulse, half a step before its end, where probes are read.
         """
-        # The core's loop computes no gauges: with gauges it is called for one sample at a time.
-        pieces, sound = len(out.forces) if out.gauges.shape[1] else 1, True
+        # The loop reads no gauges and probes: with any it is called for one sample at a time, with the same bits.
+        system = self._system
+        pieces, sound = len(out.forces) if system.gauges or system.probes.names else 1, True
         for indices in np.array_split(np.arange(len(out.forces)), pieces):
             span, start = slice(indices[0], indices[-1] + 1), start_step + int(indices[0]) * stride
             sound = self._loop.march(out.part(span), start, stride)
             if not sound:
                 break
-            if out.gauges.shape[1]:
+            if system.gauges:
                 out.gauges[indices[0]] = self._gauges()
+            if system.probes.names:
+                q, v = self._end()
+                moved = system.probes.values(q[None], v[None])[0]
+                out.probes[indices[0]] = moved + system.probes.pressed @ self._state.multipliers
         if sound and not self._located.take():
             self.failure = Result.IMPACTS
             return False
@@ -56,10 +61,14 @@ class Explicit(capabilities.Explicit):
     def impacts(self) -> list[np.ndarray]:
         return self._located.impacts()
 
-    def outcome(self) -> Outcome:
-        """Return the motion at the end of the last step, half a step before the next impulse, where the state is."""
+    def _end(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return q and q̇ at the end of the last step, half a step before the next impulse, where the state is."""
         state, (qq, qv, vq, vv) = self._state, self._constants.half
-        q, v = vv * state.q - qv * state.v, qq * state.v - vq * state.q
+        return vv * state.q - qv * state.v, qq * state.v - vq * state.q
+
+    def outcome(self) -> Outcome:
+        """Return the motion at the end of the last step."""
+        state, (q, v) = self._state, self._end()
         return Outcome(
             q=q, v=v, multipliers=state.multipliers, impulses=state.impulses, extreme=state.extreme, counts=state.counts
         )
@@ -89,7 +98,7 @@ def _state(system: System, dt: float) -> State:
     c, energy = len(system.gap), 0.5 * float(v0 @ v0)
     return State(
         q=half[1] * v0, v=half[3] * v0, active=empty_set(c), multipliers=np.zeros(c), gaps=np.zeros(c),
-        free=np.empty(c), jump=np.zeros(len(v0)), ends=np.zeros((2, len(v0))),
+        free=np.empty(c), jump=np.zeros(len(v0)), carried=np.full(2, np.nan), ends=np.zeros((2, len(v0))),
         impulses=np.zeros(c), work=np.zeros(len(system.rigid) + 1), energy=np.array([energy, 0.0, 0.0, 0.0]),
         counts=np.zeros(4, np.int64), extreme=np.array([energy, 0.0, 0.0, 0.0]),
         log=impact_log(system.first_rows, dt, system.window),

@@ -12,6 +12,8 @@ from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
 from tests.solver.systems import (
     LENGTH,
+    block_records,
+    block_scene,
     build,
     build_all,
     driven_pair_records,
@@ -64,7 +66,7 @@ def test_tip_of_a_rod_in_contact_is_where_its_contact_has_it(tmp_path: Path) -> 
     """The displacement of a contact point has the part of the residual flexibility, as the contact's path has it."""
     probe = {"tip": {"kind": "displacement", "body": "part", "interface": "tip"},
              "press": {"kind": "force", "of": "contact.wall"}}  # fmt: skip
-    for integrator in ("event", "implicit"):
+    for integrator in ("event", "implicit", "explicit"):
         scene = rod_scene() | {"probe": probe}
         scene["run"] = scene["run"] | RUN | {"integrator": integrator}
         found = simulate(build(tmp_path, rod_records(20), scene))
@@ -227,3 +229,32 @@ def test_probes_of_a_sliding_pair_change_no_bit_and_read_the_point_that_its_rod_
     frames = np.searchsorted(read.times, read.frame_times * (1 - 1e-9))
     assert np.abs(moved - arm[frames]).max() > 1e-5
     np.testing.assert_array_equal(read.probes["press"].values, read.contacts["right"].force)
+
+
+LAW = {"method": "penalty", "law": {"kind": "linear", "stiffness": 2e8}}
+READ = {"press": {"kind": "force", "of": "contact.wall"}, "centre": {"kind": "centre", "of": "contact.wall"}}
+TIP = {"tip": {"kind": "displacement", "body": "part", "interface": "tip"},
+       "rate": {"kind": "velocity", "body": "part", "interface": "tip"}}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "points", "contact"),
+    [("explicit", 1, {}), ("explicit", 9, {}), ("implicit", 1, {}), ("implicit", 9, {}), ("event", 1, {}),
+     ("collocation", 1, LAW)],
+)  # fmt: skip
+def test_probes_change_no_bit(name: str, points: int, contact: dict[str, Any], tmp_path: Path) -> None:
+    """A rod, or a block of several points, meets a wall and leaves it."""
+    scene, records, runs = rod_scene(**contact), rod_records(20), []
+    if points > 1:
+        scene, records = block_scene(**contact), block_records(points)
+    for probes in ({}, READ | (TIP if points == 1 else {})):
+        read = scene | {"probe": probes, "run": scene["run"] | RUN | {"integrator": name}}
+        runs.append(simulate(build(tmp_path / str(len(probes)), records, read)))
+    bare, read = runs
+    assert bare.impacts["wall"].any()
+    assert np.isfinite(bare.impacts["wall"]).all()
+    assert np.abs(read.probes["press"].values).max() > 0
+    for key in ("frames", "velocities", "energies"):
+        np.testing.assert_array_equal(getattr(bare, key), getattr(read, key))
+    np.testing.assert_array_equal(bare.contacts["wall"].force, read.contacts["wall"].force)
+    np.testing.assert_array_equal(bare.impacts["wall"], read.impacts["wall"])
