@@ -69,20 +69,21 @@ struct Awake {
 };
 
 /* List the contacts that are awake, where each has one port. */
-inline Awake list_awake(CIntMat met, CFlags awake, Ints ports) noexcept {
+inline Awake list_awake(CInts touching, CFlags awake, Ints ports) noexcept {
     Index count = 0, others = 0;
-    for (Index group = 0; group < met.size(); ++group)
-        for (Index begin = met(group, 0); begin < met(group, 1); begin += SCREENED) {
-            const CFlags wakes = awake.slice(begin, lesser(begin + SCREENED, met(group, 1)));
-            bool any = false;
-            for (Index k = 0; k < wakes.size(); ++k) any |= wakes[k];
-            for (Index k = 0; any && k < wakes.size(); ++k) {
-                const Index before = ports[count]; /* Without a branch, which could not be foreseen. */
-                others += wakes[k] & (before != begin + k);
-                ports[count] = wakes[k] ? begin + k : before;
-                count += wakes[k];
-            }
+    for (Index begin = 0; begin < touching.size(); begin += SCREENED) {
+        const Index end = lesser(begin + SCREENED, touching.size());
+        const CFlags range = awake.slice(touching[begin], touching[end - 1] + 1);
+        bool any = false;
+        for (Index k = 0; k < range.size(); ++k) any |= range[k];
+        for (Index n = begin; any && n < end; ++n) {
+            const Index i = touching[n], before = ports[count]; /* Without a branch, which could not be foreseen. */
+            const bool wakes = awake[i];
+            others += wakes & (before != i);
+            ports[count] = wakes ? i : before;
+            count += wakes;
         }
+    }
     return {count, others == 0};
 }
 
@@ -102,7 +103,7 @@ inline void list_candidates(const Constants& constants, const State& state, cons
     const CFlags awake = problem.awake[0];
     const CInts touching = constants.touching;
     Awake listed{0, true};
-    if (constants.plain) listed = list_awake(constants.met, awake, ports);
+    if (constants.plain) listed = list_awake(touching, awake, ports);
     auto [count, same] = listed;
     const auto add_block = [&](Index i) {
         for (Index b = i; b < i + constants.size[i]; ++b) {

@@ -145,6 +145,7 @@ inline double residual_energy(const Constants& constants, const State& state) no
     const CIntMat sides = constants.sides;
     const CInts ports = state.listed.slice(1, state.listed[0] + 1);
     double total = 0.0;
+    if (held.size() == 0) return total;
     if (constants.sparse) { /* Displacements of these ports are known, and what coordinates have of them. */
         for (Index n = 0; n < ports.size(); ++n)
             total += 0.5 * held(0, ports[n]) * (state.displacement(0, ports[n]) - constants.offset[ports[n]]);
