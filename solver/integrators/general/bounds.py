@@ -17,19 +17,19 @@ def largest_flexibilities(ports: Ports, block: np.ndarray, *, damped: bool) -> n
     Args:
         block: First port of each port's block, (p,).
     """
-    found = np.zeros((2, len(ports.offset)))
-    for own, to, values in ports.pairs.blocks(ports.flexibility):
-        here = slice(own.start, own.stop)
-        others = np.abs(values)
+    flexibilities = np.zeros((2, len(ports.offset)))
+    for group, to, values in ports.pairs.blocks(ports.flexibility):
+        span = slice(group.start, group.stop)
+        sizes = np.abs(values)
         if not damped:
-            for columns in others:
-                columns[block[here, None] == block[to]] = 0.0
-        for side, body in enumerate(ports.sides[own.start]):
-            for columns, of_body in zip(others, body == ports.sides[to].T, strict=True):
+            for columns in sizes:
+                columns[block[span, None] == block[to]] = 0.0
+        for side, body in enumerate(ports.sides[group.start]):
+            for columns, of_body in zip(sizes, body == ports.sides[to].T, strict=True):
                 if body >= 0 and of_body.any():
                     largest = (columns if of_body.all() else columns[:, of_body]).max(axis=1)
-                    found[side, here] = np.maximum(found[side, here], largest)
-    return found
+                    flexibilities[side, span] = np.maximum(flexibilities[side, span], largest)
+    return flexibilities
 
 
 def body_parts(system: System, ports: Ports) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -37,7 +37,7 @@ def body_parts(system: System, ports: Ports) -> tuple[np.ndarray, np.ndarray, np
 
     Bounds by parts are closer than by all coordinates: bodies approach by their rigid motion.
     """
-    parts = [here for body in system.bodies.values() for here in (body.rigid, body.elastic)]
+    spans = [span for body in system.bodies.values() for span in (body.rigid, body.elastic)]
     near, norms = np.zeros((len(ports.offset), 4), np.int64), np.zeros((4, len(ports.offset)))
     for side in range(2):
         for n in range(2):
@@ -49,9 +49,9 @@ def body_parts(system: System, ports: Ports) -> tuple[np.ndarray, np.ndarray, np
         if contact.master is not None:
             # The weights of functions are positive, with a sum of one.
             points, functions = ports.of(f"contact.{contact.name}"), ports.of(f"surface.{contact.name}")
-            first = 2 if ports.sides[points.start, 1] >= 0 else 0
-            norms[first : first + 2, points] += norms[:2, functions].max(axis=1, keepdims=True)
-    return np.array([[here.start, here.stop] for here in parts]).reshape(-1, 2), near, norms
+            row = 2 if ports.sides[points.start, 1] >= 0 else 0
+            norms[row : row + 2, points] += norms[:2, functions].max(axis=1, keepdims=True)
+    return np.array([[span.start, span.stop] for span in spans]).reshape(-1, 2), near, norms
 
 
 def largest_norms(parts: np.ndarray, near: np.ndarray, norms: np.ndarray, touching: np.ndarray) -> np.ndarray:
@@ -66,7 +66,7 @@ def largest_norms(parts: np.ndarray, near: np.ndarray, norms: np.ndarray, touchi
 
 def by_body(system: System, ports: Ports) -> Iterator[tuple[FlexibleBody, np.ndarray, np.ndarray, np.ndarray]]:
     """Yield a body, ports that it moves, which of their sides it is, and their rows over its coordinates."""
-    for number, body in enumerate(system.bodies.values()):
-        for own, _, rows in ports.rows.over(body.coordinates).blocks:
-            side = np.where(ports.sides[own, 0] == number, 0, 1)
-            yield body, np.arange(len(ports.offset))[own], side, rows
+    for body_id, body in enumerate(system.bodies.values()):
+        for ports_of, _, rows in ports.rows.over(body.coordinates).blocks:
+            side = np.where(ports.sides[ports_of, 0] == body_id, 0, 1)
+            yield body, np.arange(len(ports.offset))[ports_of], side, rows

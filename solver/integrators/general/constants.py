@@ -55,10 +55,7 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     layer, touching = per_port["layer"], (size > 0) & (per_port["contact"] >= 0)
     yields, columns = _measures(pairs, (flexible, inertia), layer, share, rigid)
     responds = (ports.kind != Kind.GIVEN) & (ports.kind != Kind.SURFACE)
-    plain = bool(
-        not moving and pairs.mutual(columns, responds) and (ports.kind[responds] == Kind.UNILATERAL).all()
-        and not rigid.any()
-    )  # fmt: skip
+    plain = not moving and _plain(ports, columns, responds, rigid)
     idles = _idles(system, ports, rigid)
     return Constants(
         dt=np.array([dt]), motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
@@ -83,6 +80,12 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
         edges=(edges := edges_of(system, ports)), edged=bool(len(edges.ports)), slides=bool(moving),
         plain=plain,
     )  # fmt: skip
+
+
+def _plain(ports: Ports, columns: np.ndarray, responds: np.ndarray, rigid: np.ndarray) -> bool:
+    """Return whether all ports that respond, (p,), are unilateral over a symmetric compliance, and none is rigid."""
+    unilateral = (ports.kind[responds] == Kind.UNILATERAL).all() and not rigid.any()
+    return bool(unilateral) and ports.pairs.mutual(columns, responds)
 
 
 def _idles(system: System, ports: Ports, rigid: np.ndarray) -> bool:

@@ -222,9 +222,9 @@ def test_probes_of_a_sliding_pair_change_no_bit_and_read_the_point_that_its_rod_
     for key, contact in bare.contacts.items():
         np.testing.assert_array_equal(contact.force, read.contacts[key].force)
         np.testing.assert_array_equal(bare.impacts[key], read.impacts[key])
-    held, arm = system.driving.joints[0], read.probes["pin"].values[:, [0, 2]] * [-1.0, 1.0]
-    length = np.hypot(*(held.anchor + arm - system.driving.crank(read.times)[:, 0, :2]).T)
-    np.testing.assert_allclose(length, held.joint.rod_length + read.joints["rod"].violation, rtol=0, atol=1e-15)
+    joint, arm = system.driving.joints[0], read.probes["pin"].values[:, [0, 2]] * [-1.0, 1.0]
+    length = np.hypot(*(joint.anchor + arm - system.driving.crank(read.times)[:, 0, :2]).T)
+    np.testing.assert_allclose(length, joint.joint.rod_length + read.joints["rod"].violation, rtol=0, atol=1e-15)
     moved = system.probes.values(read.frames, read.velocities)[:, [0, 2]] * [-1.0, 1.0]
     frames = np.searchsorted(read.times, read.frame_times * (1 - 1e-9))
     assert np.abs(moved - arm[frames]).max() > 1e-5
