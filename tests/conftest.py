@@ -17,6 +17,8 @@ MARK = "validation"
 OWN_RECORDS = "own_records"
 RUNNING = pytest.StashKey[pytest.Item]()
 """The test that runs."""
+START = pytest.StashKey[float]()
+"""CPU time of the process when a test starts [s]."""
 HEADING = "## Long validations"
 """Of the part of a page that a table replaces to the page's end."""
 HEAD = f"""{HEADING}
@@ -70,19 +72,18 @@ def commit() -> str:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item):  # type: ignore[no-untyped-def]
-    """Note the CPU time of a validation."""
-    begun = time.process_time()
+    """Note the CPU time of a validation, of its fixtures as well."""
     try:
         return (yield)
     finally:
         if item.get_closest_marker(MARK):
-            item.user_properties.append(("cpu", round(time.process_time() - begun, 1)))
+            item.user_properties.append(("cpu", round(time.process_time() - item.stash[START], 1)))
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item):  # type: ignore[no-untyped-def]
-    """Note the test that runs."""
-    item.config.stash[RUNNING] = item
+    """Note the test that runs, and when it starts."""
+    item.config.stash[RUNNING], item.stash[START] = item, time.process_time()
     return (yield)
 
 
