@@ -33,6 +33,12 @@ BODIES = (".inp",)
 WHOLE = Scope()
 
 
+def _starts_with_a_star(path: str) -> bool:
+    """Return whether a file begins as decks of Abaqus do, which some programs write by the ending of gmsh's meshes."""
+    with Path(path).open("rb") as file:
+        return file.read(1) == b"*"
+
+
 def read_deck(path: str, scope: Scope = WHOLE) -> Deck:
     """Return what a file says.
 
@@ -44,7 +50,7 @@ def read_deck(path: str, scope: Scope = WHOLE) -> Deck:
     ending = Path(path).suffix.lower()
     if scope != WHOLE and ending not in BODIES:
         raise InputError(f"{path}: geometry.part or geometry.instance given; allowed: with {', '.join(BODIES)}")
-    reader = FAMILIES.get(ending, read_by_meshio)
+    reader = read_abaqus if ending == ".msh" and _starts_with_a_star(path) else FAMILIES.get(ending, read_by_meshio)
     try:
         return reader(path, scope)
     except InputError as error:

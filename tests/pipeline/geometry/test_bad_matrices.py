@@ -97,8 +97,8 @@ TEXTS = [
     ("part.mas", lambda text: "\n".join(f"{a}, 1, {a}, 1, 1.0" for a in (1, 2)),
      r"part\.mas: names nodes and directions"),
     ("part.inp", lambda text: text.replace("1,", "2,", 1), r"part\.inp: node 2 is given twice"),
-    ("part.inp", lambda text: text.replace("*NODE", "*PART\n*PART\n*NODE", 1), r"has a second or moved \*PART"),
-    ("part.inp", lambda text: text.replace("*NODE", "*INCLUDE, INPUT=a.inp\n*NODE", 1), r"part\.inp: has \*INCLUDE"),
+    ("part.inp", lambda text: text.replace("*NODE", "*PART\n*PART\n*NODE", 1), r"line 1: \*PART without NAME"),
+    ("part.inp", lambda text: text.replace("*NODE", "*INCLUDE, INPUT=a.inp", 1), r"names the file \S+a\.inp"),
     ("part.inp", lambda text: text.replace("*NODE, NSET=EVERY", "*ELSET, ELSET=A", 1), r"part\.inp: "),
     ("part.inp", lambda text: text[: text.index("*ELEMENT")].replace("\n487,", "\n999,"),
      r"names node 487|has 1461 rows"),
@@ -120,7 +120,7 @@ def test_damaged_files(
 
 FILES: list[tuple[dict[str, str], str]] = [
     ({"stiffness": "part.xyz"}, r"part\.xyz: '\.xyz' given; allowed: \.sti, \.mtx, \.op4"),
-    ({"model": "part.sti"}, r"part\.sti: '\.sti' given; allowed: \.inp, \.cdb"),
+    ({"model": "part.sti"}, r"part\.sti: '\.sti' given; allowed: \.inp, \.bdf"),
     ({"mass": ""}, r"part\.sti: holds one matrix; geometry\.mass is missing"),
     (
         {"stiffness": "broken.op4", "mass": "broken.op4"},

@@ -195,6 +195,11 @@ def test_a_scene_says_what_its_deck_leaves_out(tmp_path: Path, capsys: pytest.Ca
     assert "component.p.geometry: line 13: MASS is left out: a point mass" in capsys.readouterr().err
 
 
+def test_a_deck_by_the_ending_of_a_mesh(tmp_path: Path) -> None:
+    (tmp_path / "part.msh").write_text(INP["plain"])
+    assert same(read(tmp_path / "part.msh"))
+
+
 def test_supports_and_steps_are_noted(tmp_path: Path) -> None:
     (tmp_path / "part.inp").write_text(BASE + "*BOUNDARY\nFOOT, 1, 3\n*STEP\n*FREQUENCY\n5\n*END STEP\n")
     (note,) = read(tmp_path / "part.inp").remarks["notes"]
