@@ -33,10 +33,12 @@ BODIES = (".inp",)
 WHOLE = Scope()
 
 
-def _starts_with_a_star(path: str) -> bool:
-    """Return whether a file begins as decks of Abaqus do, which some programs write by the ending of gmsh's meshes."""
-    with Path(path).open("rb") as file:
-        return file.read(1) == b"*"
+def _reader(path: str, ending: str) -> Reader:
+    """Return the reader of a file; some programs write decks of Abaqus by the ending of gmsh's meshes."""
+    if ending == ".msh":
+        with Path(path).open("rb") as file:
+            return read_abaqus if file.read(1) == b"*" else read_by_meshio
+    return FAMILIES.get(ending, read_by_meshio)
 
 
 def read_deck(path: str, scope: Scope = WHOLE) -> Deck:
@@ -50,7 +52,7 @@ def read_deck(path: str, scope: Scope = WHOLE) -> Deck:
     ending = Path(path).suffix.lower()
     if scope != WHOLE and ending not in BODIES:
         raise InputError(f"{path}: geometry.part or geometry.instance given; allowed: with {', '.join(BODIES)}")
-    reader = read_abaqus if ending == ".msh" and _starts_with_a_star(path) else FAMILIES.get(ending, read_by_meshio)
+    reader = _reader(path, ending)
     try:
         return reader(path, scope)
     except InputError as error:
