@@ -63,7 +63,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
         "stiffness_name": "KGG", "mass_name": "MGG",
     },
     "Member": {"start": "hub", "end": "far", "up": [0.0, 0.0, 1.0], "stations": {"gauge": 0.012}},
-    "MeshFile": {"path": "part.msh"},
+    "MeshFile": {"path": "rod.inp", "part": "ROD", "instance": "ROD-1", "leave_out": ["MASS"]},
     "Mistuning": {"values": [0.01, -0.02, 0.005]},
     "ModesSettings": {"boundary": ["foot"], "kept": ["foot"], "interface_count": 10, "reference": "foot",
                       "swap": {"bases": 8, "vectors": 4}},
