@@ -154,7 +154,7 @@ mesh = {{ size = {size} }}
 
 [run]
 duration = 1e-3
-gravity = [0.0, 0.0, {gravity}]
+gravity = [{gravity}, 0.0, 0.0]
 """
 
 
