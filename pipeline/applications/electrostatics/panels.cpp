@@ -39,6 +39,7 @@ constexpr RulePoint RULE[7] = {{1.0 / 3, 1.0 / 3, 9.0 / 40},
 
 /* Panels as the Python tuple has them. */
 struct Group {
+    GUDGEON_SHAPES("facets * 9, first p+1, areas p, centres p 3, moments p 6, radii p")
     CMat facets;  /* corners of the flat facets [m], (facets, 9) */
     CInts first;  /* first facet of each panel and the end, (panels + 1,) */
     CVec areas;   /* [m^2], (panels,) */

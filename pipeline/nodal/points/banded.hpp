@@ -14,6 +14,8 @@ namespace gudgeon::points {
 
 /* A body and its state. n: dofs, b: entries beside the diagonal, c: points of all contacts. */
 struct Band {
+    GUDGEON_SHAPES("lower n w, upper n w, pivots n, M b+1 n, K b+1 n, starts c+1, dofs *, entries *, "
+                   "answers c n, load n, u n, v n, Ku n, Mv n, mean n, rhs n, balance 2")
     CMat lower;            /* L without its unit diagonal, each row from the diagonal leftwards, zero-padded, (n, w) */
     CMat upper;            /* L', each row from the diagonal rightwards, (n, w) */
     CVec pivots;           /* 1 / D, (n,) */

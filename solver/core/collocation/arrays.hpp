@@ -16,6 +16,8 @@ using Block = View<const double, N>;
 
 /* What depends on the step, which is H/2^level. */
 struct Tables {
+    GUDGEON_SHAPES("known L, length L, free L 4 n, drift L 2 n, push L 2 4 n, gap L 2 3 c 2n, "
+                   "gap_drift L 2 3 c, reach L 2 c c 3 4")
     CInts known;         /* Whether the tables of a level are filled, (L,). */
     CVec length;         /* h [s], (L,). */
     CCube free;          /* y<-y, y<-y', y'<-y, y'<-y', (L, 4, n). */
@@ -44,6 +46,7 @@ inline Table table_of(const Tables& tables, Index level) noexcept {
 
 /* Constants of a run. */
 struct Constants {
+    GUDGEON_SHAPES("rows c n, gap c, series c, law c 4, stiffness n, constant n, start n")
     CMat rows;         /* dg/dy, (c, n). */
     CVec gap;          /* g at y = 0 [m], (c,). */
     CVec series;       /* R in series with each law [m/N], (c,). */
@@ -59,6 +62,7 @@ struct Constants {
 
 /* Variables of a run, updated in place. */
 struct Motion {
+    GUDGEON_SHAPES("y n, v n, force c, before c 4, approach c, clock 4, level 1, balance 4, counts 3")
     Vec y, v;
     Vec force;     /* At the start of the step [N], (c,). */
     Mat before;    /* Forces of the step before [N], (c, 4). */
@@ -72,6 +76,8 @@ struct Motion {
 
 /* A step that is tried; at the four points, or at the last three. */
 struct Trial {
+    GUDGEON_SHAPES("guess c 4, values c 4, depth c 4, rate c 4, loose c 3, loose_rate c 3, "
+                   "matrix 3c 3c, wrong 3c, approach c")
     Mat guess, values;      /* Forces [N], predicted and found, (c, 4). */
     Mat depth, rate;        /* Indentation [m] and its rate [m/s], (c, 4). */
     Mat loose, loose_rate;  /* Gap [m] and its rate [m/s] with the forces of the first point only, (c, 3). */
@@ -83,6 +89,7 @@ struct Trial {
 
 /* Accepted steps, b of them at most. */
 struct Track {
+    GUDGEON_SHAPES("start b, length b, values b c 4, y b n, v b n, lost b 2, opening b 2 c")
     Vec start, length;  /* [s], (b,). */
     Cube values;        /* Forces at the four points [N], (b, c, 4). */
     Mat y, v;           /* At the start of the step, (b, n). */

@@ -18,6 +18,8 @@ enum Part { KINETIC, STRAIN, CONTACT, DISSIPATED };
 
 /* Constants of a run. Shapes: m coordinates, c contact rows, r rigid coordinates. */
 struct Constants {
+    GUDGEON_SHAPES("flight 4 m, half 4 m, stiffness m, rows c m, span c 2, columns m c, reach m, gap c, "
+                   "compliance c c, dashpot c, normals c 3, contact c, rigid r")
     double dt;           /* [s] */
     CMat flight, half;   /* Propagator entries q<-q, q<-v, v<-q, v<-v over dt and over dt/2, (4, m). */
     CVec stiffness;      /* [rad^2/s^2], (m,) */
@@ -40,6 +42,8 @@ struct Constants {
 
 /* Variables of a run, updated in place. */
 struct State {
+    GUDGEON_SHAPES("q m, v m, multipliers c, gaps c, free c, jump m, ends 2 m, impulses c, work r+1, "
+                   "energy 4, counts 4, extreme 4")
     Vec q, v;
     ActiveSet active;
     Vec multipliers;  /* Of the last impulse [N], (c,). */

@@ -11,6 +11,8 @@ namespace gudgeon::implicit {
 
 /* All coordinates, q [m kg^1/2]. */
 struct Modes {
+    GUDGEON_SHAPES("q m, v m, before 2 m, force m, end_force m, moved m, motion 4 m, push 2 m, "
+                   "loss 6 m, stiffness m, gravity m")
     Vec q, v;
     Mat before;               /* q and its rate at the start of the step, (2, m). */
     Vec force;                /* Generalised force of the step, (m,). */
@@ -24,6 +26,11 @@ struct Modes {
 
 /* All contact rows. */
 struct Points {
+    GUDGEON_SHAPES("rows c m, columns m c, span 2, coordinates *, gap c, layer c, residual c c, "
+                   "memory 3 c, contact c, multipliers c, last c, guess c, pressed 2 c, amounts 2 c, "
+                   "counts 2, response c, residual_force c, residual_displacement c, total_displacement c, "
+                   "end_residual_force c, end_total_displacement c, followed k, free c, shifted c, gaps c, "
+                   "directions c 3, impulses c")
     CMat rows, columns;       /* dg/dq, (c, m) and (m, c). */
     CInts span;               /* First and last + 1 coordinate on which any row depends, (2,), */
     CInts coordinates;        /* and their numbers. */
@@ -53,6 +60,12 @@ struct Points {
 
 /* All traction spaces. */
 struct Masters {
+    GUDGEON_SHAPES("functions F m, columns m F, span 2, coordinates *, residual F F, memory 3 F, "
+                   "chart k 2, height c, start c, slide k m, residual_force F, residual_displacement F, "
+                   "last_displacement F, response F, inward F, filled k 2, left 1, corner 2 c, "
+                   "along 2 4 c, near c, weights_at 2 k, sigma 3 k, slid k, drag k, drag_impulse k, "
+                   "function_forces 3 F, force m, numbers F, amounts F, size 1, work F, impulses F, "
+                   "refresh 1")
     CMat functions, columns;  /* de/dq, (F, m) and (m, F). */
     CInts span, coordinates;  /* As in `Points`. */
     CMat residual;            /* R [m/N], (F, F). */
@@ -90,6 +103,10 @@ struct Masters {
 
 /* Given loads and joints. Rows 2 i and 2 i + 1 are the lateral and along displacement of joint i. */
 struct Loads {
+    GUDGEON_SHAPES("rows L m, memory 2 L, residual L L, to_gap L c, gap_per_load L c, numbers L, "
+                   "joint_response j 2 2, joint_per_row 2j c, anchor j 2, lengths j, residual_force L, "
+                   "last_residual_force L, residual_displacement L, displacement L, amount L, rod j, pin j 4, "
+                   "direction j 2, correction j, correction_before j, slopes j c")
     CMat rows;                /* (L, m) */
     CMat memory;              /* a and b of each row, (2, L). */
     CMat residual;            /* R among the rows, (L, L). */
@@ -115,6 +132,8 @@ struct Loads {
 
 /* What proves that a contact stays open in a step. */
 struct Bounds {
+    GUDGEON_SHAPES("rigid r, elastic k m, residual k k, master k k, loads k L, memory 2 3 k, "
+                   "pressed 2 k, held 2 k")
     CInts rigid;              /* Numbers of the rigid coordinates, (r,). */
     CMat elastic;             /* Largest change of any gap of a contact by each other coordinate, (k, m). */
     CMat residual, master;    /* Largest compliance between points, functions, of two contacts [m/N], (k, k). */
@@ -127,6 +146,7 @@ struct Bounds {
 
 /* The energy balance, and counts. */
 struct Energy {
+    GUDGEON_SHAPES("rigid r, work r+1, parts 5, counts 6, extreme 4")
     CInts rigid;   /* Numbers of the rigid coordinates, (r,). */
     Vec work;      /* Of contacts on each rigid coordinate, then on all [J], (r + 1,). */
     Vec parts;     /* Kinetic, strain, contact, dissipated, work of loads and joints [J], (5,). */
@@ -151,6 +171,7 @@ struct Arrays {
 
 /* Given loads and motion of some steps. */
 struct Drive {
+    GUDGEON_SHAPES("loads S L, crank S j 4")
     CMat loads;   /* Mean of each load row over the step, zero for joints', (steps, L). */
     CCube crank;  /* Crank pins at the end of the step: lateral, along, rates, (steps, j, 4). */
     GUDGEON_FIELDS(loads, crank)

@@ -21,6 +21,8 @@ constexpr double PLATEAU = 1e-9;
 
 /* Shapes: k contacts, n steps of two windows and three more. */
 struct ImpactLog {
+    GUDGEON_SHAPES("force k 3, steps k 5, before k 3, sudden k 3, jump k 3, ring k * 6, plateau k 3, "
+                   "running k 9, ended * 10, counts 2")
     double dt, window;  /* [s] */
     Mat force;          /* Resultant of each contact in the present step, set before `log_step` [N], (k, 3). */
     IntMat steps;       /* By `StepEntry`, (k, 5). */

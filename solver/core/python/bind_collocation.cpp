@@ -11,9 +11,9 @@ class Collocation {
 public:
     Collocation(nb::object tables, nb::object constants, nb::object motion, nb::object track, nb::object trial)
         : kept_(nb::make_tuple(tables, constants, motion, track, trial)),
-          tables_(read<collocation::Tables>(tables)), constants_(read<collocation::Constants>(constants)),
-          motion_(read<collocation::Motion>(motion)), track_(read<collocation::Track>(track)),
-          trial_(read<collocation::Trial>(trial)) {}
+          tables_(read<collocation::Tables>(tables, sizes_)), constants_(read<collocation::Constants>(constants, sizes_)),
+          motion_(read<collocation::Motion>(motion, sizes_)), track_(read<collocation::Track>(track, sizes_)),
+          trial_(read<collocation::Trial>(trial, sizes_)) {}
 
     nb::tuple march(double end) const {
         collocation::Marched marched;
@@ -26,6 +26,7 @@ public:
 
 private:
     nb::object kept_;
+    Sizes sizes_;
     collocation::Tables tables_;
     collocation::Constants constants_;
     collocation::Motion motion_;

@@ -9,28 +9,31 @@ namespace {
 
 class Implicit {
 public:
-    explicit Implicit(nb::object arrays) : kept_(arrays), arrays_(read<implicit::Arrays>(arrays)) {}
+    explicit Implicit(nb::object arrays) : kept_(arrays), arrays_(read<implicit::Arrays>(arrays, sizes_)) {}
 
     bool march(nb::handle drive, nb::handle out, Index first, Index stride) const {
-        const auto driven = read<implicit::Drive>(drive);
-        const auto samples = read<Samples>(out);
+        Sizes sizes = sizes_;
+        const auto driven = read<implicit::Drive>(drive, sizes);
+        const auto samples = read<Samples>(out, sizes);
         nb::gil_scoped_release released;
         return implicit::march(arrays_, driven, samples, first, stride);
     }
 
 private:
     nb::object kept_;
+    Sizes sizes_;
     implicit::Arrays arrays_;
 };
 
 class Explicit {
 public:
     Explicit(nb::object constants, nb::object state)
-        : kept_(nb::make_tuple(constants, state)), constants_(read<explicitly::Constants>(constants)),
-          state_(read<explicitly::State>(state)) {}
+        : kept_(nb::make_tuple(constants, state)), constants_(read<explicitly::Constants>(constants, sizes_)),
+          state_(read<explicitly::State>(state, sizes_)) {}
 
     bool march(nb::handle out, Index first, Index stride) const {
-        const auto samples = read<Samples>(out);
+        Sizes sizes = sizes_;
+        const auto samples = read<Samples>(out, sizes);
         nb::gil_scoped_release released;
         if (constants_.gap.size() != 1) return explicitly::march(constants_, state_, first, stride, samples);
         explicitly::march_one(constants_, state_, first, stride, samples);
@@ -39,6 +42,7 @@ public:
 
 private:
     nb::object kept_;
+    Sizes sizes_;
     explicitly::Constants constants_;
     explicitly::State state_;
 };

@@ -10,9 +10,9 @@ namespace {
 template <class S>
 class Latest {
 public:
-    const S& of(nb::handle tuple) {
+    const S& of(nb::handle tuple, Sizes sizes) {
         if (!object_.is(tuple)) {
-            views_ = read<S>(tuple);
+            views_ = read<S>(tuple, sizes);
             object_ = nb::borrow(tuple);
         }
         return views_;
@@ -26,14 +26,14 @@ private:
 class Small {
 public:
     Small(nb::object whole, nb::object part, nb::object impact)
-        : tuples_(nb::make_tuple(whole, part, impact)), loop_{read<small::Arrays>(whole), {}, {}} {
-        loop_.part = part.is(whole) ? loop_.whole : read<small::Arrays>(part);
-        loop_.impact = impact.is(whole) ? loop_.whole : read<small::Arrays>(impact);
+        : tuples_(nb::make_tuple(whole, part, impact)), loop_{read<small::Arrays>(whole, sizes_), {}, {}} {
+        loop_.part = part.is(whole) ? loop_.whole : read<small::Arrays>(part, sizes_);
+        loop_.impact = impact.is(whole) ? loop_.whole : read<small::Arrays>(impact, sizes_);
     }
 
     bool march(nb::handle given, Index first, Index stride, nb::handle out) {
-        const auto& signals = given_.of(given);
-        const auto& found = found_.of(out);
+        const auto& signals = given_.of(given, sizes_);
+        const auto& found = found_.of(out, sizes_);
         nb::gil_scoped_release released;
         return small::march(loop_, signals, first, stride, found);
     }
@@ -44,6 +44,7 @@ public:
 
 private:
     nb::object tuples_;
+    Sizes sizes_;
     small::Loop loop_;
     Latest<small::Given> given_;
     Latest<small::Found> found_;

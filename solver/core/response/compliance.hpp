@@ -13,6 +13,7 @@ namespace gudgeon {
 
 /* Which ports share a body. Shapes: p ports, G groups, r runs of all groups. */
 struct Pattern {
+    GUDGEON_SHAPES("at p, group p, runs * 3, span * 2")
     CInts at;      /* Place of each row's first value, (p,). */
     CInts group;   /* Group of each port, in the order of the ports, (p,). */
     CIntMat runs;  /* First and last + 1 port of a run, and what is added to a port for its place, (r, 3). */
@@ -22,6 +23,8 @@ struct Pattern {
 
 /* Shapes: c rows, k contacts, F functions of all traction spaces. */
 struct Compliance {
+    GUDGEON_SHAPES("values *, base c c ?, stamp c, era 1, master F F, block o 2, candidate *, space o 3, "
+                   "corner c, across c 4, along 4 c, known o, window o 2, scratch F, touched 16, weights 16")
     Pattern pattern;    /* Which rows couple; all where contacts slide. */
     Vec values;         /* A table over them [m/N]; row i is valid where stamp[i] is the era. */
     CMat base;          /* Constant part [m/N], (c, c). */

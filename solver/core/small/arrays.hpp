@@ -13,6 +13,10 @@ namespace gudgeon::small {
 
 /* The candidates of a step, and the work arrays of their solution. N: largest number of candidates, w: window. */
 struct Problem {
+    GUDGEON_SHAPES("awake 2 p, ports p, candidates p, acting p, gathered p, altered p, size 5, "
+                   "columns N N, runs p 2, free p, x p, y p, start p, weight p, stiff p, past 3 p, "
+                   "changes 3 w p, products w w, gram w w+1, derivative N N, correction p, pushed p, "
+                   "pushing p, span 2, slipped p")
     FlagMat awake;    /* Whether the first port of a block is a candidate, now and a step ago, (2, p). */
     Ints ports;       /* Their numbers; while forces are sought that are no plain ones, those that act, (N,). */
     Ints candidates;  /* Then all, (N,). */
@@ -64,6 +68,7 @@ struct Loop {
 
 /* What the scene gives over time, one row per step. */
 struct Given {
+    GUDGEON_SHAPES("loads 2 S g, crank S j 4, driven S D")
     Cube loads;       /* Given loads [N]: means of each step, and at its end, (2, steps, g); fields set their own. */
     CCube crank;      /* Driven points of joints at the end of each step, (steps, j, 4). */
     CMat driven;      /* Measures that the drives give at the end of each step [m], (steps, D). */
@@ -79,6 +84,7 @@ struct StepLoads {
 
 /* Histories, one row per sample. */
 struct Found {
+    GUDGEON_SHAPES("forces t k 3, energies t 5, loads t L, q t m, v t m, ports t p, lengths t j")
     Cube forces;      /* Mean resultant of each contact, friction included [N], (t, k, 3). */
     Mat energies;     /* [J], (t, 5) */
     Mat loads;        /* Mean force of each port of joints, given loads and drives [N], (t, L). */

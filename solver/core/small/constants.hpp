@@ -16,6 +16,7 @@ enum Level { POSITION, VELOCITY, STABILISED };  /* What a port's measure is. */
 
 /* W by bodies: the coordinates of at most two bodies in each row. */
 struct Rows {
+    GUDGEON_SHAPES("first p 2, last p 2, at p 2, values *")
     CIntMat first, last;  /* Range of coordinates of each part, (p, 2). */
     CIntMat at;       /* Its place among the values, (p, 2). */
     CVec values;
@@ -24,6 +25,7 @@ struct Rows {
 
 /* R of ports. */
 struct Residual {
+    GUDGEON_SHAPES("values s T")
     Pattern pattern;  /* That of all tables. */
     CMat values;      /* Displacement of port i, in its row, by sides of ports [m/N], (s, t). */
     GUDGEON_FIELDS(pattern, values)
@@ -31,6 +33,7 @@ struct Residual {
 
 /* Pairs of a point and an edge of its face, n of them in the order of points. */
 struct Edges {
+    GUDGEON_SHAPES("ports e, rows e m, offset e")
     CInts ports;      /* First port of each point, (n,). */
     CMat rows;        /* By how much its gap to its face exceeds that to the edge's plane, per coordinate, (n, m). */
     CVec offset;      /* The same at q = 0 [m], (n,). */
@@ -38,6 +41,13 @@ struct Edges {
 };
 
 struct Constants {
+    GUDGEON_SHAPES("dt 1, motion 4 m, push 2 m, loss 6 m, stiffness m, gravity m, parts P 2, near p 4, "
+                   "norms 4 p, met * 2, groups * 2, reach 2 p, offset p, kind p, size p, level p, "
+                   "share p, inertia T, columns T, yields T, memory s 3 p, layer p, law p 4, knots * 2, "
+                   "table p 2, friction p 2, belt p, restitution p, lengths p, contact p, direction p 3, "
+                   "joint p, drives D, inverse p *, given g, field_loads f 2 6, field_start f 6, "
+                   "stored g, touching *, always *, joints j, loaded L, sides p 2, block p, farthest p, "
+                   "rigid r")
     Vec dt;           /* Step [s], (1,). */
     Mat motion, push;  /* As in `Flight`, (4, m), (2, m); those of parts of steps change with `dt`, */
     CMat loss;        /* (6, m). */

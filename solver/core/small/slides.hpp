@@ -12,6 +12,9 @@ enum Moment { NOW, BEFORE };  /* Weights of the end of a step and of its start. 
  * The measure of such a point is its own and a weighted sum of those of 4 x 4 functions of cubic splines; its force
  * acts on them with the same weights, which change from step to step. */
 struct Slides {
+    GUDGEON_SHAPES("ports z 2, surface z 3, functions *, window z 2, row z m, chart z 2, sigma 2 z, "
+                   "drag z, drag_impulse z, over p, width p, height p, start p, across p 4, corner 2 p, "
+                   "along 2 4 p, free p, inward 2 p, left 1")
     CIntMat ports;      /* First and last + 1 port of the points of each contact, (g, 2). */
     CIntMat surface;    /* First port of its functions, their number across, and lines of them along, (g, 3). */
     CInts functions;    /* Ports of the functions of all surfaces, (F,). */

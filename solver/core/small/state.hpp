@@ -6,6 +6,15 @@ namespace gudgeon::small {
 
 /* Shapes: p ports, m coordinates, k contacts, s sides, f fields, j joints, g given loads, P parts and B bodies. */
 struct State {
+    GUDGEON_SHAPES("apart p, beside p, inside 2, q m, v m, before 2 m, field f 8, field_pose f 6, "
+                   "field_basis * *, field_energy 2, force m, pressed m, unknown p, last p, mean p, "
+                   "extra p, held s p, known s p, half 2 m, rest 2 m, forced p+1, way p, listed p+1, "
+                   "listed_known p+1, displacement 2 p, response 2 p, gap p, measure p, anchor p, "
+                   "sliding p, approach p, fastest 1, rod j 3, wanted D, pin j 4, closing p, sudden p, "
+                   "rate p, foreseen p, average 1, shift p, margin p, travel P+B, ahead P+B, lead 2 P+B, clearance 1, "
+                   "impulses p, struck k, peak k 2, slips 65537 3, closed p, swift p, turning 1, since p, "
+                   "sudden_impulses 2 p, total p, begun p, kept p+1, loads 2 g, ends 2 m, acting k, "
+                   "stored 1, work r+1, rubbed k, parts 5, extreme 4, counts 6")
     Slides slides;
     Flags apart;      /* Whether a point is nearer to another face of the solid, at its first port, (p,). */
     Flags beside;     /* Whether a port is the first of a point that is beside the face it may meet, (p,). */

@@ -30,6 +30,16 @@ using Four = View<const double, 4>;
 
 /* What does not change during a run. */
 struct Model {
+    GUDGEON_SHAPES("mass n, inertia n 3 3, inverse n 3 3, gravity 3, owner J 2, point_owner P, "
+                   "point_arm P 3, point_drive P, point_frame P 3 3, point_rows P 6 E, "
+                   "point_bend P 6 E E, bends P, elastic n 3, second n 6, lever n 9 E, pair n E 9 E, "
+                   "modal_root n E E, orthogonal n, modal_stiffness n E, modal_damping n E, terms t 4, "
+                   "row_terms m 2, factors m 2, constant m, drive_of m, row_pair m, reach m, group m 2, "
+                   "pairs * 4, envelope m 3, spring b 3, load l 6, bush_rest u 3, bush_stiffness u 6 6, "
+                   "bush_damping u 6 6, bush_field u, touch_pair c, touch_shape c, touch_size c 3, "
+                   "touch_law c 4, touch_friction c 4, touch_belt c 3, worn_cells c 2, worn_soft c, "
+                   "worn_depth c 2 *, worn_turn c * 2, yielding c, yielding_reach A *, "
+                   "yielding_touch A * *, yielding_depth A * * * *")
     CVec mass;          /* [kg], (n,). */
     CCube inertia;      /* About the centre, in the axes of the body [kg m^2], (n, 3, 3). */
     CCube inverse;      /* (n, 3, 3) */
@@ -102,6 +112,16 @@ struct Model {
 
 /* Arrays that the functions write. */
 struct Work {
+    GUDGEON_SHAPES("turn n 3 3, omega n 3, back n 3 3, rate n 6+E, push n 6+E, given d 3, place P 3, "
+                   "arm P 3, speed P 3, drift P 3, spin P 3, spin_drift P 3, axes P 3 3, "
+                   "point_rows P 6 E, local P 3 6, curved E, moving E, moment n 9 E, "
+                   "moment_rate n 3 E, second n 6, coupling n 3 E, root n 3 3, modal n 3+E, "
+                   "inner_force n E, across n E, value t, bend t, slope t 2 6, turned t, "
+                   "block_owner m 4, block m 4 6+E, light m 4 6+E, matrix m m, lower m m, scale m, "
+                   "order m, begin m, end m, within 1, left m, rank 1, least 1, right m, multiplier m, "
+                   "small m m, spare 2 m, slopes 16 N, stage N, light_error 3+E, lost 8, bush u 12, "
+                   "bush_push u 6, field f 8, field_basis * *, touching c, slipping c, deflection c 2, "
+                   "approach c, shift c, touch c 26")
     Cube turn;          /* Rotation matrix of each body, (n, 3, 3). */
     Mat omega;          /* Angular velocity along the scene's axes [rad/s], (n, 3). */
     Cube back;          /* Inverse of the inertia along the scene's axes, (n, 3, 3). */
@@ -174,6 +194,7 @@ struct Work {
 
 /* What is read of one state. */
 struct Reading {
+    GUDGEON_SHAPES("multipliers m, wrenches J 6, holds J 6, angles J, violations J")
     Vec multipliers;    /* Of least norm, (m,). */
     Mat wrenches;       /* Force and moment of each pair of markers on its own body, about its point, along the
                            scene's axes, (J, 6). */

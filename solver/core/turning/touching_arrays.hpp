@@ -16,6 +16,10 @@ namespace gudgeon::turning {
 
 /* Pairs of an interface of points and a surface. Shapes: S pairs, P points, F functions, E elastic coordinates. */
 struct Surfaces {
+    GUDGEON_SHAPES("owner S 2, points S 2, functions S 2, arm Q 3, rows Q 3 E, normal Q 3, layer Q, "
+                   "residual Q Q 3 3, by_law S, origin S 3, axes S 3 3, radius S, low S 2, step S 2, "
+                   "cells S 4, heights *, cover *, start S 2, spacing S 2, counts S 2, outward F E, "
+                   "compliance F F, mixed * 3 F, balls S 2 4, deep S")
     CIntMat owner;      /* Bodies of points and surface, the latter -1 where it is of the ground, (S, 2). */
     CIntMat points;     /* First and last + 1 point, (S, 2). */
     CIntMat functions;  /* First and last + 1 function, (S, 2). */
@@ -48,6 +52,9 @@ struct Surfaces {
 
 /* What is found of the points in one state. */
 struct Pressing {
+    GUDGEON_SHAPES("live S, near Q, arm Q 2 3, gap Q, slope Q 3, first Q, weights Q 3 16, "
+                   "direction Q 3, inward Q 3, moved Q 3, mixed Q F, force Q, active Q, pushed Q F, "
+                   "matrix Q Q, dents F, loaded F, stored 1")
     Ints live;          /* Whether points of a pair may be over its surface, (S,). */
     Ints near;          /* Whether a point is over its surface, not deep below, and close to it, (P,). */
     Cube arm;           /* From the centres of both bodies, along the scene's axes [m], (P, 2, 3). */
