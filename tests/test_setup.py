@@ -68,6 +68,14 @@ def test_makefile_has_no_package_source() -> None:
     assert re.findall(r"index|find-links|://", (ROOT / "Makefile").read_text()) == []
 
 
+def test_every_command_of_the_makefile_has_a_rule() -> None:
+    """A name of .PHONY without one does nothing and succeeds."""
+    text = (ROOT / "Makefile").read_text()
+    phony = re.search(r"^\.PHONY: (.*)$", text, re.MULTILINE)
+    assert phony
+    assert set(phony[1].split()) == set(re.findall(r"^([a-z-]+):(?!=)", text, re.MULTILINE))
+
+
 FAKE = '#!/bin/sh\necho "$(basename $0) $*" >> {log}\n{rest}\n'
 
 

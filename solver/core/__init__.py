@@ -1,7 +1,7 @@
 """The native core: time loops and their contact response, compiled for two levels of instructions.
 
-`GUDGEON_CORE=baseline` or `checked` picks another module than the processor's best: `checked` ends a process with file
-and line where an index is wrong.
+`GUDGEON_CORE=baseline` picks another module than the processor's best. So do `checked`, which ends a process with file
+and line where an index is wrong, and `sanitized`; `make check-core` builds these two.
 """
 
 import importlib
@@ -12,7 +12,7 @@ from typing import Any
 
 from gudgeon.solver.errors import SolverError
 
-LEVELS = ("v3", "baseline", "checked")
+LEVELS = ("v3", "baseline", "checked", "sanitized")
 NEEDED = frozenset({"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"})
 """Flags of a processor that has x86-64-v3."""
 

@@ -1,6 +1,7 @@
 /* The extension: each subject binds what Python calls of it in a file of its own. */
 #include <nanobind/nanobind.h>
 
+#include "../view.hpp"
 #include "digests.hpp"
 
 namespace nb = nanobind;
@@ -37,7 +38,9 @@ GUDGEON_EXTENSION(GUDGEON_MODULE, m) {
     m.attr("sources") = GUDGEON_SOURCES;
 #ifdef GUDGEON_CHECKED
     m.attr("checked") = true;
+    m.def("accesses", [] { return gudgeon::accesses; }, "Entries, rows and ranges of arrays that were taken so far.");
 #else
     m.attr("checked") = false;
+    nb::set_leak_warnings(false); /* At exit frames of daemon threads hold runs; the checked build tells of them. */
 #endif
 }
