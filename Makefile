@@ -66,12 +66,11 @@ $(SOLVER_READY):
 core: $(LOCKED) ## build the native core after an edit, a few seconds
 	@$(call build_core,.venv)
 
-checked: setup ## run tiny scenes of every loop with checked indices and count their work, a minute
+checked: setup ## run tiny scenes of every loop with checked indices and shapes and count their work, a minute
 	$(call run_level,checked) $(CORE_CASES)
 
-check-core: checked ## run all tests of the core with checked indices, and some scenes under sanitizers
+check-core: checked ## run all tests of the core with checked indices and shapes
 	$(call run_level,checked) -n $(WORKERS) --dist loadfile $(CORE_TESTS)
-	$(call run_level,sanitized,$(SANITIZED)) $(CORE_SCENES)
 
 hsds: setup ## start HSDS on this machine, in an environment of its own, and print the variables of its clients
 	@test -x .venv-hsds/bin/hsds || { $(PYTHON) -m venv .venv-hsds && .venv-hsds/bin/pip install -q 'hsds>=1.0.2'; }
@@ -191,16 +190,12 @@ link_package = rm -rf $(1); mkdir -p $(1); \
     for name in pipeline/gudgeon/__init__.py pipeline/gudgeon/py.typed modaldb pipeline solver; do \
         ln -s $(CURDIR)/$$name $(1)/$$(basename $$name); done
 
-# $(call run_level,NAME,VARIABLES): pytest with a level of the core that set-up does not build.
-run_level = $(BIN)/ninja --quiet -C .build-core _$(1) && $(2) \
+# $(call run_level,NAME): pytest with a level of the core that set-up does not build.
+run_level = $(BIN)/ninja --quiet -C .build-core _$(1) && \
     OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 GUDGEON_CORE=$(1) $(BIN)/pytest
-# The interpreter has no sanitizers: their library is loaded before it, and what it leaks is its own.
-SANITIZED = LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0
-# What `make checked` runs, what else runs kernels of the core, and what runs them under sanitizers.
+# What `make checked` runs, and what else runs kernels of the core.
 CORE_CASES := tests/solver/test_operations.py tests/solver/test_core.py
 CORE_TESTS := tests/solver/integrators tests/solver/contact tests/solver/ports tests/contracts
-CORE_SCENES := tests/solver/integrators/test_rods.py tests/solver/integrators/test_sliding.py \
-    tests/solver/integrators/general/test_edges.py tests/solver/integrators/mechanism/test_contacts.py
 
 # Prints the packages of those libraries that cannot be loaded, whatever the system that should have them.
 missing_libraries = for pair in $(join $(addsuffix =,$(SONAMES)),$(SYSTEM_LIBRARIES)); do \

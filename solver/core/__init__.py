@@ -1,7 +1,7 @@
 """The native core: time loops and their contact response, compiled for two levels of instructions.
 
 `GUDGEON_CORE=baseline` picks another module than the processor's best. So do `checked`, which ends a process with file
-and line where an index is wrong, and `sanitized`; `make check-core` builds these two.
+and line where an index is wrong, and `sanitized`; CONTRIBUTING.md says how they are built.
 """
 
 import importlib

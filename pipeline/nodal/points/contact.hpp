@@ -39,7 +39,7 @@ constexpr double SLOWEST = 1e-6;
 
 /* Data and state of the contact of c points; arrays change in place. */
 struct Press {
-    GUDGEON_SHAPES("W c c, law c 4, force c, depth c, approach c+1, balance 3")
+    GUDGEON_SHAPES("W c c, law c 4, force c, depth c ?, approach c+1 ?, balance 3")
     bool rigid;   /* whether contact has no law */
     double step;  /* h [s] */
     CMat W;       /* change of gaps in a step per constant force [m/N], (c, c) */

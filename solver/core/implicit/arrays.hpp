@@ -171,7 +171,7 @@ struct Arrays {
 
 /* Given loads and motion of some steps. */
 struct Drive {
-    GUDGEON_SHAPES("loads S L, crank S j 4")
+    GUDGEON_SHAPES("loads S L ?, crank S j 4 ?")
     CMat loads;   /* Mean of each load row over the step, zero for joints', (steps, L). */
     CCube crank;  /* Crank pins at the end of the step: lateral, along, rates, (steps, j, 4). */
     GUDGEON_FIELDS(loads, crank)

@@ -10,7 +10,7 @@ enum Count { ACTIVE, CONTACT_STEPS, PIVOTS };
 
 /* Shapes: P points, b bodies, m coordinates, c contact rows, s samples. */
 struct Paths {
-    GUDGEON_SHAPES("rows P m, residual P c, values t P, elastic b 2, squares t b")
+    GUDGEON_SHAPES("rows P m ?, residual P c ?, values t P ?, elastic b 2, squares t b ?")
     CMat rows;        /* Displacement along the force on the contact's first body per coordinate, (P, m). */
     CMat residual;    /* The same per contact force [m/N], (P, c). */
     Mat values;       /* Displacement at the end of each sample [m], (s, P). */
@@ -21,7 +21,7 @@ struct Paths {
 
 /* State at the end of the sample of each contact's largest mean force so far. Shapes as above, F functions. */
 struct Peaks {
-    GUDGEON_SHAPES("force k, sample k, q k m, v k m, multipliers k c, functions k F")
+    GUDGEON_SHAPES("force K, sample K, q K m, v K m, multipliers K c, functions K F")
     Vec force;        /* Size of the mean resultant over that sample [N], (k,). */
     Ints sample;      /* Number of samples to the end of that one, (k,). */
     Mat q, v;         /* (k, m) */
@@ -32,7 +32,7 @@ struct Peaks {
 
 /* Shapes: s samples, k contacts, L loads, r rigid coordinates, j joints. */
 struct Samples {
-    GUDGEON_SHAPES("forces t k 3, energies t 5, loads t L, snapshots t 2r+j")
+    GUDGEON_SHAPES("forces t * 3, energies t 5, loads t L, snapshots t 2r+j")
     Cube forces;    /* Mean resultant on the body of each contact [N], (s, k, 3). */
     Mat energies;   /* At the end of the sample [J], (s, 5). */
     Mat loads;      /* Mean of each load row, (s, L). */

@@ -1,8 +1,8 @@
 /* Reads tuples of numpy arrays into structs of views, by the names of their members; nothing is copied.
  *
  * An array of another type, rank or order, or one that may not be written where a loop writes, raises a TypeError that
- * names the member; an array of another shape than the struct declares raises a ValueError that names it and what its
- * shape must be. The Python object outlives the views: a bound class keeps it.
+ * names the member; in the checked build an array of another shape than the struct declares raises a ValueError that
+ * names it and what its shape must be. The Python object outlives the views: a bound class keeps it.
  */
 #pragma once
 #include <nanobind/nanobind.h>

@@ -84,7 +84,7 @@ struct StepLoads {
 
 /* Histories, one row per sample. */
 struct Found {
-    GUDGEON_SHAPES("forces t k 3, energies t 5, loads t L, q t m, v t m, ports t p, lengths t j")
+    GUDGEON_SHAPES("forces t * 3, energies t 5, loads t L, q t m, v t m, ports t p, lengths t j")
     Cube forces;      /* Mean resultant of each contact, friction included [N], (t, k, 3). */
     Mat energies;     /* [J], (t, 5) */
     Mat loads;        /* Mean force of each port of joints, given loads and drives [N], (t, L). */

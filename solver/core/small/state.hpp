@@ -12,7 +12,7 @@ struct State {
                    "listed_known p+1, displacement 2 p, response 2 p, gap p, measure p, anchor p, "
                    "sliding p, approach p, fastest 1, rod j 3, wanted D, pin j 4, closing p, sudden p, "
                    "rate p, foreseen p, average 1, shift p, margin p, travel P+B, ahead P+B, lead 2 P+B, clearance 1, "
-                   "impulses p, struck k, peak k 2, slips 65537 3, closed p, swift p, turning 1, since p, "
+                   "impulses p, struck k, peak k 2, slips * 3, closed p, swift p, turning 1, since p, "
                    "sudden_impulses 2 p, total p, begun p, kept p+1, loads 2 g, ends 2 m, acting k, "
                    "stored 1, work r+1, rubbed k, parts 5, extreme 4, counts 6")
     Slides slides;

@@ -53,7 +53,7 @@ struct Surfaces {
 /* What is found of the points in one state. */
 struct Pressing {
     GUDGEON_SHAPES("live S, near Q, arm Q 2 3, gap Q, slope Q 3, first Q, weights Q 3 16, "
-                   "direction Q 3, inward Q 3, moved Q 3, mixed Q F, force Q, active Q, pushed Q F, "
+                   "direction Q 3, inward Q 3, moved Q 3, mixed Q F ?, force Q, active Q, pushed Q F, "
                    "matrix Q Q, dents F, loaded F, stored 1")
     Ints live;          /* Whether points of a pair may be over its surface, (S,). */
     Ints near;          /* Whether a point is over its surface, not deep below, and close to it, (P,). */
