@@ -40,7 +40,7 @@ ACCESSES = {
     "collocation, rigid": 144_825,
 }
 """What runs of plain cases take of arrays in the core."""
-TURNING = {"explicit": 2_832_312, "implicit": 1_168_076, "auto": 1_475_214}
+TURNING = {"explicit": 3_093_586, "implicit": 1_241_405, "auto": 1_572_342}
 """The same of a body of six modes that tumbles, by `run.stepping`."""
 MARGIN = 1.05
 """Iterations and sizes of steps differ by round-off between processors."""
