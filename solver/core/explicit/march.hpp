@@ -42,7 +42,7 @@ struct Constants {
 
 /* Variables of a run, updated in place. */
 struct State {
-    GUDGEON_SHAPES("q m, v m, multipliers c, gaps c, free c, jump m, ends 2 m, impulses c, work r+1, "
+    GUDGEON_SHAPES("q m, v m, multipliers c, gaps c, free c, jump m, carried 2, ends 2 m, impulses c, work r+1, "
                    "energy 4, counts 4, extreme 4")
     Vec q, v;
     ActiveSet active;

@@ -47,7 +47,7 @@ struct Constants {
                    "table p 2, friction p 2, belt p, restitution p, lengths p, contact p, direction p 3, "
                    "joint p, drives D, inverse p *, given g, field_loads f 2 6, field_start f 6, "
                    "stored g, touching *, always *, joints j, loaded L, sides p 2, block p, farthest p, "
-                   "rigid r")
+                   "rigid r, widest P")
     Vec dt;           /* Step [s], (1,). */
     Mat motion, push;  /* As in `Flight`, (4, m), (2, m); those of parts of steps change with `dt`, */
     CMat loss;        /* (6, m). */
