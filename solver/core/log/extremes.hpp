@@ -21,7 +21,7 @@ struct Paths {
 
 /* State at the end of the sample of each contact's largest mean force so far. Shapes as above, F functions. */
 struct Peaks {
-    GUDGEON_SHAPES("force K, sample K, q K m, v K m, multipliers K c, functions K F")
+    GUDGEON_SHAPES("force K, sample K, q K m ?, v K m ?, multipliers K c ?, functions K F ?")
     Vec force;        /* Size of the mean resultant over that sample [N], (k,). */
     Ints sample;      /* Number of samples to the end of that one, (k,). */
     Mat q, v;         /* (k, m) */
