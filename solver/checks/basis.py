@@ -15,7 +15,8 @@ bending modes in an axial one.
   in place of waves, or with rigid methods nothing: all runs lack the same. `UNRESOLVED` is the least estimate, over
   their share of the compliance, and `RIGID` that of rigid methods; both for a longer impact over the share of that
   period in its duration. Only modes that the contact's force excites count, see `_cutoff`. Within a window that is
-  shorter than that period nothing is known of the force but this share: it is the least estimate by itself.
+  shorter than that period nothing is known of the force but this share: it is the least estimate by itself. All of
+  this is of what changes: these shares are times the largest change of a force that presses at the start.
 - Where all runs lack the same waves, as of a plate that strikes with its whole face, no difference of theirs shows it.
   One more run has a part of R as a coordinate with a mass, in the octave of frequency above the highest mode, see
   `weighed`: the error is taken to be `MARGIN` times its difference, too. Where that run ends early, or a
@@ -31,9 +32,11 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import BASIS_REASON, BEGINS, ENDS, IMPULSE, NO_MODE, ONE_COORDINATE, Trajectory
 from gudgeon.solver.checks.weighed import weighed
+from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.curves import windowed
 from gudgeon.solver.methods import METHODS
+from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.bases.nested import nested
 from gudgeon.solver.system.system import System
@@ -209,6 +212,7 @@ def _unresolved(system: System, trajectory: Trajectory) -> tuple[float, float, f
     for body in system.bodies.values():
         modes[body.elastic] = body.modal.are_modes
     elastic, massless_largest, hidden, rigid = system.stiffness > 0, 0.0, 0.0, 0.0
+    system = at_rest(system)
     for contact in system.contacts:
         impacts, forces = trajectory.impacts[contact.name], pushes(trajectory, contact.name)
         if not len(impacts):
@@ -216,6 +220,7 @@ def _unresolved(system: System, trajectory: Trajectory) -> tuple[float, float, f
         main = impacts[impacts[:, IMPULSE].argmax()]
         if (duration := float(main[ENDS] - main[BEGINS])) <= 0:
             continue
+        changing = _changing(system, trajectory, contact)
         modal = np.zeros(len(modes))
         modal[elastic] = (forces @ system.rows[contact.rows])[elastic] ** 2 / system.stiffness[elastic]
         rows = np.arange(contact.rows.start, contact.rows.stop)
@@ -225,12 +230,21 @@ def _unresolved(system: System, trajectory: Trajectory) -> tuple[float, float, f
         if compliance <= 0:
             continue
         period = _cutoff(system.stiffness[modes], modal[modes] / compliance)
-        unresolved = min(1.0, period / duration)
+        unresolved = min(1.0, period / duration) * changing
         if METHODS[system.scene.contact[contact.name].method].rigid:
             rigid = max(rigid, unresolved)
         massless_largest = max(massless_largest, massless / compliance * unresolved)
         hidden = max(hidden, massless / compliance * unresolved * max(0.0, 1 - system.window / period))
     return massless_largest, hidden, rigid
+
+
+def _changing(system: System, trajectory: Trajectory, contact: ContactRows) -> float:
+    """Return the largest change of a contact's force since the start, over the largest force: waves are of what
+    changes. 1 of what does not press at the start."""
+    history = trajectory.contacts[contact.name].force
+    begun = system.start_forces[contact.rows] @ contact.directions
+    size = np.linalg.norm(history, axis=1).max()
+    return min(1.0, float(np.linalg.norm(history - begun, axis=1).max() / size)) if begun.any() else 1.0
 
 
 def _cutoff(stiffness: np.ndarray, shares: np.ndarray) -> float:

@@ -19,6 +19,16 @@ BALANCED = 1e-6
 OPPOSED = 1e-10
 """Work of an edge on a motion, relative to both, from which on it opposes the motion."""
 MOST_ROUNDS = 100
+UNDETERMINED = 1e-9
+"""Displacement of ports by a rigid motion, relative to that by the strongest one, that is round-off."""
+
+
+def determined(rows: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Return a rigid motion (r,) without what moves none of the rows (n, r), which statics do not determine: it is
+    round-off over the proximal term."""
+    _, strength, motions = np.linalg.svd(rows, full_matrices=False)
+    motions = motions[strength > UNDETERMINED * strength.max(initial=0.0)]
+    return motion if len(motions) == len(motion) else motions.T @ (motions @ motion)
 
 
 def cannot_balance(

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from gudgeon.solver.ports.balance import cannot_balance
+from gudgeon.solver.ports.balance import cannot_balance, determined
 from gudgeon.solver.ports.field_start import in_fields
 from gudgeon.solver.ports.members import contact_ports, start_unknowns
 from gudgeon.solver.ports.still import any_still, still_groups
@@ -250,7 +250,7 @@ def _balanced(statics: _Statics, guess: np.ndarray) -> tuple[np.ndarray, np.ndar
             forces[pressing[open_]] = 0.0
             for cone in statics.cones[forces[statics.cones] == 0.0]:
                 forces[cone : cone + 3] = 0.0
-            return forces, x[n:], slips
+            return forces, determined(statics.rows, x[n:]), slips
         slipped |= slips
         if _slides(statics, np.where(slipped, statics.friction[:, 1], statics.friction[:, 0])):
             return None

@@ -199,6 +199,16 @@ def test_resting_and_multipoint_contacts_have_an_estimate(tmp_path: Path) -> Non
     assert "basis.rebound" not in found.estimates
 
 
+def test_a_force_that_presses_at_rest_and_does_not_change_has_no_error_of_the_basis(tmp_path: Path) -> None:
+    """Whatever the modes, it is the weight: impacts alone are shorter than modes resolve."""
+    scene = block_scene(duration=1e-5)
+    scene["body"]["part"] = {}
+    scene["contact"]["wall"]["against"]["point"] = [0.05, 0.0, 0.0]
+    scene["run"] |= {"gravity": [9.81, 0.0, 0.0]}
+    found = simulate(build(tmp_path, block_records(5), scene))
+    assert max(found.estimates[f"basis.{name}"] for name in ("impulse", "force")) < 1e-6
+
+
 def test_the_resolution_is_that_of_the_body_with_the_lowest_cut_off(tmp_path: Path) -> None:
     """The other body's shorter periods do not make forces converge that this one cannot carry."""
     fast, slow = rod_records(20), rod_records(20)

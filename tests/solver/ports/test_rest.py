@@ -189,6 +189,20 @@ def test_a_spring_holds_beyond_the_angle_of_friction(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.linalg.norm(across, axis=1), MU * normal, rtol=1e-8)
 
 
+def test_motions_that_statics_do_not_determine_are_none(tmp_path: Path) -> None:
+    """Contact without friction leaves translations along a wall and rotation about its normal, whatever the axes."""
+    modal, morph = block_records(5)
+    twists = np.linalg.qr(np.random.default_rng(3).standard_normal((6, 6)))[0] @ modal.rigid_twists
+    wall = {"shape": "plane", "point": [0.05, 0, 0], "normal": [-1, 0, 0]}
+    system = build(tmp_path, (replace(modal, rigid_twists=twists), replace(morph, rigid_twists=twists)), {
+        "body": {"part": {}},
+        "contact": {"wall": {"body": "part", "interface": "face", "against": wall}},
+        "run": {"gravity": [1e5, 0, 0], "duration": 1e-5},
+    })  # fmt: skip
+    motion = at_rest(system).position[system.rigid] @ twists
+    assert np.abs(motion[[1, 2, 3]]).max() < ROUND_OFF * np.abs(motion).max()
+
+
 def pushed(folder: Path, force: dict[str, Any], **body: Any) -> System:
     """A free elastic block with five points on a rough wall, its weight on it, with a load on its pin."""
     draft = draft_of(("residual", "elastic-friction", "several-points", "start-rest", "gravity"))
