@@ -18,7 +18,10 @@ ROUND_OFF = 1e-15
 
 def _without_round_off(vector: tuple[float, ...]) -> tuple[float, ...]:
     """Return a vector whose components of round-off are zero."""
-    limit = ROUND_OFF * max(map(abs, vector))
+    largest = max(map(abs, vector))
+    if 0 < largest < ROUND_OFF:
+        raise ValueError(f"{list(vector)} given; allowed magnitude of the largest: {ROUND_OFF:g} to 1e+15")
+    limit = ROUND_OFF * largest
     return tuple(0.0 if abs(component) <= limit else component for component in vector)
 
 

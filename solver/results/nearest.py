@@ -30,7 +30,8 @@ def nearest(
     if r == len(system.velocity) and INTEGRATORS[system.scene.integrator].records_motion:
         frames, velocities, span = samples.snapshots[:, :r], samples.snapshots[:, r : 2 * r], spans[0]
     times = span * np.arange(len(frames) + 1)
-    presses = (samples.forces != 0).any(axis=2).reshape(len(frames), -1, samples.forces.shape[1]).any(axis=1)
+    pressing = (samples.forces != 0).any(axis=2)
+    presses = pressing.reshape(len(frames), len(pressing) // max(len(frames), 1), pressing.shape[1]).any(axis=1)
     q, rates = np.vstack([system.position, frames]), np.vstack([system.velocity, velocities])
     for contact in system.contacts:
         if end.impulses[contact.rows].any():

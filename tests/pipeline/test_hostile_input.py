@@ -46,7 +46,8 @@ def refused(arguments: list[str], capsys: Capture, code: int = 2) -> str:
 
 
 EDGES = [
-    ("rod-wall", "contact.wall.against.normal=[5e-324, 0, 0]", "normal.0: 5e-324 given; allowed magnitude: 1e-15 to"),
+    ("rod-wall", "contact.wall.against.normal=[5e-324, 0, 0]",
+     "normal: [5e-324, 0.0, 0.0] given; allowed magnitude of the largest: 1e-15 to"),
     ("rod-wall", "body.rod.velocity=[1e300, 0, 0]", "velocity.0: 1e+300 given; input should be less than or equal to"),
     ("rod-wall", "component.rod.geometry.area=5e-324", "area: 5e-324 given; allowed magnitude: 1e-36 to 1e+24 m^2"),
     ("rod-wall", "run.gravity=[0, 0, 1e308]", "run.gravity.2: 1e+308 given; input should be less than or equal to"),

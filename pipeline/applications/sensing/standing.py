@@ -36,7 +36,7 @@ class Arm:
 
     def angles(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return joint angles, rates and second rates as they are given, (t, n) each."""
-        moved = np.stack([drive.motions(times, "joint") for drive in self.drives], axis=1)
+        moved = np.stack([drive.function("joint").read(times, 2) for drive in self.drives], axis=1)
         return moved[:, :, 0], moved[:, :, 1], moved[:, :, 2]
 
     def felt(

@@ -8,7 +8,7 @@ import pytest
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline import plots
 from gudgeon.pipeline.errors import StageError
-from gudgeon.pipeline.exporters.export import _records
+from gudgeon.pipeline.exporters.export import _stress
 from gudgeon.pipeline.geometry.cells import cell_blocks
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
 from gudgeon.pipeline.plots.base.run import Drawing
@@ -133,7 +133,7 @@ def test_forces_that_are_not_known_at_frames_are_refused(scene: Run, tmp_path: P
     with pytest.raises(StageError, match=r"does not hold force\.press on body part at frames"):
         row_forces(drawing, drawing.body("part"), gauged(drawing, "part"))
     notes: list[str] = []
-    assert _records(drawing, "part", 0, notes.append).stress is None
+    assert _stress(drawing, drawing.body("part"), notes.append) is None
     (note,) = notes
     assert note.startswith("stress of body part was not written: the trajectory does not hold force.press on body part")
 

@@ -130,7 +130,7 @@ def test_what_runs_off_ends_with_when_and_where(tmp_path: Path) -> None:
          r"contact\.touch\.against\.interface: 'top' is a traction space on a cylinder, which points"),
         ({}, {"method": "residual", "law": {"kind": "hertz", "stiffness": 1e6}},
          r"contact\.touch\.law: 'hertz' given with method 'residual'"),
-        ({}, {"method": "residual"}, r"contact\.touch\.surface_stiffness: is missing; contact of a rigid body"),
+        ({}, {"method": "residual"}, r"contact\.touch\.surface_stiffness: is missing; contact of rigid bodies"),
     ],
 )  # fmt: skip
 def test_what_is_refused(chart: Json, contact: dict[str, Any], words: str, tmp_path: Path) -> None:
