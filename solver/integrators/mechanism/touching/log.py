@@ -41,6 +41,8 @@ from gudgeon.solver.integrators.mechanism.touching.worn import BEARING, Rubbed, 
 
 LOOKS = 8
 """Times of a step at which sections are looked at, evenly spaced: so many times less may a contact last unnoticed."""
+AT_ONE_TIME = 1e-14
+"""Difference of times over the time within which they are one."""
 AT_ONCE = 1e-6
 """Indentation over `Surfaces.deep` at which no point can be that touched just now."""
 SHIFT = 1e-14
@@ -188,7 +190,8 @@ class Touching:
                 ends = k / LOOKS, (k + 1) / LOOKS
                 fraction = brentq(lambda x, own=margins: polynomial(own, x), *ends, xtol=1e-15, rtol=8.9e-16)
                 time += float(fraction) * float(times[-1] - times[0])
-            elif k > 0 or time <= self._turned.get(i, -np.inf):  # Not twice at one time.
+            # Not twice at one time, up to round-off.
+            if (k > 0 and margins[k] <= 0) or time <= self._turned.get(i, -np.inf) + AT_ONE_TIME * abs(time):
                 time = float(times[k + 1])
             events.append(Event(time, i, turns=True))
         return events
