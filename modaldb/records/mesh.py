@@ -55,6 +55,21 @@ class SystemMatrices:
 
 
 @dataclass(frozen=True)
+class Attachment:
+    """A point of another program's model that moves with nodes of a mesh, and its mass, which is not meshed."""
+
+    nodes: Array = field(metadata=rule("k'", "int", below="n", unit="1", name="nodes that move with the point"))
+    """(k,)"""
+    point: Array = field(metadata=rule("3", unit="m", name="position of the point"))
+    """[m], (3,)."""
+    kind: str
+    """`rbe2`: the nodes move with it as a rigid body; `rbe3`: it has their mean motion, all nodes of the same weight;
+    `node`: it is the node."""
+    mass: float
+    """[kg], without inertia of rotation; zero if it has none."""
+
+
+@dataclass(frozen=True)
 class MeshRecord(Labelled):
     """Nodes, cells and named surfaces of one component."""
 
@@ -84,5 +99,7 @@ class MeshRecord(Labelled):
     those of 20 nodes with 8 points for the stiffness, (k,) each."""
     remarks: Json = field(default_factory=dict)
     """`{"notes": [line, …]}`: what of a file the mesh does not have, or has otherwise; `{}` where there is nothing."""
+    attachments: dict[str, Attachment] = field(default_factory=dict)
+    """Point masses, rigid elements and couplings that a file states, by names as `rbe2_9001`, `node_59`."""
     system: SystemMatrices | None = None
     """Matrices that were read, not assembled from the cells."""

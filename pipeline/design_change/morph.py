@@ -126,6 +126,10 @@ def reuse(
         raise InputError(
             f"{movement.source}: modes of hexahedra with incompatible modes are not reused, use update 'recompute'"
         )
+    if mesh.attachments:
+        raise InputError(
+            f"{movement.source}: modes with masses and couplings of a deck are not reused, use update 'recompute'"
+        )
     if 0 < len(modal.rigid_twists) < 6:
         raise InputError(
             f"{movement.source}: the supports leave some of the rigid motions free, use update 'recompute'"

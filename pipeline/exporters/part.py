@@ -10,6 +10,7 @@ from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.point_mass import with_point_masses
+from gudgeon.pipeline.interfaces.tie import refuse_rigid
 from gudgeon.pipeline.stages.folder import held
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
@@ -38,6 +39,7 @@ def export_part(job: Job, name: str, form: str) -> list[Path]:
                 )
             key = f"component.{job.scene.component_of(name)}"
             model = build_model(body.mesh, component.material, (), key, component.geometry)
+            refuse_rigid({}, body.mesh, key, "format 'exudyn'")
             model = with_point_masses(model, component, key)
             files = exudyn.write(body, model, folder)
         else:

@@ -242,7 +242,7 @@ def block_meshes(mesh: MeshRecord) -> list[tuple[np.ndarray, MeshRecord]]:
             if chosen.any():
                 formulations = {name: np.arange(chosen.sum())} if name else {}
                 same = replace(mesh, cells=block.nodes[chosen], cell_type=block.cell.name, surfaces={}, volumes={},
-                               formulations=formulations)  # fmt: skip
+                               formulations=formulations, attachments={})  # fmt: skip
                 meshes.append((block.rows[chosen], same))
     return meshes
 
@@ -252,8 +252,10 @@ def submesh(mesh: MeshRecord, cells: np.ndarray) -> tuple[MeshRecord, np.ndarray
     chosen = np.arange(len(mesh.cells))[cells]
     nodes, numbers = np.unique(mesh.cells[chosen], return_inverse=True)
     formulations = {name: np.flatnonzero(np.isin(chosen, rows)) for name, rows in mesh.formulations.items()}
-    return replace(mesh, nodes=mesh.nodes[nodes], cells=numbers.reshape(len(chosen), -1), surfaces={}, volumes={},
-                   formulations={name: rows for name, rows in formulations.items() if len(rows)}), nodes  # fmt: skip
+    return replace(
+        mesh, nodes=mesh.nodes[nodes], cells=numbers.reshape(len(chosen), -1), surfaces={}, volumes={}, attachments={},
+        formulations={name: rows for name, rows in formulations.items() if len(rows)},
+    ), nodes  # fmt: skip
 
 
 def cell_centres(mesh: MeshRecord) -> np.ndarray:

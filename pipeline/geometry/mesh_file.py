@@ -5,6 +5,7 @@ integer cell or point arrays (non-zero = member), or from their true shape only.
 is recognised without being declared. Linear tetrahedra become tet10.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -21,6 +22,7 @@ from gudgeon.pipeline.geometry.cells import (
     Block,
     blocks_of,
     boundary_facets,
+    cell_blocks,
     joined,
     outer_faces,
 )
@@ -28,7 +30,7 @@ from gudgeon.pipeline.geometry.numbers import CAD_KINDS, Point, UnitVector
 from gudgeon.pipeline.geometry.shape_fit import fit_shape
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, true_surface
-from gudgeon.solver.numbers import RANGES, Length, Name, Strict
+from gudgeon.solver.numbers import RANGES, Length, Mass, Name, Strict
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.geometry.decks.model import Deck
@@ -75,6 +77,11 @@ class MeshFile(Strict):
     leave_out: tuple[str, ...] = Field(
         default=(), description="What a deck says that its body shall not have, by keywords, such as MASS or RBE2"
     )
+    mass_unit: Mass | None = Field(
+        default=None,
+        description="Kilograms per unit of mass of the file, for its point masses; default: 1, if its densities"
+        " are in kg/m^3",
+    )
     surfaces: dict[Name, SurfaceShape] = Field(
         default={}, description="True shapes by name; a name that is not in the file gets the facets on its shape"
     )
@@ -86,6 +93,7 @@ class MeshFile(Strict):
             InputError: the file is missing or no mesh, not one solid, not on its declared surfaces, or says something
                 that the body would not have and `leave_out` does not name.
         """
+        from gudgeon.pipeline.geometry.decks.attached import attached_notes, attachments, with_middles
         from gudgeon.pipeline.geometry.decks.naming import left_out, named_cells, named_facets
         from gudgeon.pipeline.geometry.decks.solids import solid_of
 
@@ -97,8 +105,12 @@ class MeshFile(Strict):
         new_row[used] = np.arange(len(used))
         nodes = solid.points[used]
         blocks = [Block(block.cell, block.rows, new_row[block.nodes]) for block in solid.blocks]
+        deck_rows, deck_count = new_row[: solid.deck_count], int(np.searchsorted(used, solid.deck_count))
+        attached = attachments(
+            deck, self.leave_out, solid.points[: solid.deck_count], deck_rows, self.mass_unit, self.path
+        )
         faces = boundary_facets(blocks, self.path)[1]
-        members = named_facets(deck, faces, new_row, 2, int(np.searchsorted(used, solid.deck_count)))
+        members = named_facets(deck, faces, new_row, 2, deck_count)
         shapes: dict[str, SurfaceRule] = {name: s.model_dump(mode="json") for name, s in self.surfaces.items()}
         members |= {name: self._on_shape(name, shape, nodes, faces, members) for name, shape in shapes.items()}
         fitted = {name: _fitted(nodes, faces[members[name]]) for name in sorted(members.keys() - shapes.keys())}
@@ -113,8 +125,12 @@ class MeshFile(Strict):
         surfaces = {name: Surface(facets[name], (fitted | shapes)[name]) for name in facets}
         record = MeshRecord(
             nodes, cells, cell.name, surfaces, named_cells(deck, corners, new_row), formulations=solid.formulations,
-            remarks=_remarks([*notes, *solid.notes]),
+            remarks=_remarks([*notes, *solid.notes, *attached_notes(attached)]),
         )  # fmt: skip
+        if attached:
+            edges, middles = _added_middles(record, deck_count)
+            attached = {name: with_middles(attachment, edges, middles) for name, attachment in attached.items()}
+            record = replace(record, attachments=attached)
         refuse_pieces(record, self.path)
         return record
 
@@ -156,6 +172,18 @@ class MeshFile(Strict):
                 f" names {have}; {hint}"
             )
         return belongs
+
+
+def _added_middles(mesh: MeshRecord, deck_count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return edges (k, 2) whose nodes in the middle, (k,), are none of the first `deck_count`, those of the file."""
+    edges, middles = [np.empty((0, 2), np.int64)], [np.empty(0, np.int64)]
+    for block in cell_blocks(mesh):
+        shape = block.cell.shape
+        middle = block.nodes[:, shape.corners : shape.corners + len(shape.edges)].ravel()
+        added = middle >= deck_count
+        edges.append(block.nodes[:, shape.edges].reshape(-1, 2)[: len(middle)][added])
+        middles.append(middle[added])
+    return np.concatenate(edges), np.concatenate(middles)
 
 
 def _remarks(notes: list[str]) -> dict[str, list[str]]:

@@ -16,7 +16,7 @@ from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.elements.solid import solid_twists
 from gudgeon.pipeline.fem.model import FEModel, MassProperties
 from gudgeon.pipeline.geometry.cells import cell_of
-from gudgeon.pipeline.interfaces.tie import Tie, tie_of, tie_rows
+from gudgeon.pipeline.interfaces.tie import Tie, attached_tie, tie_of, tie_rows
 from gudgeon.pipeline.scenes.component import Component, PointMass
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.supports import Support
@@ -39,23 +39,26 @@ def free_model(mesh: MeshRecord, component: Component, key: str, supports: Seque
 
 
 def with_point_masses(model: FEModel, component: Component, key: str) -> FEModel:
-    """Return a model with the point masses of its component; `key` is the component's key, for messages.
+    """Return a model with the point masses of its component and its deck; `key` is the component's key, for messages.
 
     Raises:
         InputError: the mesh has no such surface, or it has too few or too many nodes.
     """
-    if not component.point_mass:
+    attached = [a for a in model.mesh.attachments.values() if a.mass]
+    if not component.point_mass and not attached:
         return model
     M, properties = model.M, model.properties
-    for name, mass in component.point_mass.items():
-        mass_key = f"{key}.point_mass.{name}"
-        tie = _carrier(model, component, mass, mass_key)
+    carried = [
+        (_carrier(model, component, mass, f"{key}.point_mass.{name}"), mass.mass, np.array(mass.inertia or np.zeros(3)))
+        for name, mass in component.point_mass.items()
+    ]
+    carried += [(attached_tie(model.mesh, a), a.mass, np.zeros(3)) for a in attached]
+    for tie, mass, inertia in carried:
         W = tie_rows(model, tie).B
-        inertia = np.array(mass.inertia or (0.0, 0.0, 0.0))
-        masses = np.concatenate([np.full(3, mass.mass), inertia])
+        masses = np.concatenate([np.full(3, mass), inertia])
         weight = (np.abs(tie.twists) @ masses)[:, None]
         M = sparse.csr_matrix(M + W.T @ sparse.csr_matrix(W.multiply(weight)))
-        properties = _joined(properties, MassProperties(mass.mass, tie.point, np.diag(inertia)))
+        properties = _joined(properties, MassProperties(mass, tie.point, np.diag(inertia)))
     M.sort_indices()
     heavier = replace(model, M=sparse.csr_matrix(0.5 * (M + M.T)), properties=properties, added_mass=True)
     return replace(heavier, rigid_twists=_twists(model, heavier))

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg, sparse
 
-from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.mesh import Attachment, MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.cells import cell_of
@@ -92,6 +92,27 @@ def tie_of(mesh: MeshRecord, interface: Interface, key: str) -> Tie:
     return Tie(nodes, point, twists, (twists @ moved).reshape(weights.shape))
 
 
+def attached_tie(mesh: MeshRecord, attachment: Attachment) -> Tie:
+    """Return how a point of a deck moves with its nodes: as a node, or by least squares over all, of equal weight."""
+    if attachment.kind == "node":
+        return Tie(attachment.nodes, attachment.point, np.eye(6)[:3], np.eye(3)[:, None, :])
+    tie = Tie(attachment.nodes, attachment.point, np.eye(6), np.empty((6, 0, 3)))
+    P = tie.rigid(mesh.nodes[tie.nodes]).reshape(-1, 6)
+    scale = np.linalg.norm(P, axis=0)
+    weights = np.linalg.pinv(P / scale) / scale[:, None]
+    return replace(tie, weights=weights.reshape(6, -1, 3))
+
+
+def rigid_ties(mesh: MeshRecord, ties: Mapping[str, Tie]) -> dict[str, Tie]:
+    """Return the rigid elements of a mesh's deck by name, but for those on the same nodes as one of `ties`."""
+    taken = [np.sort(tie.nodes) for tie in ties.values()]
+    return {
+        f"{name} (of the deck)": attached_tie(mesh, attachment)
+        for name, attachment in mesh.attachments.items()
+        if attachment.kind == "rbe2" and not any(np.array_equal(nodes, attachment.nodes) for nodes in taken)
+    }
+
+
 def tie_rows(model: FEModel, tie: Tie) -> LoadRows:
     """Return the motions of a reference point as rows, with the forces and moments on it conjugate to them."""
     resultant = tie.twists.copy()
@@ -151,12 +172,15 @@ def made_rigid(model: FEModel, ties: Mapping[str, Tie], key: str) -> tuple[FEMod
     return replace(model, K=K, M=M, held=model.held | follows, parts=elements), L
 
 
-def refuse_rigid(interfaces: Mapping[str, Interface], key: str, user: str) -> None:
+def refuse_rigid(interfaces: Mapping[str, Interface], mesh: MeshRecord, key: str, user: str) -> None:
     """Refuse rigid surfaces of a component, with key `key`, for a `user` that does not support them.
 
     Raises:
-        InputError: there is one; its key.
+        InputError: there is one, or its deck has a rigid element; its key.
     """
+    if name := next((name for name, attachment in mesh.attachments.items() if attachment.kind == "rbe2"), None):
+        raise InputError(f"{key}.geometry: its deck has the rigid element {name}, {user} does not support rigid"
+                         " surfaces; geometry.leave_out leaves it out")  # fmt: skip
     for name, interface in interfaces.items():
         if interface.tie == "rbe2":
             raise InputError(f"{key}.interface.{name}.tie: 'rbe2' given, {user} does not support rigid surfaces")

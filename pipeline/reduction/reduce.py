@@ -29,7 +29,7 @@ from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
 from gudgeon.pipeline.interfaces.point_mass import component_model
 from gudgeon.pipeline.interfaces.points import ContactPoints, surface_coordinates, volume_error
 from gudgeon.pipeline.interfaces.tangential import TangentialRows, rows_across
-from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, tie_of, tie_rows
+from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, rigid_ties, tie_of, tie_rows
 from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too_many, refuse_unresolved, traction_space
 from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import largest_count
@@ -168,6 +168,7 @@ def _assembled(
     model = component_model(mesh, component, scene_key)
     acting = _acting(sites, component, model, rubbed, f"{scene_key}.interface")
     rigid = {key: tie for key, tie in sites.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
+    rigid |= rigid_ties(mesh, rigid)
     return sites, acting, (model, *made_rigid(model, rigid, f"{scene_key}.interface"))
 
 

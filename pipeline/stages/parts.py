@@ -43,7 +43,7 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
     key = f"component.{name}"
     if solid and material is not None:
         mesh_properties = properties = mass_properties(mesh, densities(mesh, material))
-        if component.point_mass:
+        if component.point_mass or mesh.attachments:
             properties = with_point_masses(free_model(mesh, component, key), component, key).properties
     else:
         model = free_model(mesh, component, key)

@@ -11,7 +11,7 @@ from gudgeon.modaldb.format.seal import verify_open
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord, PoseRecord
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface, SystemMatrices, Triangle
+from gudgeon.modaldb.records.mesh import Attachment, MeshRecord, Surface, SystemMatrices, Triangle
 from gudgeon.modaldb.records.modes import (
     GaugeModes,
     InertiaCouplings,
@@ -60,6 +60,7 @@ def mesh() -> MeshRecord:
             "set": Surface(np.array([[3], [7]]), {}, ramp(2, start=1.0), ramp(2, 3)),
         },
         volumes={"core": np.array([0])},
+        attachments={"rbe2_9": Attachment(np.array([0, 1, 2]), ramp(3), "rbe2", 0.25)},
         system=SystemMatrices(
             nodes=np.array([0, 9]),
             directions=np.array([2, 5]),

@@ -13,7 +13,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS
-from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Scope, Source, deck_of, whole
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, PointMass, Scope, Source, deck_of, whole
 
 FORMAT = re.compile(r"\((\d+i\d+)(,\d+i\d+)*(,\d+[eg]\d+\.\d+(e\d+)?)?\)", re.IGNORECASE)
 """Widths of a block's columns, such as (3i9,6e21.13e3)."""
@@ -22,8 +22,9 @@ SOLIDS = (5, 45, 62, 64, 65, 69, 70, 72, 87, 90, 92, 95, 96, 98, 185, 186, 187, 
 """Types of solid elements."""
 DRAWN = (154, 155, 200)
 """Types of elements without mass or stiffness: surface effects and meshes alone."""
-TYPE, NODE_COUNT, LABEL, HEAD = 1, 8, 10, 11
-"""Columns of an element from 0: its type, number of nodes and own number, and the first of its nodes."""
+TYPE, CONSTANTS, NODE_COUNT, LABEL, HEAD = 1, 2, 8, 10, 11
+"""Columns of an element from 0: its type, set of real constants, number of nodes and own number, its first node."""
+MASS21 = 21
 CORNERS = 8
 """Nodes of an element as it is written: eight corners, of which some are repeated, then up to twelve others."""
 DEGENERATE: Mapping[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
@@ -97,7 +98,7 @@ def read_ansys(path: str, scope: Scope) -> Deck:
     blocks = _blocks(archive.rows)
     return deck_of(
         labels, np.concatenate(archive.points), blocks, path, node_sets=archive.node_sets,
-        element_sets=archive.element_sets, omissions=archive.omissions.values(),
+        element_sets=archive.element_sets, masses=archive.masses(), omissions=archive.omissions.values(),
     )  # fmt: skip
 
 
@@ -113,6 +114,9 @@ class _Archive:
         self.element_sets: dict[str, np.ndarray] = {}
         self.omissions: dict[str, Omission] = {}
         self._types: dict[int, tuple[int, str]] = {}
+        self._options: dict[tuple[int, int], int] = {}
+        self._constants: dict[int, list[float]] = {}
+        self._masses: list[tuple[int, int, int, str, Source]] = []
 
     def read(self) -> None:
         """Read all commands."""
@@ -123,20 +127,33 @@ class _Archive:
                 self._add_type(int(words[1]), words[2])
             elif keyword.startswith("ETBLOC"):
                 self._read_types()
+            elif keyword in ("KEYOPT", "KEYOP"):
+                self._add_option(words[1:4])
+            elif keyword == "RLBLOCK":
+                self._read_constants()
             elif keyword == "NBLOCK":
                 self._read_nodes()
             elif keyword == "EBLOCK":
                 self._read_elements("SOLID" in line.upper())
             elif keyword == "CMBLOCK" and len(words) > 3:
                 self._read_component(words)
-            elif keyword in MADE and not "".join(words[1:2]).upper().startswith("R"):
-                raise self.lines.source.error(
-                    f"the command {keyword}; allowed: an archive of CDWRITE in blocked form (NBLOCK, EBLOCK)"
-                )
-            elif keyword in ALTERING:
-                self._omit(keyword, ALTERING[keyword])
-            elif keyword in LOADS:
-                self._omit(keyword, "supports and loads are the scene's", alters=False)
+            else:
+                self._pass_over(keyword, words)
+
+    def _pass_over(self, keyword: str, words: list[str]) -> None:
+        """Take a command that is no node, element or component."""
+        if keyword in MADE and not "".join(words[1:2]).upper().startswith("R"):
+            raise self.lines.source.error(
+                f"the command {keyword}; allowed: an archive of CDWRITE in blocked form (NBLOCK, EBLOCK)"
+            )
+        if keyword in ALTERING:
+            self._omit(keyword, ALTERING[keyword])
+        elif keyword in LOADS:
+            self._omit(keyword, "supports and loads are the scene's", alters=False)
+
+    def _add_option(self, words: list[str]) -> None:
+        if len(words) == 3 and all(word.isdecimal() for word in words):
+            self._options[int(words[0]), int(words[1])] = int(words[2])
 
     def _omit(self, keyword: str, text: str, *, alters: bool = True) -> None:
         self.omissions.setdefault(keyword, Omission(keyword, self.lines.source, text, alters))
@@ -217,9 +234,41 @@ class _Archive:
             type_number, name = self._types.get(row[TYPE], (SOLIDS[0], ""))
             if type_number in SOLIDS:
                 self.rows.append(Row(row[LABEL], type_number, nodes[:count], source))
+            elif type_number == MASS21 and count == 1:
+                self._masses.append((row[TYPE], row[CONSTANTS], nodes[0], name, source))
             elif type_number not in DRAWN:
-                text = "a mass" if type_number == 21 else "elements that are no solids"
-                self.omissions.setdefault(name, Omission(name, source, text))
+                self.omissions.setdefault(name, Omission(name, source, "elements that are no solids"))
+
+    def _read_constants(self) -> None:
+        """Read sets of real constants: number, count and six values in a line, then seven in each."""
+        width, start, real = self._widths()
+        if not real:
+            raise self.lines.source.error("a block of real constants without columns of real numbers")
+        self.lines.following()
+        for line in self.lines:
+            if len(line[:start].split()) != 2 or not line[:start].replace(" ", "").isdigit():
+                self.lines.type_number -= 1
+                break
+            head = self._integers(line[:start], width, 2)
+            text = line[start:].ljust(6 * real)[: 6 * real]
+            while len(text) < real * min(head[1], MOST_CONSTANTS):
+                text += self.lines.following().ljust(7 * real)[: 7 * real]
+            try:
+                fields = [text[k * real : (k + 1) * real].strip() for k in range(min(head[1], MOST_CONSTANTS))]
+                self._constants[head[0]] = [float(field) if field else 0.0 for field in fields]
+            except ValueError:
+                raise self.lines.source.error(f"{line[:60].strip()!r}, expected real constants") from None
+
+    def masses(self) -> list[PointMass]:
+        """Return the elements MASS21 of one mass without inertia; others are left out."""
+        masses = []
+        for type_id, constants_id, node, name, source in self._masses:
+            values, option = self._constants.get(constants_id, []), self._options.get((type_id, 3), 0)
+            if values and (option == 2 or (option == 0 and values[:3] == values[:1] * 3 and not any(values[3:]))):
+                masses.append(PointMass(node, values[0], name, source))
+            else:
+                self.omissions.setdefault(name, Omission(name, source, "a mass by direction or with inertia"))
+        return masses
 
     def _read_component(self, words: list[str]) -> None:
         """Read a component; −b after a means a to b."""
@@ -246,6 +295,8 @@ class _Archive:
             self.element_sets[words[1]] = np.concatenate(members)
 
 
+MOST_CONSTANTS = 100
+"""Real constants of a set that are read."""
 MOST_MEMBERS = 10_000_000
 """Numbers that a range stands for."""
 

@@ -79,6 +79,20 @@ class Coupling(NamedTuple):
     """`rbe2`: the set moves as a rigid body with the node; `rbe3`: the node has the set's mean motion."""
     keyword: str = ""
     """Of the file, such as RBE2."""
+    source: Source | None = None
+    """Where it stands; None of one that is more than `tie` says, such as an RBE3 of unequal weights."""
+
+
+class PointMass(NamedTuple):
+    """A mass without inertia of rotation at a node."""
+
+    node: int
+    """Its label."""
+    mass: float
+    """In the file's unit of mass."""
+    keyword: str
+    """Of the file, such as CONM2."""
+    source: Source
 
 
 class Omission(NamedTuple):
@@ -109,6 +123,7 @@ class Deck:
     element_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Labels of elements by name."""
     couplings: tuple[Coupling, ...] = ()
+    masses: tuple[PointMass, ...] = ()
     dependent: np.ndarray = field(default_factory=lambda: np.empty(0, int))
     """Labels of nodes that equations or couplings express by others: a program may have eliminated them."""
     omissions: tuple[Omission, ...] = ()
@@ -138,6 +153,7 @@ def deck_of(
     side_sets: Mapping[str, np.ndarray] | None = None,
     element_sets: Mapping[str, np.ndarray] | None = None,
     couplings: Sequence[Coupling] = (),
+    masses: Sequence[PointMass] = (),
     dependent: np.ndarray | None = None,
     omissions: Iterable[Omission] = (),
     materials: Sequence[tuple[Source, Mapping[str, float]]] = (),
@@ -160,12 +176,13 @@ def deck_of(
     deck = Deck(
         labels=labels, points=points, blocks=_joined(blocks), node_sets=dict(node_sets or {}),
         side_sets=dict(side_sets or {}), element_sets=dict(element_sets or {}), couplings=tuple(couplings),
-        dependent=np.empty(0, int) if dependent is None else np.unique(dependent), omissions=tuple(omissions),
+        masses=tuple(masses), dependent=np.empty(0, int) if dependent is None else np.unique(dependent),
+        omissions=tuple(o for o in omissions if o.source not in {item.source for item in (*couplings, *masses)}),
         materials=tuple(materials),
     )  # fmt: skip
     for block in deck.blocks:
         _check_elements(deck, block, path)
-    deck.rows(np.array([coupling.reference for coupling in couplings], int), path)
+    deck.rows(np.array([*(c.reference for c in couplings), *(m.node for m in masses)], int), path)
     return deck
 
 

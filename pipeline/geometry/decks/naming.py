@@ -24,17 +24,30 @@ def left_out(deck: Deck, leave_out: Sequence[str], path: str) -> list[str]:
             not in the deck.
     """
     altering = [omission for omission in deck.omissions if omission.alters]
-    have = list(dict.fromkeys(omission.keyword for omission in altering))
+    taken = _taken_over(deck)
+    have = list(dict.fromkeys(omission.keyword for omission in (*altering, *taken)))
+    _refuse_unknown(leave_out, have, path)
+    allowed = {name.casefold() for name in leave_out}
+    if missed := [omission for omission in altering if omission.keyword.casefold() not in allowed]:
+        raise InputError(f"{path}: {_not_taken_over(missed, leave_out, path)}")
+    altering += [omission for omission in taken if omission.keyword.casefold() in allowed]
+    notes = [f"{_where(o, path)}{o.keyword} is left out: {o.text}" for o in altering]
+    return [*notes, *_noted([omission for omission in deck.omissions if not omission.alters])]
+
+
+def _refuse_unknown(leave_out: Sequence[str], have: Sequence[str], path: str) -> None:
+    """Refuse keywords that a deck, which has others, does not have."""
     folded = {name.casefold() for name in have}
     for name in leave_out:
         if name.casefold() not in folded:
             names = ", ".join(have) or "nothing that alters the body"
             raise InputError(f"{path}: geometry.leave_out: '{name}' given, the deck has {names}")
-    allowed = {name.casefold() for name in leave_out}
-    if missed := [omission for omission in altering if omission.keyword.casefold() not in allowed]:
-        raise InputError(f"{path}: {_not_taken_over(missed, leave_out, path)}")
-    notes = [f"{_where(o, path)}{o.keyword} is left out: {o.text}" for o in altering]
-    return [*notes, *_noted([omission for omission in deck.omissions if not omission.alters])]
+
+
+def _taken_over(deck: Deck) -> list[Omission]:
+    """Return the masses and couplings that a body has of a deck, as they are called where it shall not have them."""
+    items = [(item.keyword, item.source) for item in (*deck.couplings, *deck.masses)]
+    return [Omission(keyword, source, "the body has nothing in its place") for keyword, source in items if source]
 
 
 def _noted(silent: Sequence[Omission]) -> list[str]:

@@ -5,7 +5,7 @@ pyyeti, which reads matrices, knows neither INCLUDE nor chains of systems.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 
 import numpy as np
 
@@ -13,7 +13,17 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS
 from gudgeon.pipeline.geometry.decks.axes import Axes, from_z_x
 from gudgeon.pipeline.geometry.decks.bulk import Card, read_cards
-from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Coupling, Deck, Omission, Scope, Source, deck_of
+from gudgeon.pipeline.geometry.decks.model import (
+    MISSING,
+    Block,
+    Coupling,
+    Deck,
+    Omission,
+    PointMass,
+    Scope,
+    Source,
+    deck_of,
+)
 
 HEXA20 = (*range(12), *range(16, 20), *range(12, 16))
 WEDGE15 = (*range(9), *range(12, 15), *range(9, 12))
@@ -71,11 +81,13 @@ def read_nastran(path: str, scope: Scope) -> Deck:
         elif card.text(1).upper().startswith("ELEM"):
             element_sets[name] = members
     couplings, coupled = _rigid_elements(by_name)
+    masses = _masses(by_name)
     dependent = [n for name in coupled if name.startswith("rbe2") for n in coupled[name]]
     node_sets |= {name: np.intersect1d(np.array(m, np.int64), labels) for name, m in coupled.items()}
     return deck_of(
         labels, points, blocks, path, node_sets=node_sets, element_sets=element_sets, couplings=couplings,
-        dependent=np.array(dependent, np.int64), omissions=_omissions(by_name), materials=_materials(by_name),
+        masses=masses, dependent=np.array(dependent, np.int64), materials=_materials(by_name),
+        omissions=_omissions(by_name, {item.source for item in (*couplings, *masses)}),
     )  # fmt: skip
 
 
@@ -186,12 +198,13 @@ def _element(card: Card, choices: Sequence[Choice]) -> tuple[str, list[int]]:
     return cell, [label, *([numbers[k] for k in order] if order else numbers)]
 
 
-def _omissions(by_name: Mapping[str, list[Card]]) -> list[Omission]:
-    """Return what is not taken over, by the card where each kind begins."""
+def _omissions(by_name: Mapping[str, list[Card]], taken: Set[Source | None]) -> list[Omission]:
+    """Return what is not taken over, by the card where each kind begins; `taken` are the lines that are."""
     omissions = []
     structural = {card.integer(0, 0) for name in SHELL_PROPERTIES for card in by_name.get(name, [])}
     for name, cards in by_name.items():
         used = [card for card in cards if card.integer(1, 0) in structural] if name in SHELLS else cards
+        used = [card for card in used if card.source not in taken]
         text = "structural elements" if name in SHELLS else _omitted(name)
         if text and used:
             many = f", {len(used)} cards" if len(used) > 1 else ""
@@ -228,7 +241,7 @@ def _materials(by_name: Mapping[str, list[Card]]) -> list[tuple[Source, dict[str
 def _rigid_elements(by_name: Mapping[str, list[Card]]) -> tuple[list[Coupling], dict[str, list[int]]]:
     """Return RBE2 and RBE3 cards as couplings, and their grid points by names `rbe2_EID` and `rbe3_EID`.
 
-    An RBE2 that does not carry all translations is none; weights of an RBE3 are not read.
+    An RBE2 that does not carry all translations is none.
     """
     couplings, sets = [], {}
     for card in by_name.get("RBE2", []):
@@ -236,14 +249,33 @@ def _rigid_elements(by_name: Mapping[str, list[Card]]) -> tuple[list[Coupling], 
             name = f"rbe2_{card.integer(0)}"
             members = [f for f in card.fields[3:] if "." not in f]
             sets[name] = card._replace(fields=members).listed(0)
-            couplings.append(Coupling(name, name, card.integer(1), "rbe2", "RBE2"))
+            couplings.append(Coupling(name, name, card.integer(1), "rbe2", "RBE2", card.source))
     for card in by_name.get("RBE3", []):
-        name, members, k = f"rbe3_{card.integer(0)}", list[int](), 4
+        name, members, weights, k = f"rbe3_{card.integer(0)}", list[int](), set[tuple[float, str]](), 4
         while k < len(card.fields) and "." in card.text(k):
+            weights.add((card.real(k), card.text(k + 1)))
             k += 2  # A weight and its directions, then the grid points.
             while k < len(card.fields) and (not card.text(k) or card.text(k).isdigit()):
                 members += [card.integer(k)] if card.text(k) else []
                 k += 1
         sets[name] = members
-        couplings.append(Coupling(name, name, card.integer(2), "rbe3", "RBE3"))
+        couplings.append(
+            Coupling(name, name, card.integer(2), "rbe3", "RBE3", card.source if _mean(card, weights) else None)
+        )
     return couplings, sets
+
+
+def _mean(card: Card, weights: Set[tuple[float, str]]) -> bool:
+    """Return whether the point of an RBE3 has the plain mean motion of its grid points, by their translations."""
+    return len(weights) == 1 and all({"1", "2", "3"} <= set(text) for text in (card.text(3), *(t for _, t in weights)))
+
+
+def _masses(by_name: Mapping[str, list[Card]]) -> list[PointMass]:
+    """Return the masses of CONM2 cards without offset and inertia; none where WTMASS scales them."""
+    if any(card.text(0).upper() == "WTMASS" for card in by_name.get("PARAM", [])):
+        return []
+    return [
+        PointMass(card.integer(1), card.real(3), "CONM2", card.source)
+        for card in by_name.get("CONM2", [])
+        if not any(card.real(k) for k in range(2, len(card.fields)) if k != 3 and card.text(k))
+    ]

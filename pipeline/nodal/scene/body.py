@@ -78,7 +78,7 @@ def load_part(job: Job, name: str, field: np.ndarray) -> Part:
     movement = movement_of(component, job.folder, component_name)
     mesh = base if movement is None else moved_mesh(base, movement)
     key = f"component.{component_name}"
-    refuse_rigid(component.interface, f"{job.path}: {key}", "report.full_fe")
+    refuse_rigid(component.interface, mesh, f"{job.path}: {key}", "report.full_fe")
     model = component_model(mesh, component, key)
     settings, properties = job.scene.body[name], model.properties
     Q = np.eye(3) if settings.orientation is None else settings.orientation.matrix()

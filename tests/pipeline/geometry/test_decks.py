@@ -157,15 +157,16 @@ def test_bulk_data_of_nastran(case: str, folder: Path) -> None:
 
 BASE = NODES + "9, 0, 0, 9\n" + SOLID + FOOT
 LEFT: dict[str, tuple[str, str, str]] = {
-    "MASS": ("part.inp", BASE + "*ELEMENT, TYPE=MASS, ELSET=M\n9, 4\n*MASS, ELSET=M\n0.3\n", "line 13: MASS"),
-    "COUPLING": ("part.inp", BASE + "*COUPLING, REF NODE=9, SURFACE=FOOT\n*KINEMATIC\n", "line 11: COUPLING"),
+    "MASS": ("part.inp", BASE + "*ELEMENT, TYPE=MASS, ELSET=M\n9, 4\n*MASS, ELSET=M, TYPE=ANISOTROPIC\n1, 2\n",
+             "line 13: MASS"),
+    "COUPLING": ("part.inp", BASE + "*COUPLING, REF NODE=9, SURFACE=FOOT\n*KINEMATIC\n1, 2\n", "line 11: COUPLING"),
     "EQUATION": ("part.inp", BASE + "*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n", "line 11: EQUATION"),
     "SPRING": ("part.inp", BASE + "*ELEMENT, TYPE=SPRING1, ELSET=S\n9, 4\n*SPRING, ELSET=S\n1\n5\n", "line 13: SPRING"),
     "S3": ("part.inp", BASE + "*ELEMENT, TYPE=S3, ELSET=K\n9, 1, 2, 3\n*SHELL SECTION, ELSET=K\n1.\n", "line 11: S3"),
     "SC8R": ("part.inp", BASE + "*ELEMENT, TYPE=SC8R\n9, 1, 2, 3, 4, 1, 2, 3, 4\n", "line 11: SC8R"),
     "SOLID SECTON": ("part.inp", BASE + "*SOLID SECTON, ELSET=BODY\n", "line 11: SOLID SECTON"),
-    "CONM2": ("part.bdf", BDF["plain"] + "CONM2,5,4,,0.3\n", "line 7: CONM2"),
-    "RBE2": ("part.bdf", BDF["plain"] + "RBE2,5,4,123456,1,2,3\n", "line 7: RBE2"),
+    "CONM2": ("part.bdf", BDF["plain"] + "CONM2,5,4,,0.3,1.\n", "line 7: CONM2"),
+    "RBE2": ("part.bdf", BDF["plain"] + "RBE2,5,4,12,1,2,3\n", "line 7: RBE2"),
     "CQUAD4": ("part.bdf", BDF["plain"] + "PSHELL,9,1,0.1\nCQUAD4,5,9,1,2,3,4\n", "line 8: CQUAD4"),
 }  # fmt: skip
 """What alters a body, by the keyword that leaves it out: file, text, and the words of the line."""

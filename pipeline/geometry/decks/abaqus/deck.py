@@ -255,8 +255,8 @@ def _deck(
     dependent = extras.dependent(node_sets, side_sets, blocks, couplings)
     return deck_of(
         np.array(body.labels, np.int64), points, blocks, path, node_sets=node_sets, side_sets=side_sets,
-        element_sets=element_sets, couplings=couplings, dependent=dependent, omissions=omissions,
-        materials=extras.materials,
+        element_sets=element_sets, couplings=couplings, masses=body.extras.masses(element_sets), dependent=dependent,
+        omissions=omissions, materials=extras.materials,
     )  # fmt: skip
 
 

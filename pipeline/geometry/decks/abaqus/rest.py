@@ -7,7 +7,7 @@ import numpy as np
 
 from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword
 from gudgeon.pipeline.geometry.decks.abaqus.sets import Named, Sets
-from gudgeon.pipeline.geometry.decks.model import Block, Coupling, Omission, Source
+from gudgeon.pipeline.geometry.decks.model import Block, Coupling, Omission, PointMass, Source
 
 ALTERING = {
     "MASS": "a point mass", "ROTARY INERTIA": "a rotary inertia", "NONSTRUCTURAL MASS": "a mass without volume",
@@ -77,9 +77,11 @@ class Rest:
         self._sections: set[str] = set()
         self._step = False
         self._open: Keyword | None = None
-        self._couplings: list[tuple[str, str, str, str, Keyword]] = []
+        self._couplings: list[tuple[Coupling, str, Source]] = []
         self._listed: dict[str, list[str]] = {}
         self._equations: list[str] = []
+        self._mass_nodes: dict[int, int] = {}
+        self._masses: list[Keyword] = []
         self.materials: list[tuple[Source, dict[str, float]]] = []
 
     def take(self, keyword: Keyword) -> None:
@@ -104,6 +106,8 @@ class Rest:
             self._omit(keyword, "is not known here")
         self._material(keyword)
         self._couple(keyword)
+        if name == "MASS" and "TYPE" not in keyword.options and keyword.rows:
+            self._masses.append(keyword)
         if name in SECTIONS or (name == "SOLID SECTION"):
             self._sections.add(keyword.options.get("ELSET", "").casefold())
 
@@ -111,7 +115,10 @@ class Rest:
         """Take elements of a type without cells; return their numbers."""
         if not PROPERTY_DRIVEN.fullmatch(kind):
             self._omit(keyword, f"elements of TYPE={kind}", name=kind)
-        return [row.integers()[0] for row in keyword.rows if row.text[:1].isdigit()]
+        rows = [row.integers() for row in keyword.rows if row.text[:1].isdigit()]
+        if kind == "MASS":
+            self._mass_nodes |= {row[0]: row[1] for row in rows if len(row) > 1}
+        return [row[0] for row in rows]
 
     def faces(self, keyword: Keyword, kind: str) -> None:
         """Take faces or lines, which are structural if a section names their set."""
@@ -127,15 +134,26 @@ class Rest:
         ]
         return [*self._omissions, *structural]
 
+    def masses(self, element_sets: Mapping[str, np.ndarray]) -> list[PointMass]:
+        """Return the masses of elements of TYPE=MASS."""
+        labels = {name.casefold(): members.tolist() for name, members in element_sets.items()}
+        return [
+            PointMass(self._mass_nodes[label], keyword.rows[0].reals()[0], "MASS", keyword.source)
+            for keyword in self._masses
+            for label in labels.get(keyword.option("ELSET").casefold(), [])
+            if label in self._mass_nodes
+        ]
+
     def couplings(self, sets: Sets, flat: bool) -> tuple[list[Coupling], dict[str, list[str]]]:
         """Return couplings whose reference node has a number, and the nodes of those that list them."""
         if not flat:
             return [], {}
         couplings = []
-        for name, surface, reference, tie, keyword in self._couplings:
+        for coupling, reference, source in self._couplings:
             if not reference.isdigit():
-                raise keyword.source.error(f"REF NODE={reference} of '{name}'; allowed: the number of a node")
-            couplings.append(Coupling(name, sets.nodes.spelled(surface), int(reference), tie, keyword.name))
+                raise source.error(f"REF NODE={reference} of '{coupling.name}'; allowed: the number of a node")
+            surface = sets.nodes.spelled(coupling.surface)
+            couplings.append(coupling._replace(surface=surface, reference=int(reference)))
         return couplings, self._listed
 
     def dependent(
@@ -174,22 +192,32 @@ class Rest:
         if name == "COUPLING":
             self._open = keyword
         elif name in ("KINEMATIC", "DISTRIBUTING") and self._open is not None:
-            coupling, self._open = self._open, None
-            surface, reference = coupling.option("SURFACE"), coupling.option("REF NODE")
-            label = coupling.options.get("CONSTRAINT NAME", surface)
-            if name == "DISTRIBUTING" or _whole(keyword):
-                tie = "rbe2" if name == "KINEMATIC" else "rbe3"
-                self._couplings.append((label, surface, reference, tie, coupling))
+            self._close(keyword, self._open)
         elif name == "RIGID BODY":
             members = options.get("NSET") or options.get("TIE NSET") or options.get("ELSET")
             if members is not None and "REF NODE" in options:
-                self._couplings.append((members, members, options["REF NODE"], "rbe2", keyword))
+                self._lead(members, members, options["REF NODE"], "rbe2", keyword)
         elif name == "KINEMATIC COUPLING":
             label = f"rbe2_{keyword.option('REF NODE')}"
             self._listed[label] = [row.words()[0] for row in keyword.rows]
-            self._couplings.append((label, label, options["REF NODE"], "rbe2", keyword))
+            self._lead(label, label, options["REF NODE"], "rbe2", keyword, plain=_complete(keyword))
         elif name == "EQUATION":
             self._equations += _dependent(keyword)
+
+    def _close(self, keyword: Keyword, coupling: Keyword) -> None:
+        """Take a coupling with the keyword of its kind."""
+        self._open = None
+        surface, reference = coupling.option("SURFACE"), coupling.option("REF NODE")
+        label = coupling.options.get("CONSTRAINT NAME", surface)
+        if keyword.name == "DISTRIBUTING" or _whole(keyword):
+            tie = "rbe2" if keyword.name == "KINEMATIC" else "rbe3"
+            even = keyword.options.get("WEIGHTING METHOD", "UNIFORM").upper() == "UNIFORM"
+            plain = even and _whole(keyword) and "INFLUENCE RADIUS" not in coupling.options
+            self._lead(label, surface, reference, tie, coupling, plain=plain)
+
+    def _lead(self, name: str, surface: str, reference: str, tie: str, keyword: Keyword, *, plain: bool = True) -> None:
+        source = keyword.source if plain else None
+        self._couplings.append((Coupling(name, surface, 0, tie, keyword.name, source), reference, keyword.source))
 
 
 def joined(rests: Sequence[Rest]) -> Rest:
@@ -227,6 +255,11 @@ def _whole(keyword: Keyword) -> bool:
         ends = [int(word) for word in row.words() if word.isdigit()]
         carried |= set(range(ends[0], min(ends[-1], 6) + 1)) if ends else set()
     return not keyword.rows or carried >= set(range(1, DIRECTIONS + 1))
+
+
+def _complete(keyword: Keyword) -> bool:
+    """Return whether all lines of nodes and directions, `TOP, 1, 3`, carry all translations, which is the default."""
+    return all(words[1:] in ([], ["1", "3"], ["1", "6"]) for words in (row.words() for row in keyword.rows))
 
 
 def _dependent(keyword: Keyword) -> list[str]:
