@@ -100,8 +100,8 @@ class Pairs:
             self.blocks(table), self.blocks(self.turned(table)), strict=True
         ):
             span = slice(ports.start, ports.stop)
-            differs = np.asarray(~(np.abs(values - transposed) <= ROUND_OFF * np.outer(scale[span], scale[columns])))
-            if differs[some[span]].any(axis=0)[some[columns]].any():
+            differs = ~(np.abs(values - transposed) <= ROUND_OFF * np.outer(scale[span], scale[columns]))
+            if differs[some[span]][:, some[columns]].any():
                 return False
         return True
 
