@@ -20,6 +20,7 @@ import gudgeon
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.scenes.fit import dropped_loads
 from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.keys.sources import RECORDS, code_digests
 from gudgeon.pipeline.stages.run import run_job
@@ -41,6 +42,8 @@ MINUTES = 40.0
 """Wall time after which no further row is begun."""
 QUANTITIES = {"impulse": 5e-3, "force_peak": 1e-2}
 """Quantities of a contact that are compared, with the largest accepted relative difference."""
+GRAVITIES = ((0.0, 0.0, -9.81), (-9.81, 0.0, 0.0), (0.0, -9.81, 0.0))
+"""Those that a scene without gravity is tried with: the first that acts where all its bodies move [m/s^2]."""
 Settings = dict[str, Any]
 Row = dict[str, Any]
 
@@ -49,12 +52,19 @@ class TooLong(Exception):
     """A run took longer than `LIMIT`."""
 
 
+def _acts(scene: Any, gravity: tuple[float, float, float]) -> bool:
+    """Return whether gravity acts where the bodies of a scene move."""
+    return not dropped_loads(scene.model_copy(update={"run": scene.run.model_copy(update={"gravity": gravity})}))
+
+
 def neighbours(job: Any) -> Iterator[tuple[str, Settings]]:
     """Yield the variants of a scene that are compared, by name, as overrides."""
     run, bodies = job.scene.run, job.scene.body
     yield "as it is", {}
-    off = any(run.gravity)
-    yield "without gravity" if off else "gravity", {"run.gravity": [0.0, 0.0, 0.0] if off else [0.0, 0.0, -9.81]}
+    if any(run.gravity):
+        yield "without gravity", {"run.gravity": [0.0, 0.0, 0.0]}
+    else:
+        yield from [("gravity", {"run.gravity": list(g)}) for g in GRAVITIES if _acts(job.scene, g)][:1]
     damped = [name for name, body in bodies.items() if body.damping is not None]
     if damped:
         yield "damping 0", {f"body.{name}.damping": "unset" for name in damped}
