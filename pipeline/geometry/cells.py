@@ -164,10 +164,6 @@ FLAT = {
 """Flat triangles that make up a facet."""
 GMSH_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 """gmsh numbers the last two edges of a tet10 the other way round."""
-MIRRORED_TETRA = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
-MIRRORED_TRIANGLE = [0, 2, 1, 5, 4, 3]
-
-
 MIRRORED_CORNERS = {
     TRIANGLE: [0, 2, 1], QUADRANGLE: [0, 3, 2, 1], TETRAHEDRON: [0, 2, 1, 3], HEXAHEDRON: [0, 3, 2, 1, 4, 7, 6, 5],
     WEDGE: [0, 2, 1, 3, 5, 4], PYRAMID: [0, 3, 2, 1, 4],
@@ -336,7 +332,7 @@ def turned(nodes: np.ndarray, triangles: np.ndarray, normal: np.ndarray) -> np.n
     """Return six-node triangles (f, 6) whose corners run about `normal` (3,) by the right hand."""
     a, b, c = np.moveaxis(nodes[triangles[:, :3]], 1, 0)
     against = np.cross(b - a, c - a) @ normal < 0
-    return np.where(against[:, None], triangles[:, MIRRORED_TRIANGLE], triangles)
+    return np.where(against[:, None], triangles[:, mirrored(TRIANGLE6)], triangles)
 
 
 def boundary_facets(blocks: Sequence[Block], path: str) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import GMSH_ORDER, HEXAHEDRON20, TETRA10, Cell
+from gudgeon.pipeline.geometry.cells import GMSH_ORDER, HEXAHEDRON20, TETRA10, Cell, mirrored
 from gudgeon.pipeline.geometry.cells import Block as Rows
 from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Deck
 
@@ -60,11 +60,11 @@ def solid_of(deck: Deck, points: np.ndarray, path: str) -> Solid:
     blocks: list[Rows] = []
     notes: list[str] = []
     formulations: dict[str, list[np.ndarray]] = {}
-    start, mirrored = 0, 0
+    start, inside_out = 0, 0
     for block, nodes in zip(solids, full, strict=True):
         nodes = _arranged(block, nodes, points, path)
         nodes, turned = _righted(block.cell, nodes, points)
-        mirrored += turned
+        inside_out += turned
         _refuse_folded(block, nodes, points, path)
         keep = np.sort(np.unique(np.sort(nodes[:, : block.cell.shape.corners], axis=1), axis=0, return_index=True)[1])
         nodes = nodes[keep]
@@ -76,8 +76,8 @@ def solid_of(deck: Deck, points: np.ndarray, path: str) -> Solid:
         if block.kind in PLAIN and block.cell.name != "tetra":
             notes.append(f"{block.kind}: elements are computed in full, without {PLAIN[block.kind]}")
         blocks.append(Rows(block.cell, rows, nodes))
-    if mirrored:
-        notes.append(f"{mirrored} of {start} elements were numbered the other way round (negative volume): put right")
+    if inside_out:
+        notes.append(f"{inside_out} of {start} elements were numbered the other way round (negative volume): put right")
     joined = {name: np.concatenate(rows) for name, rows in formulations.items()}
     return Solid(points, len(deck.labels), tuple(blocks), joined, tuple(notes))
 
@@ -190,21 +190,6 @@ def _arranged(block: Block, nodes: np.ndarray, points: np.ndarray, path: str) ->
 
 
 @cache
-def _mirror(cell: Cell) -> list[int]:
-    """Return the order of nodes that turns a cell inside out."""
-    shape = cell.shape
-    swap = {4: [0, 2, 1, 3], 5: [0, 3, 2, 1, 4], 6: [0, 2, 1, 3, 5, 4], 8: [0, 3, 2, 1, 4, 7, 6, 5]}[shape.corners]
-    order = list(swap)
-    if cell.quadratic:
-        node_rows = {frozenset(ends): shape.corners + k for k, ends in enumerate(shape.edges.tolist())}
-        order += [node_rows[frozenset((swap[a], swap[b]))] for a, b in shape.edges.tolist()]
-    start = len(order)
-    sides = [frozenset(shape.sides[k]) for k in cell.centred]
-    order += [start + sides.index(frozenset(swap[c] for c in side)) for side in sides]
-    return [*order, *range(len(order), cell.nodes)]
-
-
-@cache
 def _around(cell: Cell) -> list[tuple[int, int, int, int]]:
     """Return each corner with three edges and the corners at their ends, right-handed, from the outward sides."""
     follows: dict[int, dict[int, int]] = {}
@@ -229,7 +214,7 @@ def _righted(cell: Cell, nodes: np.ndarray, points: np.ndarray) -> tuple[np.ndar
         for k in range(len(side)):
             volume += np.einsum("ei,ei->e", np.cross(corners[:, k - 1], corners[:, k]), middle)
     inside_out = volume < 0
-    return np.where(inside_out[:, None], nodes[:, _mirror(cell)], nodes), int(inside_out.sum())
+    return np.where(inside_out[:, None], nodes[:, mirrored(cell)], nodes), int(inside_out.sum())
 
 
 def _refuse_folded(block: Block, nodes: np.ndarray, points: np.ndarray, path: str) -> None:
