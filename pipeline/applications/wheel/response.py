@@ -70,7 +70,7 @@ def sector_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str) -
     """
     key = f"component.{wheel.component}"
     if not cell_of(mesh).solid:
-        raise InputError(f"{key}.geometry: '{component.geometry.kind}' given; a wheel needs a sector of tet10")
+        raise InputError(f"{key}.geometry: '{component.geometry.kind}' given; a wheel needs a solid sector")
     refuse_rigid(component.interface, mesh, key, "a wheel")
     if mesh.attachments:
         raise InputError(f"{key}.geometry: its deck has {', '.join(mesh.attachments)}, a wheel has no point masses;"

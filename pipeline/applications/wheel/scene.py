@@ -149,8 +149,8 @@ class WheelFile(Strict):
         return next(iter(self.wheel.items()))
 
 
-UNREAD = ("interface", "gauge", "modes", "change")
-"""Tables of a component that a wheel does not read."""
+READ = ("geometry", "material", "mesh", "supports")
+"""Keys of a component that a wheel reads."""
 
 
 def wrong_names(scene: WheelFile) -> list[str]:
@@ -162,8 +162,8 @@ def wrong_names(scene: WheelFile) -> list[str]:
     component = scene.component[wheel.component]
     lines = [
         f"component.{wheel.component}.{key}: given; a wheel reads geometry, material, mesh and supports only"
-        for key in UNREAD
-        if key in component.model_fields_set
+        for key in type(component).model_fields
+        if key in component.model_fields_set and key not in READ
     ]
     made = getattr(component.geometry, "sectors", sectors)
     if made != sectors:

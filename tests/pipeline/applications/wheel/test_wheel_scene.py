@@ -278,6 +278,7 @@ WRONG: list[tuple[list[str], str]] = [
     (["wheel.disk.interface={kept='all', interface_count=2}"], "interface_count 2 given; kept = 'all' leaves"),
     (["report.choices.x={kept=['top']}"], "report.choices.x.kept: the geometry has no surface 'top'"),
     (["component.sector.modes.normal_count=3"], "component.sector.modes: given; a wheel reads geometry, material"),
+    (["component.sector.point_mass.tip={surface='tip', mass=0.1}"], "sector.point_mass: given; a wheel reads"),
     (["component.sector.geometry.sectors=unset", "component.sector.geometry={kind='box', lx=1, ly=1, lz=1}",
       "wheel.disk.low=left", "wheel.disk.high=right",
       "wheel.disk.response.surface=top", 'report.choices="unset"'], "blade_radius: is missing; geometry 'box' has"),
