@@ -20,6 +20,7 @@ from gudgeon.pipeline.applications.wear.profile import write_table
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.geometry.surfaces import cylindrical
 from gudgeon.pipeline.interfaces.point_mass import component_model
+from gudgeon.pipeline.interfaces.tie import refuse_rigid
 from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.stages.folder import held
 from gudgeon.solver.joints.clearance import Clearance
@@ -41,12 +42,16 @@ def compliance_change(job: Any, name: str, joint: Clearance, depths: np.ndarray)
     """Return the largest relative change of the compliance of a joint's bush by worn depths, (cells,).
 
     The mesh and the modes of the bush are in the database.
+
+    Raises:
+        InputError: a surface of the bush is rigid.
     """
     bearing, key = joint.bearing, f"joint.{name}.bearing"
     assert bearing is not None
     assert bearing.component is not None
     assert bearing.interface is not None
     component, mesh = job.scene.component[bearing.component], job.record(bearing.component, "mesh")
+    refuse_rigid(component.interface, mesh, f"{job.path}: component.{bearing.component}", "the wear of a bearing")
     face = job.record(bearing.component).interfaces[bearing.interface]
     across, radius = frame_along(joint.axes[1])[:, :2], joint.radius + joint.clearance
     off, nodes = cKDTree(mesh.nodes).query(face.points)

@@ -1,13 +1,16 @@
 """What wear changes of a bush's compliance, estimated and computed again: against Lamé's ring of another radius."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from gudgeon.modaldb.records.mesh import Attachment
 from gudgeon.pipeline.applications.wear.bush import compliance_change, moved_nodes, worn_profile
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
@@ -18,6 +21,7 @@ from gudgeon.pipeline.stages.run import solve_records
 from gudgeon.solver.vectors import frame_along
 from tests.pipeline.applications.wear.test_cycles import GAP, LENGTH, RADIUS, SHAFT
 from tests.pipeline.applications.wear.test_elastic_bearing import AROUND, AT_REST, NU, E, opened, written
+from tests.pipeline.blocks import block
 
 BORE, OUTER = RADIUS + GAP, 0.02
 
@@ -43,6 +47,16 @@ def test_even_wear_changes_the_bush_as_another_radius_does(tmp_path: Path) -> No
     largest = compliance_change(job, "pin", joint, np.full(AROUND, depth))
     assert found <= largest < 4 * found
     assert compliance_change(job, "pin", joint, np.full(AROUND, 10 * depth)) == pytest.approx(10 * largest, rel=1e-4)
+
+
+def test_a_bush_with_a_rigid_surface_does_not_wear(tmp_path: Path) -> None:
+    """Its compliance is that of the modes, in which the surface is rigid, and not that of the elements alone."""
+    attachment = Attachment(np.arange(3), np.zeros(3), "rbe2", 0.0)
+    mesh = replace(block((0.01, 0.01, 0.01), (1, 1, 1)).mesh, attachments={"rbe2_9": attachment})
+    job = opened(tmp_path)
+    rigid = SimpleNamespace(path=job.path, scene=job.scene, record=lambda component, kind="modes": mesh)
+    with pytest.raises(InputError, match=r"component\.bush\.geometry: its deck has the rigid element rbe2_9, the wear"):
+        compliance_change(rigid, "pin", job.scene.joint["pin"], np.full(AROUND, 2e-6))
 
 
 def test_nodes_of_the_bore_move_by_the_depth() -> None:
