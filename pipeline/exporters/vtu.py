@@ -54,9 +54,9 @@ class BodyRecords(NamedTuple):
 def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory, body: str, every: int) -> list[Path]:
     """Write frames of one body as `frame_000.vtu`, … and their times as `frames.pvd`; return these files.
 
-    Each file has the undeformed design where it stands in the scene, with `displacement` [m], `velocity` [m/s],
-    `contact_pressure` [Pa], on lines and rigid bodies `contact_force` [N], of the contacts that name the body as their
-    `body`, zero except at contact points, `body_id`, and `stress` (xx, yy, zz, xy, yz, zx) and
+    Each file has the undeformed design where it stands in the scene, with `displacement` [m], `velocity` [m/s] of the
+    kept coordinates alone, `contact_pressure` [Pa], on lines and rigid bodies `contact_force` [N], of the contacts that
+    name the body as their `body`, zero except at contact points, `body_id`, and `stress` (xx, yy, zz, xy, yz, zx) and
     `von_mises` [Pa] where gauges record them, NaN elsewhere. Every `every`-th frame is written; a file has the number
     of its frame.
 
