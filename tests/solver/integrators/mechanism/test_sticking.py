@@ -8,6 +8,9 @@ import pytest
 from pydantic import ValidationError
 
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.integrators.mechanism.arrays import DEFLECTION, PLACE, pushes_of
+from gudgeon.solver.integrators.mechanism.integrator import Mechanism
+from gudgeon.solver.integrators.mechanism.touching.log import LOOKS, Event
 from tests.solver.integrators.mechanism.scenes import DOWN, MASS, moved, solved, system_of
 from tests.solver.integrators.mechanism.test_contacts import MIDDLE, contact, value
 from tests.solver.integrators.mechanism.test_ground import BORE, FLOOR, TUMBLING, soft, struck
@@ -76,6 +79,29 @@ def test_a_block_thrown_along_the_floor_stops_and_stays(degrees: float, tmp_path
     assert np.abs(drift[:2]).max() < 1e-5 * way
     assert value(found, "friction_work") == pytest.approx(0.5 * MASS * speed**2, rel=1e-3)
     assert found.energy_drift < 1e-6
+
+
+def test_a_section_turns_once_at_one_time(tmp_path: Path) -> None:
+    """A spring at the limit of friction that is stretched on: round-off of the limit is no second turn."""
+    system = system_of(tmp_path, {"part": {"points": MIDDLE}}, {}, contact=rubbing(0.4), run={"duration": 1.0})
+    mechanism = Mechanism(system, 0.1)
+    touching, state, time, size = mechanism.touching, mechanism.steps.state.copy(), 0.5, 1e-3
+    state[PLACE + 2] = -1e-5
+    touching.begin(state)
+    mechanism.work.slipping[0] = True
+    pushes_of(state, 1)[0, DEFLECTION : DEFLECTION + 2] = 1e-9, 0.0
+    touching.switch(Event(time, 0, turns=True), state)
+    assert not mechanism.work.slipping[0]
+
+    def stretched(later: float) -> np.ndarray:
+        after = state.copy()
+        pushes_of(after, 1)[0, DEFLECTION : DEFLECTION + 2] *= 1.0 - 1e-12 + (later - time) / size
+        return after
+
+    event = touching.first(stretched, time, time + size)
+    assert event is not None
+    assert event.turns
+    assert event.time == pytest.approx(time + size / LOOKS, rel=1e-15)
 
 
 def test_a_ball_that_strikes_at_a_slant_slips(tmp_path: Path) -> None:
