@@ -14,7 +14,6 @@ namespace gudgeon::explicitly {
 constexpr double GAP_TOLERANCE = 1e-12;  /* Violation of a gap, over the largest overlap without forces. */
 constexpr Index WIDE = 16;               /* Contact rows from which gaps are summed column by column. */
 constexpr Index SINGULAR_AT = 3;         /* Entry of `State::counts`. */
-enum Part { KINETIC, STRAIN, CONTACT, DISSIPATED };
 
 /* Constants of a run. Shapes: m coordinates, c contact rows, r rigid coordinates. */
 struct Constants {

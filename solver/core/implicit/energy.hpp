@@ -5,8 +5,6 @@
 
 namespace gudgeon::implicit {
 
-enum Part { KINETIC, STRAIN, CONTACT, DISSIPATED, WORK };
-
 /* Relax the rows of one contact; returns the energy that their damping took [J]. */
 inline double relax_rows(const Points& points, const Loads& loads, Index first, Index last) noexcept {
     const auto rows_of = [&](auto view) { return view.slice(first, last); };
@@ -140,9 +138,7 @@ inline void balance(const Arrays& arrays, double held) noexcept {
     parts[KINETIC] = 0.5 * kinetic, parts[STRAIN] = 0.5 * (strain + held), parts[CONTACT] = 0.5 * layer;
     parts[DISSIPATED] += lost;
     parts[WORK] += work;
-    const double error =
-        parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY];
-    extreme[ENERGY_ERROR] = larger(extreme[ENERGY_ERROR], std::abs(error));
+    note_energies(parts, extreme);
 }
 
 /* Add the contacts' work [J] in the step on each rigid coordinate and on all, and update the largest exchange. */

@@ -5,6 +5,8 @@
 
 namespace gudgeon {
 
+/* Energies of a run that are kept [J]; loops without loads have no `WORK`. */
+enum Part { KINETIC, STRAIN, CONTACT, DISSIPATED, WORK };
 enum Extreme { START_ENERGY, ENERGY_ERROR, EXCHANGED, DEEPEST };
 enum Count { ACTIVE, CONTACT_STEPS, PIVOTS };
 
@@ -65,6 +67,13 @@ inline void keep_peaks(const Peaks& peaks, CMat forces, Index sample, CVec q, CV
         copy(multipliers, peaks.multipliers[k]);
         copy(functions, peaks.functions[k]);
     }
+}
+
+/* Update the largest error of the balance [J] of a run by its energies `Part` [J], (5,). */
+inline void note_energies(CVec parts, Vec extreme) noexcept {
+    const double error =
+        parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY];
+    extreme[ENERGY_ERROR] = larger(extreme[ENERGY_ERROR], std::abs(error));
 }
 
 /* Update the largest exchange [J] of a run.

@@ -7,8 +7,6 @@
 
 namespace gudgeon::small {
 
-enum Energy { KINETIC, STRAIN, CONTACT, DISSIPATED, WORK };
-
 /* Displacement of a port in the step [m]. */
 inline double step_of(const State& state, Index i) noexcept {
     return state.displacement(0, i) - state.displacement(1, i);
@@ -218,15 +216,13 @@ inline Motion motion_energy(const Constants& constants, const State& state) noex
  *
  * stored: by residual flexibility, springs and fields [J]. */
 inline void balance_motion(const Constants& constants, const State& state, double stored) noexcept {
-    const Vec parts = state.parts, extreme = state.extreme;
+    const Vec parts = state.parts;
     const auto [kinetic, strain, work, lost] = motion_energy(constants, state);
     parts[KINETIC] = 0.5 * kinetic;
     parts[STRAIN] = 0.5 * strain + stored;
     parts[DISSIPATED] += lost;
     parts[WORK] += work;
-    const double error =
-        parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY];
-    extreme[ENERGY_ERROR] = larger(extreme[ENERGY_ERROR], std::abs(error));
+    note_energies(parts, state.extreme);
 }
 
 /* Set the energies [J] at the end of the step, and update the largest error of their balance. */
