@@ -95,7 +95,6 @@ inline void set_wave_slope(const Model& model, const Work& work, const Waves& wa
             out[q + k] = root.imag() * slope;
         }
     }
-    waves.counts[0] += 1;
 }
 
 /* Set displacement and momentum of a mode by z. */

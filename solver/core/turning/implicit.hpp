@@ -30,7 +30,6 @@ inline void set_stages(const Model& model, const Work& work, const Newton& newto
         set_stage(model, work, state, course.given[1 + i], course.amounts[1 + i], newton.slopes[i]);
         copy(work.right, newton.lacks[i]);
     }
-    newton.counts[0] += newton.stages.size();
 }
 
 /* The larger part of a complex number. */

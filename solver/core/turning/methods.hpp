@@ -241,7 +241,7 @@ private:
         w.push = arrays.make<Complexes<2>>(n, 6 + e), w.moved = arrays.make<Complexes<2>>(n, 6 + e);
         w.lack = arrays.make<Complexes<1>>(m), w.multiplier = arrays.make<Complexes<1>>(m);
         w.spare = arrays.make<Complexes<1>>(m);
-        w.rate = arrays.make<Vec>(1), w.energy = arrays.make<Vec>(1), w.counts = arrays.make<Ints>(1);
+        w.rate = arrays.make<Vec>(1), w.energy = arrays.make<Vec>(1);
         w.rate[0] = 0.5;
         return w;
     }
@@ -316,7 +316,7 @@ private:
         w.missed = arrays.make<Complexes<2>>(n, e), w.series = arrays.make<Complexes<1>>(s + 2);
         w.slopes = arrays.make<Mat>(1 + s, size), w.states = arrays.make<Mat>(s, size);
         w.other = arrays.make<Vec>(size), w.apart = arrays.make<Vec>(size);
-        w.rate = arrays.make<Vec>(1), w.energy = arrays.make<Vec>(1), w.counts = arrays.make<Ints>(1);
+        w.rate = arrays.make<Vec>(1), w.energy = arrays.make<Vec>(1);
         w.rate[0] = 0.1;
         return w;
     }

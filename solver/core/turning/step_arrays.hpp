@@ -93,7 +93,6 @@ struct Newton {
     Complexes<1> multiplier, spare; /* (m,) */
     Vec rate;           /* Ratio of changes of Newton's method in the last step that needed more than one, (1,). */
     Vec energy;         /* Kinetic, at the start [J], (1,). */
-    Ints counts;        /* Stages computed, (1,). */
 };
 
 /* Coefficients of an exponential step. Slopes are interpolated by l_l, the polynomials that are 1 at one node alone. */
@@ -143,7 +142,6 @@ struct Waves {
     Complexes<1> series; /* phi_k(z) up to k = s + 1, (s + 2,). */
     Vec rate;           /* Ratio of changes in the last step that needed more than one, (1,). */
     Vec energy;         /* Kinetic, at the start [J], (1,). */
-    Ints counts;        /* Stages computed, (1,). */
 };
 
 /* Coefficients of collocation at the points of Lobatto, `mechanism/tables.py`. */
