@@ -100,6 +100,9 @@ nb::tuple yielding_depth_of(nb::handle arrays, Index section, double x, double y
     return nb::make_tuple(depth.depth, depth.x, depth.y);
 }
 
+/* Steps after which Python hears signals, as Ctrl-C. */
+constexpr Index AT_A_TIME = 100;
+
 class TurningSteps {
 public:
     TurningSteps(nb::object model, nb::object work, nb::object settings, nb::list drives, nb::list loads,
@@ -119,8 +122,14 @@ public:
     }
 
     Index advance(double time) {
-        nb::gil_scoped_release released;
-        return Index(steps_->advance(time));
+        const auto march = [&] {
+            nb::gil_scoped_release released;
+            return steps_->advance(time, AT_A_TIME);
+        };
+        Stop stop;
+        while ((stop = march()) == Stop::underway)
+            if (PyErr_CheckSignals()) throw nb::python_error();
+        return Index(stop);
     }
     bool take(double time) {
         nb::gil_scoped_release released;

@@ -30,8 +30,8 @@ inline constexpr double LONGEST = 1.4;
 /* Rotation of a bushing above which it is not defined: near a half turn [rad]. */
 inline constexpr double WIDEST = 3.0;
 
-/* Why steps end. */
-enum class Stop : Index { reached, stuck, half_turn };
+/* Why steps end; `underway` where so many were taken as were asked for. */
+enum class Stop : Index { reached, stuck, half_turn, underway };
 
 /* Whether a step that is taken, whose end is set, passes a position in which joints depend on each other; it may throw.
  * near: whether it may.  higher: whether pivots grew. */
@@ -79,9 +79,10 @@ public:
     }
     Steps(const Steps&) = delete;
 
-    /* Take steps up to a time [s]. */
-    Stop advance(double target) {
-        while (time_ < target * (1 - 1e-14)) {
+    /* Take steps up to a time [s], and so many at most. */
+    Stop advance(double target, Index most) {
+        for (; time_ < target * (1 - 1e-14); --most) {
+            if (!most) return Stop::underway;
             if (!take(target)) return Stop::stuck;
             if (!accept()) return Stop::half_turn;
         }

@@ -1,11 +1,13 @@
 """Given steps of bodies that turn: their estimated errors, beside runs whose accuracy sets the steps."""
 
+import signal
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from gudgeon.solver.integrators.mechanism.integrator import Mechanism
 from gudgeon.solver.integrators.steps import plan_run
 from tests.solver.integrators.mechanism.scenes import DOWN, hinge, solved, system_of
 from tests.solver.integrators.mechanism.test_contacts import MIDDLE, SPRING, contact, value
@@ -56,3 +58,23 @@ def test_half_of_a_step(tmp_path: Path) -> None:
     plan = plan_run(system_of(tmp_path, {"part": body}, {}, contact={"floor": contact(STIFF)}, run=run))
     assert (plan.step, plan.halved(100).step) == (2e-4, 1e-4)
     assert plan.halved(100).schedule == plan.schedule
+
+
+def test_a_signal_is_heard_between_samples(tmp_path: Path) -> None:
+    """Ctrl-C ends a run of millions of steps whose next sample is far away."""
+    pin = hinge("revolute", at=[-0.5, 0.0, 0.0], axis=[0.0, 1.0, 0.0])
+    system = system_of(tmp_path, {"part": {"position": [0.5, 0.0, 0.0]}}, {"pin": pin}, run={"duration": 1.0})
+    steps = Mechanism(system, 1.0, fixed_step=1e-6).steps
+
+    def interrupt(number: int, frame: Any) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGVTALRM, interrupt)
+    try:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.05)
+        with pytest.raises(KeyboardInterrupt):
+            steps.advance(1.0)
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)
+    assert 0.0 < steps.time < 0.5
