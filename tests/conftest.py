@@ -1,5 +1,5 @@
-"""Long validations: `make test` runs a share of them that follows from the commit, `make validate` all of them. And
-records that tests share."""
+"""Long validations: `make test` runs a share of them that follows from the commit, `make validate` all of them. Tests
+of the checked core, which `make checked` runs. And records that tests share."""
 
 import hashlib
 import math
@@ -15,6 +15,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 MARK = "validation"
 OWN_RECORDS = "own_records"
+CHECKED = "checked"
 RUNNING = pytest.StashKey[pytest.Item]()
 """The test that runs."""
 START = pytest.StashKey[float]()
@@ -42,16 +43,20 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Name the mark, and keep what validations find; of several processes, in the one that collects reports."""
     config.addinivalue_line("markers", f"{MARK}: takes 10 s of CPU time or more, and runs in full by `make validate`")
+    config.addinivalue_line("markers", f"{CHECKED}: needs the core with checked indices, as `make checked` runs it")
     config.addinivalue_line("markers", f"{OWN_RECORDS}: computes all its records, see tests/shared.py")
     if not hasattr(config, "workerinput"):
         config.pluginmanager.register(Found(config), "found by validations")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out the validations of all files but a share, which follows from the commit.
+    """Leave out the validations of all files but a share, which follows from the commit, and tests of a core that does
+    not run.
 
     Tests of one file go together, since they share what takes long.
     """
+    if os.environ.get("GUDGEON_CORE") != "checked":
+        leave_out(config, items, [item for item in items if item.get_closest_marker(CHECKED)])
     share = config.getoption("--validation-share")
     long = {item: item.nodeid.partition("::")[0] for item in items if item.get_closest_marker(MARK)}
     if share >= 1.0 or not long:
@@ -59,7 +64,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     seed, files = commit(), sorted(set(long.values()))
     files.sort(key=lambda file: hashlib.sha256(f"{seed} {file}".encode()).digest())
     chosen = files[: math.ceil(share * len(files))]
-    left_out = [item for item, file in long.items() if file not in chosen]
+    leave_out(config, items, [item for item, file in long.items() if file not in chosen])
+
+
+def leave_out(config: pytest.Config, items: list[pytest.Item], left_out: list[pytest.Item]) -> None:
+    """Take tests out of those that run."""
     config.hook.pytest_deselected(items=left_out)
     items[:] = [item for item in items if item not in left_out]
 

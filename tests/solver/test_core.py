@@ -34,7 +34,12 @@ def test_every_view_of_a_table_has_a_shape(source: Path) -> None:
         assert views - {entry.split()[0] for entry in entries} == set(), table
 
 
-@pytest.mark.skipif(not core.module.checked, reason="the checked core compares shapes: make checked")
+@pytest.mark.checked
+def test_core_that_runs_is_the_checked_one() -> None:
+    assert core.module.checked
+
+
+@pytest.mark.checked
 def test_array_of_another_length_is_refused_by_name() -> None:
     basis, out = np.zeros((9, 64)), np.zeros((1, 8))
     fields = CoEnergies(np.zeros((2, 21), int), np.zeros((1, 8)), np.zeros(4))

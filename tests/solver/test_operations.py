@@ -24,7 +24,7 @@ from tests.solver import systems
 from tests.solver.integrators.mechanism.flexible_scenes import cloud_system
 from tests.solver.scenes_counted import Case, families
 
-pytestmark = pytest.mark.skipif(not core.module.checked, reason="the checked core counts: make checked")
+pytestmark = pytest.mark.checked
 
 FAMILIES = families()
 HOME = str(Path(solver.__file__).parent)
