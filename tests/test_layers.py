@@ -95,6 +95,7 @@ IMPORTED_FROM: dict[str, tuple[str, ...]] = {
 """Who of the pipeline may import applications and these rooms of the solver; the light ones of it are free."""
 
 HOMES: dict[str, tuple[str, ...]] = {
+    "_baseline": ("solver/core/__init__.py",),
     "h5py": ("modaldb/*", "pipeline/geometry/decks/exodus.py"),
     "h5pyd": ("modaldb/stores/hsds.py",),
     "gmsh": ("pipeline/geometry/*",),
@@ -135,7 +136,7 @@ HOMES: dict[str, tuple[str, ...]] = {
 }
 """Where a library may be imported, as patterns of paths."""
 
-SOLVER_MAY_USE = ("gudgeon", "numpy", "scipy", "pydantic")
+SOLVER_MAY_USE = ("gudgeon", "numpy", "scipy", "pydantic", "_baseline")
 HEAVY = ("gmsh", "skfem", "meshio", "pyvista", "vtk", "matplotlib", "imageio")
 LIGHT_COMMANDS_LACK = ("gmsh", "skfem", "pyvista", "scipy")
 

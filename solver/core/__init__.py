@@ -8,7 +8,7 @@ import importlib
 import os
 import platform
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gudgeon.solver.errors import SolverError
 
@@ -34,8 +34,10 @@ def _module() -> tuple[str, Any]:
 
 
 level, module = _module()
+if TYPE_CHECKING:
+    from _baseline import *  # noqa: F403  # The build writes its types.
+else:
 
-
-def __getattr__(name: str) -> Any:
-    """Return what the module has: `core.Small` and the like."""
-    return getattr(module, name)
+    def __getattr__(name: str) -> Any:
+        """Return what the module has: `core.Small` and the like."""
+        return getattr(module, name)

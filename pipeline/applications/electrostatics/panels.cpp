@@ -8,6 +8,8 @@
  * pairs use a rule of seven points that divides facets until it agrees with itself; far pairs use the second moments of
  * both panels.
  */
+#include <nanobind/stl/optional.h>
+
 #include "../../../solver/core/python/read.hpp"
 
 using namespace gudgeon;
@@ -236,7 +238,7 @@ void fill_panels(nb::handle target, nb::handle source, double factor, nb::handle
     }
 }
 
-nb::object crossing_panels(nb::handle first, nb::handle second) {
+std::optional<nb::tuple> crossing_panels(nb::handle first, nb::handle second) {
     const auto firsts = read<Group>(first, "first"), seconds = read<Group>(second, "second");
     for (Index i = 0; i < firsts.areas.size(); ++i) {
         for (Index j = 0; j < seconds.areas.size(); ++j) {
@@ -247,7 +249,7 @@ nb::object crossing_panels(nb::handle first, nb::handle second) {
             if (panels_cross(firsts, i, seconds, j)) return nb::make_tuple(i, j);
         }
     }
-    return nb::none();
+    return std::nullopt;
 }
 
 }  // namespace

@@ -1,4 +1,7 @@
 /* Functions of time: expressions and tables. */
+#include <nanobind/stl/optional.h>
+
+#include <optional>
 #include <vector>
 
 #include "../signals.hpp"
@@ -8,7 +11,7 @@ using namespace gudgeon;
 
 namespace {
 
-nb::object read_signal(nb::handle arrays, nb::handle times_of, nb::handle out_of) {
+std::optional<nb::tuple> read_signal(nb::handle arrays, nb::handle times_of, nb::handle out_of) {
     const auto signal = gudgeon::read<Signal>(arrays);
     const auto times = gudgeon::read<CVec>(times_of, "times");
     const auto out = gudgeon::read<Mat>(out_of, "out");
@@ -25,7 +28,7 @@ nb::object read_signal(nb::handle arrays, nb::handle times_of, nb::handle out_of
                     break;
                 }
     }
-    if (operation == signal.operations.size()) return nb::none();
+    if (operation == signal.operations.size()) return std::nullopt;
     return nb::make_tuple(operation, order, place);
 }
 

@@ -242,9 +242,12 @@ void bind_turning(nb::module_& m) {
         .def("accept", &TurningSteps::accept,
              "Go on to the end of the step; False where a bushing turns by half a turn.")
         .def("restart", &TurningSteps::restart, "Let steps begin from the present state, which an event changed.")
-        .def("state_at", &TurningSteps::state_at, nb::arg("time"), "Return the state at a time in the last step [s].")
-        .def_prop_ro("state", &present_state, "The present state, which may be written before `restart`.")
-        .def_prop_ro("vectors", &vectors_of, "Rotation vectors that are continued [rad], (n, 3).")
+        .def("state_at", &TurningSteps::state_at, nb::arg("time"),
+             nb::sig("def state_at(self, time: float) -> numpy.ndarray"), "Return the state at a time in the last step [s].")
+        .def_prop_ro("state", &present_state, nb::sig("def state(self, /) -> numpy.ndarray"),
+                     "The present state, which may be written before `restart`.")
+        .def_prop_ro("vectors", &vectors_of, nb::sig("def vectors(self, /) -> numpy.ndarray"),
+                     "Rotation vectors that are continued [rad], (n, 3).")
         .def_prop_ro("time", [](TurningSteps& self) { return self.steps().time(); }, "Present time [s].")
         .def_prop_ro("before", [](TurningSteps& self) { return self.steps().before; }, "Start of the last step [s].")
         .def_prop_ro("until", [](TurningSteps& self) { return self.steps().until; }, "End of the last step [s].")
@@ -254,6 +257,7 @@ void bind_turning(nb::module_& m) {
                      "Whether no step is long enough to follow the bodies.")
         .def_prop_ro("counts", &counts_of, "Steps taken and refused, singular ones, implicit and exponential ones.");
     m.def("turning_work", &turning_work, nb::arg("model"), nb::arg("drives"),
+          nb::sig("def turning_work(model: object, drives: int) -> types.SimpleNamespace"),
           "Return the arrays that the core writes of a model with a number of drives, the members of `Work` in\n"
           "`turning/arrays.hpp`.");
     m.def("yielding_depth", &yielding_depth_of, nb::arg("arrays"), nb::arg("section"), nb::arg("x"), nb::arg("y"),
