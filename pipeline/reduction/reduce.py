@@ -85,6 +85,7 @@ def reduce_component(
     *,
     turns: bool = False,
     crossed: tuple[str, float] | None = None,
+    held: Collection[str] = (),
 ) -> ModalRecord:
     """Assemble a component and reduce it to a modal record.
 
@@ -94,6 +95,8 @@ def reduce_component(
         pulled: Unit vectors along which gravity acts on a held component: it gets the static shapes that modes lack.
         turns: Whether bodies of it turn by any angle: they need all tensors of the floating frame.
         crossed: Traction space that a moving force crosses, and where across [m]; it gets the bases of `modes.swap`.
+        held: Interfaces that motions and other forces hold: their static shapes have mass, so that the body moves
+            with them and not by R, which has none.
 
     Raises:
         InputError: an interface or a support does not fit the mesh, or the mesh is inverted.
@@ -101,7 +104,7 @@ def reduce_component(
     """
     scene_key = f"component.{name}"
     sites, acting, (model, tied, spread) = _assembled(mesh, component, scene_key, rubbed)
-    contact = replace(_stacked(acting, spread), weights=spread.T @ _weights(model, pulled))
+    contact = replace(_stacked(acting, spread, held), weights=spread.T @ _weights(model, pulled))
     gauges = _gauges(model, spread, component, contact, scene_key)
     reduced = tied, contact, _reduced(tied, contact, component, scene_key)
     on_tied, swap = _swapped(reduced, component, sites, crossed, scene_key)
@@ -318,20 +321,23 @@ def _on_model(
     return _Acting(site, rows, fields, smooth)
 
 
-def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix) -> ContactRows:
-    """Return the rows of all interfaces as one matrix, then the tangential ones, over the dofs that `spread` keeps."""
+def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix, held: Collection[str] = ()) -> ContactRows:
+    """Return the rows of all interfaces as one matrix, then the tangential ones, over the dofs that `spread` keeps.
+
+    Args:
+        held: Interfaces each row of which gets a static shape.
+    """
     across = {name: a.tangential.B for name, a in acting.items() if a.tangential is not None}
     blocks = [*(a.rows for a in acting.values()), *across.values()]
     B = sparse.vstack([sparse.csr_matrix((0, spread.shape[0])), *blocks], format="csr")
     ends = [int(end) for end in np.cumsum([0, *(block.shape[0] for block in blocks)])]
     spans = [list(span) for span in pairwise(ends)]
     fields, smooth = (
-        linalg.block_diag(
-            np.empty((0, 0)),
-            *(getattr(a, name) for a in acting.values()),
-            np.empty((ends[-1] - ends[len(acting)], 0)),
+        linalg.block_diag(np.empty((0, 0)), *fields_of, np.empty((ends[-1] - ends[len(acting)], 0)))
+        for fields_of in (
+            [np.eye(a.rows.shape[0]) if name in held else a.fields for name, a in acting.items()],
+            [a.smooth for a in acting.values()],
         )
-        for name in ("fields", "smooth")
     )
     return ContactRows(
         sparse.csr_matrix(B @ spread), fields, dict(zip(acting, spans, strict=False)), smooth,

@@ -15,6 +15,8 @@ from gudgeon.solver.scene.scene import Scene
 
 CONTACT_KINDS = ("points", "patch")
 """Kinds of interface that have contact points."""
+LOADED = ("mean", "tie", "pressure")
+"""Kinds of interface on which loads act and by which motions hold a body."""
 AXIS_DIGITS = 12
 """Digits of the direction of gravity by which modes are found again."""
 
@@ -81,8 +83,28 @@ class SceneFile(Scene):
         """Return what the scene asks of a component's modes: the arguments of `reduce_component` by their names."""
         return {
             "rubbed": self.rubbed_of(component), "pulled": self.pulls_on(component), "turns": self.turning(component),
-            "crossed": self.crossed(component),
+            "crossed": self.crossed(component), "held": self.held_at(component),
         }  # fmt: skip
+
+    def held_at(self, component: str) -> list[str]:
+        """Return the interfaces by which motions hold an elastic component in small motion, sorted.
+
+        Of bodies that start undeformed those of cranks, loads and springs, too: R, without mass, would deform them at
+        once.
+        """
+        if self.component[component].modes.reduction == "rigid" or self.capabilities.turns:
+            return []
+        ends = [(motion.body, motion.interface) for motion in self.motion.values()]
+        if self.run.start == "undeformed":
+            for force in [*self.cranks().values(), *self.given().values(), *self.springs().values()]:
+                names = "interface", "against_interface"
+                ends += [
+                    (body, getattr(force, name, None))
+                    for body, name in zip((force.body, getattr(force, "against", None)), names, strict=True)
+                ]
+        kinds = {name: interface.kind for name, interface in self.component[component].interface.items()}
+        bodies = self.bodies_of(component)
+        return sorted({i for body, i in ends if body in bodies and i is not None and kinds.get(i) in LOADED})
 
     def crossed(self, component: str) -> tuple[str, float] | None:
         """Return the traction space that a moving force crosses, and where across [m]; None without `modes.swap`."""

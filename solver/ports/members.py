@@ -221,10 +221,11 @@ def probe_ports(system: System, ports: Ports) -> np.ndarray:
                 port = ports.of(f"force.{system.springs.names[row]}").start
                 port += row - system.springs.of(system.springs.names[row]).start
                 per_force[span.start + MOMENTUM + k] = ports.residual[port]
-        for sign, _, reading in readings:
+        for sign, within, reading in readings:
             residual = system.bodies[reading.body].modal.residual_flexibility
             if residual is not None and reading.body in ports.weights:
-                per_force[span] += sign * reading.mix @ residual[reading.index] @ ports.weights[reading.body]
+                values = slice(span.start + within.start, span.start + within.stop)
+                per_force[values] += sign * reading.mix @ residual[reading.index] @ ports.weights[reading.body]
     return per_force
 
 

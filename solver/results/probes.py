@@ -6,6 +6,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, ProbeHistory
 from gudgeon.modaldb.records.types import Json
+from gudgeon.solver.results.rates import Rates
 from gudgeon.solver.scene.probe import DistanceProbe, PointProbe
 from gudgeon.solver.system.probes import UNITS
 from gudgeon.solver.system.reactions import MOMENTUM, spring_pulls, spring_rows, spring_tensions
@@ -19,7 +20,13 @@ WRENCH = ("x", "y", "z", "moment x", "moment y", "moment z")
 
 
 def recorded_probes(
-    system: System, times: np.ndarray, values: np.ndarray, histories: Parts, wrenches: Mapping[str, np.ndarray]
+    system: System,
+    times: np.ndarray,
+    values: np.ndarray,
+    histories: Parts,
+    wrenches: Mapping[str, np.ndarray],
+    *,
+    step: float,
 ) -> dict[str, ProbeHistory]:
     """Return the history of each probe.
 
@@ -28,16 +35,20 @@ def recorded_probes(
         values: What the run recorded for all of them, (s, P).
         histories: Contacts and joints of the run, and the mean of each load row, (s, L).
         wrenches: Force and moment of each joint that holds a body, (s, 6).
+        step: In which modes move under the mean of given loads [s]; 0 where their motion is exact.
     """
     probes, probe_histories = system.probes, {}
+    moving = any(getattr(p, "kind", "") in ("velocity", "acceleration") for p in system.scene.probe.values())
+    rates = Rates(system, float(times[0]), step, histories[2]) if moving and len(times) else None
     for i, name in enumerate(probes.names):
         readings, probe = values[:, probes.places[i]], system.scene.probe[name]
         columns, unit = probes.columns[i], "m"
         if isinstance(probe, PointProbe):
             unit = UNITS[probe.kind]
-            if probe.kind == "acceleration":
-                start = probes.values(system.position[None], system.velocity[None])[:, probes.places[i]]
-                readings = np.diff(np.vstack([start, readings]), axis=0) / times[0]
+            if probe.kind in ("velocity", "acceleration"):
+                start, readings = rates.of(i, readings) if rates else (None, readings)
+                if probe.kind == "acceleration" and start is not None:
+                    readings = np.diff(np.vstack([start, readings]), axis=0) / times[0]
         elif isinstance(probe, DistanceProbe):
             readings, columns = np.linalg.norm(readings, axis=1)[:, None], ("distance",)
         elif probe.kind == "centre":

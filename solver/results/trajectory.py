@@ -103,7 +103,8 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, histories: Histories
     states = np.append(frame_times, peak_times), np.concatenate([histories.multipliers, peaks.multipliers])
     contacts = _contacts(system, histories, peaks)
     joints = _joints(system, times, samples, wrenches)
-    probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads), wrenches)
+    step = 0.0 if plan.integrator.own_steps else schedule.dt
+    probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads), wrenches, step=step)
     trajectory = Trajectory(
         result=ending.result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},

@@ -118,14 +118,18 @@ def _block(
         rows[:, body.rigid] += sign * reading.rigid
         rows[:, body.elastic] += sign * reading.elastic
         _add_pressed(per_force, sign, reading, body, contacts)
-    moving = probe.kind in ("velocity", "acceleration")
     offset = readings[0][1].place - readings[1][1].place if len(readings) > 1 else np.zeros(k)
-    nothing = np.zeros_like(rows)
-    terms = () if moving else tuple((sign, slice(k), reading) for sign, reading in readings)
+    terms = tuple((sign, slice(0, k), reading) for sign, reading in readings)
+    columns, snapped = [readings[0][1].columns], [max(r.snapped for _, r in readings)]
+    still, span = np.zeros_like(rows), slice(0, k)
+    if probe.kind in ("velocity", "acceleration"):
+        # The rates of the coordinates, then the displacement that R adds: its rate is that of its samples.
+        rows, still, per_force = still, rows, np.vstack([0 * per_force, per_force])
+        rows, still, span = np.vstack([rows, rows]), np.vstack([still, 0 * still]), slice(0, 2 * k)
+        terms, offset = tuple((sign, slice(k, 2 * k), reading) for sign, reading in readings), np.zeros(2 * k)
     return Probes(
-        [name], [slice(k)], nothing if moving else rows, rows if moving else nothing,
-        pressed=0.0 * per_force if moving else per_force, offset=offset, readings=[terms],
-        columns=[readings[0][1].columns], snapped=[max(r.snapped for _, r in readings)],
+        [name], [span], rows, still, pressed=per_force, offset=offset, readings=[terms], columns=columns,
+        snapped=snapped,
     )  # fmt: skip
 
 

@@ -58,6 +58,7 @@ def component_products(
     *,
     turns: bool = False,
     crossed: tuple[str, float] | None = None,
+    held: Sequence[str] = (),
 ) -> dict[str, Product]:
     """Return a component's products by step: `base-mesh`, `mesh`, `modes`, `morph`.
 
@@ -69,6 +70,7 @@ def component_products(
         pulled: Directions of gravity in the component's axes, sorted: the modes have its static shapes.
         turns: Whether it deforms and bodies of it turn by any angle: the modes have tensors of the floating frame.
         crossed: Traction space that a moving force crosses, and where across [m]: the modes have bases of its places.
+        held: Interfaces that motions and other forces hold, sorted: the modes have their static shapes.
 
     Raises:
         InputError: a file that the component names is missing.
@@ -93,6 +95,7 @@ def component_products(
         | ({"gravity_along": [list(d) for d in pulled]} if pulled else {})
         | ({"turns": True} if turns else {})
         | ({"crossed": list(crossed)} if crossed else {})
+        | ({"held": list(held)} if held else {})
         | ({"point_mass": masses} if masses else {}),
     )  # fmt: skip
     update = component.change.update if change else "none"
