@@ -1,8 +1,10 @@
 """What the texts and numbers of a record must say where programs use them to find their place in arrays."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
+
+import numpy as np
 
 from gudgeon.modaldb.format.blocks import Malformed
 from gudgeon.modaldb.format.schema import Outline
@@ -19,6 +21,12 @@ CHARTS = {
     "patch": {"origin": 3, "normal": 3, "across": 3, "along": 3, "low": 2, "step": 2, "counts": 2},
 }
 """Kinds of chart: how many numbers each of their entries has."""
+SOLIDS = {"tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27, "wedge": 6, "wedge15": 15,
+          "wedge18": 18, "pyramid": 5, "pyramid13": 13, "pyramid14": 14}  # fmt: skip
+OTHERS = {"triangle6": 6, "line3": 3, "beam2": 2, "beam3": 3, "frame2": 2, "vertex": 1, "nodes": 1}
+"""Nodes of the cells of each type."""
+FACETS = (1, 3, 4, 6, 8, 9)
+"""Nodes of a facet of a solid, 1 of a set."""
 SHAPES = {
     "cylinder": {"axis": 3, "origin": 3, "radius": 1},
     "plane": {"normal": 3, "origin": 3},
@@ -35,6 +43,7 @@ def check_contents(record: Any, outline: Outline) -> None:
 
 
 def _mesh(record: MeshRecord, outline: Outline) -> None:
+    _cells(record, outline)
     for name, surface in record.surfaces.items():
         field = f"surfaces/{name}/shape"
         shape = dict(surface.shape)
@@ -48,6 +57,28 @@ def _mesh(record: MeshRecord, outline: Outline) -> None:
     for name, half in (("stiffness", system.stiffness), ("mass", system.mass)):
         if len(half.rows) == len(half.columns) and (half.rows > half.columns).any():
             raise Malformed(f"system/{name}: an entry below the diagonal")
+
+
+def _cells(record: MeshRecord, outline: Outline) -> None:
+    """Check the numbers of nodes of cells and facets."""
+    width = outline.shapes["cells"][1]
+    if (expected := (SOLIDS | OTHERS).get(record.cell_type, width)) != width:
+        raise Malformed(f"cells: {width} nodes each, those of {record.cell_type} have {expected}")
+    if record.cell_type == "mixed":
+        _counts(record.cells, set(SOLIDS.values()), "cells")
+    if record.cell_type == "mixed" or record.cell_type in SOLIDS:
+        for name, surface in record.surfaces.items():
+            _counts(surface.facets, FACETS, f"surfaces/{name}/facets")
+
+
+def _counts(rows: np.ndarray, allowed: Collection[int], field: str) -> None:
+    """Check how many nodes cells or facets (e, w) have, of which those of fewer repeat their last one to the end."""
+    if rows.ndim < 2 or not rows.size:  # Not read.
+        return
+    repeats = np.cumprod(rows[:, ::-1] == rows[:, -1:], axis=1).sum(axis=1)
+    for count in np.unique(rows.shape[1] - repeats + 1).tolist():
+        if count not in allowed:
+            raise Malformed(f"{field}: one of {count} nodes, expected {', '.join(map(str, sorted(allowed)))}")
 
 
 def _modes(record: ModalRecord, outline: Outline) -> None:

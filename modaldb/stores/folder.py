@@ -258,6 +258,9 @@ class FolderStore(Store):
 
     def _make_folders(self, folder: Path) -> None:
         if not self.root.is_dir():
+            if self.root.is_symlink():
+                raise StoreUnusable(f"{self.root}: a link to {os.readlink(self.root)}, which is no folder; make that"
+                                    " folder, or remove the link")  # fmt: skip
             self.root.mkdir(parents=True, exist_ok=True)
         scratch.shared_folder(folder, self.root)
         if not self._swept:

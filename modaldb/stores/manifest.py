@@ -52,7 +52,8 @@ def manifest_from(row: Any, location: str) -> Manifest:
             row["key"], row["kind"], row["size"], tuple(raw[n : n + 32].hex() for n in range(0, len(raw), 32)),
             tuple(row["head"]),
         )  # fmt: skip
-        sound = KEY.fullmatch(manifest.key) and row["block"] == BLOCK and row["digest"] == manifest.digest
+        sound = KEY.fullmatch(manifest.key) and type(manifest.size) is int and isinstance(manifest.kind, str)
+        sound = sound and row["block"] == BLOCK and row["digest"] == manifest.digest
         count = len(manifest.digests)
         sound = sound and manifest.size > 0 and count == -(-manifest.size // BLOCK) and len(raw) == 32 * count
         if sound and all(isinstance(block, int) and 0 <= block < count for block in manifest.head):

@@ -6,9 +6,12 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from gudgeon.modaldb.errors import ModalDBError
+from gudgeon.modaldb.keys import KEY
 
 RELATIONS = (">=", "<=", "!=", "=", ">", "<")
 CONDITION = re.compile(rf"\s*([\w-]+(?:\.[\w-]+)*)\s*({'|'.join(RELATIONS)})\s*(\S|\S.*\S)\s*", re.DOTALL)
+LATEST = 1e11
+"""Time beyond which no record is made [s since 1970]: the year 5138."""
 LIKE_A_CONDITION = rf"^\s*[\w-]+(\.[\w-]+)*\s*({'|'.join(RELATIONS)})\s*\S"
 """What a text that states a condition begins with."""
 
@@ -100,7 +103,16 @@ class Entry:
 
 
 def entry_of(row: dict[str, Any]) -> Entry:
-    """Return the entry that `as_json` made a row of."""
+    """Return the entry that `as_json` made a row of.
+
+    Raises:
+        LookupError, TypeError, ValueError: it is none.
+    """
+    texts = (row["kind"], *row["tags"], *(name for use in row["uses"] for name in use[:2]))
+    sound = all(map(KEY.fullmatch, (row["key"], *row["refers"]))) and all(isinstance(text, str) for text in texts)
+    counts = all(type(row[name]) is int and 0 <= row[name] < 2**63 for name in ("size", "referred"))
+    if not (sound and counts and 0 <= row["made"] < LATEST and isinstance(row["inputs"], dict)):
+        raise ValueError("no entry")
     return Entry(
         row["key"], row["kind"], row["size"], row["made"], tuple((use[0], use[1]) for use in row["uses"]),
         tuple(row["tags"]), refers=tuple(row["refers"]), referred=row["referred"], inputs=row["inputs"],

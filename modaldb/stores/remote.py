@@ -9,9 +9,10 @@ from urllib.parse import quote
 from gudgeon.modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
 from gudgeon.modaldb.format import hdf5
 from gudgeon.modaldb.format.source import BytesSource, parts_of
-from gudgeon.modaldb.keys import content_key
+from gudgeon.modaldb.keys import KEY, content_key
 from gudgeon.modaldb.stores.base import Leftover, Store, check_inputs, check_key, check_tag
 from gudgeon.modaldb.stores.cache import AT_A_TIME, Cache, CachedSource
+from gudgeon.modaldb.stores.local.running import is_row
 from gudgeon.modaldb.stores.manifest import BLOCK, Manifest, manifest_from, manifest_of, unpacked
 from gudgeon.modaldb.stores.query import Entry, Query, QueryWrong, entry_of
 from gudgeon.modaldb.stores.transport import KNOWN, Transport, Unanswered
@@ -65,17 +66,23 @@ class RemoteStore(Store):
         chunks = hdf5.record_bytes(kind, record, inputs)
         source = BytesSource(b"".join(chunks))
         headers = {"Content-Type": "application/octet-stream", "Content-Length": str(source.length)}
-        answer = self._server.parsed(self._server.request("PUT", f"{RECORDS}/{key}", body=chunks, headers=headers))
+        with self._understood():
+            answer = self._server.parsed(self._server.request("PUT", f"{RECORDS}/{key}", body=chunks, headers=headers))
+            digest, state = answer["digest"], answer["state"]
         manifest = manifest_of(key, source, self.place(key))
-        if answer["digest"] != manifest.digest:
-            if answer["state"] == "written":
+        if digest != manifest.digest:
+            if state == "written":
                 raise RecordDamaged(f"{self.place(key)}: the server has other bytes than those that were sent")
             return  # A record of this key came from somebody else meanwhile.
         self._keep(manifest, source)
 
     def keys(self) -> Iterator[str]:
         """See `Store`."""
-        return iter(self._server.json("GET", "/keys"))
+        with self._understood():
+            keys = self._server.json("GET", "/keys")
+            if not isinstance(keys, list) or not all(map(KEY.fullmatch, keys)):
+                raise ValueError("no keys")
+        return iter(keys)
 
     def find(self, query: Query = Query()) -> list[Entry]:  # noqa: B008
         """See `Store`."""
@@ -84,7 +91,8 @@ class RemoteStore(Store):
             parameters |= {name: value} if (value := getattr(query, name)) else {}
         for name in ("since", "until", "limit"):
             parameters |= {name: value} if (value := getattr(query, name)) is not None else {}
-        return [entry_of(row) for row in self._server.json("GET", RECORDS, query=parameters)]
+        with self._understood():
+            return [entry_of(row) for row in self._server.json("GET", RECORDS, query=parameters)]
 
     def export(self, key: str, path: Path) -> None:
         """See `Store`."""
@@ -96,10 +104,11 @@ class RemoteStore(Store):
         """See `Store`; the server reads its own file."""
         try:
             check_key(self.location, key, "record")
-            fault = self._server.json("GET", f"{RECORDS}/{key}/examine")["fault"]
+            with self._understood():
+                fault = self._server.json("GET", f"{RECORDS}/{key}/examine")["fault"]
+                return None if fault is None else KNOWN[fault["error"]](f"{self.location}: {fault['detail']}")
         except RecordMissing as error:
             return error
-        return None if fault is None else KNOWN[fault["error"]](f"{self.location}: {fault['detail']}")
 
     def note(self, key: str, scene: str, component: str) -> None:
         """See `Store`; a server that takes no names from this user keeps none."""
@@ -123,14 +132,16 @@ class RemoteStore(Store):
 
     def running(self) -> list[dict[str, Any]]:
         """See `Store`."""
-        return self._server.json("GET", "/running")
+        with self._understood():
+            return [row for row in self._server.json("GET", "/running") if is_row(row)]
 
     def set_aside(self, location: str) -> str:
         """See `Store`."""
         key = self._key_of(location)
-        name = self._server.json("POST", f"{RECORDS}/{key}/aside")["name"]
+        with self._understood():
+            name = self._server.json("POST", f"{RECORDS}/{key}/aside")["name"]
         self._forget(key)
-        return name
+        return str(name)
 
     def remove(self, location: str) -> None:
         """See `Store`."""
@@ -143,8 +154,10 @@ class RemoteStore(Store):
 
     def leftovers(self) -> list[Leftover]:
         """See `Store`."""
-        rows = self._server.json("GET", "/leftovers")
-        return [Leftover(f"{self.location}/leftovers/{quote(row['name'])}", row["size"], row["why"]) for row in rows]
+        with self._understood():
+            rows = self._server.json("GET", "/leftovers")
+            return [Leftover(f"{self.location}/leftovers/{quote(row['name'])}", int(row["size"]), str(row["why"]))
+                    for row in rows]  # fmt: skip
 
     def fault(self, key: str) -> ModalDBError | None:
         """See `Store`; the server says so, whatever the cache has. While it does not answer, the cache does."""
@@ -164,6 +177,16 @@ class RemoteStore(Store):
             return error
         return None
 
+    @contextlib.contextmanager
+    def _understood(self) -> Iterator[None]:
+        """Say of an answer of another form that it is not of such a server."""
+        try:
+            yield
+        except ModalDBError:
+            raise
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+            raise StoreUnusable(f"{self.location}: an answer of another form, not of a gudgeon server") from None
+
     def _key_of(self, location: str) -> str:
         key = location.removeprefix(f"{self.location}{RECORDS}/")
         check_key(self.location, key, "record")
@@ -181,8 +204,10 @@ class RemoteStore(Store):
         manifest = manifest_from(row, self.place(key))
         if manifest.key != key:
             raise RecordDamaged(f"{self.place(key)}: the list of blocks of another record")
+        with self._understood():
+            along = unpacked(row["blocks"])
         self._cache.keep(manifest)
-        return manifest, unpacked(row["blocks"])
+        return manifest, along
 
     def _head(self, key: str, manifest: Manifest, source: CachedSource) -> hdf5.Head:
         cached = self._heads.get(key)
@@ -194,7 +219,8 @@ class RemoteStore(Store):
         return head
 
     def _fetch(self, key: str, start: int, end: int) -> bytes:
-        answer = self._server.request("GET", f"{RECORDS}/{key}", headers={"Range": f"bytes={start}-{end - 1}"})
+        span = {"Range": f"bytes={start}-{end - 1}"}
+        answer = self._server.request("GET", f"{RECORDS}/{key}", headers=span, largest=end - start + 2**16)
         if answer.status != 206 or len(answer.data) != end - start:
             raise RecordDamaged(f"bytes {start} to {end}: {len(answer.data)} came with status {answer.status}")
         return answer.data

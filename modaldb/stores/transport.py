@@ -8,7 +8,7 @@ import ssl
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import urlencode
 
 import urllib3
@@ -24,6 +24,12 @@ TOKEN, TOKEN_FILE, WAIT = "GUDGEON_TOKEN", "GUDGEON_TOKEN_FILE", "GUDGEON_DB_WAI
 USUAL_WAIT = 10.0
 SLOWEST = 60.0
 """Longest pause of a server within an answer [s]."""
+LEAST_RATE = 2**14
+"""Bytes per second that an answer of more than `SLOWEST` must have on average."""
+LARGEST = 2**29
+"""Bytes of an answer."""
+PIECE = 2**18
+"""Bytes that are read at a time."""
 PAUSE = 0.05, 1.0
 """First and longest pause before a request is repeated [s]."""
 BUSY = 503
@@ -37,6 +43,14 @@ DEFAULT = "default"
 KNOWN = {name: kind for name, kind in vars(errors).items() if isinstance(kind, type)} | {"QueryWrong": QueryWrong}
 FINAL = (NameResolutionError, SSLError)
 """Errors after which no other try helps. Every request of ours may be repeated after any other error."""
+
+
+class Answer(NamedTuple):
+    """What a server answered."""
+
+    status: int
+    headers: Mapping[str, str]
+    data: bytes
 
 
 class Unanswered(StoreUnusable):
@@ -81,21 +95,26 @@ class Transport:
     def request(
         self, method: str, path: str, *, query: Mapping[str, Any] | None = None,
         body: bytes | Sequence[bytes] | None = None, headers: Mapping[str, str] | None = None,
-    ) -> urllib3.BaseHTTPResponse:  # fmt: skip
+        largest: int | None = None,
+    ) -> Answer:  # fmt: skip
         """Return the answer to a request below the database; one that was not answered is repeated for a while.
+
+        Args:
+            largest: Bytes of an answer that is read; `LARGEST` if it is not given.
 
         Raises:
             ModalDBError: the server said so, or did not answer in time, or something else answered.
         """
         target = f"{self._root}{path}" + (f"?{urlencode(query, doseq=True)}" if query else "")
         sent = self._headers | dict(headers or {})
+        largest = LARGEST if largest is None else largest
         start, pause = time.monotonic(), PAUSE[0]
         while True:
             try:
-                answer = self._once(method, target, body, sent)
+                answer = self._once(method, target, body, sent, largest)
                 if method == "HEAD" and answer.status >= 400 and answer.status not in (*HEADS, BUSY):
                     # Such an answer has no body to say why.
-                    answer = self._once("GET", target, None, sent | {"Range": "bytes=0-0"})
+                    answer = self._once("GET", target, None, sent | {"Range": "bytes=0-0"}, largest)
                 _silent.pop(self.url, None)
                 if answer.status != BUSY or time.monotonic() - start + pause > self._wait:
                     return self._checked_answer(answer, method)
@@ -107,35 +126,50 @@ class Transport:
             time.sleep(pause * random.uniform(0.5, 1.0))
             pause = min(2 * pause, PAUSE[1])
 
-    def _once(self, method: str, target: str, body: Any, headers: Mapping[str, str]) -> urllib3.BaseHTTPResponse:
+    def _once(self, method: str, target: str, body: Any, headers: Mapping[str, str], largest: int) -> Answer:
         timeout = Timeout(connect=min(SLOWEST, max(self._wait, 1.0)), read=SLOWEST)
         connections = _connections(os.getpid())
-        answer = connections.urlopen(method, target, body=body, headers=headers, timeout=timeout, redirect=False)
+        answer = connections.urlopen(method, target, body=body, headers=headers, timeout=timeout, redirect=False,
+                                     preload_content=False, decode_content=False)  # fmt: skip
         if method != "HEAD" and not any(name in answer.headers for name in LENGTHS):
+            answer.close()
             raise ProtocolError("without its length, nobody knows whether an answer is whole")
-        return answer
+        return Answer(answer.status, answer.headers, self._content(answer, largest))
 
-    def _checked_answer(self, answer: urllib3.BaseHTTPResponse, method: str) -> urllib3.BaseHTTPResponse:
+    def _content(self, answer: urllib3.BaseHTTPResponse, largest: int) -> bytes:
+        """Return the body of an answer; raise StoreUnusable where it is too large or comes too slowly."""
+        content, start = bytearray(), time.monotonic()
+        while piece := answer.read1(PIECE):
+            content += piece
+            if len(content) > largest:
+                answer.close()
+                raise StoreUnusable(f"{self.url}: an answer of more than {largest} bytes, not of a gudgeon server")
+            if time.monotonic() - start > SLOWEST + len(content) / LEAST_RATE:
+                answer.close()
+                raise Unanswered(f"{self.url}: {len(content)} bytes of an answer in {time.monotonic() - start:.0f} s")
+        return bytes(content)
+
+    def _checked_answer(self, answer: Answer, method: str) -> Answer:
         if answer.status < 400:
             return answer
         if method == "HEAD" and answer.status in HEADS:
             raise HEADS[answer.status](f"{self.url}: HTTP status {answer.status}")
         try:
             row = self.parsed(answer)
-            kind, text = row["error"], " ".join(str(row["detail"]).split())
+            kind, text = str(row["error"]), " ".join(str(row["detail"]).split())
         except (LookupError, TypeError):
             raise self._foreign(answer) from None
         text = text if text.startswith(self.url) else f"{self.url}: {text}"
         raise KNOWN.get(kind, StoreUnusable if answer.status < 500 else ModalDBError)(text)
 
-    def parsed(self, answer: urllib3.BaseHTTPResponse) -> Any:
+    def parsed(self, answer: Answer) -> Any:
         """Return what the JSON of an answer stands for; raise StoreUnusable where it is none."""
         try:
-            return answer.json()
+            return json.loads(answer.data)
         except (ValueError, RecursionError):
             raise self._foreign(answer) from None
 
-    def _foreign(self, answer: urllib3.BaseHTTPResponse) -> StoreUnusable:
+    def _foreign(self, answer: Answer) -> StoreUnusable:
         return StoreUnusable(f"{self.url}: HTTP status {answer.status}, not of a gudgeon server")
 
 

@@ -13,7 +13,7 @@ from gudgeon.pipeline.cli.console import Console
 from gudgeon.pipeline.cli.interruption import SIGNALS, interruptible
 from gudgeon.pipeline.cli.lean import load_lean
 from gudgeon.pipeline.cli.parser import build_parser
-from gudgeon.pipeline.cli.streams import discard, usable_streams
+from gudgeon.pipeline.cli.streams import CLEAR, discard, usable_streams
 
 LONGEST = 2000
 """Characters of a line of a message; the rest of a longer one is omitted."""
@@ -65,7 +65,7 @@ def _main(arguments: Sequence[str] | None) -> int:
         discard(sys.stdout)
         code, text = 1, f"{error.filename or 'standard output'}: cannot be written ({error.strerror or error})"
     if sys.stderr.isatty():
-        print("\r\033[K", end="", file=sys.stderr)
+        print(CLEAR, end="", file=sys.stderr)
     for line in text.splitlines():
         print(f"gudgeon: {line if len(line) <= LONGEST else line[:LONGEST] + '…'}", file=sys.stderr)
     return code

@@ -3,6 +3,8 @@
 import sys
 import time
 
+from gudgeon.pipeline.cli.streams import CLEAR
+
 LINES = 10.0
 """Seconds between lines of a stage where standard error is no terminal."""
 SOON = 1.0
@@ -49,7 +51,7 @@ class Console:
         if self._bar:
             bar = f"{stage:6} [{'#' * int(24 * share):.<24}] {share:4.0%}"
             text = f"{bar}  {', '.join(said)}".rstrip() if share < 1.0 else ""
-            print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+            print(f"{CLEAR}{text}", end="", file=sys.stderr, flush=True)
 
     def _print_line(self, text: str, clock: float) -> None:
         """Print a line of progress where there is no bar."""

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -43,8 +44,14 @@ def _fill_descriptors() -> None:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
 
 
+CLEAR = "\r\033[K"
+"""Clears the line of a terminal; what begins with it is ours."""
+CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+"""What would move a terminal's cursor, colour or turn around what it shows, or worse."""
+
+
 class _Messages:
-    """A text stream whose failures to write are ignored."""
+    """A text stream whose failures to write are ignored; names of files, keys and servers command no terminal."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
@@ -54,8 +61,9 @@ class _Messages:
 
     def write(self, text: str) -> int:
         """Write a text, or discard it and all that follows."""
+        own = CLEAR if text.startswith(CLEAR) else ""
         try:
-            return self._stream.write(text)
+            return self._stream.write(own + CONTROL.sub("\N{REPLACEMENT CHARACTER}", text[len(own) :]))
         except OSError:
             discard(self._stream)
             return len(text)

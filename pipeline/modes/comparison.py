@@ -67,9 +67,12 @@ def compare_modes(store: Store, first: str, second: str) -> ModeComparison:
     only = ["angular_frequencies", "shapes", "mesh_key", "normal_count"]
     records = [store.get(key, "modes", only=only) for key in (first, second)]
     for key, record in zip((first, second), records, strict=True):
-        if record.shapes is None or not record.shapes.size:
-            raise InputError(f"{store.place(key)}: no shapes; it is a rigid body, or its reduction keeps none")
+        if record.shapes is None or not record.shapes.size or not record.normal_count:
+            raise InputError(f"{store.place(key)}: no normal modes; it is a rigid body, or its reduction keeps none")
     nodes = [store.get(record.mesh_key, "mesh", only=["nodes"]).nodes for record in records]
+    for key, record, points in zip((first, second), records, nodes, strict=True):
+        if len(record.shapes) != len(points):
+            raise InputError(f"{store.place(key)}: shapes at {len(record.shapes)} nodes, its mesh has {len(points)}")
     shapes = [record.shapes[:, :, : record.normal_count] for record in records]
     distance, nearest = 0.0, np.arange(len(nodes[0]))
     if records[0].mesh_key != records[1].mesh_key:

@@ -91,15 +91,15 @@ class Access:
             return _anybody(right, database)
         raise Refused(401, "an unknown token")
 
-    def signature(self, database: str, key: str, expires: int) -> str:
-        """Return what makes a link to a record valid until a time [s since 1970]."""
-        return hmac.new(self._secret, f"{database}/{key}/{expires}".encode(), hashlib.sha256).hexdigest()
+    def signature(self, path: str, expires: int) -> str:
+        """Return what makes a link to `DATABASE/KEY` or `DATABASE/KEY/ROUTE` valid until a time [s since 1970]."""
+        return hmac.new(self._secret, f"{path}?{expires}".encode(), hashlib.sha256).hexdigest()
 
-    def is_signed(self, database: str, key: str, expires: str, signature: str) -> bool:
-        """Whether a link to a record holds now."""
+    def is_signed(self, path: str, expires: str, signature: str) -> bool:
+        """Whether a link to a path holds now."""
         if not re.fullmatch(r"\d{1,12}", expires, re.ASCII) or int(expires) < time.time():
             return False
-        return hmac.compare_digest(self.signature(database, key, int(expires)), signature)
+        return hmac.compare_digest(self.signature(path, int(expires)).encode(), signature.encode())
 
 
 def _anybody(right: str, database: str) -> Token:

@@ -22,6 +22,7 @@ from gudgeon.modaldb.errors import (
 )
 from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.modaldb.stores.query import QueryWrong
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.service.access import Access, Refused
 from gudgeon.pipeline.service.arrays import Wrong
 
@@ -84,23 +85,27 @@ class Asked:
 
 SIGNED = ("expires", "signature")
 """Parameters of a signed link."""
+LINK = "link"
+"""Who asks by a signed link."""
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 KEY = r"^[0-9a-f]{64}$"
 Database = Annotated[str, Path(pattern=NAME, description="name of the database", examples=["default"])]
 Key = Annotated[str, Path(pattern=KEY, description="key of the record, 64 hexadecimal digits")]
 
 
-def asked(right: str) -> Any:
-    """Return a dependency that gives the database of a request to whoever has a right to it."""
+def asked(right: str, *, linked: bool = False) -> Any:
+    """Return a dependency that gives the database of a request to whoever has a right to it.
+
+    Args:
+        linked: Whether a signed link opens the route, too: one that reads the record of its key and nothing else.
+    """
 
     def find(request: Request, database: Database) -> Asked:
         service: Service = request.app.state.service
-        key, query = request.path_params.get("key", ""), request.query_params
-        if right == "read" and "signature" in query:
-            signed = service.access.is_signed(database, key, query.get("expires", ""), query["signature"])
-            if not signed:
-                raise Refused(403, "the link is not signed by this server, or has expired")
-            who = "link"
+        query = request.query_params
+        if linked and "signature" in query:
+            _check_link(service.access, request, database)
+            who = LINK
         else:
             who = service.access.check(request.headers.get("authorization"), right, database).name
         if (store := service.stores.get(database)) is None:
@@ -110,7 +115,18 @@ def asked(right: str) -> Any:
     return Depends(find)
 
 
+def _check_link(access: Access, request: Request, database: str) -> None:
+    """Raise Refused unless a link is signed for the record of this request, or for this route of it."""
+    key = request.path_params["key"]
+    route = request.scope["path"].removeprefix(f"/{database}/records/{key}").strip("/")
+    expires, signature = request.query_params.get("expires", ""), request.query_params["signature"]
+    if not any(access.is_signed(f"{database}/{key}{end}", expires, signature) for end in {"", f"/{route}"}):
+        raise Refused(403, "the link is not signed by this server for this, or has expired")
+
+
 Reader = Annotated[Asked, asked("read")]
+Linked = Annotated[Asked, asked("read", linked=True)]
+"""Who reads one record and nothing else: the holder of a link to it, too."""
 Writer = Annotated[Asked, asked("put")]
 Remover = Annotated[Asked, asked("delete")]
 
@@ -148,6 +164,8 @@ def explained(error: Exception) -> tuple[int, str, str]:
     """Return status, name and text of the answer to one of `EXPLAINED`."""
     if isinstance(error, Refused):
         return error.status, "StoreUnusable", str(error)
+    if isinstance(error, InputError):
+        return 422, "QueryWrong", str(error)
     if isinstance(error, Wrong):
         return error.status, "RecordMissing" if error.status == 404 else "QueryWrong", str(error)
     if isinstance(error, RequestValidationError):
@@ -165,4 +183,4 @@ def _invalid(error: RequestValidationError) -> tuple[int, str, str]:
     return 422, "QueryWrong", f"{'.'.join(location[1:]) or location[0]}: {mistake['msg']}"
 
 
-EXPLAINED = (ModalDBError, Refused, Wrong, RequestValidationError)
+EXPLAINED = (ModalDBError, InputError, Refused, Wrong, RequestValidationError)

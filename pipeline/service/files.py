@@ -18,7 +18,7 @@ from gudgeon.modaldb.format.source import FileSource
 from gudgeon.modaldb.stores.manifest import BLOCK, Manifest, manifest_of, packed
 from gudgeon.pipeline.service.access import Refused
 from gudgeon.pipeline.service.arrays import Wrong
-from gudgeon.pipeline.service.context import PROBLEMS, Asked, Key, Reader, Service, Writer
+from gudgeon.pipeline.service.context import PROBLEMS, Asked, Key, Linked, Service, Writer
 
 router = APIRouter(prefix="/{database}/records/{key}", tags=["files"])
 PART = 16 * BLOCK
@@ -54,7 +54,7 @@ class Manifests:
 
 
 @router.get("/blocks", responses=PROBLEMS)
-def get_blocks(key: Key, context: Reader) -> JSONResponse:
+def get_blocks(key: Key, context: Linked) -> JSONResponse:
     """Return the digests of a record's blocks, and the blocks that hold all but its arrays."""
     with context.store.opened(key) as (source, _):
         manifest = context.request.app.state.manifests.of(key, source, context.store.place(key))
@@ -63,7 +63,7 @@ def get_blocks(key: Key, context: Reader) -> JSONResponse:
 
 
 @router.head("", responses=PROBLEMS | {200: {"description": "the record is there"}})
-def head_record(key: Key, context: Reader) -> Response:
+def head_record(key: Key, context: Linked) -> Response:
     """Say whether a sound record is there."""
     with context.store.opened(key) as (source, _):
         return Response(headers=headers_of(key) | {"Content-Length": str(source.length), "Accept-Ranges": "bytes"})
@@ -75,14 +75,14 @@ def head_record(key: Key, context: Reader) -> Response:
     | {200: {"content": BYTES, "description": "the file"}, 206: {"content": BYTES, "description": "a part of it"},
        304: {"description": "the same as what the client has"}, 416: PROBLEMS[422] | {"description": "no such range"}},
 )  # fmt: skip
-def get_record(key: Key, context: Reader) -> Response:
+def get_record(key: Key, context: Linked) -> Response:
     """Return the file of a record, or the range that is asked for."""
     sent = context.request.headers
     tag = f'"{key}"'
-    if tag in [t.strip() for t in sent.get("if-none-match", "").split(",")]:
-        return Response(status_code=304, headers=headers_of(key))
     with ExitStack() as stack:
         source, _ = stack.enter_context(context.store.opened(key))
+        if tag in [t.strip() for t in sent.get("if-none-match", "").split(",")]:
+            return Response(status_code=304, headers=headers_of(key))
         size = source.length
         asked_range = sent.get("range") if sent.get("if-range", tag) == tag else None
         start, end, status = 0, size, 200

@@ -14,7 +14,7 @@ from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.stress_recovery import hooke, strain_rows, von_mises
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.service import arrays, skin
-from gudgeon.pipeline.service.context import PROBLEMS, Key, Reader
+from gudgeon.pipeline.service.context import PROBLEMS, Key, Linked, Reader
 from gudgeon.pipeline.service.files import headers_of
 
 router = APIRouter(prefix="/{database}", tags=["views"])
@@ -129,14 +129,16 @@ def _shapes(store: FolderStore, modes: str, nodes: int) -> np.ndarray:
 
 
 @router.get("/records/{key}/report", responses=PROBLEMS)
-def get_report(key: Key, context: Reader) -> JSONResponse:
+def get_report(key: Key, context: Linked) -> JSONResponse:
     """Return the runs of a report with their run time [s] and largest conservative error, and the one that it chose."""
     document = context.store.get(key, "report").document
+    runs, choice = document.get("runs") or (), document.get("choice") or {}
+    if not isinstance(runs, list | tuple) or not all(isinstance(r, dict) for r in (*runs, choice)):
+        raise arrays.Wrong("the report is of another form: expected runs, a list of tables, and choice, a table")
     rows = [
         {"name": r.get("name", ""), "seconds": r.get("cpu_seconds"), "note": r.get("result", ""),
          "error": r.get("conservative_error", r.get("largest_error"))}
-        for r in document.get("runs", ())
+        for r in runs
     ]  # fmt: skip
-    choice = document.get("choice") or {}
     body = {"scene": document.get("scene"), "rows": rows, "choice": choice.get("run"), "why": choice.get("why", "")}
     return JSONResponse(body, headers=headers_of(key))

@@ -9,6 +9,8 @@ from typing import Any
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+HEADERS = [("X-Frame-Options", "DENY"), ("X-Content-Type-Options", "nosniff")]
+"""Of every answer: no other site shows it in a frame, and no browser takes it for something else than it says."""
 LONGEST_HEAD = 30.0
 """Longest time [s] from a connection, or from the first byte of a further request, to the end of its headers."""
 
@@ -55,5 +57,5 @@ def configured(app: Any, *, graceful: int = 10) -> uvicorn.Config:
     return uvicorn.Config(
         app, http=Protocol, ws="none", log_level="warning", access_log=False, timeout_keep_alive=60,
         timeout_graceful_shutdown=graceful, limit_concurrency=2000, server_header=False,
-        h11_max_incomplete_event_size=2**20,
+        h11_max_incomplete_event_size=2**20, headers=HEADERS,
     )  # fmt: skip

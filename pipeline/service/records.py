@@ -2,6 +2,7 @@
 
 import time
 from typing import Annotated, Any, Literal
+from urllib.parse import quote
 
 import numpy as np
 from fastapi import APIRouter, Body, Path, Query
@@ -14,8 +15,8 @@ from gudgeon.modaldb.stores import query as queries
 from gudgeon.modaldb.stores.base import LONGEST_TAG, TAG
 from gudgeon.modaldb.stores.local.names import LONGEST
 from gudgeon.pipeline.service import arrays
-from gudgeon.pipeline.service.access import LONGEST_LINK
-from gudgeon.pipeline.service.context import PROBLEMS, Key, Reader, Remover, Service, Writer
+from gudgeon.pipeline.service.access import LONGEST_LINK, Refused
+from gudgeon.pipeline.service.context import LINK, PROBLEMS, Key, Linked, Reader, Remover, Service, Writer
 from gudgeon.pipeline.service.files import headers_of
 
 router = APIRouter(prefix="/{database}", tags=["records"])
@@ -27,6 +28,8 @@ Stated = Annotated[str, Field(pattern=queries.LIKE_A_CONDITION, max_length=LONGE
 Choice = Annotated[str | None, Query(max_length=20_000, pattern=r"^[0-9:, ]*$", description="such as 0:600,700,::10")]
 Tag = Annotated[str, Path(pattern=TAG, max_length=LONGEST_TAG)]
 Running = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="32 hexadecimal digits")]
+ROUTES = r"^(blocks|info|spectrum|examine|report|field/[^\x00-\x20\x7f-\x9f]+)?$"
+"""Routes that a signed link opens: they read one record and nothing else."""
 Moment = Annotated[float | None, Query(allow_inf_nan=False, description="[s since 1970]")]
 
 
@@ -82,7 +85,7 @@ def get_records(
 
 
 @router.get("/records/{key}/info", responses=PROBLEMS)
-def get_info(key: Key, context: Reader) -> JSONResponse:
+def get_info(key: Key, context: Linked) -> JSONResponse:
     """Return kind, inputs, attributes and fields of a record, without its arrays."""
     with context.store.opened(key) as (source, head):
         body = {"key": key, "kind": head.kind, "size": source.length, "inputs": head.inputs, "fields": fields(head),
@@ -105,7 +108,7 @@ def fields(head: hdf5.Head) -> list[dict[str, Any]]:
     responses=PROBLEMS | {200: {"content": NPY | {"application/json": {}}, "description": "the numbers"}},
 )  # fmt: skip
 def get_field(
-    key: Key, path: Annotated[str, Path(max_length=500)], context: Reader, *,
+    key: Key, path: Annotated[str, Path(max_length=500)], context: Linked, *,
     rows: Choice = None,
     columns: Choice = None,
     surface: Annotated[str | None, Query(max_length=500, description="rows: nodes of a surface of the mesh")] = None,
@@ -117,6 +120,8 @@ def get_field(
         count = dataset.shape[0] if dataset.shape else 0
         chosen_rows = None if rows is None else arrays.chosen(rows, count, "rows")
         if surface is not None:
+            if context.who == LINK:
+                raise Refused(403, "surface: a link opens this record alone, and not that of its mesh")
             if rows is not None:
                 raise arrays.Wrong("surface, rows: give only one of them")
             chosen_rows = surface_nodes(context, key, head, surface)
@@ -141,7 +146,7 @@ def surface_nodes(context: Any, key: str, head: hdf5.Head, surface: str) -> np.n
 
 
 @router.get("/records/{key}/spectrum", responses=PROBLEMS)
-def get_spectrum(key: Key, context: Reader) -> JSONResponse:
+def get_spectrum(key: Key, context: Linked) -> JSONResponse:
     """Return the frequencies [Hz] of modes with the estimated relative errors of each, null where there is none."""
     only = ["angular_frequencies", "residuals", "algebraic_errors", "discretisation_errors", "normal_count"]
     modes = context.store.get(key, "modes", only=only)
@@ -154,7 +159,7 @@ def get_spectrum(key: Key, context: Reader) -> JSONResponse:
 
 
 @router.get("/records/{key}/examine", responses=PROBLEMS)
-def get_examined(key: Key, context: Reader) -> dict[str, Any]:
+def get_examined(key: Key, context: Linked) -> dict[str, Any]:
     """Read all of a record; return why it cannot be used."""
     fault = context.store.examine(key)
     if isinstance(fault, RecordMissing):
@@ -172,15 +177,17 @@ def post_use(key: Key, use: Use, context: Writer) -> dict[str, str]:
 
 @router.post("/records/{key}/link", responses=PROBLEMS)
 def post_link(
-    key: Key, context: Reader, seconds: Annotated[int, Query(ge=1, le=LONGEST_LINK)] = 3600
-) -> dict[str, str | int]:
-    """Return a link by which anybody may read this record for some time."""
+    key: Key, context: Reader, seconds: Annotated[int, Query(ge=1, le=LONGEST_LINK)] = 3600, *,
+    route: Annotated[str, Query(max_length=500, pattern=ROUTES, description="such as info; all of them if none")] = "",
+) -> dict[str, str | int]:  # fmt: skip
+    """Return a link by which anybody may read this record, or one route of it, for some time."""
     service: Service = context.request.app.state.service
     with context.store.opened(key):
         expires = int(time.time()) + seconds
-    signature = service.access.signature(context.name, key, expires)
-    path = f"/{context.name}/records/{key}?expires={expires}&signature={signature}"
-    context.log("link", key, expires=expires)
+    end = f"/{route}" if route else ""
+    signature = service.access.signature(f"{context.name}/{key}{end}", expires)
+    path = f"/{context.name}/records/{key}{quote(end)}?expires={expires}&signature={signature}"
+    context.log("link", key, expires=expires, route=route or "all")
     return {"path": path, "expires": expires}
 
 

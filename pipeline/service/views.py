@@ -18,7 +18,10 @@ from gudgeon.pipeline.service.motion import mesh_of
 
 router = APIRouter(prefix="/{database}", tags=["views"])
 PAGE = Path(__file__).parent / "page"
-POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:"
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:;"
+    " frame-ancestors 'none'"
+)
 """What the page may load: nothing that is not of this server."""
 HEADERS = {"Content-Security-Policy": POLICY, "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
 MOST_RELATED = 100

@@ -11,11 +11,12 @@ import pytest
 
 from gudgeon import modaldb
 from gudgeon.modaldb.errors import RecordMismatch, StoreUnusable
-from gudgeon.modaldb.format import blocks, hdf5
+from gudgeon.modaldb.format import blocks, contents, hdf5
 from gudgeon.modaldb.format.source import FileSource
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.pipeline.geometry.cells import CELLS, FACETS, MIXED
 from tests.fuzz.records import sealed
 from tests.modaldb.samples import INPUTS, SAMPLES, mesh, modes, write_record
 
@@ -188,6 +189,37 @@ def test_harm_is_found_before_any_array_is_read(harm: str, store: FolderStore, m
 def test_a_thickness_that_is_none(thickness: str, store: FolderStore) -> None:
     put_changed(store, "mesh", attribute("surfaces/skirt", "shape", f'{{"thickness": {thickness}}}'))
     with pytest.raises(RecordMismatch, match="surfaces/skirt/shape: thickness"):
+        modaldb.open(store.root).get(KEY, "mesh")
+
+
+@pytest.mark.parametrize(
+    ("cell_type", "cells", "cause"),
+    [("tetra", mesh().cells, "cells: 10 nodes each, those of tetra have 4"),
+     ("line3", mesh().cells, "those of line3 have 3"),
+     ("vertex", mesh().cells, "those of vertex have 1"), ("hexahedron", mesh().cells, "those of hexahedron have 8"),
+     ("mixed", np.minimum(np.arange(10), 8)[None], "cells: one of 9 nodes, expected 4, 5, 6, 8, 10")],
+)  # fmt: skip
+def test_cells_of_another_width_than_their_type(
+    cell_type: str, cells: np.ndarray, cause: str, store: FolderStore
+) -> None:
+    def change(file: Any) -> None:
+        attribute("/", "cell_type", cell_type)(file)
+        replaced("cells", lambda f, n: f.create_dataset(n, data=cells))(file)
+
+    put_changed(store, "mesh", change)
+    with pytest.raises(RecordMismatch, match=cause):
+        modaldb.open(store.root).get(KEY, "mesh")
+
+
+def test_widths_are_those_of_the_cells() -> None:
+    assert {name: cell.nodes for name, cell in CELLS.items() if cell.solid and cell is not MIXED} == contents.SOLIDS
+    assert all(CELLS[name].nodes == width for name, width in contents.OTHERS.items())
+    assert set(contents.FACETS) == {1, *FACETS}
+
+
+def test_facets_that_are_none(store: FolderStore) -> None:
+    put_changed(store, "mesh", replaced("surfaces/skirt/facets", lambda f, n: f.create_dataset(n, data=[[0, 1]])))
+    with pytest.raises(RecordMismatch, match="surfaces/skirt/facets: "):
         modaldb.open(store.root).get(KEY, "mesh")
 
 

@@ -163,7 +163,7 @@ class Browser:
     def take(self, message: Any) -> None:
         """Take a message of the page: `pose`, six numbers [m, rad], and `work` [J]; what is none of these is a NaN."""
         pose, work = np.full(6, np.nan), np.nan
-        with contextlib.suppress(TypeError, ValueError, KeyError):
+        with contextlib.suppress(TypeError, ValueError, KeyError, OverflowError):
             numbers = np.array(message["pose"], float)
             work = float(message["work"])
             pose = numbers if numbers.shape == (6,) and np.isfinite(work) else pose

@@ -28,7 +28,7 @@ LARGEST = 65_535
 SHOWN = 0.02
 """Time between messages to the page [s]."""
 LOCAL = ("127.0.0.1", "localhost", "[::1]")
-HEADERS = [("Cache-Control", "no-store"), ("X-Content-Type-Options", "nosniff")]
+HEADERS = [("Cache-Control", "no-store"), ("X-Content-Type-Options", "nosniff"), ("X-Frame-Options", "DENY")]
 TAKEN = 4001
 """Why the socket of a page is closed when another page takes the handle; that page does not come back by itself."""
 
@@ -98,7 +98,7 @@ class Server:
             async for text in page.iter_text():
                 if self._driving is page:
                     message = None
-                    with contextlib.suppress(ValueError):
+                    with contextlib.suppress(ValueError, RecursionError):
                         message = json.loads(text)
                     self._browser.take(message)
         finally:

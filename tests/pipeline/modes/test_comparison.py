@@ -82,5 +82,5 @@ def test_a_record_without_shapes(tmp_path: Path) -> None:
     store = modaldb.open(tmp_path)
     inputs = {"n": 1}
     store.put(content_key(inputs), "modes", replace(modes(), shapes=None), inputs)
-    with pytest.raises(InputError, match="no shapes; it is a rigid body"):
+    with pytest.raises(InputError, match="no normal modes; it is a rigid body"):
         compare_modes(store, content_key(inputs), content_key(inputs))

@@ -130,6 +130,12 @@ def test_a_range_beyond_the_end(client: Client, store: FolderStore) -> None:
         assert given[1]["content-range"] == f"bytes */{store.path(KEY).stat().st_size}"
 
 
+def test_what_is_not_there_is_not_unchanged(client: Client, store: FolderStore) -> None:
+    line_of(client.get(RECORD, If_None_Match=f'"{KEY}"'), 404, "RecordMissing")
+    store.put(KEY, "mesh", mesh(), INPUTS)
+    assert client.get(RECORD, If_None_Match=f'"{KEY}"')[0] == 304
+
+
 def test_a_range_of_another_version_is_the_whole(client: Client, store: FolderStore) -> None:
     store.put(KEY, "mesh", mesh(), INPUTS)
     assert client.get(RECORD, Range="bytes=0-3", If_Range='"other"')[0] == 200
@@ -353,24 +359,6 @@ def test_this_machine_is_served(host: str) -> None:
 def test_names_that_are_not_this_servers(host: str, client: Client) -> None:
     """A page elsewhere may give this address a name of its own, and ask from a browser here."""
     line_of(client.get("/health", Host=host), 400, "StoreUnusable")
-
-
-def test_signed_links(client: Client, store: FolderStore) -> None:
-    store.put(KEY, "mesh", mesh(), INPUTS)
-    store.put(other := content_key({"n": 1}), "mesh", mesh(), {"n": 1})
-    status, _, body = client.ask("POST", f"{RECORD}/link?seconds=60", b"")
-    assert status == 200
-    link = json.loads(body)["path"]
-    assert client.get(link, Authorization="")[2] == store.path(KEY).read_bytes()
-    assert client.get(link.replace("?", "/info?"), Authorization="")[0] == 200
-    later = str(int(time.time()) + 9999)
-    expires = link.partition("expires=")[2].partition("&")[0]
-    for wrong in (link.replace(KEY, other), link.replace(expires, later), link[:-1] + "0g", link.replace(expires, "1"),
-                  link.replace(expires, "²")):  # fmt: skip
-        line_of(client.get(quote(wrong, safe="/?&="), Authorization=""), 403, "StoreUnusable")
-    for method in ("PUT", "DELETE"):
-        assert client.ask(method, link, b"", Authorization="")[0] == 401
-    line_of(client.ask("POST", f"{RECORD}/link?seconds=99999999", b""), 422, "QueryWrong")
 
 
 # Uploads

@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ pytest.importorskip("fastapi", reason="the extra 'service' is not installed")
 
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.report import ReportRecord
 from gudgeon.modaldb.stores.folder import FolderStore, open_folder
 from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES
 from gudgeon.pipeline.gudgeon import run
@@ -138,7 +140,30 @@ def test_mac(tmp_path: Path) -> None:
     with served(tmp_path / "db") as url:
         _, key = put(open_folder(tmp_path / "db"))
         found = Client(url).json(f"/default/records/{key}/mac/{key}")
+        basis = open_folder(tmp_path / "db").get(key, "modes")
+        rigid = replace(basis, normal_count=0, static_count=len(basis.angular_frequencies))
+        open_folder(tmp_path / "db").put(other := content_key({"n": 2}), "modes", rigid, {"n": 2})
+        line_of(Client(url).get(f"/default/records/{key}/mac/{other}"), 422, "QueryWrong")
     assert np.diag(np.array(found["mac"])) == pytest.approx([1.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    "change", [{"runs": 1}, {"runs": [1]}, {"runs": {"a": 1}}, {"runs": ["a"]}, {"choice": "a"}, {"choice": [1]}]
+)
+def test_a_report_of_another_form(change: dict[str, Any], tmp_path: Path) -> None:
+    inputs = {"stage": "report"}
+    with served(tmp_path / "db") as url:
+        record = ReportRecord({"runs": [], "choice": {}} | change)
+        open_folder(tmp_path / "db").put(key := content_key(inputs), "report", record, inputs)
+        line_of(Client(url).get(f"/default/records/{key}/report"), 422, "QueryWrong")
+
+
+def test_no_other_site_frames_an_answer(tmp_path: Path) -> None:
+    with served(tmp_path / "db") as url:
+        for path in ("/page/", "/health", "/default/keys", "/nothing"):
+            _, headers, _ = Client(url).get(path)
+            assert (headers["x-frame-options"], headers["x-content-type-options"]) == ("DENY", "nosniff")
+    assert "frame-ancestors 'none'" in views.POLICY
 
 
 def test_the_page_loads_nothing_from_elsewhere() -> None:

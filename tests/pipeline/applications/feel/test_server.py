@@ -65,7 +65,10 @@ def test_page_and_socket() -> None:
         assert got is not None
         assert got.pose.tolist() == [1, 2, 3, 0, 0, 0.5]
         assert got.work == 0.25
-        for text in ("[", '{"pose": [1, 2]}', '{"pose": "x"}'):
+        huge = f"1{'0' * 400}"
+        for text in ("[", '{"pose": [1, 2]}', '{"pose": "x"}', "[" * 60_000,
+                     f'{{"pose": [{huge}, 0, 0, 0, 0, 0], "work": 0}}',
+                     f'{{"pose": [0, 0, 0, 0, 0, 0], "work": {huge}}}'):  # fmt: skip
             await page.send(text)
             await asyncio.sleep(0.05)
             got = browser.read(0.0)
