@@ -70,6 +70,24 @@ class Attachment:
 
 
 @dataclass(frozen=True)
+class Relation:
+    """Sums Σ c u of displacements that another program's model states: those of constraints are zero."""
+
+    kind: str
+    """`spring` or `constraint`."""
+    rows: Array = field(metadata=rule("t'", "int", unit="1", name="sum of each term"))
+    """Number of its sum of each term, ascending, (t,)."""
+    nodes: Array = field(metadata=rule("t'", "int", below="n", unit="1", name="node of each term"))
+    """(t,)"""
+    directions: Array = field(metadata=rule("t'", "int", unit="1", name="direction of each term"))
+    """0, 1, 2 for x, y, z, (t,)."""
+    coefficients: Array = field(metadata=rule("t'", unit="1", name="coefficient of each term"))
+    """c, (t,)."""
+    stiffness: Array = field(metadata=rule("j'", unit="N/m", name="stiffness of each sum"))
+    """[N/m], zero of constraints, (j,)."""
+
+
+@dataclass(frozen=True)
 class MeshRecord(Labelled):
     """Nodes, cells and named surfaces of one component."""
 
@@ -101,5 +119,7 @@ class MeshRecord(Labelled):
     """`{"notes": [line, …]}`: what of a file the mesh does not have, or has otherwise; `{}` where there is nothing."""
     attachments: dict[str, Attachment] = field(default_factory=dict)
     """Point masses, rigid elements and couplings that a file states, by names as `rbe2_9001`, `node_59`."""
+    relations: dict[str, Relation] = field(default_factory=dict)
+    """Springs, equations and ties that a file states, by names as `springs`, `tie_SEAM`."""
     system: SystemMatrices | None = None
     """Matrices that were read, not assembled from the cells."""

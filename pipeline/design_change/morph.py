@@ -126,9 +126,10 @@ def reuse(
         raise InputError(
             f"{movement.source}: modes of hexahedra with incompatible modes are not reused, use update 'recompute'"
         )
-    if mesh.attachments:
+    if mesh.attachments or mesh.relations:
         raise InputError(
-            f"{movement.source}: modes with masses and couplings of a deck are not reused, use update 'recompute'"
+            f"{movement.source}: modes with masses, couplings, springs and ties of a deck are not reused, use update"
+            " 'recompute'"
         )
     if 0 < len(modal.rigid_twists) < 6:
         raise InputError(

@@ -6,10 +6,9 @@ from pathlib import Path
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.exporters import abaqus, exudyn, nastran, numpy_file, uff
 from gudgeon.pipeline.exporters.reduced import ReducedBody, reduced_body
-from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.geometry.cells import cell_of
-from gudgeon.pipeline.interfaces.point_mass import with_point_masses
+from gudgeon.pipeline.interfaces.point_mass import component_model
 from gudgeon.pipeline.interfaces.tie import refuse_rigid
 from gudgeon.pipeline.stages.folder import held
 from gudgeon.pipeline.stages.job import Job
@@ -38,10 +37,8 @@ def export_part(job: Job, name: str, form: str) -> list[Path]:
                     f"{job.path}: export: body '{name}' given; format 'exudyn' needs a free solid, whose frame floats"
                 )
             key = f"component.{job.scene.component_of(name)}"
-            model = build_model(body.mesh, component.material, (), key, component.geometry)
             refuse_rigid({}, body.mesh, key, "format 'exudyn'")
-            model = with_point_masses(model, component, key)
-            files = exudyn.write(body, model, folder)
+            files = exudyn.write(body, component_model(body.mesh, component, key), folder)
         else:
             files = FORMATS[form](body, folder)
         table = folder / f"{name}-rows.csv"

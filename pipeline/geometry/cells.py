@@ -238,7 +238,7 @@ def block_meshes(mesh: MeshRecord) -> list[tuple[np.ndarray, MeshRecord]]:
             if chosen.any():
                 formulations = {name: np.arange(chosen.sum())} if name else {}
                 same = replace(mesh, cells=block.nodes[chosen], cell_type=block.cell.name, surfaces={}, volumes={},
-                               formulations=formulations, attachments={})  # fmt: skip
+                               formulations=formulations, attachments={}, relations={})  # fmt: skip
                 meshes.append((block.rows[chosen], same))
     return meshes
 
@@ -250,6 +250,7 @@ def submesh(mesh: MeshRecord, cells: np.ndarray) -> tuple[MeshRecord, np.ndarray
     formulations = {name: np.flatnonzero(np.isin(chosen, rows)) for name, rows in mesh.formulations.items()}
     return replace(
         mesh, nodes=mesh.nodes[nodes], cells=numbers.reshape(len(chosen), -1), surfaces={}, volumes={}, attachments={},
+        relations={},
         formulations={name: rows for name, rows in formulations.items() if len(rows)},
     ), nodes  # fmt: skip
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.mesh import MeshRecord, Relation, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import (
     FACETS,
@@ -79,8 +79,8 @@ class MeshFile(Strict):
     )
     mass_unit: Mass | None = Field(
         default=None,
-        description="Kilograms per unit of mass of the file, for its point masses; default: 1, if its densities"
-        " are in kg/m^3",
+        description="Kilograms per unit of mass of the file, whose time is in seconds, for its point masses and springs:"
+        " 1000 for mm, t and N; default: 1, if its densities are in kg/m^3",
     )
     surfaces: dict[Name, SurfaceShape] = Field(
         default={}, description="True shapes by name; a name that is not in the file gets the facets on its shape"
@@ -93,7 +93,8 @@ class MeshFile(Strict):
             InputError: the file is missing or no mesh, not one solid, not on its declared surfaces, or says something
                 that the body would not have and `leave_out` does not name.
         """
-        from gudgeon.pipeline.geometry.decks.attached import attached_notes, attachments, with_middles
+        from gudgeon.pipeline.geometry.decks.members.attached import attached_notes, attachments, with_middles
+        from gudgeon.pipeline.geometry.decks.members.related import related_notes, relations
         from gudgeon.pipeline.geometry.decks.naming import left_out, named_cells, named_facets
         from gudgeon.pipeline.geometry.decks.solids import solid_of
 
@@ -106,9 +107,9 @@ class MeshFile(Strict):
         nodes = solid.points[used]
         blocks = [Block(block.cell, block.rows, new_row[block.nodes]) for block in solid.blocks]
         deck_rows, deck_count = new_row[: solid.deck_count], int(np.searchsorted(used, solid.deck_count))
-        attached = attachments(
-            deck, self.leave_out, solid.points[: solid.deck_count], deck_rows, self.mass_unit, self.path
-        )
+        placed = solid.points[: solid.deck_count], deck_rows, self.mass_unit, self.path
+        attached = attachments(deck, self.leave_out, *placed)
+        related = relations(deck, self.leave_out, *placed)
         faces = boundary_facets(blocks, self.path)[1]
         members = named_facets(deck, faces, new_row, 2, deck_count)
         shapes: dict[str, SurfaceRule] = {name: s.model_dump(mode="json") for name, s in self.surfaces.items()}
@@ -123,9 +124,11 @@ class MeshFile(Strict):
         if straight:
             _lift(nodes, facets, shapes)
         surfaces = {name: Surface(facets[name], (fitted | shapes)[name]) for name in facets}
+        ties, tie_notes = self._ties(deck, nodes, facets, deck_rows)
         record = MeshRecord(
             nodes, cells, cell.name, surfaces, named_cells(deck, corners, new_row), formulations=solid.formulations,
-            remarks=_remarks([*notes, *solid.notes, *attached_notes(attached)]),
+            relations=related | ties,
+            remarks=_remarks([*notes, *solid.notes, *attached_notes(attached), *related_notes(related), *tie_notes]),
         )  # fmt: skip
         if attached:
             edges, middles = _added_middles(record, deck_count)
@@ -143,6 +146,18 @@ class MeshFile(Strict):
         if self.part is not None and self.instance is not None:
             raise InputError(f"{self.path}: geometry.part and geometry.instance given; allowed: one of them")
         return read_deck(self.path, Scope(self.part, self.instance))
+
+    def _ties(
+        self, deck: "Deck", nodes: np.ndarray, facets: dict[str, np.ndarray], deck_rows: np.ndarray
+    ) -> tuple[dict[str, Relation], list[str]]:
+        """Return the constraints of the deck's ties and a line for each; their nodes are moved onto each other."""
+        from gudgeon.pipeline.geometry.decks.members.tied import tied_relations
+
+        if not deck.ties:
+            return {}, []
+        rows = {name: deck_rows[deck.rows(labels, self.path)] for name, labels in deck.node_sets.items()}
+        sets = {name: chosen[chosen >= 0] for name, chosen in rows.items()}
+        return tied_relations(deck, self.leave_out, nodes, facets, sets, self.unit)
 
     def _on_shape(
         self, name: str, shape: SurfaceRule, nodes: np.ndarray, faces: np.ndarray, members: dict[str, np.ndarray]

@@ -21,18 +21,11 @@ def refuse_pieces(mesh: MeshRecord, key: str, tied: Sequence[np.ndarray] = ()) -
     Raises:
         InputError: a node has no position or no element, or the elements fall into pieces that share no node.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     cells, count = mesh.cells, len(mesh.nodes)
     finite = np.isfinite(mesh.nodes).all(axis=1)
     if not finite.all():
         raise InputError(f"{key}: node {int(np.argmin(finite))} of the mesh has no finite position")
-    first_nodes = np.repeat(cells[:, 0], cells.shape[1])
-    starts = np.concatenate([first_nodes, *(np.repeat(nodes[:1], len(nodes)) for nodes in tied)])
-    ends = np.concatenate([cells.ravel(), *tied])
-    links = coo_matrix((np.ones(starts.size, bool), (starts, ends)), shape=(count, count))
-    pieces, piece_of = connected_components(links, directed=False)
+    pieces, piece_of = pieces_of(mesh, [*tied, *_links(mesh)])
     if pieces == 1:
         return
     used = np.zeros(count, bool)
@@ -52,6 +45,31 @@ def refuse_pieces(mesh: MeshRecord, key: str, tied: Sequence[np.ndarray] = ()) -
         f" {len(cells)} elements about {_text(centre)}, has {surfaces}; allowed: one solid"
         + (", or a frame whose pieces an interface of tie 'rbe2' joins" if cell_of(mesh).spatial else "")
     )
+
+
+def pieces_of(mesh: MeshRecord, links: Sequence[np.ndarray] = ()) -> tuple[int, np.ndarray]:
+    """Return the number of pieces that share no node, and that of each node, (n,).
+
+    Args:
+        links: Nodes that belong to one piece, (k,) each.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    cells, count = mesh.cells, len(mesh.nodes)
+    first_nodes = np.repeat(cells[:, 0], cells.shape[1])
+    starts = np.concatenate([first_nodes, *(np.repeat(nodes[:1], len(nodes)) for nodes in links)])
+    ends = np.concatenate([cells.ravel(), *links])
+    pairs = coo_matrix((np.ones(starts.size, bool), (starts, ends)), shape=(count, count))
+    return connected_components(pairs, directed=False)
+
+
+def _links(mesh: MeshRecord) -> list[np.ndarray]:
+    """Return the nodes that a rigid element, a spring or a constraint of a mesh's file joins, (k,) each."""
+    links = [a.nodes for a in mesh.attachments.values() if a.kind == "rbe2"]
+    for record in mesh.relations.values():
+        links += np.split(record.nodes, np.searchsorted(record.rows, np.arange(1, len(record.stiffness))))
+    return links
 
 
 def refuse_degenerate(x: np.ndarray, det: np.ndarray, numbers: np.ndarray) -> None:

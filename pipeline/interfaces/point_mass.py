@@ -16,6 +16,7 @@ from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.elements.solid import solid_twists
 from gudgeon.pipeline.fem.model import FEModel, MassProperties
 from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.interfaces.relations import with_springs
 from gudgeon.pipeline.interfaces.tie import Tie, attached_tie, tie_of, tie_rows
 from gudgeon.pipeline.scenes.component import Component, PointMass
 from gudgeon.pipeline.scenes.interface import Interface
@@ -28,8 +29,8 @@ SHARE = 1e-9
 
 
 def component_model(mesh: MeshRecord, component: Component, key: str) -> FEModel:
-    """Return the model of a component with its supports and point masses; errors as of `build_model`, and see below."""
-    return with_point_masses(free_model(mesh, component, key, component.supports), component, key)
+    """Return the model of a component with supports, point masses and springs; errors: `build_model`, and below."""
+    return with_springs(with_point_masses(free_model(mesh, component, key, component.supports), component, key), key)
 
 
 def free_model(mesh: MeshRecord, component: Component, key: str, supports: Sequence[Support] = ()) -> FEModel:

@@ -24,8 +24,11 @@ from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.loads import LoadRows
 from gudgeon.pipeline.interfaces.points import ON_A_LINE, facet_points
+from gudgeon.pipeline.interfaces.relations import expressed_dofs, refuse_mechanisms, substituted
 from gudgeon.pipeline.scenes.interface import Interface
 
+OF_DECK = " (of the deck)"
+"""End of the name of a rigid element that a file states."""
 TWISTS = {3: range(6), 2: (0, 1, 5)}
 """Motions of a reference point by dimension: all on a solid, those in the plane on a plane part."""
 
@@ -107,7 +110,7 @@ def rigid_ties(mesh: MeshRecord, ties: Mapping[str, Tie]) -> dict[str, Tie]:
     """Return the rigid elements of a mesh's deck by name, but for those on the same nodes as one of `ties`."""
     taken = [np.sort(tie.nodes) for tie in ties.values()]
     return {
-        f"{name} (of the deck)": attached_tie(mesh, attachment)
+        f"{name}{OF_DECK}": attached_tie(mesh, attachment)
         for name, attachment in mesh.attachments.items()
         if attachment.kind == "rbe2" and not any(np.array_equal(nodes, attachment.nodes) for nodes in taken)
     }
@@ -135,7 +138,8 @@ def _point_rows(model: FEModel, tie: Tie) -> sparse.csr_matrix:
 
 
 def made_rigid(model: FEModel, ties: Mapping[str, Tie], key: str) -> tuple[FEModel, sparse.csr_matrix]:
-    """Return a model whose tied surfaces move as rigid bodies, and L, from its dofs to those of the model.
+    """Return a model whose tied surfaces move as rigid bodies and whose file's constraints hold, and L, from its dofs
+    to those of the model.
 
     It has the same dofs; those that follow others are held and uncoupled in it.
 
@@ -144,13 +148,14 @@ def made_rigid(model: FEModel, ties: Mapping[str, Tie], key: str) -> tuple[FEMod
         key: Key of the interfaces in the scene, for messages.
 
     Raises:
-        InputError: a tied surface shares nodes with a support or another tie.
+        InputError: a tied surface shares nodes with a support or another tie, or constraints contradict each other or
+            leave a piece loose.
     """
-    size, d = len(model.held), len(model.directions)
+    size, d, component_key = len(model.held), len(model.directions), key.removesuffix(".interface")
     owner, follows = np.full(len(model.nodes), -1), np.zeros(size, bool)
     rows, columns, values = [], [], []
     for tie_id, (name, tie) in enumerate(ties.items()):
-        _refuse_shared(model, tie, owner, list(ties), f"{key}.{name}")
+        _refuse_shared(model, tie, owner, list(ties), key, name)
         owner[tie.nodes] = tie_id
         dofs = (d * tie.nodes[:, None] + np.arange(d)).ravel()
         P = np.einsum("kij,di->kdj", tie.rigid(model.nodes[tie.nodes]), model.directions)
@@ -162,11 +167,15 @@ def made_rigid(model: FEModel, ties: Mapping[str, Tie], key: str) -> tuple[FEMod
         rows.append(np.repeat(dofs[others], len(chosen)))
         columns.append(np.tile(dofs[chosen], len(others)))
         values.append(linalg.solve(P[chosen].T, P[others].T).T.ravel())
-    if not ties:
+    dofs, others, factors = expressed_dofs(model, follows, component_key)
+    if not follows.any():
         return model, sparse.eye(size, format="csr")
+    rows, columns, values = [*rows, dofs], [*columns, others], [*values, factors]
     stays = np.flatnonzero(~follows)
     indices = np.concatenate([stays, *rows]), np.concatenate([stays, *columns])
     L = sparse.csr_matrix((np.concatenate([np.ones(len(stays)), *values]), indices), shape=(size, size))
+    L = substituted(L, follows, component_key)
+    refuse_mechanisms(model, L, component_key)
     K, M = (_projected(matrix, L, follows) for matrix in (model.K, model.M))
     elements = None if model.parts is None else replace(model.parts, spread=L)
     return replace(model, K=K, M=M, held=model.held | follows, parts=elements), L
@@ -181,6 +190,9 @@ def refuse_rigid(interfaces: Mapping[str, Interface], mesh: MeshRecord, key: str
     if name := next((name for name, attachment in mesh.attachments.items() if attachment.kind == "rbe2"), None):
         raise InputError(f"{key}.geometry: its deck has the rigid element {name}, {user} does not support rigid"
                          " surfaces; geometry.leave_out leaves it out")  # fmt: skip
+    if name := next((name for name, relation in mesh.relations.items() if relation.kind == "constraint"), None):
+        raise InputError(f"{key}.geometry: its deck has the constraints {name}, {user} does not support constraints;"
+                         " geometry.leave_out leaves them out")  # fmt: skip
     for name, interface in interfaces.items():
         if interface.tie == "rbe2":
             raise InputError(f"{key}.interface.{name}.tie: 'rbe2' given, {user} does not support rigid surfaces")
@@ -209,17 +221,19 @@ def _refuse_few(nodes: np.ndarray, dimension: int, prefix: str) -> None:
     raise InputError(f"{prefix} its {len(nodes)} nodes{lie} are too few to tie; {needed} are needed")
 
 
-def _refuse_shared(model: FEModel, tie: Tie, owner: np.ndarray, names: list[str], key: str) -> None:
-    """Refuse a tie whose nodes are held or belong to another tie."""
-    fixed = model.held.reshape(len(model.nodes), -1)[tie.nodes].any(axis=1)
-    if fixed.any():
-        raise InputError(
-            f"{key}.tie: 'rbe2' given, supports hold {int(fixed.sum())} of its {len(tie.nodes)} nodes; separate tie"
-            " and support, or use 'rbe3'"
+def _refuse_shared(model: FEModel, tie: Tie, owner: np.ndarray, names: list[str], key: str, name: str) -> None:
+    """Refuse a tie whose nodes are held or belong to another tie; `key` is that of the interfaces."""
+    held = model.held.reshape(len(model.nodes), -1)[tie.nodes].any(axis=1)
+    taken, count = owner[tie.nodes], len(tie.nodes)
+    begin, remedy = f"{key}.{name}.tie: 'rbe2' given,", "use 'rbe3'"
+    if name.endswith(OF_DECK):
+        begin = (
+            f"{key.removesuffix('.interface')}.geometry: its deck has the rigid element {name.removesuffix(OF_DECK)},"
         )
-    taken = owner[tie.nodes]
+        remedy = "leave it out by geometry.leave_out"
+    if held.any():
+        raise InputError(f"{begin} supports hold {int(held.sum())} of its {count} nodes; separate tie and support, or"
+                         f" {remedy}")  # fmt: skip
     if (taken >= 0).any():
-        raise InputError(
-            f"{key}.tie: 'rbe2' given, interface '{names[int(taken.max())]}' ties {int((taken >= 0).sum())} of its"
-            f" {len(tie.nodes)} nodes already; use 'rbe3' for one of them"
-        )
+        raise InputError(f"{begin} interface '{names[int(taken.max())]}' ties {int((taken >= 0).sum())} of its {count}"
+                         f" nodes already; {remedy} for one of them")  # fmt: skip

@@ -11,7 +11,7 @@ from gudgeon.modaldb.format.seal import verify_open
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord, PoseRecord
-from gudgeon.modaldb.records.mesh import Attachment, MeshRecord, Surface, SystemMatrices, Triangle
+from gudgeon.modaldb.records.mesh import Attachment, MeshRecord, Relation, Surface, SystemMatrices, Triangle
 from gudgeon.modaldb.records.modes import (
     GaugeModes,
     InertiaCouplings,
@@ -61,6 +61,11 @@ def mesh() -> MeshRecord:
         },
         volumes={"core": np.array([0])},
         attachments={"rbe2_9": Attachment(np.array([0, 1, 2]), ramp(3), "rbe2", 0.25)},
+        relations={
+            "springs": Relation(
+                "spring", np.array([0, 0]), np.array([1, 9]), np.array([0, 2]), ramp(2), ramp(1, start=5.0)
+            )
+        },
         system=SystemMatrices(
             nodes=np.array([0, 9]),
             directions=np.array([2, 5]),

@@ -152,7 +152,7 @@ def test_long_texts_fit(tmp_path: Path) -> None:
 def test_any_name_of_a_surface_survives(name: str, tmp_path: Path) -> None:
     """Names come from users' mesh files; a slash is a path to HDF5."""
     surface = Surface(np.array([[0, 1, 2, 4, 5, 6]]), {"kind": "cone"})
-    record = replace(mesh(), surfaces={name: surface}, volumes={}, attachments={}, system=None)
+    record = replace(mesh(), surfaces={name: surface}, volumes={}, attachments={}, relations={}, system=None)
     path = written(tmp_path / "r.h5", "mesh", record)
     assert same(hdf5.read_record(path, "mesh"), record)
     assert hdf5.dataset_bytes(head_of(path)).keys() == {"nodes", "cells", f"surfaces/{name}/facets"}

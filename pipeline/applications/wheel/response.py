@@ -72,8 +72,8 @@ def sector_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str) -
     if not cell_of(mesh).solid:
         raise InputError(f"{key}.geometry: '{component.geometry.kind}' given; a wheel needs a solid sector")
     refuse_rigid(component.interface, mesh, key, "a wheel")
-    if mesh.attachments:
-        raise InputError(f"{key}.geometry: its deck has {', '.join(mesh.attachments)}, a wheel has no point masses;"
+    if has := [*mesh.attachments, *mesh.relations]:
+        raise InputError(f"{key}.geometry: its deck has {', '.join(has)}, a wheel has no point masses and springs;"
                          " geometry.leave_out leaves them out")  # fmt: skip
     model = build_model(mesh, component.material, component.supports, key, component.geometry)
     return cyclic_sector(model, wheel, f"wheel.{name}")

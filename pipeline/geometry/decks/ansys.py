@@ -13,7 +13,19 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS
-from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, PointMass, Scope, Source, deck_of, whole
+from gudgeon.pipeline.geometry.decks.model import (
+    AXIAL,
+    Block,
+    Deck,
+    Omission,
+    PointMass,
+    Scope,
+    Source,
+    Sum,
+    Term,
+    deck_of,
+    whole,
+)
 
 FORMAT = re.compile(r"\((\d+i\d+)(,\d+i\d+)*(,\d+[eg]\d+\.\d+(e\d+)?)?\)", re.IGNORECASE)
 """Widths of a block's columns, such as (3i9,6e21.13e3)."""
@@ -24,7 +36,8 @@ DRAWN = (154, 155, 200)
 """Types of elements without mass or stiffness: surface effects and meshes alone."""
 TYPE, CONSTANTS, NODE_COUNT, LABEL, HEAD = 1, 2, 8, 10, 11
 """Columns of an element from 0: its type, set of real constants, number of nodes and own number, its first node."""
-MASS21 = 21
+MASS21, COMBIN14 = 21, 14
+AXES = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
 CORNERS = 8
 """Nodes of an element as it is written: eight corners, of which some are repeated, then up to twelve others."""
 DEGENERATE: Mapping[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
@@ -66,17 +79,17 @@ class Lines:
             text = Path(path).read_text(errors="replace")
         except OSError as error:
             raise InputError(f"{path}: {error.strerror}; allowed: an archive of CDWRITE") from None
-        self.path, self.type_number, self._lines = path, 0, text.splitlines()
+        self.path, self.line_number, self._lines = path, 0, text.splitlines()
 
     def __iter__(self) -> Iterator[str]:
-        while self.type_number < len(self._lines):
-            self.type_number += 1
-            yield self._lines[self.type_number - 1]
+        while self.line_number < len(self._lines):
+            self.line_number += 1
+            yield self._lines[self.line_number - 1]
 
     @property
     def source(self) -> Source:
         """Of the current line."""
-        return Source(self.path, self.type_number)
+        return Source(self.path, self.line_number)
 
     def following(self, default: str = "") -> str:
         """Return the next line, or a default behind the last one."""
@@ -98,7 +111,8 @@ def read_ansys(path: str, scope: Scope) -> Deck:
     blocks = _blocks(archive.rows)
     return deck_of(
         labels, np.concatenate(archive.points), blocks, path, node_sets=archive.node_sets,
-        element_sets=archive.element_sets, masses=archive.masses(), omissions=archive.omissions.values(),
+        element_sets=archive.element_sets, masses=archive.masses(), sums=archive.sums(),
+        omissions=archive.omissions.values(),
     )  # fmt: skip
 
 
@@ -117,6 +131,9 @@ class _Archive:
         self._options: dict[tuple[int, int], int] = {}
         self._constants: dict[int, list[float]] = {}
         self._masses: list[tuple[int, int, int, str, Source]] = []
+        self._springs: list[tuple[int, int, list[int], str, Source]] = []
+        self._coupled: list[Sum] = []
+        self._turned = False
 
     def read(self) -> None:
         """Read all commands."""
@@ -146,6 +163,8 @@ class _Archive:
             raise self.lines.source.error(
                 f"the command {keyword}; allowed: an archive of CDWRITE in blocked form (NBLOCK, EBLOCK)"
             )
+        if keyword == "CP" and len(words) > 5 and self._read_coupled(words):
+            return
         if keyword in ALTERING:
             self._omit(keyword, ALTERING[keyword])
         elif keyword in LOADS:
@@ -208,6 +227,7 @@ class _Archive:
                 raise self.lines.source.error(
                     f"{line[:80].strip()!r}, expected coordinates of {real} columns"
                 ) from None
+            self._turned |= any(line[start + k * real : start + (k + 1) * real].strip(" 0.E+-") for k in (3, 4, 5))
             numbers.append(int(line[:width]))
         self.labels.append(np.array(numbers, np.int64))
         self.points.append(np.array(points, float).reshape(-1, 3))
@@ -236,6 +256,8 @@ class _Archive:
                 self.rows.append(Row(row[LABEL], type_number, nodes[:count], source))
             elif type_number == MASS21 and count == 1:
                 self._masses.append((row[TYPE], row[CONSTANTS], nodes[0], name, source))
+            elif type_number == COMBIN14 and count == 2:
+                self._springs.append((row[TYPE], row[CONSTANTS], nodes[:2], name, source))
             elif type_number not in DRAWN:
                 self.omissions.setdefault(name, Omission(name, source, "elements that are no solids"))
 
@@ -247,7 +269,7 @@ class _Archive:
         self.lines.following()
         for line in self.lines:
             if len(line[:start].split()) != 2 or not line[:start].replace(" ", "").isdigit():
-                self.lines.type_number -= 1
+                self.lines.line_number -= 1
                 break
             head = self._integers(line[:start], width, 2)
             text = line[start:].ljust(6 * real)[: 6 * real]
@@ -269,6 +291,41 @@ class _Archive:
             else:
                 self.omissions.setdefault(name, Omission(name, source, "a mass by direction or with inertia"))
         return masses
+
+    def sums(self) -> list[Sum]:
+        """Return elements COMBIN14 without damping and coupled displacements; none where nodes have directions of
+        their own. Other springs are left out."""
+        sums = [] if self._turned else list(self._coupled)
+        if self._turned and self._coupled:
+            text = "coupled displacements of nodes with directions of their own"
+            self.omissions.setdefault("CP", Omission("CP", self._coupled[0].source, text))
+        for type_id, constants_id, nodes, name, source in self._springs:
+            values, along = self._constants.get(constants_id, []), self._options.get((type_id, 2), 0)
+            plain = values and not any(values[1:]) and not self._turned
+            if not plain or along > 3 or any(self._options.get((type_id, k), 0) for k in (1, 3)):
+                self.omissions.setdefault(name, Omission(name, source, "a spring with damping or on rotations"))
+                continue
+            direction = along - 1 if along else AXIAL
+            sums.append(Sum((Term(nodes[0], direction, -1.0), Term(nodes[1], direction, 1.0)), values[0], name, source))
+        return sums
+
+    def _read_coupled(self, words: list[str]) -> bool:
+        """Read nodes with one displacement in common: number, direction, NODE and their count, then the nodes.
+
+        Return whether they are.
+        """
+        source, direction, count = self.lines.source, words[3].upper(), words[5]
+        nodes: list[str] = []
+        while count.isdecimal() and len(nodes) < int(count):
+            following_words = self.lines.following().split()
+            if not following_words or not all(word.isdecimal() for word in following_words):
+                return False
+            nodes += following_words
+        if direction not in AXES or len(nodes) < 2:
+            return False
+        leading, axis = Term(int(nodes[0]), AXES.index(direction), -1.0), AXES.index(direction)
+        self._coupled += [Sum((Term(int(n), axis, 1.0), leading), None, "CP", source) for n in nodes[1:]]
+        return True
 
     def _read_component(self, words: list[str]) -> None:
         """Read a component; −b after a means a to b."""

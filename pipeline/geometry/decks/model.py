@@ -5,7 +5,7 @@ set numbers are those of the file, lengths those of its unit.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -95,6 +95,47 @@ class PointMass(NamedTuple):
     source: Source
 
 
+class Term(NamedTuple):
+    """A displacement of a node, times a coefficient."""
+
+    node: int
+    """Its label."""
+    direction: int
+    """0, 1, 2 for x, y, z, 3, 4, 5 for rotations about them, `AXIAL`."""
+    coefficient: float
+
+
+AXIAL = -1
+"""Direction of a spring from its first node to its second one."""
+
+
+class Sum(NamedTuple):
+    """A sum of displacements that is zero, or that a spring resists."""
+
+    terms: tuple[Term, ...]
+    stiffness: float | None
+    """In the file's units of force and length; None of a constraint."""
+    keyword: str
+    """Of the file, such as SPRING."""
+    source: Source
+
+
+class TiedSurfaces(NamedTuple):
+    """A surface whose nodes move with the nearest points of another one."""
+
+    name: str
+    slave: str
+    """Name of the set whose nodes follow."""
+    master: str
+    """Name of the set of faces that they follow."""
+    tolerance: float | None
+    """Distance within which nodes are tied, in the file's unit; None: by the size of the faces."""
+    moved: bool
+    """Whether nodes of the slave that are tied are moved onto the master."""
+    keyword: str
+    source: Source
+
+
 class Omission(NamedTuple):
     """What a deck says and a mesh does not hold."""
 
@@ -124,11 +165,18 @@ class Deck:
     """Labels of elements by name."""
     couplings: tuple[Coupling, ...] = ()
     masses: tuple[PointMass, ...] = ()
+    sums: tuple[Sum, ...] = ()
+    ties: tuple[TiedSurfaces, ...] = ()
     dependent: np.ndarray = field(default_factory=lambda: np.empty(0, int))
     """Labels of nodes that equations or couplings express by others: a program may have eliminated them."""
     omissions: tuple[Omission, ...] = ()
     materials: tuple[tuple[Source, Mapping[str, float]], ...] = ()
     """Isotropic constants of each material: E, nu and rho where they are stated, in the file's units."""
+
+    @property
+    def members(self) -> tuple[Coupling | PointMass | Sum | TiedSurfaces, ...]:
+        """What a body has of the deck beside its solid."""
+        return (*(c for c in self.couplings if c.source is not None), *self.masses, *self.sums, *self.ties)
 
     def rows(self, labels: np.ndarray, path: str) -> np.ndarray:
         """Return the places of labels among those of the nodes, in the same shape.
@@ -154,6 +202,8 @@ def deck_of(
     element_sets: Mapping[str, np.ndarray] | None = None,
     couplings: Sequence[Coupling] = (),
     masses: Sequence[PointMass] = (),
+    sums: Sequence[Sum] = (),
+    ties: Sequence[TiedSurfaces] = (),
     dependent: np.ndarray | None = None,
     omissions: Iterable[Omission] = (),
     materials: Sequence[tuple[Source, Mapping[str, float]]] = (),
@@ -176,13 +226,15 @@ def deck_of(
     deck = Deck(
         labels=labels, points=points, blocks=_joined(blocks), node_sets=dict(node_sets or {}),
         side_sets=dict(side_sets or {}), element_sets=dict(element_sets or {}), couplings=tuple(couplings),
-        masses=tuple(masses), dependent=np.empty(0, int) if dependent is None else np.unique(dependent),
-        omissions=tuple(o for o in omissions if o.source not in {item.source for item in (*couplings, *masses)}),
-        materials=tuple(materials),
+        masses=tuple(masses), sums=tuple(sums), ties=tuple(ties), materials=tuple(materials),
+        dependent=np.empty(0, int) if dependent is None else np.unique(dependent),
     )  # fmt: skip
+    taken = {item.source for item in deck.members}
+    deck = replace(deck, omissions=tuple(o for o in omissions if o.source not in taken))
     for block in deck.blocks:
         _check_elements(deck, block, path)
-    deck.rows(np.array([*(c.reference for c in couplings), *(m.node for m in masses)], int), path)
+    terms = (term.node for item in sums for term in item.terms)
+    deck.rows(np.array([*(c.reference for c in couplings), *(m.node for m in masses), *terms], int), path)
     return deck
 
 

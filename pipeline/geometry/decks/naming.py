@@ -45,9 +45,8 @@ def _refuse_unknown(leave_out: Sequence[str], have: Sequence[str], path: str) ->
 
 
 def _taken_over(deck: Deck) -> list[Omission]:
-    """Return the masses and couplings that a body has of a deck, as they are called where it shall not have them."""
-    items = [(item.keyword, item.source) for item in (*deck.couplings, *deck.masses)]
-    return [Omission(keyword, source, "the body has nothing in its place") for keyword, source in items if source]
+    """Return what a body has of a deck beside its solid, as it is called where the body shall not have it."""
+    return [Omission(m.keyword, m.source, "the body has nothing in its place") for m in deck.members if m.source]
 
 
 def _noted(silent: Sequence[Omission]) -> list[str]:

@@ -13,6 +13,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS
 from gudgeon.pipeline.geometry.decks.axes import Axes, from_z_x
 from gudgeon.pipeline.geometry.decks.bulk import Card, read_cards
+from gudgeon.pipeline.geometry.decks.members.bulk_sums import read_sums
 from gudgeon.pipeline.geometry.decks.model import (
     MISSING,
     Block,
@@ -81,13 +82,13 @@ def read_nastran(path: str, scope: Scope) -> Deck:
         elif card.text(1).upper().startswith("ELEM"):
             element_sets[name] = members
     couplings, coupled = _rigid_elements(by_name)
-    masses = _masses(by_name)
+    masses, sums = _masses(by_name), read_sums(by_name)
     dependent = [n for name in coupled if name.startswith("rbe2") for n in coupled[name]]
     node_sets |= {name: np.intersect1d(np.array(m, np.int64), labels) for name, m in coupled.items()}
     return deck_of(
         labels, points, blocks, path, node_sets=node_sets, element_sets=element_sets, couplings=couplings,
-        masses=masses, dependent=np.array(dependent, np.int64), materials=_materials(by_name),
-        omissions=_omissions(by_name, {item.source for item in (*couplings, *masses)}),
+        masses=masses, sums=sums, dependent=np.array(dependent, np.int64), materials=_materials(by_name),
+        omissions=_omissions(by_name, {item.source for item in (*couplings, *masses, *sums)}),
     )  # fmt: skip
 
 

@@ -256,7 +256,8 @@ def _deck(
     return deck_of(
         np.array(body.labels, np.int64), points, blocks, path, node_sets=node_sets, side_sets=side_sets,
         element_sets=element_sets, couplings=couplings, masses=body.extras.masses(element_sets), dependent=dependent,
-        omissions=omissions, materials=extras.materials,
+        sums=body.extras.links.sums(element_sets), ties=body.extras.links.ties, omissions=omissions,
+        materials=extras.materials,
     )  # fmt: skip
 
 

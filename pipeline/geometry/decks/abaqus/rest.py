@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword
+from gudgeon.pipeline.geometry.decks.abaqus.links import Links
 from gudgeon.pipeline.geometry.decks.abaqus.sets import Named, Sets
 from gudgeon.pipeline.geometry.decks.model import Block, Coupling, Omission, PointMass, Source
 
@@ -82,6 +83,7 @@ class Rest:
         self._equations: list[str] = []
         self._mass_nodes: dict[int, int] = {}
         self._masses: list[Keyword] = []
+        self.links = Links()
         self.materials: list[tuple[Source, dict[str, float]]] = []
 
     def take(self, keyword: Keyword) -> None:
@@ -106,6 +108,7 @@ class Rest:
             self._omit(keyword, "is not known here")
         self._material(keyword)
         self._couple(keyword)
+        self.links.take(keyword)
         if name == "MASS" and "TYPE" not in keyword.options and keyword.rows:
             self._masses.append(keyword)
         if name in SECTIONS or (name == "SOLID SECTION"):
@@ -118,6 +121,7 @@ class Rest:
         rows = [row.integers() for row in keyword.rows if row.text[:1].isdigit()]
         if kind == "MASS":
             self._mass_nodes |= {row[0]: row[1] for row in rows if len(row) > 1}
+        self.links.add_elements(kind, rows)
         return [row[0] for row in rows]
 
     def faces(self, keyword: Keyword, kind: str) -> None:

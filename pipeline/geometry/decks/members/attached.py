@@ -5,11 +5,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import Attachment
-from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.decks.members.units import mass_scale, refused
 from gudgeon.pipeline.geometry.decks.model import Coupling, Deck, PointMass
 
-DENSITIES = (10.0, 30_000.0)
-"""Densities of solids [kg/m³]: a deck whose numbers are among them has its masses in kg."""
 ON_A_LINE = 1e-6
 """Extent across a line, by that along it, below which nodes do not determine a rotation."""
 MOST_NODES = 3000
@@ -35,18 +33,18 @@ def attachments(
     folded = {name.casefold() for name in leave_out}
     couplings = [c for c in deck.couplings if c.source is not None and c.keyword.casefold() not in folded]
     masses = [m for m in deck.masses if m.keyword.casefold() not in folded]
-    unit = _mass_unit(deck, masses, mass_unit)
+    unit = mass_scale(deck, masses, mass_unit)
     at_node = _node_masses(masses, unit)
     leading = [c.reference for c in couplings]
     records: dict[str, Attachment] = {}
     for coupling in couplings:
         if leading.count(coupling.reference) > 1:
-            raise _refused(coupling, f"node {coupling.reference} leads several sets, allowed: one")
+            raise refused(coupling, f"node {coupling.reference} leads several sets, allowed: one")
         nodes = _coupled(deck, coupling, new_row, path)
         place = int(deck.rows(np.array([coupling.reference]), path)[0])
         if new_row[place] >= 0:
             if coupling.tie == "rbe3":
-                raise _refused(coupling, f"its node {coupling.reference} is one of the solid, allowed: another node")
+                raise refused(coupling, f"its node {coupling.reference} is one of the solid, allowed: another node")
             nodes = np.union1d(nodes, new_row[place])
         elif coupling.tie == "rbe3" and coupling.reference not in at_node:
             continue  # A point without mass follows the body and alters nothing.
@@ -61,7 +59,7 @@ def _node_masses(masses: Sequence[PointMass], unit: float) -> dict[int, float]:
     at_node: dict[int, float] = {}
     for mass in masses:
         if not np.isfinite(unit * mass.mass) or mass.mass < 0:
-            raise _refused(mass, f"a mass of {mass.mass:g} given, allowed: 0 and more")
+            raise refused(mass, f"a mass of {mass.mass:g} given, allowed: 0 and more")
         at_node[mass.node] = at_node.get(mass.node, 0.0) + unit * mass.mass
     return at_node
 
@@ -78,7 +76,7 @@ def _on_nodes(
             node = np.array([new_row[place]])
             records[f"node_{mass.node}"] = Attachment(node, points[place], "node", at_node[mass.node])
         elif mass.node not in leading:
-            raise _refused(mass, f"node {mass.node} is of no solid, and no coupling leads it")
+            raise refused(mass, f"node {mass.node} is of no solid, and no coupling leads it")
     return records
 
 
@@ -116,32 +114,14 @@ def _coupled(deck: Deck, coupling: Coupling, new_row: np.ndarray, path: str) -> 
         missing = (
             f"{int((nodes < 0).sum())} of its {len(nodes)} nodes are of no solid" if len(nodes) else "it has no nodes"
         )
-        raise _refused(coupling, f"{missing}, allowed: nodes of the solid")
+        raise refused(coupling, f"{missing}, allowed: nodes of the solid")
     return np.sort(nodes)
 
 
 def _refuse_nodes(coupling: Coupling, positions: np.ndarray, mass: float) -> None:
     """Refuse a coupling whose nodes (k, 3) do not determine the rotation of its point, or are too many for a mass."""
     if mass and len(positions) > MOST_NODES:
-        raise _refused(coupling, f"its mass would couple {len(positions)} nodes, allowed: {MOST_NODES}")
+        raise refused(coupling, f"its mass would couple {len(positions)} nodes, allowed: {MOST_NODES}")
     spread = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False) if len(positions) > 2 else np.zeros(2)
     if not spread[1] > ON_A_LINE * spread[0]:
-        raise _refused(coupling, "its nodes are fewer than three or lie on a line")
-
-
-def _mass_unit(deck: Deck, masses: Sequence[PointMass], mass_unit: float | None) -> float:
-    """Return the kilograms per unit of mass of a deck."""
-    if mass_unit is not None or not masses:
-        return 1.0 if mass_unit is None else mass_unit
-    densities = [constants["rho"] for _, constants in deck.materials if constants.get("rho")]
-    wrong = [rho for rho in densities if not DENSITIES[0] <= rho <= DENSITIES[1]]
-    if wrong:
-        raise _refused(masses[0], f"the deck's density of {wrong[0]:g} is not in kg/m^3; geometry.mass_unit states the"
-                                  " kg per unit of mass, 1000 for tonnes")  # fmt: skip
-    return 1.0
-
-
-def _refused(item: Coupling | PointMass, text: str) -> InputError:
-    """Return the error of a thing that cannot be taken over, with the key that leaves it out."""
-    assert item.source is not None
-    return item.source.error(f'{item.keyword}: {text}; geometry.leave_out = ["{item.keyword}"] leaves it out')
+        raise refused(coupling, "its nodes are fewer than three or lie on a line")

@@ -1,0 +1,1 @@
+"""What a body has of a deck beside its solid: point masses, couplings, springs, equations and ties."""

@@ -1,0 +1,36 @@
+"""Kilograms per unit of mass of a deck, and whether its numbers are those of a solid."""
+
+from collections.abc import Sequence
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.decks.model import Coupling, Deck, PointMass, Sum, TiedSurfaces
+
+DENSITIES = (10.0, 30_000.0)
+"""Densities of solids [kg/m³]: a deck whose numbers are among them has its masses in kg."""
+Member = Coupling | PointMass | Sum | TiedSurfaces
+
+
+def mass_scale(deck: Deck, members: Sequence[PointMass | Sum], mass_unit: float | None) -> float:
+    """Return the kilograms per unit of mass of a deck, whose time is in seconds.
+
+    Args:
+        members: What has a mass or a stiffness; without any, the unit does not matter.
+        mass_unit: As the scene states it.
+
+    Raises:
+        InputError: it is not stated, and the deck's densities are none in kg/m³.
+    """
+    if mass_unit is not None or not members:
+        return 1.0 if mass_unit is None else mass_unit
+    densities = [constants["rho"] for _, constants in deck.materials if constants.get("rho")]
+    wrong = [rho for rho in densities if not DENSITIES[0] <= rho <= DENSITIES[1]]
+    if wrong:
+        raise refused(members[0], f"the deck's density of {wrong[0]:g} is not in kg/m^3; geometry.mass_unit states the"
+                                  " kg per unit of mass, 1000 for tonnes")  # fmt: skip
+    return 1.0
+
+
+def refused(item: Member, text: str) -> InputError:
+    """Return the error of what cannot be taken over, with the key that leaves it out."""
+    assert item.source is not None
+    return item.source.error(f'{item.keyword}: {text}; geometry.leave_out = ["{item.keyword}"] leaves it out')
