@@ -79,8 +79,8 @@ class MeshFile(Strict):
     )
     mass_unit: Mass | None = Field(
         default=None,
-        description="Kilograms per unit of mass of the file, whose time is in seconds, for its point masses and springs:"
-        " 1000 for mm, t and N; default: 1, if its densities are in kg/m^3",
+        description="Kilograms per unit of mass of the file, whose time is in seconds, for its point masses and"
+        " springs: 1000 for mm, t and N; default: 1, if its densities are in kg/m^3",
     )
     surfaces: dict[Name, SurfaceShape] = Field(
         default={}, description="True shapes by name; a name that is not in the file gets the facets on its shape"
@@ -143,8 +143,7 @@ class MeshFile(Strict):
 
         if cad_kind := CAD_KINDS.get(Path(self.path).suffix.lower()):
             raise InputError(f'{self.path}: {cad_kind} is a shape without a mesh; kind = "cad" meshes it')
-        if self.part is not None and self.instance is not None:
-            raise InputError(f"{self.path}: geometry.part and geometry.instance given; allowed: one of them")
+        refuse_both(self.part, self.instance, self.path)
         return read_deck(self.path, Scope(self.part, self.instance))
 
     def _ties(
@@ -187,6 +186,12 @@ class MeshFile(Strict):
                 f" names {have}; {hint}"
             )
         return belongs
+
+
+def refuse_both(part_name: str | None, instance: str | None, path: str) -> None:
+    """Refuse a part and an instance of a deck at once."""
+    if part_name is not None and instance is not None:
+        raise InputError(f"{path}: geometry.part and geometry.instance given; allowed: one of them")
 
 
 def _added_middles(mesh: MeshRecord, deck_count: int) -> tuple[np.ndarray, np.ndarray]:

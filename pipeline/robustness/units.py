@@ -156,7 +156,17 @@ def rescaled_mesh(mesh: MeshRecord, units: Units) -> MeshRecord:
         for name, surface in mesh.surfaces.items()
     }
     system = None if mesh.system is None else _rescaled_system(mesh.system, units)
-    return replace(mesh, nodes=mesh.nodes * units.length, surfaces=surfaces, system=system)
+    attachments = {
+        name: replace(item, point=item.point * units.length, mass=item.mass * units.of("kg"))
+        for name, item in mesh.attachments.items()
+    }
+    relations = {
+        name: replace(item, stiffness=item.stiffness * units.of("N/m")) for name, item in mesh.relations.items()
+    }
+    return replace(
+        mesh, nodes=mesh.nodes * units.length, surfaces=surfaces, system=system, attachments=attachments,
+        relations=relations,
+    )  # fmt: skip
 
 
 def rescaled_grid(grid: PoseGridRecord, units: Units) -> PoseGridRecord:

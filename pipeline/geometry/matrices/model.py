@@ -22,6 +22,8 @@ class MatrixFiles:
     mass: str | None
     dofs: str | None
     model: str
+    part: str | None
+    instance: str | None
     stiffness_name: str | None
     mass_name: str | None
     unit: float

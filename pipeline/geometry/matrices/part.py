@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.mesh_file import SurfaceShape
+from gudgeon.pipeline.geometry.mesh_file import SurfaceShape, refuse_both
 from gudgeon.solver.numbers import Length, Name, PositiveRatio, Strict
 
 FILES = ("stiffness", "mass", "dofs", "model")
@@ -26,6 +26,8 @@ class Matrices(Strict):
         " ascending order, each with as many directions as fit",
     )
     model: str = Field(description="File of nodes, elements and named sets: .inp, .bdf or .cdb")
+    part: str | None = Field(default=None, description="Part of a deck of several, as it was modelled")
+    instance: str | None = Field(default=None, description="Instance of a deck's assembly, as it is placed there")
     stiffness_name: str | None = Field(default=None, description="Name of the stiffness in a file with several")
     mass_name: str | None = Field(default=None, description="Name of the mass in a file with several")
     unit: Length = Field(default=1.0, description="Metres per unit of length of the files")
@@ -46,4 +48,5 @@ class Matrices(Strict):
         from gudgeon.pipeline.geometry.matrices.model import MatrixFiles
         from gudgeon.pipeline.geometry.matrices.reading import read_matrices
 
+        refuse_both(self.part, self.instance, self.model)
         return read_matrices(MatrixFiles(**self.model_dump(mode="json", exclude={"kind"})))

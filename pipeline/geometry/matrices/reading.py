@@ -10,8 +10,8 @@ from scipy.spatial import ConvexHull, QhullError
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface, SystemMatrices, Triangle
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS, NODES, TETRA10, WEDGE6, Cell
-from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Deck
-from gudgeon.pipeline.geometry.decks.reading import DECKS, read_deck
+from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Deck, Scope
+from gudgeon.pipeline.geometry.decks.reading import DECKS, WHOLE, read_deck
 from gudgeon.pipeline.geometry.matrices.ansys import read_full
 from gudgeon.pipeline.geometry.matrices.model import Given, MatrixFiles
 from gudgeon.pipeline.geometry.matrices.nastran import read_dmig, read_op4
@@ -35,7 +35,7 @@ def read_matrices(files: MatrixFiles) -> MeshRecord:
     Raises:
         InputError: a file is missing or damaged, or they do not fit each other.
     """
-    source, model = _given(files), read_model(files.model)
+    source, model = _given(files), read_model(files.model, Scope(files.part, files.instance))
     dofs = _dofs(files, source, model)
     system, node_rows, blocks = _system(files, source, dofs, model)
     points = files.unit * model.points[node_rows]
@@ -48,15 +48,18 @@ def read_matrices(files: MatrixFiles) -> MeshRecord:
     return MeshRecord(points, cells, cell.name, surfaces, system=system)
 
 
-def read_model(path: str) -> Deck:
+def read_model(path: str, scope: Scope = WHOLE) -> Deck:
     """Return nodes, solids and sets of a deck; cells whose mid-edge nodes are left out have their corners.
+
+    Args:
+        scope: Which of several bodies it is.
 
     Raises:
         InputError: it is missing, damaged or of another kind.
     """
     if (ending := Path(path).suffix.lower()) not in DECKS:
         raise InputError(f"{path}: '{ending}' given; allowed: {', '.join(DECKS)}")
-    deck = read_deck(path)
+    deck = read_deck(path, scope)
     solids = [block for block in deck.blocks if block.cell.dimension == 3]
     return replace(deck, blocks=tuple(_linear(b) if (b.nodes == MISSING).any() else b for b in solids))
 
@@ -75,8 +78,8 @@ def surfaces_of(path: str, model: Deck, unit: float) -> dict[str, Surface]:
         unit: Metres per unit of length.
     """
     files = MatrixFiles(
-        stiffness=path, mass=None, dofs=None, model=path, stiffness_name=None, mass_name=None, unit=unit, mass_unit=1.0,
-        surfaces={},
+        stiffness=path, mass=None, dofs=None, model=path, part=None, instance=None, stiffness_name=None, mass_name=None,
+        unit=unit, mass_unit=1.0, surfaces={},
     )  # fmt: skip
     blocks = [block._replace(nodes=model.rows(block.nodes, path)) for block in model.blocks]
     rows = np.arange(len(model.labels))

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.robustness.subject import ALL_RIGID, Subject, require
 from gudgeon.pipeline.robustness.trial import Trial
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_grid, rescaled_mesh, rescaled_profile
@@ -62,7 +63,10 @@ def material(subject: Subject, operation: Any) -> Trial:
     names, component = subject.elastic(), subject.scene.component
     faster: float = (operation.modulus / operation.density) ** 0.5
     require(names, ALL_RIGID)
-    plain = all(component[name].material.simple and not component[name].point_mass for name in names)
+    plain = all(
+        component[name].material.simple and not component[name].point_mass and not _added(subject.meshes[name])
+        for name in names
+    )
     if subject.contacts or subject.turns or not plain:
         return in_units(subject, Units(mass=operation.density, time=1 / faster))
     materials = {name: component[name].material for name in names}
@@ -71,6 +75,12 @@ def material(subject: Subject, operation: Any) -> Trial:
         for name, m in materials.items()
     }
     return Trial(job_with(subject, {"component": changed}), stretch=dict.fromkeys(names, faster))
+
+
+def _added(mesh: MeshRecord) -> bool:
+    """Return whether a mesh's file states masses or springs."""
+    springs = any(relation.kind == "spring" for relation in mesh.relations.values())
+    return springs or any(attachment.mass for attachment in mesh.attachments.values())
 
 
 def extent(subject: Subject) -> float:

@@ -1,18 +1,23 @@
-"""Writers of other programs' files for tests: decks of Abaqus and CalculiX, their matrices, OUTPUT4 and DMIG."""
+"""Writers of other programs' files for tests: decks of Abaqus and CalculiX, their matrices, OUTPUT4 and DMIG.
+
+`python -m tests.pipeline.geometry.matrix_files` writes the files of `ccx/`, matrices of CalculiX itself, by its program
+ccx of release 2.20, which Debian has in calculix-ccx.
+"""
 
 import os
-import shutil
 import subprocess
+import tempfile
+import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.matrices.model import symmetric
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.scenes.material import Material
 
@@ -21,9 +26,11 @@ SIZE = (0.03, 0.02, 0.05)
 STEP = ["*MATERIAL, NAME=STEEL", "*ELASTIC", "2.1e11, 0.3", "*DENSITY", "7850.",
         "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL", "*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "10",
         "*END STEP"]  # fmt: skip
-needs_ccx = pytest.mark.skipif(
-    shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed; Debian has it in calculix-ccx"
-)
+OF_CCX = Path(__file__).parent / "ccx"
+COUNTS = (2, 1, 3)
+"""Bricks along x, y, z in the files of CalculiX."""
+KINDS = ("C3D10", "C3D8", "C3D8I", "C3D20", "C3D20R")
+"""Elements of these files; CalculiX writes the incompatible modes of C3D8I as nodes beyond those of the deck."""
 
 
 def block() -> tuple[MeshRecord, FEModel]:
@@ -69,15 +76,45 @@ def write_deck(
     return path
 
 
-def by_ccx(deck: Path) -> dict[str, str]:
-    """Run CalculiX on a deck and return its files as keys of a geometry."""
+def write_matrices_of_ccx(kind: str) -> None:
+    """Run CalculiX on a block of elements of a type and keep its deck and matrices in an archive."""
+    if kind == "C3D10":
+        mesh = Box(kind="box", lx=SIZE[0], ly=SIZE[1], lz=SIZE[2]).build(0.03)
+        nodes, cells = mesh.nodes, mesh.cells
+    else:
+        nodes, cells = bricks(kind.rstrip("RI"), COUNTS)
+    ends = {"BOTTOM": np.flatnonzero(nodes[:, 2] < 1e-9), "TOP": np.flatnonzero(nodes[:, 2] > SIZE[2] - 1e-9)}
+    with tempfile.TemporaryDirectory() as folder:
+        deck = write_deck(Path(folder) / "part.inp", nodes, cells, kind, ends)
+        _run_ccx(deck)
+        OF_CCX.mkdir(exist_ok=True)
+        with zipfile.ZipFile(OF_CCX / f"{kind}.zip", "w", zipfile.ZIP_LZMA) as archive:
+            for end in ENDS.values():
+                archive.writestr(zipfile.ZipInfo(f"part{end}"), deck.with_suffix(end).read_bytes(), zipfile.ZIP_LZMA)
+
+
+def by_ccx(kind: str, folder: Path) -> dict[str, str]:
+    """Unpack the files of CalculiX of elements of a type and return them as keys of a geometry."""
+    with zipfile.ZipFile(OF_CCX / f"{kind}.zip") as archive:
+        archive.extractall(folder)
+    return {key: str(folder / f"part{end}") for key, end in ENDS.items()}
+
+
+ENDS = {"stiffness": ".sti", "mass": ".mas", "dofs": ".dof", "model": ".inp"}
+
+
+def entries(path: str) -> np.ndarray:
+    """Return a matrix that CalculiX wrote, (N, N)."""
+    rows, columns, values = np.loadtxt(path).T
+    return symmetric(rows.astype(int) - 1, columns.astype(int) - 1, values, int(rows.max()), path).toarray()
+
+
+def _run_ccx(deck: Path) -> None:
     run = subprocess.run(
         ["ccx", deck.stem], cwd=deck.parent, capture_output=True, text=True, timeout=300, check=False,
         env={**os.environ, "OMP_NUM_THREADS": "1"},
     )  # fmt: skip
     assert deck.with_suffix(".sti").is_file(), run.stdout[-2000:]
-    ends = {"stiffness": ".sti", "mass": ".mas", "dofs": ".dof", "model": ".inp"}
-    return {key: str(deck.with_suffix(end)) for key, end in ends.items()}
 
 
 def rows_of(A: sparse.csr_matrix, names: list[str] | None = None) -> str:
@@ -103,3 +140,8 @@ def frequencies(K: Any, M: Any, count: int) -> np.ndarray:
     shift = -1e-3 * float(K.diagonal().max() / M.diagonal().max())
     values = sparse.linalg.eigsh(K, count + 6, M, sigma=shift, return_eigenvectors=False, tol=0)
     return np.sqrt(np.sort(values)[6:])
+
+
+if __name__ == "__main__":
+    for kind in KINDS:
+        write_matrices_of_ccx(kind)

@@ -8,14 +8,16 @@ import pytest
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.matrices.part import Matrices
+from gudgeon.pipeline.geometry.mesh_file import MeshFile
 from gudgeon.pipeline.modes.normal import normal_modes
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from tests.pipeline.geometry import matrix_files as files
-from tests.pipeline.geometry.matrix_files import SIZE, STEEL, needs_ccx
+from tests.pipeline.geometry.matrix_files import KINDS, SIZE, STEEL
 
 EXACT = 1e-9
 """Relative difference of frequencies against shift-invert on the same matrices: both leave 1e-12."""
@@ -117,13 +119,26 @@ def test_dmig_of_nastran_with_six_directions_a_node(tmp_path: Path) -> None:
     assert own.surfaces["set7"].shape["normal"] == pytest.approx([0, 0, -1])
 
 
-@needs_ccx
-@pytest.mark.parametrize("kind", ["C3D10", "C3D8", "C3D20", "C3D20R"])
-def test_matrices_of_calculix_itself(tmp_path: Path, native: tuple[MeshRecord, FEModel], kind: str) -> None:
-    mesh = native[0]
-    nodes, cells = (mesh.nodes, mesh.cells) if kind == "C3D10" else files.bricks(kind[:5].rstrip("R"))
-    deck = files.write_deck(tmp_path / "part.inp", nodes, cells, kind, ends(nodes))
-    own, model = read(files.by_ccx(deck))
+def test_incompatible_modes_have_the_stiffness_of_calculix(tmp_path: Path) -> None:
+    """Condensed to the nodes it is that of C3D8I here, and so is the mass of the nodes; the modes have mass there."""
+    given = files.by_ccx("C3D8I", tmp_path)
+    model = build_model(MeshFile.model_validate({"kind": "file", "path": given["model"]}).build(None), STEEL)
+    K, M = files.entries(given["stiffness"]), files.entries(given["mass"])
+    n = model.K.shape[0]
+    condensed = K[:n, :n] - K[:n, n:] @ np.linalg.solve(K[n:, n:], K[n:, :n])
+    assert len(K) > n
+    np.testing.assert_allclose(model.K.toarray(), condensed, atol=1e-12 * np.abs(K).max())
+    np.testing.assert_allclose(model.M.toarray(), M[:n, :n], atol=1e-12 * np.abs(M).max())
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "C3D8I"])
+def test_matrices_of_calculix_itself(tmp_path: Path, kind: str) -> None:
+    """The stiffness of hexahedra is that which is assembled here, too; CalculiX integrates the mass by fewer points."""
+    given = files.by_ccx(kind, tmp_path)
+    own, model = read(given)
+    if kind != "C3D10":
+        assembled = build_model(MeshFile.model_validate({"kind": "file", "path": given["model"]}).build(None), STEEL)
+        assert abs(assembled.K - model.K).max() <= 1e-6 * abs(model.K).max()
     found = normal_modes(model, 10).angular_frequencies
     np.testing.assert_allclose(found, files.frequencies(model.K, model.M, 10), rtol=EXACT)
     assert model.properties.mass == pytest.approx(7850.0 * np.prod(SIZE), rel=1e-9)
@@ -321,3 +336,14 @@ def loose(mesh: MeshRecord) -> Any:
 
     nodes = np.unique(mesh.surfaces["BOTTOM"].facets)
     return Surface(nodes[:, None], {}, np.full(len(nodes), 1e-6), np.tile([0, 0, -1.0], (len(nodes), 1)))
+
+
+def test_the_model_of_matrices_is_one_part_of_its_deck(tmp_path: Path, native: tuple[MeshRecord, FEModel]) -> None:
+    mesh, model = native
+    deck = deck_of(tmp_path, mesh)
+    body = deck.read_text().partition("*MATERIAL")[0]
+    deck.write_text(f"*PART, NAME=A\n{body}*END PART\n*PART, NAME=B\n*NODE\n1, 0, 0, 0\n*END PART\n")
+    given = files.write_calculix(tmp_path, model.K, model.M, all_dofs(mesh), deck)
+    with pytest.raises(InputError, match="has the parts A, B; name one by geometry.part"):
+        read(given)
+    assert_same(read(given, part="A")[1], model)

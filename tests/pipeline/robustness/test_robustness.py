@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from pydantic import BaseModel, Field, create_model
 
-from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.mesh import Attachment, MeshRecord, Relation
 from gudgeon.pipeline import kinds
 from gudgeon.pipeline.applications.wheel.scene import WheelFile
 from gudgeon.pipeline.cli import main
@@ -509,3 +509,15 @@ def test_rigid_contact_overlaps_by_the_error_of_the_elastic_approach(tmp_path: P
     assert depth is not None
     assert bound is not None
     assert depth > bound, "a face that the floor holds 0.1 µm too deep"
+
+
+def test_masses_and_springs_of_a_deck_change_with_its_units() -> None:
+    box = Box(kind="box", lx=1.0, ly=1.0, lz=1.0).build(1.0)
+    one = np.array([0])
+    mesh = replace(
+        box, attachments={"node_1": Attachment(one, np.ones(3), "node", 3.0)},
+        relations={"springs": Relation("spring", one, one, one, np.ones(1), np.array([7.0]))},
+    )  # fmt: skip
+    scaled = rescaled_mesh(mesh, Units(mass=8.0, length=4.0, time=2.0))
+    attachment, relation = scaled.attachments["node_1"], scaled.relations["springs"]
+    assert (attachment.mass, attachment.point[0], relation.stiffness[0]) == (24.0, 4.0, 14.0)

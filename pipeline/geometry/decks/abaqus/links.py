@@ -79,12 +79,14 @@ class Links:
         words = [row.words() for row in keyword.rows]
         if any(len(pair) < 2 or not all(pair[:2]) for pair in words):
             return
-        tolerance = Line(options["POSITION TOLERANCE"], *keyword.source).reals()[0] if options.get(
-            "POSITION TOLERANCE") else None  # fmt: skip
+        text = options.get("POSITION TOLERANCE")
+        tolerance = Line(text, *keyword.source).reals()[0] if text else None
         moved = options.get("ADJUST", "YES").upper() != "NO"
         for pair in words:
             name = options.get("NAME") or pair[0]
-            self._ties.append(TiedSurfaces(name, pair[0], pair[1], tolerance, moved, "TIE", keyword.source))
+            self._ties.append(TiedSurfaces(
+                name, pair[0], pair[1], tolerance=tolerance, moved=moved, keyword="TIE", source=keyword.source
+            ))  # fmt: skip
 
 
 def _spring(keyword: Keyword, kind: str, nodes: Sequence[int]) -> Sum:
