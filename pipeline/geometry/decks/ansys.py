@@ -130,7 +130,7 @@ class _Archive:
         self._types: dict[int, tuple[int, str]] = {}
         self._options: dict[tuple[int, int], int] = {}
         self._constants: dict[int, list[float]] = {}
-        self._masses: list[tuple[int, int, int, str, Source]] = []
+        self._masses: list[tuple[int, int, list[int], str, Source]] = []
         self._springs: list[tuple[int, int, list[int], str, Source]] = []
         self._coupled: list[Sum] = []
         self._turned = False
@@ -252,12 +252,11 @@ class _Archive:
                     raise source.error(f"element {row[LABEL]} has {len(nodes)} of its {count} nodes")
                 nodes += following_row
             type_number, name = self._types.get(row[TYPE], (SOLIDS[0], ""))
+            members = {(MASS21, 1): self._masses, (COMBIN14, 2): self._springs}.get((type_number, count))
             if type_number in SOLIDS:
                 self.rows.append(Row(row[LABEL], type_number, nodes[:count], source))
-            elif type_number == MASS21 and count == 1:
-                self._masses.append((row[TYPE], row[CONSTANTS], nodes[0], name, source))
-            elif type_number == COMBIN14 and count == 2:
-                self._springs.append((row[TYPE], row[CONSTANTS], nodes[:2], name, source))
+            elif members is not None:
+                members.append((row[TYPE], row[CONSTANTS], nodes[:count], name, source))
             elif type_number not in DRAWN:
                 self.omissions.setdefault(name, Omission(name, source, "elements that are no solids"))
 
@@ -284,10 +283,10 @@ class _Archive:
     def masses(self) -> list[PointMass]:
         """Return the elements MASS21 of one mass without inertia; others are left out."""
         masses = []
-        for type_id, constants_id, node, name, source in self._masses:
+        for type_id, constants_id, nodes, name, source in self._masses:
             values, option = self._constants.get(constants_id, []), self._options.get((type_id, 3), 0)
             if values and (option == 2 or (option == 0 and values[:3] == values[:1] * 3 and not any(values[3:]))):
-                masses.append(PointMass(node, values[0], name, source))
+                masses.append(PointMass(nodes[0], values[0], name, source))
             else:
                 self.omissions.setdefault(name, Omission(name, source, "a mass by direction or with inertia"))
         return masses

@@ -224,18 +224,23 @@ def deck_of(
     if not finite.all():
         raise InputError(f"{path}: node {labels[~finite][0]} has no finite position; allowed: three finite coordinates")
     deck = Deck(
-        labels=labels, points=points, blocks=_joined(blocks), node_sets=dict(node_sets or {}),
+        labels=labels, points=points, blocks=_joined(blocks), omissions=tuple(omissions),
+        node_sets=dict(node_sets or {}),
         side_sets=dict(side_sets or {}), element_sets=dict(element_sets or {}), couplings=tuple(couplings),
         masses=tuple(masses), sums=tuple(sums), ties=tuple(ties), materials=tuple(materials),
         dependent=np.empty(0, int) if dependent is None else np.unique(dependent),
     )  # fmt: skip
-    taken = {item.source for item in deck.members}
-    deck = replace(deck, omissions=tuple(o for o in omissions if o.source not in taken))
     for block in deck.blocks:
         _check_elements(deck, block, path)
     terms = (term.node for item in sums for term in item.terms)
     deck.rows(np.array([*(c.reference for c in couplings), *(m.node for m in masses), *terms], int), path)
-    return deck
+    return _without_members(deck)
+
+
+def _without_members(deck: Deck) -> Deck:
+    """Return a deck without omissions of what a body has of it."""
+    taken = {item.source for item in deck.members}
+    return replace(deck, omissions=tuple(o for o in deck.omissions if o.source not in taken))
 
 
 def _joined(blocks: Sequence[Block]) -> tuple[Block, ...]:

@@ -344,6 +344,6 @@ def test_the_model_of_matrices_is_one_part_of_its_deck(tmp_path: Path, native: t
     body = deck.read_text().partition("*MATERIAL")[0]
     deck.write_text(f"*PART, NAME=A\n{body}*END PART\n*PART, NAME=B\n*NODE\n1, 0, 0, 0\n*END PART\n")
     given = files.write_calculix(tmp_path, model.K, model.M, all_dofs(mesh), deck)
-    with pytest.raises(InputError, match="has the parts A, B; name one by geometry.part"):
+    with pytest.raises(InputError, match=r"has the parts A, B; name one by geometry\.part"):
         read(given)
     assert_same(read(given, part="A")[1], model)

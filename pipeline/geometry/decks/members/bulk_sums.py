@@ -24,15 +24,19 @@ def read_sums(by_name: Mapping[str, Sequence[Card]]) -> list[Sum]:
     scaled = any(card.text(0).upper() == "WTMASS" for card in by_name.get("PARAM", []))
     if turned or scaled:
         return []
-    properties = {
-        card.integer(k): card.real(k + 1) for card in by_name.get("PELAS", []) for k in (0, 4) if card.text(k)
-    }
-    springs = [spring for name in ("CELAS1", "CELAS2") for card in by_name.get(name, [])
-               if (spring := _spring(card, properties)) is not None]  # fmt: skip
+    springs = _springs(by_name)
     equations = by_name.get("MPC", [])
     if by_name.get("MPCADD") or len({card.integer(0) for card in equations}) > 1:
         return springs
     return springs + [_equation(card) for card in equations]
+
+
+def _springs(by_name: Mapping[str, Sequence[Card]]) -> list[Sum]:
+    """Return the springs between grid points."""
+    pairs = [(card, k) for card in by_name.get("PELAS", []) for k in (0, 4) if card.text(k)]
+    properties = {card.integer(k): card.real(k + 1) for card, k in pairs}
+    springs = [_spring(card, properties) for name in ("CELAS1", "CELAS2") for card in by_name.get(name, [])]
+    return [spring for spring in springs if spring is not None]
 
 
 def _spring(card: Card, properties: Mapping[int, float]) -> Sum | None:
