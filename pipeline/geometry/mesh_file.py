@@ -7,7 +7,7 @@ is recognised without being declared. Linear tetrahedra become tet10.
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -95,7 +95,7 @@ class MeshFile(Strict):
         """
         from gudgeon.pipeline.geometry.decks.members.attached import attached_notes, attachments, with_middles
         from gudgeon.pipeline.geometry.decks.members.related import related_notes, relations
-        from gudgeon.pipeline.geometry.decks.naming import left_out, named_cells, named_facets
+        from gudgeon.pipeline.geometry.decks.naming import left_out, named_cells, named_facets, stated_materials
         from gudgeon.pipeline.geometry.decks.solids import solid_of
 
         deck = self._deck()
@@ -128,7 +128,10 @@ class MeshFile(Strict):
         record = MeshRecord(
             nodes, cells, cell.name, surfaces, named_cells(deck, corners, new_row), formulations=solid.formulations,
             relations=related | ties,
-            remarks=_remarks([*notes, *solid.notes, *attached_notes(attached), *related_notes(related), *tie_notes]),
+            remarks=_remarks(
+                [*notes, *solid.notes, *attached_notes(attached), *related_notes(related), *tie_notes],
+                stated_materials(deck, self.path),
+            ),
         )  # fmt: skip
         if attached:
             edges, middles = _added_middles(record, deck_count)
@@ -206,8 +209,8 @@ def _added_middles(mesh: MeshRecord, deck_count: int) -> tuple[np.ndarray, np.nd
     return np.concatenate(edges), np.concatenate(middles)
 
 
-def _remarks(notes: list[str]) -> dict[str, list[str]]:
-    return {"notes": notes} if notes else {}
+def _remarks(notes: list[str], materials: list[dict[str, Any]]) -> dict[str, Any]:
+    return ({"notes": notes} if notes else {}) | ({"materials": materials} if materials else {})
 
 
 def _off(nodes: np.ndarray, faces: np.ndarray, shape: SurfaceRule) -> np.ndarray:

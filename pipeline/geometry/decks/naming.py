@@ -1,11 +1,12 @@
 """Named parts of a deck on the boundary and in the volume of its mesh, and what of the deck the mesh leaves out."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.decks.model import Deck, Omission
+from gudgeon.pipeline.geometry.decks.model import Deck, Omission, Source
 
 MOST_CORNERS = 4
 """Corners of a facet."""
@@ -31,7 +32,7 @@ def left_out(deck: Deck, leave_out: Sequence[str], path: str) -> list[str]:
     if missed := [omission for omission in altering if omission.keyword.casefold() not in allowed]:
         raise InputError(f"{path}: {_not_taken_over(missed, leave_out, path)}")
     altering += [omission for omission in taken if omission.keyword.casefold() in allowed]
-    notes = [f"{_where(o, path)}{o.keyword} is left out: {o.text}" for o in altering]
+    notes = [f"{_where(o.source, path)}{o.keyword} is left out: {o.text}" for o in altering]
     return [*notes, *_noted([omission for omission in deck.omissions if not omission.alters])]
 
 
@@ -60,13 +61,17 @@ def _not_taken_over(missed: Sequence[Omission], leave_out: Sequence[str], path: 
     entries = ", ".join(f'"{name}"' for name in [*leave_out, *names])
     others = f" (and {', '.join(names[1:])})" if names[1:] else ""
     return (
-        f"{_where(missed[0], path)}{missed[0].keyword}{others} is not taken over: {missed[0].text};"
+        f"{_where(missed[0].source, path)}{missed[0].keyword}{others} is not taken over: {missed[0].text};"
         f" geometry.leave_out = [{entries}] leaves it out"
     )
 
 
-def _where(omission: Omission, path: str) -> str:
-    source = omission.source
+def stated_materials(deck: Deck, path: str) -> list[dict[str, Any]]:
+    """Return the constants of each material of a deck, in its units, with the place of the material."""
+    return [{"place": _where(source, path), **constants} for source, constants in deck.materials if constants]
+
+
+def _where(source: Source, path: str) -> str:
     file = "" if source.path == path else f"{source.path}: "
     return f"{file}line {source.line}: " if source.line else file
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from gudgeon.pipeline.stages.keys.products import STAGES
-from gudgeon.pipeline.stages.notes import beams, estimates, frequencies, impacts, run, scene
+from gudgeon.pipeline.stages.notes import beams, decks, estimates, frequencies, impacts, run, scene
 from gudgeon.pipeline.stages.notes.facts import Facts
 
 
@@ -21,6 +21,7 @@ NOTES: Mapping[str, Note] = {
     "found interfaces": Note(lambda facts: facts.job.found, "mesh"),
     "left out": Note(scene.left_out, "mesh"),
     "units": Note(scene.units, "mesh"),
+    "deck materials": Note(decks.deck_materials, "mesh"),
     "extents": Note(scene.extents, "mesh"),
     "gravity": Note(scene.gravity, "mesh"),
     "laws": Note(scene.laws, "solve"),
