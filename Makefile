@@ -187,7 +187,7 @@ install_project = $(call build_core,$(1)) && echo "set-up: installing gudgeon it
 
 # $(call link_package,FOLDER): the package as folders of the same names, for type checkers, which follow no import hook.
 link_package = rm -rf $(1); mkdir -p $(1); \
-    for name in pipeline/gudgeon/__init__.py pipeline/gudgeon/py.typed modaldb pipeline solver; do \
+    for name in pipeline/gudgeon/__init__.py pipeline/gudgeon/models.py pipeline/gudgeon/py.typed modaldb pipeline solver; do \
         ln -s $(CURDIR)/$$name $(1)/$$(basename $$name); done
 
 # $(call run_level,NAME): pytest with a level of the core that set-up does not build.

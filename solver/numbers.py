@@ -6,9 +6,18 @@ floating-point numbers.
 """
 
 import re
+from inspect import cleandoc
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidatorFunctionWrapHandler, WrapValidator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
 
 RANGES: dict[str, tuple[float, float]] = {
     "1": (1e-15, 1e15), "deg": (1e-12, 1e9), "rad": (1e-15, 1e6), "s": (1e-30, 1e15), "1/s": (1e-15, 1e30),
@@ -28,6 +37,8 @@ ROUNDED = 1e-3
 """By how much a given moment of inertia may exceed the sum of the others, of that sum: thin bodies, few digits."""
 NAME_LENGTH = 100
 """Characters of a name, which becomes part of the names of files."""
+KEYS = "\nKeys:"
+"""Line of a docstring above the keys of a table."""
 NAME = re.compile(r"[\w.-]([\w. -]*[\w.-])?")
 
 
@@ -159,6 +170,16 @@ EachOnce = AfterValidator(_each_once)
 """Of a list of names that may not repeat."""
 
 
+def key_lines(table: type[BaseModel]) -> list[str]:
+    """Return a line for each key of a table: its unit and what it is."""
+    lines = []
+    for name, key in table.model_fields.items():
+        unit = key.json_schema_extra.get("unit") if isinstance(key.json_schema_extra, dict) else None
+        default = "" if key.is_required() else " (optional)"
+        lines.append(f"    {name}{f' [{unit}]' if unit else ''}: {key.description or 'see its keys'}{default}")
+    return lines
+
+
 class Strict(BaseModel):
     """A table of a scene file; unknown keys are refused.
 
@@ -166,3 +187,17 @@ class Strict(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Give the docstring of a table its keys."""
+        if text := vars(cls).get("__doc__"):
+            type.__setattr__(cls, "__doc__", "\n".join([text, KEYS, *key_lines(cls)]))
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core_schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Return the JSON schema of a table, described by what it is: the keys are in it."""
+        schema = handler(core_schema)
+        if text := vars(cls).get("__doc__"):
+            handler.resolve_ref_schema(schema)["description"] = cleandoc(text.partition(f"\n{KEYS}\n")[0])
+        return schema

@@ -68,6 +68,14 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     the continuum, which gives that of the mesh, and once with surface layers of twice the stiffness; see
     `solver.checks`.
 
+    >>> import gudgeon
+    >>> coarse = {"component.rod.mesh.size": 0.1, "component.rod.modes.normal_count": 3, "run.checks": False}
+    >>> scene = gudgeon.Scene.from_file(gudgeon.example("rod-wall"), set=coarse)
+    >>> report = gudgeon.run(scene, until="morph")
+    >>> system = gudgeon.compile_system(gudgeon.open(), scene, report.stages["morph"].keys)
+    >>> gudgeon.simulate(system).result
+    'FINISHED'
+
     Returns:
         The trajectory; that of a run that failed physically ends with its last good frame, with the reason in `result`.
 

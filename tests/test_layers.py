@@ -99,8 +99,8 @@ HOMES: dict[str, tuple[str, ...]] = {
     "h5py": ("modaldb/*", "pipeline/geometry/decks/exodus.py"),
     "h5pyd": ("modaldb/stores/hsds.py",),
     "gmsh": ("pipeline/geometry/*",),
-    "skfem": ("pipeline/fem/*", "pipeline/interfaces/*"),
-    "meshio": ("pipeline/geometry/decks/*", "pipeline/exporters/*"),
+    "skfem": ("pipeline/fem/*", "pipeline/interfaces/*", "pipeline/geometry/objects/*"),
+    "meshio": ("pipeline/geometry/decks/*", "pipeline/geometry/objects/*", "pipeline/exporters/*"),
     "pyvista": (
         "pipeline/plots/*",
         "pipeline/applications/wheel/pictures/*",
@@ -152,9 +152,9 @@ def sources() -> Sources:
 
 
 def module_of(path: str) -> str:
-    """Return the dotted name of a file without `gudgeon.`; the package's own face is `gudgeon`."""
+    """Return the dotted name of a file without `gudgeon.`; the package's own face is `gudgeon` and what is below it."""
     name = path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
-    return "gudgeon" if name == "pipeline.gudgeon" else name
+    return name.removeprefix("pipeline.") if name.startswith("pipeline.gudgeon") else name
 
 
 @cache

@@ -42,7 +42,9 @@ def test_face_has_what_it_promises(name: str) -> None:
 
 def test_face_lists_its_names_and_refuses_others() -> None:
     assert {"run", "open_job", "open", "simulate", "report", "__version__"} <= set(dir(gudgeon))
-    with pytest.raises(AttributeError, match=r"module 'gudgeon' has no attribute 'runn'; it has __version__, .*run"):
+    with pytest.raises(
+        AttributeError, match=r"module 'gudgeon' has no attribute 'runn'; it has Scene, __version__, .*run"
+    ):
         _ = gudgeon.runn  # type: ignore[attr-defined]
 
 

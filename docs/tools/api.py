@@ -10,7 +10,17 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "api.md"
 FACE = "pipeline/gudgeon/__init__.py"
 CLASSES = {
-    "What a run returns": ("pipeline/stages/run_report.py:RunReport", "pipeline/stages/run_report.py:StageReport"),
+    "Scenes": ("pipeline/scenes/bodies.py:SceneFile",),
+    "What a run returns": (
+        "pipeline/stages/run_report.py:RunReport", "pipeline/stages/run_report.py:StageReport",
+        "pipeline/plots/base/frames.py:BodyFrames",
+    ),
+    "What other functions return": (
+        "pipeline/reduction/matrices.py:ComponentMatrices", "pipeline/linear/analysis.py:Answer",
+        "pipeline/applications/wear/report.py:WearReport", "pipeline/applications/sensing/calibration.py:Calibration",
+        "pipeline/applications/sensing/job.py:Inferred", "pipeline/applications/sensing/identify.py:Parameters",
+        "pipeline/applications/sensing/tool.py:Tool",
+    ),
     "What a report returns": (
         "pipeline/report/document.py:Document", "pipeline/report/page/notebook.py:ShownReport",
         "pipeline/report/document.py:Run", "pipeline/report/document.py:Quantity", "pipeline/report/document.py:Choice",
@@ -38,6 +48,10 @@ HEAD = """# Python interface
 
 Written by `python -m docs.tools.api` from the docstrings. Functions of `import gudgeon` come first, then the classes
 that they return. [Python](python.md) shows how they go together.
+
+`Given` is a scene: its folder or TOML file, a mapping of its tables, or a `gudgeon.Scene`. `Changes` are overrides,
+texts `path.to.key=value` or a mapping of such paths to values. A `Place` is a path or, for `db`, a URL; None is the
+default. The examples run in an empty folder, as a test does.
 
 """
 SECTIONS = ("Args", "Returns", "Raises", "Yields")
@@ -113,11 +127,16 @@ def prose(text: str | None, what: str) -> str:
     if not text:
         raise ValueError(f"{what}: no docstring")
     parts, found = [], re.split(rf"^({'|'.join(SECTIONS)}):\n", text, flags=re.MULTILINE)
-    parts.append(found[0].strip())
+    parts += [example(text) for text in found[0].strip().split("\n\n")]
     for title, body in zip(found[1::2], found[2::2], strict=True):
         items = list(entries(textwrap.dedent(body).strip()))
         parts.append(f"**{title}**\n\n" + "\n".join(f"- {item}" for item in items))
     return "\n\n".join(parts) + "\n\n"
+
+
+def example(paragraph: str) -> str:
+    """Return a paragraph of a docstring as Markdown; one of examples is a block of code."""
+    return f"```python\n{paragraph}\n```" if paragraph.startswith(">>>") else paragraph
 
 
 def entries(body: str) -> Iterator[str]:
@@ -133,10 +152,16 @@ def fields(node: ast.ClassDef) -> Iterator[str]:
     for one, after in zip(node.body, [*node.body[1:], None], strict=True):
         if not isinstance(one, ast.AnnAssign) or not isinstance(one.target, ast.Name) or one.target.id.startswith("_"):
             continue
-        text = ""
+        text = described(one.value)
         if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) and isinstance(after.value.value, str):
             text = " ".join(after.value.value.split())
         yield f"- `{one.target.id}: {type_text(one.annotation)}`" + (f": {text}" if text else "")
+
+
+def described(value: ast.expr | None) -> str:
+    """Return the description of a key of a table, `Field(description="…")`; nothing of other fields."""
+    words = value.keywords if isinstance(value, ast.Call) and getattr(value.func, "id", "") == "Field" else []
+    return next((ast.literal_eval(word.value) for word in words if word.arg == "description"), "")
 
 
 def members(node: ast.ClassDef) -> Iterator[ast.FunctionDef]:
@@ -181,7 +206,9 @@ def page() -> str:
     parts = [HEAD, "## Functions\n\n"]
     for name, (path, member) in homes().items():
         node = definition(path, member)
-        assert isinstance(node, ast.FunctionDef)
+        if isinstance(node, ast.ClassDef):  # It is among the classes.
+            parts.append(f"### gudgeon.{name}\n\nThe class [{node.name}](#{node.name.lower()}).\n\n")
+            continue
         parts.append(f"### gudgeon.{name}\n\n{signature(node, f'gudgeon.{name}')}")
         parts.append(prose(ast.get_docstring(node), name))
     for title, group in CLASSES.items():

@@ -14,6 +14,11 @@ def open_store(location: str | Path | None = None) -> Store:
     """Open the database at a folder, which need not exist yet, at the URL of a `gudgeon serve`, or at that of a
     folder of HSDS, `hsds://HOST:PORT/FOLDER`.
 
+    >>> import gudgeon
+    >>> store = gudgeon.open("my-records")
+    >>> list(store.keys())
+    []
+
     Args:
         location: None takes that of the environment variable `GUDGEON_DB`, or `.gudgeon`.
 

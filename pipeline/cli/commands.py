@@ -221,7 +221,7 @@ def doctor_command(options: argparse.Namespace) -> int:
 
 def example_list_command(options: argparse.Namespace) -> int:
     """List the scenes of the package."""
-    from gudgeon.pipeline.cli.examples import examples
+    from gudgeon.pipeline.kinds.examples import examples
 
     for name, text in examples().items():
         print(f"{name:18} {text}")
@@ -230,7 +230,7 @@ def example_list_command(options: argparse.Namespace) -> int:
 
 def example_copy_command(options: argparse.Namespace) -> int:
     """Copy a scene's folder."""
-    from gudgeon.pipeline.cli.examples import copy_example
+    from gudgeon.pipeline.kinds.examples import copy_example
 
     target = copy_example(options.name, options.folder)
     print(f"{target}: try `gudgeon run {shlex.quote(str(target))}`")

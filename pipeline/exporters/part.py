@@ -18,6 +18,8 @@ FORMATS: dict[str, Callable[[ReducedBody, Path], list[Path]]] = {
     "uff": uff.write, "op4": nastran.write, "abaqus": abaqus.write, "npz": numpy_file.write,
 }  # fmt: skip
 """Writers of a reduced body into a folder by the name of their format; each returns the files."""
+EXUDYN = "exudyn"
+"""A format that takes the full matrices of a body as well."""
 HEAD = ["row", "name", "unit", "node", "x [m]", "y [m]", "z [m]", "nx", "ny", "nz"]
 
 
@@ -30,7 +32,7 @@ def export_part(job: Job, name: str, form: str) -> list[Path]:
     run_job(job, "morph")
     with held(job.out):
         body, folder = reduced_body(job, name), job.out / "parts"
-        if form == "exudyn":
+        if form == EXUDYN:
             component = job.scene.component[job.scene.component_of(name)]
             if not (cell_of(body.mesh).solid or body.mesh.system is not None) or component.supports:
                 raise InputError(

@@ -4,16 +4,18 @@ In a notebook:
 
     import gudgeon
 
-    found = gudgeon.run("data/skirt", until="solve")        # mesh, modes, design, trajectory; fresh stages are kept
-    found.quantities["bore.impulse"]                       # {"value": …, "unit": "N s", …}
+    result = gudgeon.run("data/skirt", until="solve")       # mesh, modes, design, trajectory; fresh stages are kept
+    result.quantities["bore.impulse"]                      # {"value": …, "unit": "N s", …}
+    result.frames["skirt"].displacement                    # [m], (frames, nodes, 3)
     gudgeon.status("data/skirt")                            # which stages are fresh or stale, and why
 
+    scene = gudgeon.Scene.from_file("data/skirt")           # typed; mappings of tables are scenes as well
+    skirt = gudgeon.component(scene, "skirt")               # stiffness, mass, modes, residual_flexibility
     store = gudgeon.open(".gudgeon")                        # the modal database
-    modes = store.get(found.stages["modes"].keys["skirt"], "modes", only=["angular_frequencies"])
 
-`run`, `status`, `plan`, `report`, `study` and `open_job` take a scene's folder or TOML file; `compile_system` and
-`simulate` run a scene's dynamics from records directly. `gudgeon.pipeline`, `gudgeon.modaldb` and `gudgeon.solver` have
-the rest. Large libraries are imported when a function first needs them.
+Functions take a scene as a folder, a TOML file, a mapping of tables or a `Scene`. `gudgeon.models` has the classes of
+the tables; `gudgeon.pipeline`, `gudgeon.modaldb` and `gudgeon.solver` have the rest. Large libraries are imported when
+a function first needs them.
 """
 
 from importlib import import_module
@@ -22,36 +24,69 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gudgeon.modaldb import open
     from gudgeon.pipeline.kinds import open_job, plan, report, run, simulation, status
+    from gudgeon.pipeline.kinds.commands import component, export, linear, robustness, wear
+    from gudgeon.pipeline.kinds.parts import example, faces, new, schema
+    from gudgeon.pipeline.kinds.sensors import calibrate, identify, infer, signals, wrench
+    from gudgeon.pipeline.scenes.bodies import SceneFile as Scene
     from gudgeon.pipeline.studies.study import study
     from gudgeon.solver.simulate import simulate
     from gudgeon.solver.system.compile import compile_system
 
-__all__ = [
-    "__version__",
-    "compile_system",
-    "open",
-    "open_job",
-    "plan",
-    "report",
-    "run",
-    "simulate",
-    "simulation",
-    "status",
-    "study",
-]
-
 _HOMES = {
+    "Scene": "gudgeon.pipeline.scenes.bodies:SceneFile",
+    "calibrate": "gudgeon.pipeline.kinds.sensors:calibrate",
     "compile_system": "gudgeon.solver.system.compile:compile_system",
+    "component": "gudgeon.pipeline.kinds.commands:component",
+    "example": "gudgeon.pipeline.kinds.parts:example",
+    "export": "gudgeon.pipeline.kinds.commands:export",
+    "faces": "gudgeon.pipeline.kinds.parts:faces",
+    "identify": "gudgeon.pipeline.kinds.sensors:identify",
+    "infer": "gudgeon.pipeline.kinds.sensors:infer",
+    "linear": "gudgeon.pipeline.kinds.commands:linear",
+    "new": "gudgeon.pipeline.kinds.parts:new",
     "open": "gudgeon.modaldb:open",
     "open_job": "gudgeon.pipeline.kinds:open_job",
     "plan": "gudgeon.pipeline.kinds:plan",
     "report": "gudgeon.pipeline.kinds:report",
+    "robustness": "gudgeon.pipeline.kinds.commands:robustness",
     "run": "gudgeon.pipeline.kinds:run",
+    "schema": "gudgeon.pipeline.kinds.parts:schema",
+    "signals": "gudgeon.pipeline.kinds.sensors:signals",
     "simulate": "gudgeon.solver.simulate:simulate",
     "simulation": "gudgeon.pipeline.kinds:simulation",
     "status": "gudgeon.pipeline.kinds:status",
     "study": "gudgeon.pipeline.studies.study:study",
+    "wear": "gudgeon.pipeline.kinds.commands:wear",
+    "wrench": "gudgeon.pipeline.kinds.sensors:wrench",
 }
+__all__ = [
+    "Scene",
+    "__version__",
+    "calibrate",
+    "compile_system",
+    "component",
+    "example",
+    "export",
+    "faces",
+    "identify",
+    "infer",
+    "linear",
+    "new",
+    "open",
+    "open_job",
+    "plan",
+    "report",
+    "robustness",
+    "run",
+    "schema",
+    "signals",
+    "simulate",
+    "simulation",
+    "status",
+    "study",
+    "wear",
+    "wrench",
+]
 
 
 def __getattr__(name: str) -> Any:
@@ -67,4 +102,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "modaldb", "pipeline", "solver"]
+    return [*__all__, "modaldb", "models", "pipeline", "solver"]

@@ -5,6 +5,7 @@ its commands; `open_job` finds the kind of a file by its tables. A new kind is o
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import reduce
 from operator import or_
 from pathlib import Path
@@ -15,8 +16,9 @@ from pydantic import TypeAdapter
 from gudgeon import modaldb
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.files import results_folder, scene_path
 from gudgeon.pipeline.kinds.applications import CONDUCTORS, WHEEL
+from gudgeon.pipeline.kinds.given import Given, tables_of
+from gudgeon.pipeline.kinds.progress import shown as shown_progress
 from gudgeon.pipeline.scenes.reading import named, override_texts, read_tables
 from gudgeon.pipeline.stages.base import Kind, Late, Place, SceneJob, Stage
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
@@ -24,6 +26,7 @@ from gudgeon.pipeline.stages.run_report import Progress, RunReport
 if TYPE_CHECKING:
     from gudgeon.pipeline.report.page.notebook import ShownReport
     from gudgeon.pipeline.scenes.reference.key_reference import Table
+    from gudgeon.pipeline.stages.job import Job
     from gudgeon.solver.simulation import Steps
 
 
@@ -75,16 +78,22 @@ KINDS = {kind.name: kind for kind in (BODY, WHEEL, CONDUCTORS)}
 
 
 def open_job(
-    scene: str | Path,
+    scene: Given,
     *,
     set: Sequence[str] | Mapping[str, Any] = (),
     db: str | Path | None = None,
     out: str | Path | None = None,
-) -> Any:
-    """Read and check a scene, and return its job: a `SceneJob`, for bodies a `stages.job.Job`.
+) -> "Job":
+    """Read and check a scene, and return its job: of bodies a `Job`, of a wheel or conductors their own `SceneJob`.
+
+    >>> import gudgeon
+    >>> job = gudgeon.open_job(gudgeon.example("rod-wall"), set={"run.duration": 1e-4})
+    >>> job.scene.run.duration, job.stages
+    (0.0001, ('mesh', 'modes', 'morph', 'solve', 'plot'))
 
     Args:
-        scene: The scene's folder or TOML file.
+        scene: The scene's folder or TOML file, a mapping of its tables, or a `gudgeon.Scene`. In a mapping, meshes of
+            meshio or scikit-fem and matrices may stand for a component's geometry; see docs/python.md.
         set: Overrides, `path.to.key=value` texts or a mapping of such paths to values.
         db: Folder or URL of the database; default: that of `GUDGEON_DB`, or `.gudgeon`.
         out: Folder of the results; `out/<folder>/<scene>`, the names of the scene's folder and file, by default.
@@ -92,12 +101,9 @@ def open_job(
     Raises:
         InputError: the scene is wrong, every mistake is listed; or no folder can be at `out`.
     """
-    path = scene_path(scene)
     texts = override_texts(set)
-    tables = read_tables(path, texts)
-    folder = path.parent.resolve().name
-    name = folder if path.name == "scene.toml" else path.stem
-    return job_at(name, path, tables, modaldb.open(db), results_folder(path, out), tuple(texts))
+    name, path, tables, folder = tables_of(scene, texts, out)
+    return job_at(name, path, tables, modaldb.open(db), folder, tuple(texts))
 
 
 def job_at(
@@ -112,7 +118,7 @@ def job_at(
 
 
 def run(
-    scene: str | Path,
+    scene: Given,
     *,
     set: Sequence[str] | Mapping[str, Any] = (),
     db: str | Path | None = None,
@@ -120,20 +126,30 @@ def run(
     until: str = "plot",
     progress: Progress | None = None,
 ) -> RunReport:
-    """Compute the stale stages of a scene up to the stage `until`, and return stages, quantities and folder.
+    """Compute the stale stages of a scene up to the stage `until`, and return stages, quantities and frames.
 
-    See `open_job` for the other arguments. A run that failed physically has its reason in `reason`.
+    >>> import gudgeon
+    >>> coarse = {"component.rod.mesh.size": 0.1, "component.rod.modes.normal_count": 3}
+    >>> result = gudgeon.run(gudgeon.example("rod-wall"), set=coarse, until="solve")
+    >>> result.result, round(result.quantities["wall.impulse"]["value"], 1)       # N s
+    ('FINISHED', 4.8)
+    >>> result.frames["rod"].displacement.shape            # frames, nodes, directions [m]
+    (200, 21, 3)
+
+    See `open_job` for the other arguments. A run that failed physically has its reason in `reason`. In a notebook a bar
+    below the cell shows the progress, unless `progress` is given.
 
     Raises:
         InputError, StageError, ModalDBError, SolverError: see each; no incomplete file remains.
     """
     from gudgeon.pipeline.stages.run import run_job
 
-    return run_job(open_job(scene, set=set, db=db, out=out), until, progress)
+    job = open_job(scene, set=set, db=db, out=out)
+    return replace(run_job(job, until, shown_progress(progress)), job=job)
 
 
 def simulation(
-    scene: "str | Path | SceneJob",
+    scene: "Given | SceneJob",
     *,
     set: Sequence[str] | Mapping[str, Any] = (),
     db: str | Path | None = None,
@@ -143,8 +159,15 @@ def simulation(
 ) -> "Steps":
     """Return a scene of bodies that the caller steps; missing records of its components are computed.
 
+    >>> import gudgeon
+    >>> sim = gudgeon.simulation(gudgeon.example("held-ball"), step=1e-3)
+    >>> sim.force("hand")[:] = 1.0                         # N
+    >>> sim.step(2)
+    >>> round(sim.time, 6)
+    0.002
+
     Args:
-        scene: Folder or TOML file, or a job, whose other arguments are then its own.
+        scene: As of `open_job`, or a job, whose other arguments are then its own.
         step: [s]; default: run.step, or the integrator's own.
         restore: A checkpoint of the same scene with the same step, from which it continues.
 
@@ -156,7 +179,7 @@ def simulation(
     from gudgeon.solver.errors import SolverError
     from gudgeon.solver.simulation import Steps
 
-    job: Any = open_job(scene, set=set, db=db, out=out) if isinstance(scene, str | Path) else scene
+    job: Any = scene if isinstance(scene, SceneJob) else open_job(scene, set=set, db=db, out=out)
     if job.kind is not BODY:
         raise InputError(
             f"{job.path}: a scene of kind '{job.kind.name}' has no steps over time; give a scene of bodies"
@@ -169,29 +192,39 @@ def simulation(
     return steps
 
 
-def plan(
-    scene: str | Path, *, set: Sequence[str] | Mapping[str, Any] = (), db: str | Path | None = None
-) -> dict[str, Any]:
-    """Return the terms that the solver reads of a scene's records or omits, with the reason, and the bytes read."""
+def plan(scene: Given, *, set: Sequence[str] | Mapping[str, Any] = (), db: str | Path | None = None) -> dict[str, Any]:
+    """Return the terms that the solver reads of a scene's records or omits, with the reason, and the bytes read.
+
+    >>> import gudgeon
+    >>> plan = gudgeon.plan(gudgeon.example("rod-wall"))
+    >>> plan["integrator"], plan["terms"][0]["body"]
+    ('explicit', 'rod')
+    """
     job = open_job(scene, set=set, db=db)
     return job.kind.function(job.path, "plan")(job)
 
 
 def status(
-    scene: str | Path,
+    scene: Given,
     *,
     set: Sequence[str] | Mapping[str, Any] = (),
     db: str | Path | None = None,
     out: str | Path | None = None,
 ) -> list[tuple[str, str, str, list[str]]]:
-    """Return for each stage of a scene its name, `fresh` or `stale`, its key, and the reasons why it is stale."""
+    """Return for each stage of a scene its name, `fresh` or `stale`, its key, and the reasons why it is stale.
+
+    >>> import gudgeon
+    >>> stage, state, key, reasons = gudgeon.status(gudgeon.example("rod-wall"))[0]
+    >>> stage, state, reasons
+    ('mesh', 'stale', ['rod: not made yet'])
+    """
     from gudgeon.pipeline.stages.status import status as status_of
 
     return status_of(open_job(scene, set=set, db=db, out=out))
 
 
 def report(
-    scene: str | Path,
+    scene: Given,
     *,
     set: Sequence[str] | Mapping[str, Any] = (),
     db: str | Path | None = None,
@@ -202,6 +235,13 @@ def report(
     progress: Progress | None = None,
 ) -> "ShownReport":
     """Run the sweep of a scene and write report.json, .csv, .png and .html, error against run time, to its folder.
+
+    >>> import gudgeon
+    >>> coarse = {"component.rod.mesh.size": 0.1, "component.rod.modes.normal_count": 3}
+    >>> few = {"report.models": "unset", "report.full_fe": "unset"}
+    >>> document = gudgeon.report(gudgeon.example("rod-wall"), set=coarse | few, repeat=1)
+    >>> [run.name for run in document.runs][:3]
+    ['1 modes', '2 modes', '3 modes']
 
     Args:
         repeat: Timed runs of each setting, of which the shortest time counts.
@@ -218,7 +258,7 @@ def report(
 
     job = open_job(scene, set=set, db=db, out=out)
     how = Effort(repeat, 1, tolerance, same_mesh)
-    document = job.kind.function(job.path, "report")(job, how, progress or (lambda stage, fraction: None))
+    document = job.kind.function(job.path, "report")(job, how, shown_progress(progress))
     from gudgeon.pipeline.report.page.notebook import shown  # Late: matplotlib would count into timed runs.
 
     return shown(document)

@@ -1,12 +1,17 @@
 """A scene file of bodies in contact."""
 
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
+from gudgeon.pipeline.files import scene_path
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.gauge import Sensor
+from gudgeon.pipeline.scenes.reading import check_scene, override_texts, read_tables
+from gudgeon.pipeline.scenes.reference.toml import toml_document
 from gudgeon.pipeline.scenes.report import Plot, Report
 from gudgeon.pipeline.scenes.robustness import Robustness
 from gudgeon.solver.numbers import Name
@@ -22,7 +27,9 @@ AXIS_DIGITS = 12
 
 
 class SceneFile(Scene):
-    """A whole scene file."""
+    """A scene of bodies in contact, joints and forces: the tables of a scene file."""
+
+    _folder: Path = PrivateAttr(default=Path())
 
     component: dict[Name, Component] = Field(description="Parts, by name; a part may be placed as several bodies")
     sensor: dict[Name, Sensor] = Field(
@@ -32,6 +39,43 @@ class SceneFile(Scene):
     report: Report = Report.model_construct()
     plot: Plot = Plot.model_construct()
     robustness: Robustness = Robustness.model_construct()
+
+    @classmethod
+    def from_file(cls, scene: str | Path, *, set: Sequence[str] | Mapping[str, Any] = ()) -> "SceneFile":
+        """Read a scene file and check its keys; files and records that it names are looked at when it is run.
+
+        >>> import gudgeon
+        >>> scene = gudgeon.Scene.from_file(gudgeon.example("rod-wall"), set={"run.duration": 1e-5})
+        >>> scene.run.duration, scene.component["rod"].geometry.kind
+        (1e-05, 'bar')
+
+        Args:
+            scene: The scene's folder or TOML file.
+            set: Overrides, `path.to.key=value` texts or a mapping of such paths to values.
+
+        Raises:
+            InputError: the scene is missing or wrong, every mistake is listed.
+        """
+        path = scene_path(scene)
+        read = check_scene(path, read_tables(path, override_texts(set)), cls)
+        read._folder = path.parent
+        return read
+
+    def to_toml(self) -> str:
+        """Return the text of a scene file of this scene, with the keys that were given.
+
+        >>> import gudgeon
+        >>> scene = gudgeon.Scene.from_file(gudgeon.example("rod-wall"))
+        >>> print(scene.to_toml()[:37])
+        [body.rod]
+        velocity = [1.0, 0.0, 0.0]
+        """
+        return toml_document(self.model_dump(mode="json", exclude_unset=True))
+
+    @property
+    def folder(self) -> Path:
+        """Folder at which relative names of files start: that of the file that was read, or else the current one."""
+        return self._folder
 
     @model_validator(mode="before")
     @classmethod

@@ -1,7 +1,6 @@
 """Reading a scene: TOML, overrides of the command line, and errors that name the allowed keys."""
 
 import contextlib
-import json
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,6 +14,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import is_file
 from gudgeon.pipeline.scenes.reference.file_schema import UNSET
 from gudgeon.pipeline.scenes.reference.mistakes import SHOWN, explained, hint_of, shown_text
+from gudgeon.pipeline.scenes.reference.toml import as_toml, plain
 
 Model = TypeVar("Model", bound=BaseModel)
 DEEPEST = 40
@@ -39,7 +39,26 @@ def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     Raises:
         InputError: the file cannot be read or is not valid TOML, or an override has no `=`.
     """
-    tables = _tables(path, ())
+    return changed_tables(_tables(path, ()), overrides)
+
+
+def given_tables(tables: Mapping[str, Any], source: str) -> dict[str, Any]:
+    """Return the tables of a mapping of Python as those of a file; `source` is its name in messages.
+
+    Raises:
+        InputError: they are nested too deeply.
+    """
+    try:
+        given = plain(tables)
+        if not _deeper(given, DEEPEST):
+            return given
+    except RecursionError:
+        pass
+    raise InputError(f"{source}: tables or lists are nested too deeply; allowed: {DEEPEST} levels")
+
+
+def changed_tables(tables: dict[str, Any], overrides: Sequence[str]) -> dict[str, Any]:
+    """Return tables with overrides `path.to.key=value` applied; see `read_tables`."""
     for text in overrides:
         changes = parse_override(text)
         _refuse_misspelt(tables, changes, f"--set {text}")
@@ -183,25 +202,12 @@ def override_text(key: str, value: Any) -> str:
         InputError: TOML has no such value.
     """
     try:
-        return f"{key}={_toml(value)}"
+        return f"{key}={as_toml(value)}"
     except TypeError:
         kinds = "numbers, texts, truth values, and lists and mappings of these"
         raise InputError(f"set: {key}: {shown_text(value)} given, a {type(value).__name__}; allowed: {kinds}") from None
     except (ValueError, RecursionError):
         raise InputError(f"set: {key}: the value has too many digits or levels; allowed: {DEEPEST} levels") from None
-
-
-def _toml(value: Any) -> str:
-    value = value.tolist() if hasattr(value, "tolist") else value  # Scalars and arrays of numpy.
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{json.dumps(str(key))} = {_toml(v)}" for key, v in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_toml, value))}]"
-    if isinstance(value, float):
-        return repr(value)
-    if value is None:
-        raise TypeError
-    return json.dumps(str(value) if isinstance(value, Path) else value)
 
 
 def nested(path: Sequence[str], value: Any) -> Any:

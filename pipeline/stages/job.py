@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.bodies import SceneFile
@@ -20,7 +20,8 @@ from gudgeon.solver.scene.scene import Scene
 if TYPE_CHECKING:
     import numpy as np
 
-    from gudgeon.modaldb.records.modes import MorphRecord
+    from gudgeon.modaldb.records.mesh import MeshRecord
+    from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 
 KINDS = ("mesh", "modes", "morph")
 """Kinds of the records of a component."""
@@ -60,6 +61,12 @@ class Job(SceneJob):
                 for name, component in self.used().items()
             }
 
+    @overload
+    def record(self, component: str, kind: Literal["modes"] = "modes") -> "ModalRecord": ...
+    @overload
+    def record(self, component: str, kind: Literal["mesh"]) -> "MeshRecord": ...
+    @overload
+    def record(self, component: str, kind: Literal["morph"]) -> "MorphRecord": ...
     def record(self, component: str, kind: str = "modes") -> Any:
         """Return the record of a component: its `mesh`, `modes` or `morph` (the design).
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from gudgeon.modaldb.records.trajectory import Trajectory
+    from gudgeon.pipeline.plots.base.frames import BodyFrames
 
 Progress = Callable[[str, float], None]
 """Called with the stage's name and the share of it that is done, 0 to 1."""
@@ -65,10 +66,12 @@ class RunReport:
     notes: list[str] = field(default_factory=list)
     reason: str | None = None
     """Why a run failed physically; None if it did not."""
+    job: Any = field(default=None, repr=False, compare=False)
+    """The job of `gudgeon.run`, whose database has the records; None of a report of the command line."""
 
     def as_json(self) -> dict[str, Any]:
         """Return the document that `--json` prints."""
-        document = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "files"}
+        document = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("files", "job")}
         return document | {"stages": {name: vars(stage) for name, stage in self.stages.items()}}
 
     def to_frame(self) -> "DataFrame":
@@ -82,17 +85,39 @@ class RunReport:
         return pandas().DataFrame.from_dict(rows, orient="index", columns=["value", "unit", "reference", "error"])
 
     def trajectory(self) -> "Trajectory":
-        """Return the record of the run, of the folder of results.
+        """Return the record of the run.
 
         Raises:
             InputError: the run has none, such as that of a wheel or one that ended before the stage `solve`.
         """
         from gudgeon.modaldb.format.hdf5 import read_record
 
+        if (key := self._key()) is not None:  # The folder may have the results of another run since.
+            return self.job.store.get(key, "trajectory")
         path = Path(self.out) / TRAJECTORY
         if TRAJECTORY not in self.files or not self.out or not path.is_file():
             raise InputError(f"{self.scene}: no trajectory; run a scene of bodies up to the stage 'solve'")
         return read_record(path, "trajectory")
+
+    def _key(self) -> str | None:
+        """Return the key of the record of the run in the database; None where it is not known."""
+        has_one = self.job is not None and TRAJECTORY in self.files and "solve" in self.stages
+        return self.stages["solve"].key if has_one else None
+
+    @property
+    def frames(self) -> "dict[str, BodyFrames]":
+        """Displacement of the nodes of each body at the frames of the run, by the body's name.
+
+        Raises:
+            InputError: as `trajectory`; or the bodies turn by any angle.
+        """
+        from gudgeon.pipeline.plots.base.frames import body_frames
+
+        if (key := self._key()) is None:
+            raise InputError(
+                f"{self.scene}: no frames; gudgeon.run of a scene of bodies up to the stage 'solve' has them"
+            )
+        return body_frames(self.job.store, key, self.scene)
 
     def plot(self) -> Any:
         """Return the forces of all contacts over time, a `matplotlib.figure.Figure`.

@@ -14,6 +14,8 @@ from typing import Any
 from gudgeon.pipeline.errors import InputError, pandas
 from gudgeon.pipeline.files import write_sealed
 from gudgeon.pipeline.kinds import open_job, schema_of
+from gudgeon.pipeline.kinds.given import Given
+from gudgeon.pipeline.kinds.progress import shown
 from gudgeon.pipeline.scenes.reading import override_text, override_texts
 from gudgeon.pipeline.scenes.reference.units import unit_at
 from gudgeon.pipeline.stages.base import SceneJob
@@ -97,7 +99,7 @@ class StudyReport:
 
 
 def study(
-    scene: str | Path,
+    scene: Given,
     vary: Sequence[str] | Mapping[str, Any] = (),
     *,
     over: str | Path | None = None,
@@ -114,8 +116,14 @@ def study(
 ) -> StudyReport:
     """Run many designs of a scene and return their table; designs in the database are not run again.
 
+    >>> import gudgeon
+    >>> coarse = {"component.rod.mesh.size": 0.1, "component.rod.modes.normal_count": 3}
+    >>> report = gudgeon.study(gudgeon.example("rod-wall"), {"body.rod.velocity.0": [0.5, 1.0]}, set=coarse, jobs=1)
+    >>> report.counts
+    {'FINISHED': 2}
+
     Args:
-        scene: The scene's folder or TOML file.
+        scene: As of `kinds.open_job`.
         vary: Texts `path.to.key=values` as the command takes them, or a mapping of paths to such a text or to values.
         over: CSV file with a row of paths and a row of values for each design, in place of `vary`.
         random, latin: Number of designs that are drawn; default: all combinations of values.
@@ -133,7 +141,7 @@ def study(
         raise InputError("study: random and latin are given; allowed: one of them")
     how = Sampling("random", random, seed) if random else Sampling("latin", latin, seed) if latin else Sampling()
     request = Asked(_texts(vary), None if over is None else Path(over), how, quantities, jobs, executor)
-    return run_study(open_job(scene, set=set, db=db, out=out), request, progress or (lambda stage, fraction: None))
+    return run_study(open_job(scene, set=set, db=db, out=out), request, shown(progress))
 
 
 def _texts(vary: Sequence[str] | Mapping[str, Any]) -> list[str]:

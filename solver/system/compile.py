@@ -47,7 +47,15 @@ from gudgeon.solver.system.terms.term import Stock, Term, fields_read
 
 
 def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> System:
-    """Read what the scene needs and build its system.
+    """Read the records that a scene needs, and return its equations of motion.
+
+    >>> import gudgeon
+    >>> coarse = {"component.rod.mesh.size": 0.1, "component.rod.modes.normal_count": 3}
+    >>> scene = gudgeon.Scene.from_file(gudgeon.example("rod-wall"), set=coarse)
+    >>> report = gudgeon.run(scene, until="morph")
+    >>> system = gudgeon.compile_system(gudgeon.open(), scene, report.stages["morph"].keys)
+    >>> list(system.bodies), [contact.name for contact in system.contacts]
+    (['rod'], ['wall'])
 
     Args:
         morphs: Key of each component's MorphRecord.

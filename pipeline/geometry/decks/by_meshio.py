@@ -37,10 +37,15 @@ def read_by_meshio(path: str, scope: Scope) -> Deck:
     with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         mesh = meshio.read(path)
-    return _deck(path, mesh)
+    return deck_of_mesh(path, mesh)
 
 
-def _deck(path: str, mesh: Any) -> Deck:
+def deck_of_mesh(path: str, mesh: Any) -> Deck:
+    """Return what a mesh of meshio says; `path` names it in messages.
+
+    Raises:
+        InputError: it is damaged, or has cells of a type that no body has.
+    """
     points = np.asarray(mesh.points, float)
     if points.ndim != 2 or points.shape[1] not in (2, 3) or not len(points):
         raise InputError(f"{path}: damaged, {DAMAGED}")

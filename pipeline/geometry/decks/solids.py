@@ -63,7 +63,7 @@ def solid_of(deck: Deck, points: np.ndarray, path: str) -> Solid:
     start, inside_out = 0, 0
     for block, nodes in zip(solids, full, strict=True):
         nodes = _arranged(block, nodes, points, path)
-        nodes, turned = _righted(block.cell, nodes, points)
+        nodes, turned = righted(block.cell, nodes, points)
         inside_out += turned
         _refuse_folded(block, nodes, points, path)
         keep = np.sort(np.unique(np.sort(nodes[:, : block.cell.shape.corners], axis=1), axis=0, return_index=True)[1])
@@ -77,7 +77,7 @@ def solid_of(deck: Deck, points: np.ndarray, path: str) -> Solid:
             notes.append(f"{block.kind}: elements are computed in full, without {PLAIN[block.kind]}")
         blocks.append(Rows(block.cell, rows, nodes))
     if inside_out:
-        notes.append(f"{inside_out} of {start} elements were numbered the other way round (negative volume): put right")
+        notes.append(righted_note(inside_out, start))
     joined = {name: np.concatenate(rows) for name, rows in formulations.items()}
     return Solid(points, len(deck.labels), tuple(blocks), joined, tuple(notes))
 
@@ -204,7 +204,12 @@ def _around(cell: Cell) -> list[tuple[int, int, int, int]]:
     return corners
 
 
-def _righted(cell: Cell, nodes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, int]:
+def righted_note(count: int, total: int) -> str:
+    """Return the line about elements that `righted` has turned."""
+    return f"{count} of {total} elements were numbered the other way round (negative volume): put right"
+
+
+def righted(cell: Cell, nodes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, int]:
     """Return cells of positive volume, and how many were the other way round."""
     volume = np.zeros(len(nodes))
     centre = points[nodes[:, : cell.shape.corners]].mean(axis=1)

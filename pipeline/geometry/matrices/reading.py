@@ -12,6 +12,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS, NODES, TETRA10, WEDGE6, Cell
 from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Deck, Scope
 from gudgeon.pipeline.geometry.decks.reading import DECKS, WHOLE, read_deck
+from gudgeon.pipeline.geometry.decks.solids import righted, righted_note
 from gudgeon.pipeline.geometry.matrices.ansys import read_full
 from gudgeon.pipeline.geometry.matrices.model import Given, MatrixFiles
 from gudgeon.pipeline.geometry.matrices.nastran import read_dmig, read_op4
@@ -41,11 +42,13 @@ def read_matrices(files: MatrixFiles) -> MeshRecord:
     points = files.unit * model.points[node_rows]
     new_row = np.full(len(model.labels), -1)
     new_row[node_rows] = np.arange(len(node_rows))
-    blocks = [block._replace(nodes=new_row[block.nodes]) for block in blocks]
-    cell = _common_cell(blocks)
+    turned = [righted(block.cell, new_row[block.nodes], points) for block in blocks]
+    blocks = [block._replace(nodes=nodes) for block, (nodes, _) in zip(blocks, turned, strict=True)]
+    inside_out, cell = sum(count for _, count in turned), _common_cell(blocks)
+    remarks = {"notes": [righted_note(inside_out, sum(len(b.nodes) for b in blocks))]} if inside_out else {}
     cells = np.concatenate([b.nodes for b in blocks]) if cell.dimension else np.arange(len(points))[:, None]
     surfaces = _surfaces(files, model, points, new_row, blocks, cell)
-    return MeshRecord(points, cells, cell.name, surfaces, system=system)
+    return MeshRecord(points, cells, cell.name, surfaces, system=system, remarks=remarks)
 
 
 def read_model(path: str, scope: Scope = WHOLE) -> Deck:

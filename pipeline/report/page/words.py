@@ -1,6 +1,5 @@
 """Texts of numbers, settings and verdicts of a report, for its page, its picture and its printed table."""
 
-import json
 import math
 import re
 import shlex
@@ -9,6 +8,7 @@ from typing import Any
 
 from gudgeon.pipeline.report.convergence import TOO_FEW
 from gudgeon.pipeline.report.document import Choice, Document, Quantity, Run, Table, Term
+from gudgeon.pipeline.scenes.reference.toml import as_toml
 
 NOTHING = "–"
 METHODS = {"reduced": "gudgeon", "nodal": "full FE", "rival": "rival"}
@@ -110,7 +110,7 @@ def run_lines(index: int, run: Run, error: float, quantity: str) -> list[str]:
 
 def setting_texts(run: Run) -> list[str]:
     """Return the settings of a run in the form of `--set`."""
-    return [f"{path}={_toml(value)}" for path, value in _paths(run.settings)]
+    return [f"{path}={as_toml(value)}" for path, value in _paths(run.settings)]
 
 
 def run_settings(run: Run) -> list[str]:
@@ -294,11 +294,3 @@ def _paths(tables: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield from ((f"{key}.{path}", item) for path, item in _paths(value))
         else:
             yield key, value
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key} = {_toml(entry)}" for key, entry in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(_toml(entry) for entry in value) + "]"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else str(value)

@@ -1,10 +1,10 @@
 """Examples of the keys of scene files: the values that the shipped scenes give them."""
 
-import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from gudgeon.pipeline.scenes.reference.example_values import BY_NAME, BY_TABLE
+from gudgeon.pipeline.scenes.reference.toml import as_toml
 
 Examples = Mapping[tuple[str, str], Any]
 """A value by definition of the schema and key."""
@@ -63,13 +63,3 @@ def _collect(definitions: Mapping[str, Any], node: Mapping[str, Any], value: Any
     else:
         for form in node.get("anyOf", ()):
             _collect(definitions, form, value, examples)
-
-
-def as_toml(value: Any) -> str:
-    """Return a value as it stands in a scene file; tables on one line."""
-    if isinstance(value, Mapping):
-        entries = ", ".join(f"{key} = {as_toml(v)}" for key, v in value.items() if v is not None)
-        return f"{{ {entries} }}" if entries else "{}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(as_toml, value))}]"
-    return json.dumps(value, ensure_ascii=False)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.reference.examples import Examples, as_toml
+from gudgeon.pipeline.scenes.reference.examples import Examples
+from gudgeon.pipeline.scenes.reference.toml import as_toml
 
 WIDTH = 110
 """Characters of a line of text."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from gudgeon.pipeline.scenes.reference.examples import as_toml
+from gudgeon.pipeline.scenes.reference.toml import as_toml
 
 EXAMPLES = {
     "Friction": {"static": 0.2},
