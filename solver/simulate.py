@@ -12,7 +12,7 @@ from gudgeon.solver.capabilities import INTEGRATORS, Mechanism
 from gudgeon.solver.checks.basis import with_basis_estimates
 from gudgeon.solver.checks.layer import with_layer_estimates
 from gudgeon.solver.checks.mesh import with_mesh_estimates
-from gudgeon.solver.errors import SceneError
+from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, WORK, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, driven_step, own_step, plan_run, refuse_unread
@@ -23,6 +23,7 @@ from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.results.leaving import left_text
 from gudgeon.solver.results.limits import Limits
 from gudgeon.solver.results.trajectory import Ending, Histories, trajectory_of
+from gudgeon.solver.results.written import unequal
 from gudgeon.solver.system.bases.swaps import begun, swaps_of
 from gudgeon.solver.system.system import System
 
@@ -223,6 +224,8 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         ending = _created_energy(system, ending, histories, schedule.interval, points_left=bool(end.left))
     end = replace(end, impacts=integrator.impacts())
     trajectory = trajectory_of(system, plan, end, histories, ending)
+    if result.ok and (contradiction := unequal(system, trajectory)):
+        raise SolverError(contradiction)
     notes = limits.notes()
     return replace(trajectory, counts=trajectory.counts | {ROTATION_NOTES: "\n".join(notes)}) if notes else trajectory
 

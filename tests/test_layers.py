@@ -88,7 +88,7 @@ IMPORTED_FROM: dict[str, tuple[str, ...]] = {
     "solver.ports": ("pipeline.stages.plan",),
     "solver.linear": ("pipeline.linear",),
     "solver.integrators": (),
-    "solver.results": ("pipeline.nodal.quantities", "pipeline.nodal.points"),
+    "solver.results": ("pipeline.nodal.quantities", "pipeline.nodal.points", "pipeline.robustness.reading"),
     "solver": ("pipeline.report.timing",),
     **dict.fromkeys(APPLICATIONS, ("pipeline.kinds", "pipeline.cli.applications")),
 }  # fmt: skip

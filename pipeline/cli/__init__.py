@@ -49,6 +49,7 @@ def _main(arguments: Sequence[str] | None) -> int:
     Console.last_stage = ""
     try:
         with interruptible() as interruption:
+            Console.begins[:] = [interruption.watch]
             code, text = _outcome(arguments)
             sys.stdout.flush()
         if code and interruption.asked:

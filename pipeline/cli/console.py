@@ -2,6 +2,8 @@
 
 import sys
 import time
+from collections.abc import Callable
+from typing import ClassVar
 
 from gudgeon.pipeline.cli.streams import CLEAR
 
@@ -15,6 +17,8 @@ class Console:
     """Draws progress: one line that is renewed on a terminal, and elsewhere a line per stage and every few seconds."""
 
     last_stage = ""
+    begins: ClassVar[list[Callable[[], None]]] = []
+    """What is called where a stage begins."""
 
     def __init__(self, quiet: bool) -> None:
         self._bar = sys.stderr.isatty()
@@ -35,6 +39,7 @@ class Console:
         clock = time.monotonic()
         restarted = stage != self._shown or share < self._last
         if restarted:
+            self._begin_stage()
             self._started = clock
         # What comes before the first share, such as loading modules, says nothing about the rest.
         if restarted or self._last == 0.0:
@@ -52,6 +57,10 @@ class Console:
             bar = f"{stage:6} [{'#' * int(24 * share):.<24}] {share:4.0%}"
             text = f"{bar}  {', '.join(said)}".rstrip() if share < 1.0 else ""
             print(f"{CLEAR}{text}", end="", file=sys.stderr, flush=True)
+
+    def _begin_stage(self) -> None:
+        for call in self.begins:
+            call()
 
     def _print_line(self, text: str, clock: float) -> None:
         """Print a line of progress where there is no bar."""

@@ -35,6 +35,7 @@ THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"
 PROBE_TIMEOUT = 60.0
 """Limit for a child process [s]; drawing a sphere takes about 2 s."""
 GMSH_PROBE = "import gmsh"
+CORE_PROBE = "from gudgeon.solver import core; core.solve_lcp"
 RENDERING_PROBE = """
 import sys
 import pyvista
@@ -64,7 +65,7 @@ def examine(database: Path | None = Path(".gudgeon")) -> list[Finding]:
     Args:
         database: None where it is no folder.
     """
-    findings = [python_finding()]
+    findings = [python_finding(), core_finding()]
     for group, packages in packages_needed(platform.machine()).items():
         findings += [package_finding(name, needed, group=group) for name, needed in packages.items()]
     absent = {finding.name for finding in findings if finding.state == "missing"}
@@ -96,6 +97,16 @@ def python_finding(running: tuple[int, int] = sys.version_info[:2]) -> Finding:
     needed = ".".join(map(str, PYTHON_NEEDED))
     detail = f"{'.'.join(map(str, running))}, {needed} is needed"
     return Finding("python", "broken", detail, f"make clean setup PYTHON=python{needed}")
+
+
+def core_finding(probe: str = CORE_PROBE) -> Finding:
+    """Check whether the native core is compiled and loads; one for another processor ends the process."""
+    failure = _failure(probe)
+    if not failure:
+        return Finding("native core", "ok", "compiled, and loads")
+    if re.search(r"No module named '[\w.]*core\._\w+'", failure):
+        return Finding("native core", "missing", "it is not compiled", "make core")
+    return Finding("native core", "broken", failure, "make core")
 
 
 def packages_needed(processor: str) -> dict[str, dict[str, str]]:

@@ -14,6 +14,8 @@ from collections.abc import Callable, Iterator
 from types import CodeType, FrameType
 from typing import Any
 
+from gudgeon.pipeline.process.deaf import watched
+
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM")
 """Signals that end a command; the last one repeats the others."""
 MOMENT = 0.1
@@ -28,9 +30,27 @@ def undisturbed(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class Interruption:
-    """Whether a command was asked to end."""
+    """Whether a command was asked to end.
+
+    Args:
+        repeated: Whether signals that are heard are repeated until the command ends.
+    """
 
     asked = False
+
+    def __init__(self, *, repeated: bool) -> None:
+        self._repeated = repeated
+        self._stack = contextlib.ExitStack()
+
+    def watch(self) -> None:
+        """From now on, end the process even where compiled code hears no signal; where repeated signals tell that."""
+        if self._repeated:
+            self._repeated = False
+            self._stack.enter_context(watched())
+
+    def close(self) -> None:
+        """End the watch."""
+        self._stack.close()
 
 
 @contextlib.contextmanager
@@ -39,15 +59,15 @@ def interruptible() -> Iterator[Interruption]:
 
     An error of the block after such a signal becomes a KeyboardInterrupt, too.
     """
-    interruption = Interruption()
     if threading.current_thread() is not threading.main_thread():
-        yield interruption
+        yield Interruption(repeated=False)
         return
     names = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
     # A signal that is ignored stays so: `nohup` asks for that.
     usual = (signal.SIG_DFL, signal.default_int_handler)
     before = {name: signal.getsignal(name) for name in names if signal.getsignal(name) in usual}
     repeats = hasattr(signal, "SIGALRM") and signal.SIGALRM in before
+    interruption = Interruption(repeated=repeats)
     hook, running = sys.unraisablehook, [True]
 
     def interrupt(signal_number: int, frame: FrameType | None) -> None:
@@ -74,6 +94,7 @@ def interruptible() -> Iterator[Interruption]:
             raise KeyboardInterrupt from None
         raise
     finally:
+        interruption.close()
         running.clear()
         if repeats:
             signal.setitimer(signal.ITIMER_REAL, 0)

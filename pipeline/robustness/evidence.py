@@ -60,6 +60,8 @@ class Evidence:
     impacts: Impacts | None = None
     integrator: str = ""
     energy_drift: float | None = None
+    contradiction: tuple[str, float] = ("", 0.0)
+    """What the record says twice and least alike, and the relative difference over the allowed one."""
     momentum_residual: float | None = None
     """None if no body can move freely, or no force acts on it."""
     momentum_round_off: float = 0.0

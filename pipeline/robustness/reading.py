@@ -14,6 +14,7 @@ from gudgeon.pipeline.robustness.overlap import multipliers_of, overlaps
 from gudgeon.pipeline.stages.change import change_estimates, largest_changes
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.results import written
 from gudgeon.solver.scene.run import LEAST_WINDOW
 from gudgeon.solver.system.system import System
 
@@ -24,6 +25,7 @@ EPS = float(np.finfo(float).eps)
 
 def run_evidence(job: Job, system: System, trajectory: Trajectory, modes: Mapping[str, ModalRecord]) -> Evidence:
     """Return the evidence of a run."""
+    contradiction = _contradiction(system, trajectory)
     along = {name: system.of_records(getattr(trajectory, name)) for name in ("frames", "velocities")}
     trajectory = replace(trajectory, **along)
     elastic = {name: record for name, record in modes.items() if len(record.angular_frequencies)}
@@ -43,6 +45,7 @@ def run_evidence(job: Job, system: System, trajectory: Trajectory, modes: Mappin
         impacts=_impacts(system, trajectory),
         integrator=str(counts["integrator"]),
         energy_drift=trajectory.energy_drift,
+        contradiction=contradiction,
         momentum_residual=trajectory.momentum_residual if _moves_freely(system, trajectory) else None,
         momentum_round_off=_last_digit(system, trajectory),
         pulled=any(system.scene.run.gravity),
@@ -66,6 +69,13 @@ def run_evidence(job: Job, system: System, trajectory: Trajectory, modes: Mappin
         substeps=int(counts["substeps"]),
         step=float(counts["step"]),
     )
+
+
+def _contradiction(system: System, trajectory: Trajectory) -> tuple[str, float]:
+    """Return what a record says twice and least alike, and the difference over the allowed one."""
+    differences = written.disagreements(system, trajectory)
+    twice = [(name, value / written.allowed(system, name)) for name, value in differences.items()]
+    return max(twice, key=lambda one: one[1], default=("", 0.0))
 
 
 def _moves_freely(system: System, trajectory: Trajectory) -> bool:

@@ -290,6 +290,12 @@ def monotone(evidence: Evidence, compared: Compared) -> Finding | None:
     return Finding("monotone", value, bound * (1 + SAME), "stiffer surfaces overlap less [m]")
 
 
+def record(evidence: Evidence) -> Finding:
+    """What the record of a run says twice is alike, see `gudgeon.solver.results.written`; a rule of every case."""
+    name, value = evidence.contradiction
+    return Finding("record", value, 1.0, f"record alike in what it says twice ({name})" if name else "record")
+
+
 def _estimated(evidence: Evidence, compared: Compared) -> float:
     """Return the allowed error of elements that do not lock: small, or as it was."""
     return max(ACCEPTED, LOCKING_RATIO * (compared.base.estimated or 0.0))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
-from gudgeon.pipeline.robustness.rules import COVERS, RULES, STEPPED, Compared, Finding
+from gudgeon.pipeline.robustness.rules import COVERS, RULES, STEPPED, Compared, Finding, record
 from gudgeon.pipeline.scenes.robustness import Case
 from gudgeon.pipeline.stages.notes.run import DRIFT
 from gudgeon.solver.capabilities import INTEGRATORS
@@ -62,6 +62,7 @@ def judge(case: Case, evidence: Evidence | Refusal, compared: Compared) -> Verdi
     findings = [finding for name in rules if (finding := RULES[name](evidence, compared)) is not None]
     if not findings:
         return Verdict("wrong", f"none of the rules {', '.join(case.rules)} applies to this scene")
+    findings.append(record(evidence))
     for failing in findings:
         if not failing.holds:
             if case.refusal and (text := _told(failing, evidence, compared)):

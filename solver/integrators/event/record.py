@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import optimize
 
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.event.impacts import ContactImpacts
 from gudgeon.solver.integrators.event.jumps import Impact
 from gudgeon.solver.integrators.event.motion import Course, Probe
@@ -23,6 +24,8 @@ NOTHING = 1e-9
 """Least exchanged energy as a share of all energies, for runs in which no contact exchanges any."""
 PANELS = 2000
 """Panels of a dissipation integral that are evaluated at once."""
+MOST_PANELS = 10**7
+"""Panels of a motion between two events, about a minute."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
@@ -155,22 +158,21 @@ class Record:
         sliding = np.any(regime.tangential.matrix)
         if not np.any(regime.linear.dampers) and not sliding:
             return dissipated
-        fastest = float(np.abs(segment.motion.exponents).max()) if len(segment.motion.exponents) else 0.0
-        spans = np.diff(edges)
-        panels = np.maximum(1, np.ceil(fastest * spans)).astype(int)
-        owner = np.repeat(np.arange(len(spans)), panels)
-        width = (spans / panels)[owner]
-        start = edges[owner] + width * (np.arange(len(owner)) - np.repeat(np.cumsum(panels) - panels, panels))
-        for block in range(0, len(owner), PANELS):
-            span = slice(block, block + PANELS)
-            time = (start[span, None] + width[span, None] * 0.5 * (1 + NODES)).ravel()
+        spans, panels = np.diff(edges), _panels(segment, edges)
+        ends = np.cumsum(panels)
+        for block in range(0, int(ends[-1]) if len(ends) else 0, PANELS):
+            numbers = np.arange(block, min(block + PANELS, ends[-1]))
+            owner = np.searchsorted(ends, numbers, side="right")
+            width = (spans / panels)[owner]
+            start = edges[owner] + width * (numbers - (ends - panels)[owner])
+            time = (start[:, None] + width[:, None] * 0.5 * (1 + NODES)).ravel()
             u, v = segment.motion.displacements(time)
             power = ((v @ regime.linear.rows.T) ** 2) @ regime.linear.dampers
             if sliding:
                 rubbed = -regime.tangential(u, v) * (v @ system.tangents.T - system.belt)
                 power = power + rubbed.sum(axis=1)
-                self._rubbed += (0.5 * width[span, None] * WEIGHTS).ravel() @ rubbed
-            np.add.at(dissipated, owner[span], 0.5 * width[span] * (power.reshape(-1, len(NODES)) @ WEIGHTS))
+                self._rubbed += (0.5 * width[:, None] * WEIGHTS).ravel() @ rubbed
+            np.add.at(dissipated, owner, 0.5 * width * (power.reshape(-1, len(NODES)) @ WEIGHTS))
         return dissipated
 
     def states(
@@ -330,3 +332,20 @@ def _pressed_energy(u: np.ndarray, regime: Regime, springs: int) -> np.ndarray:
     soft = len(regime.linear.rows) - springs
     gaps = regime.linear.offsets[:soft] + u @ regime.linear.rows[:soft].T
     return 0.5 * np.einsum("ti,ij,tj->t", gaps, regime.linear.springs[:soft, :soft], gaps)
+
+
+def _panels(segment: Segment, edges: np.ndarray) -> np.ndarray:
+    """Return the number of panels between edges [s], (t + 1,), of about a radian of the fastest oscillator each, (t,).
+
+    Raises:
+        SceneError: there are too many.
+    """
+    fastest = float(np.abs(segment.motion.exponents).max()) if len(segment.motion.exponents) else 0.0
+    radians = fastest * float(edges[-1] - edges[0])
+    if radians > MOST_PANELS:
+        raise SceneError(
+            f"run.duration: {edges[-1] - edges[0]:.3g} s of damped motion without an event are {radians:.3g} rad of its"
+            f" fastest oscillation, {fastest:.3g} rad/s; integrator 'event' sums what dampers take over up to"
+            f" {MOST_PANELS:.0e} rad; allowed: a shorter duration, fewer modes, or run.integrator = 'implicit'"
+        )
+    return np.maximum(1, np.ceil(fastest * np.diff(edges))).astype(int)

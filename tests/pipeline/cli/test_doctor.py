@@ -22,7 +22,7 @@ def test_examine_names_every_package_and_probe(tmp_path: Path) -> None:
     """Each thing examined appears once, whatever this machine lacks."""
     names = [finding.name for finding in doctor.examine(tmp_path)]
     packages = {name for group in doctor.packages_needed(platform.machine()).values() for name in group}
-    assert packages | {"python", "sparse backend", "database", "threads"} <= set(names)
+    assert packages | {"python", "native core", "sparse backend", "database", "threads"} <= set(names)
     assert len(names) == len(set(names))
 
 
@@ -32,6 +32,16 @@ def test_import_loads_nothing_heavy() -> None:
     probe = f"import sys, gudgeon.pipeline.cli.doctor; print(*{heavy} & set(sys.modules))"
     child = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True, cwd=ROOT)
     assert child.stdout.split() == []
+
+
+def test_a_core_that_is_not_compiled() -> None:
+    """The module of this processor is not there, does not load, or ends the process."""
+    assert doctor.core_finding().state == "ok"
+    absent = "import gudgeon.solver.core as core, importlib; importlib.import_module(f'{core.__name__}._nothing')"
+    finding = doctor.core_finding(absent)
+    assert (finding.state, finding.remedy) == ("missing", "make core")
+    for probe in (SEGFAULT, "raise ImportError('undefined symbol: _ZN7gudgeon')"):
+        assert doctor.core_finding(probe).state == "broken"
 
 
 def test_old_python_is_broken() -> None:

@@ -80,7 +80,7 @@ def test_one_broken_rule_is_enough_and_the_sharpest_that_holds_is_named() -> Non
     )
     good = judge(both, SOUND, LIKE)
     assert good.deciding is not None
-    assert (good.deciding.rule, len(good.findings)) == ("similarity", 2)
+    assert (good.deciding.rule, len(good.findings)) == ("similarity", 3)
 
 
 def test_a_number_that_is_none_never_holds() -> None:
@@ -257,3 +257,9 @@ def test_the_drift_of_equal_steps_is_that_of_the_run_compared(drift: float, verd
     assert judge(case("energy"), found, Compared(base=base)).verdict == "wrong"
     said = replace(base, energy_drift=5e-3)
     assert judge(case("energy"), said, Compared(base=said, equal_steps=True)).verdict == "wrong"
+
+
+def test_a_record_that_contradicts_itself_is_wrong_in_every_case() -> None:
+    found = judge(case("energy"), replace(SOUND, contradiction=("impulse of contact.wall", 100.0)), LIKE)
+    assert found.verdict == "wrong"
+    assert "record alike in what it says twice (impulse of contact.wall)" in found.reason

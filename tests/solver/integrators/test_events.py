@@ -16,6 +16,7 @@ from pydantic import ValidationError
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.integrators.event import record
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
 from tests.scenes import scene_path
@@ -442,6 +443,29 @@ def test_spring_with_a_damper_loses_what_it_takes(tmp_path: Path) -> None:
     omega = np.sqrt(99.0)
     expected = np.exp(-found.times) * np.sin(omega * found.times) / omega
     np.testing.assert_allclose(found.motion["a"][:, 0], expected, rtol=0, atol=1e-14)
+
+
+def test_dissipation_of_a_long_damped_flight_takes_no_more_memory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Panels are made a block at a time, and more of them than are summed in a minute are refused."""
+    spring = {"kind": "spring", "body": "a", "direction": X, "stiffness": 100.0, "damping": 1e-9}
+    scene = {"body": {"a": {"velocity": X}}, "force": {"spring": spring}, "run": {"duration": 1000.0}}
+    sizes: list[int] = []
+    searched = np.searchsorted
+
+    def noted(a: Any, v: Any, **keywords: Any) -> Any:
+        sizes.append(np.size(v))
+        return searched(a, v, **keywords)
+
+    monkeypatch.setattr(record.np, "searchsorted", noted)
+    run(tmp_path / "short", {"a": rigid_records(1.0, {})}, scene, samples=10, frames=2)
+    assert 0 < max(sizes) <= record.PANELS
+    scene["run"] = {"duration": 1e14}
+    with pytest.raises(
+        SceneError, match=r"^run\.duration: .* rad of its fastest oscillation, 10 rad/s; .* fewer modes"
+    ):
+        run(tmp_path / "long", {"a": rigid_records(1.0, {})}, scene, samples=10, frames=2)
 
 
 def test_samples_do_not_touch_the_motion(tmp_path: Path) -> None:
