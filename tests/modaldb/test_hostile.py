@@ -185,6 +185,19 @@ def test_harm_is_found_before_any_array_is_read(harm: str, store: FolderStore, m
             use(KEY)
 
 
+@pytest.mark.parametrize("harm", sorted(HARM))
+def test_export_of_harm(harm: str, store: FolderStore, tmp_path: Path) -> None:
+    """What has another structure leaves no file; other numbers are carried as they are and refused by who reads."""
+    place, target = put_changed(store, "modes", HARM[harm][0]), tmp_path / "exported.h5"
+    try:
+        modaldb.open(store.root).export(KEY, target)
+    except RecordMismatch:
+        assert not target.exists()
+        return
+    assert harm in IN_NUMBERS
+    assert target.read_bytes() == place.read_bytes()
+
+
 @pytest.mark.parametrize("thickness", ['"thin"', "0.0", "-1.0", "NaN", "Infinity", "true", "[1.0]"])
 def test_a_thickness_that_is_none(thickness: str, store: FolderStore) -> None:
     put_changed(store, "mesh", attribute("surfaces/skirt", "shape", f'{{"thickness": {thickness}}}'))

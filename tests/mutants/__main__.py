@@ -25,7 +25,7 @@ BEGIN, END = "<!-- mutants -->\n", "<!-- end of mutants -->"
 
 def main() -> int:
     """Run faults; return 1 where fewer than nine of ten are found, or a survivor has no reason."""
-    parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--only", default="", help="subject, or a part of a file's path or of the faulty text")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--table", type=Path, help="document whose table is written")

@@ -462,6 +462,22 @@ def test_a_body_that_pauses_for_too_long(client: Client, store: FolderStore, mon
     assert files_of(store) == []
 
 
+def test_an_upload_that_takes_long(client: Client, store: FolderStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that goes on is taken, however long it takes; whoever writes meanwhile leaves its unfinished file alone."""
+    monkeypatch.setattr(files, "SLOWEST", 0.5)
+    body = image()
+    size = -(-len(body) // 8)
+    with socket.create_connection((client.parts.hostname or "", client.parts.port or 0), timeout=10) as connection:
+        head = f"PUT {RECORD} HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer {TOKEN}\r\n"
+        connection.sendall(f"{head}Connection: close\r\nContent-Length: {len(body)}\r\n\r\n".encode())
+        for start in range(0, len(body), size):
+            time.sleep(0.15)
+            connection.sendall(body[start : start + size])
+            open_folder(store.root).put(content_key({"n": start}), "mesh", mesh(), {"n": start})
+        assert connection.recv(100).startswith(b"HTTP/1.1 201")
+    assert open_folder(store.root).fault(KEY) is None
+
+
 def test_a_body_of_unknown_length(client: Client, store: FolderStore) -> None:
     head = f"PUT {RECORD} HTTP/1.1\r\nTransfer-Encoding: chunked\r\n"
     assert half_sent(client, head, b"5\r\nabcde\r\n0\r\n\r\n", close=False).startswith(b"HTTP/1.1 411")
