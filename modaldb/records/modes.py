@@ -141,8 +141,8 @@ class LoadModes:
 
 @dataclass(frozen=True)
 class StaticResponses:
-    """Static displacement of a solid under k smooth pressures on its interfaces of contact, balanced by inertia if the
-    body is free: what a design change with unchanged modes is judged by."""
+    """Static displacement of a solid under k smooth pressures on its interfaces of contact and unit forces of its
+    loads, balanced by inertia if the body is free: what a design change with unchanged modes is judged by."""
 
     shapes: Array = field(metadata=rule("n 3 k'", unit="m per unit", name="displacement under each smooth pressure"))
     """Y = G f, nodal displacement per unit of each pressure, (n, 3, k)."""
@@ -216,6 +216,11 @@ SHAPE_ERRORS = "shape_errors"
 of one inverse iteration. It is small where a Ritz vector is a mode, and large for static shapes."""
 VOLUME_ERROR = "volume_error"
 """Entry of `ModalRecord.quality`: by how much the mesh has more volume, and mass, than is within its true surfaces."""
+COMPLIANCE_ERRORS = "compliance_errors"
+"""Entry of `ModalRecord.quality`: estimated mesh error of the static compliance of each interface of contact, over the
+compliance."""
+LOAD_ERRORS = "load_errors"
+"""Entry of `ModalRecord.quality`: the same for each row of a load, by interface."""
 MODE = 0.02
 """Largest of these of a coordinate that is a mode of the body."""
 

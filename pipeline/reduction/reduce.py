@@ -58,7 +58,7 @@ class _Acting:
     fields: np.ndarray
     """Forces of the pressure fields that get a static shape, (r, k)."""
     smooth: np.ndarray
-    """Forces of smooth pressures, (r, SMOOTH) or fewer; (r, 0) of a load."""
+    """Forces of smooth pressures, (r, SMOOTH) or fewer; the unit forces of a load, (r, r)."""
     tangential: TangentialRows | None = None
     """Where friction acts."""
 
@@ -120,7 +120,8 @@ def reduce_component(
         errors.discretisation_errors, frequencies, component, scene_key,
         lambda variant: reduce_component(mesh, mesh_key, variant, name).discretisation_errors,
     )  # fmt: skip
-    checked = {"compliance_errors": compliance_errors(model, component, responses, static)} | _patches(sites)
+    on_loads = {key for key, a in acting.items() if isinstance(a.at, LoadRows)}
+    checked = compliance_errors(model, component, responses, static, on_loads) | _patches(sites)
     checked |= {VOLUME_ERROR: volume_error(mesh)}
     return ModalRecord(
         mesh_key=mesh_key, reduction=component.modes.reduction, normal_count=reduction.normal_count,
@@ -302,7 +303,8 @@ def _acting(
 def _on_model(
     site: ContactPoints | TractionSpace | Tie | None, interface: Interface, model: FEModel, count: int, scene_key: str
 ) -> _Acting:
-    """Return the rows of B of an interface; of a surface of contact `count` pressure fields and the smooth ones."""
+    """Return the rows of B of an interface; of a surface of contact `count` pressure fields and the smooth ones, of a
+    load its unit forces."""
     if isinstance(site, ContactPoints):
         rows = normal_rows(model, interface, site)
         if model.rotations.any() and not np.abs(rows.data).max(initial=0.0) > 0:
@@ -315,8 +317,8 @@ def _on_model(
         rows, coordinates = site.rows(model), site.centres
     else:
         load = tie_rows(model, site) if site else load_rows(model, interface, scene_key)
-        nothing = np.empty((load.B.shape[0], 0))
-        return _Acting(load, load.B, nothing, nothing)
+        count = load.B.shape[0]
+        return _Acting(load, load.B, np.empty((count, 0)), np.eye(count))
     fields, smooth = (pressure_fields(coordinates, site.areas, k) for k in (count, SMOOTH))
     return _Acting(site, rows, fields, smooth)
 
@@ -339,9 +341,12 @@ def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix, held: Collec
             [a.smooth for a in acting.values()],
         )
     )
+    loads = np.zeros(ends[-1], bool)
+    for a, span in zip(acting.values(), spans, strict=False):
+        loads[slice(*span)] = isinstance(a.at, LoadRows)
     return ContactRows(
         sparse.csr_matrix(B @ spread), fields, dict(zip(acting, spans, strict=False)), smooth,
-        dict(zip(across, spans[len(acting) :], strict=True)),
+        dict(zip(across, spans[len(acting) :], strict=True)), loads=loads,
     )  # fmt: skip
 
 

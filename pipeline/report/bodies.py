@@ -10,7 +10,7 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
 from gudgeon.pipeline.report.budget.budget import budget_of
 from gudgeon.pipeline.report.changes import change_rows
-from gudgeon.pipeline.report.choice import choose, doubtful, judged, keep_report, on_its_mesh
+from gudgeon.pipeline.report.choice import choose, doubtful, in_its_basis, judged, keep_report, on_its_mesh
 from gudgeon.pipeline.report.document import Document, Quantity, Table, counted_names
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_step, point, quantities, rows
@@ -92,7 +92,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             runs=runs,
             left_out=left_out,
             changes=change_rows(job, progress),
-            choice=on_its_mesh(choice, runs, budget, how.same_mesh),
+            choice=on_its_mesh(in_its_basis(choice, runs, budget, reference.kind), runs, budget, how.same_mesh),
             costs=cost_rows(job, points, runs, nodal, compared),
             budget=budget,
             tables=_tables(job, judged_point, reference),

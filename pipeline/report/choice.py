@@ -99,6 +99,31 @@ def judged(runs: Sequence[Run], choice: Choice, avoided: Collection[str] = ()) -
     return min(able, key=lambda run: (run.name in avoided, errors[run.name], run.cpu_seconds), default=None)
 
 
+def in_its_basis(choice: Choice, runs: Sequence[Run], budget: Budget | None, reference: str) -> Choice:
+    """Return a choice, or none where the error of its basis exceeds the tolerance.
+
+    Settings that are compared with the finest of them lack what all lack, so that the budget's run with twice as many
+    modes decides: for its own setting, and for those with no more coordinates.
+
+    Args:
+        budget: Of a run of the same report.
+        reference: Kind of the report's reference; those that are no setting have all modes.
+    """
+    term = None if budget is None else budget.term("basis")
+    if choice.run is None or budget is None or term is None or reference != "finest":
+        return choice
+    coordinates = {run.name: run.coordinates or 0 for run in runs}
+    if term.missing:
+        return replace(choice, why=f"{choice.why}; basis error: {term.how}")
+    if term.bound is None or term.bound <= choice.tolerance or coordinates[choice.run] > coordinates[budget.run]:
+        return choice
+    why = (
+        f"{choice.run} meets {tick_text(choice.tolerance)} against the finest setting, but the basis error of"
+        f" {budget.run} is {term_text(term.bound)} ({term.of}): increase component.*.modes.normal_count, or fixed_count"
+    )
+    return replace(choice, run=None, settings=None, cpu_seconds=None, why=why)
+
+
 def on_its_mesh(choice: Choice, runs: Sequence[Run], budget: Budget | None, same_mesh: bool) -> Choice:
     """Return a choice, or none where the error of the mesh exceeds the tolerance.
 
@@ -176,6 +201,7 @@ def chosen(job: SceneJob, tolerance: float, same_mesh: bool = False) -> tuple[Jo
             f"{job.path}: --tolerance: the database has no report of this scene; run: gudgeon report {job.path}"
         )
     choice = choose(document.runs, tolerance, document.quantities)
+    choice = in_its_basis(choice, document.runs, document.budget, document.reference["kind"])
     choice = on_its_mesh(choice, document.runs, document.budget, same_mesh)
     if choice.run is None:
         raise InputError(f"{job.path}: --tolerance: {choice.why}")

@@ -47,5 +47,5 @@ def largest_changes(entry: Mapping[str, Any]) -> dict[str, float]:
         changes[f"frequencies by up to {{}} (mode {mode + 1})"] = frequencies[mode]
     if compliances := entry["compliance_changes"]:
         name = max(compliances, key=lambda n: abs(compliances[n]))
-        changes[f"contact compliance by up to {{}} (interface '{name}')"] = compliances[name]
+        changes[f"compliance by up to {{}} (interface '{name}')"] = compliances[name]
     return changes

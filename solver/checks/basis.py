@@ -30,7 +30,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import BASIS_REASON, BEGINS, ENDS, IMPULSE, NO_MODE, ONE_COORDINATE, Trajectory
+from gudgeon.modaldb.records.trajectory import (
+    BASIS_REASON,
+    BEGINS,
+    CHANGING,
+    ENDS,
+    IMPULSE,
+    NO_MODE,
+    ONE_COORDINATE,
+    Trajectory,
+)
+from gudgeon.solver.checks.readings import changes, readings
 from gudgeon.solver.checks.weighed import weighed
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError, SolverError
@@ -39,6 +49,7 @@ from gudgeon.solver.methods import METHODS
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.bases.nested import nested
+from gudgeon.solver.system.bases.swaps import swaps_of
 from gudgeon.solver.system.system import System
 
 REBOUND = ("rebound_velocity", "rebound_velocity_other")
@@ -77,41 +88,50 @@ def with_basis_estimates(system: System, trajectory: Trajectory, run: Run) -> Tr
     Returns:
         Its `estimates` with `basis.impulse`: the largest error of a contact's impulse, over its largest impulse up to
         any time; `basis.force`: of its largest windowed force, over that force; `basis.rebound`: of a rebound velocity,
-        over the largest speed of a body at the start, where the contact has a restitution. Where a run with fewer
-        modes cannot start, or fails, or where a body that touches has a single coordinate or none that is a mode, the
-        first two are 1 and `counts` has the reason. Unchanged where nothing touches or no body has elastic coordinates.
+        over the largest speed of a body at the start, where the contact has a restitution; and `basis.NAME.KIND` of
+        each reading, see `readings`. Where a run with fewer modes cannot start, or fails, or where a body that touches
+        has a single coordinate or none that is a mode, they are 1 (without those of a rebound) and `counts` has the
+        reason. Unchanged where nothing touches and nothing is read, or no body has elastic coordinates.
     """
-    if not touches(system, trajectory):
+    pressed = touches(system, trajectory)
+    if not (pressed or readings(system, trajectory)) or not (system.stiffness > 0).any():
         return trajectory
     if reason := _too_few(system, trajectory):
-        return _unknown(trajectory, reason)
+        return _unknown(system, trajectory, reason)
     try:
         systems = [fewer for fraction in SHARES if (fewer := nested(system, fraction)) is not None]
-        if not systems:
+        if not systems and pressed:
             return trajectory
         windows, runs = _nested_runs(system, systems, trajectory, run)
     except (SceneError, SolverError) as error:
-        return _unknown(trajectory, str(error))
+        return _unknown(system, trajectory, str(error))
     if failed := next((r for r in runs[1:] if not Result[r.result].ok), None):
-        return _unknown(trajectory, failed.counts.get("reason", Result[failed.result].value))
-    reference, speed, comparable = runs[0], fastest_body(system), set[str]()
-    errors = _least(system, systems[0], trajectory)
-    for name, value in _by_mass(system, reference, run).items():
-        errors[f"basis.{name}"] = max(errors[f"basis.{name}"], MARGIN * value)
+        return _unknown(system, trajectory, failed.counts.get("reason", Result[failed.result].value))
+    reference, speed = runs[0], fastest_body(system)
+    least = _least(system, systems[0], trajectory) if pressed else {}
+    by_mass = _by_mass(system, reference, run)
+    found = [{name: MARGIN * value for name, value in by_mass.items()}]
+    histories = [readings(s, r) for s, r in zip([system, *systems], runs, strict=True)]
     for i, window in enumerate(windows):
-        relative_changes = differences(reference, (runs[i], runs[i + 1]), window, speed)
-        comparable = {f"basis.{name}" for name in relative_changes}
-        for name, value in relative_changes.items():
-            errors[f"basis.{name}"] = max(errors[f"basis.{name}"], MARGIN * value / 2**i)
-    return replace(
-        trajectory, estimates=trajectory.estimates | {name: errors[name] for name in errors if name in comparable}
-    )
+        relative_changes = changes(histories[i], histories[i + 1])
+        if pressed:
+            relative_changes |= differences(reference, (runs[i], runs[i + 1]), window, speed)
+        found.append({name: MARGIN * value / 2**i for name, value in relative_changes.items()})
+    comparable = found[-1] if windows else by_mass
+    if not comparable and not pressed:
+        return _unknown(system, trajectory, ONE_COORDINATE)
+    errors = {f"basis.{name}": max(least.get(f"basis.{name}", 0.0), *(f.get(name, 0.0) for f in found))
+              for name in comparable}  # fmt: skip
+    return replace(trajectory, estimates=trajectory.estimates | errors)
 
 
 def _nested_runs(
     system: System, systems: list[System], trajectory: Trajectory, run: Run
 ) -> tuple[list[float], list[Trajectory]]:
     """Return the window of each pair of bases [s], and the runs of all bases, that of the system first."""
+    if not touches(system, trajectory):
+        interval = float(trajectory.times[0])
+        return [0.0] * len(systems), [trajectory, *(run(fewer, interval) for fewer in systems)]
     windows = _windows(system, systems)
     sample_step = windows[0] / SAMPLES if windows[0] > 0 else float(trajectory.times[0])
     if system.scene.capabilities.turns:
@@ -130,8 +150,10 @@ def _by_mass(system: System, reference: Trajectory, run: Run) -> dict[str, float
     """Return the differences of a run from one in which a part of R has a mass; none where there is no such run."""
     if system.scene.capabilities.turns:
         return {}
+    pressed = touches(system, reference)
     try:
-        weighed_system = weighed(system, {contact.name: pushes(reference, contact.name) for contact in system.contacts})
+        forces = {contact.name: pushes(reference, contact.name) for contact in system.contacts} if pressed else {}
+        weighed_system = weighed(system, forces)
     except SceneError:
         return {}
     if weighed_system is None:
@@ -139,8 +161,12 @@ def _by_mass(system: System, reference: Trajectory, run: Run) -> dict[str, float
     weighed_run = run(weighed_system, float(reference.times[0]))
     if not Result[weighed_run.result].ok or len(weighed_run.times) != len(reference.times):
         return {}
+    own = readings(system, reference)
+    by_readings = changes(own, readings(weighed_system, weighed_run))
+    if not pressed:
+        return by_readings
     window = min(system.window, system.scene.run.duration / max(WINDOWS))
-    return differences(reference, (reference, weighed_run), window, fastest_body(system))
+    return differences(reference, (reference, weighed_run), window, fastest_body(system)) | by_readings
 
 
 def pushes(trajectory: Trajectory, contact: str) -> np.ndarray:
@@ -163,7 +189,7 @@ def _windows(system: System, systems: list[System]) -> list[float]:
 
 
 def _least(system: System, fewer: System, trajectory: Trajectory) -> dict[str, float]:
-    """Return the least estimates of a run, see the module; zeros where bodies turn."""
+    """Return the least estimates of a run with contact, see the module; zeros where bodies turn."""
     if system.scene.capabilities.turns:
         return dict.fromkeys(STIFFENED, 0.0)
     stiff, (massless, hidden, rigid) = _lacking(system, fewer), _unresolved(system, trajectory)
@@ -172,18 +198,27 @@ def _least(system: System, fewer: System, trajectory: Trajectory) -> dict[str, f
 
 
 def _too_few(system: System, trajectory: Trajectory) -> str:
-    """Return why no coordinate of a body that touched can be left out, or nothing: it has one, or none is a mode."""
+    """Return why no coordinate of a body that touched can be left out, or nothing: it has one, or none is a mode.
+
+    Where none touched, of the bodies that deform, unless R of one can have a mass.
+    """
+    if swaps_of(system) is not None:
+        return CHANGING
     touching = [contact for contact in system.contacts if np.any(trajectory.contacts[contact.name].force)]
     sides = [side for c in touching for side in (c, c.other, c.master) if side is not None]
+    if not sides:
+        deforming = [body.modal.are_modes for body in system.bodies.values() if len(body.modal.angular_frequencies)]
+        return NO_MODE if not any(modes.any() for modes in deforming) else ""
     modes = [system.bodies[side.body].modal.are_modes for side in sides]
     if any(len(m) == 1 for m in modes):
         return ONE_COORDINATE
     return NO_MODE if any(len(m) and not m.any() for m in modes) else ""
 
 
-def _unknown(trajectory: Trajectory, reason: str) -> Trajectory:
+def _unknown(system: System, trajectory: Trajectory, reason: str) -> Trajectory:
     """Return a run with estimates of 1, and the reason."""
-    errors = {"basis.impulse": 1.0, "basis.force": 1.0}
+    names = [*(("impulse", "force") if touches(system, trajectory) else ()), *readings(system, trajectory)]
+    errors = {f"basis.{name}": 1.0 for name in names}
     return replace(
         trajectory, estimates=trajectory.estimates | errors, counts=trajectory.counts | {BASIS_REASON: reason}
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.checks.basis import Run, differences, fastest_body, pushes
+from gudgeon.solver.checks.readings import changes, readings
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.compile import assembled
@@ -28,9 +29,9 @@ def with_layer_estimates(system: System, trajectory: Trajectory, run: Run) -> Tr
         run: Integrates another system.
 
     Returns:
-        Its `estimates` with `layer.impulse`, `layer.force` and `layer.rebound`, relative to what those of the basis
-        are. Unchanged where no layer has a noticeable share of the compliance that was pressed, or the other run is
-        impossible.
+        Its `estimates` with `layer.impulse`, `layer.force`, `layer.rebound` and `layer.NAME.KIND`, relative to what
+        those of the basis are. Unchanged where no layer has a noticeable share of the compliance that was pressed,
+        or the other run is impossible.
     """
     scene = system.scene
     stiffer = {
@@ -50,7 +51,9 @@ def with_layer_estimates(system: System, trajectory: Trajectory, run: Run) -> Tr
         return trajectory
     if not Result[against.result].ok or len(against.times) != len(trajectory.times):
         return trajectory
-    relative_changes = differences(trajectory, (trajectory, against), system.window, fastest_body(system))
+    own = readings(system, trajectory)
+    relative_changes = changes(own, readings(stiffer_system, against))
+    relative_changes |= differences(trajectory, (trajectory, against), system.window, fastest_body(system))
     return replace(
         trajectory, estimates=trajectory.estimates | {f"layer.{name}": c for name, c in relative_changes.items()}
     )

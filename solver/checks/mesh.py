@@ -2,9 +2,10 @@
 
 A mesh is too stiff: each of its frequencies is too high by an error that the modes' record estimates from recovered
 stress. A run whose modes have the lower frequencies, with the same steps, differs by what these errors leave in the
-result: phases that drift over an impact, waves that return too early. `MARGIN` covers what is not in the frequencies,
-the shapes of the modes and the residual flexibility, whose own error is that of the static compliance. What the points
-of a contact patch lack is an error of the force by itself, see `contact_points`.
+result: phases that drift over an impact, waves that return too early. The static compliance to loads has an estimate of
+its own in the record: what of it the frequencies do not explain is in R, whose rows are larger in that run. `MARGIN`
+covers what is in neither, the shapes of the modes and R under contacts. What the points of a contact patch lack is an
+error of the force by itself, see `contact_points`.
 """
 
 from collections.abc import Mapping
@@ -12,10 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import VOLUME_ERROR, ModalRecord
+from gudgeon.modaldb.records.modes import LOAD_ERRORS, VOLUME_ERROR, ModalRecord
 from gudgeon.modaldb.records.trajectory import COARSE_MESHES, PATCH_POINTS, Trajectory
 from gudgeon.solver.checks.basis import Run, differences, fastest_body, touches
 from gudgeon.solver.checks.contact_points import patch_errors
+from gudgeon.solver.checks.readings import changes, readings
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.compile import assembled
@@ -27,6 +29,8 @@ COARSE = 0.05
 """Error of a force by the points of a patch from which they are counted: a radius of five spacings."""
 SHARE = 0.5
 """Share of the largest error by one component's mesh from which on that of another one counts."""
+SOFTER = 3.0
+"""Largest increase of a row of R, over it: estimates above it are of rows that have hardly a share of their own."""
 LARGEST = 0.5
 """Largest relative error of a frequency that is taken off: estimates above it are of modes that are none."""
 
@@ -40,22 +44,25 @@ def with_mesh_estimates(system: System, trajectory: Trajectory, run: Run) -> Tra
         run: Integrates another system.
 
     Returns:
-        Its `estimates` with `mesh.impulse`, `mesh.force` and `mesh.rebound`, relative to what those of the basis are.
-        Where they are above run.tolerance and several components have such errors, `counts` names those that matter.
-        Impulse and force have the error of the mass of a coarse round mesh, too. Where the points of a patch resolve it
-        poorly, `mesh.force` is at least their error, and `counts` has their number. Unchanged where nothing touches, or
-        else no record has estimates of its frequencies, or the other run is impossible.
+        Its `estimates` with `mesh.impulse`, `mesh.force` and `mesh.rebound`, and `mesh.NAME.KIND` of each reading,
+        relative to what those of the basis are. Where they are above run.tolerance and several components have such
+        errors, `counts` names those that matter. Impulse, force and readings have the error of the mass of a coarse
+        round mesh, too. Where the points of a patch resolve it poorly, `mesh.force` is at least their error, and
+        `counts` has their number. Unchanged where nothing touches and nothing is read, or else no record has estimates
+        of its frequencies or of its loads' compliance, or the other run is impossible.
     """
     return _with_mass(system, _with_patches(system, _with_frequencies(system, trajectory, run)))
 
 
 def _with_mass(system: System, trajectory: Trajectory) -> Trajectory:
-    """Return a run with the errors by the volumes of its bodies' meshes: an impulse has that of a mass, the force of an
-    impact that of its root."""
-    errors = [abs(float(body.modal.quality.get(VOLUME_ERROR, 0.0))) for body in system.bodies.values()]
-    if not max(errors) > 0 or not touches(system, trajectory):
+    """Return a run with the errors by the volumes of its bodies' meshes: an impulse has that of a mass, as has a motion
+    under given forces, the force of an impact that of its root."""
+    largest = max(abs(float(body.modal.quality.get(VOLUME_ERROR, 0.0))) for body in system.bodies.values())
+    if not largest > 0:
         return trajectory
-    by_mass = {"mesh.impulse": max(errors), "mesh.force": max(errors) / 2}
+    by_mass = {f"mesh.{name}": largest for name in readings(system, trajectory)}
+    if touches(system, trajectory):
+        by_mass |= {"mesh.impulse": largest, "mesh.force": largest / 2}
     estimates = {name: trajectory.estimates.get(name, 0.0) + error for name, error in by_mass.items()}
     return replace(trajectory, estimates=trajectory.estimates | estimates)
 
@@ -76,7 +83,7 @@ def _with_frequencies(system: System, trajectory: Trajectory, run: Run) -> Traje
     """Return a run with its errors due to the frequencies of the bodies' meshes."""
     scene, corrected = system.scene, {name: _corrected(body.modal) for name, body in system.bodies.items()}
     components = list(dict.fromkeys(scene.component_of(name) for name, m in corrected.items() if m is not None))
-    if not components or not touches(system, trajectory):
+    if not components or not (touches(system, trajectory) or readings(system, trajectory)):
         return trajectory
 
     def errors(names: list[str]) -> dict[str, float]:
@@ -94,12 +101,16 @@ def _with_frequencies(system: System, trajectory: Trajectory, run: Run) -> Traje
 def _errors(system: System, trajectory: Trajectory, run: Run, modes: Mapping[str, ModalRecord]) -> dict[str, float]:
     """Return the errors by the meshes of the bodies with other modes; none where their run is impossible."""
     try:
-        continuum = run(_continuum(system, modes), float(trajectory.times[0]))
+        continuum = _continuum(system, modes)
+        against = run(continuum, float(trajectory.times[0]))
     except (SceneError, SolverError):
         return {}
-    if not Result[continuum.result].ok:
+    if not Result[against.result].ok:
         return {}
-    relative_changes = differences(trajectory, (trajectory, continuum), system.window, fastest_body(system))
+    own = readings(system, trajectory)
+    relative_changes = changes(own, readings(continuum, against))
+    if touches(system, trajectory):
+        relative_changes |= differences(trajectory, (trajectory, against), system.window, fastest_body(system))
     return {f"mesh.{name}": MARGIN * value for name, value in relative_changes.items()}
 
 
@@ -110,10 +121,36 @@ def _continuum(system: System, modes: Mapping[str, ModalRecord]) -> System:
 
 
 def _corrected(modal: ModalRecord) -> ModalRecord | None:
-    """Return a modal record with the estimated frequencies of the continuum; None if there is no estimate."""
-    if modal.discretisation_errors is None:
+    """Return a modal record with the estimated frequencies of the continuum, and its compliance to loads; None if there
+    is no estimate."""
+    errors = np.zeros(len(modal.angular_frequencies))
+    if modal.discretisation_errors is not None:
+        errors = np.clip(np.nan_to_num(modal.discretisation_errors, nan=0.0), 0.0, LARGEST)
+    factors = _factors(modal, errors)
+    if not errors.any() and (factors == 1).all():
         return None
-    errors = np.nan_to_num(modal.discretisation_errors, nan=0.0)
-    if not errors.any():
-        return None
-    return replace(modal, angular_frequencies=modal.angular_frequencies * (1 - np.clip(errors, 0.0, LARGEST)))
+    R = modal.residual_flexibility
+    return replace(
+        modal, angular_frequencies=modal.angular_frequencies * (1 - errors),
+        residual_flexibility=None if R is None else R * np.outer(factors, factors),
+    )  # fmt: skip
+
+
+def _factors(modal: ModalRecord, errors: np.ndarray) -> np.ndarray:
+    """Return by which factors the rows of R are larger in the continuum, (C,): those of loads, by what of the error of
+    their static compliance is not in the frequencies.
+
+    Args:
+        errors: Relative ones of the frequencies, (m,).
+    """
+    factors, R = np.ones(modal.row_count), modal.residual_flexibility
+    for name, relative in modal.quality.get(LOAD_ERRORS, {}).items():
+        load = modal.loads.get(name)
+        if R is None or load is None or len(load.rows) != len(relative):
+            continue
+        span = slice(*modal.interface_rows[name])
+        each, residual = (load.rows / modal.angular_frequencies) ** 2, R.diagonal()[span]
+        missing = np.array(relative) * (residual + each.sum(axis=1)) - each @ ((1 - errors) ** -2 - 1)
+        larger = np.divide(missing, residual, out=np.zeros_like(missing), where=residual > 0)
+        factors[span] = np.sqrt(1 + np.clip(larger, 0.0, SOFTER))
+    return factors

@@ -1,9 +1,10 @@
 """MacNeal's basis: normal modes, static correction shapes on request, and the residual flexibility of the rest without
 mass (MacNeal 1971; massless contact boundary: Monjaraz-Tec, Gross & Krack 2022).
 
-Three variants: without residual flexibility, as Kim et al.; Rubin's basis (1975), with the residual attachment modes of
-every row and their mass, so that the residual displacement has coordinates of its own and R is round-off; and both at
-once, with Rubin's shapes of loads and ties alone, for bodies that joints hold and that press on others by R.
+Three variants: without residual flexibility, as Kim et al., with Rubin's shapes of loads and ties, whose static answer
+would be lost; Rubin's basis (1975), with the residual attachment modes of every row and their mass, so that the
+residual displacement has coordinates of its own and R is round-off; and both at once, with Rubin's shapes of loads and
+ties alone, for bodies that joints hold and that press on others by R.
 """
 
 from dataclasses import replace
@@ -28,8 +29,9 @@ def macneal(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduc
 
 
 def normal_static(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
-    """Reduce a body as `macneal`, without R; contact then needs a penalty stiffness."""
-    return replace(macneal(model, rows, settings), residual_flexibility=None)
+    """Reduce a body as `rubin_macneal`, without R: what loads and ties do at rest is in the shapes; contact then needs
+    a penalty stiffness."""
+    return replace(rubin_macneal(model, rows, settings), residual_flexibility=None)
 
 
 def rubin(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
@@ -39,13 +41,8 @@ def rubin(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reducti
 
 def rubin_macneal(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
     """Reduce a body to normal modes and one shape for every row of loads and ties, with R of the others."""
-    # Smooth pressures act on what has contact, and not on loads and ties.
-    contact = np.full(rows.B.shape[0], rows.smooth is None)
-    if rows.smooth is not None:
-        contact |= rows.smooth.any(axis=1)
-    for span in rows.tangential_spans.values():
-        contact[slice(*span)] = True
-    pressures = np.column_stack([rows.pressures, np.eye(len(contact))[:, ~contact]])
+    loads = np.zeros(rows.B.shape[0], bool) if rows.loads is None else rows.loads
+    pressures = np.column_stack([rows.pressures, np.eye(len(loads))[:, loads]])
     return macneal(model, replace(rows, pressures=pressures), settings)
 
 

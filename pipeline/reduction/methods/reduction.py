@@ -42,11 +42,13 @@ class ContactRows:
     spans: Mapping[str, Sequence[int]] = field(default_factory=dict)
     """First and last + 1 row of each interface, by its name."""
     smooth: np.ndarray | None = None
-    """Contact forces of the smooth pressures whose static response is wanted, (c, k)."""
+    """Contact forces of the smooth pressures, and unit forces of loads, whose static response is wanted, (c, k)."""
     tangential_spans: Mapping[str, Sequence[int]] = field(default_factory=dict)
     """First and last + 1 tangential row of each interface on which friction acts."""
     weights: np.ndarray | None = None
     """Body forces whose static shape is kept besides, by unit gravity along some directions [N s²/m], (dofs, k)."""
+    loads: np.ndarray | None = None
+    """Which rows are those of loads and ties, (c,); None: none is."""
 
     def dofs(self, interface: str | None = None) -> np.ndarray:
         """Return the dofs on which a row of one interface, or any row, is not zero, (k,), ascending."""

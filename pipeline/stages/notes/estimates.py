@@ -2,7 +2,14 @@
 
 from collections.abc import Iterator, Mapping
 
-from gudgeon.modaldb.records.trajectory import BASIS_REASON, COARSE_MESHES, NO_MODE, ONE_COORDINATE, PATCH_POINTS
+from gudgeon.modaldb.records.trajectory import (
+    BASIS_REASON,
+    CHANGING,
+    COARSE_MESHES,
+    NO_MODE,
+    ONE_COORDINATE,
+    PATCH_POINTS,
+)
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.stages.notes.facts import Facts
 from gudgeon.solver.methods import METHODS
@@ -10,6 +17,8 @@ from gudgeon.solver.methods import METHODS
 ASYMPTOTIC = 0.1
 """Estimated relative error of a step above which runs of two steps do not tell how far both are off."""
 WORDS = {"impulse": "impulse", "force": "windowed force", "rebound": "rebound velocity"}
+READINGS = 3
+"""Largest number of readings whose errors a note lists."""
 WIDER = 2.5
 """Factor of a window that is too short: from one period to the default of forces that jump."""
 RESOLVING = ("bar", "beam", "frame")
@@ -28,10 +37,15 @@ FIRST = 30
 
 
 def _noticed(estimates: Mapping[str, float], source: str, tolerance: float) -> dict[str, float]:
-    """Return the estimated errors of a source that are above `tolerance`, by their name in words."""
-    return {
+    """Return the estimated errors of a source that are above `tolerance`, by their name in words: those of contacts,
+    and the largest of what probes, gauges and joints read."""
+    errors = {
         word: error for name, word in WORDS.items() if (error := estimates.get(f"{source}.{name}", 0.0)) > tolerance
     }
+    entries = {name.removeprefix(f"{source}."): e for name, e in estimates.items() if name.startswith(f"{source}.")}
+    entries = {name: e for name, e in entries.items() if "." in name and e > tolerance}
+    largest = sorted(entries, key=lambda name: -entries[name])[:READINGS]
+    return errors | {name: entries[name] for name in largest}
 
 
 def step(facts: Facts) -> Iterator[str]:
@@ -60,15 +74,15 @@ def mesh(facts: Facts) -> Iterator[str]:
     if not (errors := _noticed(estimates, "mesh", scene.run.tolerance)):
         return
     remedies = []
-    touching = dict.fromkeys(name for contact in scene.contact for name in _touching(scene, contact))
-    for name in counts.get(COARSE_MESHES, ()) or touching:
+    for name in counts.get(COARSE_MESHES, ()) or _deforming(scene):
         component = scene.component[name]
         if component.from_file:
             remedies.append(f"refine the mesh of component.{name}.geometry.path")
         elif component.mesh.size is not None:
             remedies.append(f"set component.{name}.mesh.size = {component.mesh.size / 2:.3g}")
     text = (
-        f"the estimated error of the mesh is {_listed(errors)}, by the volume and the modes' frequencies of its bodies"
+        f"the estimated error of the mesh is {_listed(errors)}, by volume, modes' frequencies and loads' compliance of"
+        " its bodies"
     )
     yield f"{text}; {', '.join(remedies)}" if remedies else text
 
@@ -114,7 +128,7 @@ def basis(facts: Facts) -> Iterator[str]:
     if not (errors := _noticed(facts.summary["estimates"], "basis", scene.run.tolerance)):
         return
     if reason := facts.summary["counts"].get(BASIS_REASON, ""):
-        if reason not in (ONE_COORDINATE, NO_MODE):
+        if reason not in (ONE_COORDINATE, NO_MODE, CHANGING):
             reason = f"the run with half of the elastic coordinates failed ({reason})"
         text, remedies = f"the error of the modal basis is unknown: {reason}", _counts(scene)
     else:
@@ -135,6 +149,13 @@ def _touching(scene: SceneFile, contact: str) -> list[str]:
     bodies = [scene.contact[contact].body, *([others[contact].body] if contact in others else [])]
     names = dict.fromkeys(scene.component_of(body) for body in bodies)
     return [name for name in names if scene.component[name].modes.reduction != "rigid"]
+
+
+def _deforming(scene: SceneFile) -> list[str]:
+    """Return the elastic components of all contacts; those of all bodies where there is no contact."""
+    touching = [name for contact in scene.contact for name in _touching(scene, contact)]
+    components = touching if scene.contact else [scene.component_of(body) for body in scene.body]
+    return [name for name in dict.fromkeys(components) if scene.component[name].modes.reduction != "rigid"]
 
 
 def _methods(scene: SceneFile) -> list[str]:
@@ -181,9 +202,9 @@ def _for_force(scene: SceneFile, window: float) -> list[str]:
 
 
 def _counts(scene: SceneFile) -> list[str]:
-    """Return twice the number of modes for each elastic component of a contact."""
+    """Return twice the number of modes for each elastic component of a contact, or else of a body."""
     ways = []
-    for name in dict.fromkeys(c for contact in scene.contact for c in _touching(scene, contact)):
+    for name in _deforming(scene):
         modes = scene.component[name].modes
         if (key := COUNTED.get(modes.reduction)) is not None:
             ways.append(f"component.{name}.modes.{key} = {2 * getattr(modes, key) or FIRST}")

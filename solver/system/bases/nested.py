@@ -43,12 +43,18 @@ def nested(system: System, fraction: float) -> System | None:
     kept them would lack the same modes. Bodies that turn keep them where joints or forces act on an interface, which
     move without R, and of their modes at least as many as the rows of these interfaces need to move apart.
 
+    So do bodies without R, whose shapes of loads answer at rest what modes lack, and those that nothing touches under
+    gravity.
+
     Returns:
         None where no body has a coordinate to leave out.
     """
     bodies, size, turns = {}, 0, system.scene.capabilities.turns
+    sags = not system.contacts and any(system.scene.run.gravity)
     for name, body in system.bodies.items():
-        modal = truncated(body.modal, fraction, with_shapes=turns and bool(body.modal.loads))
+        static = turns or body.modal.residual_flexibility is None
+        shapes = (static and bool(body.modal.loads)) or (sags and body.modal.participation is not None)
+        modal = truncated(body.modal, fraction, with_shapes=shapes)
         bodies[name] = replace(body, modal=modal, first=size, basis=None)
         size = bodies[name].elastic.stop
     if size == len(system.velocity):

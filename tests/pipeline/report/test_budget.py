@@ -13,7 +13,7 @@ from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.report.bodies import report_job
-from gudgeon.pipeline.report.choice import choose, doubtful, judged, on_its_mesh
+from gudgeon.pipeline.report.choice import choose, doubtful, in_its_basis, judged, on_its_mesh
 from gudgeon.pipeline.report.convergence import Neighbour, extrapolated
 from gudgeon.pipeline.report.document import MISSING, Budget, Chain, Choice, Document, Term, csv_text
 from gudgeon.pipeline.report.effort import Effort
@@ -218,6 +218,26 @@ def test_a_mesh_error_above_the_tolerance_refuses() -> None:
         "30 modes meets 1% on its mesh, but its mesh error is 3.10% (impulse): refine component.*.mesh.size, or"
         " give --same-mesh"
     )
+
+
+def test_a_basis_error_above_the_tolerance_refuses_what_is_compared_with_the_finest() -> None:
+    """The finest setting lacks what all lack; an exact answer does not."""
+    runs, choice = documents.small().runs, selected()
+
+    def basis_of(size: float, run: str = "30 modes") -> Budget:
+        return Budget(run, [Term("basis", "against twice as many modes", {"impulse": size}, {}, size, "impulse")])
+
+    assert in_its_basis(choice, runs, basis_of(0.009), "finest") == choice
+    assert in_its_basis(choice, runs, basis_of(0.9), "analytic") == choice
+    refused = in_its_basis(choice, runs, basis_of(0.9), "finest")
+    assert refused.run is None
+    assert refused.why == (
+        "30 modes meets 1% against the finest setting, but the basis error of 30 modes is 90% (impulse): increase"
+        " component.*.modes.normal_count, or fixed_count"
+    )
+    assert in_its_basis(choice, runs, basis_of(0.9, "60 modes"), "finest").run is None
+    larger = replace(choice, run="60 modes")
+    assert in_its_basis(larger, runs, basis_of(0.9), "finest") == larger
 
 
 def test_an_infinite_mesh_error_refuses_also_when_it_is_read_back() -> None:
