@@ -10,6 +10,7 @@ from gudgeon.modaldb.records.trajectory import FRICTION_NOTES, ROTATION_NOTES, T
 from gudgeon.solver.accuracy import controlled, with_step_estimates
 from gudgeon.solver.capabilities import INTEGRATORS, Mechanism
 from gudgeon.solver.checks.basis import with_basis_estimates
+from gudgeon.solver.checks.grid import with_grid_estimates
 from gudgeon.solver.checks.layer import with_layer_estimates
 from gudgeon.solver.checks.mesh import with_mesh_estimates
 from gudgeon.solver.errors import SceneError, SolverError
@@ -155,7 +156,7 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
     try:
         if fixed:
             trajectory = with_step_estimates(system, trajectory, plan, lambda trial: _march(system, trial, progress))
-        for estimated in (with_basis_estimates, with_mesh_estimates, with_layer_estimates):
+        for estimated in (with_basis_estimates, with_mesh_estimates, with_layer_estimates, with_grid_estimates):
             trajectory = estimated(system, trajectory, compared)
         return trajectory
     except RunStopped:

@@ -4,6 +4,9 @@ from dataclasses import dataclass, field
 
 from gudgeon.modaldb.records.types import Array, Json, rule
 
+MESH_ERRORS = "discretisation_errors"
+"""Entry of `CyclicHarmonic.quality`: estimated (ω − ω_exact)/ω of each mode by the mesh."""
+
 
 @dataclass(frozen=True)
 class CyclicHarmonic:

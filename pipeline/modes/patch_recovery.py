@@ -3,7 +3,9 @@
 Around each corner node a quadratic polynomial is fitted to the strains at the Gauss points of the elements that share
 it. The value at a corner is that of its polynomial, at a node between corners the mean of the polynomials of these.
 Patches of few elements, as at edges and corners of the body, include their neighbours; a ridge on the quadratic terms
-prevents a fit to noise in flat patches, as under a free surface.
+prevents a fit to noise in flat patches, as under a free surface. Where a mesh has one element across a body of nearly
+incompressible material, its strains may be smooth and wrong, as in torsion without warping: there the nodes of free
+surfaces lose what has a traction.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,10 +30,11 @@ class Recovery:
 
     Args:
         samples: Of the elements of each type.
+        free: Nodes of free surfaces, (b,), and the projection of D^½ ε there on stress without traction, (b, s, s).
     """
 
-    def __init__(self, samples: Sequence[StrainSamples]) -> None:
-        self.samples = samples
+    def __init__(self, samples: Sequence[StrainSamples], free: tuple[np.ndarray, np.ndarray] | None = None) -> None:
+        self.samples, self._free = samples, free
         self._dimension, self._nodes = samples[0].cell.dimension, samples[0].nodes
         corners = [block.cells[:, : block.cell.shape.corners] for block in samples]
         self._corners = np.unique(np.concatenate([nodes.ravel() for nodes in corners]))
@@ -81,6 +84,10 @@ class Recovery:
                     terms = self._terms(self._nodes[between], column).astype(np.float32)
                     values = values + (terms[:, None] @ fitted[column])[:, 0] / corners.shape[1]
                 nodal[between] = values
+        if self._free is not None:
+            nodes, projection = self._free
+            at_nodes = nodal[nodes].reshape(*projection.shape[:2], -1)
+            nodal[nodes] = (projection.astype(np.float32) @ at_nodes).reshape(len(nodes), width)
         return nodal
 
     def _fits(self) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:

@@ -9,13 +9,11 @@ from scipy import sparse
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.bounds import algebraic_errors, residuals
-from gudgeon.pipeline.modes.estimate import discretisation_errors
+from gudgeon.pipeline.modes.estimate import INCOMPRESSIBLE, discretisation_errors
 from gudgeon.pipeline.reduction.methods import Reduction
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.material import Material
 
-INCOMPRESSIBLE = 0.48
-"""ν from which quadratic elements may lock: displacements must preserve the volume of each."""
 COMPRESSIBLE = 0.3
 """ν at which the same elements do not lock: an error that is there too is due to their size."""
 ACCEPTED = 0.03

@@ -1,7 +1,8 @@
 """Histories that a user reads beside those of contacts, and their relative differences between runs.
 
-Probes, gauges, forces of joints and displacements under moving forces have one estimate each, by the largest
-difference of their histories over their largest size: peak, last value and all samples between are within it.
+Probes, gauges, forces of joints, displacements under moving forces, and bodies where nothing touches, have one estimate
+each, by the largest difference of their histories over their largest size: peak, last value and all samples between are
+within it.
 """
 
 from collections.abc import Mapping
@@ -25,6 +26,9 @@ def readings(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
         histories[f"{name}.force"] = joint.force
     for name, values in trajectory.gauges.items():
         histories[name] = values.reshape(len(values), -1)
+    if not system.contacts:  # Those that touch have rebound velocities.
+        for name, motion in trajectory.motion.items():
+            histories |= {f"{name}.displacement": motion[:, :3], f"{name}.rotation": motion[:, 3:6]}
     return histories | _under_moving_forces(system, trajectory)
 
 

@@ -1,12 +1,13 @@
 """The job of a scene of a wheel, and its stages `mesh → modes → solve`: what each makes, and what a run reports."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gudgeon.modaldb.records.cyclic import MESH_ERRORS
 from gudgeon.pipeline.applications.wheel.scene import KeptInterface, Wheel, WheelFile, reduction, wrong_names
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, write_text
@@ -23,9 +24,11 @@ from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, seal_summary
 if TYPE_CHECKING:
     from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
     from gudgeon.modaldb.records.mesh import MeshRecord
-    from gudgeon.pipeline.applications.wheel.response import Case
+    from gudgeon.pipeline.applications.wheel.case import Case
 
 RESPONSE = "response.csv"
+NOTED = 0.01
+"""Estimated relative error of mesh or modes above which a note is given."""
 SYMMETRY = {"sectors", "low", "high", "axis", "origin"}
 BLADES = {"count", "blade_radius", "response"}
 """Settings of a wheel that its modes depend on, and those that its response depends on besides."""
@@ -140,13 +143,14 @@ def make_modes(job: WheelJob, product: Product, tell: Progress) -> "CyclicRecord
 
     name, wheel = job.scene.only
     sector = solve.sector_of(job.store.get(job.mesh().key, "mesh"), job.component, wheel, name)
-    return solve.cyclic_record(sector, job.mesh().key, wheel, name, tell)
+    return solve.cyclic_record(sector, job.mesh().key, job.component, wheel, name, tell)
 
 
 def make_response(job: WheelJob, product: Product, tell: Progress) -> "WheelRecord":
     """Return the response of the reduced wheel."""
     from gudgeon.pipeline.applications.wheel import response as solve
     from gudgeon.pipeline.applications.wheel.cyclic.synthesis import sector_parts
+    from gudgeon.pipeline.applications.wheel.estimates import mesh_estimates
 
     name, wheel = job.scene.only
     case = job.case()
@@ -158,28 +162,35 @@ def make_response(job: WheelJob, product: Product, tell: Progress) -> "WheelReco
         solve.reduced_modes(case, reduced_sector, choice, True),
     )
     record = solve.wheel_record(case, job.modes().key, wheel.interface, pair, reduced_sector.cpu_seconds)
-    tuned = job.store.get(job.modes().key, "cyclic", only=job.tuned_frequencies())
+    qualities = [path.replace("angular_frequencies", "quality") for path in job.tuned_frequencies()]
+    tuned = job.store.get(job.modes().key, "cyclic", only=[*job.tuned_frequencies(), *qualities])
     error = {"value": solve.reduction_error(tuned, record.tuned_frequencies), "unit": "1"}
-    return replace(record, quantities=record.quantities | {"reduction.frequency_error": error})
+    estimates = record.counts["estimates"] | mesh_estimates(tuned, float(record.excitation[-1]))
+    return replace(
+        record,
+        quantities=record.quantities | {"reduction.frequency_error": error},
+        counts=record.counts | {"estimates": estimates},
+    )
 
 
 def solved(job: WheelJob) -> RunReport:
     """Return the report of a wheel by its record."""
     record = job.store.get(job.response(job.wheel.interface).key, "wheel", only=["excitation"])
-    return RunReport(job.name, "FINISHED", {}, record.quantities)
+    return RunReport(job.name, "FINISHED", {}, record.quantities, estimates=record.counts.get("estimates", {}))
 
 
 def _frequencies(job: WheelJob) -> dict[str, list[dict[str, Any]]]:
     """Return the modes of every harmonic with their residuals, as rows of `frequency_table`."""
     record = job.store.get(job.modes().key, "cyclic", only=["harmonics"])
-    return {
-        f"{job.wheel.component}, harmonic {h.harmonic}": [
-            {"mode": i + 1, "frequency": float(omega / (2 * np.pi)), "estimated_error": None,
+    rows = {}
+    for h in sorted(record.harmonics.values(), key=lambda h: h.harmonic):
+        errors = h.quality.get(MESH_ERRORS, [None] * len(h.residuals))
+        rows[f"{job.wheel.component}, harmonic {h.harmonic}"] = [
+            {"mode": i + 1, "frequency": float(omega / (2 * np.pi)), "estimated_error": error,
              "algebraic_bound": None, "residual": float(residual)}
-            for i, (omega, residual) in enumerate(zip(h.angular_frequencies, h.residuals, strict=True))
-        ]
-        for h in sorted(record.harmonics.values(), key=lambda h: h.harmonic)
-    }  # fmt: skip
+            for i, (omega, error, residual) in enumerate(zip(h.angular_frequencies, errors, h.residuals, strict=True))
+        ]  # fmt: skip
+    return rows
 
 
 def results(job: WheelJob, until: str) -> RunReport:
@@ -201,8 +212,34 @@ def results(job: WheelJob, until: str) -> RunReport:
         summary = {"key": key, "quantities": quantities, "counts": record.counts}
         summary = seal_summary(job.out, summary, RESPONSE)
     return RunReport(
-        job.name, "FINISHED", {}, summary["quantities"], out=str(job.out), files=(SUMMARY, RESPONSE), notes=notes
+        job.name,
+        "FINISHED",
+        {},
+        summary["quantities"],
+        estimates=summary["counts"].get("estimates", {}),
+        out=str(job.out),
+        files=(SUMMARY, RESPONSE),
+        notes=[*notes, *_coarse(job, summary["counts"])],
     )
+
+
+def _coarse(job: WheelJob, counts: dict[str, Any]) -> Iterator[str]:
+    """Yield a note where the mesh or the modes that are left out matter."""
+    estimates = counts.get("estimates", {})
+    if (error := estimates.get("mesh.frequency", 0.0)) > NOTED:
+        size = job.component.mesh.size
+        remedy = "refine the mesh in its file" if size is None else f"set component.{job.wheel.component}.mesh.size ="
+        remedy = remedy if size is None else f"{remedy} {size / 2:.3g}"
+        yield (
+            f"the estimated error of the mesh is {error:.1%} in frequencies of the response, and"
+            f" {estimates['mesh.amplitude']:.1%} in amplitudes; {remedy}"
+        )
+    largest = max((value for name, value in estimates.items() if name.startswith("basis.")), default=0.0)
+    if largest > NOTED:
+        yield (
+            f"the estimated error of the modes is {largest:.1%} in amplitudes; set wheel.{job.scene.only[0]}.count ="
+            f" {2 * job.wheel.count}"
+        )
 
 
 def draw(job: WheelJob, tell: Progress) -> tuple[list[Path], list[str]]:

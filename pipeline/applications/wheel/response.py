@@ -1,6 +1,5 @@
 """The records of a wheel: modes of every harmonic, and the response of the tuned and the mistuned wheel."""
 
-from dataclasses import dataclass
 from time import process_time
 
 import numpy as np
@@ -8,17 +7,23 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.applications.wheel.cyclic.forced import direct_response, engine_order_response
+from gudgeon.pipeline.applications.wheel.case import Case, Modes
+from gudgeon.pipeline.applications.wheel.cyclic.forced import (
+    direct_response,
+    engine_order_response,
+    modal_compliance,
+)
 from gudgeon.pipeline.applications.wheel.cyclic.harmonic import harmonic_modes, tuned_frequencies
 from gudgeon.pipeline.applications.wheel.cyclic.hermitian import lowest_pairs
 from gudgeon.pipeline.applications.wheel.cyclic.sector import Sector, cyclic_sector
+from gudgeon.pipeline.applications.wheel.cyclic.static import static_response
 from gudgeon.pipeline.applications.wheel.cyclic.synthesis import InterfaceChoice, SectorParts, synthesise
 from gudgeon.pipeline.applications.wheel.cyclic.whole_wheel import (
-    Mistuning,
     part_stiffness,
     wheel_motion,
     wheel_problem,
 )
+from gudgeon.pipeline.applications.wheel.estimates import truncation_estimates, with_mesh_errors
 from gudgeon.pipeline.applications.wheel.scene import KeptInterface, Wheel, blade_radius, reduction
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.assemble import build_model
@@ -28,38 +33,6 @@ from gudgeon.pipeline.interfaces.tie import refuse_rigid
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.solver.vectors import length_across, unit
-
-
-@dataclass(frozen=True)
-class Case:
-    """A wheel ready to be solved."""
-
-    name: str
-    """Name of the wheel in the scene, for messages."""
-    wheel: Wheel
-    sector: Sector
-    part: sparse.csr_matrix
-    """Stiffness of the blade in its sector [N/m], (dofs, dofs)."""
-    row: np.ndarray
-    """Mean displacement of the blade's surface along the force, over a sector's dofs, (dofs,)."""
-    changes: np.ndarray
-    """Relative change of each blade's stiffness, (N,)."""
-
-    def mistuning(self, mistuned: bool) -> Mistuning | None:
-        """Return the stiffness of the blades; None for the tuned wheel."""
-        return Mistuning(self.part, 1 + self.changes) if mistuned else None
-
-
-@dataclass(frozen=True)
-class Modes:
-    """Lowest elastic modes of a whole wheel, full or reduced."""
-
-    angular_frequencies: np.ndarray
-    """[rad/s], (count,)"""
-    blades: np.ndarray
-    """Motion of each blade in each mode [kg^-½], (N, count)."""
-    counts: dict[str, float]
-    """Coordinates, physical dofs kept on a face, interface modes, and the CPU time for these modes [s]."""
 
 
 def sector_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str) -> Sector:
@@ -108,8 +81,11 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
     return Case(name, wheel, sector, K_blade, row, np.asarray(changes))
 
 
-def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: Progress) -> CyclicRecord:
-    """Compute the modes of every harmonic, each with its residual and a check by inertia that none is missed.
+def cyclic_record(
+    sector: Sector, mesh_key: str, component: Component, wheel: Wheel, name: str, tell: Progress
+) -> CyclicRecord:
+    """Compute the modes of every harmonic, each with its residual, the estimated error of the mesh, and a check by
+    inertia that none is missed.
 
     Raises:
         InputError: there are fewer modes.
@@ -124,7 +100,9 @@ def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: 
     for harmonic in harmonics:
         tell("modes", harmonic / len(harmonics))
         try:
-            modes[str(harmonic)] = harmonic_modes(sector, harmonic, wheel.mode_count)
+            modes[str(harmonic)] = with_mesh_errors(
+                harmonic_modes(sector, harmonic, wheel.mode_count), sector, component
+            )
         except StageError as error:
             raise StageError(f"wheel.{name}: harmonic {harmonic}: {error}") from error
     dof_count, face = sector.own.shape[1], len(sector.face)
@@ -213,7 +191,9 @@ def wheel_record(
             f"wheel.{case.name}.count: {wheel.count} given; the highest of these modes is at {highest:.6g} Hz, below"
             f" the end of response.band, {response.band[1]:g} Hz; increase count"
         )
-    (tuned, _), (mistuned, seconds) = (_respond(case, m) for m in pair)
+    static = static_response(case.sector, case.row, response.engine_order)
+    lacking = [static - modal_compliance(m.blades, m.angular_frequencies, response.engine_order) for m in pair]
+    (tuned, _), (mistuned, seconds) = (_respond(case, m, lacking[0]) for m in pair)
     point, blade = np.unravel_index(int(np.abs(mistuned).argmax()), mistuned.shape)
     low, high = (float(np.abs(m).max()) for m in (tuned, mistuned))
     quantities = {
@@ -236,7 +216,9 @@ def wheel_record(
         tuned=_parts(tuned),
         mistuned=_parts(mistuned),
         quantities={key: {"value": value, "unit": unit} for key, (value, unit) in quantities.items()},
-        counts=mistuned_modes.counts | {"cpu_sector": cpu_sector, "cpu_response": seconds},
+        counts=mistuned_modes.counts
+        | {"cpu_sector": cpu_sector, "cpu_response": seconds}
+        | {"estimates": truncation_estimates(case, pair, (tuned, mistuned), lacking[0])},
     )
 
 
@@ -256,12 +238,14 @@ def amplitudes(values: np.ndarray) -> np.ndarray:
     return values[..., 0] + 1j * values[..., 1]
 
 
-def _respond(case: Case, modes: Modes) -> tuple[np.ndarray, float]:
-    """Return the blades' complex amplitudes [m/N], (points, N), and the CPU time for them [s]."""
+def _respond(case: Case, modes: Modes, lacking: float) -> tuple[np.ndarray, float]:
+    """Return the blades' complex amplitudes [m/N], (points, N), with the static displacement that modes lack [m/N], and
+    the CPU time for them [s]."""
     start, response = process_time(), case.wheel.response
     amplitudes_ = engine_order_response(
-        modes.blades, modes.angular_frequencies, response.engine_order, response.loss_factor, response.excitation
-    )
+        (modes.blades, modes.angular_frequencies), response.engine_order, response.loss_factor, response.excitation,
+        lacking,
+    )  # fmt: skip
     return amplitudes_, process_time() - start
 
 

@@ -87,6 +87,20 @@ def mesh(facts: Facts) -> Iterator[str]:
     yield f"{text}; {', '.join(remedies)}" if remedies else text
 
 
+def grid(facts: Facts) -> Iterator[str]:
+    """Yield a note where the estimated error of a field's grid of poses is above run.tolerance."""
+    if errors := _noticed(facts.summary["estimates"], "grid", facts.scene.run.tolerance):
+        fields = [
+            f"force.{name}.field" if getattr(force, "field", None) else f"force.{name}.record"
+            for name, force in facts.scene.force.items()
+            if force.kind == "electrostatic"
+        ]
+        yield (
+            f"the estimated error of the grid of poses is {_listed(errors)}; increase poses.*.points of"
+            f" {' and '.join(fields)}"
+        )
+
+
 def patches(facts: Facts) -> Iterator[str]:
     """Yield a note on each contact of a curved or tilted surface that few points carry, with keys that refine it."""
     for name, count in facts.summary["counts"].get(PATCH_POINTS, {}).items():

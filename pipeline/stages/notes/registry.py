@@ -36,6 +36,7 @@ NOTES: Mapping[str, Note] = {
     "step error": Note(estimates.step, "solve"),
     "basis error": Note(estimates.basis, "solve"),
     "mesh error": Note(estimates.mesh, "solve"),
+    "grid error": Note(estimates.grid, "solve"),
     "reused modes": Note(scene.reused_modes, "morph"),
     "coarse meshes": Note(frequencies.coarse, "mesh"),
     "coarse volumes": Note(frequencies.volumes, "mesh"),

@@ -9,7 +9,7 @@ potentials. On a grid of poses it is one tensor cubic spline, so that the force 
 conductors the same as of splines of C. A pose has three translations and a rotation vector.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -89,6 +89,33 @@ def grid_field(
     size = np.zeros(SIZE)
     size[:2] = off_axis
     return head, size, np.concatenate([*parts, np.ascontiguousarray(coefficients).ravel()])
+
+
+def respaced(head: np.ndarray, data: np.ndarray, chosen: Callable[[int], np.ndarray]) -> None:
+    """Replace the coefficients of a field on a grid by those of splines through some of its values alone.
+
+    Values are taken at the means of the knots of each coefficient (Greville), which are as many as the poses of the
+    grid, a little apart from them.
+
+    Args:
+        head: Of the field, (HEAD,).
+        data: Knots and coefficients of all fields, changed in place.
+        chosen: Returns the numbers of the values along an axis that are taken, of their count.
+    """
+    from scipy.interpolate import BSpline, make_interp_spline
+
+    counts = [int(head[5 + 3 * a]) for a in range(head[1])]
+    span = slice(int(head[2]), int(head[2]) + int(np.prod(counts)))
+    coefficients = data[span].reshape(counts)
+    for a, count in enumerate(counts):
+        knots = data[head[4 + 3 * a] : head[4 + 3 * a] + count + DEGREE + 1]
+        places = np.array([knots[i + 1 : i + 1 + DEGREE].mean() for i in range(count)])
+        few = chosen(count)
+        values = BSpline(knots, np.moveaxis(coefficients, a, 0), DEGREE)(places)
+        coarse = make_interp_spline(places[few], values[few], k=min(DEGREE, len(few) - 1))(places)
+        fitted = make_interp_spline(places, coarse, k=DEGREE, t=knots)
+        coefficients = np.moveaxis(np.asarray(fitted.c), 0, a)
+    data[span] = coefficients.ravel()
 
 
 def plates_field(

@@ -15,9 +15,10 @@ from scipy.spatial import cKDTree
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.applications.wheel.cyclic import hermitian
-from gudgeon.pipeline.applications.wheel.cyclic.forced import direct_response, engine_order_response
+from gudgeon.pipeline.applications.wheel.cyclic.forced import direct_response, engine_order_response, modal_compliance
 from gudgeon.pipeline.applications.wheel.cyclic.harmonic import harmonic_modes, tuned_frequencies
 from gudgeon.pipeline.applications.wheel.cyclic.sector import Sector, cyclic_sector
+from gudgeon.pipeline.applications.wheel.cyclic.static import static_response
 from gudgeon.pipeline.applications.wheel.cyclic.synthesis import InterfaceChoice, sector_parts, synthesise
 from gudgeon.pipeline.applications.wheel.cyclic.whole_wheel import (
     Mistuning,
@@ -321,7 +322,7 @@ def test_engine_order_of_f5_against_a_direct_solution() -> None:
     row = np.array([0.0, 1, 0])
     at = 2 * np.pi * np.array([100.0, 450.2, 616.3, 700.0])
     ours = engine_order_response(
-        wheel_motion(sector, row[None]) @ pairs.vectors, np.sqrt(pairs.values), order, loss, at
+        (wheel_motion(sector, row[None]) @ pairs.vectors, np.sqrt(pairs.values)), order, loss, at
     )
     K, M = problem.K.toarray(), problem.M.toarray()
     blade = np.arange(N) * 2 + 1
@@ -333,6 +334,28 @@ def test_engine_order_of_f5_against_a_direct_solution() -> None:
         np.testing.assert_allclose(direct_response(problem, load, loss, omega), exact, rtol=1e-9)
 
 
+@pytest.mark.parametrize("supports", [("bore",), ()])
+@pytest.mark.parametrize("order", [0, 1, 2, SECTORS + 1])
+def test_few_modes_with_what_they_lack_at_rest_are_the_whole_wheel(supports: tuple[str, ...], order: int) -> None:
+    """Below the first modes, whatever the engine order; a free wheel moves by its elastic part alone."""
+    sector, _ = bladed(*supports)
+    problem, row, loss = wheel_problem(sector), tip_row(sector), 1e-2
+    rows = wheel_motion(sector, row[None])
+    load = rows.T @ np.exp(2j * np.pi * order * np.arange(SECTORS) / SECTORS)
+    few, many = (hermitian.lowest_pairs(problem, count) for count in (6, 24))
+    at = 0.05 * np.sqrt(few.values[:1])
+    kept = rows @ few.vectors, np.sqrt(few.values)
+    lacking = static_response(sector, row, order) - modal_compliance(*kept, order)
+    assert lacking > 0
+    elastic = load - problem.M @ (problem.rigid @ (problem.rigid.conj().T @ load))
+    exact = direct_response(problem, elastic, loss, float(at[0]))
+    exact = rows @ (exact - problem.rigid @ (problem.rigid.conj().T @ (problem.M @ exact)))
+    found = engine_order_response(kept, order, loss, at, lacking)[0]
+    np.testing.assert_allclose(found, exact, rtol=1e-3)
+    more = rows @ many.vectors, np.sqrt(many.values)
+    assert modal_compliance(*kept, order) < modal_compliance(*more, order) < static_response(sector, row, order)
+
+
 def test_a_tuned_wheel_answers_an_engine_order_with_one_harmonic() -> None:
     """All blades move alike then, and only the frequencies of that harmonic resonate."""
     sector, _ = bladed("bore")
@@ -341,7 +364,7 @@ def test_a_tuned_wheel_answers_an_engine_order_with_one_harmonic() -> None:
     own = harmonic_modes(sector, 2, 1).angular_frequencies[0]
     at = own * np.array([0.98, 1.0, 1.02])
     response = engine_order_response(
-        wheel_motion(sector, row[None]) @ pairs.vectors, np.sqrt(pairs.values), 2, 1e-3, at
+        (wheel_motion(sector, row[None]) @ pairs.vectors, np.sqrt(pairs.values)), 2, 1e-3, at
     )
     np.testing.assert_allclose(np.abs(response), np.abs(response[:, :1]) * np.ones(SECTORS), rtol=1e-6)
     assert np.abs(response[1]).max() > 5 * np.abs(response[[0, 2]]).max()
@@ -364,7 +387,7 @@ def test_magnification_by_synthesis() -> None:
             "reduced": (np.einsum("c,ncm->nm", row @ parts.basis, one.motion), one.angular_frequencies),
         }
         for name, (motion, frequencies) in sides.items():
-            factors[name].append(engine_order_response(motion, frequencies, 2, loss, at))
+            factors[name].append(engine_order_response((motion, frequencies), 2, loss, at))
     full, reduced = (np.divide(*(np.abs(one).max() for one in factors[name])) for name in ("full", "reduced"))
     assert 1 < full < (1 + np.sqrt(SECTORS)) / 2 * 1.1
     np.testing.assert_allclose(reduced, full, rtol=1e-2)
@@ -372,4 +395,4 @@ def test_magnification_by_synthesis() -> None:
 
 def test_response_without_damping_is_refused() -> None:
     with pytest.raises(InputError, match=r"cyclic\.loss_factor: 0\.0 given, it must be above 0"):
-        engine_order_response(np.ones((2, 1)), np.ones(1), 1, 0.0, np.ones(1))
+        engine_order_response((np.ones((2, 1)), np.ones(1)), 1, 0.0, np.ones(1))

@@ -182,6 +182,15 @@ def test_choices_of_kept_interface(compared: Comparison) -> None:
     np.testing.assert_allclose(rows["all by modes"].errors[RESPONSE], rows["all"].errors[RESPONSE], rtol=1e-3)
 
 
+def test_errors_of_mesh_and_modes_are_stated(made: tuple[Path, RunReport]) -> None:
+    """A mesh of few elements has frequencies that are too high by some percent; the table of modes has them, too."""
+    estimates = made[1].estimates
+    assert estimates["mesh.amplitude"] == 2 * estimates["mesh.frequency"] > 0
+    assert 0 < estimates["basis.amplitude.tuned"] <= estimates["basis.amplitude.mistuned"] < 0.1
+    rows = run_job(job(made[0]), "modes").frequencies
+    assert all(row["estimated_error"] > 0 for rows_of in rows.values() for row in rows_of)
+
+
 def test_modes_give_the_amplitude_of_a_direct_solution(compared: Comparison) -> None:
     assert 0 < compared.truncation_error < 1e-2
 
