@@ -38,6 +38,9 @@ COARSER = 2.0
 COMPARED = 1e-5
 """run.accuracy of the runs of a mechanism by which errors of basis, mesh and layer are estimated."""
 
+JUDGED = 200
+"""Least number of frames by which errors of steps are judged where nothing touches: the default. Of fewer ones all may
+be at a zero of the motion."""
 FLAT = 1e-3
 """Difference of the normals of a flat face."""
 SLANT = 0.01
@@ -138,10 +141,17 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
     fixed = plan.fixed_step is not None or (run.step is not None and not plan.integrator.own_steps)
     if not run.checks:
         return _march(system, plan, progress)
+    judged = _well_sampled(system)
     if plan.integrator.own_steps or fixed:
         trajectory = _march(system, plan, progress)
     else:
-        trajectory, plan = controlled(system, plan_run(system, COARSER), lambda trial: _march(system, trial, progress))
+        first = plan_run(judged, COARSER)
+        trajectory, finest = controlled(judged, first, lambda trial: _march(judged, trial, progress))
+        if judged is system or trajectory.result == Result.STOPPED.name:
+            plan = finest
+        else:
+            plan = plan.within(finest.step)
+            trajectory = _as_judged(_march(system, plan, progress), trajectory)
     if not Result[trajectory.result].ok:
         return trajectory
 
@@ -155,12 +165,38 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
 
     try:
         if fixed:
-            trajectory = with_step_estimates(system, trajectory, plan, lambda trial: _march(system, trial, progress))
+            trajectory = _with_step_estimates(judged, trajectory, plan, lambda trial: _march(judged, trial, progress))
         for estimated in (with_basis_estimates, with_mesh_estimates, with_layer_estimates, with_grid_estimates):
             trajectory = estimated(system, trajectory, compared)
         return trajectory
     except RunStopped:
         return replace(trajectory, result=Result.STOPPED.name, counts=trajectory.counts | {"reason": ESTIMATING})
+
+
+def _well_sampled(system: System) -> System:
+    """Return a system whose frames show how far bodies without contact move, by which errors of steps are judged."""
+    run = system.scene.run
+    if system.contacts or run.frames >= JUDGED:
+        return system
+    changed = run.model_copy(update={"frames": JUDGED, "samples": max(run.samples, JUDGED)})
+    return replace(system, scene=system.scene.model_copy(update={"run": changed}))
+
+
+def _as_judged(trajectory: Trajectory, judged: Trajectory) -> Trajectory:
+    """Return a run with the estimates of one with more frames, and its verdict on the steps."""
+    inaccurate = judged.result == Result.INACCURATE.name and Result[trajectory.result].ok
+    result = judged.result if inaccurate else trajectory.result
+    return replace(trajectory, result=result, estimates=trajectory.estimates | judged.estimates)
+
+
+def _with_step_estimates(
+    judged: System, trajectory: Trajectory, plan: Plan, march: Callable[[Plan], Trajectory]
+) -> Trajectory:
+    """Return the run of a given step with its estimates, by runs of a system whose frames show them."""
+    if len(trajectory.frame_times) >= judged.scene.run.frames:
+        return with_step_estimates(judged, trajectory, plan, march)
+    more = plan_run(judged)
+    return _as_judged(trajectory, with_step_estimates(judged, march(more), more, march))
 
 
 def _coarsely(system: System) -> System:

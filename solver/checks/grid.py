@@ -42,16 +42,16 @@ def with_grid_estimates(system: System, trajectory: Trajectory, run: Run) -> Tra
     if not counts:
         return trajectory
     own, pressed = readings(system, trajectory), touches(system, trajectory)
+    names = [*own, *(("impulse", "force") if pressed else ())]
+    unknown = replace(trajectory, estimates=trajectory.estimates | {f"grid.{name}": 1.0 for name in names})
     try:
         fields = system.fields._replace(energies=_coarser(energies))
         coarse = assembled(system.scene, system.bodies, system.terms, fields=fields, bores=system.bores)
         against = run(coarse, float(trajectory.times[0]))
-        comparable = Result[against.result].ok and len(against.times) == len(trajectory.times)
     except (SceneError, SolverError):
-        comparable = False
-    if not comparable:
-        names = [*own, *(("impulse", "force") if pressed else ())]
-        return replace(trajectory, estimates=trajectory.estimates | {f"grid.{name}": 1.0 for name in names})
+        return unknown
+    if not Result[against.result].ok or len(against.times) != len(trajectory.times):
+        return unknown
     relative_changes = changes(own, readings(coarse, against))
     if pressed:
         relative_changes |= differences(trajectory, (trajectory, against), system.window, fastest_body(system))

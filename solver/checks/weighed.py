@@ -19,7 +19,7 @@ from dataclasses import replace
 import numpy as np
 
 from gudgeon.modaldb.records.gauges import GaugeModes
-from gudgeon.modaldb.records.modes import SHAPE_ERRORS, InterfaceModes, ModalRecord, TractionModes
+from gudgeon.modaldb.records.modes import MODE, SHAPE_ERRORS, InterfaceModes, ModalRecord, TractionModes
 from gudgeon.solver.system.bases.nested import Rows, responses
 from gudgeon.solver.system.compile import assembled
 from gudgeon.solver.system.system import System
@@ -43,7 +43,7 @@ def weighed(system: System, forces: Mapping[str, np.ndarray]) -> System | None:
     """
     bodies, size, changed = {}, 0, False
     for name, body in system.bodies.items():
-        modal, top = _nearer(body.modal), body.modal.angular_frequencies[body.modal.are_modes].max(initial=0.0)
+        modal, top = _nearer(system, body.modal), body.modal.angular_frequencies[body.modal.are_modes].max(initial=0.0)
         if top > 0:
             modal = _with_mass(modal, (_on_rows(system, name, forces), np.zeros(3)), top, _octave)
             for port in _ports(system, name):
@@ -56,20 +56,31 @@ def weighed(system: System, forces: Mapping[str, np.ndarray]) -> System | None:
     return assembled(system.scene, bodies, system.terms, fields=system.fields, bores=system.bores)
 
 
-def _nearer(modal: ModalRecord) -> ModalRecord:
-    """Return a record without R whose shapes of loads have the frequencies that one inverse iteration gives them, and
-    their static response: how far they are from modes."""
+def _nearer(system: System, modal: ModalRecord) -> ModalRecord:
+    """Return a record whose static shapes that nested systems keep have the frequencies that one inverse iteration
+    gives them, and their static response: how far they are from modes."""
     errors = modal.quality.get(SHAPE_ERRORS)
-    if modal.residual_flexibility is not None or not errors or not modal.loads:
+    kept = not system.contacts or (modal.residual_flexibility is None and bool(modal.loads))
+    if not kept or not errors or max(errors) <= MODE:
         return modal
     factors = np.ones(len(modal.angular_frequencies))
     factors[len(factors) - len(errors) :] -= errors
-    loads = {name: replace(load, rows=load.rows * factors) for name, load in modal.loads.items()}
-    gauges = {name: replace(gauge, rows=gauge.rows * factors) for name, gauge in modal.gauges.items()}
     return replace(
-        modal, angular_frequencies=modal.angular_frequencies * factors, loads=loads, gauges=gauges,
+        modal, angular_frequencies=modal.angular_frequencies * factors,
+        interfaces=_scaled(modal.interfaces, factors), tractions=_scaled(modal.tractions, factors),
+        loads={name: replace(load, stress_stiffness=None) for name, load in _scaled(modal.loads, factors).items()},
+        gauges={name: replace(gauge, rows=gauge.rows * factors) for name, gauge in modal.gauges.items()},
         participation=None if modal.participation is None else modal.participation * factors,
     )  # fmt: skip
+
+
+def _scaled(interfaces: Mapping[str, Rows], factors: np.ndarray) -> dict[str, Rows]:
+    """Return places of a record with factors on the columns of their rows, (m,)."""
+    scaled = {name: replace(place, rows=place.rows * factors) for name, place in interfaces.items()}
+    for name, place in scaled.items():
+        if isinstance(place, InterfaceModes | TractionModes) and place.tangential_rows is not None:
+            scaled[name] = replace(place, tangential_rows=place.tangential_rows * factors)
+    return scaled
 
 
 def _on_rows(system: System, body: str, forces: Mapping[str, np.ndarray]) -> np.ndarray:

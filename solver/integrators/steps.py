@@ -92,6 +92,12 @@ class Plan:
         """Step of its integrator [s]; the sample interval where the integrator chooses its steps."""
         return self.schedule.dt if self.fixed_step is None else self.fixed_step
 
+    def within(self, step: float) -> "Plan":
+        """Return the plan with steps of a given length at most [s], and its frames and samples."""
+        schedule = self.schedule
+        stride = math.ceil(schedule.interval / step * (1 - 1e-12))
+        return replace(self, schedule=replace(schedule, dt=schedule.interval / stride, stride=stride))
+
     def halved(self, samples: int) -> "Plan":
         """Return the plan with half of a given step."""
         return self.finer(1, samples) if self.fixed_step is None else replace(self, fixed_step=self.fixed_step / 2)

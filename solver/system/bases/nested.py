@@ -43,17 +43,16 @@ def nested(system: System, fraction: float) -> System | None:
     kept them would lack the same modes. Bodies that turn keep them where joints or forces act on an interface, which
     move without R, and of their modes at least as many as the rows of these interfaces need to move apart.
 
-    So do bodies without R, whose shapes of loads answer at rest what modes lack, and those that nothing touches under
-    gravity.
+    So do bodies without R, whose shapes of loads answer at rest what modes lack, and all where nothing touches, whose
+    shapes are those of loads, motions and gravity: `weighed` changes their frequencies.
 
     Returns:
         None where no body has a coordinate to leave out.
     """
     bodies, size, turns = {}, 0, system.scene.capabilities.turns
-    sags = not system.contacts and any(system.scene.run.gravity)
     for name, body in system.bodies.items():
-        static = turns or body.modal.residual_flexibility is None
-        shapes = (static and bool(body.modal.loads)) or (sags and body.modal.participation is not None)
+        without_R = body.modal.residual_flexibility is None
+        shapes = not system.contacts or ((turns or without_R) and bool(body.modal.loads))
         modal = truncated(body.modal, fraction, with_shapes=shapes)
         bodies[name] = replace(body, modal=modal, first=size, basis=None)
         size = bodies[name].elastic.stop
