@@ -13,7 +13,7 @@ from gudgeon.pipeline.fem.elements import ELEMENTS
 from gudgeon.pipeline.fem.elements.materials import material_parts
 from gudgeon.pipeline.fem.elements.strain import SHEARS, elasticity
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.geometry.cells import TETRAHEDRON, cell_of, outer_facets
+from gudgeon.pipeline.geometry.cells import TETRAHEDRON, TRIANGLE, cell_of, outer_facets, quadratic_basis
 from gudgeon.pipeline.modes.patch_recovery import Recovery
 from gudgeon.pipeline.scenes.material import Material
 
@@ -104,22 +104,24 @@ def without_traction(model: FEModel, material: Material) -> tuple[np.ndarray, np
     if not cell.solid or cell.shape is not TETRAHEDRON or material.orthotropic is not None:
         return None
     facets = outer_facets(model.mesh)[:, :6]
-    a, b, c = model.nodes[facets[:, :3]].transpose(1, 0, 2)
-    normals = np.cross(b - a, c - a)
-    sizes = np.linalg.norm(normals, axis=1)
-    N, n = np.zeros((len(facets), 3, 6)), normals / sizes[:, None]
+    # At its own nodes a facet has the normals of its quadratic surface.
+    corners = np.eye(3)
+    _, slopes = quadratic_basis(np.vstack([corners, 0.5 * corners[TRIANGLE.edges].sum(axis=1)]))
+    tangents = np.einsum("qak,fai->fqki", slopes, model.nodes[facets])
+    normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    sizes = np.linalg.norm(normals, axis=2)
+    N, n = np.zeros((*normals.shape[:2], 3, 6)), normals / sizes[:, :, None]
     for axis in range(3):
-        N[:, axis, axis] = n[:, axis]
+        N[:, :, axis, axis] = n[:, :, axis]
     for column, (i, j) in enumerate(SHEARS, 3):
-        N[:, i, column], N[:, j, column] = n[:, j], n[:, i]
+        N[:, :, i, column], N[:, :, j, column] = n[:, :, j], n[:, :, i]
     R = np.linalg.cholesky(elasticity(*material.lame, 3)).T
-    Q = np.linalg.qr((N @ R.T).transpose(0, 2, 1))[0]
-    tractions = (Q @ Q.transpose(0, 2, 1)) * sizes[:, None, None]
+    Q = np.linalg.qr(np.swapaxes(N @ R.T, 2, 3))[0]
+    tractions = (Q @ np.swapaxes(Q, 2, 3)) * sizes[:, :, None, None]
     held = model.held.reshape(len(model.nodes), -1).any(axis=1)
     total, weight = np.zeros((len(model.nodes), 6, 6)), np.zeros(len(model.nodes))
-    for column in facets.T:
-        np.add.at(total, column, tractions)
-        np.add.at(weight, column, sizes)
+    np.add.at(total, facets, tractions)
+    np.add.at(weight, facets, sizes)
     nodes = np.flatnonzero((weight > 0) & ~held)
     values, vectors = np.linalg.eigh(total[nodes] / weight[nodes][:, None, None])
     kept = vectors * (values < IN_TRACTION)[:, None, :]

@@ -18,7 +18,7 @@ COMPRESSIBLE = 0.3
 """ν at which the same elements do not lock: an error that is there too is due to their size."""
 ACCEPTED = 0.03
 """Estimated relative error of a frequency that is always accepted."""
-LOCKING_RATIO = 2.0
+LOCKING_RATIO = 4.0
 """Error over the error at that ν from which elements lock."""
 IS_A_MODE = 0.1
 """Largest algebraic error of a mode. Coordinates above it (static shapes, Ritz vectors of the highest orders) have no
