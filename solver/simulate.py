@@ -145,8 +145,8 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
     if plan.integrator.own_steps or fixed:
         trajectory = _march(system, plan, progress)
     else:
-        first = plan_run(judged, COARSER)
-        trajectory, finest = controlled(judged, first, lambda trial: _march(judged, trial, progress))
+        first_plan = plan_run(judged, COARSER)
+        trajectory, finest = controlled(judged, first_plan, lambda trial: _march(judged, trial, progress))
         if judged is system or trajectory.result == Result.STOPPED.name:
             plan = finest
         else:
@@ -195,8 +195,8 @@ def _with_step_estimates(
     """Return the run of a given step with its estimates, by runs of a system whose frames show them."""
     if len(trajectory.frame_times) >= judged.scene.run.frames:
         return with_step_estimates(judged, trajectory, plan, march)
-    more = plan_run(judged)
-    return _as_judged(trajectory, with_step_estimates(judged, march(more), more, march))
+    judged_plan = plan_run(judged)
+    return _as_judged(trajectory, with_step_estimates(judged, march(judged_plan), judged_plan, march))
 
 
 def _coarsely(system: System) -> System:

@@ -124,5 +124,5 @@ def without_traction(model: FEModel, material: Material) -> tuple[np.ndarray, np
     np.add.at(weight, facets, sizes)
     nodes = np.flatnonzero((weight > 0) & ~held)
     values, vectors = np.linalg.eigh(total[nodes] / weight[nodes][:, None, None])
-    kept = vectors * (values < IN_TRACTION)[:, None, :]
-    return nodes, kept @ kept.transpose(0, 2, 1)
+    traction_free = vectors * (values < IN_TRACTION)[:, None, :]
+    return nodes, traction_free @ traction_free.transpose(0, 2, 1)

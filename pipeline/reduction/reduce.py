@@ -120,9 +120,8 @@ def reduce_component(
         errors.discretisation_errors, frequencies, component, scene_key,
         lambda variant: reduce_component(mesh, mesh_key, variant, name).discretisation_errors,
     )  # fmt: skip
-    on_loads = {key for key, a in acting.items() if isinstance(a.at, LoadRows)}
-    checked = compliance_errors(model, component, responses, static, on_loads) | _patches(sites)
-    checked |= {VOLUME_ERROR: volume_error(mesh)}
+    checked = compliance_errors(model, component, responses, static, _loads_of(acting))
+    checked |= _patches(sites) | {VOLUME_ERROR: volume_error(mesh)}
     return ModalRecord(
         mesh_key=mesh_key, reduction=component.modes.reduction, normal_count=reduction.normal_count,
         static_count=len(frequencies) - reduction.normal_count, angular_frequencies=frequencies,
@@ -174,6 +173,11 @@ def _assembled(
     rigid = {key: tie for key, tie in sites.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
     rigid |= rigid_ties(mesh, rigid)
     return sites, acting, (model, *made_rigid(model, rigid, f"{scene_key}.interface"))
+
+
+def _loads_of(acting: Mapping[str, _Acting]) -> set[str]:
+    """Return the names of the interfaces that are loads."""
+    return {key for key, item in acting.items() if isinstance(item.at, LoadRows)}
 
 
 def _of_kind(modes: Mapping[str, Any], kind: type) -> dict[str, Any]:

@@ -110,17 +110,17 @@ def with_basis_estimates(system: System, trajectory: Trajectory, run: Run) -> Tr
     reference, speed = runs[0], fastest_body(system)
     least = _least(system, systems[0], trajectory) if pressed else {}
     by_mass = _by_mass(system, reference, run)
-    found = [{name: MARGIN * value for name, value in by_mass.items()}]
+    error_sets = [{name: MARGIN * value for name, value in by_mass.items()}]
     histories = [readings(s, r) for s, r in zip([system, *systems], runs, strict=True)]
     for i, window in enumerate(windows):
         relative_changes = changes(histories[i], histories[i + 1])
         if pressed:
             relative_changes |= differences(reference, (runs[i], runs[i + 1]), window, speed)
-        found.append({name: MARGIN * value / 2**i for name, value in relative_changes.items()})
-    comparable = found[-1] if windows else by_mass
+        error_sets.append({name: MARGIN * value / 2**i for name, value in relative_changes.items()})
+    comparable = error_sets[-1] if windows else by_mass
     if not comparable and not pressed:
         return _unknown(system, trajectory, ONE_COORDINATE)
-    errors = {f"basis.{name}": max(least.get(f"basis.{name}", 0.0), *(f.get(name, 0.0) for f in found))
+    errors = {f"basis.{name}": max(least.get(f"basis.{name}", 0.0), *(f.get(name, 0.0) for f in error_sets))
               for name in comparable}  # fmt: skip
     return replace(trajectory, estimates=trajectory.estimates | errors)
 
@@ -161,8 +161,8 @@ def _by_mass(system: System, reference: Trajectory, run: Run) -> dict[str, float
     weighed_run = run(weighed_system, float(reference.times[0]))
     if not Result[weighed_run.result].ok or len(weighed_run.times) != len(reference.times):
         return {}
-    own = readings(system, reference)
-    by_readings = changes(own, readings(weighed_system, weighed_run))
+    run_readings = readings(system, reference)
+    by_readings = changes(run_readings, readings(weighed_system, weighed_run))
     if not pressed:
         return by_readings
     window = min(system.window, system.scene.run.duration / max(WINDOWS))

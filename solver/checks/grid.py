@@ -41,8 +41,8 @@ def with_grid_estimates(system: System, trajectory: Trajectory, run: Run) -> Tra
     counts = [int(head[5 + 3 * a]) for head in energies.head if head[0] == GRID for a in range(head[1])]
     if not counts:
         return trajectory
-    own, pressed = readings(system, trajectory), touches(system, trajectory)
-    names = [*own, *(("impulse", "force") if pressed else ())]
+    run_readings, pressed = readings(system, trajectory), touches(system, trajectory)
+    names = [*run_readings, *(("impulse", "force") if pressed else ())]
     unknown = replace(trajectory, estimates=trajectory.estimates | {f"grid.{name}": 1.0 for name in names})
     try:
         fields = system.fields._replace(energies=_coarser(energies))
@@ -52,7 +52,7 @@ def with_grid_estimates(system: System, trajectory: Trajectory, run: Run) -> Tra
         return unknown
     if not Result[against.result].ok or len(against.times) != len(trajectory.times):
         return unknown
-    relative_changes = changes(own, readings(coarse, against))
+    relative_changes = changes(run_readings, readings(coarse, against))
     if pressed:
         relative_changes |= differences(trajectory, (trajectory, against), system.window, fastest_body(system))
     fall = FALL if min(counts) > 2 * DEGREE else FALL_OF_FEW

@@ -51,8 +51,8 @@ def with_layer_estimates(system: System, trajectory: Trajectory, run: Run) -> Tr
         return trajectory
     if not Result[against.result].ok or len(against.times) != len(trajectory.times):
         return trajectory
-    own = readings(system, trajectory)
-    relative_changes = changes(own, readings(stiffer_system, against))
+    run_readings = readings(system, trajectory)
+    relative_changes = changes(run_readings, readings(stiffer_system, against))
     relative_changes |= differences(trajectory, (trajectory, against), system.window, fastest_body(system))
     return replace(
         trajectory, estimates=trajectory.estimates | {f"layer.{name}": c for name, c in relative_changes.items()}

@@ -47,15 +47,19 @@ def _under_moving_forces(system: System, trajectory: Trajectory) -> dict[str, np
     return histories
 
 
-def changes(near: Mapping[str, np.ndarray], far: Mapping[str, np.ndarray]) -> dict[str, float]:
+def changes(reference: Mapping[str, np.ndarray], changed: Mapping[str, np.ndarray]) -> dict[str, float]:
     """Return the largest differences of two runs' readings over the largest size of either: of a reading that one basis
     does not have at all, 1. Readings that are round-off beside others of their unit have none."""
-    sizes = {name: max(_size(near[name]), _size(far[name])) for name in near if near[name].shape == far[name].shape}
+    sizes = {
+        name: max(_size(reference[name]), _size(changed[name]))
+        for name in reference
+        if reference[name].shape == changed[name].shape
+    }
     largest: dict[str, float] = {}
     for name, size in sizes.items():
         largest[_kind(name)] = max(largest.get(_kind(name), 0.0), size)
     return {
-        name: _size(near[name] - far[name]) / size
+        name: _size(reference[name] - changed[name]) / size
         for name, size in sizes.items()
         if size > SILENT * largest[_kind(name)]
     }

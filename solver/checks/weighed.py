@@ -60,8 +60,8 @@ def _nearer(system: System, modal: ModalRecord) -> ModalRecord:
     """Return a record whose static shapes that nested systems keep have the frequencies that one inverse iteration
     gives them, and their static response: how far they are from modes."""
     errors = modal.quality.get(SHAPE_ERRORS)
-    kept = not system.contacts or (modal.residual_flexibility is None and bool(modal.loads))
-    if not kept or not errors or max(errors) <= MODE:
+    keeps_shapes = not system.contacts or (modal.residual_flexibility is None and bool(modal.loads))
+    if not keeps_shapes or not errors or max(errors) <= MODE:
         return modal
     factors = np.ones(len(modal.angular_frequencies))
     factors[len(factors) - len(errors) :] -= errors

@@ -23,10 +23,10 @@ def with_mesh_errors(modes: CyclicHarmonic, sector: Sector, component: Component
     rows = [sparse.csr_matrix(np.moveaxis(p, -1, 0).reshape(p.shape[-1], -1)) for p in parts]
     columns = [sector.model.on_dofs(r).toarray().T for r in rows]
     energies = [error_energies(sector.model, component.material, component.geometry, c, free=True) for c in columns]
-    known = [e for e in energies if e is not None]
-    if len(known) < len(energies):
+    estimated = [e for e in energies if e is not None]
+    if len(estimated) < len(energies):
         return modes
-    errors = np.sum(known, axis=0) / (2 * modes.angular_frequencies**2)
+    errors = np.sum(estimated, axis=0) / (2 * modes.angular_frequencies**2)
     return replace(modes, quality=modes.quality | {MESH_ERRORS: errors.tolist()})
 
 
