@@ -25,7 +25,7 @@ bending modes in an axial one.
 docs/basis.md has the estimates beside true errors.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -93,36 +93,53 @@ def with_basis_estimates(system: System, trajectory: Trajectory, run: Run) -> Tr
         has a single coordinate or none that is a mode, they are 1 (without those of a rebound) and `counts` has the
         reason. Unchanged where nothing touches and nothing is read, or no body has elastic coordinates.
     """
-    pressed = touches(system, trajectory)
-    if not (pressed or readings(system, trajectory)) or not (system.stiffness > 0).any():
+    noticed = touches(system, trajectory) or readings(system, trajectory)
+    if not noticed or not (system.stiffness > 0).any():
         return trajectory
-    if reason := _too_few(system, trajectory):
-        return _unknown(system, trajectory, reason)
     try:
-        systems = [fewer for fraction in SHARES if (fewer := nested(system, fraction)) is not None]
-        if not systems and pressed:
-            return trajectory
-        windows, runs = _nested_runs(system, systems, trajectory, run)
+        errors = _errors(system, trajectory, run)
     except (SceneError, SolverError) as error:
         return _unknown(system, trajectory, str(error))
+    return replace(trajectory, estimates=trajectory.estimates | errors)
+
+
+def _errors(system: System, trajectory: Trajectory, run: Run) -> dict[str, float]:
+    """Return the estimates of a run; none where no coordinate can be left out of bodies that touch.
+
+    Raises:
+        SceneError, SolverError: nothing is known, with the reason.
+    """
+    if reason := _too_few(system, trajectory):
+        raise SolverError(reason)
+    pressed = touches(system, trajectory)
+    systems = [fewer for fraction in SHARES if (fewer := nested(system, fraction)) is not None]
+    if not systems and pressed:
+        return {}
+    windows, runs = _nested_runs(system, systems, trajectory, run)
     if failed := next((r for r in runs[1:] if not Result[r.result].ok), None):
-        return _unknown(system, trajectory, failed.counts.get("reason", Result[failed.result].value))
-    reference, speed = runs[0], fastest_body(system)
-    least = _least(system, systems[0], trajectory) if pressed else {}
-    by_mass = _by_mass(system, reference, run)
+        raise SolverError(failed.counts.get("reason", Result[failed.result].value))
+    by_mass = _by_mass(system, runs[0], run)
     error_sets = [{name: MARGIN * value for name, value in by_mass.items()}]
-    histories = [readings(s, r) for s, r in zip([system, *systems], runs, strict=True)]
+    for i, relative_changes in enumerate(_changes([system, *systems], runs, windows, pressed=pressed)):
+        error_sets.append({name: MARGIN * value / 2**i for name, value in relative_changes.items()})
+    comparable = error_sets[-1]
+    if not comparable:
+        raise SolverError(ONE_COORDINATE)
+    least = _least(system, systems, trajectory)
+    return {f"basis.{name}": max(least.get(f"basis.{name}", 0.0), *(e.get(name, 0.0) for e in error_sets))
+            for name in comparable}  # fmt: skip
+
+
+def _changes(
+    systems: list[System], runs: list[Trajectory], windows: list[float], *, pressed: bool
+) -> Iterator[dict[str, float]]:
+    """Yield the differences between the runs of each basis and the next smaller one."""
+    speed, histories = fastest_body(systems[0]), [readings(s, r) for s, r in zip(systems, runs, strict=True)]
     for i, window in enumerate(windows):
         relative_changes = changes(histories[i], histories[i + 1])
         if pressed:
-            relative_changes |= differences(reference, (runs[i], runs[i + 1]), window, speed)
-        error_sets.append({name: MARGIN * value / 2**i for name, value in relative_changes.items()})
-    comparable = error_sets[-1] if windows else by_mass
-    if not comparable and not pressed:
-        return _unknown(system, trajectory, ONE_COORDINATE)
-    errors = {f"basis.{name}": max(least.get(f"basis.{name}", 0.0), *(f.get(name, 0.0) for f in error_sets))
-              for name in comparable}  # fmt: skip
-    return replace(trajectory, estimates=trajectory.estimates | errors)
+            relative_changes |= differences(runs[0], (runs[i], runs[i + 1]), window, speed)
+        yield relative_changes
 
 
 def _nested_runs(
@@ -188,11 +205,11 @@ def _windows(system: System, systems: list[System]) -> list[float]:
     return [min(periods * fewer.resolution, system.scene.run.duration / max(WINDOWS)) for fewer in systems]
 
 
-def _least(system: System, fewer: System, trajectory: Trajectory) -> dict[str, float]:
-    """Return the least estimates of a run with contact, see the module; zeros where bodies turn."""
-    if system.scene.capabilities.turns:
+def _least(system: System, systems: list[System], trajectory: Trajectory) -> dict[str, float]:
+    """Return the least estimates of a run, see the module; zeros where bodies turn or nothing touches."""
+    if system.scene.capabilities.turns or not touches(system, trajectory):
         return dict.fromkeys(STIFFENED, 0.0)
-    stiff, (massless, hidden, rigid) = _lacking(system, fewer), _unresolved(system, trajectory)
+    stiff, (massless, hidden, rigid) = _lacking(system, systems[0]), _unresolved(system, trajectory)
     estimates = {name: max(STIFFENED[name] * stiff, UNRESOLVED[name] * massless, RIGID * rigid) for name in STIFFENED}
     return estimates | {"basis.force": max(estimates["basis.force"], hidden)}
 
@@ -204,15 +221,20 @@ def _too_few(system: System, trajectory: Trajectory) -> str:
     """
     if swaps_of(system) is not None:
         return CHANGING
-    touching = [contact for contact in system.contacts if np.any(trajectory.contacts[contact.name].force)]
-    sides = [side for c in touching for side in (c, c.other, c.master) if side is not None]
+    sides = _touching_sides(system, trajectory)
+    modes = [system.bodies[side].modal.are_modes for side in sides]
     if not sides:
-        deforming = [body.modal.are_modes for body in system.bodies.values() if len(body.modal.angular_frequencies)]
-        return NO_MODE if not any(modes.any() for modes in deforming) else ""
-    modes = [system.bodies[side.body].modal.are_modes for side in sides]
+        every = [body.modal.are_modes for body in system.bodies.values()]
+        return "" if np.concatenate(every).any() else NO_MODE
     if any(len(m) == 1 for m in modes):
         return ONE_COORDINATE
     return NO_MODE if any(len(m) and not m.any() for m in modes) else ""
+
+
+def _touching_sides(system: System, trajectory: Trajectory) -> list[str]:
+    """Return the bodies of contacts that had a force, side by side."""
+    touching = [contact for contact in system.contacts if np.any(trajectory.contacts[contact.name].force)]
+    return [side.body for c in touching for side in (c, c.other, c.master) if side is not None]
 
 
 def _unknown(system: System, trajectory: Trajectory, reason: str) -> Trajectory:

@@ -50,11 +50,8 @@ def _under_moving_forces(system: System, trajectory: Trajectory) -> dict[str, np
 def changes(reference: Mapping[str, np.ndarray], changed: Mapping[str, np.ndarray]) -> dict[str, float]:
     """Return the largest differences of two runs' readings over the largest size of either: of a reading that one basis
     does not have at all, 1. Readings that are round-off beside others of their unit have none."""
-    sizes = {
-        name: max(_size(reference[name]), _size(changed[name]))
-        for name in reference
-        if reference[name].shape == changed[name].shape
-    }
+    alike = [name for name in reference if reference[name].shape == changed[name].shape]
+    sizes = {name: max(_size(reference[name]), _size(changed[name])) for name in alike}
     largest: dict[str, float] = {}
     for name, size in sizes.items():
         largest[_kind(name)] = max(largest.get(_kind(name), 0.0), size)
