@@ -34,6 +34,8 @@ AT_ONCE = 1e-6
 window has: these times have the order of the integrator."""
 LONGER = 1.5
 """Ratio of two steps from which on their runs are compared."""
+RESOLVED = 1.0
+"""dt·ω_c of the larger of two steps up to which they resolve contact."""
 EXPECTED_ORDER = 1.5
 """Order with which the next step is predicted."""
 
@@ -62,9 +64,12 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
     accuracy = settings.accuracy or ACCURACY
     trajectory, halvings, jump, largest_before = run(plan), 0, 1, 0.0
     # The loop over ports keeps its energy at any step: this does not tell when a step is too long. Differences of
-    # irregular impacts are small by chance, too: two in a row have to be, of half the accuracy.
+    # irregular impacts are small by chance, too: two in a row have to be, of half the accuracy, unless steps resolve
+    # contact.
     unaided = plan.name == "implicit" and system.scene.general
-    error_before, bound = (np.inf, 0.5 * accuracy) if unaided else (0.0, accuracy)
+    bound = 0.5 * accuracy if unaided else accuracy
+    unresolved = unaided and plan.step * plan.critical > RESOLVED
+    error_before = np.inf if unresolved else 0.0
     while True:
         before, halvings = trajectory, halvings + jump
         finer = plan.finer(halvings, settings.samples)
@@ -86,7 +91,7 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
         largest_before = max(largest_before, largest)
         if worst <= bound and error_before <= bound:
             return trajectory, finer
-        error_before = worst if unaided else 0.0
+        error_before = worst if unresolved else 0.0
         if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and largest > 0.5 * largest_before):
             return replace(trajectory, result=Result.INACCURATE.name), finer
         needed = math.ceil(math.log2(max(worst / bound, 1.0)) / EXPECTED_ORDER)

@@ -11,7 +11,7 @@ from typing import ClassVar
 FEW_POINTS = 8
 """Contact points up to which `auto` takes located events where it can."""
 MANY = 5e7
-"""Steps times contact points from which `auto` takes implicit contact, whose step stiff surfaces do not shorten."""
+"""Steps times contact points from which steps do not begin with those that resolve contact."""
 
 
 class Feature(Enum):
@@ -48,6 +48,8 @@ class Feature(Enum):
     ELECTRODE = "electrostatic pressure on points of a surface"
 
 
+IMPULSIVE = frozenset({Feature.COMPLIANT_CONTACT, Feature.TWO_BODIES, Feature.DASHPOT, Feature.GAUGES, Feature.PROBES})
+"""Features of scenes in which nothing but contact over a compliance acts on undamped bodies."""
 UNTOUCHED = 10.0
 """Largest dt·ω_c of a given step in a scene without contacts: only the motion of the modes must be resolved."""
 
@@ -57,7 +59,8 @@ class Integrator:
 
     carries: ClassVar[frozenset[Feature]]
     preferred: ClassVar[frozenset[Feature] | None] = None
-    """Features that its fastest loop carries; where a scene has others, `auto` takes it last. None: all of them."""
+    """Features that its fastest loop carries; where a scene has others and is not `IMPULSIVE`, `auto` takes it last.
+    None: all of them."""
     order: ClassVar[float]
     """Convergence order of its error in the step; infinite if its motion is exact, without a step."""
     promised_drift: ClassVar[float]
@@ -68,33 +71,18 @@ class Integrator:
     """Whether it chooses its steps between samples."""
     step_factor: ClassVar[float] = 0.2
     """dt·ω_c of the default step."""
+    resolving: ClassVar[float | None] = None
+    """The same of scenes that are `IMPULSIVE`, whose step resolves contact; None: as others."""
     largest: ClassVar[float] = math.inf
     """dt·ω_c of a given step above which the step is divided, since it would miss impacts or gain energy."""
     sticking: ClassVar[float] = math.inf
     """As `largest`, with friction over the flexibility of bodies, where ω_c is that of points it holds."""
     stiffest: ClassVar[float] = math.inf
     """ω_c over the highest kept frequency above which the latter determines the step."""
-    staggered: ClassVar[bool] = False
-    """Whether frames end half a step after their contact forces."""
-    records_motion: ClassVar[bool] = True
-    """Whether it records the rigid coordinates at every sample."""
     reason: str = ""
     """Why a run could not continue, where there is more to say than its result."""
     turns: ClassVar[bool] = False
     """Whether bodies turn by any angle, with gyroscopic terms; otherwise rotations are small."""
-
-
-class Explicit(Integrator):
-    """For undamped bodies. At dt·ω_c = 0.2 the skirt's energy drift is 1e-4; at 2 energy grows without bound."""
-
-    carries = frozenset(
-        {Feature.COMPLIANT_CONTACT, Feature.TWO_BODIES, Feature.DASHPOT, Feature.GAUGES, Feature.PROBES}
-    )
-    order = 2
-    promised_drift = 2e-3
-    largest = 0.2
-    staggered = True
-    records_motion = False
 
 
 class Implicit(Integrator):
@@ -112,6 +100,7 @@ class Implicit(Integrator):
     order = 2
     promised_drift = 2e-3
     step_factor = 4.0
+    resolving = 0.4
     largest = 40.0
     sticking = 4.0
     stiffest = 30.0
@@ -166,7 +155,6 @@ class Mechanism(Integrator):
 
 
 INTEGRATORS: dict[str, type[Integrator]] = {
-    "explicit": Explicit,
     "implicit": Implicit,
     "event": Event,
     "collocation": Collocation,

@@ -1,6 +1,7 @@
 """Run a compiled system and collect its trajectory."""
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import replace
 from importlib import import_module
 
@@ -16,7 +17,7 @@ from gudgeon.solver.checks.mesh import with_mesh_estimates
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, WORK, Marching, Outcome
-from gudgeon.solver.integrators.steps import Plan, driven_step, own_step, plan_run, refuse_unread
+from gudgeon.solver.integrators.steps import Plan, driven_step, own_step, plan_run, refuse_unread, step_factor
 from gudgeon.solver.integrators.swapped import Swapped
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.uniqueness import friction_limits, refuse_ambiguous_friction
@@ -58,9 +59,10 @@ def suggested(system: System) -> float:
         SolverError: the contact's compliance is singular.
     """
     name, critical = choose(system)
-    if INTEGRATORS[name].own_steps:
+    integrator = INTEGRATORS[name]
+    if integrator.own_steps:
         critical = system.critical_frequency()
-    return min(own_step(system.scene.run, INTEGRATORS[name], critical), driven_step(system))
+    return min(own_step(system.scene.run, step_factor(system, integrator, critical), critical), driven_step(system))
 
 
 def simulate(system: System, progress: Progress | None = None) -> Trajectory:
@@ -243,7 +245,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         times = schedule.interval * np.arange(span.start + 1, span.stop + 1)
         exit_ = None
         if not plan.integrator.turns:
-            exit_ = limits.test(times, histories.samples.part(span), outcome.q, sampled=plan.integrator.records_motion)
+            exit_ = limits.test(times, histories.samples.part(span))
         if exit_ is not None:
             result, reason = exit_
             break
@@ -290,7 +292,9 @@ def _created_energy(
 
 def _copied(outcome: Outcome) -> Outcome:
     """Return an outcome with arrays of its own, which its integrator does not go on to change."""
-    return replace(outcome, **{name: v.copy() for name, v in vars(outcome).items() if isinstance(v, np.ndarray)})
+    copied = copy(outcome)
+    vars(copied).update({name: v.copy() for name, v in vars(outcome).items() if isinstance(v, np.ndarray)})
+    return copied
 
 
 def _unmoved(system: System, outcome: Outcome) -> Outcome:

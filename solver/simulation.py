@@ -12,7 +12,7 @@ from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SolverError
 from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.integrators.general.integrator import General
-from gudgeon.solver.integrators.steps import driven_step, largest_factor, own_step, parts_of, refuse_unread
+from gudgeon.solver.integrators.steps import driven_step, largest_factor, own_step, parts_of, refuse_unread, step_factor
 from gudgeon.solver.ports.members import function_ports
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import Kind
@@ -71,8 +71,9 @@ class Steps:
         self.system, integrator = system, INTEGRATORS["implicit"]
         critical, largest = critical_frequency(system), largest_factor(system, integrator)
         prescribed = step or system.scene.run.step
+        chosen = choose(system)[1] or critical
         self.dt = prescribed or min(
-            own_step(system.scene.run, integrator, choose(system)[1] or critical), driven_step(system)
+            own_step(system.scene.run, step_factor(system, integrator, chosen), chosen), driven_step(system)
         )
         if not prescribed and len(system.gap):
             self.dt /= parts_of(self.dt, critical, largest)

@@ -20,7 +20,7 @@ RETIRED = {
     "update": r"rungs?",
     "robustness": r"gudgeon stress|\[stress(?=[.\]])|extremes",
     "conservative error": r"sound[ _]errors?",
-    "explicit": r"kick(s|ed|ing)?",
+    "impulse": r"kick(s|ed|ing)?",
     "implicit": r"trapezoid",
     "energy balance": r"books|booked|less work",
     "counts": r"tally|tallies|tallied",

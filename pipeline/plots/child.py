@@ -45,8 +45,6 @@ def main(job_path: str) -> None:
             reason = (str(error).splitlines() or [""])[0]
             _tell("note", f"{name} was not drawn: {type(error).__name__}: {reason}")
         _tell("end", "drawn" if len(files) > before else "empty")
-    for name in [] if foreign else drawing.unseen():
-        _tell("note", f"contact {name} was closed between two frames only; increase run.frames to see it in pictures")
 
 
 def _tell(event: str, value: str) -> None:

@@ -36,8 +36,6 @@ def overlaps(system: System, trajectory: Trajectory) -> tuple[float | None, floa
     # What presses bodies on each other would move them by so much in a step, if contact did not prevent it.
     pulled = float(np.abs((multipliers @ system.rows) @ system.rows.T).max(initial=0.0))
     slack += ROUND_OFF * float(trajectory.counts["step"]) ** 2 * pulled
-    # The explicit integrator ends a frame half a step after its contact forces.
-    slack += 0.5 * trajectory.counts["step"] * speed if integrator.staggered else 0.0
     slack += _late(system, trajectory, multipliers)
     rows = np.concatenate([np.arange(contact.rows.start, contact.rows.stop) for contact in plain])
     stiffness, exponent = system.law[rows, 0], system.law[rows, 1]

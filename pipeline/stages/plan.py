@@ -7,7 +7,7 @@ from typing import Any
 
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.solver.capabilities import FEW_POINTS, MANY
+from gudgeon.solver.capabilities import FEW_POINTS
 from gudgeon.solver.joints.markers import Fixed
 from gudgeon.solver.scene.holding import turning_cause
 from gudgeon.solver.scene.scene import Scene
@@ -81,12 +81,10 @@ def by_size(scene: Scene) -> dict[str, str]:
     name, carriers = scene.integrator, scene.carriers()
     if scene.run.integrator != "auto":
         return {}
-    if name == "implicit" and "event" in carriers and scene.run.step is None:
+    if name == "implicit" and "event" in carriers and scene.run.step is None and not scene.impulsive:
         return {"event": f"up to {FEW_POINTS} contact points"}
     if name == "event" and scene.contact and all(c.law is None for c in scene.contact.values()):
         return {"implicit": f"more than {FEW_POINTS} contact points, all over flexibility"}
-    if name == "explicit" and "implicit" in carriers:
-        return {"implicit": f"steps times contact points above {MANY:.0e}".replace("e+0", "e")}
     return {}
 
 

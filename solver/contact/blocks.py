@@ -85,7 +85,7 @@ class Blocks:
         blocks = [
             (rows, slice(cols.start - columns.start, cols.stop - columns.start), values)
             for rows, cols, values in self.blocks
-            if isinstance(cols, slice) and columns.start <= cols.start and cols.stop <= columns.stop
+            if isinstance(cols, slice) and columns.start <= cols.start < cols.stop <= columns.stop
         ]
         return Blocks((self.shape[0], columns.stop - columns.start), blocks)
 

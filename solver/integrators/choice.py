@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from gudgeon.solver.capabilities import FEW_POINTS, INTEGRATORS, MANY
+from gudgeon.solver.capabilities import FEW_POINTS, INTEGRATORS
 from gudgeon.solver.ports.stick import stick_frequency
 from gudgeon.solver.system.fields.reading import evaluated, field_loads, start_pose, stiffness
 from gudgeon.solver.system.system import System
@@ -56,8 +56,8 @@ def choose(system: System) -> tuple[str, float]:
     """Return the integrator that runs a system, and ω_c that sets its step [rad/s]; 0 where it chooses its steps.
 
     Of those that `auto` can take, exact motion between located events is the better one while points are few: where a
-    face of many points over flexibility closes at once, its events follow each other without end. Explicit contact
-    gives way to implicit contact where stiff surfaces ask for too many steps.
+    face of many points over flexibility closes at once, its events follow each other without end. Where undamped bodies
+    have nothing but contact over a compliance, steps are faster than either.
 
     Raises:
         SolverError: the contact's compliance is singular.
@@ -65,13 +65,11 @@ def choose(system: System) -> tuple[str, float]:
     scene, run, points = system.scene, system.scene.run, len(system.gap)
     name, critical = scene.integrator, cache(lambda: critical_frequency(system))
     if run.integrator == "auto":
-        if name == "implicit" and points <= FEW_POINTS and "event" in scene.carriers() and run.step is None:
+        located = "event" in scene.carriers() and run.step is None and not scene.impulsive
+        if name == "implicit" and points <= FEW_POINTS and located:
             name = "event"
         elif name == "event" and points > FEW_POINTS and _over_flexibility(system):
             name = "implicit"
-        elif name == "explicit" and "implicit" in scene.carriers():
-            steps = run.duration * critical() / INTEGRATORS[name].step_factor
-            name = "implicit" if steps * max(1, points) > MANY else name
     integrator = INTEGRATORS[name]
     if integrator.own_steps:
         return name, 0.0

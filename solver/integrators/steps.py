@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED, Integrator
+from gudgeon.solver.capabilities import INTEGRATORS, MANY, UNTOUCHED, Integrator
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.breaks import FINEST
 from gudgeon.solver.integrators.choice import choose, critical_frequency
@@ -121,8 +121,9 @@ def plan_run(system: System, coarser: float = 1.0) -> Plan:
     if not integrator.own_steps:
         largest = largest_factor(system, integrator)
         # Errors by steps do not say what none of them reads.
-        read = integrator.step_factor / driven_step(system) if run.step is None else 0.0
-        return Plan(name, critical, plan_steps(run, integrator, max(critical / coarser, read), largest))
+        factor = step_factor(system, integrator, critical)
+        read = factor / driven_step(system) if run.step is None else 0.0
+        return Plan(name, critical, plan_steps(run, factor, max(critical / coarser, read), largest))
     # A given step that steps over impacts is left to the accuracy.
     divisions = 1 if run.step is None else parts_of(run.step, critical_frequency(system), integrator.largest)
     per_frame = max(1, math.ceil(run.samples / run.frames))
@@ -186,17 +187,31 @@ def largest_factor(system: System, integrator: type[Integrator]) -> float:
     return min(integrator.largest, integrator.sticking) if sticks(system) else integrator.largest
 
 
-def plan_steps(run: Run, integrator: type[Integrator], critical: float, largest: float) -> Schedule:
+def step_factor(system: System, integrator: type[Integrator], critical: float) -> float:
+    """Return dt·ω_c of the default step of an integrator; one that resolves contact where nothing else acts, unless so
+    many points would take too many.
+
+    Args:
+        critical: ω_c [rad/s].
+    """
+    resolving = integrator.resolving if system.scene.impulsive else None
+    if resolving is None or system.scene.run.duration * critical / resolving * len(system.gap) > MANY:
+        return integrator.step_factor
+    return resolving
+
+
+def plan_steps(run: Run, factor: float, critical: float, largest: float) -> Schedule:
     """Choose the steps of an integrator that has no steps of its own.
 
     Args:
+        factor: dt·ω_c of the default step.
         critical: ω_c [rad/s].
         largest: dt·ω_c above which a given step is divided.
     """
     duration, samples, frames = run.duration, run.samples, run.frames
-    _refuse_endless(run, integrator, critical)
+    _refuse_endless(run, factor, critical)
     if run.step is None:
-        step = own_step(run, integrator, critical)
+        step = own_step(run, factor, critical)
         per_frame = max(1, min(round(samples / frames), math.ceil(duration / step / frames)))
         stride = math.ceil(duration / step / (frames * per_frame))
         return Schedule(duration / (frames * per_frame * stride), 1, stride, per_frame, frames)
@@ -210,9 +225,9 @@ def plan_steps(run: Run, integrator: type[Integrator], critical: float, largest:
     return Schedule(duration / (stride * per_frame * frames), substeps, stride, per_frame, frames)
 
 
-def _refuse_endless(run: Run, integrator: type[Integrator], critical: float) -> None:
+def _refuse_endless(run: Run, factor: float, critical: float) -> None:
     """Raise SceneError if a run would have more steps than can be taken, or its critical frequency is not finite."""
-    shortest = own_step(run, integrator, critical) if math.isfinite(critical) else 0.0
+    shortest = own_step(run, factor, critical) if math.isfinite(critical) else 0.0
     shortest = shortest if run.step is None else min(shortest, run.step)
     if run.duration > MOST_STEPS * shortest:
         cause = (
@@ -231,7 +246,7 @@ def parts_of(step: float, critical: float, most: float) -> int:
     return max(1, math.ceil(step * critical / most * (1 - 1e-12)))
 
 
-def own_step(run: Run, integrator: type[Integrator], critical: float) -> float:
-    """Return the largest step of an integrator left to itself [s]."""
+def own_step(run: Run, factor: float, critical: float) -> float:
+    """Return the largest step of an integrator left to itself, of a dt·ω_c [s]."""
     # Nothing that moves by itself sets no step: one for each sample does.
-    return integrator.step_factor / critical if critical > 0 else run.duration / run.samples
+    return factor / critical if critical > 0 else run.duration / run.samples

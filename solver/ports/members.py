@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy import sparse
@@ -20,7 +21,19 @@ from gudgeon.solver.vectors import unit
 
 
 def ports_of(system: System) -> Ports:
-    """Return the table of a system's ports: contacts, joints, loads, drives, springs, and surfaces slid over."""
+    """Return the table of a system's ports: contacts, joints, loads, drives, springs, and surfaces slid over.
+
+    It is kept with the system, whose runs by several steps share it.
+    """
+    if (kept := _KEPT.get(system)) is None:
+        kept = _KEPT[system] = _gathered(system)
+    return kept
+
+
+_KEPT: WeakKeyDictionary[System, Ports] = WeakKeyDictionary()
+
+
+def _gathered(system: System) -> Ports:
     blocks = [*_contacts(system), *_joints(system), *_given(system), *_drives(system), *_springs(system)]
     blocks += _surfaces(system)
     return gathered(blocks, list(system.bodies.values()), len(system.velocity))

@@ -74,27 +74,21 @@ class Limits:
         masses = np.array([body.morph.mass for body in system.bodies.values()])
         self._squares = masses * (system.scene.run.limits.angle * np.array(self._sizes)) ** 2
         self._turns = _turns(system)
-        self._before = system.position[system.rigid]
         self._widest = dict.fromkeys(system.bodies, 0.0)
         self._fastest = {line.name: float(np.linalg.norm(line.relative(system.velocity))) for line in self._lines}
 
-    def test(self, times: np.ndarray, samples: Samples, q: np.ndarray, *, sampled: bool) -> Exit | None:
+    def test(self, times: np.ndarray, samples: Samples) -> Exit | None:
         """Return the first way in which a frame left the range; None where it did not.
 
         Args:
             times: Ends of its samples [s], (s,).
             samples: Its samples.
-            q: Coordinates at its end, (m,).
-            sampled: Whether the samples have the rigid coordinates; otherwise they are interpolated over the frame.
         """
         r = len(self._system.rigid)
-        before, self._before = self._before, q[self._system.rigid].copy()
-        fraction = np.arange(1, len(times) + 1)[:, None] / len(times)
-        positions = samples.snapshots[:, :r] if sampled else before + fraction * (self._before - before)
+        positions = samples.snapshots[:, :r]
         exits = [*self._deformed(times, samples.paths.squares), *self._turned(times, positions)]
         exits += self._moved_aside(times, positions, samples.forces)
-        if sampled:
-            exits += self._slipped(times, samples.snapshots[:, r : 2 * r], samples.forces)
+        exits += self._slipped(times, samples.snapshots[:, r : 2 * r], samples.forces)
         return min(exits, key=lambda item: item[0])[1] if exits else None
 
     def _turned(self, times: np.ndarray, positions: np.ndarray) -> Iterator[tuple[float, Exit]]:
@@ -147,8 +141,8 @@ class Limits:
 
     def _far(self, positions: np.ndarray) -> np.ndarray:
         """Return at which contacts a point may have moved aside beyond its limit, (k,)."""
-        offsets = ((np.abs(positions) @ self._reach) ** 2).sum(axis=2)
-        return (offsets > self._offsets[:, None] ** 2).any(axis=1)
+        offsets = np.abs(positions).max(axis=0, initial=0.0) @ self._reach
+        return (offsets**2).sum(axis=1) > self._offsets**2
 
     def _slipped(self, times: np.ndarray, rates: np.ndarray, forces: np.ndarray) -> Iterator[tuple[float, Exit]]:
         for line in self._lines:

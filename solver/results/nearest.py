@@ -3,7 +3,6 @@
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
-from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.curves import least_of_cubics
 from gudgeon.solver.integrators.outcome import Outcome, Samples
@@ -27,7 +26,7 @@ def nearest(
     if system.scene.capabilities.turns:  # Its integrator follows the gaps.
         return json
     (frames, velocities), span, r = states, spans[1], len(system.rigid)
-    if r == len(system.velocity) and INTEGRATORS[system.scene.integrator].records_motion:
+    if r == len(system.velocity):
         frames, velocities, span = samples.snapshots[:, :r], samples.snapshots[:, r : 2 * r], spans[0]
     times = span * np.arange(len(frames) + 1)
     pressing = (samples.forces != 0).any(axis=2)

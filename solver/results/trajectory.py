@@ -132,7 +132,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, histories: Histories
         counts=_counts(system, plan, end, histories) | ({"reason": ending.reason} if ending.reason else {}),
         joints=joints,
         probes=probes,
-        motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
+        motion=_motion(system, samples.snapshots),
         impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=True)},
         gauges=readings,
         peaks={system.contacts[k].name: row for row, k in enumerate(closed)},
@@ -207,7 +207,7 @@ def _with_linkage(trajectory: Trajectory, linkage: LinkageHistories, names: Iter
 def _counts(system: System, plan: Plan, end: Outcome, histories: Histories) -> Json:
     """Return the integrator, its step, numbers of operations, and what is to be said of its samples."""
     states, snapshots = (histories.frames, histories.velocities), histories.samples.snapshots
-    sentences = unresolved(system, plan.schedule.interval, states, snapshots) if plan.integrator.records_motion else []
+    sentences = unresolved(system, plan.schedule.interval, states, snapshots)
     sampled: Json = {SAMPLE_NOTES: "\n".join(sentences)} if sentences else {}
     return (
         sampled

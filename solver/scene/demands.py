@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from gudgeon.solver.capabilities import INTEGRATORS, Feature
+from gudgeon.solver.capabilities import IMPULSIVE, INTEGRATORS, Feature
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles.plane import Plane
 from gudgeon.solver.scene.contact import Contact, Friction, MasterSurface, OtherBody
@@ -34,10 +34,15 @@ def _friction(path: str, contact: Contact, friction: Friction) -> Demand:
 
 def prefers(demands: list[Demand], name: str) -> bool:
     """Whether an integrator's fastest loop carries a scene."""
-    integrator = INTEGRATORS[name]
-    return {d.feature for d in demands} <= (
-        integrator.carries if integrator.preferred is None else integrator.preferred
-    )
+    integrator, features = INTEGRATORS[name], {d.feature for d in demands}
+    if integrator.resolving is not None and features <= IMPULSIVE:
+        return True
+    return features <= (integrator.carries if integrator.preferred is None else integrator.preferred)
+
+
+def impulsive(demands: list[Demand]) -> bool:
+    """Whether nothing but contact over a compliance acts in a scene, on undamped bodies."""
+    return {d.feature for d in demands} <= IMPULSIVE
 
 
 def lacking(demands: list[Demand], name: str) -> list[Demand]:

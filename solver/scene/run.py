@@ -3,7 +3,7 @@
 from math import isfinite
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.numbers import Duration, Length, RotationAngle, Strict
@@ -11,9 +11,15 @@ from gudgeon.solver.vectors import Gravity
 
 STEPPING = {name: one for name, one in INTEGRATORS.items() if not one.own_steps}
 """Integrators with a fixed step."""
-DEFAULTS = ", ".join(f"{one.step_factor:g}/ω_c ({name})" for name, one in STEPPING.items())
+DEFAULTS = ", ".join(
+    f"{one.step_factor:g}/ω_c ({name}; {one.resolving:g}/ω_c where undamped bodies have nothing but contact over a"
+    " compliance)"
+    for name, one in STEPPING.items()
+)
 LIMITS = ", ".join(f"{one.largest:g}/ω_c ({name})" for name, one in INTEGRATORS.items() if isfinite(one.largest))
 
+FORMER = {"explicit": "implicit"}
+"""Names of before by the integrator that has their scenes."""
 LEAST_WINDOW = 1e-12
 """Least window over the duration: times of a run have round-off of 1e-16 of it."""
 
@@ -58,8 +64,8 @@ class Run(Strict):
     )
     accuracy: Annotated[float, Field(ge=1e-12, le=0.1)] | None = Field(
         default=None,
-        description="Relative error that determines the step where run.step is left out: with explicit and implicit"
-        " of the impulse and the windowed force of each contact and of the energy balance (default 1e-3); with"
+        description="Relative error that determines the step where run.step is left out: with implicit of"
+        " the impulse and the windowed force of each contact and of the energy balance (default 1e-3); with"
         " collocation of the contact force, with mechanism of the motion (default 1e-8); not used by event",
         json_schema_extra={"unit": "1"},
     )
@@ -83,11 +89,11 @@ class Run(Strict):
         " bodies in contact, times 2.5 unless all contacts have nonlinear laws, at most the duration; no"
         " window for rigid bodies",
     )
-    integrator: Literal["auto", "event", "collocation", "explicit", "implicit", "mechanism"] = Field(
+    integrator: Literal["auto", "event", "collocation", "implicit", "mechanism"] = Field(
         default="auto",
         description="event: exact motion between located events, for linear and rigid contact of a few points;"
-        " collocation: high order, for contact laws; explicit: contact impulses at the middle of each step; implicit:"
-        " trapezoidal rule, for damping, cranks, loads and sliding pairs; mechanism: order 8 with projection,"
+        " collocation: high order, for contact laws; implicit: exact motion of the modes under mean forces, for every"
+        " feature of small motion; mechanism: order 8 with projection,"
         " for rigid bodies that turn by any angle, on joints; auto: selected from the features of the scene",
     )
     stepping: Literal["auto", "explicit", "implicit"] = Field(
@@ -112,6 +118,13 @@ class Run(Strict):
         description="Number of points of the force and energy histories, rounded up to a multiple of run.frames",
     )
     frames: int = Field(default=200, ge=2, le=10_000, description="Number of stored deformations")
+
+    @field_validator("integrator", mode="before")
+    @classmethod
+    def _present(cls, name: object) -> object:
+        if isinstance(name, str) and name in FORMER:
+            raise ValueError(f"'{name}' given, an integrator of before; use '{FORMER[name]}' or 'auto'")
+        return name
 
     @model_validator(mode="after")
     def _window_within(self) -> "Run":

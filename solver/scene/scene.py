@@ -29,7 +29,7 @@ from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.numbers import Name, Strict
 from gudgeon.solver.scene.body import Body
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
-from gudgeon.solver.scene.demands import Demand, conflict, contact_demands, lacking, prefers
+from gudgeon.solver.scene.demands import Demand, conflict, contact_demands, impulsive, lacking, prefers
 from gudgeon.solver.scene.holding import turning_cause
 from gudgeon.solver.scene.motion import Motion
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe, Probe
@@ -243,9 +243,13 @@ class Scene(Strict):
         return [name for name in self.carriers() if INTEGRATORS[name].turns == turns]
 
     @property
+    def impulsive(self) -> bool:
+        """Whether nothing but contact over a compliance acts, on undamped bodies."""
+        return bool(self.contact) and impulsive(list(_demands(self)))
+
+    @property
     def general(self) -> bool:
-        """Whether the implicit integrator runs it by its loop over ports: sliding pairs, and loads on bodies without
-        contact, have a faster one."""
+        """Whether the implicit integrator runs it over ports; sliding pairs, and loads alone, have a faster loop."""
         return not prefers(list(_demands(self)), "implicit") or bool(self.contact and not self.masters())
 
     @property

@@ -34,7 +34,7 @@ RINGS = 2.5
 left of the ringing at residual flexibility."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class System:
     """All bodies and contacts as arrays. Shapes: m coordinates, c contact rows, F functions of traction spaces."""
 

@@ -17,11 +17,9 @@ def main(picture: str) -> None:
         found = steps_of_chains(Path(folder), BARS)
     figure = Figure(figsize=(5, 3.2), layout="constrained")
     axes = figure.subplots()
-    for name, seconds in found.items():
-        print(name, *(f"{bars}: {1e6 * one:.1f} µs" for bars, one in seconds.items()), sep="  ")
-        axes.plot(list(seconds), [1e6 * one for one in seconds.values()], "o-", label=name)
+    print(*(f"{bars}: {1e6 * one:.1f} µs" for bars, one in found.items()), sep="  ")
+    axes.plot(list(found), [1e6 * one for one in found.values()], "o-")
     axes.set(xlabel="bars of 41 coordinates", ylabel="CPU time of a step [µs]", xlim=(0, None), ylim=(0, None))
-    axes.legend()
     figure.savefig(picture, dpi=100)
 
 

@@ -10,10 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gudgeon.solver.integrators.explicit.integrator import Explicit
 from gudgeon.solver.integrators.general import integrator
 from gudgeon.solver.integrators.general.integrator import General
-from gudgeon.solver.integrators.outcome import Samples
 from gudgeon.solver.system.system import System
 from tests.solver.port_systems import chain, pair, rubbing_ports
 
@@ -21,12 +19,6 @@ POINTS, FRAME, RUNS, ROUNDS = 300, 10, 5, 7
 """Candidates; steps of one reading; runs that are read; times that steps and products are read."""
 NEAR = 0.3
 """Readings count where as many points act as asked for, within this share."""
-
-
-def empty(system: System) -> Samples:
-    """Return one sample of a system."""
-    widths = len(system.driving.rows), 2 * len(system.rigid) + len(system.driving.joints)
-    return Samples(np.zeros((1, len(system.contacts), 3)), np.zeros((1, 5)), *(np.zeros((1, w)) for w in (*widths, 0)))
 
 
 def readings(system: System, dt: float, frames: int, stride: int = FRAME) -> tuple[np.ndarray, np.ndarray]:
@@ -114,31 +106,14 @@ def test_cones(count: int, least: float, benchmark: object, tmp_path: Path, monk
     assert seconds < 1 / least
 
 
-def explicit_step(system: System) -> float:
-    """Return the median CPU seconds of a step of the explicit integrator."""
-    run, seconds = Explicit(system, 2e-8), []
-    for frame in range(20):
-        sample = empty(system)
-        begin = time.process_time()
-        assert run.advance(frame * 50, 50, sample)
-        seconds.append((time.process_time() - begin) / 50)
-    assert run.outcome().multipliers.any()
-    return float(np.median(seconds[1:]))
-
-
-def steps_of_chains(folder: Path, sizes: Sequence[int]) -> dict[str, dict[int, float]]:
-    """Return the median CPU seconds of a step of each integrator for chains of some bars."""
-    found: dict[str, dict[int, float]] = {"implicit": {}, "explicit": {}}
-    for bars in sizes:
-        implicit = chain(folder / f"implicit-{bars}", bars)
-        found["implicit"][bars] = float(np.median(readings(implicit, 2e-7, 20, 50)[0]))
-        found["explicit"][bars] = explicit_step(chain(folder / f"explicit-{bars}", bars, integrator="explicit"))
-    return found
+def steps_of_chains(folder: Path, sizes: Sequence[int]) -> dict[int, float]:
+    """Return the median CPU seconds of a step for chains of some bars."""
+    chains = {bars: chain(folder / str(bars), bars) for bars in sizes}
+    return {bars: float(np.median(readings(system, 2e-7, 20, 50)[0])) for bars, system in chains.items()}
 
 
 def test_a_chain_of_bars(benchmark: object, tmp_path: Path) -> None:
     """41 coordinates each: ten times the bodies take at most 15 times as long."""
     found = benchmark.pedantic(steps_of_chains, (tmp_path, (10, 100)))  # type: ignore[attr-defined]
-    for name, seconds in found.items():
-        print("\n" + "\n".join(f"{name}, {bars} bars: {1e6 * one:.1f} µs a step" for bars, one in seconds.items()))
-        assert seconds[100] < 15 * seconds[10], name
+    print("\n" + "\n".join(f"{bars} bars: {1e6 * one:.1f} µs a step" for bars, one in found.items()))
+    assert found[100] < 15 * found[10]

@@ -188,25 +188,6 @@ def _contact(name: str, **keys: Any) -> Scene:
     return {"contact": {name: keys}}
 
 
-def explicit(finer: int = 1) -> dict[str, Family]:
-    """Families of the explicit integrator."""
-    rod = Case({"part": systems.rod_records(4)}, merged(systems.rod_scene(), _run("explicit", 2e-4, 4e-6 / finer)))
-    block = Case(
-        {"part": systems.block_records(3)}, merged(systems.block_scene(), _run("explicit", 2e-4, 2e-6 / finer))
-    )
-    none, layer = _contact("wall", dashpot="none"), _contact("wall", surface_stiffness=1e14)
-    return {
-        "kick, one point": family(
-            rod, {"dashpot 'none'": none, "no gravity": STILL, "no gauges": UNREAD},
-            {"dashpot": _contact("wall", dashpot="wave-guide"), "gauge": READ, "surface layer": layer}, each=True,
-        ),
-        "kick, many points": family(
-            block, {"dashpot 'none'": none, "no gravity": STILL, "no gauges": UNREAD},
-            {"gauge": READ},
-        ),
-    }  # fmt: skip
-
-
 def implicit(finer: int = 1) -> dict[str, Family]:
     """Families of the implicit integrator.
 
@@ -296,4 +277,4 @@ def families(finer: int = 1) -> dict[str, Family]:
     Args:
         finer: By what the steps of integrators that are given one are divided.
     """
-    return explicit(finer) | implicit(finer) | located() | smooth()
+    return implicit(finer) | located() | smooth()

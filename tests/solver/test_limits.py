@@ -131,7 +131,7 @@ def test_a_ball_that_has_drifted_aside_ends_the_run_when_it_strikes(tmp_path: Pa
 LAYERED = {"surface_stiffness": 1e12}
 RIGID = {"method": "constraint"}
 STRUCK_BY: dict[str, dict[str, Any] | None] = {
-    "explicit": LAYERED, "implicit": LAYERED, "event": RIGID, "collocation": None,
+    "implicit": LAYERED, "event": RIGID, "collocation": None,
 }  # fmt: skip
 
 
@@ -340,7 +340,7 @@ def test_a_deflection_between_two_frames_ends_the_run(tmp_path: Path, integrator
     assert float(found.counts["reason"].split(" at ")[1].split(" s,")[0]) == pytest.approx(expected, abs=5e-4)
 
 
-@pytest.mark.parametrize("integrator", ["event", "explicit", "implicit"])
+@pytest.mark.parametrize("integrator", ["event", "implicit"])
 def test_a_deformation_by_an_impact_within_a_frame_ends_the_run(tmp_path: Path, integrator: str) -> None:
     """At its largest compression the rod is strained by v/c: v/c L/√12 in the mean, over a radius of gyration L/√12."""
     strain, scene = 1.0 / SPEED, rod_scene(8 * LENGTH / SPEED)

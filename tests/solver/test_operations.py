@@ -31,8 +31,6 @@ HOME = str(Path(solver.__file__).parent)
 PLAN = str(Path(HOME) / "system/terms")
 Counts = dict[str, dict[str, Any]]
 ACCESSES = {
-    "kick, one point": 30_651,
-    "kick, many points": 127_351,
     "implicit": 133_514,
     "implicit, sliding pair": 1_258_017,
     "implicit, joint and gas": 134_510,

@@ -43,7 +43,6 @@ def driven_pair() -> dict[str, Any]:
 
 NEEDY: dict[str, tuple[Change, str]] = {
     "damping": (merged(block_scene(), {"body": {"part": {"damping": DAMPING}}}), "damping of body.part"),
-    "gravity": (merged(block_scene(), {"run": {"gravity": [0, 0, -9.81]}}), "run.gravity"),
     "joint": (merged(piston_scene(), {"force": {}}) | {"force": {}}, "joint.rod"),
     "joint and force": (piston_scene(), "joint.rod and force.gas"),
     "sliding pair": (merged(pair_scene(), {"run": {"gravity": [0, 0, 0]}}), "the sliding pair contact.slide"),
@@ -51,11 +50,11 @@ NEEDY: dict[str, tuple[Change, str]] = {
 
 
 @pytest.mark.parametrize("name", NEEDY)
-def test_kick_is_refused_what_it_cannot_carry(name: str) -> None:
+def test_located_events_are_refused_what_they_cannot_carry(name: str) -> None:
     scene, reason = NEEDY[name]
     with pytest.raises(ValidationError) as error:
-        Scene.model_validate(merged(scene, {"run": {"integrator": "explicit"}}))
-    assert f"run.integrator: 'explicit' does not support {reason}; use 'auto' or 'implicit'" in str(error.value)
+        Scene.model_validate(merged(scene, {"run": {"integrator": "event"}}))
+    assert f"run.integrator: 'event' does not support {reason}; use 'auto' or 'implicit'" in str(error.value)
     for integrator in ("auto", "implicit"):
         chosen = Scene.model_validate(merged(scene, {"run": {"integrator": integrator}}))
         assert chosen.integrator == "implicit"
@@ -65,29 +64,35 @@ def test_all_that_it_cannot_carry_is_named_with_those_that_can() -> None:
     """Up to four elements: what is refused for two reasons is not refused twice."""
     pulled = merged(driven_pair(), {"run": {"gravity": [0, 0, -9.81]}})
     three = "damping of body.plate, joint.rod, force.gas"
-    named = {"explicit": f"{three} and 2 more elements", "event": f"{three} and the sliding pair contact.right"}
-    for name, reasons in named.items():
-        with pytest.raises(ValidationError) as error:
-            Scene.model_validate(merged(pulled, {"run": {"integrator": name}}))
-        assert f"run.integrator: '{name}' does not support {reasons}; use 'auto' or 'implicit'" in str(error.value)
+    reasons = f"{three} and the sliding pair contact.right"
+    with pytest.raises(ValidationError) as error:
+        Scene.model_validate(merged(pulled, {"run": {"integrator": "event"}}))
+    assert f"run.integrator: 'event' does not support {reasons}; use 'auto' or 'implicit'" in str(error.value)
     both = merged(
         pulled, {"contact": {"left": {"law": {"kind": "hertz", "stiffness": 1e9}, "surface_stiffness": None}}}
     )
     assert Scene.model_validate(both).loop == "general"
 
 
-def test_plain_impact_keeps_the_explicit_integrator() -> None:
-    assert Scene.model_validate(block_scene()).integrator == "explicit"
-    chosen = Scene.model_validate(merged(block_scene(), {"run": {"integrator": "implicit"}}))
-    assert chosen.integrator == "implicit"
+def test_plain_impact_has_steps_of_few_points_too() -> None:
+    scene = Scene.model_validate(block_scene())
+    assert scene.impulsive
+    assert scene.integrator == "implicit"
+    assert scene.carriers()[:2] == ["implicit", "event"]
+    assert not Scene.model_validate(merged(block_scene(), {"run": {"gravity": [0, 0, -9.81]}})).impulsive
+
+
+def test_an_integrator_of_before_is_refused_by_the_name_of_the_present_one() -> None:
+    with pytest.raises(ValidationError, match="'explicit' given, an integrator of before; use 'implicit' or 'auto'"):
+        Scene.model_validate(merged(block_scene(), {"run": {"integrator": "explicit"}}))
 
 
 def test_integrator_of_a_run_is_told(tmp_path: Path) -> None:
-    for name in ("explicit", "implicit"):
+    for name in ("event", "implicit"):
         scene = merged(block_scene(4e-5), {"run": {"integrator": name}})
         run = simulate(build_all(tmp_path / name, {"part": block_records(3)}, scene))
         assert run.counts["integrator"] == name
-        assert bool(run.motion) == (name == "implicit")
+        assert run.motion
 
 
 @pytest.mark.parametrize(

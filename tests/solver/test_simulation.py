@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.modes import GaugeModes
+from gudgeon.solver.accuracy import ACCURACY
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.contact.blocks import full
 from gudgeon.solver.errors import SceneError, SolverError
@@ -16,7 +17,6 @@ from gudgeon.solver.integrators.steps import plan_steps
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.run import Run
 from gudgeon.solver.simulate import simulate
-from gudgeon.solver.system.system import System
 from tests.solver.systems import LENGTH, MASS, SPEED, block_records, block_scene, build, rod_records, rod_scene
 
 LINEAR = {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e9}}
@@ -49,22 +49,9 @@ def test_balances_of_a_coupled_impact(tmp_path: Path, contact: dict[str, Any]) -
     assert run.contacts["wall"].multipliers.min() > -1e-6 * np.abs(forces).max()  # no adhesion
 
 
-def test_energy_drift_falls_with_the_square_of_the_step(tmp_path: Path) -> None:
-    drifts, steps = [], []
-    for number, divisor in enumerate((1, 2, 4, 8)):
-        scene = rod_scene()
-        system = build(tmp_path / str(number), rod_records(30), scene)
-        scene["run"]["step"] = 0.2 / system.critical_frequency() / divisor
-        run = simulate(build(tmp_path / f"{number}s", rod_records(30), scene))
-        drifts.append(run.energy_drift)
-        steps.append(run.counts["step"])
-    order = np.polyfit(np.log(steps), np.log(drifts), 1)[0]
-    assert order == pytest.approx(2.0, abs=0.2)
-
-
 def test_restitution_of_the_exact_rod(tmp_path: Path) -> None:
     run = simulate(build(tmp_path, rod_records(100), rod_scene()))
-    assert run.quantities["wall.restitution"]["value"] == pytest.approx(1.0, abs=1e-3)
+    assert run.quantities["wall.restitution"]["value"] == pytest.approx(1.0, abs=2 * ACCURACY)  # Of the impulse.
     assert run.quantities["wall.duration"]["value"] == pytest.approx(2 * LENGTH / SPEED, rel=2e-3)
 
 
@@ -81,32 +68,20 @@ def test_dashpot_loses_energy_and_says_how_much(tmp_path: Path) -> None:
 
 
 def test_step_is_automatic_obeyed_or_divided() -> None:
-    critical, run, explicit = 1e6, Run(duration=1e-3), INTEGRATORS["explicit"]
-    automatic = plan_steps(run, explicit, critical, explicit.largest)
+    critical, run, factor, largest = 1e6, Run(duration=1e-3), 0.2, 0.2
+    automatic = plan_steps(run, factor, critical, largest)
     assert automatic.dt <= 0.2 / critical * (1 + 1e-12)
     assert automatic.substeps == 1
     assert automatic.steps * automatic.dt == pytest.approx(1e-3, rel=1e-12)
-    obeyed = plan_steps(run.model_copy(update={"step": 1e-7}), explicit, critical, explicit.largest)
+    obeyed = plan_steps(run.model_copy(update={"step": 1e-7}), factor, critical, largest)
     assert (obeyed.dt, obeyed.substeps) == (1e-7, 1)
-    divided = plan_steps(run.model_copy(update={"step": 1e-6}), explicit, critical, explicit.largest)
+    divided = plan_steps(run.model_copy(update={"step": 1e-6}), factor, critical, largest)
     assert divided.substeps == 5
     assert divided.dt == pytest.approx(2e-7)
     assert divided.steps * divided.dt == pytest.approx(1e-3, rel=1e-12)
-    odd = plan_steps(run.model_copy(update={"step": 3.3e-8}), explicit, critical, explicit.largest)
+    odd = plan_steps(run.model_copy(update={"step": 3.3e-8}), factor, critical, largest)
     assert 3e-8 < odd.dt <= 3.3e-8
     assert odd.steps * odd.dt == pytest.approx(1e-3, rel=1e-12)
-
-
-def test_too_large_a_step_gives_the_same_answer_in_substeps(tmp_path: Path) -> None:
-    scene = rod_scene()
-    scene["run"]["checks"] = False
-    own = simulate(build(tmp_path / "own", rod_records(20), scene))
-    scene["run"]["step"] = 200 * own.counts["step"]
-    large = simulate(build(tmp_path / "large", rod_records(20), scene))
-    assert large.counts["substeps"] >= 190
-    assert large.energy_drift < 1e-3
-    impulse = own.quantities["wall.impulse"]["value"]
-    assert large.quantities["wall.impulse"]["value"] == pytest.approx(impulse, rel=1e-3)
 
 
 def test_the_implicit_integrator_divides_a_step_that_steps_over_impacts(tmp_path: Path) -> None:
@@ -127,16 +102,6 @@ def test_dependent_contact_rows_are_refused_with_a_reason(tmp_path: Path) -> Non
     system = replace(build(tmp_path, block_records(4), block_scene()), residual=full(1e-9 * np.ones((4, 4))))
     with pytest.raises(SolverError, match="contact forces are not unique"):
         simulate(system)
-
-
-def test_rows_that_become_dependent_end_the_run_and_keep_what_was_found(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    system = replace(build(tmp_path, block_records(4), block_scene()), residual=full(1e-9 * np.ones((4, 4))))
-    monkeypatch.setattr(System, "critical_frequency", lambda self: 1e6)
-    run = simulate(system)
-    assert run.result == Result.DEPENDENT_ROWS.name
-    assert 0 < len(run.frames) < system.scene.run.frames
 
 
 def test_progress_may_stop_a_run(tmp_path: Path) -> None:

@@ -126,18 +126,11 @@ print(json.dumps([asked, [m for m in ("gmsh", "pyvista", "skfem", "meshio", "mat
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("integrator", "step", "limit", "parts"),
-    [("explicit", 1e-6, "0.2/ω_c = 1.02e-07 s", 10), ("implicit", 1e-4, "40/ω_c = 2.04e-05 s", 5)],
-)
-def test_a_step_that_is_too_large_is_divided_and_noted(
-    integrator: str, step: float, limit: str, parts: int, folder: Path
-) -> None:
-    changes = {"run.step": step, "run.integrator": integrator}
-    found = run(SCENE, set=changes, db=folder / "db", out=folder / integrator, until="solve")
+def test_a_step_that_is_too_large_is_divided_and_noted(folder: Path) -> None:
+    found = run(SCENE, set={"run.step": 1e-4}, db=folder / "db", out=folder / "divided", until="solve")
     note = (
-        f"run.step: {step:g} s exceeds the limit of integrator '{integrator}', {limit}; each step was divided into"
-        f" {parts} substeps"
+        "run.step: 0.0001 s exceeds the limit of integrator 'implicit', 40/ω_c = 2.04e-05 s; each step was divided into"
+        " 5 substeps"
     )
     assert note in found.notes
 

@@ -259,17 +259,6 @@ class Drawing:
             presses[name] = Press(interface, points, outward, contact.multipliers)
         return presses
 
-    def unseen(self) -> list[str]:
-        """Return the contacts that were closed, but in no frame, except those with located impacts."""
-        contacts = {} if self.moves else self.trajectory.contacts
-        return [name for name, contact in contacts.items() if contact.force.any() and not contact.multipliers.any()]
-
-    @property
-    def moves(self) -> bool:
-        """Whether the run recorded the motion of its bodies at samples."""
-        name = self.trajectory.counts.get("integrator")
-        return name is None or INTEGRATORS[name].records_motion
-
     @contextlib.contextmanager
     def file(self, name: str, subject: str = "", subjects: int = 1) -> Iterator[Path]:
         """Yield a scratch path, which replaces `out/name` at the end; a picture of an earlier result is removed first.

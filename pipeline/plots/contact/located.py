@@ -114,9 +114,7 @@ class Course:
 
 
 def touches(drawing: Drawing) -> list[Touch]:
-    """Return the contacts with impacts that the scene describes, of a run that records the motion of its bodies."""
-    if not drawing.moves:
-        return []
+    """Return the contacts with impacts that the scene describes."""
     contacts = [touch_of(drawing, name) for name, impacts in drawing.trajectory.impacts.items() if len(impacts)]
     return [touch for touch in contacts if touch is not None]
 

@@ -28,8 +28,11 @@ inline void note_gap(const Constants& constants, const State& state, const Impac
         const double rate = moved_over(constants, state.slides, i, BEFORE, state.before[1]);
         note_change(log, k, true, time, state.displacement(1, i) + length * rate, rate);
     } else {
-        const double rate = moved_over(constants, state.slides, i, NOW, state.v);
-        note_change(log, k, false, time, state.displacement(0, i), rate);
+        /* The rate changes in the step since it parted. */
+        const double end = moved_over(constants, state.slides, i, NOW, state.v), gap = state.displacement(0, i);
+        const double begin = moved_over(constants, state.slides, i, BEFORE, state.before[1]);
+        const double since = end > 0.0 && gap > 0.0 ? lesser(1.0, gap / (end * length)) : 0.0;
+        note_change(log, k, false, time, gap, end - since * (end - begin));
     }
 }
 

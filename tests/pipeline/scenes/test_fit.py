@@ -195,9 +195,13 @@ def test_liner_that_is_too_short(
         ("body.piston.freedom=['x', 'w']", "body.piston.freedom.1: 'w' given; input should be 'x', 'y', 'z', 'rx'"),
         ("report.until=0", "report.until: 0 given; input should be greater than 0"),
         (
-            "run.integrator=explicit",
-            "run.integrator: 'explicit' does not support damping of body.piston, damping of body.liner, joint.rod and 4"
+            "run.integrator=event",
+            "run.integrator: 'event' does not support damping of body.piston, damping of body.liner, joint.rod and 4"
             " more elements; use 'auto' or 'implicit'",
+        ),
+        (
+            "run.integrator=explicit",
+            "run.integrator: 'explicit' given, an integrator of before; use 'implicit'",
         ),
     ],
 )
@@ -367,8 +371,8 @@ def test_pressures_are_in_the_solvers_scene() -> None:
         ("force.gas.table=none.csv", "force.gas.table: no file 'none.csv'"),
         ("force.gas.interface=pin", "force.gas.interface: interface 'pin' is of kind 'mean', kind 'pressure'"),
         (
-            "run.integrator=explicit",
-            "run.integrator: 'explicit' does not support damping of body.piston, damping of body.liner, joint.rod and 4"
+            "run.integrator=event",
+            "run.integrator: 'event' does not support damping of body.piston, damping of body.liner, joint.rod and 4"
             " more elements; use 'auto'",
         ),
     ],

@@ -66,7 +66,7 @@ def test_tip_of_a_rod_in_contact_is_where_its_contact_has_it(tmp_path: Path) -> 
     """The displacement of a contact point has the part of the residual flexibility, as the contact's path has it."""
     probe = {"tip": {"kind": "displacement", "body": "part", "interface": "tip"},
              "press": {"kind": "force", "of": "contact.wall"}}  # fmt: skip
-    for integrator in ("event", "implicit", "explicit"):
+    for integrator in ("event", "implicit"):
         scene = rod_scene() | {"probe": probe}
         scene["run"] = scene["run"] | RUN | {"integrator": integrator}
         found = simulate(build(tmp_path, rod_records(20), scene))
@@ -239,8 +239,7 @@ TIP = {"tip": {"kind": "displacement", "body": "part", "interface": "tip"},
 
 @pytest.mark.parametrize(
     ("name", "points", "contact"),
-    [("explicit", 1, {}), ("explicit", 9, {}), ("implicit", 1, {}), ("implicit", 9, {}), ("event", 1, {}),
-     ("collocation", 1, LAW)],
+    [("implicit", 1, {}), ("implicit", 9, {}), ("event", 1, {}), ("collocation", 1, LAW)],
 )  # fmt: skip
 def test_probes_change_no_bit(name: str, points: int, contact: dict[str, Any], tmp_path: Path) -> None:
     """A rod, or a block of several points, meets a wall and leaves it."""
