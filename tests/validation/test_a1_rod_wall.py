@@ -136,16 +136,17 @@ def test_a_step_that_is_too_large_is_divided_and_noted(folder: Path) -> None:
 
 
 def test_a_stated_accuracy_chooses_the_step(folder: Path) -> None:
-    """The step is halved until the energy drift is below it; too small an accuracy for any step is a failure."""
-    drifts = []
+    """The step is halved until its errors are below it; too small an accuracy for any step is a failure."""
+    errors = []
     for number, accuracy in enumerate((1e-4, 1e-6)):
         out = folder / f"accurate-{number}"
         found = run(SCENE, set={"run.accuracy": accuracy}, db=folder / "db", out=out, until="solve")
         assert found.reason is None
         assert found.energy_drift is not None
-        drifts.append(found.energy_drift)
         assert found.energy_drift <= accuracy
-    assert drifts[1] < drifts[0]
+        errors.append(max(found.estimates["step.impulse"], found.estimates["step.force"]))
+        assert errors[-1] <= accuracy
+    assert errors[1] < errors[0]
     refused = run(
         SCENE, set={"run.accuracy": 1e-12, "run.duration": 4.2e-4}, db=folder / "db", out=folder / "no", until="solve"
     )
