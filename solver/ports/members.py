@@ -25,9 +25,9 @@ def ports_of(system: System) -> Ports:
 
     It is kept with the system, whose runs by several steps share it.
     """
-    if (kept := _KEPT.get(system)) is None:
-        kept = _KEPT[system] = _gathered(system)
-    return kept
+    if (ports := _KEPT.get(system)) is None:
+        ports = _KEPT[system] = _gathered(system)
+    return ports
 
 
 _KEPT: WeakKeyDictionary[System, Ports] = WeakKeyDictionary()
