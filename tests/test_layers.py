@@ -131,7 +131,6 @@ HOMES: dict[str, tuple[str, ...]] = {
     "pandas": ("pipeline/errors.py", "pipeline/stages/run_report.py", "pipeline/report/document.py"),
     "xarray": ("modaldb/records/labelled.py",),
     "pyarrow": ("pipeline/studies/table.py",),
-    "pyyeti": ("pipeline/geometry/matrices/*", "pipeline/exporters/*"),
     "ansys": ("pipeline/geometry/matrices/*",),
 }
 """Where a library may be imported, as patterns of paths."""

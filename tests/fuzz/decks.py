@@ -16,7 +16,9 @@ from gudgeon.pipeline.errors import PipelineError
 from gudgeon.pipeline.geometry.mesh_file import MeshFile
 from tests.fuzz.mutation import garbled
 from tests.fuzz.scenes import Bad, Slow, limited
+from tests.pipeline.geometry import test_attachments as attached
 from tests.pipeline.geometry import test_decks as decks
+from tests.pipeline.geometry import test_relations as relations
 
 BRIEF, LONG = 12, 500
 """Decks of each family."""
@@ -71,11 +73,15 @@ def sound_decks(folder: Path) -> dict[str, list[bytes]]:
     element = "".join(f"{n:9}" for n in [1, 1, 1, 1, 0, 0, 0, 0, 8, 0, 1, 1, 2, 3, 3, 4, 4, 4, 4])
     inp = [*decks.INP.values(), decks.TWO, *(text for name, text, _ in decks.LEFT.values() if name == "part.inp")]
     bdf = [*decks.BDF.values(), *(text for name, text, _ in decks.LEFT.values() if name == "part.bdf")]
+    members = [*attached.ATTACHED.values(), *(row[:2] for row in relations.LINKED.values())]
+    inp += [relations.halves(0.01), *(row[1] for row in members if row[0] == "part.inp")]
+    bdf += [row[1] for row in members if row[0] == "part.bdf"]
+    archives = [row[1] for row in members if row[0] == "part.cdb"]
     return {
         "part.inp": [text.encode() for text in inp],
         "part.bdf": [text.encode() for text in bdf],
         "part.unv": [UNV.format(nodes=unv).encode()],
-        "part.cdb": [CDB.format(nodes=cdb, element=element).encode()],
+        "part.cdb": [text.encode() for text in [CDB.format(nodes=cdb, element=element), *archives]],
         "part.e": [exodus(folder / "sound.e")],
     }
 

@@ -1,31 +1,24 @@
-"""Matrices of Nastran, read by pyyeti: OUTPUT4 or DMIG.
+"""Matrices of Nastran: OUTPUT4, which has rows only, or DMIG, whose entries name grid points and directions."""
 
-OUTPUT4 has rows only; DMIG names the grid points and directions of its entries.
-"""
-
-import importlib
-from collections.abc import Callable
-from types import ModuleType
-from typing import Any
+from collections.abc import Mapping
+from typing import TypeVar
 
 import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.matrices.model import Given, checked_symmetric
+from gudgeon.pipeline.geometry.decks.bulk import Card, read_cards
+from gudgeon.pipeline.geometry.matrices.model import Given, checked_symmetric, symmetric
+from gudgeon.pipeline.geometry.matrices.output4 import read_output4
 from gudgeon.pipeline.geometry.matrices.text_matrix import read_dofs
 
-
-def nastran(path: str) -> tuple[ModuleType, ModuleType]:
-    """Return pyyeti's modules of bulk data and of OUTPUT4, to read a file.
-
-    Raises:
-        InputError: it is not installed.
-    """
-    try:
-        return importlib.import_module("pyyeti.nastran.bulk"), importlib.import_module("pyyeti.nastran.op4")
-    except ImportError:
-        raise InputError(f"{path}: is read by pyyeti, which is not installed; run pip install pyyeti") from None
+REAL, SQUARE, SYMMETRIC = ("1", "2"), "1", "6"
+"""Types and forms of DMIG."""
+FIRST, ENTRY = 4, 4
+"""Field of the first entry of a column, and fields of each: grid point, direction, real and imaginary part."""
+Entries = dict[tuple[tuple[int, int], tuple[int, int]], float]
+"""By node and direction of row and column."""
+Matrix = TypeVar("Matrix")
 
 
 def read_op4(stiffness: str, mass: str, names: tuple[str | None, str | None], dofs: str | None) -> Given:
@@ -36,8 +29,8 @@ def read_op4(stiffness: str, mass: str, names: tuple[str | None, str | None], do
     """
     matrices_read = []
     for path, name, initial in ((stiffness, names[0], "k"), (mass, names[1], "m")):
-        matrices = _read(path, lambda p: nastran(p)[1].read(p, sparse=True), "OUTPUT4")
-        matrices_read.append(checked_symmetric(_square(_chosen(matrices, name, initial, path), path), path))
+        matrix = _chosen(read_output4(path), name, initial, path)
+        matrices_read.append(checked_symmetric(_square(matrix, path), path))
     K, M = matrices_read
     if K.shape != M.shape:
         raise InputError(f"{mass}: has {M.shape[0]} rows, {stiffness} has {K.shape[0]}; allowed: matrices of one size")
@@ -53,41 +46,56 @@ def read_dmig(stiffness: str, mass: str, names: tuple[str | None, str | None]) -
     Raises:
         InputError: a file is missing or has no such DMIG, or the mass has a row that the stiffness has not.
     """
-    tables = []
-    for path, name, initial in ((stiffness, names[0], "k"), (mass, names[1], "m")):
-        matrices = _read(path, lambda p: nastran(p)[0].rddmig(p, square=True), "DMIG")
-        tables.append(_chosen(matrices, name, initial, path))
-    K, M = tables
-    rows = K.index
-    if len(extra := M.index.difference(rows)):
+    K, M = (
+        _chosen(dmig_entries(path), name, initial, path)
+        for path, name, initial in ((stiffness, names[0], "k"), (mass, names[1], "m"))
+    )
+    labels = sorted({label for pair in K for label in pair})
+    row_of = {label: row for row, label in enumerate(labels)}
+    if extra := sorted({label for pair in M for label in pair} - row_of.keys()):
         node, direction = extra[0]
         raise InputError(f"{mass}: names node {node} direction {direction}, which {stiffness} does not have")
-    M = M.reindex(index=rows, columns=rows, fill_value=0.0)
-    A, B = (
-        checked_symmetric(sparse.csr_matrix(table.loc[:, rows].to_numpy(float)), path)
-        for table, path in ((K, stiffness), (M, mass))
-    )
-    labels = np.array(rows.to_list(), int).reshape(-1, 2)
     # A scalar point has direction 0: one degree of freedom that is none of a node.
-    if (labels[:, 1] == 0).any():
-        raise InputError(f"{stiffness}: row {labels[labels[:, 1] == 0][0, 0]} is a scalar point; allowed: grid points")
-    return Given(A, B, labels - [0, 1])
+    if scalar := next((node for node, direction in labels if direction == 0), None):
+        raise InputError(f"{stiffness}: row {scalar} is a scalar point; allowed: grid points")
+    matrices = []
+    for table, path in ((K, stiffness), (M, mass)):
+        rows, columns = (np.array([row_of[pair[k]] for pair in table], int) for k in range(2))
+        matrices.append(symmetric(rows, columns, np.array(list(table.values()), float), len(labels), path))
+    return Given(*matrices, np.array(labels, int).reshape(-1, 2) - [0, 1])
 
 
-def _read(path: str, reader: Callable[[str], Any], content: str) -> Any:
-    """Return what a reader of pyyeti returns."""
-    try:
-        return reader(path)
-    except InputError:
-        raise
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; expected {content}") from None
-    except Exception as error:  # Readers of binary files raise anything.
-        reason = " ".join(str(error).split())[:120] or type(error).__name__
-        raise InputError(f"{path}: cannot be read as {content} ({reason})") from None
+def dmig_entries(path: str) -> dict[str, Entries]:
+    """Return the entries of each DMIG of a file.
+
+    Raises:
+        InputError: a card is wrong, or a matrix is complex or not square.
+    """
+    matrices: dict[str, Entries] = {}
+    for card in read_cards(path):
+        if card.name != "DMIG":
+            continue
+        name = card.text(0)
+        if card.text(1) == "0":
+            if card.text(2) not in (SQUARE, SYMMETRIC) or card.text(3) not in REAL:
+                raise card.source.error(f"DMIG {name} is of form {card.text(2)}, type {card.text(3)}; allowed: square"
+                                        f" or symmetric, {SQUARE} or {SYMMETRIC}, and real, 1 or 2")  # fmt: skip
+            matrices.setdefault(name, {})
+        elif name in matrices:
+            _add_column(card, matrices[name])
+        else:
+            raise card.source.error(f"DMIG {name} has a column before its header")
+    return matrices
 
 
-def _chosen(matrices: dict[str, Any], name: str | None, initial: str, path: str) -> Any:
+def _add_column(card: Card, entries: Entries) -> None:
+    column = card.integer(1), card.integer(2, 0)
+    for k in range(FIRST, len(card.fields), ENTRY):
+        if card.text(k):
+            entries[(card.integer(k), card.integer(k + 1, 0)), column] = card.real(k + 2)
+
+
+def _chosen(matrices: Mapping[str, Matrix], name: str | None, initial: str, path: str) -> Matrix:
     """Return the matrix of a name, or the only one, or the only one whose name begins so."""
     have = ", ".join(matrices) or "none"
     if name is not None:
@@ -101,9 +109,7 @@ def _chosen(matrices: dict[str, Any], name: str | None, initial: str, path: str)
     return matrices[fitting[0] if len(matrices) > 1 else next(iter(matrices))]
 
 
-def _square(A: Any, path: str) -> sparse.csr_matrix:
+def _square(A: sparse.csr_matrix, path: str) -> sparse.csr_matrix:
     if A.shape[0] != A.shape[1]:
         raise InputError(f"{path}: has {A.shape[0]} rows and {A.shape[1]} columns; allowed: a square matrix")
-    if np.iscomplexobj(A.data):
-        raise InputError(f"{path}: the matrix is complex; allowed: a real one")
-    return sparse.csr_matrix(A)
+    return A

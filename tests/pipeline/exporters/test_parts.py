@@ -13,6 +13,8 @@ import pytest
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.exporters.abaqus import FIRST_ROW
+from gudgeon.pipeline.geometry.matrices.nastran import dmig_entries
+from gudgeon.pipeline.geometry.matrices.output4 import read_output4
 from gudgeon.pipeline.geometry.matrices.text_matrix import read_text_matrices
 from gudgeon.pipeline.geometry.mesh_file import MeshFile
 from gudgeon.pipeline.kinds import open_job
@@ -160,24 +162,19 @@ def test_a_body_of_matrices_is_exported_too(matrix_scene: Path, form: str) -> No
 
 
 def test_output4_and_dmig(scene: Path) -> None:
-    op4 = pytest.importorskip("pyyeti.nastran.op4", reason="pyyeti is not installed")
-    from pyyeti.nastran import bulk
-
     folder, data, _ = exported(scene, "op4")
-    found = op4.read(str(folder / "one.op4"))
-    assert np.array_equal(found["kred"], data["K"])
-    assert np.array_equal(found["mred"], data["M"])
-    assert np.array_equal(found["brow"], data["B"])
-    assert np.array_equal(found["rres"], data["R"])
-    phi = found["phig"].reshape(len(data["nodes"]), 6, -1)
+    matrices = {name.lower(): A.toarray() for name, A in read_output4(str(folder / "one.op4")).items()}
+    for name, key in (("kred", "K"), ("mred", "M"), ("brow", "B"), ("rres", "R")):
+        assert np.array_equal(matrices[name], data[key])
+    phi = matrices["phig"].reshape(len(data["nodes"]), 6, -1)
     assert np.array_equal(phi[:, :3], data["shapes"])
     assert not phi[:, 3:].any()
-    tables = bulk.rddmig(str(folder / "one.pch"), square=True)
-    rigid = len(data["rigid_twists"])
-    np.testing.assert_allclose(tables["kred"].to_numpy().diagonal()[-len(data["K"]) + rigid :],
-                               data["K"].diagonal()[rigid:], rtol=EXACT)  # fmt: skip
-    np.testing.assert_allclose(tables["mred"].to_numpy(), data["M"])
-    assert len(bulk.rdspoints(str(folder / "one.pch"))) == len(data["K"])
+    tables = dmig_entries(str(folder / "one.pch"))
+    count = len(data["K"])
+    stiffness = [tables["KRED"][(k, 0), (k, 0)] for k in range(len(data["rigid_twists"]) + 1, count + 1)]
+    np.testing.assert_allclose(stiffness, data["K"].diagonal()[len(data["rigid_twists"]) :], rtol=EXACT)
+    assert tables["MRED"] == {((k, 0), (k, 0)): 1.0 for k in range(1, count + 1)}
+    assert f"{'THRU':8}{count:8}" in (folder / "one.pch").read_text()
 
 
 def test_deck_of_abaqus(scene: Path) -> None:

@@ -1,7 +1,7 @@
 """Writers of other programs' files for tests: decks of Abaqus and CalculiX, their matrices, OUTPUT4 and DMIG.
 
 `python -m tests.pipeline.geometry.matrix_files` writes the files of `ccx/`, matrices of CalculiX itself, by its program
-ccx of release 2.20, which Debian has in calculix-ccx.
+ccx of release 2.20, which Debian has in calculix-ccx, and those of `nastran.zip` by pyyeti 1.4.7.
 """
 
 import os
@@ -142,6 +142,51 @@ def frequencies(K: Any, M: Any, count: int) -> np.ndarray:
     return np.sqrt(np.sort(values)[6:])
 
 
+OUTPUT4: dict[str, dict[str, Any]] = {
+    "binary": {"sparse": "dense"}, "big-endian": {"sparse": "dense", "endian": ">"}, "bigmat": {"sparse": "bigmat"},
+    "nonbigmat": {"sparse": "nonbigmat"}, "text": {"sparse": "dense", "binary": False},
+    "text-bigmat": {"sparse": "bigmat", "binary": False}, "text-nonbigmat": {"sparse": "nonbigmat", "binary": False},
+}  # fmt: skip
+"""Files of OUTPUT4 and how pyyeti writes them."""
+OF_PYYETI = Path(__file__).parent / "nastran.zip"
+
+
+def tetrahedron() -> tuple[MeshRecord, FEModel]:
+    """Return a tetrahedron of ten nodes and its model."""
+    nodes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float) * 0.05
+    middle = [(nodes[a] + nodes[b]) / 2 for a, b in ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))]
+    mesh = MeshRecord(np.concatenate([nodes, middle]), np.arange(10)[None], "tetra10", {})
+    return mesh, build_model(mesh, STEEL)
+
+
+def write_matrices_of_pyyeti() -> None:
+    """Keep matrices of the tetrahedron as pyyeti writes them: OUTPUT4, and DMIG of six directions a node."""
+    import pandas
+    from pyyeti.nastran import bulk, op4
+
+    model = tetrahedron()[1]
+    index = pandas.MultiIndex.from_product([range(101, 111), range(1, 7)], names=["id", "dof"])
+    tables = {}
+    for name, source in (("KAAX", model.K), ("MAAX", model.M)):
+        A = np.zeros((10, 6, 10, 6))
+        A[:, :3, :, :3] = source.toarray().reshape(10, 3, 10, 3)
+        tables[name] = pandas.DataFrame(A.reshape(60, 60), index=index, columns=index)
+    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(OF_PYYETI, "w") as archive:
+        bulk.wtdmig(str(Path(folder) / "part.pch"), tables)
+        for name, options in OUTPUT4.items():
+            path = Path(folder) / f"{name}.op4"
+            op4.write(str(path), {"KGG": model.K, "MGG": model.M}, **{"binary": True, "digits": 17, **options})
+        for path in sorted(Path(folder).iterdir()):
+            archive.writestr(zipfile.ZipInfo(path.name), path.read_bytes(), zipfile.ZIP_LZMA)
+
+
+def by_pyyeti(name: str, folder: Path) -> str:
+    """Unpack a file of pyyeti and return its path."""
+    with zipfile.ZipFile(OF_PYYETI) as archive:
+        return archive.extract(name, folder)
+
+
 if __name__ == "__main__":
     for kind in KINDS:
         write_matrices_of_ccx(kind)
+    write_matrices_of_pyyeti()

@@ -1,5 +1,6 @@
 """Bodies of matrices that other programs assembled: read, checked, and reduced as bodies that are assembled here."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.matrices.output4 import read_output4
 from gudgeon.pipeline.geometry.matrices.part import Matrices
 from gudgeon.pipeline.geometry.mesh_file import MeshFile
 from gudgeon.pipeline.modes.normal import normal_modes
@@ -77,13 +79,11 @@ def test_matrices_as_abaqus_writes_them(tmp_path: Path, native: tuple[MeshRecord
     assert_same(read_back, model)
 
 
-@pytest.mark.parametrize("binary", [True, False])
-def test_output4_of_nastran_is_read_exactly(tmp_path: Path, native: tuple[MeshRecord, FEModel], binary: bool) -> None:
-    op4 = pytest.importorskip("pyyeti.nastran.op4", reason="pyyeti is not installed")
-    mesh, model = native
-    path = tmp_path / "part.op4"
-    op4.write(str(path), {"KGG": model.K, "MGG": model.M}, binary=binary, digits=17)
-    own, read_back = read({"stiffness": str(path), "model": str(deck_of(tmp_path, mesh))})
+@pytest.mark.parametrize("name", files.OUTPUT4)
+def test_output4_of_nastran_is_read_exactly(tmp_path: Path, name: str) -> None:
+    mesh, model = files.tetrahedron()
+    path = files.by_pyyeti(f"{name}.op4", tmp_path)
+    own, read_back = read({"stiffness": path, "model": str(deck_of(tmp_path, mesh))})
     assert own.system is not None
     wanted = sparse.triu(model.K).tocsr()
     wanted.eliminate_zeros()
@@ -91,22 +91,23 @@ def test_output4_of_nastran_is_read_exactly(tmp_path: Path, native: tuple[MeshRe
     assert_same(read_back, model)
 
 
+@pytest.mark.parametrize(("change", "words"), [
+    (lambda data: data[: len(data) // 2], "it ends early"),
+    (lambda data: data[:16] + b"\x05" + data[17:], "is of type 5, allowed: 1 or 2"),
+    (lambda data: b"", "ends early|requires"),
+    (lambda data: b"no matrix at all\n" * 9, "invalid literal"),
+])  # fmt: skip
+def test_damaged_output4_ends_in_one_line(tmp_path: Path, change: Callable[[bytes], bytes], words: str) -> None:
+    path = Path(files.by_pyyeti("bigmat.op4", tmp_path))
+    path.write_bytes(change(path.read_bytes()))
+    with pytest.raises(InputError, match=rf"bigmat\.op4: cannot be read as OUTPUT4 \(.*({words})"):
+        read_output4(str(path))
+
+
 def test_dmig_of_nastran_with_six_directions_a_node(tmp_path: Path) -> None:
     """Rotations of solids have no entries: they are left out. Grid points, solids and sets are those of bulk data."""
-    bulk = pytest.importorskip("pyyeti.nastran.bulk", reason="pyyeti is not installed")
-    pandas = pytest.importorskip("pandas")
-    nodes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float) * 0.05
-    middle = [(nodes[a] + nodes[b]) / 2 for a, b in ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))]
-    mesh = MeshRecord(np.concatenate([nodes, middle]), np.arange(10)[None], "tetra10", {})
-    model = build_model(mesh, STEEL)
-    K, M = (np.zeros((10, 6, 10, 6)) for _ in range(2))
-    for A, source in ((K, model.K), (M, model.M)):
-        A[:, :3, :, :3] = source.toarray().reshape(10, 3, 10, 3)
-    index = pandas.MultiIndex.from_product([range(101, 111), range(1, 7)], names=["id", "dof"])
-    tables = {
-        name: pandas.DataFrame(A.reshape(60, 60), index=index, columns=index) for name, A in (("KAAX", K), ("MAAX", M))
-    }
-    bulk.wtdmig(str(tmp_path / "part.pch"), tables)
+    mesh, model = files.tetrahedron()
+    files.by_pyyeti("part.pch", tmp_path)
     lines = [
         f"{'GRID*':8}{n:16}{'':16}{x:16.9e}{y:16.9e}\n{'*':8}{z:16.9e}" for n, (x, y, z) in enumerate(mesh.nodes, 101)
     ]

@@ -1,0 +1,186 @@
+"""Matrices of OUTPUT4 of Nastran: text or binary, of either order of bytes, full or sparse, as COO.
+
+A file holds matrices one after another: a header (columns, rows, form, type, name), then columns of a row number and
+words. Where the row is 0 a column consists of strings, each with its own first row: in one word, row + 65536 ×
+(words + 1), or in two where rows are counted negative (BIGMAT). A column behind the last one ends the matrix (MSC
+Nastran Quick Reference Guide, OUTPUT4).
+"""
+
+import re
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.pipeline.errors import InputError
+
+HEADERS = {24: 4, 48: 8}
+"""Bytes of a header's record, and of a whole number in it."""
+REAL = (1, 2)
+"""Types of real matrices, of single and of double precision."""
+STRING = 1 << 16
+"""Rows that a string's word has less of."""
+FORMAT = re.compile(r"(?:1P,)?(\d+)[ED](\d+)\.\d+", re.IGNORECASE)
+LARGEST = 1 << 28
+"""Largest number of rows and columns."""
+
+
+class Header(NamedTuple):
+    """What stands before a matrix."""
+
+    columns: int
+    rows: int
+    bigmat: bool
+    name: str
+    double: bool
+
+
+class Strings:
+    """Entries of a matrix, string by string."""
+
+    def __init__(self, header: Header) -> None:
+        self._header = header
+        self._rows: list[np.ndarray] = []
+        self._columns: list[np.ndarray] = []
+        self._values: list[np.ndarray] = []
+
+    def add(self, column: int, row: int, values: np.ndarray) -> None:
+        """Add values from a row, counted from 1, down a column."""
+        if not (row >= 1 and row + len(values) - 1 <= self._header.rows and column >= 1):
+            raise ValueError(f"rows {row} to {row + len(values) - 1} in column {column}")
+        self._rows.append(np.arange(row - 1, row - 1 + len(values)))
+        self._columns.append(np.full(len(values), column - 1))
+        self._values.append(values)
+
+    def matrix(self) -> sparse.csr_matrix:
+        """Return all of them."""
+        nothing = np.empty(0)
+        rows, columns, values = (np.concatenate([nothing, *p]) for p in (self._rows, self._columns, self._values))
+        indices = rows.astype(np.int64), columns.astype(np.int64)
+        return sparse.csr_matrix((values, indices), shape=(self._header.rows, self._header.columns))
+
+
+def read_output4(path: str) -> dict[str, sparse.csr_matrix]:
+    """Return the matrices of a file by their names.
+
+    Raises:
+        InputError: it is missing or no OUTPUT4, or a matrix is complex.
+    """
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}; expected OUTPUT4") from None
+    try:
+        orders = [order for order in "<>" if struct.unpack(f"{order}i", data[:4])[0] in HEADERS]
+        pairs = _binary(data, orders[0]) if orders else _text(data.decode("ascii").splitlines())
+        return dict(pairs)
+    except (ValueError, struct.error, IndexError, StopIteration, MemoryError) as error:
+        raise InputError(f"{path}: cannot be read as OUTPUT4 ({str(error)[:80] or 'it ends early'})") from None
+
+
+def _checked(columns: int, rows: int, kind: int, name: str) -> Header:
+    if kind not in REAL:
+        raise ValueError(f"matrix {name} is of type {kind}, allowed: 1 or 2, real ones")
+    if not (0 < columns <= LARGEST and 0 < abs(rows) <= LARGEST):
+        raise ValueError(f"matrix {name} has {rows} rows and {columns} columns")
+    return Header(columns, abs(rows), rows < 0 or rows >= STRING, name, kind == max(REAL))
+
+
+def _binary(data: bytes, order: str) -> Iterator[tuple[str, sparse.csr_matrix]]:
+    """Yield the matrices of a binary file."""
+    start = 0
+
+    def record() -> bytes:
+        nonlocal start
+        size = struct.unpack_from(f"{order}i", data, start)[0]
+        content = data[start + 4 : start + 4 + size]
+        if size < 0 or len(content) < size:
+            raise ValueError("it ends early")
+        start += size + 8
+        return content
+
+    while start < len(data):
+        content = record()
+        width = HEADERS.get(len(content))
+        if width is None:
+            raise ValueError(f"a header of {len(content)} bytes")
+        integer = "i" if width == 4 else "q"
+        columns, rows, _, kind = struct.unpack_from(f"{order}4{integer}", content)
+        header = _checked(columns, rows, kind, content[4 * width :].decode("ascii").strip())
+        real = np.dtype(f"{order}f{8 if header.double or width == 8 else 4}")
+        strings = Strings(header)
+        while True:
+            content = record()
+            column, row, count = struct.unpack_from(f"{order}3{integer}", content)
+            if column > header.columns:
+                break
+            words = content[3 * width : (3 + count) * width]
+            if row:
+                strings.add(column, row, np.frombuffer(words, real).astype(float))
+                continue
+            place = 0
+            while place < len(words):
+                length, row, place = _string(header.bigmat, words, place, f"{order}{integer}")
+                strings.add(column, row, np.frombuffer(words[place : place + length * width], real).astype(float))
+                place += length * width
+        yield header.name, strings.matrix()
+
+
+def _string(bigmat: bool, words: bytes, place: int, integer: str) -> tuple[int, int, int]:
+    """Return length in words and first row of a string, and where its values begin."""
+    width = struct.calcsize(integer)
+    head = struct.unpack_from(integer, words, place)[0]
+    length, row = head - 1, 0
+    if bigmat:
+        row = struct.unpack_from(integer, words, place + width)[0]
+    else:
+        length, row = head // STRING - 1, head % STRING
+    if length < 1:
+        raise ValueError(f"a string of {length} words")
+    return length, row, place + (2 if bigmat else 1) * width
+
+
+def _text(lines: list[str]) -> Iterator[tuple[str, sparse.csr_matrix]]:
+    """Yield the matrices of a text file."""
+    rows = iter(line for line in lines if line.strip())
+    for line in rows:
+        wide = line.rstrip().endswith("|I16")
+        width = 16 if wide else 8
+        text = line.rstrip().removesuffix("|I16")
+        head = 2 * width + 16
+        layout = FORMAT.fullmatch(text[head + 8 :].strip()) if text[head + 8 :].strip() else FORMAT.fullmatch("5E16.9")
+        if layout is None:
+            raise ValueError(f"the format {text[head + 8 :].strip()!r}")
+        kind = int(text[head - 8 : head])
+        header = _checked(int(text[:width]), int(text[width : 2 * width]), kind, text[head : head + 8].strip())
+        per_line, digits = int(layout[1]), int(layout[2])
+
+        def values(count: int, per_line: int = per_line, digits: int = digits) -> np.ndarray:
+            fields: list[str] = []
+            while len(fields) < count:
+                part = next(rows)
+                fields += [part[k : k + digits] for k in range(0, min(len(part), per_line * digits), digits)]
+            return np.array([float(field.upper().replace("D", "E")) for field in fields[:count]])
+
+        strings = Strings(header)
+        for row in rows:
+            column, first, count = int(row[:8]), int(row[8:16]), int(row[16:24])
+            if column > header.columns:
+                values(1)
+                break
+            if first:
+                strings.add(column, first, values(count))
+                continue
+            while count > 0:
+                string = next(rows)
+                length, start = int(string[:8]) - 1, int(string[8:16] or 0)
+                if not header.bigmat:
+                    length, start = int(string) // STRING - 1, int(string) % STRING
+                if length < 1:
+                    raise ValueError(f"a string of {length} words")
+                strings.add(column, start, values(length // (2 if header.double else 1)))
+                count -= length + (2 if header.bigmat else 1)
+        yield header.name, strings.matrix()
