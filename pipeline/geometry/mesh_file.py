@@ -42,6 +42,8 @@ FACING = 0.5
 cylinder, but its normal is perpendicular to the radius."""
 CORNERS = 4
 """Of a facet, which columns are kept even where all have three."""
+SAME_UNIT = 1e-6
+"""Relative difference of two units of length that are one."""
 LIFTS = 30
 """Alternating projections onto shapes with a common edge; one is enough where they meet at right angles."""
 
@@ -99,7 +101,7 @@ class MeshFile(Strict):
         from gudgeon.pipeline.geometry.decks.solids import solid_of
 
         deck = self._deck()
-        notes = left_out(deck, self.leave_out, self.path)
+        notes = [*left_out(deck, self.leave_out, self.path), *self._unit_notes(deck)]
         solid = solid_of(deck, scaled_points(deck.points, self.unit, self.path), self.path)
         used = np.unique(np.concatenate([block.nodes.ravel() for block in solid.blocks]))
         new_row = np.full(len(solid.points), -1)
@@ -148,6 +150,19 @@ class MeshFile(Strict):
             raise InputError(f'{self.path}: {cad_kind} is a shape without a mesh; kind = "cad" meshes it')
         refuse_both(self.part, self.instance, self.path)
         return read_deck(self.path, Scope(self.part, self.instance))
+
+    def _unit_notes(self, deck: "Deck") -> list[str]:
+        """Return a line if the file states another unit of length than the scene.
+
+        Raises:
+            InputError: the scene states none.
+        """
+        if deck.length_unit is None or abs(deck.length_unit[1] / self.unit - 1) < SAME_UNIT:
+            return []
+        source, unit = deck.length_unit
+        if "unit" not in self.model_fields_set:
+            raise source.error(f"the file's unit of length is {unit:g} m; geometry.unit = {unit:g} is missing")
+        return [f"line {source.line}: the file's unit of length is {unit:g} m, geometry.unit = {self.unit:g} is used"]
 
     def _ties(
         self, deck: "Deck", nodes: np.ndarray, facets: dict[str, np.ndarray], deck_rows: np.ndarray

@@ -15,6 +15,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS
 from gudgeon.pipeline.geometry.decks.model import (
     AXIAL,
+    IN_FULL,
     Block,
     Deck,
     Omission,
@@ -36,7 +37,7 @@ DRAWN = (154, 155, 200)
 """Types of elements without mass or stiffness: surface effects and meshes alone."""
 TYPE, CONSTANTS, NODE_COUNT, LABEL, HEAD = 1, 2, 8, 10, 11
 """Columns of an element from 0: its type, set of real constants, number of nodes and own number, its first node."""
-MASS21, COMBIN14 = 21, 14
+MASS21, COMBIN14, SOLID186 = 21, 14, 186
 AXES = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
 CORNERS = 8
 """Nodes of an element as it is written: eight corners, of which some are repeated, then up to twelve others."""
@@ -67,6 +68,7 @@ class Row(NamedTuple):
     label: int
     kind: int
     """Of its type."""
+    type_id: int
     nodes: list[int]
     source: Source
 
@@ -108,7 +110,7 @@ def read_ansys(path: str, scope: Scope) -> Deck:
     if not len(labels) or not archive.rows:
         raise InputError(f"{path}: has no {'solid elements (EBLOCK)' if len(labels) else 'block of nodes (NBLOCK)'};"
                          " allowed: an archive of CDWRITE")  # fmt: skip
-    blocks = _blocks(archive.rows)
+    blocks = _blocks(archive.rows, archive.full)
     return deck_of(
         labels, np.concatenate(archive.points), blocks, path, node_sets=archive.node_sets,
         element_sets=archive.element_sets, masses=archive.masses(), sums=archive.sums(),
@@ -254,7 +256,7 @@ class _Archive:
             type_number, name = self._types.get(row[TYPE], (SOLIDS[0], ""))
             members = {(MASS21, 1): self._masses, (COMBIN14, 2): self._springs}.get((type_number, count))
             if type_number in SOLIDS:
-                self.rows.append(Row(row[LABEL], type_number, nodes[:count], source))
+                self.rows.append(Row(row[LABEL], type_number, row[TYPE], nodes[:count], source))
             elif members is not None:
                 members.append((row[TYPE], row[CONSTANTS], nodes[:count], name, source))
             elif type_number not in DRAWN:
@@ -279,6 +281,12 @@ class _Archive:
                 self._constants[head[0]] = [float(field) if field else 0.0 for field in fields]
             except ValueError:
                 raise self.lines.source.error(f"{line[:60].strip()!r}, expected real constants") from None
+
+    @property
+    def full(self) -> set[int]:
+        """Types of SOLID186 that are integrated in full (KEYOPT(2) = 1)."""
+        options = self._options
+        return {k for k, (kind, _) in self._types.items() if kind == SOLID186 and options.get((k, 2)) == 1}
 
     def masses(self) -> list[PointMass]:
         """Return the elements MASS21 of one mass without inertia; others are left out."""
@@ -357,15 +365,16 @@ MOST_MEMBERS = 10_000_000
 """Numbers that a range stands for."""
 
 
-def _blocks(rows: list[Row]) -> list[Block]:
-    tables: dict[tuple[str, int], list[list[int]]] = {}
+def _blocks(rows: list[Row], full: set[int]) -> list[Block]:
+    tables: dict[tuple[str, str], list[list[int]]] = {}
     for row in rows:
         cell, nodes = _solid(row)
-        tables.setdefault((cell, row.kind), []).append([row.label, *nodes])
+        kind = IN_FULL if row.type_id in full else f"SOLID{row.kind}"
+        tables.setdefault((cell, kind), []).append([row.label, *nodes])
     blocks = []
     for (cell, kind), table in tables.items():
         data = np.array(table, np.int64)
-        blocks.append(Block(CELLS[cell], data[:, 0], data[:, 1:], f"SOLID{kind}"))
+        blocks.append(Block(CELLS[cell], data[:, 0], data[:, 1:], kind))
     return blocks
 
 

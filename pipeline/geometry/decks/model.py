@@ -21,6 +21,10 @@ MISSING = 0
 """Number of a mid-edge node that a file leaves out: it is on the middle of its edge."""
 
 
+IN_FULL = "SOLID186, KEYOPT(2) = 1"
+"""Kind of hexahedra of 20 nodes of Ansys that are integrated in full."""
+
+
 def whole(text: str) -> int:
     """Return the number that a text says.
 
@@ -172,6 +176,8 @@ class Deck:
     omissions: tuple[Omission, ...] = ()
     materials: tuple[tuple[Source, Mapping[str, float]], ...] = ()
     """Isotropic constants of each material: E, nu and rho where they are stated, in the file's units."""
+    length_unit: tuple[Source, float] | None = None
+    """Metres per unit of length, where the file states it."""
 
     @property
     def members(self) -> tuple[Coupling | PointMass | Sum | TiedSurfaces, ...]:

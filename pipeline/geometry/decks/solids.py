@@ -9,7 +9,7 @@ import numpy as np
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import GMSH_ORDER, HEXAHEDRON20, TETRA10, Cell, mirrored
 from gudgeon.pipeline.geometry.cells import Block as Rows
-from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Deck
+from gudgeon.pipeline.geometry.decks.model import IN_FULL, MISSING, Block, Deck
 
 FLAT = 1e-9
 """Least Jacobian at a corner by the longest edge cubed; slivers of aspect 1:1000 are at 1e-6."""
@@ -24,7 +24,7 @@ PLAIN = {
     "SOLID185": "B-bar or enhanced strain",
 }  # fmt: skip
 """What other programs do with elements that are computed in full here."""
-DROPPING = ("SOLID186", "SOLID187", "SOLID95", "SOLID92")
+DROPPING = ("SOLID186", IN_FULL, "SOLID187", "SOLID95", "SOLID92")
 """Quadratic elements that may be written without any mid-edge node."""
 COMPLETE = ("hexahedron27", "wedge18", "pyramid14")
 """Cells with nodes in the centres of quadrilateral faces."""

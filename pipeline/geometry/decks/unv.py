@@ -4,6 +4,7 @@ Own reading. gmsh reads groups of dataset 2467 only and drops groups of nodes; m
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,8 @@ NODE, ELEMENT = 7, 8
 """Types of what a group has."""
 WIDE, NARROW = (2467, 2477, 2452, 2435, 2432, 2430), (2429, 2417)
 """Datasets of groups: with four numbers a member, and with two."""
+UNITS = 164
+"""Dataset of the units: a line of names, then what SI values are multiplied by for length, force and temperature."""
 PER_LINE = 8
 """Nodes of an element in a line."""
 
@@ -94,6 +97,7 @@ def read_unv(path: str, scope: Scope) -> Deck:
     node_sets: dict[str, np.ndarray] = {}
     element_sets: dict[str, np.ndarray] = {}
     omissions: dict[str, Omission] = {}
+    length_unit = None
     for dataset, data in _datasets(path):
         if dataset in (2411, 781):
             _read_nodes(data, labels, points)
@@ -103,6 +107,8 @@ def read_unv(path: str, scope: Scope) -> Deck:
             _read_elements(data, cells, omissions)
         elif dataset in WIDE + NARROW:
             _read_groups(data, 4 if dataset in WIDE else 2, node_sets, element_sets)
+        elif dataset == UNITS:
+            length_unit = _length_unit(data)
         elif dataset == 2420:
             _refuse_systems(data)
     if not labels:
@@ -111,10 +117,24 @@ def read_unv(path: str, scope: Scope) -> Deck:
     for (cell, kind), rows in cells.items():
         table = np.array(rows, np.int64)
         blocks.append(Block(CELLS[cell], table[:, 0], table[:, 1:], kind))
-    return deck_of(
+    deck = deck_of(
         np.array(labels, np.int64), np.array(points, float), blocks, path, node_sets=node_sets,
         element_sets=element_sets, omissions=omissions.values(),
     )  # fmt: skip
+    return replace(deck, length_unit=length_unit)
+
+
+def _length_unit(data: _Dataset) -> tuple[Source, float]:
+    """Return where the units stand and metres per unit of length.
+
+    Raises:
+        InputError: the factor is no positive number.
+    """
+    data.text()
+    factor = data.reals(1)[0]
+    if not 0 < factor < np.inf:
+        raise data.source.error(f"dataset {UNITS}: a factor of lengths of {factor:g}; allowed: above 0")
+    return data.source, 1 / factor
 
 
 def _datasets(path: str) -> Iterator[tuple[int, _Dataset]]:
