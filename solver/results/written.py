@@ -124,6 +124,7 @@ def _probes(system: System, trajectory: Trajectory) -> Iterator[tuple[str, float
                 probe.kind not in ("displacement", "rotation")
                 or system.scene.capabilities.turns
                 or name not in probes.names
+                or _moved_by_loads(system, name)
             ):
                 continue
             if read is None:
@@ -141,6 +142,19 @@ def _probes(system: System, trajectory: Trajectory) -> Iterator[tuple[str, float
         size = float(np.abs(expected).max(initial=0.0))
         if size > 0:
             yield f"probe.{name}", float(np.abs(values - expected).max()) / size
+
+
+def _moved_by_loads(system: System, probe: str) -> bool:
+    """Return whether residual flexibility moves the place of a probe by other forces than those of contacts."""
+    acting = {owner for owner, interface, *_ in system.driving.places() if interface is not None}
+    acting |= {end.body for ends in system.springs.ends for end in ends if end.interface is not None}
+    readings = system.probes.readings[system.probes.names.index(probe)]
+    return any(
+        reading.body in acting
+        and len(reading.index)
+        and system.bodies[reading.body].modal.residual_flexibility is not None
+        for _, _, reading in readings
+    )
 
 
 def _peaks(trajectory: Trajectory) -> Iterator[tuple[str, float]]:
